@@ -1,0 +1,25 @@
+# Settings of the whole build, chosen before any target exists.
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Debug, Release or RelWithDebInfo" FORCE)
+endif()
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)  # for scripts/tidy.sh
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
+endif()
+
+# Sanitizers change the ABI of what they instrument, so they go on every target at once.
+set(ENGRAM_SANITIZE "" CACHE STRING "Sanitizer: address, undefined, thread, or empty for none")
+set_property(CACHE ENGRAM_SANITIZE PROPERTY STRINGS "" address undefined thread)
+if(ENGRAM_SANITIZE)
+  if(NOT ENGRAM_SANITIZE MATCHES "^(address|undefined|thread)$")
+    message(FATAL_ERROR "ENGRAM_SANITIZE is '${ENGRAM_SANITIZE}'; "
+                        "allowed are address, undefined, thread and empty")
+  endif()
+  # Instrumented code makes GCC 12 see uninitialised values in its own <regex>.
+  add_compile_options(-fsanitize=${ENGRAM_SANITIZE} -fno-sanitize-recover=all
+                      -fno-omit-frame-pointer -Wno-maybe-uninitialized)
+  add_link_options(-fsanitize=${ENGRAM_SANITIZE})
+endif()

@@ -1,0 +1,29 @@
+# One test program, every test case known to ctest by name; those tagged [long] carry the label
+# "long": `ctest -LE long` leaves them out.
+
+find_package(Catch2 2.13 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+include(Catch)
+
+file(GLOB_RECURSE test_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/*_test.cc")
+engram_sources(test_support tests)  # the main function and shared helpers
+add_executable(engram_tests ${test_sources} ${test_support})
+engram_configure_target(engram_tests)
+target_compile_definitions(engram_tests PRIVATE
+  ENGRAM_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
+target_link_libraries(engram_tests PRIVATE
+  engram::engram Catch2::Catch2 nlohmann_json::nlohmann_json tinyxml2::tinyxml2)
+if(TARGET engram_bench)
+  target_link_libraries(engram_tests PRIVATE engram_bench)
+endif()
+if(TARGET engram_cli)
+  add_dependencies(engram_tests engram_cli)
+  target_compile_definitions(engram_tests PRIVATE ENGRAM_CLI="$<TARGET_FILE:engram_cli>")
+endif()
+
+# A name that matches no test case fails instead of passing unnoticed. Square brackets and semicolons
+# in names of test cases make such names, because CMake reads them as lists.
+catch_discover_tests(engram_tests TEST_SPEC "~[long]" TEST_LIST engram_quick_tests
+  EXTRA_ARGS --warn NoTests PROPERTIES TIMEOUT 300)
+catch_discover_tests(engram_tests TEST_SPEC "[long]" TEST_LIST engram_long_tests
+  EXTRA_ARGS --warn NoTests PROPERTIES LABELS long TIMEOUT 3600)

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that the build needs, and only those that are missing.
+set -euo pipefail
+
+packages=(
+  build-essential cmake ninja-build ccache
+  libmujoco-dev libeigen3-dev libtinyxml2-dev librandom123-dev
+  libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev
+  catch2
+)
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing+=("$package")
+done
+if [ ${#missing[@]} -eq 0 ]; then
+  exit 0
+fi
+
+if [ "$(id -u)" -eq 0 ]; then
+  as_root=()
+elif command -v sudo >/dev/null; then
+  as_root=(sudo)
+else
+  echo "missing packages: ${missing[*]}; installing them needs root or sudo" >&2
+  exit 1
+fi
+apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -y "$@"; }
+
+# The package lists are fetched only where those at hand do not lead to an installation.
+install=(install --no-install-recommends "${missing[@]}")
+apt "${install[@]}" || { apt update && apt "${install[@]}"; }
