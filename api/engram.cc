@@ -1,0 +1,11 @@
+#include "api/engram/engram.h"
+
+namespace engram {
+
+std::unique_ptr<VectorEnv> make(std::string_view id, const EnvOptions& options) {
+  return std::make_unique<VectorEnv>(make_task(id), options);
+}
+
+const char* version() { return ENGRAM_VERSION; }
+
+}  // namespace engram

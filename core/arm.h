@@ -1,0 +1,64 @@
+// Kinematics of the serial arm: tool pose, Jacobian, pseudo-inverse steps and inverse kinematics.
+// Everything is worked out from joint angles alone, so that it does not depend on where a
+// simulation step left MuJoCo's own intermediate results.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Dense>
+#include <array>
+
+namespace engram {
+
+inline constexpr int kArmJoints = 7;
+inline constexpr int kFingers = 2;
+inline constexpr int kRobotJoints = kArmJoints + kFingers;  // qpos order: arm, left, right finger
+
+// A pose in the world frame; the base is parallel to the world, so this is the root frame's
+// orientation too (common 4).
+struct Pose {
+  Eigen::Vector3d pos = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond quat = Eigen::Quaterniond::Identity();  // normalised
+};
+
+using ArmVector = Eigen::Matrix<double, kArmJoints, 1>;
+using ArmJacobian = Eigen::Matrix<double, 6, kArmJoints>;  // rows: linear, then angular velocity
+
+class Arm {
+ public:
+  // Reads the chain that ends in the site "tcp" from a compiled model. Throws Error if the model
+  // has no such site or not seven hinges above it.
+  explicit Arm(const mjModel& model);
+
+  // TCP pose for the joint angles q[7].
+  Pose forward(const double* q) const;
+  // The same, with the geometric Jacobian of the TCP origin.
+  Pose forward(const double* q, ArmJacobian& jacobian) const;
+
+  // pinv(J) * twist: the smallest joint step that realises the twist (common 2.3, GPU backend).
+  static ArmVector pseudo_inverse_step(const ArmJacobian& jacobian,
+                                       const Eigen::Matrix<double, 6, 1>& twist);
+  // The same for the three linear rows only.
+  static ArmVector pseudo_inverse_step(const ArmJacobian& jacobian, const Eigen::Vector3d& linear);
+
+  // Closed-loop inverse kinematics from q (common 2.3, CPU backend): at most 100 steps of 0.1 of
+  // the damped least-squares solution. Returns false, with `q_target` = q, if the SE(3) error does
+  // not fall below 1e-4.
+  bool inverse(const Pose& target, const double* q, ArmVector& q_target) const;
+
+ private:
+  struct Link {
+    Eigen::Vector3d offset;       // from the previous joint's frame
+    Eigen::Quaterniond rotation;  // at joint angle zero
+  };
+  std::array<Link, kArmJoints> links_;
+  Link tool_;
+};
+
+// Rotation vector (axis times angle) of a unit quaternion; the shorter way round.
+Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& quat);
+
+// Fixed-axis roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll) (common 6.3).
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& quat);
+
+}  // namespace engram

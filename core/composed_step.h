@@ -1,0 +1,32 @@
+// One physics step from MuJoCo's public stages: what mj_step does, less what these scenes do not
+// have (sensors, cameras, lights, energy) and less the state checks, which the engine makes itself.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+namespace engram {
+
+// Everything that follows from qpos alone up to where bodies are.
+inline void compose_kinematics(const mjModel* m, mjData* d) { mj_kinematics(m, d); }
+
+// The rest of the step, from the poses that compose_kinematics left.
+inline void compose_dynamics(const mjModel* m, mjData* d) {
+  // position: inertia, contacts, constraint rows
+  mj_comPos(m, d);
+  mj_tendon(m, d);
+  mj_crb(m, d);
+  mj_factorM(m, d);
+  mj_collision(m, d);
+  mj_makeConstraint(m, d);
+  mj_transmission(m, d);
+  mj_projectConstraint(m, d);
+  // velocity, forces, acceleration
+  mj_fwdVelocity(m, d);
+  mj_fwdActuation(m, d);
+  mj_fwdAcceleration(m, d);
+  mj_fwdConstraint(m, d);
+  // integration, joint damping taken implicitly
+  mj_Euler(m, d);
+}
+
+}  // namespace engram

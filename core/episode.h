@@ -1,0 +1,93 @@
+// What an episode draws, and how users fix parts of it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/column.h"
+#include "core/random.h"
+
+namespace engram {
+
+// One sampled quantity of an episode. Each has a random stream of its own, so that fixing one
+// leaves all others as they were.
+struct Draw {
+  std::string name;
+  int width = 1;         // number of values
+  bool integer = false;  // whole numbers only
+  double low = 0;        // least and greatest value, both included
+  double high = 0;
+  std::string unit;
+  std::string description;
+};
+
+// A user's wish: the quantity of that name takes these values.
+struct Pin {
+  std::string name;
+  std::vector<double> values;
+};
+
+// Streams that are not draws of a task have purposes from here on.
+enum : std::uint32_t {
+  kPurposeRobotNoise = 0x4000'0000,
+  kPurposeBlindGuess = 0x4000'0001,
+  kPurposeRandomPolicy = 0x8000'0000,  // + elapsed
+};
+
+// Name of the engine's own draw, which every task has first.
+inline constexpr const char* kRobotNoiseDraw = "robot_noise";
+
+// The pins of every environment, as columns.
+class PinTable {
+ public:
+  PinTable() = default;
+  // draws: the engine's and the task's, at most 64.
+  PinTable(ColumnStore& store, std::vector<Draw> draws);
+
+  const std::vector<Draw>& draws() const { return draws_; }
+
+  // Throws Error, naming what is allowed, unless every pin names a draw once and its values are
+  // as many, as whole and as large as that draw allows.
+  void check(const std::vector<Pin>& pins) const;
+  // Replaces the pins of one environment; they must have been checked.
+  void set(int env, const std::vector<Pin>& pins) const;
+
+  // The values that a draw is fixed to, or null.
+  const double* values(int env, int draw) const;
+
+ private:
+  int find(const std::string& name) const;
+
+  std::vector<Draw> draws_;
+  std::vector<int> offsets_;
+  Column<std::uint64_t> pinned_;  // bit per draw
+  Column<double> values_;
+};
+
+// The episode that begins in one environment, as its task sees it. `draw` counts the task's own
+// draws from 0.
+class Episode {
+ public:
+  Episode(const PinTable& pins, int env, std::uint64_t seed, std::uint64_t number)
+      : pins_(pins), env_(env), seed_(seed), number_(number) {}
+
+  int env() const { return env_; }
+
+  // Values that the user has fixed, or null.
+  const double* pinned(int draw) const { return pins_.values(env_, draw + 1); }
+
+  RandomStream stream(int draw) const { return {seed_, number_, static_cast<std::uint32_t>(draw)}; }
+  RandomStream engine_stream(std::uint32_t purpose) const { return {seed_, number_, purpose}; }
+
+  // The pinned value, or one drawn uniformly from low..high.
+  int integer(int draw, int low, int high) const;
+
+ private:
+  const PinTable& pins_;
+  int env_;
+  std::uint64_t seed_;
+  std::uint64_t number_;
+};
+
+}  // namespace engram

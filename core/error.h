@@ -1,0 +1,37 @@
+// The one exception type of the library.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace engram {
+
+// Its message says what was wrong, what was given and what is allowed, in one line. A call that
+// throws leaves everything as it was, unless its documentation says otherwise.
+class Error : public std::runtime_error {
+ public:
+  enum class Kind {
+    kInvalidArgument,  // a value outside what is allowed, or of the wrong shape
+    kUnknownId,        // no task, option or field of that name
+    kUnavailable,      // the machine lacks what was asked for (threads, memory, a device)
+    kBadState,         // the call is not allowed at this point
+    kIo,               // a file could not be read or written
+    kInternal,         // a defect of the library itself
+  };
+  // Short names. `using enum` would do, but crashes GCC 12 when a template uses them.
+  static constexpr Kind kInvalidArgument = Kind::kInvalidArgument;
+  static constexpr Kind kUnknownId = Kind::kUnknownId;
+  static constexpr Kind kUnavailable = Kind::kUnavailable;
+  static constexpr Kind kBadState = Kind::kBadState;
+  static constexpr Kind kIo = Kind::kIo;
+  static constexpr Kind kInternal = Kind::kInternal;
+
+  Error(Kind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+
+  Kind kind() const noexcept { return kind_; }
+
+ private:
+  Kind kind_;
+};
+
+}  // namespace engram

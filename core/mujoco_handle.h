@@ -1,0 +1,37 @@
+// Ownership of MuJoCo's objects, and its process-wide handlers kept harmless.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+#include <string>
+
+namespace engram {
+
+struct ModelDeleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+};
+struct DataDeleter {
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
+using DataPtr = std::unique_ptr<mjData, DataDeleter>;
+
+// Compiles an MJCF text. Throws Error with MuJoCo's message if it is refused.
+ModelPtr compile_model(const std::string& mjcf);
+
+// Throws Error if memory runs out.
+DataPtr make_data(const mjModel& model);
+
+// While one lives on a thread, errors of MuJoCo on that thread become exceptions of type Error and
+// its warnings are silent (they stay countable in mjData::warning). Other threads keep the
+// behaviour that their program has chosen, so that engram can live beside other users of MuJoCo.
+class MujocoScope {
+ public:
+  MujocoScope();
+  ~MujocoScope();
+  MujocoScope(const MujocoScope&) = delete;
+  MujocoScope& operator=(const MujocoScope&) = delete;
+};
+
+}  // namespace engram

@@ -1,0 +1,95 @@
+// What a renderer is to the engine: flat arrays in, pixels out.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace engram {
+
+enum class RenderShape : std::uint8_t {
+  kPlane,      // z = 0 of its frame, seen from above; size: half extents x, y; 0 is infinite
+  kSphere,     // size: radius
+  kCapsule,    // radius, half length of the cylindrical part along z
+  kEllipsoid,  // three radii
+  kCylinder,   // radius, half length along z
+  kBox,        // three half extents
+  kMesh,       // convex; `mesh` tells which
+};
+
+// Procedural surface patterns, multiplied with the geom's colour.
+enum class RenderPattern : std::uint8_t { kPlain, kWood, kGrid };
+
+// What is the same for a geom in all environments.
+struct RenderGeom {
+  RenderShape shape = RenderShape::kBox;
+  float size[3] = {};
+  int mesh = -1;
+  RenderPattern pattern = RenderPattern::kPlain;
+  std::int32_t segment = 0;  // value in segmentation images; 0 is the background
+};
+
+// The convex hull of points, in the geom's frame.
+struct RenderMesh {
+  std::vector<float> vertices;          // (n, 3)
+  std::vector<std::int32_t> triangles;  // (m, 3), counter-clockwise seen from outside
+};
+
+struct RenderCamera {
+  std::string name;
+  float fovy = 0;           // vertical, rad
+  float near_clip = 0.01F;  // m
+  float far_clip = 100.0F;
+};
+
+struct RenderLight {
+  float direction[3] = {0, 0, -1};  // the way the light goes; need not be normalised
+  float color[3] = {1, 1, 1};
+  bool casts_shadow = false;
+};
+
+struct RenderScene {
+  std::vector<RenderGeom> geoms;
+  std::vector<RenderMesh> meshes;
+  std::vector<RenderCamera> cameras;
+  std::vector<RenderLight> lights;
+  float ambient[3] = {0.3F, 0.3F, 0.3F};
+  float background[3] = {0, 0, 0};
+};
+
+// One environment's rows. A pose is a rotation, row by row, then a position (12 floats), from the
+// geom's or camera's frame to the world. Cameras look along -z, with +x right and +y up.
+struct RenderInstances {
+  const float* geom_pose = nullptr;            // (geoms, 12)
+  const float* geom_rgba = nullptr;            // (geoms, 4), 0..1; alpha 0 hides
+  const float* geom_emission = nullptr;        // (geoms), 0: lit by the lights only
+  const std::uint8_t* geom_visible = nullptr;  // (geoms)
+  const float* camera_pose = nullptr;          // (cameras, 12)
+};
+
+// One image. Row 0 is the top one.
+struct RenderImage {
+  int camera = 0;
+  int width = 128;  // pixels
+  int height = 128;
+  std::uint8_t* rgb = nullptr;      // first pixel; may be null
+  std::ptrdiff_t pixel_stride = 3;  // bytes from pixel to pixel
+  std::ptrdiff_t row_stride = 384;  // bytes from row to row
+  float* depth = nullptr;           // (height, width) distance along the view axis, m; 0: nothing
+  std::int32_t* segment = nullptr;  // (height, width)
+};
+
+// Renders environments one at a time; different workers may render at the same time. The scene is
+// given when a renderer is made.
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  virtual const char* name() const = 0;
+  // Does not allocate, lock or throw. `worker` is below the number that the renderer was made for.
+  virtual void render(int worker, const RenderInstances& instances,
+                      std::span<const RenderImage> images) = 0;
+};
+
+}  // namespace engram

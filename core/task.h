@@ -1,0 +1,115 @@
+// What a task is to the engine.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/column.h"
+#include "core/constant.h"
+#include "core/episode.h"
+#include "core/scene_source.h"
+#include "core/state.h"
+
+namespace engram {
+
+// When an episode ends before its horizon (common 5.3).
+enum class Termination { kNever, kSuccess, kSuccessOrFailed };
+
+// Who chooses actions when the engine itself is asked to.
+enum class Policy {
+  kZero,    // all zeros
+  kRandom,  // uniform over the action space
+  kOracle,  // solves the task with privileged state
+  kBlind,   // the oracle, but with the hidden quantity guessed
+};
+
+// A task in words and numbers; everything here is constant.
+struct TaskInfo {
+  std::string id;
+  std::string family;
+  std::string split;  // short, medium, long or extended
+  std::string memory_type;
+  std::string instruction;
+  bool canonical = true;
+  int horizon = 0;     // control steps
+  int candidates = 1;  // equally likely answers: a guess is right with probability 1 / candidates
+  Termination termination = Termination::kNever;
+  // Whether the canonical wrapper chain zeroes actions until the cue is over (common 10).
+  bool frozen_cue = false;
+  double success_reward = 1;  // dense reward at success: what normalised rewards are divided by
+  int task_cue_dim = 0;       // values of the cue that policies may see; 0: none
+  int oracle_dim = 0;         // values of oracle_info
+  std::vector<Draw> draws;    // what an episode samples, and users may pin
+  ConstantTable constants;    // the class constants of the spec
+  std::vector<std::string> reward_terms;  // names of the columns of info "reward_dict"
+  std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
+  std::vector<Field> state_fields;  // of the state observation, after tcp_pose
+};
+
+// Environments begin, ..., end - 1 of a batch.
+struct Range {
+  int begin = 0;
+  int end = 0;
+};
+
+// Rows of a matrix of floats, one per environment of the batch.
+struct FloatRows {
+  float* data = nullptr;
+  int stride = 0;  // floats from row to row
+
+  float* row(int env) const { return data + static_cast<std::ptrdiff_t>(env) * stride; }
+};
+
+// What the engine hands a task when a batch is made: where to keep its columns, and the columns of
+// the engine that the task fills in.
+struct Bindings {
+  const State* state = nullptr;       // outlives the task's use of it
+  ColumnStore* memory = nullptr;      // for what the task remembers; zero when an episode begins
+  ColumnStore* outputs = nullptr;     // for info fields; zero when an episode begins
+  Column<std::uint8_t> success;       // out of evaluate
+  Column<std::uint8_t> failed;        // out of evaluate, where the family has it
+  Column<std::int32_t> freeze_steps;  // out of reset: actions are frozen before this step count
+  Column<std::int32_t> oracle_info;   // (oracle_dim) out of evaluate
+  Column<float> task_cue;             // (task_cue_dim) out of evaluate
+  Column<float> action;               // the action of this step, after the curriculum's freeze
+  Column<float> previous_action;      // that of the step before; zeros at first
+};
+
+// A task drives a batch through its phases. Calls get a range of environments, never one virtual
+// call per environment and step; environments do not know of one another. One object serves one
+// batch; different ranges may be worked on at the same time by different threads.
+class Task {
+ public:
+  virtual ~Task() = default;
+
+  virtual const TaskInfo& info() const = 0;
+  virtual SceneSource scene() const = 0;
+  // The whole scene for tools and renderers, lights and visual geometry included.
+  virtual std::string document() const = 0;
+
+  // Called once, before anything else below.
+  virtual void bind(const Bindings& bindings) = 0;
+
+  // Samples an episode for one environment. Its columns are zero, the robot is placed.
+  virtual void reset(const Episode& episode) = 0;
+  // Moves props before the physics of a step; `elapsed` is still that of the step before.
+  virtual void before_physics(Range /*envs*/) {}
+  // Brings the scene to the phase of `elapsed`: moves, parks, reveals and paints props. Called
+  // once per control step, and once at reset with elapsed = 0.
+  virtual void advance(Range envs) = 0;
+  // Computes success and info from the state; changes no prop.
+  virtual void evaluate(Range envs) = 0;
+  // Writes the task's part of the state observation, info().state_fields in order.
+  virtual void observe(Range envs, FloatRows out) = 0;
+  // Writes the dense reward; rows have one element.
+  virtual void dense_reward(Range envs, FloatRows out) = 0;
+  // Writes actions of the oracle (or, with `blind`, of the oracle that guesses) for
+  // pd_ee_delta_pose with upstream's rotation sign.
+  virtual void act(Range envs, bool blind, FloatRows actions) = 0;
+
+  // The instruction of one environment's episode.
+  virtual std::string instruction(int /*env*/) const { return info().instruction; }
+};
+
+}  // namespace engram

@@ -1,0 +1,458 @@
+#include "core/vector_env.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <thread>
+
+#include "core/error.h"
+
+namespace engram {
+namespace {
+
+constexpr int kMaxEnvs = 1'000'000;
+constexpr double kPi = std::numbers::pi;
+
+// Start pose of all tasks (common 1.5, third row): arm in rad, fingers in m.
+constexpr std::array<double, kRobotJoints> kStartQpos = {
+    0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
+
+constexpr int kProprioDim = 7;
+constexpr int kTcpPoseDim = 7;
+
+void require(bool good, const char* what, double given, const char* allowed) {
+  if (good) return;
+  std::ostringstream text;
+  text << what << ": " << given << " given, " << allowed << " allowed";
+  throw Error(Error::kInvalidArgument, text.str());
+}
+
+EnvOptions checked(EnvOptions options) {
+  require(options.num_envs >= 1 && options.num_envs <= kMaxEnvs, "num_envs", options.num_envs,
+          "1 to 1000000");
+  require(options.threads >= 0 && options.threads <= ThreadPool::kMaxThreads, "threads",
+          options.threads, "0 (one per core) to 1024");
+  require(options.chunk >= 0, "chunk", options.chunk, "0 (chosen) or more");
+  require(options.substeps >= 0 && options.substeps <= 1000, "substeps", options.substeps,
+          "0 to 1000");
+  require(options.rotation_sign == 1 || options.rotation_sign == -1, "rotation_sign",
+          options.rotation_sign, "-1 or 1");
+  require(options.robot_init_qpos_noise >= 0 && options.robot_init_qpos_noise <= 1,
+          "robot_init_qpos_noise", options.robot_init_qpos_noise, "0 to 1 rad");
+  if (options.threads == 0) {
+    options.threads =
+        std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxEnvs);
+  }
+  options.threads = std::min(options.threads, options.num_envs);
+  if (options.chunk == 0) {
+    // Several claims per worker even out unequal environments; a few environments per claim keep
+    // the counter quiet.
+    options.chunk = std::clamp(options.num_envs / (options.threads * 8), 1, 16);
+  }
+  return options;
+}
+
+std::vector<Draw> all_draws(const TaskInfo& info) {
+  std::vector<Draw> draws = {{kRobotNoiseDraw, kArmJoints, false, -1, 1, "rad",
+                              "added to the seven arm joints of the start pose"}};
+  draws.insert(draws.end(), info.draws.begin(), info.draws.end());
+  return draws;
+}
+
+void require_length(const char* what, std::size_t given, std::size_t needed) {
+  if (given == needed) return;
+  throw Error(Error::kInvalidArgument, std::string(what) + ": " + std::to_string(given) +
+                                           " values given, " + std::to_string(needed) + " needed");
+}
+
+}  // namespace
+
+VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options)
+    : task_(std::move(task)),
+      options_(checked(options)),
+      model_(std::make_unique<PhysicsModel>(task_->scene())),
+      controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
+                                               model_->joint_ranges(), options_.rotation_sign)),
+      pool_(options_.threads),
+      physics_(std::make_unique<Physics>(*model_, PhysicsOptions{options_.substeps, options_.sleep},
+                                         options_.threads)),
+      memory_(options_.num_envs),
+      pin_memory_(options_.num_envs),
+      outputs_(options_.num_envs),
+      final_outputs_(options_.num_envs) {
+  try {
+    allocate();
+  } catch (const std::bad_alloc&) {
+    throw Error(Error::kUnavailable, "no memory for " + std::to_string(options_.num_envs) +
+                                         " environments of " + task_->info().id);
+  }
+  pins_.check(options_.pins);
+}
+
+VectorEnv::~VectorEnv() = default;
+
+// Adds all columns: the engine's memory and outputs, then the task's.
+void VectorEnv::allocate() {
+  const TaskInfo& info = task_->info();
+  state_ = State(memory_, static_cast<int>(model_->props().size()));
+  pins_ = PinTable(pin_memory_, all_draws(info));
+  bindings_.state = &state_;
+  bindings_.memory = &memory_;
+  bindings_.outputs = &outputs_;
+  bindings_.action = memory_.add<float>("action", action_dim());
+  bindings_.previous_action = memory_.add<float>("previous_action", action_dim());
+  bindings_.freeze_steps = memory_.add<std::int32_t>("freeze_steps");
+
+  state_fields_ = {{"qpos", kRobotJoints, DType::kFloat32, "rad, m", "arm joints, fingers"},
+                   {"qvel", kRobotJoints, DType::kFloat32, "rad/s, m/s", "arm joints, fingers"}};
+  if (controller_->state_dim() > 0) {
+    state_fields_.push_back({controller_->state_name(), controller_->state_dim(), DType::kFloat32,
+                             "", "target that the controller tracks"});
+  }
+  state_fields_.push_back(
+      {"tcp_pose", kTcpPoseDim, DType::kFloat32, "m", "position, quaternion (w, x, y, z)"});
+  state_fields_.insert(state_fields_.end(), info.state_fields.begin(), info.state_fields.end());
+  int dim = 0;
+  for (const Field& field : state_fields_) dim += field.width;
+
+  observation_ = outputs_.add<float>("observation", dim, "", "the state observation");
+  proprio_ = outputs_.add<float>("proprio", kProprioDim, "m, rad",
+                                 "TCP position, roll, pitch, yaw, gripper opening");
+  reward_ = outputs_.add<float>("reward");
+  terminated_ = outputs_.add<std::uint8_t>("terminated");
+  truncated_ = outputs_.add<std::uint8_t>("truncated");
+  unstable_ = outputs_.add<std::uint8_t>("unstable", 1, "", "physics diverged in this step");
+  elapsed_steps_ = outputs_.add<std::int32_t>("elapsed_steps", 1, "control steps");
+  bindings_.success = outputs_.add<std::uint8_t>("success");
+  bindings_.failed = outputs_.add<std::uint8_t>("failed");
+  success_once_ =
+      outputs_.add<std::uint8_t>("success_once", 1, "", "success in any step of the episode");
+  episode_return_ = outputs_.add<double>("episode_return", 1, "", "sum of rewards");
+  if (info.oracle_dim > 0) {
+    bindings_.oracle_info =
+        outputs_.add<std::int32_t>("oracle_info", info.oracle_dim, "", "the hidden quantity");
+  }
+  if (info.task_cue_dim > 0) {
+    bindings_.task_cue = outputs_.add<float>("task_cue", info.task_cue_dim);
+  }
+  task_->bind(bindings_);
+  final_outputs_.add_like(outputs_);
+  final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
+}
+
+// --- reset ---
+
+void VectorEnv::reset(const ResetRequest& request) {
+  const auto count = static_cast<std::size_t>(num_envs());
+  if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
+  if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
+  if (request.pins != nullptr) pins_.check(*request.pins);
+  const auto selected = [&request](int env) {
+    return request.mask.empty() || request.mask[static_cast<std::size_t>(env)] != 0;
+  };
+  if (!started_) {
+    for (int env = 0; env < num_envs(); ++env) {
+      if (!selected(env)) {
+        throw Error(Error::kBadState, "first reset with environment " + std::to_string(env) +
+                                          " masked out; the first one must reset all");
+      }
+    }
+  }
+  const std::vector<Pin>* pins = request.pins != nullptr ? request.pins
+                                 : started_              ? nullptr
+                                                         : &options_.pins;
+  pool_.run(num_envs(), options_.chunk, [&](int /*worker*/, int begin, int end) {
+    for (int env = begin; env < end; ++env) {
+      if (!selected(env)) continue;
+      std::uint64_t seed = options_.seed + static_cast<std::uint64_t>(env);
+      std::uint64_t episode = 0;
+      if (!request.seeds.empty()) {
+        seed = request.seeds[static_cast<std::size_t>(env)];
+      } else if (started_) {
+        seed = state_.seed[env];
+        episode = state_.episode[env] + 1;
+      }
+      if (pins != nullptr) pins_.set(env, *pins);
+      reset_env(env, seed, episode);
+      final_mask_[static_cast<std::size_t>(env)] = 0;
+    }
+  });
+  started_ = true;
+}
+
+void VectorEnv::reset_env(int env, std::uint64_t seed, std::uint64_t episode_number) {
+  memory_.clear_row(env);
+  outputs_.clear_row(env);
+  state_.seed[env] = seed;
+  state_.episode[env] = episode_number;
+
+  const Episode episode(pins_, env, seed, episode_number);
+  double* qpos = state_.qpos.row(env);
+  std::copy(kStartQpos.begin(), kStartQpos.end(), qpos);
+  const double* pinned_noise = pins_.values(env, 0);
+  RandomStream noise = episode.engine_stream(kPurposeRobotNoise);
+  for (int i = 0; i < kArmJoints; ++i) {
+    qpos[i] +=
+        pinned_noise != nullptr ? pinned_noise[i] : options_.robot_init_qpos_noise * noise.normal();
+  }
+  physics_->update_tcp(state_, env);
+  controller_->reset(state_, env);
+
+  task_->reset(episode);
+  const Range self{env, env + 1};
+  task_->advance(self);
+  task_->evaluate(self);
+  observe(self);
+}
+
+// --- step ---
+
+void VectorEnv::step(std::span<const float> actions) {
+  if (!started_) throw Error(Error::kBadState, "step before the first reset; reset first");
+  const auto dim = static_cast<std::size_t>(action_dim());
+  require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
+  const auto bad = std::find_if_not(actions.begin(), actions.end(),
+                                    [](float value) { return std::isfinite(value); });
+  if (bad != actions.end()) {
+    const auto index = static_cast<std::size_t>(bad - actions.begin());
+    throw Error(Error::kInvalidArgument, "action of environment " + std::to_string(index / dim) +
+                                             ", component " + std::to_string(index % dim) + ": " +
+                                             std::to_string(*bad) +
+                                             " given, a finite number needed");
+  }
+  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
+    step_range(worker, {begin, end}, actions.data());
+  });
+}
+
+// Environments whose episode has ended are reset or left alone, as the auto-reset mode says; the
+// others are stepped in runs of neighbours, so that tasks get whole ranges.
+void VectorEnv::step_range(int worker, Range envs, const float* actions) {
+  int env = envs.begin;
+  while (env < envs.end) {
+    final_mask_[static_cast<std::size_t>(env)] = 0;
+    if (state_.finished[env] != 0) {
+      if (options_.auto_reset == AutoReset::kNextStep) {
+        reset_env(env, state_.seed[env], state_.episode[env] + 1);
+      } else {
+        reward_[env] = 0;
+      }
+      ++env;
+      continue;
+    }
+    const int begin = env;
+    for (; env < envs.end && state_.finished[env] == 0; ++env) {
+      final_mask_[static_cast<std::size_t>(env)] = 0;
+      simulate(worker, env, actions + static_cast<std::ptrdiff_t>(env) * action_dim());
+    }
+    finish_steps({begin, env});
+  }
+}
+
+// Action, controller and physics of one environment.
+void VectorEnv::simulate(int worker, int env, const float* action) {
+  const auto dim = static_cast<std::size_t>(action_dim());
+  float* current = bindings_.action.row(env);
+  std::copy_n(current, dim, bindings_.previous_action.row(env));
+  if (options_.freeze_cue && state_.elapsed[env] < bindings_.freeze_steps[env]) {
+    controller_->hold_action(state_, env, current);
+  } else {
+    std::copy_n(action, dim, current);
+  }
+  task_->before_physics({env, env + 1});
+  const Drive drive = controller_->drive(state_, env, current);
+  const bool stable = physics_->step(state_, env, worker, drive);
+  unstable_[env] = stable ? 0 : 1;
+  if (!stable) unstable_count_.fetch_add(1, std::memory_order_relaxed);
+  physics_->update_tcp(state_, env);
+  ++state_.elapsed[env];
+}
+
+// Everything after physics: phases, info, observation, reward, endings.
+void VectorEnv::finish_steps(Range envs) {
+  task_->advance(envs);
+  task_->evaluate(envs);
+  observe(envs);
+  compute_rewards(envs);
+  for (int env = envs.begin; env < envs.end; ++env) finish_step(env);
+}
+
+void VectorEnv::finish_step(int env) {
+  const bool success = bindings_.success[env] != 0;
+  success_once_[env] |= bindings_.success[env];
+  episode_return_[env] += static_cast<double>(reward_[env]);
+
+  const Termination rule = task_->info().termination;
+  const bool ends_at_success = options_.terminate_on_success.value_or(rule != Termination::kNever);
+  const bool ends_at_failure = rule == Termination::kSuccessOrFailed && bindings_.failed[env] != 0;
+  terminated_[env] = ((success && ends_at_success) || ends_at_failure) ? 1 : 0;
+  truncated_[env] = (state_.elapsed[env] >= task_->info().horizon || unstable_[env] != 0) ? 1 : 0;
+  state_.finished[env] = terminated_[env] | truncated_[env];
+
+  if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return;
+  // The new episode's outputs replace those of the old one, but reward and endings are of the step.
+  outputs_.copy_row_to(final_outputs_, env);
+  final_mask_[static_cast<std::size_t>(env)] = 1;
+  const float reward = reward_[env];
+  const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};
+  reset_env(env, state_.seed[env], state_.episode[env] + 1);
+  reward_[env] = reward;
+  terminated_[env] = flags[0];
+  truncated_[env] = flags[1];
+  unstable_[env] = flags[2];
+}
+
+// --- outputs ---
+
+void VectorEnv::observe(Range envs) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    elapsed_steps_[env] = state_.elapsed[env];
+    const double* pos = state_.tcp_pos.row(env);
+    const double* quat = state_.tcp_quat.row(env);
+    const double* qpos = state_.qpos.row(env);
+    const Eigen::Vector3d angles =
+        roll_pitch_yaw(Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
+    float* proprio = proprio_.row(env);
+    for (int i = 0; i < 3; ++i) {
+      proprio[i] = static_cast<float>(pos[i]);
+      proprio[3 + i] = static_cast<float>(angles[i]);
+    }
+    proprio[6] = static_cast<float>(qpos[kArmJoints] + qpos[kArmJoints + 1]);
+  }
+  if (options_.obs_mode == ObsMode::kNone) return;
+
+  int offset = 0;
+  for (int env = envs.begin; env < envs.end; ++env) {
+    float* out = observation_.row(env);
+    const auto append = [&out](const double* values, int count) {
+      out = std::transform(values, values + count, out,
+                           [](double value) { return static_cast<float>(value); });
+    };
+    append(state_.qpos.row(env), kRobotJoints);
+    append(state_.qvel.row(env), kRobotJoints);
+    append(controller_->state_row(state_, env), controller_->state_dim());
+    append(state_.tcp_pos.row(env), 3);
+    append(state_.tcp_quat.row(env), 4);
+    offset = static_cast<int>(out - observation_.row(env));
+  }
+  task_->observe(envs, {observation_.data() + offset, observation_.width()});
+}
+
+void VectorEnv::compute_rewards(Range envs) {
+  const RewardMode mode = options_.reward_mode;
+  if (mode == RewardMode::kDense || mode == RewardMode::kNormalizedDense) {
+    task_->dense_reward(envs, {reward_.data(), 1});
+  }
+  for (int env = envs.begin; env < envs.end; ++env) {
+    switch (mode) {
+      case RewardMode::kNone:
+        reward_[env] = 0;
+        break;
+      case RewardMode::kSparse:
+        reward_[env] = bindings_.success[env] != 0 ? 1.0F : 0.0F;
+        break;
+      case RewardMode::kDense:
+        break;
+      case RewardMode::kNormalizedDense:
+        reward_[env] /= static_cast<float>(task_->info().success_reward);
+        break;
+    }
+  }
+}
+
+template <class T>
+std::span<const T> VectorEnv::whole(const Column<T>& column) const {
+  return {column.data(),
+          static_cast<std::size_t>(num_envs()) * static_cast<std::size_t>(column.width())};
+}
+
+std::span<const float> VectorEnv::observation() const {
+  if (options_.obs_mode == ObsMode::kNone) return {};
+  return whole(observation_);
+}
+std::span<const float> VectorEnv::proprio() const { return whole(proprio_); }
+std::span<const float> VectorEnv::reward() const { return whole(reward_); }
+std::span<const std::uint8_t> VectorEnv::terminated() const { return whole(terminated_); }
+std::span<const std::uint8_t> VectorEnv::truncated() const { return whole(truncated_); }
+std::span<const std::uint8_t> VectorEnv::success() const { return whole(bindings_.success); }
+std::span<const std::uint8_t> VectorEnv::unstable() const { return whole(unstable_); }
+std::span<const std::uint8_t> VectorEnv::final_mask() const { return final_mask_.span(); }
+
+namespace {
+
+ColumnView named(const ColumnStore& store, std::string_view name) {
+  const ColumnView view = store.find(name);
+  if (view.field != nullptr) return view;
+  std::string names;
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    names += (names.empty() ? "" : ", ") + store[i].field->name;
+  }
+  throw Error(Error::kUnknownId,
+              "no output named '" + std::string(name) + "'; this task has: " + names);
+}
+
+}  // namespace
+
+ColumnView VectorEnv::output(std::string_view name) const { return named(outputs_, name); }
+ColumnView VectorEnv::final_output(std::string_view name) const {
+  return named(final_outputs_, name);
+}
+
+std::string VectorEnv::instruction(int env) const {
+  check_env(env);
+  return task_->instruction(env);
+}
+
+void VectorEnv::check_env(int env) const {
+  if (env >= 0 && env < num_envs()) return;
+  throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
+                                           std::to_string(num_envs() - 1) + " allowed");
+}
+
+// --- policies ---
+
+void VectorEnv::act(Policy policy, std::span<float> actions) {
+  const auto dim = static_cast<std::size_t>(action_dim());
+  require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
+  if (!started_) throw Error(Error::kBadState, "act before the first reset; reset first");
+  const bool scripted = policy == Policy::kOracle || policy == Policy::kBlind;
+  if (scripted && options_.control_mode != ControlMode::kPdEeDeltaPose) {
+    throw Error(Error::kInvalidArgument, std::string("oracle with control mode ") +
+                                             control_mode_name(options_.control_mode) +
+                                             ", pd_ee_delta_pose needed");
+  }
+  pool_.run(num_envs(), options_.chunk, [&](int /*worker*/, int begin, int end) {
+    const FloatRows rows{actions.data(), action_dim()};
+    if (scripted) task_->act({begin, end}, policy == Policy::kBlind, rows);
+    for (int env = begin; env < end; ++env) {
+      float* row = rows.row(env);
+      if (policy == Policy::kZero) std::fill_n(row, dim, 0.0F);
+      if (policy == Policy::kRandom) random_action(env, row);
+      // Oracles speak upstream's rotation sign.
+      if (scripted && options_.rotation_sign == 1) {
+        for (int i = 3; i < 6; ++i) row[i] = -row[i];
+      }
+    }
+  });
+}
+
+// Uniform over the action space, as a function of seed, episode and step alone. Unbounded
+// components stay near where the robot is.
+void VectorEnv::random_action(int env, float* action) const {
+  constexpr double kUnboundedSpread = 0.05;
+  const auto step = static_cast<std::uint32_t>(state_.elapsed[env]);
+  RandomStream stream(state_.seed[env], state_.episode[env], kPurposeRandomPolicy + step);
+  const ActionSpace& space = action_space();
+  controller_->hold_action(state_, env, action);
+  for (std::size_t i = 0; i < space.low.size(); ++i) {
+    if (std::isfinite(space.low[i])) {
+      action[i] = static_cast<float>(
+          stream.uniform(static_cast<double>(space.low[i]), static_cast<double>(space.high[i])));
+    } else {
+      action[i] += static_cast<float>(stream.uniform(-kUnboundedSpread, kUnboundedSpread));
+    }
+  }
+}
+
+}  // namespace engram

@@ -1,0 +1,178 @@
+// A batch of environments of one task, stepped in lockstep.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/controller.h"
+#include "core/physics.h"
+#include "core/task.h"
+#include "core/thread_pool.h"
+
+namespace engram {
+
+enum class ObsMode { kNone, kState, kStateDict };
+enum class RewardMode { kNone, kSparse, kDense, kNormalizedDense };
+
+// What happens to an environment whose episode has ended, in Gymnasium's terms.
+enum class AutoReset {
+  kNextStep,  // the next step ignores its action and returns the first observation instead
+  kSameStep,  // the same step returns it; the last observation and info are kept as `final`
+  kOff,       // nothing: the environment keeps its last outputs, with reward 0, until it is reset
+};
+
+struct EnvOptions {
+  int num_envs = 1;        // 1 to 1,000,000
+  std::uint64_t seed = 0;  // environment i has seed + i
+  int threads = 0;         // 1 to 1024, the caller included; 0: one per core
+  int chunk = 0;           // environments that a worker claims at a time; 0: chosen
+  ObsMode obs_mode = ObsMode::kState;
+  RewardMode reward_mode = RewardMode::kNormalizedDense;
+  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  AutoReset auto_reset = AutoReset::kNextStep;
+  int rotation_sign = -1;  // of rotation actions: -1 as upstream, or +1
+  bool freeze_cue = true;  // zero actions during cue and empty phase where the canonical wrapper
+                           // chain does (common 10)
+  std::optional<bool> terminate_on_success;  // overrides the family's rule
+  double robot_init_qpos_noise = 0.02;       // rad, standard deviation
+  bool sleep = true;                         // false: every shortcut of the physics off
+  int substeps = 5;       // of 0.01 s per control step; 0 measures everything but physics
+  std::vector<Pin> pins;  // quantities of every episode that are fixed
+};
+
+// Which environments to reset, and how. Empty spans: all environments; seeds and pins as before.
+struct ResetRequest {
+  std::span<const std::uint8_t> mask;      // num_envs values, non-zero: reset
+  std::span<const std::uint64_t> seeds;    // num_envs values; those of masked-out ones are ignored
+  const std::vector<Pin>* pins = nullptr;  // replaces the pins of the environments that are reset
+};
+
+// All spans stay valid, and point to the same memory, for the life of the object; their content
+// changes with step, reset and restore. Not for use from two threads at once.
+class VectorEnv {
+ public:
+  // Throws Error if an option is out of range, a pin is not one of the task's, or the machine
+  // lacks memory or threads.
+  VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options);
+  ~VectorEnv();
+
+  const TaskInfo& info() const { return task_->info(); }
+  const EnvOptions& options() const { return options_; }
+  int num_envs() const { return options_.num_envs; }
+  int threads() const { return pool_.threads(); }
+  const ActionSpace& action_space() const { return controller_->action_space(); }
+  int action_dim() const { return controller_->action_space().dim(); }
+  // Fields of the state observation, in the order in which they lie in a row.
+  const std::vector<Field>& state_fields() const { return state_fields_; }
+  int state_dim() const { return observation_.width(); }
+  // The sampled quantities of an episode, the engine's robot_noise first.
+  const std::vector<Draw>& draws() const { return pins_.draws(); }
+  // MJCF text of the whole scene.
+  std::string document() const { return task_->document(); }
+  const PhysicsModel& physics_model() const { return *model_; }
+
+  // Starts new episodes. Without seeds, the first reset uses options().seed and later ones go on
+  // to the next episode of each environment. Throws Error, changing nothing, if a span has the
+  // wrong length or a pin is not allowed.
+  void reset(const ResetRequest& request = {});
+
+  // One control step for all environments. actions: (num_envs, action_dim), row by row. Throws
+  // Error, changing nothing, if the length is wrong, a value is not finite or nothing was reset.
+  void step(std::span<const float> actions);
+
+  // Writes actions for the next step, (num_envs, action_dim). Oracle and blind need
+  // pd_ee_delta_pose. Throws Error if they cannot act or the length is wrong.
+  void act(Policy policy, std::span<float> actions);
+
+  // Outputs of the last step or reset; N = num_envs.
+  std::span<const float> observation() const;        // (N, state_dim)
+  std::span<const float> proprio() const;            // (N, 7): common 6.3
+  std::span<const float> reward() const;             // (N)
+  std::span<const std::uint8_t> terminated() const;  // (N)
+  std::span<const std::uint8_t> truncated() const;   // (N)
+  std::span<const std::uint8_t> success() const;     // (N)
+  std::span<const std::uint8_t> unstable() const;    // (N) physics diverged in this step
+  std::span<const std::uint8_t> final_mask() const;  // (N) final_output is of this step (same-step)
+
+  // All outputs by name: the above, the task's info fields, elapsed_steps, task_cue, oracle_info,
+  // success_once, episode_return, ... . Throws Error for an unknown name.
+  ColumnView output(std::string_view name) const;
+  // The same at the end of the episode that ended last in each environment (same-step mode).
+  ColumnView final_output(std::string_view name) const;
+  const ColumnStore& outputs() const { return outputs_; }
+  std::string instruction(int env) const;
+
+  // Physics that diverged since construction, in environment steps.
+  std::uint64_t unstable_count() const { return unstable_count_.load(); }
+
+  // Saves or restores one environment, or all, bit-exactly. A snapshot may be restored into any
+  // slot of any batch of the same task and control mode. restore throws Error, changing nothing,
+  // if the bytes are damaged or of another task, version or number of environments.
+  std::vector<std::byte> save(int env) const;
+  void restore(int env, std::span<const std::byte> bytes);
+  std::vector<std::byte> save() const;
+  void restore(std::span<const std::byte> bytes);
+
+  // The engine's columns, for tools and tests that look inside.
+  const State& state() const { return state_; }
+  const ColumnStore& memory() const { return memory_; }
+  // Bytes that every further environment adds.
+  std::size_t bytes_per_env() const {
+    return memory_.row_bytes() + pin_memory_.row_bytes() + 2 * outputs_.row_bytes();
+  }
+
+ private:
+  void allocate();
+  void check_env(int env) const;
+  void reset_env(int env, std::uint64_t seed, std::uint64_t episode);
+  void step_range(int worker, Range envs, const float* actions);
+  void simulate(int worker, int env, const float* action);
+  void finish_steps(Range envs);
+  void finish_step(int env);
+  void observe(Range envs);
+  void compute_rewards(Range envs);
+  void random_action(int env, float* action) const;
+  std::uint64_t snapshot_layout() const;
+  std::vector<std::byte> save_range(Range envs) const;
+  void restore_range(Range envs, std::span<const std::byte> bytes);
+  template <class T>
+  std::span<const T> whole(const Column<T>& column) const;
+
+  std::unique_ptr<Task> task_;
+  EnvOptions options_;
+  std::unique_ptr<PhysicsModel> model_;
+  std::unique_ptr<Controller> controller_;
+  ThreadPool pool_;
+  std::unique_ptr<Physics> physics_;
+
+  ColumnStore memory_;         // everything an environment remembers of its episode
+  ColumnStore pin_memory_;     // its pins, which outlive the episode
+  ColumnStore outputs_;        // everything it shows
+  ColumnStore final_outputs_;  // outputs at the end of the last episode (same-step mode)
+  State state_;
+  PinTable pins_;
+  std::vector<Field> state_fields_;
+  Bindings bindings_;
+
+  Column<float> observation_;
+  Column<float> proprio_;
+  Column<float> reward_;
+  Column<std::uint8_t> terminated_;
+  Column<std::uint8_t> truncated_;
+  Column<std::uint8_t> unstable_;
+  Column<std::int32_t> elapsed_steps_;
+  Column<std::uint8_t> success_once_;
+  Column<double> episode_return_;
+  AlignedArray<std::uint8_t> final_mask_;
+
+  bool started_ = false;  // a first reset has been made
+  std::atomic<std::uint64_t> unstable_count_ = 0;
+};
+
+}  // namespace engram

@@ -1,0 +1,65 @@
+#include "mjcf/cameras.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "mjcf/prop.h"
+
+namespace engram::mjcf {
+namespace {
+
+constexpr double kSensorFovy = 90;                      // degrees
+constexpr double kRenderFovy = 180 / std::numbers::pi;  // one radian
+
+Vec3 unit(const Vec3& v) {
+  const double norm = std::hypot(v[0], v[1], v[2]);
+  return {v[0] / norm, v[1] / norm, v[2] / norm};
+}
+
+Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Element& add_camera(Element& body, const char* name, const Vec3& pos, const Vec3& right,
+                    const Vec3& up, double fovy) {
+  Element& camera = add(body, "camera");
+  set(camera, "name", name);
+  set(camera, "pos", pos);
+  set(camera, "xyaxes", {right[0], right[1], right[2], up[0], up[1], up[2]});
+  set(camera, "fovy", fovy);
+  return camera;
+}
+
+// A camera that looks from eye to target with the horizon level.
+void add_look_at(Element& world, const char* name, const Vec3& eye, const Vec3& target,
+                 double fovy) {
+  const Vec3 forward = unit({target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]});
+  const Vec3 right = unit(cross(forward, {0, 0, 1}));
+  add_camera(world, name, eye, right, cross(right, forward), fovy);
+}
+
+void add_render_camera(Element& world, RenderCamera which) {
+  switch (which) {
+    case RenderCamera::kA:
+      return add_look_at(world, "render_camera", {0.5, 1, 1}, {-0.3, 0, 0}, kRenderFovy);
+    case RenderCamera::kB:
+      return add_look_at(world, "render_camera", {0.6, 0.7, 0.6}, {0, 0, 0.15}, kRenderFovy);
+    case RenderCamera::kC:
+      return add_look_at(world, "render_camera", {0.6, 0.7, 0.6}, {0, 0, 0.35}, kRenderFovy);
+  }
+}
+
+}  // namespace
+
+void add_world_cameras(Element& worldbody, RenderCamera render_camera) {
+  add_look_at(worldbody, "base_camera", {0.3, 0, 0.6}, {-0.1, 0, 0.1}, kSensorFovy);
+  add_render_camera(worldbody, render_camera);
+}
+
+void add_hand_camera(Element& hand) {
+  // common 1.6: looks along the hand's z axis, up is the hand's x axis.
+  add_camera(hand, "hand_camera", {0.046498, -0.020001, 0.036001}, {0, 1, 0}, {1, 0, 0},
+             kSensorFovy);
+}
+
+}  // namespace engram::mjcf

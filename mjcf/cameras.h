@@ -1,0 +1,15 @@
+// The cameras of common 9.
+#pragma once
+
+#include "mjcf/scene.h"
+#include "mjcf/xml.h"
+
+namespace engram::mjcf {
+
+// base_camera and render_camera, fixed in the world.
+void add_world_cameras(Element& worldbody, RenderCamera render_camera);
+
+// hand_camera, fixed in the hand.
+void add_hand_camera(Element& hand);
+
+}  // namespace engram::mjcf

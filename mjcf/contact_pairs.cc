@@ -1,0 +1,111 @@
+#include "mjcf/contact_pairs.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "mjcf/panda_collision.h"
+#include "mjcf/prop_body.h"
+
+namespace engram::mjcf {
+namespace {
+
+// A material: sliding friction (common 13), and the radius of the patch by which it resists
+// twisting. The rubber tips' is upstream's; hard surfaces get a small one.
+struct Material {
+  double friction = 0.3;
+  double patch = 0.005;  // m
+};
+constexpr Material kHard{};
+constexpr Material kRubber{.friction = 2.0, .patch = 0.1};
+
+// How deep a soft contact lets a resting prop sink. The table's contacts begin that much earlier, so
+// that props rest at the height that the specification gives them, and wake without a jolt.
+constexpr double kSinkage = 5.3e-5;  // m
+
+// Geoms of one material that collide alike.
+struct Side {
+  std::vector<std::string> geoms;
+  Material material;
+};
+
+Side side(Link link) {
+  const bool finger = link == Link::kLeftFinger || link == Link::kRightFinger;
+  Side result{{}, finger ? kRubber : kHard};
+  for (int i = 0; i < collision_geom_count(link); ++i) {
+    result.geoms.push_back(collision_geom_name(link, i));
+  }
+  return result;
+}
+
+Side side(const Prop& prop) {
+  return {collision_geom_names(prop), {.friction = prop.friction, .patch = kHard.patch}};
+}
+
+// Pairs every geom of one side with every geom of the other. MuJoCo on its own would take the
+// larger friction; upstream averages (common 13).
+// `margin`: contacts exist from that gap on.
+void add_pairs(Element& contact, const Side& first, const Side& second, double margin = 0) {
+  const double friction = (first.material.friction + second.material.friction) / 2;
+  const double torsion = friction * std::max(first.material.patch, second.material.patch);
+  for (const std::string& geom1 : first.geoms) {
+    for (const std::string& geom2 : second.geoms) {
+      Element& pair = add(contact, "pair");
+      set(pair, "geom1", geom1);
+      set(pair, "geom2", geom2);
+      set(pair, "friction", {friction, friction, torsion, 1e-4, 1e-4});
+      if (margin > 0) set(pair, "margin", margin);
+    }
+  }
+}
+
+// Self-collisions that upstream leaves enabled (common 1.3).
+void add_self_pairs(Element& contact) {
+  using enum Link;
+  const std::pair<Link, std::vector<Link>> kTable[] = {
+      {kLink0, {kLink5, kLink6, kLink7, kHand, kCamera, kLeftFinger, kRightFinger}},
+      {kLink1, {kLink5, kLink6, kLink7, kHand, kCamera, kLeftFinger, kRightFinger}},
+      {kLink2, {kLink5, kLink7, kHand, kCamera, kLeftFinger, kRightFinger}},
+      {kLink3, {kCamera}},
+      {kLink4, {kCamera}},
+      {kLink5, {kCamera, kLeftFinger, kRightFinger}},
+  };
+  for (const auto& [link, others] : kTable) {
+    for (const Link other : others) add_pairs(contact, side(link), side(other));
+  }
+}
+
+// The base stands on the table and link1 cannot reach it.
+void add_table_pairs(Element& contact) {
+  const Side table{{kTableTop}, kHard};
+  for (int i = static_cast<int>(Link::kLink2); i < kLinkCount; ++i) {
+    add_pairs(contact, table, side(static_cast<Link>(i)));
+  }
+}
+
+// What of the robot can reach a prop: all that comes after the elbow.
+void add_prop_pairs(Element& contact, const Prop& prop) {
+  const Side own = side(prop);
+  for (int i = static_cast<int>(Link::kLink5); i < kLinkCount; ++i) {
+    add_pairs(contact, side(static_cast<Link>(i)), own);
+  }
+  if (prop.motion == Motion::kFree) add_pairs(contact, {{kTableTop}, kHard}, own, kSinkage);
+}
+
+}  // namespace
+
+void add_contact_pairs(Element& root, const std::vector<Prop>& props) {
+  Element& contact = add(root, "contact");
+  add_self_pairs(contact);
+  add_table_pairs(contact);
+  for (std::size_t i = 0; i < props.size(); ++i) {
+    add_prop_pairs(contact, props[i]);
+    for (std::size_t j = 0; j < i; ++j) {
+      const bool either_moves =
+          props[i].motion == Motion::kFree || props[j].motion == Motion::kFree;
+      if (either_moves) add_pairs(contact, side(props[j]), side(props[i]));
+    }
+  }
+}
+
+}  // namespace engram::mjcf

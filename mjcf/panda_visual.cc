@@ -1,0 +1,161 @@
+#include "mjcf/panda_visual.h"
+
+#include <numbers>
+
+#include "mjcf/shape.h"
+
+namespace engram::mjcf {
+namespace {
+
+using enum Link;
+
+// Colours of common 9, and two greys for hand and camera.
+enum class Finish { kShell, kTrim, kBlack, kGrey, kSilver };
+
+struct FinishEntry {
+  const char* name;
+  Rgba rgba;
+  double specular;
+};
+constexpr std::array<FinishEntry, 5> kFinishes = {{
+    {"shell", {0.902, 0.922, 0.929, 1}, 0.3},
+    {"trim", {1, 1, 1, 1}, 0.3},
+    {"black", {0.17, 0.17, 0.17, 1}, 0.2},
+    {"grey", {0.55, 0.56, 0.57, 1}, 0.2},
+    {"silver", {0.75, 0.76, 0.77, 1}, 0.5},
+}};
+
+// A capsule or cylinder from one point to another, in the link's frame.
+struct Bar {
+  Link link;
+  Finish finish;
+  Shape shape;
+  Vec3 from, to;
+  double radius;
+};
+
+constexpr Shape kCapsule = Shape::kCapsule;
+constexpr Shape kCylinder = Shape::kCylinder;
+constexpr Finish kShell = Finish::kShell;
+constexpr Finish kTrim = Finish::kTrim;
+constexpr Finish kBlack = Finish::kBlack;
+constexpr Finish kGrey = Finish::kGrey;
+constexpr Finish kSilver = Finish::kSilver;
+
+constexpr std::array kBars = {
+    // Foot and base column.
+    Bar{kLink0, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.03}, 0.088},
+    Bar{kLink0, kShell, kCylinder, {0, 0, 0.03}, {0, 0, 0.1405}, 0.066},
+    // Column of the first joint, then half of the shoulder barrel.
+    Bar{kLink1, kTrim, kCylinder, {0, 0, -0.192}, {0, 0, -0.188}, 0.0645},
+    Bar{kLink1, kShell, kCylinder, {0, 0, -0.188}, {0, 0, -0.13}, 0.064},
+    Bar{kLink1, kShell, kCapsule, {0, 0.004, -0.13}, {0, -0.03, -0.03}, 0.062},
+    Bar{kLink1, kShell, kCapsule, {0, 0, 0}, {0, -0.065, 0}, 0.063},
+    // The other half, and the upper arm's lower part.
+    Bar{kLink2, kShell, kCapsule, {0, 0, 0}, {0, 0, 0.065}, 0.063},
+    Bar{kLink2, kShell, kCapsule, {0, -0.03, 0.045}, {0, -0.13, 0}, 0.06},
+    Bar{kLink2, kShell, kCylinder, {0, -0.12, 0}, {0, -0.194, 0}, 0.0615},
+    // Upper arm, elbow.
+    Bar{kLink3, kTrim, kCylinder, {0, 0, -0.122}, {0, 0, -0.118}, 0.062},
+    Bar{kLink3, kShell, kCylinder, {0, 0, -0.118}, {0, 0, -0.06}, 0.0615},
+    Bar{kLink3, kShell, kCapsule, {0.004, 0, -0.06}, {0.06, 0.02, -0.005}, 0.059},
+    Bar{kLink3, kShell, kCylinder, {0.0825, 0, 0}, {0.0825, 0.05, 0}, 0.06},
+    Bar{kLink3, kBlack, kCylinder, {0.0825, 0.05, 0}, {0.0825, 0.076, 0}, 0.0605},
+    Bar{kLink3, kShell, kCylinder, {0.0825, 0.076, 0}, {0.0825, 0.08, 0}, 0.04},
+    Bar{kLink4, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.05}, 0.06},
+    Bar{kLink4, kBlack, kCylinder, {0, 0, 0.05}, {0, 0, 0.076}, 0.0605},
+    Bar{kLink4, kShell, kCylinder, {0, 0, 0.076}, {0, 0, 0.08}, 0.04},
+    Bar{kLink4, kShell, kCapsule, {-0.015, 0.008, 0.015}, {-0.08, 0.07, 0}, 0.06},
+    Bar{kLink4, kShell, kCylinder, {-0.0825, 0.07, 0}, {-0.0825, 0.122, 0}, 0.0615},
+    // Forearm: its upper end, the slim arm to the wrist with its dark panel, the wrist's barrel.
+    Bar{kLink5, kTrim, kCylinder, {0, 0, -0.262}, {0, 0, -0.258}, 0.062},
+    Bar{kLink5, kShell, kCapsule, {0, 0, -0.255}, {0, 0.012, -0.195}, 0.0605},
+    Bar{kLink5, kShell, kCapsule, {0, 0.035, -0.2}, {0, 0.06, -0.05}, 0.036},
+    Bar{kLink5, kBlack, kCylinder, {0, 0.052, 0}, {0, 0.098, 0}, 0.056},
+    Bar{kLink5, kShell, kCylinder, {0, 0.098, 0}, {0, 0.101, 0}, 0.04},
+    // Wrist: the barrel of joint 6, the upright body, its black lid.
+    Bar{kLink6, kShell, kCylinder, {0, 0, 0.03}, {0, 0, -0.052}, 0.05},
+    Bar{kLink6, kShell, kCapsule, {0.0, 0, 0.01}, {0.08, 0, 0.005}, 0.048},
+    Bar{kLink6, kShell, kCylinder, {0.088, -0.04, 0}, {0.088, 0.06, 0}, 0.051},
+    Bar{kLink6, kBlack, kCylinder, {0.088, 0.06, 0}, {0.088, 0.068, 0}, 0.047},
+    // Flange.
+    Bar{kLink7, kTrim, kCylinder, {0, 0, 0.04}, {0, 0, 0.044}, 0.0515},
+    Bar{kLink7, kShell, kCylinder, {0, 0, 0.044}, {0, 0, 0.107}, 0.047},
+    // Hand: rounded ends.
+    Bar{kHand, kShell, kCylinder, {0, 0.08, 0.002}, {0, 0.08, 0.06}, 0.026},
+    Bar{kHand, kShell, kCylinder, {0, -0.08, 0.002}, {0, -0.08, 0.06}, 0.026},
+    // Camera: lens.
+    Bar{kCamera, kBlack, kCylinder, {-0.004, 0, 0}, {-0.002, 0, 0}, 0.006},
+};
+
+// A box or ellipsoid, turned about the link's x axis.
+struct Block {
+  Link link;
+  Finish finish;
+  Shape shape;
+  Vec3 center, half_size;
+  double roll = 0;
+};
+
+constexpr Shape kBox = Shape::kBox;
+constexpr Shape kEllipsoid = Shape::kEllipsoid;
+constexpr double kTilt = std::numbers::pi / 6;
+
+constexpr std::array kBlocks = {
+    Block{kLink0, kShell, kEllipsoid, {-0.01, 0, 0.03}, {0.09, 0.092, 0.085}},
+    Block{kLink0, kShell, kBox, {-0.095, 0, 0.06}, {0.045, 0.05, 0.045}},
+    Block{kLink0, kTrim, kBox, {-0.13, 0, 0.008}, {0.03, 0.075, 0.008}},
+    Block{kLink5, kBlack, kBox, {0, 0.075, -0.115}, {0.028, 0.02, 0.115}, -0.1},
+    Block{kLink5, kShell, kBox, {0, 0.096, -0.085}, {0.014, 0.002, 0.09}, -0.1},
+    Block{kHand, kShell, kBox, {0, 0, 0.031}, {0.026, 0.08, 0.029}},
+    Block{kHand, kShell, kBox, {0, 0, 0.057}, {0.028, 0.085, 0.009}},
+    Block{kHand, kGrey, kBox, {0.027, 0, 0.045}, {0.002, 0.05, 0.008}},
+    Block{kHand, kBlack, kBox, {0, 0.085, 0.0}, {0.012, 0.016, 0.008}},
+    Block{kHand, kBlack, kBox, {0, -0.085, 0.0}, {0.012, 0.016, 0.008}},
+    Block{kCamera, kSilver, kBox, {-0.0125, -0.02, 0}, {0.010025, 0.0495, 0.0115}},
+    Block{kLeftFinger, kSilver, kBox, {0, 0.0185, 0.011}, {0.011, 0.0075, 0.01}},
+    Block{kLeftFinger, kSilver, kBox, {0, 0.0068, 0.0022}, {0.011, 0.0044, 0.0019}},
+    Block{kLeftFinger, kSilver, kBox, {0, 0.0159, 0.02835}, {0.00875, 0.0035, 0.01175}, kTilt},
+    Block{kLeftFinger, kSilver, kBox, {0, 0.0108, 0.0445}, {0.0085, 0.0040, 0.0085}},
+    Block{kLeftFinger, kBlack, kBox, {0, 0.0045, 0.0452}, {0.00875, 0.0045, 0.0093}},
+};
+
+constexpr Block mirrored(Block block) {
+  block.center[1] = -block.center[1];
+  block.roll = -block.roll;
+  return block;
+}
+
+void paint(Element& geom, Finish finish) {
+  set(geom, "group", kVisualGroup);
+  set(geom, "material", kFinishes[static_cast<std::size_t>(finish)].name);
+}
+
+}  // namespace
+
+void add_panda_materials(Element& assets) {
+  for (const FinishEntry& finish : kFinishes) {
+    Element& material = add(assets, "material");
+    set(material, "name", finish.name);
+    set(material, "rgba", finish.rgba);
+    set(material, "specular", finish.specular);
+    set(material, "shininess", 0.3);
+  }
+}
+
+void add_visual_geoms(Element& body, Link link) {
+  for (const Bar& bar : kBars) {
+    if (bar.link == link) {
+      paint(add_bar(body, bar.shape, bar.from, bar.to, bar.radius), bar.finish);
+    }
+  }
+  const bool right = link == kRightFinger;
+  for (const Block& entry : kBlocks) {
+    if (entry.link != (right ? kLeftFinger : link)) continue;
+    const Block block = right ? mirrored(entry) : entry;
+    paint(add_geom(body, block.shape, block.half_size, block.center, {block.roll, 0, 0}),
+          block.finish);
+  }
+}
+
+}  // namespace engram::mjcf

@@ -1,0 +1,53 @@
+// Props: the things on the table, described once for physics and for pictures.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace engram::mjcf {
+
+using Vec3 = std::array<double, 3>;
+using Quat = std::array<double, 4>;  // (w, x, y, z)
+using Rgba = std::array<double, 4>;  // 0..1
+
+enum class Shape { kBox, kSphere, kCapsule, kCylinder, kEllipsoid };
+
+// One primitive of a prop, posed in the frame of the prop's body.
+struct Primitive {
+  Shape shape = Shape::kBox;
+  Vec3 size{};  // MuJoCo's convention: half sizes; radius; radius and half length along z
+  Vec3 pos{};
+  Quat quat{1, 0, 0, 0};
+  Rgba rgba{1, 1, 1, 1};
+  bool collides = true;
+  bool visible = true;
+  double emission = 0;
+};
+
+// How the simulator moves a body.
+enum class Motion {
+  kFree,       // six degrees of freedom, moved by physics
+  kKinematic,  // moved by the task only (a mocap body); pushes, is never pushed
+};
+
+struct Prop {
+  std::string name;
+  Motion motion = Motion::kFree;
+  std::vector<Primitive> primitives;
+  // Inertial properties of a free prop; about the centre of mass, in body axes.
+  double mass = 0;                      // kg
+  Vec3 center_of_mass{};                // m
+  std::array<double, 6> inertia{};      // kg m^2: xx, yy, zz, xy, xz, yz
+  double friction = 0.3;                // the material's; a pair takes the average (common 13)
+  Vec3 pos{0, 0, 0.02};                 // pose in the document (qpos0); tasks place it at reset
+  Quat quat{1, 0, 0, 0};
+};
+
+// A solid cube of density 1000 kg/m^3 (common 13), resting on the table.
+Prop cube(const std::string& name, double half_size, const Rgba& rgba);
+
+// True if the two differ in name, look and place only.
+bool same_physics(const Prop& a, const Prop& b);
+
+}  // namespace engram::mjcf

@@ -1,0 +1,69 @@
+#include "mjcf/prop_body.h"
+
+#include <span>
+
+#include "mjcf/shape.h"
+
+namespace engram::mjcf {
+namespace {
+
+std::string geom_name(const Prop& prop, std::size_t index) {
+  return prop.name + "_" + std::to_string(index);
+}
+
+bool glows(const Primitive& primitive) { return primitive.visible && primitive.emission > 0; }
+
+void add_primitive(Element& body, const Prop& prop, std::size_t index, bool visuals) {
+  const Primitive& primitive = prop.primitives[index];
+  Element& geom = add_geom(body, primitive.shape, primitive.size, primitive.pos, {});
+  set(geom, "name", geom_name(prop, index));
+  if (primitive.quat != Quat{1, 0, 0, 0}) set(geom, "quat", primitive.quat);
+
+  const bool shown = visuals && primitive.visible;
+  set(geom, "group", shown ? kVisualGroup : kCollisionGroup);
+  if (!shown) return;
+  set(geom, "rgba", primitive.rgba);
+  set(geom, "material", glows(primitive) ? geom_name(prop, index) : "prop");
+}
+
+}  // namespace
+
+void add_prop(Element& worldbody, const Prop& prop, bool visuals) {
+  Element& body = add(worldbody, "body");
+  set(body, "name", prop.name);
+  set(body, "pos", prop.pos);
+  set(body, "quat", prop.quat);
+  if (prop.motion == Motion::kKinematic) {
+    set(body, "mocap", "true");
+  } else {
+    set(add(body, "freejoint"), "name", prop.name);
+    Element& inertial = add(body, "inertial");
+    set(inertial, "mass", prop.mass);
+    set(inertial, "pos", prop.center_of_mass);
+    set(inertial, "fullinertia", prop.inertia);
+  }
+  for (std::size_t i = 0; i < prop.primitives.size(); ++i) {
+    const Primitive& primitive = prop.primitives[i];
+    if (primitive.collides || (visuals && primitive.visible)) add_primitive(body, prop, i, visuals);
+  }
+}
+
+void add_prop_materials(Element& assets, const Prop& prop) {
+  for (std::size_t i = 0; i < prop.primitives.size(); ++i) {
+    if (!glows(prop.primitives[i])) continue;
+    Element& material = add(assets, "material");
+    set(material, "name", geom_name(prop, i));
+    set(material, "emission", prop.primitives[i].emission);
+    set(material, "specular", 0.0);
+  }
+}
+
+std::vector<std::string> collision_geom_names(const Prop& prop) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < prop.primitives.size(); ++i) {
+    if (prop.primitives[i].collides) names.push_back(geom_name(prop, i));
+  }
+  return names;
+}
+
+}  // namespace engram::mjcf

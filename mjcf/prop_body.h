@@ -1,0 +1,22 @@
+// A prop as a body of the document.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mjcf/prop.h"
+#include "mjcf/xml.h"
+
+namespace engram::mjcf {
+
+// Writes the prop's body; geoms are named after the primitive's index. Without visuals only the
+// colliding primitives are written.
+void add_prop(Element& worldbody, const Prop& prop, bool visuals);
+
+// Materials for the glowing primitives of a prop, children of the assets.
+void add_prop_materials(Element& assets, const Prop& prop);
+
+// Names of the colliding geoms, in order: "<prop>_<primitive>".
+std::vector<std::string> collision_geom_names(const Prop& prop);
+
+}  // namespace engram::mjcf

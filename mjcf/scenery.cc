@@ -1,0 +1,132 @@
+#include "mjcf/scenery.h"
+
+#include <cmath>
+
+#include "mjcf/contact_pairs.h"
+#include "mjcf/shape.h"
+
+namespace engram::mjcf {
+namespace {
+
+constexpr double kGroundHeight = -0.91964;  // common 4
+
+// Lights of common 9, as seen through upstream's pipeline: it shades linearly, divides by pi and
+// encodes for the display; MuJoCo does neither. These levels give the three brightnesses that
+// matter their upstream values: in the dark 0.3 -> 0.58, facing light 1 0.48 -> 0.72, facing up
+// 0.80 -> 0.90.
+constexpr double kAmbient = 0.58;
+constexpr double kSlanted = 0.25;
+constexpr double kOverhead = 0.18;
+
+Vec3 unit(const Vec3& v) {
+  const double norm = std::hypot(v[0], v[1], v[2]);
+  return {v[0] / norm, v[1] / norm, v[2] / norm};
+}
+
+void add_light(Element& world, const char* name, const Vec3& direction, double level) {
+  Element& light = add(world, "light");
+  set(light, "name", name);
+  set(light, "directional", "true");
+  set(light, "castshadow", "false");
+  set(light, "pos", {0, 0, 3});
+  set(light, "dir", unit(direction));
+  set(light, "diffuse", {level, level, level});
+  set(light, "specular", {0.1, 0.1, 0.1});
+}
+
+Element& add_texture(Element& assets, const char* name, const char* builtin, int width,
+                     int height) {
+  Element& texture = add(assets, "texture");
+  set(texture, "name", name);
+  set(texture, "type", "2d");
+  set(texture, "builtin", builtin);
+  set(texture, "width", width);
+  set(texture, "height", height);
+  return texture;
+}
+
+Element& add_material(Element& assets, const char* name, double specular) {
+  Element& material = add(assets, "material");
+  set(material, "name", name);
+  set(material, "specular", specular);
+  return material;
+}
+
+// Wood: dots, stretched along the table's long side until they are grain.
+void add_wood(Element& assets) {
+  Element& texture = add_texture(assets, "wood", "flat", 256, 32);
+  set(texture, "rgb1", {0.86, 0.49, 0.29});
+  set(texture, "mark", "random");
+  set(texture, "random", 0.35);
+  set(texture, "markrgb", {0.70, 0.36, 0.19});
+  Element& material = add_material(assets, "wood", 0.3);
+  set(material, "texture", "wood");
+  set(material, "texrepeat", {2, 1});
+}
+
+// Ground: a line every metre.
+void add_tiles(Element& assets) {
+  Element& texture = add_texture(assets, "tiles", "flat", 256, 256);
+  set(texture, "rgb1", {0.47, 0.49, 0.52});
+  set(texture, "mark", "edge");
+  set(texture, "markrgb", {0.66, 0.67, 0.68});
+  Element& material = add_material(assets, "tiles", 0);
+  set(material, "texture", "tiles");
+  set(material, "texuniform", "true");
+  set(material, "texrepeat", {1, 1});
+}
+
+}  // namespace
+
+void add_table_top(Element& worldbody) {
+  Element& plane = add(worldbody, "geom");
+  set(plane, "name", kTableTop);
+  set(plane, "type", "plane");
+  set(plane, "size", {0, 0, 1});
+  set(plane, "group", kCollisionGroup);
+}
+
+void add_visual_options(Element& root) {
+  Element& visual = add(root, "visual");
+  Element& headlight = add(visual, "headlight");
+  set(headlight, "ambient", {kAmbient, kAmbient, kAmbient});
+  set(headlight, "diffuse", {0, 0, 0});
+  set(headlight, "specular", {0, 0, 0});
+
+  // Near and far planes of common 9, in units of the statistic's extent (1 m).
+  Element& map = add(visual, "map");
+  set(map, "znear", 0.01);
+  set(map, "zfar", 100.0);
+
+  Element& buffer = add(visual, "global");
+  set(buffer, "offwidth", 1024);
+  set(buffer, "offheight", 1024);
+}
+
+void add_materials(Element& assets) {
+  add_wood(assets);
+  add_tiles(assets);
+  add_material(assets, "prop", 0);
+}
+
+void add_surroundings(Element& worldbody) {
+  add_light(worldbody, "slanted", {1, 1, -1}, kSlanted);
+  add_light(worldbody, "overhead", {0, 0, -1}, kOverhead);
+
+  // The visible table ends a hair below its top, so that flat things on it do not flicker.
+  Element& table = add_geom(worldbody, Shape::kBox, {0.6045, 1.209, 0.45932145},
+                            {-0.12, 0, -0.46032145}, {});
+  set(table, "name", "table");
+  set(table, "group", kVisualGroup);
+  set(table, "material", "wood");
+
+  Element& ground = add(worldbody, "geom");
+  set(ground, "name", "ground");
+  set(ground, "type", "plane");
+  set(ground, "size", {50, 50, 1});
+  set(ground, "pos", {0, 0, kGroundHeight});
+  set(ground, "group", kVisualGroup);
+  set(ground, "material", "tiles");
+}
+
+}  // namespace engram::mjcf

@@ -1,0 +1,17 @@
+// What surrounds the robot: table, ground, lights and the look of them.
+#pragma once
+
+#include "mjcf/xml.h"
+
+namespace engram::mjcf {
+
+// The plane on which everything stands, in every document.
+void add_table_top(Element& worldbody);
+
+// For pictures: rendering options and materials (children of the root and of the assets), and the
+// visible table, ground and lights.
+void add_visual_options(Element& root);
+void add_materials(Element& assets);
+void add_surroundings(Element& worldbody);
+
+}  // namespace engram::mjcf

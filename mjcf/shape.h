@@ -1,0 +1,25 @@
+// How a primitive is written as a geom.
+#pragma once
+
+#include <string>
+
+#include "mjcf/prop.h"
+#include "mjcf/xml.h"
+
+namespace engram::mjcf {
+
+// Geom groups: MuJoCo's viewers show 0 to 2 unless told otherwise.
+inline constexpr int kVisualGroup = 2;
+inline constexpr int kCollisionGroup = 3;
+
+// MJCF's name of a shape, and how many of its size's numbers count.
+const char* geom_type(Shape shape);
+int size_count(Shape shape);
+
+// Appends a geom posed by a position and fixed-axis angles (radians; see the compiler's eulerseq).
+Element& add_geom(Element& body, Shape shape, const Vec3& size, const Vec3& pos, const Vec3& rpy);
+
+// Appends a capsule or cylinder whose axis runs from one point to another.
+Element& add_bar(Element& body, Shape shape, const Vec3& from, const Vec3& to, double radius);
+
+}  // namespace engram::mjcf

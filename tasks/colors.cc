@@ -1,0 +1,21 @@
+#include "tasks/colors.h"
+
+#include <string>
+
+namespace engram::tasks {
+
+mjcf::Rgba to_rgba(const std::array<int, 4>& bytes) {
+  return {bytes[0] / 255.0, bytes[1] / 255.0, bytes[2] / 255.0, bytes[3] / 255.0};
+}
+
+Constant color_mapping_constant() {
+  ConstantTable table;
+  for (std::size_t key = 0; key < COLOR_MAPPING.size(); ++key) {
+    const NamedColor& color = COLOR_MAPPING[key];
+    const ConstantList rgba(color.rgba.begin(), color.rgba.end());
+    table.emplace_back(std::to_string(key), ConstantList{color.name, rgba});
+  }
+  return table;
+}
+
+}  // namespace engram::tasks

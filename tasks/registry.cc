@@ -1,0 +1,49 @@
+#include "tasks/registry.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/error.h"
+#include "tasks/remember_color.h"
+
+namespace engram {
+namespace {
+
+struct Family {
+  std::string_view name;
+  std::unique_ptr<Task> (*make)(const RegistryEntry& entry);
+};
+
+// The families of this version. A new one is one line here and one file pair in this folder.
+constexpr std::array kFamilies = {
+    Family{"RememberColor", tasks::make_remember_color},
+};
+
+const Family* find_family(std::string_view name) {
+  const auto* found = std::find_if(kFamilies.begin(), kFamilies.end(),
+                                   [name](const Family& family) { return family.name == name; });
+  return found == kFamilies.end() ? nullptr : found;
+}
+
+}  // namespace
+
+const RegistryEntry& require_entry(std::string_view id) {
+  if (const RegistryEntry* entry = find_entry(id)) return *entry;
+  throw Error(Error::kUnknownId, "no task '" + std::string(id) + "'; did you mean '" +
+                                     nearest_id(id) + "'? `engram list` shows all");
+}
+
+bool is_implemented(const RegistryEntry& entry) { return find_family(entry.family) != nullptr; }
+
+std::unique_ptr<Task> make_task(std::string_view id) {
+  const RegistryEntry& entry = require_entry(id);
+  const Family* family = find_family(entry.family);
+  if (family == nullptr) {
+    throw Error(Error::kUnavailable, "task '" + std::string(id) + "' is registered, but family " +
+                                         std::string(entry.family) +
+                                         " is not part of this version");
+  }
+  return family->make(entry);
+}
+
+}  // namespace engram

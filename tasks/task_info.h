@@ -1,0 +1,19 @@
+// Small helpers with which tasks describe themselves.
+#pragma once
+
+#include "core/task.h"
+#include "mjcf/scene.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+// A TaskInfo with what the registry knows.
+TaskInfo describe(const RegistryEntry& entry);
+
+// The scene as the engine takes it.
+SceneSource scene_source(const mjcf::Scene& scene);
+
+// TaskInfo::phases of the families with cue, empty and manipulation phase.
+std::vector<std::pair<std::string, std::string>> cue_empty_manipulation_phases();
+
+}  // namespace engram::tasks

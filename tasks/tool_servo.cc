@@ -1,0 +1,48 @@
+#include "tasks/tool_servo.h"
+
+#include <algorithm>
+
+#include "core/arm.h"
+
+namespace engram::tasks {
+namespace {
+
+// Full scale of the action components: 0.1 m and 0.1 rad (common 2.3).
+constexpr double kActionScale = 0.1;
+// Commands beyond the remaining way, since one step covers only part of a command. Below
+// 1 / kStepResponse, so that the tool does not overshoot.
+constexpr double kGain = 1.6;
+// Horizontal distance at which the tool may come down.
+constexpr double kOverhead = 0.03;  // m
+
+}  // namespace
+
+void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
+                const Eigen::Quaterniond& orientation, double gripper, float* action) {
+  const double* quat = state.tcp_quat.row(env);
+  const Eigen::Quaterniond measured(quat[0], quat[1], quat[2], quat[3]);
+  const Eigen::Vector3d translation =
+      kGain / kActionScale * (goal - Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(env)));
+  // Upstream negates rotation actions (common 2.3).
+  const Eigen::Vector3d rotation =
+      -kGain / kActionScale * rotation_vector(orientation * measured.conjugate());
+  for (int i = 0; i < 3; ++i) {
+    action[i] = static_cast<float>(std::clamp(translation[i], -1.0, 1.0));
+    action[3 + i] = static_cast<float>(rotation[i] / std::max(1.0, rotation.norm()));
+  }
+  action[6] = static_cast<float>(gripper);
+}
+
+void hold_tool(double gripper, float* action) {
+  std::fill_n(action, 6, 0.0F);
+  action[6] = static_cast<float>(gripper);
+}
+
+Eigen::Vector3d approach_from_above(const State& state, int env, const Eigen::Vector3d& goal,
+                                    double clearance) {
+  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const bool overhead = (goal - tcp).head<2>().norm() <= kOverhead;
+  return goal + Eigen::Vector3d(0, 0, overhead ? 0.0 : clearance);
+}
+
+}  // namespace engram::tasks
