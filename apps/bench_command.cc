@@ -1,0 +1,114 @@
+#include "apps/bench_command.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "apps/json.h"
+#include "apps/options.h"
+#include "apps/output.h"
+#include "apps/progress.h"
+#include "bench/suites.h"
+
+namespace engram::apps {
+namespace {
+
+constexpr int kMaxRounds = 100'000;
+constexpr std::string_view kAllSuites = "all";
+
+struct BenchOptions {
+  std::string suite;
+  bench::Options bench;
+  bool json = false;
+};
+
+std::vector<bench::Row> run_suites(const BenchOptions& options) {
+  std::vector<std::string_view> suites = {options.suite};
+  if (options.suite == kAllSuites) {
+    suites.assign(bench::suite_names().begin(), bench::suite_names().end());
+  }
+  Progress progress("bench", "");
+  std::vector<bench::Row> rows;
+  double done = 0;
+  bench::Options bench_options = options.bench;
+  bench_options.progress = [&](double fraction) {
+    progress.update((done + fraction) / static_cast<double>(suites.size()));
+  };
+  for (const std::string_view suite : suites) {
+    for (bench::Row& row : bench::run_suite(suite, bench_options)) rows.push_back(std::move(row));
+    ++done;
+  }
+  return rows;
+}
+
+// Rows that are compared with nothing have null where the comparison would be.
+Json describe(const bench::Row& row) {
+  Json object = {{"name", row.name},    {"value", to_json(row.value)}, {"unit", row.unit},
+                 {"baseline", nullptr}, {"baseline_value", nullptr},   {"ratio", nullptr},
+                 {"rounds", row.rounds}};
+  if (!row.baseline.empty()) {
+    object["baseline"] = row.baseline;
+    object["baseline_value"] = to_json(row.baseline_value);
+    object["ratio"] = to_json(row.ratio);
+  }
+  return object;
+}
+
+std::string number(double value) {
+  return std::abs(value) >= 1000 ? with_thousands(value) : fmt::format("{:.4g}", value);
+}
+
+std::string to_words(const std::vector<bench::Row>& rows) {
+  Table table({{"name"},
+               {"value", true},
+               {"unit"},
+               {"baseline"},
+               {"its value", true},
+               {"ratio", true},
+               {"rounds", true}});
+  for (const bench::Row& row : rows) {
+    const bool compared = !row.baseline.empty();
+    table.add({row.name, number(row.value), row.unit, compared ? row.baseline : "-",
+               compared ? number(row.baseline_value) : "-",
+               compared ? fmt::format("{:.3f}", row.ratio) : "-", std::to_string(row.rounds)});
+  }
+  return table.text();
+}
+
+void run(const BenchOptions& options) {
+  const std::vector<bench::Row> rows = run_suites(options);
+  if (!options.json) {
+    print(to_words(rows));
+    return;
+  }
+  Json document = Json::array();
+  for (const bench::Row& row : rows) document.push_back(describe(row));
+  print(to_text(document));
+}
+
+}  // namespace
+
+void add_bench_command(CLI::App& app) {
+  static constexpr Policy kPolicies[] = {Policy::kRandom, Policy::kOracle};
+  const auto options = std::make_shared<BenchOptions>();
+  CLI::App* command =
+      app.add_subcommand("bench", "Side-by-side benchmarks, interleaved in one process");
+  command
+      ->add_option("suite", options->suite,
+                   fmt::format("{} or {}", fmt::join(bench::suite_names(), ", "), kAllSuites))
+      ->required()
+      ->type_name("SUITE");
+  command->add_option("--id", options->bench.ids, "Tasks to measure; default: the suite's own")
+      ->type_name("ID");
+  add_int(*command, "--rounds", options->bench.rounds, 1, kMaxRounds,
+          "Rounds in which the sides take turns");
+  add_policy(*command, options->bench.policy, kPolicies);
+  add_int(*command, "--num-envs", options->bench.num_envs, 0, kMaxEnvs,
+          "Environments stepped together; 0: the suite's own number");
+  add_threads(*command, options->bench.threads);
+  add_json(*command, options->json);
+  command->final_callback([options] { run(*options); });
+}
+
+}  // namespace engram::apps

@@ -1,0 +1,47 @@
+// A digest of everything that a run shows an agent. Only the header is needed: no library.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "engram/engram.h"
+
+namespace engram::apps {
+
+// One running 64-bit hash per environment over its observation rows, rewards, terminations and
+// truncations, combined in environment order at the end. Depends on what was computed alone, not on
+// the threads and chunks that computed it.
+class Digest {
+ public:
+  explicit Digest(int num_envs) : hashes_(static_cast<std::size_t>(num_envs)) {}
+
+  // Takes in the outputs of the last reset or step.
+  void update(const VectorEnv& env) {
+    const auto width = static_cast<std::size_t>(env.state_dim());
+    const float* row = env.observation().data();
+    for (std::size_t i = 0; i < hashes_.size(); ++i, row += width) {
+      // The hash so far seeds that of the next piece.
+      hashes_[i] = XXH3_64bits_withSeed(row, width * sizeof(float), hashes_[i]);
+      std::array<unsigned char, sizeof(float) + 2> rest{};
+      std::memcpy(rest.data(), &env.reward()[i], sizeof(float));
+      rest[sizeof(float)] = env.terminated()[i];
+      rest[sizeof(float) + 1] = env.truncated()[i];
+      hashes_[i] = XXH3_64bits_withSeed(rest.data(), rest.size(), hashes_[i]);
+    }
+  }
+
+  std::uint64_t value() const {
+    return XXH3_64bits(hashes_.data(), hashes_.size() * sizeof(std::uint64_t));
+  }
+
+ private:
+  std::vector<std::uint64_t> hashes_;
+};
+
+}  // namespace engram::apps

@@ -1,0 +1,145 @@
+#include "apps/doctor_command.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include "apps/json.h"
+#include "apps/options.h"
+#include "apps/output.h"
+
+namespace engram::apps {
+namespace {
+
+constexpr const char* kMeasuredTask = "RememberColor9-VLA-v0";
+
+std::string compiled_mujoco() {
+  return fmt::format("{}.{}.{}", mjVERSION_HEADER / 100, mjVERSION_HEADER / 10 % 10,
+                     mjVERSION_HEADER % 10);
+}
+
+std::string compiler() {
+#if defined(__clang__)
+  return fmt::format("clang {}.{}.{}", __clang_major__, __clang_minor__, __clang_patchlevel__);
+#else
+  return fmt::format("gcc {}.{}.{}", __GNUC__, __GNUC_MINOR__, __GNUC_PATCHLEVEL__);
+#endif
+}
+
+const char* build_kind() {
+#ifdef NDEBUG
+  return "optimised, without assertions";
+#else
+  return "with assertions";
+#endif
+}
+
+// Instruction sets of this machine that matter for speed, the plain one left out.
+Json instruction_sets() {
+  Json sets = Json::array();
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("sse4.2")) sets.push_back("sse4.2");
+  if (__builtin_cpu_supports("avx")) sets.push_back("avx");
+  if (__builtin_cpu_supports("avx2")) sets.push_back("avx2");
+  if (__builtin_cpu_supports("fma")) sets.push_back("fma");
+  if (__builtin_cpu_supports("avx512f")) sets.push_back("avx512f");
+#endif
+  return sets;
+}
+
+std::int64_t page_size() { return ::sysconf(_SC_PAGESIZE); }
+
+// Memory that this process has in use, in bytes; 0 if the system does not say.
+std::int64_t resident_bytes() {
+  ::malloc_trim(0);  // what is free but kept for later does not count
+  std::ifstream statm("/proc/self/statm");
+  std::int64_t total = 0;
+  std::int64_t resident = 0;
+  statm >> total >> resident;
+  return resident * page_size();
+}
+
+// A batch whose memory is all in use: it has been reset and stepped.
+std::unique_ptr<VectorEnv> touched_batch(int num_envs) {
+  auto env = make(kMeasuredTask, batch_options(num_envs, 1));
+  env->reset();
+  const std::vector<float> actions(
+      static_cast<std::size_t>(num_envs) * static_cast<std::size_t>(env->action_dim()), 0.0F);
+  env->step(actions);
+  return env;
+}
+
+// What an environment adds to a batch: two batches are compared, so that what all environments
+// share cancels out.
+double measured_bytes_per_env() {
+  constexpr int kSmall = 256;
+  constexpr int kLarge = 8192;
+  touched_batch(1).reset();  // growth that happens once per process
+  const std::int64_t before = resident_bytes();
+  const auto small = touched_batch(kSmall);
+  const std::int64_t between = resident_bytes();
+  const auto large = touched_batch(kLarge);
+  const std::int64_t after = resident_bytes();
+  return static_cast<double>((after - between) - (between - before)) / (kLarge - kSmall);
+}
+
+Json examine() {
+  const auto env = make(kMeasuredTask, batch_options(kMaxThreads, 0));
+  return {{"version", version()},
+          {"mujoco_compiled", compiled_mujoco()},
+          {"mujoco_runtime", mj_versionString()},
+          {"compiler", compiler()},
+          {"build", build_kind()},
+          {"instruction_sets", instruction_sets()},
+          {"cores", std::thread::hardware_concurrency()},
+          {"threads", env->threads()},
+          {"memory_bytes", ::sysconf(_SC_PHYS_PAGES) * page_size()},
+          {"memory_task", kMeasuredTask},
+          {"bytes_per_env", env->bytes_per_env()},
+          {"resident_bytes_per_env", measured_bytes_per_env()},
+          {"egl", "not built in this version"},
+          {"egl_vendor", nullptr},
+          {"egl_renderer", nullptr}};
+}
+
+std::string to_words(const Json& facts) {
+  std::string sets;
+  for (const Json& set : facts["instruction_sets"]) {
+    sets += fmt::format("{}{}", sets.empty() ? "" : " ", set.get<std::string>());
+  }
+  const auto text = [&facts](const char* key) { return facts[key].get<std::string>(); };
+  const auto count = [&facts](const char* key) { return with_thousands(facts[key].get<double>()); };
+  return fmt::format(
+      "engram            {}, {}, {}\n"
+      "MuJoCo            {} (compiled against {})\n"
+      "instruction sets  {}\n"
+      "cores             {}, {} threads by default\n"
+      "memory            {} bytes\n"
+      "per environment   {} bytes of columns, {} bytes resident ({})\n"
+      "EGL               {}\n",
+      text("version"), text("compiler"), text("build"), text("mujoco_runtime"),
+      text("mujoco_compiled"), sets, count("cores"), count("threads"), count("memory_bytes"),
+      count("bytes_per_env"), count("resident_bytes_per_env"), text("memory_task"), text("egl"));
+}
+
+void run(bool json) {
+  const Json facts = examine();
+  print(json ? to_text(facts) : to_words(facts));
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app) {
+  const auto json = std::make_shared<bool>(false);
+  CLI::App* command =
+      app.add_subcommand("doctor", "Versions, instruction sets, threads, memory per environment");
+  add_json(*command, *json);
+  command->final_callback([json] { run(*json); });
+}
+
+}  // namespace engram::apps

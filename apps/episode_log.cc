@@ -1,0 +1,47 @@
+#include "apps/episode_log.h"
+
+namespace engram::apps {
+
+EpisodeLog::EpisodeLog(const VectorEnv& env, int episodes)
+    : wanted_(episodes),
+      finished_(static_cast<std::size_t>(env.num_envs()), 0),
+      quota_(static_cast<std::size_t>(env.num_envs()), std::numeric_limits<std::int32_t>::max()),
+      moving_(env.num_envs()) {
+  if (episodes == 0) return;
+  for (int i = 0; i < env.num_envs(); ++i) {
+    const int extra = i < episodes % env.num_envs() ? 1 : 0;
+    quota_[static_cast<std::size_t>(i)] = episodes / env.num_envs() + extra;
+  }
+}
+
+void EpisodeLog::update(const VectorEnv& env) {
+  const AutoReset mode = env.options().auto_reset;
+  for (int i = 0; i < env.num_envs(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (finished_[at] != 0) {
+      // This step began the next episode, or did nothing.
+      if (mode == AutoReset::kNextStep) finished_[at] = 0;
+      continue;
+    }
+    ++env_steps_;
+    if ((env.terminated()[at] | env.truncated()[at]) == 0) continue;
+    finish_episode(env, i);
+    finished_[at] = mode == AutoReset::kSameStep ? 0 : 1;
+    if (mode == AutoReset::kOff) --moving_;
+  }
+}
+
+void EpisodeLog::finish_episode(const VectorEnv& env, int index) {
+  std::int32_t& quota = quota_[static_cast<std::size_t>(index)];
+  if (quota == 0) return;
+  --quota;
+  const auto ended = [&env](const char* name) {
+    return env.options().auto_reset == AutoReset::kSameStep ? env.final_output(name)
+                                                            : env.output(name);
+  };
+  ++episodes_;
+  if (*reinterpret_cast<const std::uint8_t*>(ended("success_once").row(index)) != 0) ++successes_;
+  return_sum_ += *reinterpret_cast<const double*>(ended("episode_return").row(index));
+}
+
+}  // namespace engram::apps

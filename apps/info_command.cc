@@ -1,0 +1,52 @@
+#include "apps/info_command.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/options.h"
+#include "apps/output.h"
+#include "apps/task_description.h"
+
+namespace engram::apps {
+namespace {
+
+struct InfoOptions {
+  std::string id;
+  std::string mjcf;  // file to write the scene to; "-": standard output
+  bool json = false;
+};
+
+void run(const InfoOptions& options) {
+  if (options.mjcf == "-" && options.json) {
+    throw Error(Error::kInvalidArgument,
+                "--mjcf: '-' given with --json; standard output takes one of them, so a file name "
+                "is needed");
+  }
+  const auto env = make(options.id, batch_options(1, 1));
+  if (options.mjcf == "-") {
+    print(env->document());
+    return;
+  }
+  if (!options.mjcf.empty()) write_file(options.mjcf, env->document());
+  const Json description = describe_task(*env);
+  print(options.json ? to_text(description) : describe_in_words(description));
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app) {
+  const auto options = std::make_shared<InfoOptions>();
+  CLI::App* command = app.add_subcommand("info", "One task in full");
+  command->add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
+      ->required()
+      ->type_name("ID");
+  command
+      ->add_option("--mjcf", options->mjcf,
+                   "Also writes the scene as MJCF to FILE (-: to standard output, instead)")
+      ->type_name("FILE");
+  add_json(*command, options->json);
+  command->final_callback([options] { run(*options); });
+}
+
+}  // namespace engram::apps

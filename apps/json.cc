@@ -1,0 +1,36 @@
+#include "apps/json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace engram::apps {
+
+Json to_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json to_json(float value) {
+  if (!std::isfinite(value)) return nullptr;
+  return std::stod(fmt::format("{}", value));
+}
+
+Json to_json(const ConstantTable& table) {
+  Json object = Json::object();
+  for (const auto& [name, constant] : table) object[name] = to_json(constant);
+  return object;
+}
+
+Json to_json(const Constant& constant) {
+  if (const auto* number = std::get_if<int>(&constant.value)) return *number;
+  if (const auto* number = std::get_if<double>(&constant.value)) return to_json(*number);
+  if (const auto* text = std::get_if<std::string>(&constant.value)) return *text;
+  if (const auto* table = std::get_if<ConstantTable>(&constant.value)) return to_json(*table);
+  Json array = Json::array();
+  for (const Constant& item : std::get<ConstantList>(constant.value)) {
+    array.push_back(to_json(item));
+  }
+  return array;
+}
+
+std::string to_text(const Json& document) { return document.dump(2) + "\n"; }
+
+}  // namespace engram::apps

@@ -1,0 +1,24 @@
+// JSON documents of the command: keys stay in the order in which they are set.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "engram/engram.h"
+
+namespace engram::apps {
+
+using Json = nlohmann::ordered_json;
+
+// A number, or null where JSON has none for it (infinite, undefined).
+Json to_json(double value);
+// A float as its shortest decimal: 0.1, not 0.10000000149011612.
+Json to_json(float value);
+// Class constants: numbers, texts, arrays and objects.
+Json to_json(const Constant& constant);
+Json to_json(const ConstantTable& table);
+
+// The document as text: two-space indentation, newline at the end.
+std::string to_text(const Json& document);
+
+}  // namespace engram::apps

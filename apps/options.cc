@@ -1,0 +1,272 @@
+#include "apps/options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace engram::apps {
+namespace {
+
+[[noreturn]] void refuse(std::string_view option, std::string_view given,
+                         std::string_view allowed) {
+  throw Error(Error::kInvalidArgument,
+              fmt::format("{}: '{}' given, {} allowed", option, given, allowed));
+}
+
+template <class T>
+struct Choice {
+  std::string_view name;
+  T value;
+};
+
+template <class T>
+std::string names_of(std::span<const Choice<T>> choices) {
+  std::string names;
+  for (const auto& choice : choices) {
+    if (!names.empty()) names += '|';
+    names += choice.name;
+  }
+  return names;
+}
+
+// Sets `value` to the choice that the user names; the help shows the names and the default.
+template <class T, class Target>
+CLI::Option* add_choice(CLI::App& app, const std::string& option, Target& value,
+                        std::vector<Choice<T>> choices, const std::string& help) {
+  const std::string names = names_of<T>(choices);
+  const auto assign = [&value, choices, option, names](const std::string& text) {
+    const auto found =
+        std::find_if(choices.begin(), choices.end(),
+                     [&text](const Choice<T>& choice) { return choice.name == text; });
+    if (found == choices.end()) refuse(option, text, names);
+    value = found->value;
+  };
+  CLI::Option* added = app.add_option_function<std::string>(option, assign, help);
+  added->type_name(names);
+  for (const auto& choice : choices) {
+    if (value == choice.value) added->default_str(std::string(choice.name));
+  }
+  return added;
+}
+
+// Digits with an optional plus sign, as a number; nullopt if the text is anything else.
+template <class T>
+std::optional<T> parse_number(std::string_view text) {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  T value{};
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return value;
+}
+
+constexpr std::string_view kPinForm = "NAME=NUMBER or NAME=NUMBER,NUMBER,...";
+
+}  // namespace
+
+// --- values ---
+
+std::uint64_t parse_unsigned(std::string_view option, const std::string& text, std::uint64_t low,
+                             std::uint64_t high) {
+  const auto value = parse_number<std::uint64_t>(text);
+  if (!value || *value < low || *value > high) {
+    refuse(option, text, fmt::format("a whole number of {} to {}", low, high));
+  }
+  return *value;
+}
+
+int parse_int(std::string_view option, const std::string& text, int low, int high) {
+  const auto value = parse_number<int>(text);
+  if (!value || *value < low || *value > high) {
+    refuse(option, text, fmt::format("a whole number of {} to {}", low, high));
+  }
+  return *value;
+}
+
+Pin parse_pin(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) refuse("--pin", text, kPinForm);
+  Pin pin{text.substr(0, equals), {}};
+  std::string_view rest = std::string_view(text).substr(equals + 1);
+  while (true) {
+    const std::size_t comma = rest.find(',');
+    const auto value = parse_number<double>(rest.substr(0, comma));
+    if (!value || !std::isfinite(*value)) refuse("--pin", text, kPinForm);
+    pin.values.push_back(*value);
+    if (comma == std::string_view::npos) return pin;
+    rest.remove_prefix(comma + 1);
+  }
+}
+
+CLI::Option* add_int(CLI::App& app, const std::string& option, int& value, int low, int high,
+                     const std::string& help) {
+  const auto assign = [&value, option, low, high](const std::string& text) {
+    value = parse_int(option, text, low, high);
+  };
+  return app.add_option_function<std::string>(option, assign, help)
+      ->type_name("N")
+      ->default_str(std::to_string(value));
+}
+
+CLI::Option* add_seed(CLI::App& app, std::uint64_t& seed, const std::string& help) {
+  const auto assign = [&seed](const std::string& text) {
+    seed = parse_unsigned("--seed", text, 0, std::numeric_limits<std::uint64_t>::max());
+  };
+  return app.add_option_function<std::string>("--seed", assign, help)
+      ->type_name("N")
+      ->default_str(std::to_string(seed));
+}
+
+// --- names ---
+
+const char* policy_name(Policy policy) {
+  switch (policy) {
+    case Policy::kZero:
+      return "zero";
+    case Policy::kRandom:
+      return "random";
+    case Policy::kOracle:
+      return "oracle";
+    case Policy::kBlind:
+      return "blind";
+  }
+  return "";
+}
+
+CLI::Option* add_policy(CLI::App& app, Policy& policy, std::span<const Policy> allowed) {
+  std::vector<Choice<Policy>> choices;
+  for (const Policy choice : allowed) choices.push_back({policy_name(choice), choice});
+  return add_choice(app, "--policy", policy, std::move(choices), "Who chooses the actions");
+}
+
+CLI::Option* add_control_mode(CLI::App& app, ControlMode& mode) {
+  std::vector<Choice<ControlMode>> choices;
+  for (int i = 0; i < kControlModes; ++i) {
+    const auto choice = static_cast<ControlMode>(i);
+    choices.push_back({control_mode_name(choice), choice});
+  }
+  return add_choice(app, "--control-mode", mode, std::move(choices),
+                    "What actions mean (oracle and blind: pd_ee_delta_pose)")
+      ->type_name("MODE");
+}
+
+CLI::Option* add_reward(CLI::App& app, RewardMode& mode) {
+  return add_choice(
+      app, "--reward", mode,
+      std::vector<Choice<RewardMode>>{{"sparse", RewardMode::kSparse},
+                                      {"dense", RewardMode::kDense},
+                                      {"normalized_dense", RewardMode::kNormalizedDense}},
+      "Reward");
+}
+
+CLI::Option* add_auto_reset(CLI::App& app, AutoReset& mode) {
+  return add_choice(app, "--auto-reset", mode,
+                    std::vector<Choice<AutoReset>>{{"next-step", AutoReset::kNextStep},
+                                                   {"same-step", AutoReset::kSameStep},
+                                                   {"off", AutoReset::kOff}},
+                    "What happens to an environment whose episode has ended");
+}
+
+CLI::Option* add_split(CLI::App& app, std::optional<Split>& split) {
+  std::vector<Choice<Split>> choices;
+  for (const Split value : {Split::kShort, Split::kMedium, Split::kLong, Split::kExtended}) {
+    choices.push_back({split_name(value), value});
+  }
+  return add_choice(app, "--split", split, std::move(choices), "Tasks of this split only");
+}
+
+// --- groups ---
+
+CLI::Option* add_num_envs(CLI::App& app, int& num_envs) {
+  return add_int(app, "--num-envs", num_envs, 1, kMaxEnvs, "Environments stepped together");
+}
+
+CLI::Option* add_threads(CLI::App& app, int& threads) {
+  return add_int(app, "--threads", threads, 0, kMaxThreads, "Threads; 0: one per core");
+}
+
+CLI::Option* add_json(CLI::App& app, bool& json) {
+  return app.add_flag("--json", json, "One JSON document on standard output, nothing else there");
+}
+
+void add_obs(CLI::App& app) {
+  const auto check = [](const std::string& text) {
+    if (text == "rgb") {
+      throw Error(Error::kUnavailable,
+                  "--obs: 'rgb' given, which is not part of this version; state allowed");
+    }
+    if (text != "state") refuse("--obs", text, "state");
+  };
+  app.add_option_function<std::string>("--obs", check, "Observation (rgb: not in this version)")
+      ->type_name("state|rgb")
+      ->default_str("state");
+}
+
+void add_env_options(CLI::App& app, EnvOptions& options) {
+  add_control_mode(app, options.control_mode);
+  add_reward(app, options.reward_mode);
+  add_auto_reset(app, options.auto_reset);
+  const auto add_pins = [&options](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) options.pins.push_back(parse_pin(text));
+  };
+  app.add_option_function<std::vector<std::string>>(
+         "--pin", add_pins,
+         "Fixes a quantity of every episode that is drawn otherwise, such as target=2 (repeatable; "
+         "`engram info ID` lists them)")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  const auto set_rotation_sign = [&options](const std::string& text) {
+    options.rotation_sign = parse_int("--rotation-sign", text, -1, 1);
+    if (options.rotation_sign == 0) refuse("--rotation-sign", text, "-1 or 1");
+  };
+  app.add_option_function<std::string>("--rotation-sign", set_rotation_sign,
+                                       "-1: rotations as upstream turns them; 1: as they say")
+      ->type_name("SIGN")
+      ->default_str(std::to_string(options.rotation_sign));
+  app.add_flag_callback(
+      "--no-sleep", [&options] { options.sleep = false; },
+      "Every shortcut of the physics off: slower, for comparison");
+  app.add_flag_callback(
+      "--no-freeze-cue", [&options] { options.freeze_cue = false; },
+      "Actions count during cue and empty phase too");
+  app.add_flag_callback(
+      "--terminate-on-success", [&options] { options.terminate_on_success = true; },
+      "Episodes end at success, whatever the task's rule");
+}
+
+EnvOptions batch_options(int num_envs, int threads) {
+  EnvOptions options;
+  options.num_envs = num_envs;
+  options.threads = threads;
+  return options;
+}
+
+void add_filter(CLI::App& app, TaskFilter& filter) {
+  add_split(app, filter.split);
+  app.add_option("--family", filter.family, "Tasks of this family only")->type_name("FAMILY");
+}
+
+std::vector<const RegistryEntry*> select(const TaskFilter& filter) {
+  std::vector<const RegistryEntry*> selected;
+  std::vector<std::string_view> families;
+  for (const RegistryEntry& entry : registry()) {
+    if (families.empty() || families.back() != entry.family) families.push_back(entry.family);
+    if (filter.split && entry.split != *filter.split) continue;
+    if (!filter.family.empty() && entry.family != filter.family) continue;
+    if (filter.canonical && !entry.canonical) continue;
+    selected.push_back(&entry);
+  }
+  std::sort(families.begin(), families.end());
+  families.erase(std::unique(families.begin(), families.end()), families.end());
+  if (!filter.family.empty() &&
+      std::find(families.begin(), families.end(), filter.family) == families.end()) {
+    refuse("--family", filter.family, fmt::format("{}", fmt::join(families, ", ")));
+  }
+  return selected;
+}
+
+}  // namespace engram::apps

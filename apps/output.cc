@@ -1,0 +1,119 @@
+#include "apps/output.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+#include "engram/engram.h"
+
+namespace engram::apps {
+namespace {
+
+[[noreturn]] void fail(const std::string& what, int error) {
+  throw Error(Error::kIo, fmt::format("{}: {}", what, std::strerror(error)));
+}
+
+// Writes everything to a descriptor; returns 0 or the error number.
+int write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(descriptor, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+std::filesystem::path temporary_name(const std::filesystem::path& path) {
+  return path.string() + fmt::format(".{}.tmp", ::getpid());
+}
+
+}  // namespace
+
+void guard_standard_streams() {
+  std::signal(SIGPIPE, SIG_IGN);
+  for (int descriptor = 0; descriptor <= 2; ++descriptor) {
+    // The lowest free number is the one that open returns. Read-only: writes still fail.
+    if (::fcntl(descriptor, F_GETFD) == -1) (void)::open("/dev/null", O_RDONLY);
+  }
+}
+
+void print(std::string_view text) {
+  if (const int error = write_all(STDOUT_FILENO, text); error != 0) {
+    fail("standard output cannot be written", error);
+  }
+}
+
+void print_error(std::string_view text) {
+  std::string line = "engram: ";
+  for (const char c : text) line += (c == '\n' || c == '\r') ? ' ' : c;
+  while (line.back() == ' ') line.pop_back();
+  (void)write_all(STDERR_FILENO, line + "\n");
+}
+
+void write_file(const std::filesystem::path& path, std::string_view text) {
+  const std::filesystem::path temporary = temporary_name(path);
+  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file < 0) fail(fmt::format("'{}' cannot be written", path.string()), errno);
+  int error = write_all(file, text);
+  if (::close(file) != 0 && error == 0) error = errno;
+  if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
+  if (error == 0) return;
+  ::unlink(temporary.c_str());
+  fail(fmt::format("'{}' cannot be written", path.string()), error);
+}
+
+void require_writable_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) fail(fmt::format("folder '{}' cannot be made", folder.string()), error.value());
+  const std::filesystem::path probe = temporary_name(folder / "probe");
+  const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (file < 0) fail(fmt::format("folder '{}' cannot be written", folder.string()), errno);
+  ::close(file);
+  ::unlink(probe.c_str());
+}
+
+std::string Table::text(std::string_view indent) const {
+  std::vector<std::size_t> widths;
+  for (const Column& column : columns_) widths.push_back(column.name.size());
+  for (const auto& row : rows_) {
+    for (std::size_t i = 0; i < widths.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string out;
+  const auto add_line = [&](const std::vector<std::string>& cells) {
+    std::string line(indent);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (i > 0) line += "  ";
+      line += columns_[i].right ? fmt::format("{:>{}}", cells[i], widths[i])
+                                : fmt::format("{:<{}}", cells[i], widths[i]);
+    }
+    while (!line.empty() && line.back() == ' ') line.pop_back();
+    out += line + "\n";
+  };
+  std::vector<std::string> header;
+  for (const Column& column : columns_) header.push_back(column.name);
+  add_line(header);
+  for (const auto& row : rows_) add_line(row);
+  return out;
+}
+
+std::string with_thousands(double value) {
+  if (!std::isfinite(value)) return "-";
+  const std::string digits = fmt::format("{:.0f}", std::abs(value));
+  std::string text = value < 0 ? "-" : "";
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text += ',';
+    text += digits[i];
+  }
+  return text;
+}
+
+}  // namespace engram::apps

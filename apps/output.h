@@ -1,0 +1,49 @@
+// What the command writes: standard output, files and tables for people.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace engram::apps {
+
+// Makes sure that descriptors 0 to 2 are taken, so that no file of ours ever becomes a standard
+// stream that the caller has closed, and that a closed pipe is an error instead of a signal.
+void guard_standard_streams();
+
+// Writes to standard output. Throws Error if that fails.
+void print(std::string_view text);
+// Writes one line to standard error, whatever line breaks the text has.
+void print_error(std::string_view text);
+
+// Writes a file that is never seen half-written: under a temporary name first, then renamed.
+// Throws Error if that fails.
+void write_file(const std::filesystem::path& path, std::string_view text);
+// Makes the folder, if need be. Throws Error if no file can be made in it.
+void require_writable_folder(const std::filesystem::path& folder);
+
+// Rows of text in aligned columns.
+class Table {
+ public:
+  struct Column {
+    std::string name;
+    bool right = false;  // aligned to the right, for numbers
+  };
+
+  explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
+
+  void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  bool empty() const { return rows_.empty(); }
+  // Every line begins with `indent`.
+  std::string text(std::string_view indent = "") const;
+
+ private:
+  std::vector<Column> columns_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+// 31234567.8 as "31,234,568".
+std::string with_thousands(double value);
+
+}  // namespace engram::apps

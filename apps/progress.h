@@ -1,0 +1,34 @@
+// A progress bar on standard error, for people who wait.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace engram::apps {
+
+// Appears after two seconds, and only if standard error is a terminal; gone when the object is.
+class Progress {
+ public:
+  // unit: what `count` counts, such as "steps"; may be empty, then no rate is shown.
+  Progress(std::string label, std::string unit);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  // fraction: of the whole, 0 to 1. Cheap enough for every control step.
+  void update(double fraction, double count = 0);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void draw(double fraction, double count, double seconds);
+
+  std::string label_;
+  std::string unit_;
+  bool terminal_;
+  bool shown_ = false;
+  Clock::time_point start_;
+  Clock::time_point next_;
+};
+
+}  // namespace engram::apps

@@ -1,0 +1,198 @@
+#include "apps/rollout_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "apps/digest.h"
+#include "apps/episode_log.h"
+#include "apps/json.h"
+#include "apps/options.h"
+#include "apps/output.h"
+#include "apps/progress.h"
+
+namespace engram::apps {
+namespace {
+
+constexpr int kDefaultSteps = 200;
+constexpr int kDefaultEnvs = 256;
+
+struct RolloutOptions {
+  std::string id;
+  EnvOptions env = batch_options(kDefaultEnvs, 0);
+  int num_envs = 0;  // 0: not given
+  int steps = 0;     // 0: not given
+  int episodes = 0;  // 0: not given
+  Policy policy = Policy::kRandom;
+  bool hash = false;
+  bool json = false;
+};
+
+struct Report {
+  int steps = 0;
+  double wall_seconds = 0;  // acting, stepping and accounting
+  double step_seconds = 0;  // stepping alone
+  std::optional<std::uint64_t> hash;
+};
+
+using Clock = std::chrono::steady_clock;
+
+double seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+// Steps the batch until the log is complete or the steps are used up.
+Report roll_out(VectorEnv& env, const RolloutOptions& options, EpisodeLog& log) {
+  Report report;
+  std::vector<float> actions(static_cast<std::size_t>(env.num_envs()) *
+                             static_cast<std::size_t>(env.action_dim()));
+  std::optional<Digest> digest;
+  if (options.hash) digest.emplace(env.num_envs());
+  Progress progress("rollout", "env steps");
+
+  env.reset();
+  if (digest) digest->update(env);
+  Clock::duration wall{};
+  Clock::duration stepping{};
+  while (report.steps < options.steps && !log.complete()) {
+    const Clock::time_point start = Clock::now();
+    env.act(options.policy, actions);
+    const Clock::time_point acted = Clock::now();
+    env.step(actions);
+    stepping += Clock::now() - acted;
+    log.update(env);
+    ++report.steps;
+    wall += Clock::now() - start;
+
+    if (digest) digest->update(env);
+    progress.update(std::max(static_cast<double>(report.steps) / options.steps, log.fraction()),
+                    static_cast<double>(log.env_steps()));
+  }
+  report.wall_seconds = seconds(wall);
+  report.step_seconds = seconds(stepping);
+  if (digest) report.hash = digest->value();
+  return report;
+}
+
+double rate(double count, double time) { return time > 0 ? count / time : 0; }
+
+Json to_json(const VectorEnv& env, const RolloutOptions& options, const EpisodeLog& log,
+             const Report& report) {
+  const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
+  Json document = {{"id", env.info().id},
+                   {"num_envs", env.num_envs()},
+                   {"steps", report.steps},
+                   {"threads", env.threads()},
+                   {"obs", "state"},
+                   {"policy", policy_name(options.policy)},
+                   {"renderer", "none"},
+                   {"env_steps_per_second", env_rate},
+                   {"physics_steps_per_second", env_rate * env.options().substeps},
+                   {"images_per_second", 0},
+                   {"episodes", log.episodes()},
+                   {"success_once", apps::to_json(log.success_rate())},
+                   {"mean_return", apps::to_json(log.mean_return())},
+                   {"unstable", env.unstable_count()},
+                   {"hash", nullptr},
+                   {"wall_seconds", report.wall_seconds}};
+  if (report.hash) document["hash"] = fmt::format("{:016x}", *report.hash);
+  return document;
+}
+
+std::string to_words(const VectorEnv& env, const RolloutOptions& options, const EpisodeLog& log,
+                     const Report& report) {
+  const auto env_steps = static_cast<double>(log.env_steps());
+  const double env_rate = rate(env_steps, report.wall_seconds);
+  std::string text = fmt::format(
+      "{}: {} environments x {} steps, {} threads, policy {}\n"
+      "  env steps       {} in {:.3f} s\n"
+      "  env steps/s     {} ({} for stepping alone, without the policy)\n"
+      "  physics steps/s {}\n",
+      env.info().id, env.num_envs(), report.steps, env.threads(), policy_name(options.policy),
+      with_thousands(env_steps), report.wall_seconds, with_thousands(env_rate),
+      with_thousands(rate(env_steps, report.step_seconds)),
+      with_thousands(env_rate * env.options().substeps));
+  if (log.episodes() > 0) {
+    text += fmt::format("  episodes        {}: success_once {:.3f}, mean return {:.3f}\n",
+                        with_thousands(static_cast<double>(log.episodes())), log.success_rate(),
+                        log.mean_return());
+  } else {
+    text += fmt::format("  episodes        none finished (one takes up to {} steps)\n",
+                        env.info().horizon);
+  }
+  if (env.unstable_count() > 0) text += fmt::format("  unstable steps  {}\n", env.unstable_count());
+  if (report.hash) text += fmt::format("  hash            {:016x}\n", *report.hash);
+  return text;
+}
+
+// Fills in what was not given, in terms of what was.
+RolloutOptions completed(RolloutOptions options) {
+  if (options.num_envs > 0) {
+    options.env.num_envs = options.num_envs;
+  } else if (options.episodes > 0) {
+    options.env.num_envs = std::min(kDefaultEnvs, options.episodes);
+  }
+  if (options.steps == 0) {
+    options.steps = options.episodes > 0 ? std::numeric_limits<int>::max() : kDefaultSteps;
+  }
+  if (options.env.auto_reset == AutoReset::kOff && options.episodes > options.env.num_envs) {
+    throw Error(Error::kInvalidArgument,
+                fmt::format("--episodes: {} given; with --auto-reset off each of the {} "
+                            "environments runs one, so up to {} allowed",
+                            options.episodes, options.env.num_envs, options.env.num_envs));
+  }
+  return options;
+}
+
+void run(const RolloutOptions& given) {
+  const RolloutOptions options = completed(given);
+  const auto env = make(options.id, options.env);
+  EpisodeLog log(*env, options.episodes);
+  const Report report = roll_out(*env, options, log);
+  print(options.json ? to_text(to_json(*env, options, log, report))
+                     : to_words(*env, options, log, report));
+}
+
+}  // namespace
+
+void add_rollout_command(CLI::App& app) {
+  static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kRandom, Policy::kOracle,
+                                         Policy::kBlind};
+  const auto options = std::make_shared<RolloutOptions>();
+  CLI::App* command = app.add_subcommand("rollout", "Batched rollouts of one task");
+  command->add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
+      ->required()
+      ->type_name("ID");
+  add_num_envs(*command, options->num_envs)
+      ->description("Environments stepped together; with --episodes, by default no more than E")
+      ->default_str(std::to_string(kDefaultEnvs));
+  add_int(*command, "--steps", options->steps, 1, std::numeric_limits<int>::max(),
+          "Control steps per environment; with --episodes, at most")
+      ->type_name("T")
+      ->default_str(std::to_string(kDefaultSteps));
+  add_int(*command, "--episodes", options->episodes, 1, std::numeric_limits<int>::max(),
+          "Runs until E episodes are finished: as many of each environment, give or take one")
+      ->type_name("E")
+      ->default_str("");
+  add_seed(*command, options->env.seed, "Environment i begins with seed + i");
+  add_threads(*command, options->env.threads);
+  add_obs(*command);
+  add_policy(*command, options->policy, kPolicies);
+  add_env_options(*command, options->env);
+  command->add_flag("--hash", options->hash,
+                    "Digest of every observation, reward, termination and truncation");
+  add_json(*command, options->json);
+  command->footer(
+      "env_steps_per_second counts the wall time of policy, stepping and accounting "
+      "(wall_seconds), "
+      "not that of creation, the first reset and --hash. A step in which an environment starts "
+      "over "
+      "(--auto-reset next-step) or stands still (off) is no environment step.\n"
+      "success_once and mean_return are over the finished episodes; null if there is none.");
+  command->final_callback([options] { run(*options); });
+}
+
+}  // namespace engram::apps

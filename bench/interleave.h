@@ -1,0 +1,35 @@
+// Timing of two variants in turn, so that both meet the same noise of the machine.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <vector>
+
+#include "bench/suites.h"
+
+namespace engram::bench {
+
+// Seconds that a call takes.
+template <class F>
+double seconds(const F& call) {
+  const auto begin = std::chrono::steady_clock::now();
+  call();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+double median(std::vector<double> values);
+
+// What the rounds gave: medians of both, and the median of their quotients.
+struct Comparison {
+  double value = 0;
+  double baseline = 0;
+  double ratio = 0;
+};
+
+// Calls both in every round, the order alternating; each returns its measurement. A round before
+// the first warms up and does not count. `done` and `total` place the comparison in the progress
+// of its suite.
+Comparison interleave(const Options& options, const std::function<double()>& value,
+                      const std::function<double()>& baseline, int done = 0, int total = 1);
+
+}  // namespace engram::bench

@@ -1,0 +1,92 @@
+#include "bench/plain_loop.h"
+
+#include <algorithm>
+
+namespace engram::bench {
+
+PlainLoop::PlainLoop(const VectorEnv& twin, SceneKind kind)
+    : twin_(twin),
+      model_(kind == SceneKind::kFull ? twin.physics_model().full() : twin.physics_model().robot()),
+      full_(kind == SceneKind::kFull),
+      controller_(twin.options().control_mode, twin.physics_model().arm(),
+                  twin.physics_model().joint_ranges(), twin.options().rotation_sign),
+      store_(twin.num_envs()),
+      state_(store_, twin.state().num_props) {
+  // Free props have the slots of their types in order.
+  const PhysicsModel& physics = twin.physics_model();
+  slot_of_prop_.assign(physics.props().size(), 0);
+  std::size_t slot = 0;
+  for (int type = 0; type < physics.num_types(); ++type) {
+    for (std::size_t prop = 0; prop < physics.props().size(); ++prop) {
+      const PropModel& about = physics.props()[prop];
+      if (about.free && about.type == type) slot_of_prop_[prop] = slot++;
+    }
+  }
+  for (int env = 0; env < twin.num_envs(); ++env) data_.push_back(make_data(model_));
+  shown_.assign(static_cast<std::size_t>(twin.num_envs() * twin.state().num_props), 2);
+  for (int env = 0; env < twin.num_envs(); ++env) load_robot(env);
+  follow();
+}
+
+void PlainLoop::load_robot(int env) {
+  mjData* data = data_[static_cast<std::size_t>(env)].get();
+  std::copy_n(twin_.state().qpos.row(env), kRobotJoints, data->qpos);
+  std::copy_n(twin_.state().qvel.row(env), kRobotJoints, data->qvel);
+}
+
+// Hidden props wait, weightless, where they touch nothing.
+void PlainLoop::load_prop(int env, int prop) {
+  const PhysicsModel& physics = twin_.physics_model();
+  const PropModel& about = physics.props()[static_cast<std::size_t>(prop)];
+  const SceneModel& scene = physics.scenes().back();
+  mjData* data = data_[static_cast<std::size_t>(env)].get();
+  const bool present = twin_.state().status_of(env, prop) != PropStatus::kHidden;
+  const double* pos = twin_.state().prop_pos_of(env, prop);
+  const double hidden[3] = {0, 0, 100.0 * (prop + 1)};
+  if (!about.free) {
+    const int mocap = scene.mocap[static_cast<std::size_t>(prop)];
+    std::copy_n(present ? pos : hidden, 3, data->mocap_pos + 3 * mocap);
+    return;
+  }
+  const PropSlot& where = scene.slots[slot_of_prop_[static_cast<std::size_t>(prop)]];
+  std::copy_n(present ? pos : hidden, 3, data->qpos + where.qpos);
+  std::copy_n(twin_.state().prop_quat_of(env, prop), 4, data->qpos + where.qpos + 3);
+  std::fill_n(data->qvel + where.dof, 6, 0.0);
+  data->qfrc_applied[where.dof + 2] = present ? -about.mass * physics.gravity() : 0.0;
+}
+
+void PlainLoop::follow() {
+  const int props = twin_.state().num_props;
+  for (int env = 0; env < twin_.num_envs(); ++env) {
+    const bool new_episode = twin_.state().elapsed[env] == 0;
+    if (new_episode) load_robot(env);
+    if (!full_) continue;
+    for (int prop = 0; prop < props; ++prop) {
+      std::uint8_t& shown = shown_[static_cast<std::size_t>(env * props + prop)];
+      const std::uint8_t now = twin_.state().status_of(env, prop) == PropStatus::kHidden ? 0 : 1;
+      if (now != shown || new_episode) load_prop(env, prop);
+      shown = now;
+    }
+  }
+}
+
+void PlainLoop::step(std::span<const float> actions) {
+  const DriveLaw& law = twin_.physics_model().drive_law();
+  const int dim = controller_.action_space().dim();
+  for (int env = 0; env < twin_.num_envs(); ++env) {
+    mjData* data = data_[static_cast<std::size_t>(env)].get();
+    std::copy_n(data->qpos, kRobotJoints, state_.qpos.row(env));
+    const Drive drive = controller_.drive(state_, env, actions.data() + env * dim);
+    for (int substep = 0; substep < twin_.options().substeps; ++substep) {
+      for (int i = 0; i < kRobotJoints; ++i) {
+        const double damping = law.damping * data->qvel[i];
+        const double spring =
+            law.stiffness * (drive.target[static_cast<std::size_t>(i)] - data->qpos[i]);
+        data->ctrl[i] = std::clamp(spring, damping - law.limit, damping + law.limit);
+      }
+      mj_step(&model_, data);
+    }
+  }
+}
+
+}  // namespace engram::bench

@@ -1,0 +1,40 @@
+// The baseline that a user would write: one mjData per environment, mj_step on the whole scene.
+#pragma once
+
+#include <vector>
+
+#include "core/mujoco_handle.h"
+#include "core/vector_env.h"
+
+namespace engram::bench {
+
+// Runs the same episodes as a VectorEnv, with the same actions, controller and drive law, on the
+// same compiled model, but simulates every present prop in every substep. One thread.
+class PlainLoop {
+ public:
+  enum class SceneKind { kFull, kRobotAlone };
+
+  PlainLoop(const VectorEnv& twin, SceneKind kind);
+
+  // Takes over what the twin's tasks did to the scene since the last step: new episodes, hidden
+  // and revealed props. Not part of what is timed.
+  void follow();
+  // One control step of all environments.
+  void step(std::span<const float> actions);
+
+ private:
+  void load_robot(int env);
+  void load_prop(int env, int prop);
+
+  const VectorEnv& twin_;
+  const mjModel& model_;
+  bool full_;
+  Controller controller_;
+  ColumnStore store_;
+  State state_;  // what the controller reads: the plain loop's own joints
+  std::vector<DataPtr> data_;
+  std::vector<std::size_t> slot_of_prop_;  // where each free prop lives in the whole scene
+  std::vector<std::uint8_t> shown_;        // (num_envs, num_props) props that are present
+};
+
+}  // namespace engram::bench

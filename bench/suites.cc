@@ -1,0 +1,299 @@
+#include "bench/suites.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <numeric>
+#include <thread>
+
+#include "api/engram/engram.h"
+#include "bench/interleave.h"
+#include "bench/plain_loop.h"
+
+namespace engram::bench {
+namespace {
+
+constexpr const char* kMainId = "RememberColor9-VLA-v0";
+
+std::vector<std::string> ids_or(const Options& options, const std::vector<std::string>& usual) {
+  return options.ids.empty() ? usual : options.ids;
+}
+
+int envs_or(const Options& options, int usual) {
+  return options.num_envs > 0 ? options.num_envs : usual;
+}
+
+Row make_row(std::string name, std::string unit, std::string baseline, const Comparison& result,
+             int rounds) {
+  return {std::move(name), result.value, std::move(unit), std::move(baseline),
+          result.baseline, result.ratio, rounds};
+}
+
+// A batch with actions of a policy at hand.
+struct Rollout {
+  std::unique_ptr<VectorEnv> env;
+  std::vector<float> actions;
+  Policy policy;
+
+  Rollout(const std::string& id, const EnvOptions& options, Policy chosen)
+      : env(make(id, options)), policy(chosen) {
+    actions.resize(static_cast<std::size_t>(env->num_envs() * env->action_dim()));
+    env->reset();
+  }
+
+  void choose() { env->act(policy, actions); }
+  double step_seconds() {
+    return seconds([this] { env->step(actions); });
+  }
+  // Environment steps per second over `steps` control steps; choosing actions is not timed.
+  double rate(int steps) {
+    double spent = 0;
+    for (int i = 0; i < steps; ++i) {
+      choose();
+      spent += step_seconds();
+    }
+    return steps * env->num_envs() / spent;
+  }
+};
+
+EnvOptions batch(int num_envs, int threads) {
+  EnvOptions options;
+  options.num_envs = num_envs;
+  options.threads = threads;
+  options.seed = 1;
+  // Same-step resets, so that every step is a step of every environment.
+  options.auto_reset = AutoReset::kSameStep;
+  return options;
+}
+
+// Everything but physics, beside a whole step.
+std::vector<Row> run_overhead(const Options& options) {
+  constexpr int kSteps = 400;
+  const int n = envs_or(options, 64);
+  EnvOptions bare = batch(n, 1);
+  bare.substeps = 0;
+  const std::string id = ids_or(options, {kMainId}).front();
+  Rollout without(id, bare, Policy::kRandom);
+  Rollout with(id, batch(n, 1), Policy::kRandom);
+  const Comparison result = interleave(
+      options, [&] { return 1e6 / without.rate(kSteps); },
+      [&] { return 1e6 / with.rate(kSteps / 10); });
+  return {make_row("overhead", "us per environment step", "with physics", result, options.rounds)};
+}
+
+// A rollout and the plain loop that follows it, both timed over the same control steps.
+Comparison compare_with_plain(const Options& options, Rollout& rollout, PlainLoop::SceneKind kind,
+                              int done, int total) {
+  constexpr int kSteps = 25;
+  PlainLoop plain(*rollout.env, kind);
+  double plain_seconds = 0;
+  // Both advance together; the baseline's share is handed over by the second call.
+  const auto both = [&] {
+    double spent = 0;
+    plain_seconds = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      rollout.choose();
+      const auto step_plain = [&] {
+        plain_seconds += seconds([&] { plain.step(rollout.actions); });
+      };
+      // Who goes first alternates, so that neither always finds the warmer caches.
+      if (i % 2 == 0) step_plain();
+      spent += rollout.step_seconds();
+      if (i % 2 == 1) step_plain();
+      plain.follow();
+    }
+    return kSteps * rollout.env->num_envs() / spent;
+  };
+  std::vector<double> values;
+  std::vector<double> baselines;
+  std::vector<double> ratios;
+  both();
+  for (int round = 0; round < options.rounds; ++round) {
+    values.push_back(both());
+    baselines.push_back(kSteps * rollout.env->num_envs() / plain_seconds);
+    ratios.push_back(values.back() / baselines.back());
+    if (options.progress) options.progress((done + (round + 1.0) / options.rounds) / total);
+  }
+  return {median(values), median(baselines), median(ratios)};
+}
+
+std::vector<Row> run_physics(const Options& options) {
+  const std::vector<std::string> ids = ids_or(options, {"RememberColor3-VLA-v0", kMainId});
+  std::vector<Row> rows;
+  const int total = 2 * static_cast<int>(ids.size());
+  for (const std::string& id : ids) {
+    const int done = static_cast<int>(rows.size());
+    EnvOptions batch_options = batch(envs_or(options, 64), 1);
+    // The plain loop has no curriculum: both get the same live actions.
+    batch_options.freeze_cue = false;
+    Rollout rollout(id, batch_options, options.policy);
+    const Comparison full =
+        compare_with_plain(options, rollout, PlainLoop::SceneKind::kFull, done, total);
+    rows.push_back(make_row("physics." + id + ".vs_plain", "env steps/s",
+                            "mj_step on the whole scene", full, options.rounds));
+    const Comparison robot =
+        compare_with_plain(options, rollout, PlainLoop::SceneKind::kRobotAlone, done + 1, total);
+    rows.push_back(make_row("physics." + id + ".vs_robot_alone", "env steps/s",
+                            "mj_step on robot and table alone", robot, options.rounds));
+  }
+  return rows;
+}
+
+// Work without memory: what the machine's threads can give at most.
+double spin(ThreadPool& pool) {
+  constexpr int kItems = 64;
+  constexpr int kTurns = 200'000;
+  std::array<double, kItems> sums{};
+  const double spent = seconds([&] {
+    pool.run(kItems, 1, [&sums](int /*worker*/, int begin, int end) {
+      for (int item = begin; item < end; ++item) {
+        double x = item + 1.0;
+        for (int turn = 0; turn < kTurns; ++turn) x = x * 1.0000001 + 1e-9;
+        sums[static_cast<std::size_t>(item)] = x;
+      }
+    });
+  });
+  return kItems / spent;
+}
+
+std::vector<Row> run_scaling(const Options& options) {
+  constexpr int kSteps = 25;
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int most = options.threads > 0 ? options.threads : cores;
+  const int n = envs_or(options, 256);
+  const std::string id = ids_or(options, {kMainId}).front();
+  Rollout single(id, batch(n, 1), options.policy);
+  ThreadPool one(1);
+  std::vector<Row> rows;
+  for (int threads = 1; threads <= most; ++threads) {
+    const int done = static_cast<int>(rows.size());
+    Rollout several(id, batch(n, threads), options.policy);
+    const Comparison rates = interleave(
+        options, [&] { return several.rate(kSteps); }, [&] { return single.rate(kSteps); }, done,
+        2 * most);
+    rows.push_back(make_row("scaling." + std::to_string(threads), "env steps/s", "one thread",
+                            rates, options.rounds));
+    ThreadPool pool(threads);
+    const Comparison spins = interleave(
+        options, [&] { return spin(pool); }, [&] { return spin(one); }, done + 1, 2 * most);
+    rows.push_back(make_row("scaling.spin." + std::to_string(threads), "items/s", "one thread",
+                            spins, options.rounds));
+  }
+  return rows;
+}
+
+// Resident memory of this process, bytes.
+double resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  double pages = 0;
+  statm >> pages >> pages;
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+// What every further environment adds, beside what an mjData of its own would add.
+std::vector<Row> run_memory(const Options& options) {
+  constexpr int kPlain = 128;
+  const int n = envs_or(options, 8192);
+  std::vector<Row> rows;
+  for (const std::string& id : ids_or(options, {kMainId})) {
+    Rollout small(id, batch(1, 1), Policy::kRandom);  // what does not grow is paid before
+    const double before = resident_bytes();
+    Rollout large(id, batch(n, 1), Policy::kRandom);
+    large.rate(2);
+    const double per_env = (resident_bytes() - before) / n;
+
+    const mjModel& model = small.env->physics_model().full();
+    const double before_plain = resident_bytes();
+    std::vector<DataPtr> plain;
+    for (int i = 0; i < kPlain; ++i) {
+      plain.push_back(make_data(model));
+      mj_step(&model, plain.back().get());
+    }
+    const double per_data = (resident_bytes() - before_plain) / kPlain;
+    rows.push_back({"memory." + id, per_env, "bytes per environment", "one mjData each", per_data,
+                    per_env / per_data, 1});
+  }
+  // The name of the main row is a contract; other ids follow with their own.
+  rows.front().name = "memory";
+  if (options.progress) options.progress(1);
+  return rows;
+}
+
+std::vector<Row> run_reset(const Options& options) {
+  const int n = envs_or(options, 256);
+  const std::string id = ids_or(options, {kMainId}).front();
+  Rollout rollout(id, batch(n, 1), Policy::kRandom);
+  const mjModel& model = rollout.env->physics_model().full();
+  const DataPtr data = make_data(model);
+  const Comparison result = interleave(
+      options, [&] { return 1e6 / n * seconds([&] { rollout.env->reset(); }); },
+      [&] {
+        return 1e6 / n * seconds([&] {
+                 for (int i = 0; i < n; ++i) mj_resetData(&model, data.get());
+               });
+      });
+  return {make_row("reset", "us per environment", "mj_resetData", result, options.rounds)};
+}
+
+std::vector<Row> run_create(const Options& options) {
+  const int n = envs_or(options, 256);
+  const std::string id = ids_or(options, {kMainId}).front();
+  const SceneSource scene = make_task(id)->scene();
+  std::vector<int> all(scene.props.size());
+  std::iota(all.begin(), all.end(), 0);
+  const Comparison result = interleave(
+      options, [&] { return seconds([&] { Rollout rollout(id, batch(n, 1), Policy::kRandom); }); },
+      [&] {
+        return seconds([&] {
+          const ModelPtr model = compile_model(scene.compose(all, RobotDetail::kCollision));
+          std::vector<DataPtr> data;
+          data.reserve(static_cast<std::size_t>(n));
+          for (int i = 0; i < n; ++i) data.push_back(make_data(*model));
+        });
+      });
+  return {make_row("create", "s for " + std::to_string(n) + " environments",
+                   "one mjModel and mjData each", result, options.rounds)};
+}
+
+struct Suite {
+  std::string_view name;
+  std::vector<Row> (*run)(const Options& options);
+};
+
+constexpr std::array<Suite, 6> kSuites = {{{"overhead", run_overhead},
+                                           {"physics", run_physics},
+                                           {"scaling", run_scaling},
+                                           {"memory", run_memory},
+                                           {"reset", run_reset},
+                                           {"create", run_create}}};
+
+constexpr std::array<std::string_view, kSuites.size()> kNames = {kSuites[0].name, kSuites[1].name,
+                                                                 kSuites[2].name, kSuites[3].name,
+                                                                 kSuites[4].name, kSuites[5].name};
+
+}  // namespace
+
+std::span<const std::string_view> suite_names() { return kNames; }
+
+std::vector<Row> run_suite(std::string_view suite, const Options& options) {
+  if (options.rounds < 1) {
+    throw Error(Error::kInvalidArgument,
+                "rounds: " + std::to_string(options.rounds) + " given, 1 or more allowed");
+  }
+  const auto* found = std::find_if(kSuites.begin(), kSuites.end(),
+                                   [suite](const Suite& entry) { return entry.name == suite; });
+  if (found == kSuites.end()) {
+    std::string names;
+    for (const std::string_view name : kNames)
+      names += (names.empty() ? "" : ", ") + std::string(name);
+    throw Error(Error::kUnknownId,
+                "no benchmark suite '" + std::string(suite) + "'; there are: " + names);
+  }
+  return found->run(options);
+}
+
+}  // namespace engram::bench
