@@ -71,6 +71,7 @@ void PlainLoop::follow() {
 }
 
 void PlainLoop::step(std::span<const float> actions) {
+  const MujocoScope scope;
   const DriveLaw& law = twin_.physics_model().drive_law();
   const int dim = controller_.action_space().dim();
   for (int env = 0; env < twin_.num_envs(); ++env) {
@@ -78,12 +79,7 @@ void PlainLoop::step(std::span<const float> actions) {
     std::copy_n(data->qpos, kRobotJoints, state_.qpos.row(env));
     const Drive drive = controller_.drive(state_, env, actions.data() + env * dim);
     for (int substep = 0; substep < twin_.options().substeps; ++substep) {
-      for (int i = 0; i < kRobotJoints; ++i) {
-        const double damping = law.damping * data->qvel[i];
-        const double spring =
-            law.stiffness * (drive.target[static_cast<std::size_t>(i)] - data->qpos[i]);
-        data->ctrl[i] = std::clamp(spring, damping - law.limit, damping + law.limit);
-      }
+      apply_drive(law, drive, *data);
       mj_step(&model_, data);
     }
   }

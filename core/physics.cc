@@ -201,21 +201,6 @@ class Physics::Step {
 
   // --- substeps ---
 
-  // The drive law bounds spring and damping together.
-  void apply_drive() const {
-    const DriveLaw& law = model_.drive_law();
-    for (int i = 0; i < kRobotJoints; ++i) {
-      const std::size_t joint = at(i);
-      double force = 0;
-      if (i >= kArmJoints || !drive_.velocity_mode) {
-        force = law.stiffness * (drive_.target[joint] - data_->qpos[i]);
-      }
-      if (i < kArmJoints) force += law.damping * drive_.velocity[joint];
-      force -= law.damping * data_->qvel[i];
-      data_->ctrl[i] = std::clamp(force, -law.limit, law.limit);
-    }
-  }
-
   // Weight of awake props, at their centres of mass. The robot is weightless.
   void apply_weights() const {
     for (int prop = 0; prop < num_props(); ++prop) {
@@ -233,7 +218,7 @@ class Physics::Step {
   }
 
   void plain_substep() const {
-    apply_drive();
+    apply_drive(model_.drive_law(), drive_, *data_);
     apply_weights();
     mj_step(scene_->model.get(), data_);
   }
@@ -248,7 +233,7 @@ class Physics::Step {
     if (scene_index_ != PhysicsModel::kDynamicsScene) {
       while (wake_what_is_near()) compose_kinematics(scene_->model.get(), data_);
     }
-    apply_drive();
+    apply_drive(model_.drive_law(), drive_, *data_);
     if (scene_index_ > PhysicsModel::kRobotScene) apply_weights();
     compose_dynamics(scene_->model.get(), data_);
   }
@@ -417,6 +402,18 @@ class Physics::Step {
   const SceneModel* scene_ = nullptr;
   mjData* data_ = nullptr;
 };
+
+void apply_drive(const DriveLaw& law, const Drive& drive, mjData& data) {
+  for (std::size_t joint = 0; joint < kRobotJoints; ++joint) {
+    const bool arm = joint < kArmJoints;
+    double force = -law.damping * data.qvel[joint];
+    if (!arm || !drive.velocity_mode) {
+      force += law.stiffness * (drive.target[joint] - data.qpos[joint]);
+    }
+    if (arm) force += law.damping * drive.velocity[joint];
+    data.ctrl[joint] = std::clamp(force, -law.limit, law.limit);
+  }
+}
 
 Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int workers)
     : model_(model), options_(options) {

@@ -25,6 +25,9 @@ struct Drive {
   bool velocity_mode = false;                 // arm: no stiffness, velocity target only
 };
 
+// Sets the controls of a scene's nine motors to what the drive law gives at the present state.
+void apply_drive(const DriveLaw& law, const Drive& drive, mjData& data);
+
 struct PhysicsOptions {
   int substeps = 5;   // of 0.01 s per control step
   bool sleep = true;  // false: plain mj_step on the whole scene, every present prop awake

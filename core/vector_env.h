@@ -39,11 +39,11 @@ struct EnvOptions {
   int rotation_sign = -1;  // of rotation actions: -1 as upstream, or +1
   bool freeze_cue = true;  // zero actions during cue and empty phase where the canonical wrapper
                            // chain does (common 10)
-  std::optional<bool> terminate_on_success;  // overrides the family's rule
-  double robot_init_qpos_noise = 0.02;       // rad, standard deviation
-  bool sleep = true;                         // false: every shortcut of the physics off
-  int substeps = 5;       // of 0.01 s per control step; 0 measures everything but physics
-  std::vector<Pin> pins;  // quantities of every episode that are fixed
+  std::optional<bool> terminate_on_success = std::nullopt;  // overrides the family's rule
+  double robot_init_qpos_noise = 0.02;                      // rad, standard deviation
+  bool sleep = true;           // false: every shortcut of the physics off
+  int substeps = 5;            // of 0.01 s per control step; 0 measures everything but physics
+  std::vector<Pin> pins = {};  // quantities of every episode that are fixed
 };
 
 // Which environments to reset, and how. Empty spans: all environments; seeds and pins as before.
