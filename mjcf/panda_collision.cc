@@ -16,15 +16,15 @@ struct Capsule {
 
 // Upstream uses convex hulls of the shells, of which no numbers are public; these are ours.
 constexpr std::array kCapsules = {
-    Capsule{Link::kLink0, {-0.09, 0, 0.06}, {0.01, 0, 0.06}, 0.075},     // foot
-    Capsule{Link::kLink1, {0, 0, -0.19}, {0, -0.03, -0.03}, 0.062},      // column
-    Capsule{Link::kLink2, {0, 0, -0.06}, {0, 0, 0.06}, 0.06},            // shoulder barrel
-    Capsule{Link::kLink3, {0, 0, -0.17}, {0.05, 0, 0}, 0.06},            // upper arm
-    Capsule{Link::kLink4, {0, 0, 0}, {-0.0825, 0.1, 0}, 0.062},          // elbow
-    Capsule{Link::kLink5, {0, 0, -0.29}, {0, 0.01, -0.21}, 0.06},        // forearm, upper part
-    Capsule{Link::kLink5, {0, 0.06, -0.17}, {0, 0.062, 0}, 0.045},       // forearm, lower part
-    Capsule{Link::kLink6, {0, 0, 0}, {0.088, 0, 0}, 0.05},               // wrist
-    Capsule{Link::kLink7, {0, 0, -0.01}, {0, 0, 0.065}, 0.048},          // flange
+    Capsule{Link::kLink0, {-0.09, 0, 0.06}, {0.01, 0, 0.06}, 0.075},  // foot
+    Capsule{Link::kLink1, {0, 0, -0.19}, {0, -0.03, -0.03}, 0.057},   // column
+    Capsule{Link::kLink2, {0, 0, -0.06}, {0, 0, 0.06}, 0.058},        // shoulder barrel
+    Capsule{Link::kLink3, {0, 0, -0.17}, {0.05, 0, 0}, 0.054},        // upper arm
+    Capsule{Link::kLink4, {0, 0, 0}, {-0.0825, 0.1, 0}, 0.056},       // elbow
+    Capsule{Link::kLink5, {0, 0, -0.29}, {0, 0.01, -0.21}, 0.055},    // forearm, upper part
+    Capsule{Link::kLink5, {0, 0.06, -0.17}, {0, 0.062, 0}, 0.045},    // forearm, lower part
+    Capsule{Link::kLink6, {0, 0, 0}, {0.088, 0, 0}, 0.047},           // wrist
+    Capsule{Link::kLink7, {0, 0, -0.01}, {0, 0, 0.065}, 0.045},       // flange
 };
 
 struct Box {

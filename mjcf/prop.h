@@ -36,11 +36,11 @@ struct Prop {
   Motion motion = Motion::kFree;
   std::vector<Primitive> primitives;
   // Inertial properties of a free prop; about the centre of mass, in body axes.
-  double mass = 0;                      // kg
-  Vec3 center_of_mass{};                // m
-  std::array<double, 6> inertia{};      // kg m^2: xx, yy, zz, xy, xz, yz
-  double friction = 0.3;                // the material's; a pair takes the average (common 13)
-  Vec3 pos{0, 0, 0.02};                 // pose in the document (qpos0); tasks place it at reset
+  double mass = 0;                  // kg
+  Vec3 center_of_mass{};            // m
+  std::array<double, 6> inertia{};  // kg m^2: xx, yy, zz, xy, xz, yz
+  double friction = 0.3;            // the material's; a pair takes the average (common 13)
+  Vec3 pos{0, 0, 0.02};             // pose in the document (qpos0); tasks place it at reset
   Quat quat{1, 0, 0, 0};
 };
 

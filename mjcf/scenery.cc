@@ -55,10 +55,10 @@ Element& add_material(Element& assets, const char* name, double specular) {
 // Wood: dots, stretched along the table's long side until they are grain.
 void add_wood(Element& assets) {
   Element& texture = add_texture(assets, "wood", "flat", 256, 32);
-  set(texture, "rgb1", {0.86, 0.49, 0.29});
+  set(texture, "rgb1", {0.93, 0.55, 0.34});
   set(texture, "mark", "random");
   set(texture, "random", 0.35);
-  set(texture, "markrgb", {0.70, 0.36, 0.19});
+  set(texture, "markrgb", {0.72, 0.39, 0.22});
   Element& material = add_material(assets, "wood", 0.3);
   set(material, "texture", "wood");
   set(material, "texrepeat", {2, 1});
@@ -114,8 +114,8 @@ void add_surroundings(Element& worldbody) {
   add_light(worldbody, "overhead", {0, 0, -1}, kOverhead);
 
   // The visible table ends a hair below its top, so that flat things on it do not flicker.
-  Element& table = add_geom(worldbody, Shape::kBox, {0.6045, 1.209, 0.45932145},
-                            {-0.12, 0, -0.46032145}, {});
+  Element& table =
+      add_geom(worldbody, Shape::kBox, {0.6045, 1.209, 0.45932145}, {-0.12, 0, -0.46032145}, {});
   set(table, "name", "table");
   set(table, "group", kVisualGroup);
   set(table, "material", "wood");

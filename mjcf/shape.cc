@@ -6,22 +6,30 @@ namespace engram::mjcf {
 
 const char* geom_type(Shape shape) {
   switch (shape) {
-    case Shape::kBox: return "box";
-    case Shape::kSphere: return "sphere";
-    case Shape::kCapsule: return "capsule";
-    case Shape::kCylinder: return "cylinder";
-    case Shape::kEllipsoid: return "ellipsoid";
+    case Shape::kBox:
+      return "box";
+    case Shape::kSphere:
+      return "sphere";
+    case Shape::kCapsule:
+      return "capsule";
+    case Shape::kCylinder:
+      return "cylinder";
+    case Shape::kEllipsoid:
+      return "ellipsoid";
   }
   return "box";
 }
 
 int size_count(Shape shape) {
   switch (shape) {
-    case Shape::kSphere: return 1;
+    case Shape::kSphere:
+      return 1;
     case Shape::kCapsule:
-    case Shape::kCylinder: return 2;
+    case Shape::kCylinder:
+      return 2;
     case Shape::kBox:
-    case Shape::kEllipsoid: return 3;
+    case Shape::kEllipsoid:
+      return 3;
   }
   return 3;
 }

@@ -1,0 +1,91 @@
+// Runs the built `engram` command, as a user would.
+#pragma once
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace engram::tests {
+
+using Json = nlohmann::ordered_json;
+
+inline std::string read_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+// A folder that is empty at first and gone afterwards.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "engram-test-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) FAIL("no temporary folder");
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+struct CommandResult {
+  int code = -1;  // exit code; -1 if a signal ended the program
+  std::string out;
+  std::string err;
+
+  // Standard output, which must be one JSON document.
+  Json json() const {
+    INFO(err);
+    REQUIRE(code == 0);
+    return Json::parse(out);
+  }
+};
+
+// Runs `engram` with these arguments, as the shell splits them. `redirect` may send standard output
+// elsewhere.
+inline CommandResult engram_command(const std::string& arguments,
+                                    const std::string& redirect = "") {
+  const TemporaryFolder folder;
+  const std::string out = (folder.path() / "out").string();
+  const std::string err = (folder.path() / "err").string();
+  const std::string line = std::string("'") + ENGRAM_CLI + "' " + arguments + " </dev/null >'" +
+                           out + "' 2>'" + err + "' " + redirect;
+  const int status = std::system(line.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
+}
+
+// Checks that the command refuses: exit code, nothing on standard output, one line that says
+// `words` on standard error.
+inline void require_refusal(const std::string& arguments, int code, const std::string& words) {
+  const CommandResult result = engram_command(arguments);
+  INFO(arguments << ": " << result.err);
+  CHECK(result.code == code);
+  CHECK(result.out.empty());
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  CHECK(result.err.starts_with("engram: "));
+  CHECK_THAT(result.err, Catch::Contains(words));
+}
+
+inline std::vector<std::string> keys_of(const Json& object) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.push_back(key);
+  return keys;
+}
+
+}  // namespace engram::tests

@@ -1,0 +1,95 @@
+// Compiled scenes and small measurements for the tests of mjcf.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "mjcf/scene.h"
+
+namespace engram::mjcf::test {
+
+using Arm = std::array<double, 9>;  // seven arm joints, two fingers
+
+inline constexpr double kPi = 3.14159265358979323846;
+
+// Key poses of common 1.5.
+inline constexpr Arm kRest = {0, kPi / 8, 0, -5 * kPi / 8, 0, 3 * kPi / 4, kPi / 4, 0.04, 0.04};
+inline constexpr Arm kBuilder = {0, kPi / 8, 0, -5 * kPi / 8, 0, 3 * kPi / 4, -kPi / 4, 0.04, 0.04};
+inline constexpr Arm kMikasa = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
+inline constexpr Arm kMenagerie = {0, 0, 0, -1.57079, 0, 1.57079, -0.7853, 0.04, 0.04};
+
+using Model = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
+using Data = std::unique_ptr<mjData, decltype(&mj_deleteData)>;
+
+inline Model compile(const std::string& xml) {
+  mjVFS vfs;
+  mj_defaultVFS(&vfs);
+  const int size = static_cast<int>(xml.size());
+  mj_makeEmptyFileVFS(&vfs, "scene.xml", size);
+  std::copy(xml.begin(), xml.end(), static_cast<char*>(vfs.filedata[0]));
+  std::array<char, 1000> error{};
+  Model model(mj_loadXML("scene.xml", &vfs, error.data(), static_cast<int>(error.size())),
+              mj_deleteModel);
+  mj_deleteVFS(&vfs);
+  if (!model) throw std::runtime_error(error.data());
+  return model;
+}
+
+inline Model compile(const Scene& scene, Detail detail) { return compile(compose(scene, detail)); }
+
+// A scene as the engine moves it (core/scene_model.cc): no gravity in the model, and the drives'
+// damping as armature and force, so that contacts are solved with the accelerations that happen.
+inline Model compile_driven(const Scene& scene, Detail detail) {
+  Model model = compile(scene, detail);
+  model->opt.gravity[2] = 0;
+  for (int i = 0; i < 9; ++i) {
+    model->actuator_biasprm[mjNBIAS * i + 2] = -model->dof_damping[i];
+    model->dof_armature[i] += model->opt.timestep * model->dof_damping[i];
+    model->dof_damping[i] = 0;
+  }
+  return model;
+}
+
+inline int id(const Model& model, mjtObj type, const std::string& name) {
+  const int result = mj_name2id(model.get(), type, name.c_str());
+  if (result < 0) throw std::runtime_error("no " + name);
+  return result;
+}
+
+// Data with the robot at a pose and its drives holding it; everything up to date.
+inline Data make_data(const Model& model, const Arm& pose) {
+  Data data(mj_makeData(model.get()), mj_deleteData);
+  std::copy(pose.begin(), pose.end(), data->qpos);
+  std::copy(pose.begin(), pose.end(), data->ctrl);
+  mj_forward(model.get(), data.get());
+  return data;
+}
+
+// Steps as the engine does: the weight of free props comes from outside.
+inline void step(const Model& model, const Data& data) {
+  for (int joint = 0; joint < model->njnt; ++joint) {
+    if (model->jnt_type[joint] != mjJNT_FREE) continue;
+    const int body = model->jnt_bodyid[joint];
+    data->xfrc_applied[6 * body + 2] = -9.81 * model->body_mass[body];
+  }
+  mj_step(model.get(), data.get());
+}
+
+// A row of cubes of 4 cm on the table, out of the arm's way.
+inline Scene cubes(int count) {
+  Scene scene;
+  for (int i = 0; i < count; ++i) {
+    Prop prop = cube("cube" + std::to_string(i), 0.02, {1, 0, 0, 1});
+    prop.pos = {0.15, 0.1 * (i - count / 2), 0.02};
+    scene.props.push_back(prop);
+  }
+  return scene;
+}
+
+}  // namespace engram::mjcf::test
