@@ -6,6 +6,9 @@ find_package(nlohmann_json REQUIRED)
 include(Catch)
 
 file(GLOB_RECURSE test_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/*_test.cc")
+if(NOT TARGET engram_cli)  # tests of the command need it
+  list(FILTER test_sources EXCLUDE REGEX "/tests/apps/")
+endif()
 engram_sources(test_support tests)  # the main function and shared helpers
 add_executable(engram_tests ${test_sources} ${test_support})
 engram_configure_target(engram_tests)

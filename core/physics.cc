@@ -317,26 +317,28 @@ class Physics::Step {
       slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
                            : std::uint8_t{0};
     }
+    while (share_slow_steps(slow)) continue;
     for (int prop = 0; prop < num_props(); ++prop) {
-      if (!is_awake(prop) || !may_sleep(prop)) continue;
+      if (!is_awake(prop) || slow[prop] < kSleepSteps) continue;
       const Eigen::Vector3d pos = Eigen::Map<Eigen::Vector3d>(state_.prop_pos_of(env_, prop));
       const Eigen::Vector4d quat = Eigen::Map<Eigen::Vector4d>(state_.prop_quat_of(env_, prop));
       state_.place_prop(env_, prop, pos.data(), quat.data(), PropStatus::kAsleep);
-      bench_.status[at(prop)] = static_cast<std::uint8_t>(PropStatus::kAsleep);
     }
   }
 
-  // True if the prop has rested long enough and so has every awake prop near it.
-  bool may_sleep(int prop) const {
-    const std::uint8_t* slow = state_.prop_slow_steps.row(env_);
-    if (slow[prop] < kSleepSteps) return false;
-    for (int other = 0; other < num_props(); ++other) {
-      if (other != prop && is_awake(other) && slow[other] < kSleepSteps &&
-          props_near(prop, other)) {
-        return false;
+  // Awake props near one another count as slow as long as the most restless of them, so that they
+  // fall asleep together: one that stayed awake would wake the others. True if a count changed.
+  bool share_slow_steps(std::uint8_t* slow) const {
+    bool changed = false;
+    for (int prop = 0; prop < num_props(); ++prop) {
+      for (int other = 0; other < num_props(); ++other) {
+        if (slow[prop] <= slow[other] || !is_awake(prop) || !is_awake(other)) continue;
+        if (!props_near(prop, other)) continue;
+        slow[prop] = slow[other];
+        changed = true;
       }
     }
-    return true;
+    return changed;
   }
 
   // --- storing ---

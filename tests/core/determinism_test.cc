@@ -1,0 +1,84 @@
+// The same seeds give the same bits, whatever the threads, the batch size and the chunks.
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::Bytes;
+using test::make_env;
+
+// Bytes of all environments after every step, environment by environment.
+using History = std::vector<std::vector<Bytes>>;
+
+History play(const std::string& id, const EnvOptions& options, Policy policy, int steps) {
+  const auto env = make_env(id, options);
+  env->reset();
+  History history(static_cast<std::size_t>(options.num_envs));
+  const auto note = [&] {
+    for (int i = 0; i < options.num_envs; ++i) {
+      history[static_cast<std::size_t>(i)].push_back(test::env_bytes(*env, i));
+    }
+  };
+  note();
+  for (int i = 0; i < steps; ++i) {
+    test::step(*env, policy);
+    note();
+  }
+  return history;
+}
+
+// Past the end of an episode for the short ids.
+constexpr int kSteps = 40;
+
+TEST_CASE("Results depend on neither threads nor chunks", "[determinism]") {
+  for (const std::string& id : test::implemented_ids()) {
+    for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
+      EnvOptions options;
+      options.num_envs = 7;
+      options.threads = 1;
+      const History reference = play(id, options, policy, kSteps);
+      INFO(id);
+      CHECK((play(id, options, policy, kSteps) == reference));  // run to run
+      for (const int threads : {2, 3, 5}) {
+        options.threads = threads;
+        options.chunk = threads == 3 ? 2 : 0;
+        CHECK((play(id, options, policy, kSteps) == reference));
+      }
+      options.chunk = 100;
+      CHECK((play(id, options, policy, kSteps) == reference));
+    }
+  }
+}
+
+TEST_CASE("An environment of a batch equals the single one of its seed", "[determinism]") {
+  for (const std::string& id : test::implemented_ids()) {
+    for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
+      EnvOptions options;
+      options.num_envs = 64;
+      options.threads = 2;
+      options.seed = 100;
+      const History batch = play(id, options, policy, kSteps);
+      INFO(id);
+      for (const int index : {0, 5, 31, 63}) {
+        EnvOptions single;
+        single.seed = options.seed + static_cast<std::uint64_t>(index);
+        const History alone = play(id, single, policy, kSteps);
+        CHECK((alone[0] == batch[static_cast<std::size_t>(index)]));
+      }
+    }
+  }
+}
+
+TEST_CASE("Different seeds give different episodes", "[determinism]") {
+  EnvOptions options;
+  options.num_envs = 2;
+  const History history = play("RememberColor9-VLA-v0", options, Policy::kZero, 1);
+  CHECK((history[0][0] != history[1][0]));
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,149 @@
+// The cheap tests that decide what is left out, against MuJoCo's own collision detection.
+#include "core/proximity.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "core/physics_model.h"
+#include "core/random.h"
+#include "core/robot_bounds.h"
+#include "tasks/task_info.h"
+
+namespace engram {
+namespace {
+
+constexpr double kRadius = 0.06;  // m, of the probing sphere
+
+Eigen::Vector3d random_point(RandomStream& random, double spread) {
+  const double x = random.uniform(-spread, spread);
+  const double y = random.uniform(-spread, spread);
+  return {x, y, random.uniform(-spread, spread)};
+}
+
+void random_pose(RandomStream& random, double spread, mjtNum* pos, mjtNum* quat) {
+  Eigen::Map<Eigen::Vector3d>(pos, 3) = random_point(random, spread);
+  for (int i = 0; i < 4; ++i) quat[i] = random.normal();
+  mju_normalize4(quat);
+}
+
+// How often a probing sphere reaches a geom and how often it touches it.
+struct Counts {
+  int rounds = 0;
+  int touches = 0;
+  int reached = 0;
+  int missed = 0;
+};
+
+Counts probe(const std::string& shape) {
+  const ModelPtr model =
+      compile_model("<mujoco><worldbody><body mocap='true'><geom name='a' " + shape +
+                    "/></body><body mocap='true'><geom name='b' size='.06'/></body></worldbody>"
+                    "<contact><pair geom1='a' geom2='b'/></contact></mujoco>");
+  const DataPtr data = make_data(*model);
+  RandomStream random(1, 0, 0);
+  Counts counts;
+  for (counts.rounds = 0; counts.rounds < 5000; ++counts.rounds) {
+    random_pose(random, 0.2, data->mocap_pos, data->mocap_quat);
+    random_pose(random, 0.2, data->mocap_pos + 3, data->mocap_quat + 4);
+    mj_kinematics(model.get(), data.get());
+    mj_collision(model.get(), data.get());
+    const Eigen::Map<const Eigen::Vector3d> center(data->geom_xpos + 3);
+    const bool reaches = sphere_reaches_geom(*model, *data, 0, center, kRadius);
+    counts.touches += data->ncon > 0 ? 1 : 0;
+    counts.reached += reaches ? 1 : 0;
+    counts.missed += data->ncon > 0 && !reaches ? 1 : 0;
+  }
+  return counts;
+}
+
+TEST_CASE("A sphere reaches boxes, capsules and spheres exactly when it touches them",
+          "[proximity]") {
+  for (const char* shape : {"type='box' size='.1 .05 .2'", "type='capsule' size='.05 .15'",
+                            "type='sphere' size='.1'"}) {
+    const Counts counts = probe(shape);
+    INFO(shape);
+    CHECK(counts.missed == 0);
+    CHECK(counts.reached == counts.touches);
+    CHECK(counts.touches > 500);
+    CHECK(counts.touches < 4500);
+  }
+}
+
+TEST_CASE("A sphere that touches any other shape is never missed", "[proximity]") {
+  for (const char* shape :
+       {"type='cylinder' size='.05 .15'", "type='ellipsoid' size='.05 .1 .15'"}) {
+    const Counts counts = probe(shape);
+    INFO(shape);
+    CHECK(counts.missed == 0);
+    CHECK(counts.reached >= counts.touches);
+    CHECK(counts.touches > 500);
+  }
+}
+
+// Joint angles between the limits, or near the start pose.
+void random_robot(const mjModel& model, RandomStream& random, bool near_start, mjData* data) {
+  const double start[] = {0, 0, 0, -2.0943951, 0, 2.0943951, 0.78539816, 0.04, 0.04};
+  for (int i = 0; i < kRobotJoints; ++i) {
+    const double low = model.jnt_range[2 * i];
+    const double high = model.jnt_range[2 * i + 1];
+    data->qpos[i] = near_start && i < kArmJoints ? start[i] + random.uniform(-0.4, 0.4)
+                                                 : random.uniform(low, high);
+  }
+}
+
+TEST_CASE("The robot is never called clear where it has a contact", "[proximity]") {
+  const PhysicsModel physics(tasks::scene_source({}));
+  const mjModel& model = physics.robot();
+  const DataPtr data = make_data(model);
+  RandomStream random(2, 0, 0);
+  const MujocoScope scope;  // a knotted robot has more contacts than there is room for
+  int contacts = 0;
+  int clear = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    random_robot(model, random, round % 2 == 0, data.get());
+    mj_kinematics(&model, data.get());
+    mj_collision(&model, data.get());
+    const bool is_clear = physics.robot_bounds().is_clear(*data, {});
+    if (data->ncon > 0) REQUIRE_FALSE(is_clear);
+    contacts += data->ncon > 0 ? 1 : 0;
+    clear += is_clear ? 1 : 0;
+  }
+  CHECK(contacts > 1000);
+  CHECK(clear > 8000);  // most poses of a task, or nothing would be gained
+}
+
+TEST_CASE("The robot is never called clear where it reaches an obstacle", "[proximity]") {
+  mjcf::Scene scene;
+  scene.props.push_back(mjcf::cube("cube", 0.02, {1, 0, 0, 1}));
+  const PhysicsModel physics(tasks::scene_source(scene));
+  const mjModel& model = physics.robot();
+  const DataPtr data = make_data(model);
+  RandomStream random(3, 0, 0);
+  int reached = 0;
+  int clear = 0;
+  for (int round = 0; round < 5000; ++round) {
+    random_robot(model, random, true, data.get());
+    mj_kinematics(&model, data.get());
+    if (!physics.robot_bounds().is_clear(*data, {})) continue;
+    const int site = mj_name2id(&model, mjOBJ_SITE, "tcp");
+    const Eigen::Map<const Eigen::Vector3d> tcp(data->site_xpos + 3 * site);
+    for (int k = 0; k < 10; ++k) {
+      const RobotBounds::Obstacle obstacle{tcp + random_point(random, 0.3), 0.036};
+      const bool reaches =
+          std::any_of(physics.reach_geoms().begin(), physics.reach_geoms().end(), [&](int geom) {
+            return sphere_reaches_geom(model, *data, geom, obstacle.center, obstacle.radius);
+          });
+      const bool is_clear = physics.robot_bounds().is_clear(*data, {&obstacle, 1});
+      if (reaches) REQUIRE_FALSE(is_clear);
+      reached += reaches ? 1 : 0;
+      clear += is_clear ? 1 : 0;
+    }
+  }
+  CHECK(reached > 1000);
+  CHECK(clear > reached);
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,72 @@
+// What tests that run environments share.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/vector_env.h"
+#include "tasks/registry.h"
+
+namespace engram::test {
+
+inline std::unique_ptr<VectorEnv> make_env(std::string_view id, const EnvOptions& options = {}) {
+  return std::make_unique<VectorEnv>(make_task(id), options);
+}
+
+// The ids of all tasks that this version can run.
+inline std::vector<std::string> implemented_ids() {
+  std::vector<std::string> ids;
+  for (const RegistryEntry& entry : registry()) {
+    if (is_implemented(entry)) ids.emplace_back(entry.id);
+  }
+  return ids;
+}
+
+using Bytes = std::vector<std::byte>;
+
+inline void append_row(const ColumnStore& store, int env, Bytes& bytes) {
+  Bytes saved(store.row_bytes());
+  store.save_row(env, saved);
+  bytes.insert(bytes.end(), saved.begin(), saved.end());
+}
+
+// Everything that one environment remembers and shows.
+inline Bytes env_bytes(const VectorEnv& env, int index) {
+  Bytes bytes;
+  append_row(env.memory(), index, bytes);
+  append_row(env.outputs(), index, bytes);
+  return bytes;
+}
+
+// The same for all environments, one after another.
+inline Bytes batch_bytes(const VectorEnv& env) {
+  Bytes bytes;
+  for (int i = 0; i < env.num_envs(); ++i) {
+    append_row(env.memory(), i, bytes);
+    append_row(env.outputs(), i, bytes);
+  }
+  return bytes;
+}
+
+// One environment's values of an output or memory column.
+template <class T>
+const T* row(const ColumnView& view, int env) {
+  return reinterpret_cast<const T*>(view.row(env));
+}
+
+inline std::vector<float> zeros(const VectorEnv& env) {
+  return std::vector<float>(static_cast<std::size_t>(env.num_envs()) *
+                            static_cast<std::size_t>(env.action_dim()));
+}
+
+inline std::vector<float> act(VectorEnv& env, Policy policy) {
+  std::vector<float> actions = zeros(env);
+  env.act(policy, actions);
+  return actions;
+}
+
+inline void step(VectorEnv& env, Policy policy) { env.step(act(env, policy)); }
+
+}  // namespace engram::test

@@ -1,0 +1,153 @@
+// What an oracle, a guess and no action at all achieve, and that sleep does not matter for it.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+using test::row;
+
+constexpr std::uint64_t kCanonicalSeed = 4242424242;
+
+std::vector<std::uint8_t> outcomes(const std::string& id, Policy policy, bool sleep = true,
+                                   int episodes = 50) {
+  EnvOptions options;
+  options.num_envs = episodes;
+  options.seed = kCanonicalSeed;
+  options.sleep = sleep;
+  options.threads = 2;
+  options.auto_reset = AutoReset::kOff;
+  const auto env = make_env(id, options);
+  env->reset();
+  for (int i = 0; i < env->info().horizon; ++i) test::step(*env, policy);
+  CHECK(env->unstable_count() == 0);
+  std::vector<std::uint8_t> result;
+  for (int i = 0; i < episodes; ++i) {
+    result.push_back(*row<std::uint8_t>(env->output("success_once"), i));
+  }
+  return result;
+}
+
+double rate(const std::vector<std::uint8_t>& successes) {
+  return static_cast<double>(std::count(successes.begin(), successes.end(), 1)) /
+         static_cast<double>(successes.size());
+}
+
+std::vector<std::string> ids(bool lengthy) {
+  std::vector<std::string> result;
+  for (const std::string& id : test::implemented_ids()) {
+    if ((id.find("Long") != std::string::npos) == lengthy) result.push_back(id);
+  }
+  return result;
+}
+
+void check_policies(const std::string& id) {
+  INFO(id);
+  CHECK(rate(outcomes(id, Policy::kOracle)) >= 0.95);
+  const double chance = 1.0 / make_task(id)->info().candidates;
+  CHECK(std::abs(rate(outcomes(id, Policy::kBlind, true, 100)) - chance) <= 0.15);
+  CHECK(rate(outcomes(id, Policy::kZero)) == 0);
+}
+
+TEST_CASE("Oracles solve the short tasks, guesses sometimes and idlers never", "[oracle]") {
+  for (const std::string& id : ids(false)) check_policies(id);
+}
+
+TEST_CASE("Oracles solve the long tasks, guesses sometimes and idlers never", "[oracle][long]") {
+  for (const std::string& id : ids(true)) check_policies(id);
+}
+
+TEST_CASE("Oracles succeed in the same episodes with and without sleep", "[oracle][sleep]") {
+  for (const std::string& id : ids(false)) {
+    INFO(id);
+    CHECK(outcomes(id, Policy::kOracle, true) == outcomes(id, Policy::kOracle, false));
+  }
+}
+
+// Random motion that keeps the hand above the cubes. `closing`: the fingers meet their limit now
+// and then.
+std::vector<float> raised(VectorEnv& env, bool closing) {
+  std::vector<float> actions = test::act(env, Policy::kRandom);
+  for (int i = 0; i < env.num_envs(); ++i) {
+    const double height = env.state().tcp_pos.row(i)[2];
+    float* action = actions.data() + 7 * i;
+    action[2] = static_cast<float>(std::clamp(5 * (0.35 - height), -1.0, 1.0)) + 0.2F * action[2];
+    for (int k = 3; k < 6; ++k) action[k] *= 0.3F;
+    if (!closing) action[6] = std::abs(action[6]);
+  }
+  return actions;
+}
+
+struct Differences {
+  double robot = 0;      // largest difference of a joint position or velocity
+  int robot_bits = 0;    // environments and steps in which a bit differed
+  double props = 0;      // m
+  bool touched = false;  // a prop woke
+};
+
+Differences compare_sleep(const std::string& id, bool closing) {
+  EnvOptions options;
+  options.num_envs = 40;
+  options.auto_reset = AutoReset::kOff;
+  const auto asleep = make_env(id, options);
+  options.sleep = false;
+  const auto awake = make_env(id, options);
+  asleep->reset();
+  awake->reset();
+  Differences found;
+  const State& a = asleep->state();
+  const State& b = awake->state();
+  for (int step = 0; step < 25; ++step) {
+    const std::vector<float> actions = raised(*asleep, closing);
+    asleep->step(actions);
+    awake->step(actions);
+    for (int i = 0; i < options.num_envs; ++i) {
+      bool same = true;
+      for (int joint = 0; joint < kRobotJoints; ++joint) {
+        const double position = std::abs(a.qpos.row(i)[joint] - b.qpos.row(i)[joint]);
+        const double velocity = std::abs(a.qvel.row(i)[joint] - b.qvel.row(i)[joint]);
+        found.robot = std::max({found.robot, position, velocity});
+        same = same && position == 0 && velocity == 0;
+      }
+      found.robot_bits += same ? 0 : 1;
+      for (int prop = 0; prop < a.num_props; ++prop) {
+        found.touched |= a.status_of(i, prop) == PropStatus::kAwake;
+        const Eigen::Map<const Eigen::Vector3d> left(a.prop_pos_of(i, prop));
+        const Eigen::Map<const Eigen::Vector3d> right(b.prop_pos_of(i, prop));
+        found.props = std::max(found.props, (left - right).norm());
+      }
+    }
+  }
+  return found;
+}
+
+TEST_CASE("Untouched cubes leave the robot's bits alone with and without sleep", "[sleep]") {
+  for (const std::string& id : ids(false)) {
+    const Differences found = compare_sleep(id, false);
+    INFO(id);
+    CHECK(found.robot_bits == 0);
+    CHECK(found.props < 5e-4);
+    CHECK(found.props > 0);  // awake cubes do settle
+    CHECK_FALSE(found.touched);
+  }
+}
+
+// At a joint limit the solver iterates on robot and awake cubes together and stops when both are
+// good enough: the last bits may differ then.
+TEST_CASE("At a joint limit sleep makes a difference in the last bits only", "[sleep]") {
+  for (const std::string& id : ids(false)) {
+    const Differences found = compare_sleep(id, true);
+    INFO(id << ": bits differ in " << found.robot_bits << " of 1000 steps, by " << found.robot);
+    CHECK(found.robot < 1e-9);
+    CHECK_FALSE(found.touched);
+  }
+}
+
+}  // namespace
+}  // namespace engram
