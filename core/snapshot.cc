@@ -96,6 +96,7 @@ void VectorEnv::restore_range(Range envs, std::span<const std::byte> bytes) {
       rest = rest.subspan(store->row_bytes());
     }
     final_mask_[static_cast<std::size_t>(env)] = 0;
+    draw(0, env);
   }
 }
 

@@ -28,6 +28,8 @@ State::State(ColumnStore& store, int props) : num_props(props) {
   prop_qacc_warmstart = store.add<double>("prop_qacc_warmstart", 6 * width);
   prop_status = store.add<std::uint8_t>("prop_status", width);
   prop_slow_steps = store.add<std::uint8_t>("prop_slow_steps", width);
+  prop_rgba = store.add<float>("prop_rgba", 4 * width);
+  prop_emission = store.add<float>("prop_emission", width);
   finger_force = store.add<double>("finger_force", 6 * width, "N");
 }
 

@@ -43,6 +43,10 @@ struct State {
   Column<double> prop_qacc_warmstart;    // (num_props * 6)
   Column<std::uint8_t> prop_status;      // (num_props) PropStatus
   Column<std::uint8_t> prop_slow_steps;  // (num_props) consecutive control steps at rest
+  // What pictures show instead of the document's colour, where alpha is positive, and light that
+  // the prop itself gives off.
+  Column<float> prop_rgba;      // (num_props * 4) 0..1
+  Column<float> prop_emission;  // (num_props)
   // Force that a prop exerts on each finger in the last substep, N, world frame:
   // (num_props * 2 * 3), left finger first.
   Column<double> finger_force;

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "core/length.h"
 
 namespace engram {
 namespace {
@@ -60,15 +61,10 @@ std::vector<Draw> all_draws(const TaskInfo& info) {
   return draws;
 }
 
-void require_length(const char* what, std::size_t given, std::size_t needed) {
-  if (given == needed) return;
-  throw Error(Error::kInvalidArgument, std::string(what) + ": " + std::to_string(given) +
-                                           " values given, " + std::to_string(needed) + " needed");
-}
-
 }  // namespace
 
-VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options)
+VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options,
+                     ImageSourceFactory renderers)
     : task_(std::move(task)),
       options_(checked(options)),
       model_(std::make_unique<PhysicsModel>(task_->scene())),
@@ -77,6 +73,7 @@ VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options)
       pool_(options_.threads),
       physics_(std::make_unique<Physics>(*model_, PhysicsOptions{options_.substeps, options_.sleep},
                                          options_.threads)),
+      renderers_(std::move(renderers)),
       memory_(options_.num_envs),
       pin_memory_(options_.num_envs),
       outputs_(options_.num_envs),
@@ -137,6 +134,12 @@ void VectorEnv::allocate() {
     bindings_.task_cue = outputs_.add<float>("task_cue", info.task_cue_dim);
   }
   task_->bind(bindings_);
+  if (options_.obs_mode == ObsMode::kRgb) {
+    if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
+    images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, renderers_,
+                                           options_.image_options, num_envs(), options_.threads,
+                                           options_.auto_reset == AutoReset::kSameStep);
+  }
   final_outputs_.add_like(outputs_);
   final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
 }
@@ -162,7 +165,7 @@ void VectorEnv::reset(const ResetRequest& request) {
   const std::vector<Pin>* pins = request.pins != nullptr ? request.pins
                                  : started_              ? nullptr
                                                          : &options_.pins;
-  pool_.run(num_envs(), options_.chunk, [&](int /*worker*/, int begin, int end) {
+  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     for (int env = begin; env < end; ++env) {
       if (!selected(env)) continue;
       std::uint64_t seed = options_.seed + static_cast<std::uint64_t>(env);
@@ -175,6 +178,7 @@ void VectorEnv::reset(const ResetRequest& request) {
       }
       if (pins != nullptr) pins_.set(env, *pins);
       reset_env(env, seed, episode);
+      draw(worker, env);
       final_mask_[static_cast<std::size_t>(env)] = 0;
     }
   });
@@ -235,6 +239,7 @@ void VectorEnv::step_range(int worker, Range envs, const float* actions) {
     if (state_.finished[env] != 0) {
       if (options_.auto_reset == AutoReset::kNextStep) {
         reset_env(env, state_.seed[env], state_.episode[env] + 1);
+        draw(worker, env);
       } else {
         reward_[env] = 0;
       }
@@ -246,7 +251,7 @@ void VectorEnv::step_range(int worker, Range envs, const float* actions) {
       final_mask_[static_cast<std::size_t>(env)] = 0;
       simulate(worker, env, actions + static_cast<std::ptrdiff_t>(env) * action_dim());
     }
-    finish_steps({begin, env});
+    finish_steps(worker, {begin, env});
   }
 }
 
@@ -270,15 +275,18 @@ void VectorEnv::simulate(int worker, int env, const float* action) {
 }
 
 // Everything after physics: phases, info, observation, reward, endings.
-void VectorEnv::finish_steps(Range envs) {
+void VectorEnv::finish_steps(int worker, Range envs) {
   task_->advance(envs);
   task_->evaluate(envs);
   observe(envs);
   compute_rewards(envs);
-  for (int env = envs.begin; env < envs.end; ++env) finish_step(env);
+  for (int env = envs.begin; env < envs.end; ++env) {
+    draw(worker, env);
+    finish_step(worker, env);
+  }
 }
 
-void VectorEnv::finish_step(int env) {
+void VectorEnv::finish_step(int worker, int env) {
   const bool success = bindings_.success[env] != 0;
   success_once_[env] |= bindings_.success[env];
   episode_return_[env] += static_cast<double>(reward_[env]);
@@ -293,6 +301,7 @@ void VectorEnv::finish_step(int env) {
   if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return;
   // The new episode's outputs replace those of the old one, but reward and endings are of the step.
   outputs_.copy_row_to(final_outputs_, env);
+  if (images_) images_->keep_final(env);
   final_mask_[static_cast<std::size_t>(env)] = 1;
   const float reward = reward_[env];
   const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};
@@ -301,6 +310,11 @@ void VectorEnv::finish_step(int env) {
   terminated_[env] = flags[0];
   truncated_[env] = flags[1];
   unstable_[env] = flags[2];
+  draw(worker, env);
+}
+
+void VectorEnv::draw(int worker, int env) {
+  if (images_) images_->render(worker, state_, env);
 }
 
 // --- outputs ---
@@ -320,7 +334,7 @@ void VectorEnv::observe(Range envs) {
     }
     proprio[6] = static_cast<float>(qpos[kArmJoints] + qpos[kArmJoints + 1]);
   }
-  if (options_.obs_mode == ObsMode::kNone) return;
+  if (!observes_state()) return;
 
   int offset = 0;
   for (int env = envs.begin; env < envs.end; ++env) {
@@ -368,7 +382,7 @@ std::span<const T> VectorEnv::whole(const Column<T>& column) const {
 }
 
 std::span<const float> VectorEnv::observation() const {
-  if (options_.obs_mode == ObsMode::kNone) return {};
+  if (!observes_state()) return {};
   return whole(observation_);
 }
 std::span<const float> VectorEnv::proprio() const { return whole(proprio_); }
@@ -408,51 +422,6 @@ void VectorEnv::check_env(int env) const {
   if (env >= 0 && env < num_envs()) return;
   throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
                                            std::to_string(num_envs() - 1) + " allowed");
-}
-
-// --- policies ---
-
-void VectorEnv::act(Policy policy, std::span<float> actions) {
-  const auto dim = static_cast<std::size_t>(action_dim());
-  require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
-  if (!started_) throw Error(Error::kBadState, "act before the first reset; reset first");
-  const bool scripted = policy == Policy::kOracle || policy == Policy::kBlind;
-  if (scripted && options_.control_mode != ControlMode::kPdEeDeltaPose) {
-    throw Error(Error::kInvalidArgument, std::string("oracle with control mode ") +
-                                             control_mode_name(options_.control_mode) +
-                                             ", pd_ee_delta_pose needed");
-  }
-  pool_.run(num_envs(), options_.chunk, [&](int /*worker*/, int begin, int end) {
-    const FloatRows rows{actions.data(), action_dim()};
-    if (scripted) task_->act({begin, end}, policy == Policy::kBlind, rows);
-    for (int env = begin; env < end; ++env) {
-      float* row = rows.row(env);
-      if (policy == Policy::kZero) std::fill_n(row, dim, 0.0F);
-      if (policy == Policy::kRandom) random_action(env, row);
-      // Oracles speak upstream's rotation sign.
-      if (scripted && options_.rotation_sign == 1) {
-        for (int i = 3; i < 6; ++i) row[i] = -row[i];
-      }
-    }
-  });
-}
-
-// Uniform over the action space, as a function of seed, episode and step alone. Unbounded
-// components stay near where the robot is.
-void VectorEnv::random_action(int env, float* action) const {
-  constexpr double kUnboundedSpread = 0.05;
-  const auto step = static_cast<std::uint32_t>(state_.elapsed[env]);
-  RandomStream stream(state_.seed[env], state_.episode[env], kPurposeRandomPolicy + step);
-  const ActionSpace& space = action_space();
-  controller_->hold_action(state_, env, action);
-  for (std::size_t i = 0; i < space.low.size(); ++i) {
-    if (std::isfinite(space.low[i])) {
-      action[i] = static_cast<float>(
-          stream.uniform(static_cast<double>(space.low[i]), static_cast<double>(space.high[i])));
-    } else {
-      action[i] += static_cast<float>(stream.uniform(-kUnboundedSpread, kUnboundedSpread));
-    }
-  }
 }
 
 }  // namespace engram

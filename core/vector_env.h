@@ -11,13 +11,15 @@
 #include <vector>
 
 #include "core/controller.h"
+#include "core/image_batch.h"
 #include "core/physics.h"
 #include "core/task.h"
 #include "core/thread_pool.h"
 
 namespace engram {
 
-enum class ObsMode { kNone, kState, kStateDict };
+// kRgb: images and proprio; the state observation, which tells the hidden quantity, stays empty.
+enum class ObsMode { kNone, kState, kStateDict, kRgb };
 enum class RewardMode { kNone, kSparse, kDense, kNormalizedDense };
 
 // What happens to an environment whose episode has ended, in Gymnasium's terms.
@@ -44,6 +46,8 @@ struct EnvOptions {
   bool sleep = true;           // false: every shortcut of the physics off
   int substeps = 5;            // of 0.01 s per control step; 0 measures everything but physics
   std::vector<Pin> pins = {};  // quantities of every episode that are fixed
+  ImageShape images = {};      // of rgb observations
+  ImageSourceOptions image_options = {};  // of rgb observations and of render()
 };
 
 // Which environments to reset, and how. Empty spans: all environments; seeds and pins as before.
@@ -58,8 +62,9 @@ struct ResetRequest {
 class VectorEnv {
  public:
   // Throws Error if an option is out of range, a pin is not one of the task's, or the machine
-  // lacks memory or threads.
-  VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options);
+  // lacks memory, threads or the renderer. `renderers` is needed for pictures only.
+  VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options,
+            ImageSourceFactory renderers = {});
   ~VectorEnv();
 
   const TaskInfo& info() const { return task_->info(); }
@@ -90,8 +95,17 @@ class VectorEnv {
   // pd_ee_delta_pose. Throws Error if they cannot act or the length is wrong.
   void act(Policy policy, std::span<float> actions);
 
+  // Draws environment `env` as it is now, row 0 on top, with the options' renderer, shadows and
+  // anti-aliasing. camera: "base_camera", "hand_camera" or "render_camera"; sides 1 to 4096 pixels;
+  // rgb: (height, width, 3). Throws Error for anything else, or before the first reset.
+  void render(int env, std::string_view camera, int width, int height, std::span<std::uint8_t> rgb);
+
   // Outputs of the last step or reset; N = num_envs.
-  std::span<const float> observation() const;        // (N, state_dim)
+  std::span<const float> observation() const;  // (N, state_dim)
+  // (N, height, width, 3 * cameras), cameras one behind the other in each pixel; rgb mode only.
+  std::span<const std::uint8_t> rgb() const;
+  // The last images of the episodes that final_mask tells of (same-step mode).
+  std::span<const std::uint8_t> final_rgb() const;
   std::span<const float> proprio() const;            // (N, 7): common 6.3
   std::span<const float> reward() const;             // (N)
   std::span<const std::uint8_t> terminated() const;  // (N)
@@ -124,7 +138,8 @@ class VectorEnv {
   const ColumnStore& memory() const { return memory_; }
   // Bytes that every further environment adds.
   std::size_t bytes_per_env() const {
-    return memory_.row_bytes() + pin_memory_.row_bytes() + 2 * outputs_.row_bytes();
+    return (images_ ? options_.images.bytes() : 0) + memory_.row_bytes() + pin_memory_.row_bytes() +
+           2 * outputs_.row_bytes();
   }
 
  private:
@@ -133,9 +148,13 @@ class VectorEnv {
   void reset_env(int env, std::uint64_t seed, std::uint64_t episode);
   void step_range(int worker, Range envs, const float* actions);
   void simulate(int worker, int env, const float* action);
-  void finish_steps(Range envs);
-  void finish_step(int env);
+  void finish_steps(int worker, Range envs);
+  void finish_step(int worker, int env);
+  void draw(int worker, int env);
   void observe(Range envs);
+  bool observes_state() const {
+    return options_.obs_mode == ObsMode::kState || options_.obs_mode == ObsMode::kStateDict;
+  }
   void compute_rewards(Range envs);
   void random_action(int env, float* action) const;
   std::uint64_t snapshot_layout() const;
@@ -150,6 +169,10 @@ class VectorEnv {
   std::unique_ptr<Controller> controller_;
   ThreadPool pool_;
   std::unique_ptr<Physics> physics_;
+  ImageSourceFactory renderers_;
+  std::unique_ptr<ImageBatch> images_;  // rgb mode only
+  std::unique_ptr<SceneViews> views_;   // what render() draws, from its first call on
+  std::unique_ptr<ImageSource> source_;
 
   ColumnStore memory_;         // everything an environment remembers of its episode
   ColumnStore pin_memory_;     // its pins, which outlive the episode

@@ -1,0 +1,54 @@
+// The policies that a batch brings along.
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/length.h"
+#include "core/vector_env.h"
+
+namespace engram {
+
+void VectorEnv::act(Policy policy, std::span<float> actions) {
+  const auto dim = static_cast<std::size_t>(action_dim());
+  require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
+  if (!started_) throw Error(Error::kBadState, "act before the first reset; reset first");
+  const bool scripted = policy == Policy::kOracle || policy == Policy::kBlind;
+  if (scripted && options_.control_mode != ControlMode::kPdEeDeltaPose) {
+    throw Error(Error::kInvalidArgument, std::string("oracle with control mode ") +
+                                             control_mode_name(options_.control_mode) +
+                                             ", pd_ee_delta_pose needed");
+  }
+  pool_.run(num_envs(), options_.chunk, [&](int /*worker*/, int begin, int end) {
+    const FloatRows rows{actions.data(), action_dim()};
+    if (scripted) task_->act({begin, end}, policy == Policy::kBlind, rows);
+    for (int env = begin; env < end; ++env) {
+      float* row = rows.row(env);
+      if (policy == Policy::kZero) std::fill_n(row, dim, 0.0F);
+      if (policy == Policy::kRandom) random_action(env, row);
+      // Oracles speak upstream's rotation sign.
+      if (scripted && options_.rotation_sign == 1) {
+        for (int i = 3; i < 6; ++i) row[i] = -row[i];
+      }
+    }
+  });
+}
+
+// Uniform over the action space, as a function of seed, episode and step alone. Unbounded
+// components stay near where the robot is.
+void VectorEnv::random_action(int env, float* action) const {
+  constexpr double kUnboundedSpread = 0.05;
+  const auto step = static_cast<std::uint32_t>(state_.elapsed[env]);
+  RandomStream stream(state_.seed[env], state_.episode[env], kPurposeRandomPolicy + step);
+  const ActionSpace& space = action_space();
+  controller_->hold_action(state_, env, action);
+  for (std::size_t i = 0; i < space.low.size(); ++i) {
+    if (std::isfinite(space.low[i])) {
+      action[i] = static_cast<float>(
+          stream.uniform(static_cast<double>(space.low[i]), static_cast<double>(space.high[i])));
+    } else {
+      action[i] += static_cast<float>(stream.uniform(-kUnboundedSpread, kUnboundedSpread));
+    }
+  }
+}
+
+}  // namespace engram
