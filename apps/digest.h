@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <vector>
 
 #define XXH_INLINE_ALL
@@ -23,11 +24,10 @@ class Digest {
 
   // Takes in the outputs of the last reset or step.
   void update(const VectorEnv& env) {
-    const auto width = static_cast<std::size_t>(env.state_dim());
-    const float* row = env.observation().data();
-    for (std::size_t i = 0; i < hashes_.size(); ++i, row += width) {
-      // The hash so far seeds that of the next piece.
-      hashes_[i] = XXH3_64bits_withSeed(row, width * sizeof(float), hashes_[i]);
+    for (std::size_t i = 0; i < hashes_.size(); ++i) {
+      add_row(env.observation(), i);
+      add_row(env.rgb(), i);
+      if (!env.rgb().empty()) add_row(env.proprio(), i);
       std::array<unsigned char, sizeof(float) + 2> rest{};
       std::memcpy(rest.data(), &env.reward()[i], sizeof(float));
       rest[sizeof(float)] = env.terminated()[i];
@@ -41,6 +41,15 @@ class Digest {
   }
 
  private:
+  // One environment's row of an output; nothing where the output is empty.
+  template <class T>
+  void add_row(std::span<const T> rows, std::size_t env) {
+    if (rows.empty()) return;
+    const std::size_t width = rows.size() / hashes_.size();
+    // The hash so far seeds that of the next piece.
+    hashes_[env] = XXH3_64bits_withSeed(rows.data() + env * width, width * sizeof(T), hashes_[env]);
+  }
+
   std::vector<std::uint64_t> hashes_;
 };
 

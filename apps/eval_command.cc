@@ -144,6 +144,7 @@ void add_eval_command(CLI::App& app) {
           "Episodes per task");
   add_seed(*command, options->protocol.start_seed, "Episode i has seed + i");
   add_num_envs(*command, options->protocol.num_envs);
+  add_obs(*command, options->protocol.observation);
   add_threads(*command, options->protocol.threads);
   add_json(*command, options->json);
   command

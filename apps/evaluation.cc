@@ -70,6 +70,8 @@ TaskResult evaluate(const RegistryEntry& entry, const Protocol& protocol,
   EnvOptions options =
       batch_options(std::min(protocol.num_envs, protocol.episodes), protocol.threads);
   options.auto_reset = AutoReset::kOff;
+  options.obs_mode = protocol.observation.obs_mode;
+  options.image_options = protocol.observation.image_options;
   const auto env = make(entry.id, options);
   std::vector<float> actions(static_cast<std::size_t>(env->num_envs()) *
                              static_cast<std::size_t>(env->action_dim()));
@@ -110,7 +112,7 @@ Json task_document(const TaskResult& result, const Protocol& protocol) {
           {"chance", 1.0 / result.candidates},
           {"benchmark_commit", nullptr},
           {"control_mode", control_mode_name(ControlMode::kPdEeDeltaPose)},
-          {"obs_mode", "state"},
+          {"obs_mode", obs_name(protocol.observation)},
           {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
           {"action_chunk_size", 1},
           {"model",

@@ -16,6 +16,7 @@ struct Protocol {
   std::uint64_t start_seed = 4242424242;  // episode i has seed start_seed + i
   int num_envs = 256;                     // episodes that run at the same time, at most
   int threads = 0;
+  EnvOptions observation;  // obs_mode and image_options count
 };
 
 // What came out for one task; vectors have one element per episode. The same for every number of

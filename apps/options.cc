@@ -193,17 +193,34 @@ CLI::Option* add_json(CLI::App& app, bool& json) {
   return app.add_flag("--json", json, "One JSON document on standard output, nothing else there");
 }
 
-void add_obs(CLI::App& app) {
-  const auto check = [](const std::string& text) {
-    if (text == "rgb") {
-      throw Error(Error::kUnavailable,
-                  "--obs: 'rgb' given, which is not part of this version; state allowed");
-    }
-    if (text != "state") refuse("--obs", text, "state");
+void add_obs(CLI::App& app, EnvOptions& options) {
+  const auto take = [&options](const std::string& text) {
+    if (text != "state" && text != "rgb") refuse("--obs", text, "state or rgb");
+    options.obs_mode = text == "rgb" ? ObsMode::kRgb : ObsMode::kState;
   };
-  app.add_option_function<std::string>("--obs", check, "Observation (rgb: not in this version)")
+  app.add_option_function<std::string>("--obs", take,
+                                       "Observation; rgb: base and wrist camera, 128 x 128")
       ->type_name("state|rgb")
       ->default_str("state");
+  add_renderer(app, options.image_options);
+}
+
+void add_renderer(CLI::App& app, ImageSourceOptions& options) {
+  const auto take = [&options](const std::string& text) {
+    if (text != "cpu" && text != "egl") refuse("--renderer", text, "cpu or egl");
+    options.renderer = text;
+  };
+  app.add_option_function<std::string>("--renderer", take, "Who draws images")
+      ->type_name("cpu|egl")
+      ->default_str("cpu");
+}
+
+const char* obs_name(const EnvOptions& options) {
+  return options.obs_mode == ObsMode::kRgb ? "rgb" : "state";
+}
+
+std::string renderer_name(const EnvOptions& options) {
+  return options.obs_mode == ObsMode::kRgb ? options.image_options.renderer : "none";
 }
 
 void add_env_options(CLI::App& app, EnvOptions& options) {

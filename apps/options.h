@@ -47,8 +47,12 @@ CLI::Option* add_num_envs(CLI::App& app, int& num_envs);
 CLI::Option* add_threads(CLI::App& app, int& threads);
 CLI::Option* add_json(CLI::App& app, bool& json);
 
-// --obs: "state"; "rgb" is refused with a message of its own.
-void add_obs(CLI::App& app);
+// --obs and --renderer: what is observed, and who draws it.
+void add_obs(CLI::App& app, EnvOptions& options);
+void add_renderer(CLI::App& app, ImageSourceOptions& options);
+// "state" or "rgb", and the renderer's name or "none".
+const char* obs_name(const EnvOptions& options);
+std::string renderer_name(const EnvOptions& options);
 
 // What else a batch of environments can be given: control mode, reward, pins, ... .
 void add_env_options(CLI::App& app, EnvOptions& options);

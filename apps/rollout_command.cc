@@ -77,6 +77,11 @@ Report roll_out(VectorEnv& env, const RolloutOptions& options, EpisodeLog& log) 
   return report;
 }
 
+double images_per_step(const EnvOptions& options) {
+  return options.obs_mode == ObsMode::kRgb ? static_cast<double>(options.images.cameras.size())
+                                           : 0.0;
+}
+
 double rate(double count, double time) { return time > 0 ? count / time : 0; }
 
 Json to_json(const VectorEnv& env, const RolloutOptions& options, const EpisodeLog& log,
@@ -86,12 +91,12 @@ Json to_json(const VectorEnv& env, const RolloutOptions& options, const EpisodeL
                    {"num_envs", env.num_envs()},
                    {"steps", report.steps},
                    {"threads", env.threads()},
-                   {"obs", "state"},
+                   {"obs", obs_name(env.options())},
                    {"policy", policy_name(options.policy)},
-                   {"renderer", "none"},
+                   {"renderer", renderer_name(env.options())},
                    {"env_steps_per_second", env_rate},
                    {"physics_steps_per_second", env_rate * env.options().substeps},
-                   {"images_per_second", 0},
+                   {"images_per_second", env_rate * images_per_step(env.options())},
                    {"episodes", log.episodes()},
                    {"success_once", apps::to_json(log.success_rate())},
                    {"mean_return", apps::to_json(log.mean_return())},
@@ -115,6 +120,9 @@ std::string to_words(const VectorEnv& env, const RolloutOptions& options, const 
       with_thousands(env_steps), report.wall_seconds, with_thousands(env_rate),
       with_thousands(rate(env_steps, report.step_seconds)),
       with_thousands(env_rate * env.options().substeps));
+  if (const double images = images_per_step(env.options()); images > 0) {
+    text += fmt::format("  images/s        {}\n", with_thousands(env_rate * images));
+  }
   if (log.episodes() > 0) {
     text += fmt::format("  episodes        {}: success_once {:.3f}, mean return {:.3f}\n",
                         with_thousands(static_cast<double>(log.episodes())), log.success_rate(),
@@ -179,7 +187,7 @@ void add_rollout_command(CLI::App& app) {
       ->default_str("");
   add_seed(*command, options->env.seed, "Environment i begins with seed + i");
   add_threads(*command, options->env.threads);
-  add_obs(*command);
+  add_obs(*command, options->env);
   add_policy(*command, options->policy, kPolicies);
   add_env_options(*command, options->env);
   command->add_flag("--hash", options->hash,

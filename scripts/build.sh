@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Installs what is missing, then configures and builds one preset: build.sh [PRESET], default release.
+# Installs what is missing, then configures and builds: build.sh [PRESET [TARGET...]], default
+# everything of release.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 preset=${1:-release}
 scripts/install_dependencies.sh
 cmake --preset "$preset"
-cmake --build --preset "$preset"
+shift $(($# > 0 ? 1 : 0))
+cmake --build --preset "$preset" ${1:+--target "$@"}

@@ -4,7 +4,7 @@ set -euo pipefail
 
 packages=(
   build-essential cmake ninja-build ccache
-  libmujoco-dev libeigen3-dev libtinyxml2-dev librandom123-dev
+  libmujoco-dev libeigen3-dev libtinyxml2-dev librandom123-dev libpng-dev
   libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev
   catch2
 )

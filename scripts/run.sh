@@ -3,7 +3,7 @@
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-"$root/scripts/build.sh" release >&2  # standard output belongs to the job
+"$root/scripts/build.sh" release engram_cli >&2  # standard output belongs to the job
 
 if [ $# -eq 0 ]; then
   set -- rollout RememberColor9-VLA-v0 --num-envs 256 --steps 200 --policy random

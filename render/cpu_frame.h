@@ -1,0 +1,135 @@
+// What the ray caster's set-up hands to its kernels: one camera's view of one environment.
+//
+// Rays are d = (u, v, 1) in the axes right, up, forward of the camera, and a hit is known by
+// w = 1 / depth, because w is affine in (u, v) on every plane. Plain data only: this header is
+// compiled for several instruction sets.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace engram::cpu {
+
+inline constexpr int kBlock = 16;      // pixels; rows are padded to whole blocks
+inline constexpr int kMaxLights = 8;
+inline constexpr int kMaxRays = 64;    // of all lights together
+
+// a u + b v + c
+struct Affine {
+  float a, b, c;
+};
+
+// A quadric's entry: w = b + sqrt(disc), both polynomials in u - u0 and v - v0.
+struct Conic {
+  float u0, v0;
+  float bu, bv, b1;
+  float uu, uv, vv, u, v, one;
+};
+
+// Pixels x0 <= x < x1, y0 <= y < y1.
+struct Rect {
+  int x0, x1, y0, y1;
+};
+
+enum class PrimitiveKind : std::uint8_t { kConvex, kBall, kCapsule, kCylinder, kPlane };
+
+// How a primitive blocks light: points p with (p - center)' form (p - center) <= 1, for bars the
+// part of them between two planes. Convex bodies use their planes.
+struct Occluder {
+  float center[3];
+  float radius;       // of the ball around it
+  float form[6];      // xx, yy, zz, xy, xz, yz
+  float axis[3];      // unit; capsules and cylinders
+  float half_length;
+  float end;          // 1 / radius^2 of a capsule's ends
+};
+
+struct Primitive {
+  PrimitiveKind kind;
+  bool camera_within_side;  // cylinders: the camera is inside the infinite cylinder
+  Rect rect;
+  int surface;        // of its first face
+  int surface_count;
+  int front_count;    // planes that the camera is in front of: upper bounds of w
+  int back_count;     // the others, which follow: lower bounds of w
+  const Affine* planes;
+  Conic conic[3];     // ball; capsule: side and two ends; cylinder: side
+  Affine local[2];    // capsule: coordinate along the axis; plane: x, y
+  float offset[2];    // the same of the camera
+  float limit[2];     // their largest magnitude
+  Occluder occluder;
+};
+
+enum class Lighting : std::uint8_t {
+  kConstant,   // one colour all over
+  kLinear,     // the normal's part towards each light is a form
+  kEllipsoid,  // the same, but the normal must be normalised
+};
+
+enum class Pattern : std::uint8_t { kPlain, kWood, kGrid };
+
+// (a u + b v + c) / w + d: an affine function of the point that is seen
+struct Form {
+  float a, b, c, d;
+};
+
+struct Surface {
+  Lighting lighting;
+  Pattern pattern;
+  std::uint32_t packed;          // kConstant and kPlain: the pixel
+  std::int32_t segment;
+  float constant[3];             // kConstant: lit colour; else what is added to lights; 0..255
+  float light[kMaxLights][3];    // colour of each light times the surface's
+  Form toward[kMaxLights];       // part of the normal towards the light
+  Form axes[3];                  // ellipsoid: normal; patterns: coordinates along, across
+  Affine plane;                  // patterns: w
+};
+
+// A picture of the wood's brightness, 0..255, in ever coarser levels.
+struct WoodTexture {
+  static constexpr int kLevels = 8;
+  static constexpr int kAlong = 512;    // texels of level 0; powers of two
+  static constexpr int kAcross = 1024;
+  static constexpr float kAlongLength = 2.4F;   // m, then it repeats
+  static constexpr float kAcrossLength = 1.2F;
+  const std::uint8_t* texels;           // level after level, row after row
+  int offset[kLevels];
+};
+
+struct Frame {
+  const float* u;           // of each column, padded to whole blocks
+  const float* v;           // of each row
+  float pixel;              // size of a pixel in u and v
+  float near_w, far_w;
+  const Primitive* const* primitives;  // roughly from near to far
+  int primitive_count;
+  const Surface* surfaces;  // surface 0 is the background
+  int light_count;
+  // Shadows: rays towards each light, in camera axes; `ray_begin` has light_count + 1 entries.
+  bool shadows;
+  int ray_begin[kMaxLights + 1];
+  float ray[kMaxRays][3];
+  WoodTexture wood;
+};
+
+// Some rows of an image, with working memory for their pixels.
+struct Band {
+  int y0, y1;
+  int width;         // padded
+  float* w;          // 1 / depth
+  std::int32_t* id;  // surface
+  std::uint32_t* color;  // 0x00bbggrr
+};
+
+// One build of the inner loops.
+struct Kernel {
+  void (*trace)(const Frame& frame, const Band& band);  // fills w and id
+  void (*shade)(const Frame& frame, const Band& band);  // fills color
+};
+
+// Null where this build of the library lacks them.
+const Kernel* baseline_kernel();
+const Kernel* avx2_kernel();
+const Kernel* avx512_kernel();
+
+}  // namespace engram::cpu

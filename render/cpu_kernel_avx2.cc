@@ -1,0 +1,26 @@
+// The ray caster's inner loops for AVX2; compiled with -mavx2.
+#if defined(__AVX2__) && !defined(__AVX512F__)
+
+#include "render/cpu_shade_body.h"
+#include "render/cpu_trace_body.h"
+
+namespace engram::cpu {
+
+const Kernel* avx2_kernel() {
+  static constexpr Kernel kKernel = {&trace, &shade};
+  return &kKernel;
+}
+
+}  // namespace engram::cpu
+
+#else  // another processor or compiler
+
+#include "render/cpu_frame.h"
+
+namespace engram::cpu {
+
+const Kernel* avx2_kernel() { return nullptr; }
+
+}  // namespace engram::cpu
+
+#endif

@@ -1,0 +1,240 @@
+#include "render/cpu_renderer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "core/aligned_array.h"
+#include "core/error.h"
+#include "render/cpu_frame.h"
+#include "render/cpu_scene.h"
+#include "render/cpu_view.h"
+
+namespace engram {
+namespace {
+
+using cpu::Band;
+using cpu::Frame;
+using cpu::kBlock;
+using cpu::Kernel;
+
+constexpr int kBandPixels = 8192;  // what a band holds: three words each stay in the caches
+constexpr int kLargestSide = 16384;
+
+int padded(int width) { return (width + kBlock - 1) / kBlock * kBlock; }
+
+bool machine_has(InstructionSet set) {
+#if defined(__x86_64__) || defined(__i386__)
+  switch (set) {
+    case InstructionSet::kAvx2:
+      return __builtin_cpu_supports("avx2") != 0;
+    case InstructionSet::kAvx512:
+      return __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
+             __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512vl") != 0;
+    default:
+      return true;
+  }
+#else
+  return set == InstructionSet::kAuto || set == InstructionSet::kBaseline;
+#endif
+}
+
+// Null where the library or the machine lacks it.
+const Kernel* find_kernel(InstructionSet set) {
+  if (!machine_has(set)) return nullptr;
+  switch (set) {
+    case InstructionSet::kBaseline:
+      return cpu::baseline_kernel();
+    case InstructionSet::kAvx2:
+      return cpu::avx2_kernel();
+    case InstructionSet::kAvx512:
+      return cpu::avx512_kernel();
+    case InstructionSet::kAuto:
+      for (const auto best : {InstructionSet::kAvx512, InstructionSet::kAvx2}) {
+        if (const Kernel* kernel = find_kernel(best)) return kernel;
+      }
+      return cpu::baseline_kernel();
+  }
+  return nullptr;
+}
+
+void check(const CpuRendererOptions& options, int workers) {
+  const auto check_range = [](const char* name, double value, double low, double high) {
+    if (value >= low && value <= high) return;
+    throw Error(Error::kInvalidArgument,
+                std::string("cpu renderer: ") + name + " is " + std::to_string(value) +
+                    "; allowed are " + std::to_string(low) + " to " + std::to_string(high));
+  };
+  check_range("workers", workers, 1, 4096);
+  check_range("shadow_rays", options.shadow_rays, 0, cpu::kMaxRays);
+  check_range("shadow_softness", static_cast<double>(options.shadow_softness), 0, 0.5);
+  check_range("max_width", options.max_width, 1, kLargestSide);
+  check_range("max_height", options.max_height, 1, kLargestSide);
+  if (find_kernel(options.instruction_set) == nullptr) {
+    throw Error(Error::kUnavailable, std::string("cpu renderer: this machine or build lacks ") +
+                                         name_of(options.instruction_set));
+  }
+}
+
+void store_colors(const std::uint32_t* colors, int count, std::ptrdiff_t stride,
+                  std::uint8_t* out) {
+  for (int x = 0; x < count; ++x) {
+    const std::uint32_t color = colors[x];
+    const auto red_green = static_cast<std::uint16_t>(color);
+    const auto blue = static_cast<std::uint8_t>(color >> 16);
+    std::memcpy(out, &red_green, 2);  // little endian
+    out[2] = blue;
+    out += stride;
+  }
+}
+
+// Means of 2x2 samples.
+void store_means(const std::uint32_t* upper, const std::uint32_t* lower, int count,
+                 std::ptrdiff_t stride, std::uint8_t* out) {
+  constexpr std::uint32_t kRedBlue = 0x00ff00ff;
+  constexpr std::uint32_t kGreen = 0x0000ff00;
+  for (int x = 0; x < count; ++x) {
+    const std::uint32_t s[4] = {upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]};
+    const std::uint32_t red_blue = (s[0] & kRedBlue) + (s[1] & kRedBlue) + (s[2] & kRedBlue) +
+                                   (s[3] & kRedBlue) + 0x00020002;
+    const std::uint32_t green =
+        (s[0] & kGreen) + (s[1] & kGreen) + (s[2] & kGreen) + (s[3] & kGreen) + 0x00000200;
+    out[0] = static_cast<std::uint8_t>(red_blue >> 2);
+    out[1] = static_cast<std::uint8_t>(green >> 10);
+    out[2] = static_cast<std::uint8_t>(red_blue >> 18);
+    out += stride;
+  }
+}
+
+class CpuRenderer final : public Renderer {
+ public:
+  CpuRenderer(const RenderScene& scene, const CpuRendererOptions& options, int workers)
+      : prepared_(scene, options), options_(options), kernel_(find_kernel(options.instruction_set)) {
+    for (int i = 0; i < workers; ++i) workers_.push_back(std::make_unique<Worker>(*this));
+  }
+
+  const char* name() const override { return "cpu"; }
+
+  void render(int worker, const RenderInstances& instances,
+              std::span<const RenderImage> images) override {
+    for (const RenderImage& image : images) {
+      if (fits(image)) render(*workers_[static_cast<std::size_t>(worker)], instances, image);
+    }
+  }
+
+ private:
+  // What one thread works in.
+  struct Worker {
+    explicit Worker(const CpuRenderer& owner)
+        : view(owner.prepared_, owner.samples() * owner.options_.max_width,
+               owner.samples() * owner.options_.max_height),
+          w(owner.band_size()),
+          id(w.size()),
+          color(w.size()) {}
+
+    cpu::View view;
+    AlignedArray<float> w;
+    AlignedArray<std::int32_t> id;
+    AlignedArray<std::uint32_t> color;
+  };
+
+  int samples() const { return options_.antialias ? 2 : 1; }
+
+  // At least two rows of the widest image, for the means of 2x2 samples.
+  std::size_t band_size() const {
+    const int two_rows = 2 * padded(samples() * options_.max_width);
+    return static_cast<std::size_t>(std::max(kBandPixels, two_rows));
+  }
+
+  bool fits(const RenderImage& image) const {
+    return image.camera >= 0 && image.camera < static_cast<int>(prepared_.scene.cameras.size()) &&
+           image.width > 0 && image.width <= options_.max_width && image.height > 0 &&
+           image.height <= options_.max_height;
+  }
+
+  void render(Worker& worker, const RenderInstances& instances, const RenderImage& image) {
+    const bool wants_other = image.depth != nullptr || image.segment != nullptr;
+    if (options_.antialias) {
+      if (image.rgb != nullptr) draw(worker, instances, image, 2, true, false);
+      if (wants_other) draw(worker, instances, image, 1, false, true);
+    } else {
+      draw(worker, instances, image, 1, image.rgb != nullptr, wants_other);
+    }
+  }
+
+  void draw(Worker& worker, const RenderInstances& instances, const RenderImage& image,
+            int scale, bool colors, bool other) {
+    const int width = scale * image.width;
+    const int height = scale * image.height;
+    const Frame& frame = worker.view.look(instances, image.camera, width, height);
+    Band band = {0, 0, padded(width), worker.w.data(), worker.id.data(), worker.color.data()};
+    const int rows = static_cast<int>(worker.w.size()) / band.width / scale * scale;
+    for (band.y0 = 0; band.y0 < height; band.y0 = band.y1) {
+      band.y1 = std::min(band.y0 + rows, height);
+      kernel_->trace(frame, band);
+      if (colors) {
+        kernel_->shade(frame, band);
+        store(band, image, scale);
+      }
+      if (other) store_other(frame, band, image);
+    }
+  }
+
+  static void store(const Band& band, const RenderImage& image, int scale) {
+    for (int y = band.y0; y < band.y1; y += scale) {
+      const std::uint32_t* row =
+          band.color + static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
+      std::uint8_t* out = image.rgb + (y / scale) * image.row_stride;
+      if (scale == 1) {
+        store_colors(row, image.width, image.pixel_stride, out);
+      } else {
+        store_means(row, row + band.width, image.width, image.pixel_stride, out);
+      }
+    }
+  }
+
+  // Depth and segmentation.
+  static void store_other(const Frame& frame, const Band& band, const RenderImage& image) {
+    for (int y = band.y0; y < band.y1; ++y) {
+      const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
+      const std::ptrdiff_t out = static_cast<std::ptrdiff_t>(y) * image.width;
+      for (int x = 0; x < image.width; ++x) {
+        const std::int32_t id = band.id[row + x];
+        if (image.depth != nullptr) image.depth[out + x] = id == 0 ? 0 : 1 / band.w[row + x];
+        if (image.segment != nullptr) image.segment[out + x] = frame.surfaces[id].segment;
+      }
+    }
+  }
+
+  cpu::PreparedScene prepared_;
+  CpuRendererOptions options_;
+  const Kernel* kernel_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+};
+
+}  // namespace
+
+bool is_supported(InstructionSet set) { return find_kernel(set) != nullptr; }
+
+const char* name_of(InstructionSet set) {
+  switch (set) {
+    case InstructionSet::kAuto:
+      return "auto";
+    case InstructionSet::kBaseline:
+      return "baseline";
+    case InstructionSet::kAvx2:
+      return "avx2";
+    case InstructionSet::kAvx512:
+      return "avx512";
+  }
+  return "unknown";
+}
+
+std::unique_ptr<Renderer> make_cpu_renderer(const RenderScene& scene,
+                                            const CpuRendererOptions& options, int workers) {
+  check(options, workers);
+  return std::make_unique<CpuRenderer>(scene, options, workers);
+}
+
+}  // namespace engram

@@ -1,0 +1,42 @@
+// The ray caster: pictures from the processor alone, the same on every machine.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/renderer.h"
+
+namespace engram {
+
+// Which build of the ray caster runs. All of them give the same bytes.
+enum class InstructionSet { kAuto, kBaseline, kAvx2, kAvx512 };
+
+struct CpuRendererOptions {
+  // Light directions traced per shadow-casting light: 0 is no shadows, 1 hard ones, more are soft.
+  int shadow_rays = 0;
+  float shadow_softness = 0.05F;  // half angle of the light's cone, rad; with more than one ray
+  bool antialias = false;         // 2x2 samples a pixel, for colours
+  InstructionSet instruction_set = InstructionSet::kAuto;
+  int max_width = 2048;   // of any image, pixels
+  int max_height = 2048;
+};
+
+// Whether this machine and this build of the library can run it. kAuto always can.
+bool is_supported(InstructionSet set);
+// "auto", "baseline", "avx2", "avx512"
+const char* name_of(InstructionSet set);
+
+// What it draws: geoms with alpha 0 are hidden, all others opaque. Surfaces have one side: what a
+// ray enters before the near plane is not seen, so that a camera inside a geom looks out of it.
+// Colour is rgb * (ambient + emission + sum of Lambert terms), clamped to 1. Depth and segmentation
+// are those of pixel centres. Wood and grid patterns show on planes and boxes (and on wood, along
+// the longer side), other shapes are plain.
+//
+// render() leaves images larger than the options allow untouched, and those of unknown cameras.
+//
+// Throws Error if the scene is inconsistent, an option out of range, or the instruction set not to
+// be had here.
+std::unique_ptr<Renderer> make_cpu_renderer(const RenderScene& scene,
+                                            const CpuRendererOptions& options, int workers);
+
+}  // namespace engram

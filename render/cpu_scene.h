@@ -1,0 +1,42 @@
+// A scene checked and prepared for the ray caster; read-only, shared by all workers.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/renderer.h"
+#include "render/cpu_frame.h"
+#include "render/cpu_renderer.h"
+
+namespace engram::cpu {
+
+// A convex mesh as the planes around it: normal . p <= offset.
+struct Hull {
+  std::vector<Eigen::Vector3d> normals;
+  std::vector<double> offsets;
+  Eigen::Vector3d center;  // of its bounding box
+  Eigen::Vector3d half;    // half extents of that
+};
+
+struct PreparedScene {
+  // Throws Error.
+  PreparedScene(const RenderScene& from, const CpuRendererOptions& options);
+
+  RenderScene scene;
+  std::vector<Hull> hulls;                    // one per mesh
+  std::vector<Eigen::Vector3d> to_light;      // unit, one per light
+  std::vector<std::vector<Eigen::Vector3d>> rays;  // unit, towards each light; empty: no shadow
+  WoodTexture wood = {};  // if any geom needs it
+  std::size_t max_planes = 0;    // of all geoms together
+  std::size_t max_surfaces = 0;  // the background included
+};
+
+// Throws Error if the mesh is not convex or not closed. `name` is for messages.
+Hull make_hull(const RenderMesh& mesh, const std::string& name);
+
+// The texture of all tables: painted on first use, kept for good.
+WoodTexture wood_texture();
+
+}  // namespace engram::cpu

@@ -1,0 +1,181 @@
+// Kernel, second half: the colour of what each pixel sees. Included by cpu_kernel_*.cc only.
+#pragma once
+
+#include "render/cpu_frame.h"
+#include "render/cpu_shadow_body.h"
+#include "render/cpu_simd.h"
+
+namespace engram::cpu {
+namespace {
+
+// Pixels of a vector: rays, depths (1 / w) and how much of each light arrives.
+struct Pixels {
+  Float u, depth;
+  float v;
+  int x;  // of the first one
+  const Float* arriving;  // per light; null: all of every light
+};
+
+struct Color {
+  Float r, g, b;  // 0..255
+};
+
+ENGRAM_INLINE Float evaluate(const Form& f, const Pixels& p) {
+  return (f.a * p.u + (f.b * p.v + f.c)) * p.depth + f.d;
+}
+
+ENGRAM_INLINE Int pack(const Color& color) {
+  const Int r = round(clamp(color.r, 0.0F, 255.0F));
+  const Int g = round(clamp(color.g, 0.0F, 255.0F));
+  const Int b = round(clamp(color.b, 0.0F, 255.0F));
+  return r | (g << 8) | (b << 16);
+}
+
+// Ambient light, emission, and what comes from the lights.
+ENGRAM_INLINE Color light_surface(const Frame& frame, const Surface& s, const Pixels& p) {
+  Color color = {splat(s.constant[0]), splat(s.constant[1]), splat(s.constant[2])};
+  if (s.lighting == Lighting::kConstant) return color;
+  Float scale = splat(1.0F);
+  if (s.lighting == Lighting::kEllipsoid) {
+    const Float x = evaluate(s.axes[0], p);
+    const Float y = evaluate(s.axes[1], p);
+    const Float z = evaluate(s.axes[2], p);
+    scale = 1.0F / sqrt(max(x * x + y * y + z * z, splat(1e-30F)));
+  }
+  for (int i = 0; i < frame.light_count; ++i) {
+    Float amount = max(evaluate(s.toward[i], p) * scale, Float{});
+    if (p.arriving != nullptr) amount = amount * p.arriving[i];
+    color.r += amount * s.light[i][0];
+    color.g += amount * s.light[i][1];
+    color.b += amount * s.light[i][2];
+  }
+  return color;
+}
+
+// How far a pattern's coordinates move from pixel to pixel, at the middle of the pixels' block.
+struct Footprint {
+  float along, across;
+};
+
+ENGRAM_INLINE float larger(float a, float b) { return a > b ? a : b; }
+
+ENGRAM_INLINE float footprint_of(const Form& f, const Affine& plane, float u, float v, float w) {
+  const float inverse = 1.0F / w;
+  const float value = (f.a * u + (f.b * v + f.c)) * inverse;
+  const float by_u = __builtin_fabsf((f.a - value * plane.a) * inverse);
+  const float by_v = __builtin_fabsf((f.b - value * plane.b) * inverse);
+  return larger(by_u, by_v);
+}
+
+ENGRAM_INLINE Footprint measure(const Frame& frame, const Surface& s, const Pixels& p) {
+  const float u = frame.u[(p.x & -kBlock) + kBlock / 2];
+  const float w = larger(s.plane.a * u + (s.plane.b * p.v + s.plane.c), frame.far_w);
+  return {footprint_of(s.axes[0], s.plane, u, p.v, w) * frame.pixel,
+          footprint_of(s.axes[1], s.plane, u, p.v, w) * frame.pixel};
+}
+
+// Reads the wood's brightness from the level whose texels are about as large as pixels.
+ENGRAM_INLINE Color wood(const Frame& frame, const Surface& s, const Pixels& p, Color color) {
+  constexpr float kAlongScale = WoodTexture::kAlong / WoodTexture::kAlongLength;
+  constexpr float kAcrossScale = WoodTexture::kAcross / WoodTexture::kAcrossLength;
+  const Footprint footprint = measure(frame, s, p);
+  float texels = larger(footprint.along * kAlongScale, footprint.across * kAcrossScale);
+  int level = 0;
+  for (; texels > 2.0F && level < WoodTexture::kLevels - 1; ++level) texels *= 0.5F;
+
+  const float shrink = 1.0F / static_cast<float>(1 << level);
+  const int along_mask = (WoodTexture::kAlong >> level) - 1;
+  const int across_mask = (WoodTexture::kAcross >> level) - 1;
+  const Int along = floor(evaluate(s.axes[0], p) * (kAlongScale * shrink)) & along_mask;
+  const Int across = floor(evaluate(s.axes[1], p) * (kAcrossScale * shrink)) & across_mask;
+  const Int at = across * (along_mask + 1) + along;
+  const Float brightness =
+      to_float(gather_bytes(frame.wood.texels + frame.wood.offset[level], at)) * (1 / 255.0F);
+
+  // Dark grain is redder than bright wood.
+  color.r = color.r * (brightness * 0.72F + 0.55F);
+  color.g = color.g * (brightness * 0.84F + 0.47F);
+  color.b = color.b * (brightness * 0.92F + 0.42F);
+  return color;
+}
+
+// How much of a pixel lines of this half width cover, one every `period`.
+ENGRAM_INLINE Float line_cover(Float position, float period, float half_width, float footprint) {
+  // Wider than half a period, pixels see lines and gaps in proportion.
+  const float width = footprint < period * 0.5F ? footprint : period * 0.5F;
+  const Float cell = position * (1.0F / period);
+  const Float distance = abs(cell - to_float(round(cell))) * period;
+  const float least = width > 1e-5F ? width : 1e-5F;
+  const Float cover = clamp((half_width + 0.5F * least - distance) * (1.0F / least), 0.0F, 1.0F);
+  const float widest = 2 * half_width / least;
+  const Float shown = min(cover, splat(widest < 1.0F ? widest : 1.0F));
+  if (footprint < period * 0.5F) return shown;
+  const float far = period * 0.5F / footprint;  // fades to the mean
+  return shown * far + (2 * half_width / period) * (1 - far);
+}
+
+// Grey floor with a bright line each metre and faint ones each quarter.
+ENGRAM_INLINE Color grid(const Frame& frame, const Surface& s, const Pixels& p, Color color) {
+  const Footprint footprint = measure(frame, s, p);
+  const Float x = evaluate(s.axes[0], p);
+  const Float y = evaluate(s.axes[1], p);
+  const Float bright = max(line_cover(x, 1.0F, 0.009F, footprint.along),
+                           line_cover(y, 1.0F, 0.009F, footprint.across));
+  const Float faint = max(line_cover(x, 0.25F, 0.003F, footprint.along),
+                          line_cover(y, 0.25F, 0.003F, footprint.across));
+  const Float factor = max(bright * 0.5F, faint * 0.1F) + 1.0F;
+  return {color.r * factor, color.g * factor, color.b * factor};
+}
+
+Int shade_surface(const Frame& frame, const Surface& s, const Pixels& p) {
+  if (s.lighting == Lighting::kConstant && s.pattern == Pattern::kPlain) {
+    return splat(static_cast<std::int32_t>(s.packed));
+  }
+  Color color = light_surface(frame, s, p);
+  if (s.pattern == Pattern::kWood) color = wood(frame, s, p, color);
+  if (s.pattern == Pattern::kGrid) color = grid(frame, s, p, color);
+  return pack(color);
+}
+
+// Shades a vector of pixels: once for each surface among them.
+ENGRAM_INLINE void shade_vector(const Frame& frame, const Band& band, std::ptrdiff_t at, int x,
+                                float v) {
+  const Int ids = load(band.id + at);
+  const std::int32_t first = band.id[at];
+  Mask same = equal(ids, splat(first));
+  const bool uniform = all(same);
+  const Surface& surface = frame.surfaces[first];
+  if (uniform && surface.lighting == Lighting::kConstant && surface.pattern == Pattern::kPlain) {
+    store(band.color + at, splat(static_cast<std::int32_t>(surface.packed)));
+    return;
+  }
+
+  Float arriving[kMaxLights];
+  Pixels pixels = {load(frame.u + x), 1.0F / load(band.w + at), v, x, nullptr};
+  if (frame.shadows) {
+    find_shadows(frame, ids, pixels.u, v, pixels.depth, arriving);
+    pixels.arriving = arriving;
+  }
+  Int color = shade_surface(frame, surface, pixels);
+  Mask done = same;
+  while (!all(done)) {
+    const int lane = __builtin_ctz(static_cast<unsigned>(~bits(done)));
+    const std::int32_t id = band.id[at + lane];
+    same = equal(ids, splat(id));
+    color = select(same, shade_surface(frame, frame.surfaces[id], pixels), color);
+    done = done | same;
+  }
+  store(band.color + at, color);
+}
+
+void shade(const Frame& frame, const Band& band) {
+  for (int y = band.y0; y < band.y1; ++y) {
+    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
+    for (int x = 0; x < band.width; x += kLanes) {
+      shade_vector(frame, band, row + x, x, frame.v[y]);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace engram::cpu

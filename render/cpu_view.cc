@@ -1,0 +1,261 @@
+#include "render/cpu_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace engram::cpu {
+namespace {
+
+constexpr int round_up(int value, int unit) { return (value + unit - 1) / unit * unit; }
+
+using Pose = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>;
+
+}  // namespace
+
+View::View(const PreparedScene& prepared, int max_width, int max_height)
+    : prepared_(&prepared),
+      lights_(prepared.to_light.size()),
+      u_(static_cast<std::size_t>(round_up(max_width, kBlock))),
+      v_(static_cast<std::size_t>(max_height)),
+      primitives_(prepared.scene.geoms.size()),
+      order_(primitives_.size()),
+      ranks_(primitives_.size()),
+      surfaces_(prepared.max_surfaces),
+      planes_(prepared.max_planes) {
+  frame_.u = u_.data();
+  frame_.v = v_.data();
+  frame_.primitives = order_.data();
+  frame_.surfaces = surfaces_.data();
+  frame_.wood = prepared.wood;
+  frame_.light_count = static_cast<int>(lights_.size());
+  int ray = 0;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    frame_.ray_begin[i] = ray;
+    ray += static_cast<int>(prepared.rays[i].size());
+    frame_.ray_begin[i + 1] = ray;
+  }
+  frame_.shadows = ray > 0;
+}
+
+const Frame& View::look(const RenderInstances& instances, int camera, int width, int height) {
+  const auto index = static_cast<std::size_t>(camera);
+  aim(prepared_->scene.cameras[index], instances.camera_pose + 12 * index, width, height);
+  set_lights();
+  plane_count_ = 0;
+  primitive_count_ = 0;
+  surface_count_ = 0;
+  add_background();
+  for (std::size_t i = 0; i < prepared_->scene.geoms.size(); ++i) {
+    if (instances.geom_visible != nullptr && instances.geom_visible[i] == 0) continue;
+    if (instances.geom_rgba[4 * i + 3] > 0) add(place(instances, i));
+  }
+
+  // From near to far, so that little is drawn over; in a fixed order where that leaves a choice.
+  const auto count = static_cast<std::ptrdiff_t>(primitive_count_);
+  std::sort(ranks_.begin(), ranks_.begin() + count, [](const Ranked& a, const Ranked& b) {
+    return a.depth < b.depth || (a.depth == b.depth && a.index < b.index);
+  });
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    order_[i] = &primitives_[static_cast<std::size_t>(ranks_[i].index)];
+  }
+  frame_.primitive_count = primitive_count_;
+  return frame_;
+}
+
+void View::aim(const RenderCamera& camera, const float* pose, int width, int height) {
+  world_to_camera_ = Pose(pose).cast<double>().transpose();
+  world_to_camera_.row(2) *= -1;  // cameras look along -z
+  eye_ = Eigen::Map<const Eigen::Vector3f>(pose + 9).cast<double>();
+  near_ = camera.near_clip;
+  frame_.near_w = 1 / camera.near_clip;
+  frame_.far_w = 1 / camera.far_clip;
+
+  // Pixel centres.
+  const double half_v = std::tan(0.5 * camera.fovy);
+  if (width == width_ && height == height_ && half_v == half_v_) return;
+  width_ = width;
+  height_ = height;
+  half_v_ = half_v;
+  half_u_ = half_v * width / height;
+  frame_.pixel = static_cast<float>(2 * half_v / height);
+  for (int x = 0; x < round_up(width, kBlock); ++x) {
+    u_[static_cast<std::size_t>(x)] =
+        static_cast<float>(((x + 0.5) / width * 2 - 1) * half_u_);
+  }
+  for (int y = 0; y < height; ++y) {
+    v_[static_cast<std::size_t>(y)] =
+        static_cast<float>((1 - (y + 0.5) / height * 2) * half_v_);
+  }
+}
+
+void View::set_lights() {
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    lights_[i] = world_to_camera_ * prepared_->to_light[i];
+    for (std::size_t r = 0; r < prepared_->rays[i].size(); ++r) {
+      const Eigen::Vector3d ray = world_to_camera_ * prepared_->rays[i][r];
+      float* out = frame_.ray[static_cast<std::size_t>(frame_.ray_begin[i]) + r];
+      Eigen::Map<Eigen::Vector3f> mapped(out);
+      mapped = ray.cast<float>();
+    }
+  }
+}
+
+void View::add_background() {
+  Surface& background = surfaces_[static_cast<std::size_t>(surface_count_++)];
+  background = Surface{};
+  for (int k = 0; k < 3; ++k) {
+    const float level = std::clamp(prepared_->scene.background[k], 0.0F, 1.0F) * 255;
+    background.constant[k] = level;
+    background.packed |= static_cast<std::uint32_t>(std::lrint(level)) << (8 * k);
+  }
+}
+
+Placed View::place(const RenderInstances& instances, std::size_t index) const {
+  const float* pose = instances.geom_pose + 12 * index;
+  Placed placed;
+  placed.geom = &prepared_->scene.geoms[index];
+  placed.rgba = instances.geom_rgba + 4 * index;
+  placed.emission = instances.geom_emission == nullptr ? 0 : instances.geom_emission[index];
+  const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3f>(pose + 9).cast<double>();
+  placed.center = world_to_camera_ * (position - eye_);
+  placed.axes = world_to_camera_ * Pose(pose).cast<double>();
+  return placed;
+}
+
+void View::add(const Placed& placed) {
+  Primitive& primitive = primitives_[static_cast<std::size_t>(primitive_count_)];
+  primitive.surface = surface_count_;
+  primitive.rect = {0, 0, 0, 0};
+  bool seen = false;
+  switch (placed.geom->shape) {
+    case RenderShape::kPlane:
+      seen = add_plane(placed, primitive);
+      break;
+    case RenderShape::kSphere:
+    case RenderShape::kEllipsoid:
+      seen = add_ball(placed, primitive);
+      break;
+    case RenderShape::kCapsule:
+      seen = add_capsule(placed, primitive);
+      break;
+    case RenderShape::kCylinder:
+      seen = add_cylinder(placed, primitive);
+      break;
+    case RenderShape::kBox:
+      seen = add_box(placed, primitive);
+      break;
+    case RenderShape::kMesh:
+      seen = add_mesh(placed, primitive);
+      break;
+  }
+  if (primitive.rect.x0 >= primitive.rect.x1) seen = false;
+  if (!seen) {
+    primitive.rect = {0, 0, 0, 0};
+    surface_count_ = primitive.surface;
+    if (!frame_.shadows) return;
+  }
+  primitive.surface_count = surface_count_ - primitive.surface;
+  const Occluder& occluder = primitive.occluder;
+  ranks_[static_cast<std::size_t>(primitive_count_)] = {occluder.center[2] - occluder.radius,
+                                                        primitive_count_};
+  ++primitive_count_;
+}
+
+Rect View::to_pixels(const Extent& extent) const {
+  // A quarter of a pixel more than needed, so that rounding never cuts a silhouette.
+  constexpr double kMargin = 0.25;
+  const auto column = [this](double u) { return (u / half_u_ + 1) * 0.5 * width_ - 0.5; };
+  const auto row = [this](double v) { return (1 - v / half_v_) * 0.5 * height_ - 0.5; };
+  const auto first = [](double at, int size) {
+    return static_cast<int>(std::ceil(std::clamp(at - kMargin, 0.0, static_cast<double>(size))));
+  };
+  const auto last = [](double at, int size) {
+    return static_cast<int>(std::floor(std::clamp(at + kMargin, -1.0, size - 1.0))) + 1;
+  };
+  if (extent.low[0] > extent.high[0]) return {0, 0, 0, 0};
+  const Rect rect = {first(column(extent.low[0]), width_), last(column(extent.high[0]), width_),
+                     first(row(extent.high[1]), height_), last(row(extent.low[1]), height_)};
+  if (rect.x0 >= rect.x1 || rect.y0 >= rect.y1) return {0, 0, 0, 0};
+  return rect;
+}
+
+Rect View::rect_of_box(const Eigen::Vector3d& center, const Eigen::Matrix3d& half_axes) const {
+  Eigen::Vector3d corners[8];
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d signs((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1,
+                                (i & 4) != 0 ? 1 : -1);
+    corners[i] = center + half_axes * signs;
+  }
+  Extent extent;
+  const auto include = [&extent](double x, double y, double depth) {
+    const double at[2] = {x / depth, y / depth};
+    for (int k = 0; k < 2; ++k) {
+      extent.low[k] = std::min(extent.low[k], at[k]);
+      extent.high[k] = std::max(extent.high[k], at[k]);
+    }
+  };
+  bool clipped = false;
+  for (const Eigen::Vector3d& p : corners) {
+    if (p.z() >= near_) {
+      include(p.x(), p.y(), p.z());
+    } else {
+      clipped = true;
+    }
+  }
+  // Where edges pass through the near plane.
+  for (int i = 0; clipped && i < 8; ++i) {
+    for (int axis = 1; axis < 8; axis *= 2) {
+      const Eigen::Vector3d& p = corners[i];
+      const Eigen::Vector3d& q = corners[i ^ axis];
+      if (p.z() < near_ || q.z() >= near_) continue;
+      const double t = (p.z() - near_) / (p.z() - q.z());
+      include(p.x() + t * (q.x() - p.x()), p.y() + t * (q.y() - p.y()), near_);
+    }
+  }
+  return to_pixels(extent);
+}
+
+bool View::include_ball(const Eigen::Vector3d& center, const Eigen::Matrix3d& half_axes,
+                        Extent& extent) const {
+  const Eigen::Matrix3d m = half_axes * half_axes.transpose();
+  if (center.z() - std::sqrt(m(2, 2)) <= near_) return false;
+  // Tangents of the dual quadric center center' - m.
+  const double a = center.z() * center.z() - m(2, 2);
+  for (int k = 0; k < 2; ++k) {
+    const double b = center[k] * center.z() - m(k, 2);
+    const double c = center[k] * center[k] - m(k, k);
+    const double root = std::sqrt(std::max(b * b - a * c, 0.0));
+    extent.low[k] = std::min(extent.low[k], (b - root) / a);
+    extent.high[k] = std::max(extent.high[k], (b + root) / a);
+  }
+  return true;
+}
+
+// Of the points p with (p - center)' form (p - center) <= level. On a ray p = d / w that is
+// c w^2 - 2 b w + a <= 0 with b = g . d, a = d' form d. The polynomial under the root is expanded
+// around the middle of the rectangle, where it stays accurate in single precision.
+Conic View::make_conic(const Eigen::Matrix3d& form, const Eigen::Vector3d& center, double level,
+                       const Rect& rect) const {
+  const Eigen::Vector3d g = form * center;
+  double c = center.dot(g) - level;
+  if (std::abs(c) < 1e-9 * level) c = 1e-9 * level;
+  const Eigen::Matrix3d q = (g * g.transpose() - c * form) / (c * c);
+  const Eigen::Vector3d middle(u_[static_cast<std::size_t>((rect.x0 + rect.x1) / 2)],
+                               v_[static_cast<std::size_t>((rect.y0 + rect.y1) / 2)], 1);
+  const Eigen::Vector3d slope = 2 * q * middle;
+  Conic conic;
+  conic.u0 = static_cast<float>(middle.x());
+  conic.v0 = static_cast<float>(middle.y());
+  conic.bu = static_cast<float>(g.x() / c);
+  conic.bv = static_cast<float>(g.y() / c);
+  conic.b1 = static_cast<float>(g.dot(middle) / c);
+  conic.uu = static_cast<float>(q(0, 0));
+  conic.uv = static_cast<float>(2 * q(0, 1));
+  conic.vv = static_cast<float>(q(1, 1));
+  conic.u = static_cast<float>(slope.x());
+  conic.v = static_cast<float>(slope.y());
+  conic.one = static_cast<float>(0.5 * slope.dot(middle));
+  return conic;
+}
+
+}  // namespace engram::cpu

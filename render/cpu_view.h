@@ -1,0 +1,103 @@
+// Turns one environment, seen by one camera, into what the kernels draw.
+#pragma once
+
+#include <Eigen/Dense>
+#include <utility>
+#include <vector>
+
+#include "core/aligned_array.h"
+#include "core/renderer.h"
+#include "render/cpu_frame.h"
+#include "render/cpu_scene.h"
+
+namespace engram::cpu {
+
+// A geom in camera axes (right, up, forward), the camera at the origin.
+struct Placed {
+  const RenderGeom* geom;
+  const float* rgba;
+  float emission;
+  Eigen::Vector3d center;
+  Eigen::Matrix3d axes;  // its columns: the geom's axes
+};
+
+// A range of u and v; empty to begin with.
+struct Extent {
+  double low[2] = {1e30, 1e30};
+  double high[2] = {-1e30, -1e30};
+};
+
+// One worker's working memory, and the frame in it.
+class View {
+ public:
+  // `max_width` and `max_height` are those of frames, in samples.
+  View(const PreparedScene& prepared, int max_width, int max_height);
+
+  // Does not allocate.
+  const Frame& look(const RenderInstances& instances, int camera, int width, int height);
+
+ private:
+  struct Ranked {
+    float depth;
+    int index;
+  };
+
+  void aim(const RenderCamera& camera, const float* pose, int width, int height);
+  void set_lights();
+  void add_background();
+  Placed place(const RenderInstances& instances, std::size_t index) const;
+  void add(const Placed& placed);
+
+  // Shapes. Each returns whether the camera can see any of it.
+  bool add_box(const Placed& placed, Primitive& primitive);
+  bool add_mesh(const Placed& placed, Primitive& primitive);
+  bool add_ball(const Placed& placed, Primitive& primitive);
+  bool add_capsule(const Placed& placed, Primitive& primitive);
+  bool add_cylinder(const Placed& placed, Primitive& primitive);
+  bool add_plane(const Placed& placed, Primitive& primitive);
+
+  // Screen rectangles.
+  Rect screen() const { return {0, width_, 0, height_}; }
+  Rect rect_of_box(const Eigen::Vector3d& center, const Eigen::Matrix3d& half_axes) const;
+  // Adds points center + half_axes x with |x| <= 1; false where the near plane gets in the way.
+  bool include_ball(const Eigen::Vector3d& center, const Eigen::Matrix3d& half_axes,
+                    Extent& extent) const;
+  Rect to_pixels(const Extent& extent) const;
+  Conic make_conic(const Eigen::Matrix3d& form, const Eigen::Vector3d& center, double level,
+                   const Rect& rect) const;
+
+  // Surfaces.
+  Surface& new_surface(const Placed& placed);
+  void add_flat(const Placed& placed, const Eigen::Vector3d& normal);
+  void add_patterned(const Placed& placed, const Eigen::Vector3d& normal, const Affine& plane,
+                     int along, int across);
+  void add_round(const Placed& placed, const Eigen::Matrix3d& normal_of,
+                 const Eigen::Vector3d& center);
+  void add_ellipsoid(const Placed& placed, const Eigen::Matrix3d& form);
+  void light_flat(const Eigen::Vector3d& normal, Surface& surface) const;
+  void add_face(const Placed& placed, const Eigen::Vector3d& normal, double distance,
+                Primitive& primitive, Affine* fronts, Affine* backs);
+
+  const PreparedScene* prepared_;
+  Frame frame_ = {};
+  Eigen::Matrix3d world_to_camera_;
+  Eigen::Vector3d eye_;
+  std::vector<Eigen::Vector3d> lights_;  // unit, towards each, camera axes
+  double near_ = 0;
+  double half_u_ = 0;
+  double half_v_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+  AlignedArray<float> u_;
+  AlignedArray<float> v_;
+  std::vector<Primitive> primitives_;
+  std::vector<const Primitive*> order_;
+  std::vector<Ranked> ranks_;
+  std::vector<Surface> surfaces_;
+  std::vector<Affine> planes_;
+  std::size_t plane_count_ = 0;
+  int primitive_count_ = 0;
+  int surface_count_ = 0;
+};
+
+}  // namespace engram::cpu

@@ -1,0 +1,131 @@
+#include "render/document_source.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/mujoco_handle.h"
+#include "render/cpu_renderer.h"
+#include "render/scene_from_model.h"
+
+namespace engram {
+namespace {
+
+constexpr int kShadowRays = 8;
+constexpr std::size_t kPoseSize = 7;
+
+std::unique_ptr<Renderer> make_renderer(const RenderScene& scene,
+                                        const ImageSourceOptions& options, int workers) {
+  if (options.renderer == "cpu") {
+    CpuRendererOptions cpu;
+    cpu.shadow_rays = options.shadows ? kShadowRays : 0;
+    cpu.antialias = options.antialias;
+    cpu.max_width = options.max_size;
+    cpu.max_height = options.max_size;
+    return make_cpu_renderer(scene, cpu, workers);
+  }
+  throw Error(Error::kInvalidArgument,
+              "renderer '" + options.renderer + "' given, 'cpu' or 'egl' allowed");
+}
+
+class DocumentSource final : public ImageSource {
+ public:
+  DocumentSource(const std::string& document, const std::vector<std::string>& bodies,
+                 const ImageSourceOptions& options, int workers) {
+    const ModelPtr model = compile_model(document);
+    scene_ = scene_from_model(*model);
+    // The first light slants; the one from above would put shadows under what stands there.
+    if (options.shadows && !scene_.scene.lights.empty()) {
+      scene_.scene.lights.front().casts_shadow = true;
+    }
+    for (const RenderCamera& camera : scene_.scene.cameras) cameras_.push_back(camera.name);
+    for (const std::string& name : bodies) {
+      const int body = mj_name2id(model.get(), mjOBJ_BODY, name.c_str());
+      if (body < 0) throw Error(Error::kInternal, "document without a body '" + name + "'");
+      bodies_.push_back(static_cast<std::size_t>(body));
+    }
+    prepare_workers(*model, workers);
+    renderer_ = make_renderer(scene_.scene, options, workers);
+  }
+
+  const std::vector<std::string>& cameras() const override { return cameras_; }
+
+  void render(int worker, std::span<const BodyView> bodies,
+              std::span<const RenderImage> images) override {
+    Bench& bench = benches_[static_cast<std::size_t>(worker)];
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      double* pose = bench.poses.data() + kPoseSize * bodies_[i];
+      std::copy_n(bodies[i].pos, 3, pose);
+      std::copy_n(bodies[i].quat, 4, pose + 3);
+      bench.view_of_body[bodies_[i]] = &bodies[i];
+    }
+    const BodyPoses<double> poses{bench.poses.data(), kPoseSize, bench.poses.data() + 3,
+                                  kPoseSize};
+    pose_geoms(scene_, poses, bench.geom_pose.data());
+    pose_cameras(scene_, poses, bench.camera_pose.data());
+    dress_geoms(bench);
+    renderer_->render(worker,
+                      {bench.geom_pose.data(), bench.rgba.data(), bench.emission.data(),
+                       bench.visible.data(), bench.camera_pose.data()},
+                      images);
+  }
+
+ private:
+  // One environment's rows, filled anew for every picture.
+  struct Bench {
+    std::vector<double> poses;                  // (bodies of the model, 7)
+    std::vector<const BodyView*> view_of_body;  // or null
+    std::vector<float> geom_pose;
+    std::vector<float> rgba;
+    std::vector<float> emission;
+    std::vector<std::uint8_t> visible;
+    std::vector<float> camera_pose;
+  };
+
+  // Bodies that nobody moves stay where the document has them.
+  void prepare_workers(const mjModel& model, int workers) {
+    const DataPtr data = make_data(model);
+    mj_kinematics(&model, data.get());
+    Bench bench;
+    for (int body = 0; body < model.nbody; ++body) {
+      bench.poses.insert(bench.poses.end(), data->xpos + 3 * body, data->xpos + 3 * body + 3);
+      bench.poses.insert(bench.poses.end(), data->xquat + 4 * body, data->xquat + 4 * body + 4);
+    }
+    bench.view_of_body.assign(static_cast<std::size_t>(model.nbody), nullptr);
+    bench.geom_pose.resize(12 * scene_.scene.geoms.size());
+    bench.rgba = scene_.rgba;
+    bench.emission = scene_.emission;
+    bench.visible.assign(scene_.scene.geoms.size(), 1);
+    bench.camera_pose.resize(12 * scene_.scene.cameras.size());
+    benches_.assign(static_cast<std::size_t>(workers), bench);
+  }
+
+  // Visibility and colours of one environment.
+  void dress_geoms(Bench& bench) const {
+    for (std::size_t geom = 0; geom < scene_.geom_body.size(); ++geom) {
+      const BodyView* view = bench.view_of_body[static_cast<std::size_t>(scene_.geom_body[geom])];
+      if (view == nullptr) continue;
+      bench.visible[geom] = view->visible ? 1 : 0;
+      const bool painted = view->rgba[3] > 0;
+      std::copy_n(painted ? view->rgba : scene_.rgba.data() + 4 * geom, 4,
+                  bench.rgba.data() + 4 * geom);
+      bench.emission[geom] = scene_.emission[geom] + view->emission;
+    }
+  }
+
+  ModelScene scene_;
+  std::vector<std::string> cameras_;
+  std::vector<std::size_t> bodies_;  // the model's body of each BodyView
+  std::vector<Bench> benches_;       // one per worker
+  std::unique_ptr<Renderer> renderer_;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageSource> make_document_source(const std::string& document,
+                                                  const std::vector<std::string>& bodies,
+                                                  const ImageSourceOptions& options,
+                                                  int workers) {
+  return std::make_unique<DocumentSource>(document, bodies, options, workers);
+}
+
+}  // namespace engram

@@ -1,0 +1,15 @@
+// Pictures of MJCF documents: the door through which the engine reaches the renderers.
+#pragma once
+
+#include "core/image_source.h"
+
+namespace engram {
+
+// Makes image sources with the renderer that the options name: "cpu" or "egl". With shadows, the
+// slanted light casts soft ones. Throws Error for another name, a refused document, or a renderer
+// that cannot work here.
+std::unique_ptr<ImageSource> make_document_source(const std::string& document,
+                                                  const std::vector<std::string>& bodies,
+                                                  const ImageSourceOptions& options, int workers);
+
+}  // namespace engram
