@@ -11,6 +11,7 @@
 #include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
+#include "engram/media.h"
 
 namespace engram::apps {
 namespace {
@@ -88,7 +89,14 @@ double measured_bytes_per_env() {
   return static_cast<double>((after - between) - (between - before)) / (kLarge - kSmall);
 }
 
+// "hardware", "software", or why there is none.
+std::string describe(const EglInfo& egl) {
+  if (!egl.available) return egl.problem;
+  return fmt::format("{} on {}", egl.software ? "software" : "hardware", egl.platform);
+}
+
 Json examine() {
+  const EglInfo egl = query_egl();
   const auto env = make(kMeasuredTask, batch_options(kMaxThreads, 0));
   return {{"version", version()},
           {"mujoco_compiled", compiled_mujoco()},
@@ -102,9 +110,10 @@ Json examine() {
           {"memory_task", kMeasuredTask},
           {"bytes_per_env", env->bytes_per_env()},
           {"resident_bytes_per_env", measured_bytes_per_env()},
-          {"egl", "not built in this version"},
-          {"egl_vendor", nullptr},
-          {"egl_renderer", nullptr}};
+          {"egl", describe(egl)},
+          {"egl_available", egl.available},
+          {"egl_vendor", egl.vendor},
+          {"egl_renderer", egl.renderer}};
 }
 
 std::string to_words(const Json& facts) {
@@ -121,10 +130,11 @@ std::string to_words(const Json& facts) {
       "cores             {}, {} threads by default\n"
       "memory            {} bytes\n"
       "per environment   {} bytes of columns, {} bytes resident ({})\n"
-      "EGL               {}\n",
+      "EGL               {}; {}\n",
       text("version"), text("compiler"), text("build"), text("mujoco_runtime"),
       text("mujoco_compiled"), sets, count("cores"), count("threads"), count("memory_bytes"),
-      count("bytes_per_env"), count("resident_bytes_per_env"), text("memory_task"), text("egl"));
+      count("bytes_per_env"), count("resident_bytes_per_env"), text("memory_task"), text("egl"),
+      text("egl_renderer"));
 }
 
 void run(bool json) {

@@ -11,6 +11,7 @@
 #include "apps/info_command.h"
 #include "apps/list_command.h"
 #include "apps/output.h"
+#include "apps/record_command.h"
 #include "apps/rollout_command.h"
 #include "engram/engram.h"
 
@@ -51,6 +52,7 @@ int run(int argc, char** argv) {
   add_info_command(app);
   add_rollout_command(app);
   add_eval_command(app);
+  add_record_command(app);
   add_bench_command(app);
   add_doctor_command(app);
   try {

@@ -14,62 +14,11 @@
 #include "api/engram/engram.h"
 #include "bench/interleave.h"
 #include "bench/plain_loop.h"
+#include "bench/render_suite.h"
+#include "bench/rollout.h"
 
 namespace engram::bench {
 namespace {
-
-constexpr const char* kMainId = "RememberColor9-VLA-v0";
-
-std::vector<std::string> ids_or(const Options& options, const std::vector<std::string>& usual) {
-  return options.ids.empty() ? usual : options.ids;
-}
-
-int envs_or(const Options& options, int usual) {
-  return options.num_envs > 0 ? options.num_envs : usual;
-}
-
-Row make_row(std::string name, std::string unit, std::string baseline, const Comparison& result,
-             int rounds) {
-  return {std::move(name), result.value, std::move(unit), std::move(baseline),
-          result.baseline, result.ratio, rounds};
-}
-
-// A batch with actions of a policy at hand.
-struct Rollout {
-  std::unique_ptr<VectorEnv> env;
-  std::vector<float> actions;
-  Policy policy;
-
-  Rollout(const std::string& id, const EnvOptions& options, Policy chosen)
-      : env(make(id, options)), policy(chosen) {
-    actions.resize(static_cast<std::size_t>(env->num_envs() * env->action_dim()));
-    env->reset();
-  }
-
-  void choose() { env->act(policy, actions); }
-  double step_seconds() {
-    return seconds([this] { env->step(actions); });
-  }
-  // Environment steps per second over `steps` control steps; choosing actions is not timed.
-  double rate(int steps) {
-    double spent = 0;
-    for (int i = 0; i < steps; ++i) {
-      choose();
-      spent += step_seconds();
-    }
-    return steps * env->num_envs() / spent;
-  }
-};
-
-EnvOptions batch(int num_envs, int threads) {
-  EnvOptions options;
-  options.num_envs = num_envs;
-  options.threads = threads;
-  options.seed = 1;
-  // Same-step resets, so that every step is a step of every environment.
-  options.auto_reset = AutoReset::kSameStep;
-  return options;
-}
 
 // Everything but physics, beside a whole step.
 std::vector<Row> run_overhead(const Options& options) {
@@ -278,12 +227,13 @@ struct Suite {
   std::vector<Row> (*run)(const Options& options);
 };
 
-constexpr std::array<Suite, 6> kSuites = {{{"overhead", run_overhead},
+constexpr std::array<Suite, 7> kSuites = {{{"overhead", run_overhead},
                                            {"physics", run_physics},
                                            {"scaling", run_scaling},
                                            {"memory", run_memory},
                                            {"reset", run_reset},
-                                           {"create", run_create}}};
+                                           {"create", run_create},
+                                           {"render", run_render}}};
 
 constexpr std::array<std::string_view, kSuites.size()> kNames = {kSuites[0].name, kSuites[1].name,
                                                                  kSuites[2].name, kSuites[3].name,

@@ -18,7 +18,7 @@ if(app_sources)
   engram_configure_target(engram_cli)
   set_target_properties(engram_cli PROPERTIES OUTPUT_NAME engram)
   target_link_libraries(engram_cli PRIVATE
-    engram::engram CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json xxHash::xxHash)
+    engram::engram engram_media CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json xxHash::xxHash)
   if(TARGET engram_bench)
     target_link_libraries(engram_cli PRIVATE engram_bench)
   endif()

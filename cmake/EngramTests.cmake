@@ -15,7 +15,7 @@ engram_configure_target(engram_tests)
 target_compile_definitions(engram_tests PRIVATE
   ENGRAM_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
 target_link_libraries(engram_tests PRIVATE
-  engram::engram Catch2::Catch2 nlohmann_json::nlohmann_json tinyxml2::tinyxml2)
+  engram::engram engram_media Catch2::Catch2 nlohmann_json::nlohmann_json tinyxml2::tinyxml2)
 if(TARGET engram_bench)
   target_link_libraries(engram_tests PRIVATE engram_bench)
 endif()
@@ -26,7 +26,7 @@ endif()
 
 # A name that matches no test case fails instead of passing unnoticed. Square brackets and semicolons
 # in names of test cases make such names, because CMake reads them as lists.
-catch_discover_tests(engram_tests TEST_SPEC "~[long]" TEST_LIST engram_quick_tests
+catch_discover_tests(engram_tests TEST_SPEC "~[long]~[.]" TEST_LIST engram_quick_tests
   EXTRA_ARGS --warn NoTests PROPERTIES TIMEOUT 300)
 catch_discover_tests(engram_tests TEST_SPEC "[long]" TEST_LIST engram_long_tests
   EXTRA_ARGS --warn NoTests PROPERTIES LABELS long TIMEOUT 3600)

@@ -13,6 +13,8 @@
 
 namespace engram {
 
+struct Overlay;  // core/overlay.h
+
 // When an episode ends before its horizon (common 5.3).
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
 
@@ -41,6 +43,7 @@ struct TaskInfo {
   int task_cue_dim = 0;       // values of the cue that policies may see; 0: none
   int oracle_dim = 0;         // values of oracle_info
   std::vector<Draw> draws;    // what an episode samples, and users may pin
+  std::string hidden_draw;    // the draw that an agent has to remember
   ConstantTable constants;    // the class constants of the spec
   std::vector<std::string> reward_terms;  // names of the columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
@@ -108,8 +111,14 @@ class Task {
   // pd_ee_delta_pose with upstream's rotation sign.
   virtual void act(Range envs, bool blind, FloatRows actions) = 0;
 
+  // The value of elapsed from which on nothing shows the hidden draw any more.
+  virtual int cue_end(int env) const = 0;
+
   // The instruction of one environment's episode.
   virtual std::string instruction(int /*env*/) const { return info().instruction; }
+  // Adds what people are shown over a picture of one environment (common 11), apart from step and
+  // reward. Called for human views only, never for observations.
+  virtual void overlay(int /*env*/, Overlay& /*out*/) const {}
 };
 
 }  // namespace engram

@@ -418,6 +418,11 @@ std::string VectorEnv::instruction(int env) const {
   return task_->instruction(env);
 }
 
+int VectorEnv::cue_end(int env) const {
+  check_env(env);
+  return task_->cue_end(env);
+}
+
 void VectorEnv::check_env(int env) const {
   if (env >= 0 && env < num_envs()) return;
   throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +

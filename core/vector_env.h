@@ -121,6 +121,8 @@ class VectorEnv {
   ColumnView final_output(std::string_view name) const;
   const ColumnStore& outputs() const { return outputs_; }
   std::string instruction(int env) const;
+  // The number of steps after which nothing shows info().hidden_draw any more.
+  int cue_end(int env) const;
 
   // Physics that diverged since construction, in environment steps.
   std::uint64_t unstable_count() const { return unstable_count_.load(); }

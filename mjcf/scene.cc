@@ -49,7 +49,7 @@ int dof_count(const std::vector<Prop>& props) {
 
 // Buffers: generous room for every contact that can happen at once, of four rows each.
 void add_sizes(Element& root, const std::vector<Prop>& props) {
-  int contacts = 32;  // the robot's own, and what it pushes
+  int contacts = 64;  // the robot's own, and what it pushes
   for (const Prop& prop : props) {
     const int geoms = static_cast<int>(collision_geom_names(prop).size());
     contacts += geoms * (prop.motion == Motion::kFree ? 8 : 4);

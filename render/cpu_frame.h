@@ -10,9 +10,9 @@
 
 namespace engram::cpu {
 
-inline constexpr int kBlock = 16;      // pixels; rows are padded to whole blocks
+inline constexpr int kBlock = 16;  // pixels; rows are padded to whole blocks
 inline constexpr int kMaxLights = 8;
-inline constexpr int kMaxRays = 64;    // of all lights together
+inline constexpr int kMaxRays = 64;  // of all lights together
 
 // a u + b v + c
 struct Affine {
@@ -37,26 +37,26 @@ enum class PrimitiveKind : std::uint8_t { kConvex, kBall, kCapsule, kCylinder, k
 // part of them between two planes. Convex bodies use their planes.
 struct Occluder {
   float center[3];
-  float radius;       // of the ball around it
-  float form[6];      // xx, yy, zz, xy, xz, yz
-  float axis[3];      // unit; capsules and cylinders
+  float radius;   // of the ball around it
+  float form[6];  // xx, yy, zz, xy, xz, yz
+  float axis[3];  // unit; capsules and cylinders
   float half_length;
-  float end;          // 1 / radius^2 of a capsule's ends
+  float end;  // 1 / radius^2 of a capsule's ends
 };
 
 struct Primitive {
   PrimitiveKind kind;
   bool camera_within_side;  // cylinders: the camera is inside the infinite cylinder
   Rect rect;
-  int surface;        // of its first face
+  int surface;  // of its first face
   int surface_count;
-  int front_count;    // planes that the camera is in front of: upper bounds of w
-  int back_count;     // the others, which follow: lower bounds of w
+  int front_count;  // planes that the camera is in front of: upper bounds of w
+  int back_count;   // the others, which follow: lower bounds of w
   const Affine* planes;
-  Conic conic[3];     // ball; capsule: side and two ends; cylinder: side
-  Affine local[2];    // capsule: coordinate along the axis; plane: x, y
-  float offset[2];    // the same of the camera
-  float limit[2];     // their largest magnitude
+  Conic conic[3];   // ball; capsule: side and two ends; cylinder: side
+  Affine local[2];  // capsule: coordinate along the axis; plane: x, y
+  float offset[2];  // the same of the camera
+  float limit[2];   // their largest magnitude
   Occluder occluder;
 };
 
@@ -76,30 +76,30 @@ struct Form {
 struct Surface {
   Lighting lighting;
   Pattern pattern;
-  std::uint32_t packed;          // kConstant and kPlain: the pixel
+  std::uint32_t packed;  // kConstant and kPlain: the pixel
   std::int32_t segment;
-  float constant[3];             // kConstant: lit colour; else what is added to lights; 0..255
-  float light[kMaxLights][3];    // colour of each light times the surface's
-  Form toward[kMaxLights];       // part of the normal towards the light
-  Form axes[3];                  // ellipsoid: normal; patterns: coordinates along, across
-  Affine plane;                  // patterns: w
+  float constant[3];           // kConstant: lit colour; else what is added to lights; 0..255
+  float light[kMaxLights][3];  // colour of each light times the surface's
+  Form toward[kMaxLights];     // part of the normal towards the light
+  Form axes[3];                // ellipsoid: normal; patterns: coordinates along, across
+  Affine plane;                // patterns: w
 };
 
 // A picture of the wood's brightness, 0..255, in ever coarser levels.
 struct WoodTexture {
   static constexpr int kLevels = 8;
-  static constexpr int kAlong = 512;    // texels of level 0; powers of two
+  static constexpr int kAlong = 512;  // texels of level 0; powers of two
   static constexpr int kAcross = 1024;
-  static constexpr float kAlongLength = 2.4F;   // m, then it repeats
+  static constexpr float kAlongLength = 2.4F;  // m, then it repeats
   static constexpr float kAcrossLength = 1.2F;
-  const std::uint8_t* texels;           // level after level, row after row
+  const std::uint8_t* texels;  // level after level, row after row
   int offset[kLevels];
 };
 
 struct Frame {
-  const float* u;           // of each column, padded to whole blocks
-  const float* v;           // of each row
-  float pixel;              // size of a pixel in u and v
+  const float* u;  // of each column, padded to whole blocks
+  const float* v;  // of each row
+  float pixel;     // size of a pixel in u and v
   float near_w, far_w;
   const Primitive* const* primitives;  // roughly from near to far
   int primitive_count;
@@ -115,16 +115,25 @@ struct Frame {
 // Some rows of an image, with working memory for their pixels.
 struct Band {
   int y0, y1;
-  int width;         // padded
-  float* w;          // 1 / depth
-  std::int32_t* id;  // surface
+  int width;             // padded
+  float* w;              // 1 / depth
+  std::int32_t* id;      // surface
   std::uint32_t* color;  // 0x00bbggrr
 };
+
+// Red, green, blue; the processor is little endian.
+static inline void store_color(std::uint32_t color, std::uint8_t* out) {
+  const auto red_green = static_cast<std::uint16_t>(color);
+  __builtin_memcpy(out, &red_green, 2);
+  out[2] = static_cast<std::uint8_t>(color >> 16);
+}
 
 // One build of the inner loops.
 struct Kernel {
   void (*trace)(const Frame& frame, const Band& band);  // fills w and id
   void (*shade)(const Frame& frame, const Band& band);  // fills color
+  // Writes three bytes for each colour, six bytes apart.
+  void (*store_pairs)(const std::uint32_t* colors, int count, std::uint8_t* out);
 };
 
 // Null where this build of the library lacks them.

@@ -2,12 +2,13 @@
 #if defined(__AVX2__) && !defined(__AVX512F__)
 
 #include "render/cpu_shade_body.h"
+#include "render/cpu_store_body.h"
 #include "render/cpu_trace_body.h"
 
 namespace engram::cpu {
 
 const Kernel* avx2_kernel() {
-  static constexpr Kernel kKernel = {&trace, &shade};
+  static constexpr Kernel kKernel = {&trace, &shade, &store_pairs};
   return &kKernel;
 }
 

@@ -1,13 +1,15 @@
-// The ray caster's inner loops for AVX-512; compiled with -mavx512f -mavx512bw -mavx512dq -mavx512vl.
+// The ray caster's inner loops for AVX-512; compiled with -mavx512f -mavx512bw -mavx512dq
+// -mavx512vl.
 #if defined(__AVX512F__) && defined(__AVX512BW__)
 
 #include "render/cpu_shade_body.h"
+#include "render/cpu_store_body.h"
 #include "render/cpu_trace_body.h"
 
 namespace engram::cpu {
 
 const Kernel* avx512_kernel() {
-  static constexpr Kernel kKernel = {&trace, &shade};
+  static constexpr Kernel kKernel = {&trace, &shade, &store_pairs};
   return &kKernel;
 }
 

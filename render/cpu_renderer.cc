@@ -62,9 +62,9 @@ const Kernel* find_kernel(InstructionSet set) {
 void check(const CpuRendererOptions& options, int workers) {
   const auto check_range = [](const char* name, double value, double low, double high) {
     if (value >= low && value <= high) return;
-    throw Error(Error::kInvalidArgument,
-                std::string("cpu renderer: ") + name + " is " + std::to_string(value) +
-                    "; allowed are " + std::to_string(low) + " to " + std::to_string(high));
+    throw Error(Error::kInvalidArgument, std::string("cpu renderer: ") + name + " is " +
+                                             std::to_string(value) + "; allowed are " +
+                                             std::to_string(low) + " to " + std::to_string(high));
   };
   check_range("workers", workers, 1, 4096);
   check_range("shadow_rays", options.shadow_rays, 0, cpu::kMaxRays);
@@ -79,14 +79,7 @@ void check(const CpuRendererOptions& options, int workers) {
 
 void store_colors(const std::uint32_t* colors, int count, std::ptrdiff_t stride,
                   std::uint8_t* out) {
-  for (int x = 0; x < count; ++x) {
-    const std::uint32_t color = colors[x];
-    const auto red_green = static_cast<std::uint16_t>(color);
-    const auto blue = static_cast<std::uint8_t>(color >> 16);
-    std::memcpy(out, &red_green, 2);  // little endian
-    out[2] = blue;
-    out += stride;
-  }
+  for (int x = 0; x < count; ++x, out += stride) cpu::store_color(colors[x], out);
 }
 
 // Means of 2x2 samples.
@@ -96,8 +89,8 @@ void store_means(const std::uint32_t* upper, const std::uint32_t* lower, int cou
   constexpr std::uint32_t kGreen = 0x0000ff00;
   for (int x = 0; x < count; ++x) {
     const std::uint32_t s[4] = {upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]};
-    const std::uint32_t red_blue = (s[0] & kRedBlue) + (s[1] & kRedBlue) + (s[2] & kRedBlue) +
-                                   (s[3] & kRedBlue) + 0x00020002;
+    const std::uint32_t red_blue =
+        (s[0] & kRedBlue) + (s[1] & kRedBlue) + (s[2] & kRedBlue) + (s[3] & kRedBlue) + 0x00020002;
     const std::uint32_t green =
         (s[0] & kGreen) + (s[1] & kGreen) + (s[2] & kGreen) + (s[3] & kGreen) + 0x00000200;
     out[0] = static_cast<std::uint8_t>(red_blue >> 2);
@@ -110,7 +103,9 @@ void store_means(const std::uint32_t* upper, const std::uint32_t* lower, int cou
 class CpuRenderer final : public Renderer {
  public:
   CpuRenderer(const RenderScene& scene, const CpuRendererOptions& options, int workers)
-      : prepared_(scene, options), options_(options), kernel_(find_kernel(options.instruction_set)) {
+      : prepared_(scene, options),
+        options_(options),
+        kernel_(find_kernel(options.instruction_set)) {
     for (int i = 0; i < workers; ++i) workers_.push_back(std::make_unique<Worker>(*this));
   }
 
@@ -163,8 +158,8 @@ class CpuRenderer final : public Renderer {
     }
   }
 
-  void draw(Worker& worker, const RenderInstances& instances, const RenderImage& image,
-            int scale, bool colors, bool other) {
+  void draw(Worker& worker, const RenderInstances& instances, const RenderImage& image, int scale,
+            bool colors, bool other) {
     const int width = scale * image.width;
     const int height = scale * image.height;
     const Frame& frame = worker.view.look(instances, image.camera, width, height);
@@ -181,12 +176,13 @@ class CpuRenderer final : public Renderer {
     }
   }
 
-  static void store(const Band& band, const RenderImage& image, int scale) {
+  void store(const Band& band, const RenderImage& image, int scale) const {
     for (int y = band.y0; y < band.y1; y += scale) {
-      const std::uint32_t* row =
-          band.color + static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
+      const std::uint32_t* row = band.color + static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
       std::uint8_t* out = image.rgb + (y / scale) * image.row_stride;
-      if (scale == 1) {
+      if (scale == 1 && image.pixel_stride == 6) {
+        kernel_->store_pairs(row, image.width, out);
+      } else if (scale == 1) {
         store_colors(row, image.width, image.pixel_stride, out);
       } else {
         store_means(row, row + band.width, image.width, image.pixel_stride, out);

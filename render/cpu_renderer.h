@@ -17,7 +17,7 @@ struct CpuRendererOptions {
   float shadow_softness = 0.05F;  // half angle of the light's cone, rad; with more than one ray
   bool antialias = false;         // 2x2 samples a pixel, for colours
   InstructionSet instruction_set = InstructionSet::kAuto;
-  int max_width = 2048;   // of any image, pixels
+  int max_width = 2048;  // of any image, pixels
   int max_height = 2048;
 };
 

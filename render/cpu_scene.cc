@@ -93,8 +93,8 @@ std::vector<Eigen::Vector3d> spread(const Eigen::Vector3d& axis, int count, doub
   std::vector<Eigen::Vector3d> directions;
   for (int i = 0; i < count; ++i) {
     const double r = std::tan(half_angle) * std::sqrt((i + 0.5) / count);
-    directions.push_back((axis + r * (std::cos(golden * i) * x + std::sin(golden * i) * y))
-                             .normalized());
+    directions.push_back(
+        (axis + r * (std::cos(golden * i) * x + std::sin(golden * i) * y)).normalized());
   }
   return directions;
 }

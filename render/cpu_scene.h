@@ -25,12 +25,12 @@ struct PreparedScene {
   PreparedScene(const RenderScene& from, const CpuRendererOptions& options);
 
   RenderScene scene;
-  std::vector<Hull> hulls;                    // one per mesh
-  std::vector<Eigen::Vector3d> to_light;      // unit, one per light
+  std::vector<Hull> hulls;                         // one per mesh
+  std::vector<Eigen::Vector3d> to_light;           // unit, one per light
   std::vector<std::vector<Eigen::Vector3d>> rays;  // unit, towards each light; empty: no shadow
-  WoodTexture wood = {};  // if any geom needs it
-  std::size_t max_planes = 0;    // of all geoms together
-  std::size_t max_surfaces = 0;  // the background included
+  WoodTexture wood = {};                           // if any geom needs it
+  std::size_t max_planes = 0;                      // of all geoms together
+  std::size_t max_surfaces = 0;                    // the background included
 };
 
 // Throws Error if the mesh is not convex or not closed. `name` is for messages.

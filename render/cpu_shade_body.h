@@ -12,7 +12,7 @@ namespace {
 struct Pixels {
   Float u, depth;
   float v;
-  int x;  // of the first one
+  int x;                  // of the first one
   const Float* arriving;  // per light; null: all of every light
 };
 
@@ -59,44 +59,72 @@ struct Footprint {
 
 ENGRAM_INLINE float larger(float a, float b) { return a > b ? a : b; }
 
-ENGRAM_INLINE float footprint_of(const Form& f, const Affine& plane, float u, float v, float w) {
-  const float inverse = 1.0F / w;
-  const float value = (f.a * u + (f.b * v + f.c)) * inverse;
-  const float by_u = __builtin_fabsf((f.a - value * plane.a) * inverse);
-  const float by_v = __builtin_fabsf((f.b - value * plane.b) * inverse);
-  return larger(by_u, by_v);
+// The derivative of (a u + b v + c) / w by u is (a w - pa (a u + b v + c)) / w^2, in whose
+// numerator u cancels out; likewise for v.
+ENGRAM_INLINE float footprint_of(const Form& f, const Affine& plane, float u, float v) {
+  const float twist = f.a * plane.b - f.b * plane.a;
+  const float by_u = twist * v + (f.a * plane.c - f.c * plane.a);
+  const float by_v = (f.b * plane.c - f.c * plane.b) - twist * u;
+  return larger(__builtin_fabsf(by_u), __builtin_fabsf(by_v));
 }
 
 ENGRAM_INLINE Footprint measure(const Frame& frame, const Surface& s, const Pixels& p) {
   const float u = frame.u[(p.x & -kBlock) + kBlock / 2];
   const float w = larger(s.plane.a * u + (s.plane.b * p.v + s.plane.c), frame.far_w);
-  return {footprint_of(s.axes[0], s.plane, u, p.v, w) * frame.pixel,
-          footprint_of(s.axes[1], s.plane, u, p.v, w) * frame.pixel};
+  const float scale = frame.pixel / (w * w);
+  return {footprint_of(s.axes[0], s.plane, u, p.v) * scale,
+          footprint_of(s.axes[1], s.plane, u, p.v) * scale};
 }
 
-// Reads the wood's brightness from the level whose texels are about as large as pixels.
-ENGRAM_INLINE Color wood(const Frame& frame, const Surface& s, const Pixels& p, Color color) {
+// Whole number below scale times the form, give or take one unit in the last place.
+ENGRAM_INLINE Int cell_of(const Form& f, float scale, const Pixels& p) {
+  const Float scaled = (f.a * scale) * p.u + (f.b * p.v + f.c) * scale;
+  return round(scaled * p.depth + (f.d * scale - 0.5F));
+}
+
+// The wood's brightness, 0..255, from the level whose texels are about as large as pixels.
+ENGRAM_INLINE Float read_wood(const Frame& frame, const Surface& s, const Pixels& p) {
   constexpr float kAlongScale = WoodTexture::kAlong / WoodTexture::kAlongLength;
   constexpr float kAcrossScale = WoodTexture::kAcross / WoodTexture::kAcrossLength;
   const Footprint footprint = measure(frame, s, p);
-  float texels = larger(footprint.along * kAlongScale, footprint.across * kAcrossScale);
-  int level = 0;
-  for (; texels > 2.0F && level < WoodTexture::kLevels - 1; ++level) texels *= 0.5F;
-
-  const float shrink = 1.0F / static_cast<float>(1 << level);
+  const float texels = larger(footprint.along * kAlongScale, footprint.across * kAcrossScale);
+  // The level is the logarithm, read from the exponent's bits.
+  constexpr int kBias = 127;
+  int level = (__builtin_bit_cast(std::int32_t, texels) >> 23) - kBias;
+  level = level < 0 ? 0 : (level < WoodTexture::kLevels ? level : WoodTexture::kLevels - 1);
+  const float shrink = __builtin_bit_cast(float, (kBias - level) << 23);
   const int along_mask = (WoodTexture::kAlong >> level) - 1;
   const int across_mask = (WoodTexture::kAcross >> level) - 1;
-  const Int along = floor(evaluate(s.axes[0], p) * (kAlongScale * shrink)) & along_mask;
-  const Int across = floor(evaluate(s.axes[1], p) * (kAcrossScale * shrink)) & across_mask;
+  const Int along = cell_of(s.axes[0], kAlongScale * shrink, p) & along_mask;
+  const Int across = cell_of(s.axes[1], kAcrossScale * shrink, p) & across_mask;
   const Int at = across * (along_mask + 1) + along;
-  const Float brightness =
-      to_float(gather_bytes(frame.wood.texels + frame.wood.offset[level], at)) * (1 / 255.0F);
+  return to_float(gather_bytes(frame.wood.texels + frame.wood.offset[level], at));
+}
 
-  // Dark grain is redder than bright wood.
-  color.r = color.r * (brightness * 0.72F + 0.55F);
-  color.g = color.g * (brightness * 0.84F + 0.47F);
-  color.b = color.b * (brightness * 0.92F + 0.42F);
+// Dark grain is redder than bright wood: colours are multiplied by slope * brightness + least.
+struct Tint {
+  float slope, least;
+};
+constexpr Tint kWoodTint[3] = {{0.72F / 255, 0.55F}, {0.84F / 255, 0.47F}, {0.92F / 255, 0.42F}};
+
+ENGRAM_INLINE Color wood(const Frame& frame, const Surface& s, const Pixels& p, Color color) {
+  const Float brightness = read_wood(frame, s, p);
+  color.r = color.r * (brightness * kWoodTint[0].slope + kWoodTint[0].least);
+  color.g = color.g * (brightness * kWoodTint[1].slope + kWoodTint[1].least);
+  color.b = color.b * (brightness * kWoodTint[2].slope + kWoodTint[2].least);
   return color;
+}
+
+// The same where light is even: the table top, most of most pictures.
+ENGRAM_INLINE Int even_wood(const Frame& frame, const Surface& s, const Pixels& p) {
+  const Float brightness = read_wood(frame, s, p);
+  Int channel[3];
+  for (int i = 0; i < 3; ++i) {
+    const Float value = brightness * (kWoodTint[i].slope * s.constant[i]) +
+                        splat(kWoodTint[i].least * s.constant[i]);
+    channel[i] = round(min(value, splat(255.0F)));
+  }
+  return channel[0] | (channel[1] << 8) | (channel[2] << 16);
 }
 
 // How much of a pixel lines of this half width cover, one every `period`.
@@ -130,6 +158,9 @@ ENGRAM_INLINE Color grid(const Frame& frame, const Surface& s, const Pixels& p, 
 Int shade_surface(const Frame& frame, const Surface& s, const Pixels& p) {
   if (s.lighting == Lighting::kConstant && s.pattern == Pattern::kPlain) {
     return splat(static_cast<std::int32_t>(s.packed));
+  }
+  if (s.lighting == Lighting::kConstant && s.pattern == Pattern::kWood) {
+    return even_wood(frame, s, p);
   }
   Color color = light_surface(frame, s, p);
   if (s.pattern == Pattern::kWood) color = wood(frame, s, p, color);

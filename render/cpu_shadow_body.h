@@ -35,7 +35,8 @@ ENGRAM_INLINE Mask occupied(const Inside& inside) {
 ENGRAM_INLINE void cut(Inside& inside, Float f, float g) {
   constexpr float kParallel = 1e-9F;
   const bool backwards = g < 0.0F;
-  const float slope = backwards ? (g > -kParallel ? -kParallel : g) : (g < kParallel ? kParallel : g);
+  const float slope =
+      backwards ? (g > -kParallel ? -kParallel : g) : (g < kParallel ? kParallel : g);
   const Float bound = (1.0F - f) * (1.0F / slope);
   if (backwards) {
     inside.enter = max(inside.enter, bound);

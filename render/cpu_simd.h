@@ -1,19 +1,23 @@
 // Vectors of floats for the ray caster's kernels: the widest of the instruction set at hand.
 //
-// No include guard against the rest of the program is needed, but one rule: everything lives in an
-// unnamed namespace and calls no function of the standard library, so that no code compiled for a
-// wide instruction set can be merged by the linker into code that runs everywhere.
+// Kernels live in unnamed namespaces and call nothing of the standard library, so that the linker
+// cannot merge code compiled for a wide instruction set into code that runs everywhere. All
+// operations are exactly rounded ones, so that instruction sets agree to the last bit.
 #pragma once
 
 #include <cstdint>
 
 #if defined(__SSE2__)
+#if defined(__GNUC__) && !defined(__clang__)
 // GCC 12 takes the undefined vectors in its own AVX-512 header for mistakes.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #include <immintrin.h>
 #pragma GCC diagnostic pop
+#else
+#include <immintrin.h>
+#endif
 #endif
 
 #define ENGRAM_INLINE [[maybe_unused]] inline __attribute__((always_inline))
@@ -71,9 +75,7 @@ ENGRAM_INLINE Mask less(Float a, Float b) {
 ENGRAM_INLINE Mask at_most(Float a, Float b) {
   return {_mm512_cmp_ps_mask(__m512(a), __m512(b), _CMP_LE_OQ)};
 }
-ENGRAM_INLINE Mask equal(Int a, Int b) {
-  return {_mm512_cmpeq_epi32_mask(__m512i(a), __m512i(b))};
-}
+ENGRAM_INLINE Mask equal(Int a, Int b) { return {_mm512_cmpeq_epi32_mask(__m512i(a), __m512i(b))}; }
 ENGRAM_INLINE int bits(Mask m) { return m.bits; }
 ENGRAM_INLINE Float select(Mask m, Float a, Float b) {
   return Float(_mm512_mask_blend_ps(m.bits, __m512(b), __m512(a)));
@@ -159,7 +161,8 @@ ENGRAM_INLINE Int gather_bytes(const std::uint8_t* from, Int offsets) {
 #if defined(__AVX512F__)
   const auto every = static_cast<__mmask16>(0xffff);
   return Int(_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), every, __m512i(offsets), from,
-                                         1)) & 0xff;
+                                         1)) &
+         0xff;
 #elif defined(__AVX2__)
   return Int(_mm256_i32gather_epi32(reinterpret_cast<const int*>(from), __m256i(offsets), 1)) &
          0xff;

@@ -41,26 +41,27 @@ void trace_convex(const Frame& frame, const Band& band, const Primitive& primiti
   const Affine* planes = primitive.planes;
   const float near_w = frame.near_w;
   const int surface = primitive.surface;
-  scan(frame, band, primitive, [=](float v) __attribute__((always_inline)) {
-    float row[6];
-    for (int i = 0; i < 6; ++i) row[i] = along_row(planes[i], v);
-    return [=](Float u, Float seen, Float& w, Int& id) __attribute__((always_inline)) {
-      w = planes[0].a * u + row[0];
-      id = splat(surface);
-      for (int i = 1; i < kFront; ++i) {
-        const Float bound = planes[i].a * u + row[i];
-        id = select(less(bound, w), splat(surface + i), id);
-        w = min(bound, w);
-      }
-      Mask hit = less(seen, w) & at_most(w, splat(near_w));
-      if (!any(hit)) return hit;
-      Float exit = planes[kFront].a * u + row[kFront];
-      for (int i = kFront + 1; i < kFront + kBack; ++i) {
-        exit = max(planes[i].a * u + row[i], exit);
-      }
-      return hit & at_most(exit, w);
-    };
-  });
+  scan(
+      frame, band, primitive, [=](float v) __attribute__((always_inline)) {
+        float row[6];
+        for (int i = 0; i < 6; ++i) row[i] = along_row(planes[i], v);
+        return [=](Float u, Float seen, Float & w, Int & id) __attribute__((always_inline)) {
+          w = planes[0].a * u + row[0];
+          id = splat(surface);
+          for (int i = 1; i < kFront; ++i) {
+            const Float bound = planes[i].a * u + row[i];
+            id = select(less(bound, w), splat(surface + i), id);
+            w = min(bound, w);
+          }
+          Mask hit = less(seen, w) & at_most(w, splat(near_w));
+          if (!any(hit)) return hit;
+          Float exit = planes[kFront].a * u + row[kFront];
+          for (int i = kFront + 1; i < kFront + kBack; ++i) {
+            exit = max(planes[i].a * u + row[i], exit);
+          }
+          return hit & at_most(exit, w);
+        };
+      });
 }
 
 // The same for any number of planes.
@@ -70,22 +71,23 @@ void trace_hull(const Frame& frame, const Band& band, const Primitive& primitive
   const int count = front + primitive.back_count;
   const float near_w = frame.near_w;
   const int surface = primitive.surface;
-  scan(frame, band, primitive, [=](float v) __attribute__((always_inline)) {
-    return [=](Float u, Float seen, Float& w, Int& id) __attribute__((always_inline)) {
-      w = planes[0].a * u + along_row(planes[0], v);
-      id = splat(surface);
-      for (int i = 1; i < front; ++i) {
-        const Float bound = planes[i].a * u + along_row(planes[i], v);
-        id = select(less(bound, w), splat(surface + i), id);
-        w = min(bound, w);
-      }
-      Mask hit = less(seen, w) & at_most(w, splat(near_w));
-      for (int i = front; i < count && any(hit); ++i) {
-        hit = hit & at_most(planes[i].a * u + along_row(planes[i], v), w);
-      }
-      return hit;
-    };
-  });
+  scan(
+      frame, band, primitive, [=](float v) __attribute__((always_inline)) {
+        return [=](Float u, Float seen, Float & w, Int & id) __attribute__((always_inline)) {
+          w = planes[0].a * u + along_row(planes[0], v);
+          id = splat(surface);
+          for (int i = 1; i < front; ++i) {
+            const Float bound = planes[i].a * u + along_row(planes[i], v);
+            id = select(less(bound, w), splat(surface + i), id);
+            w = min(bound, w);
+          }
+          Mask hit = less(seen, w) & at_most(w, splat(near_w));
+          for (int i = front; i < count && any(hit); ++i) {
+            hit = hit & at_most(planes[i].a * u + along_row(planes[i], v), w);
+          }
+          return hit;
+        };
+      });
 }
 
 void trace_plane(const Frame& frame, const Band& band, const Primitive& primitive) {
@@ -98,19 +100,20 @@ void trace_plane(const Frame& frame, const Band& band, const Primitive& primitiv
   const float limit_y = primitive.limit[1];
   const float near_w = frame.near_w;
   const int surface = primitive.surface;
-  scan(frame, band, primitive, [=](float v) __attribute__((always_inline)) {
-    const float row = along_row(plane, v);
-    const float row_x = along_row(x, v);
-    const float row_y = along_row(y, v);
-    return [=](Float u, Float seen, Float& w, Int& id) __attribute__((always_inline)) {
-      w = plane.a * u + row;
-      id = splat(surface);
-      const Mask hit = less(seen, w) & at_most(w, splat(near_w));
-      if (!any(hit)) return hit;
-      return hit & at_most(abs(offset_x * w + (x.a * u + row_x)), limit_x * w) &
-             at_most(abs(offset_y * w + (y.a * u + row_y)), limit_y * w);
-    };
-  });
+  scan(
+      frame, band, primitive, [=](float v) __attribute__((always_inline)) {
+        const float row = along_row(plane, v);
+        const float row_x = along_row(x, v);
+        const float row_y = along_row(y, v);
+        return [=](Float u, Float seen, Float & w, Int & id) __attribute__((always_inline)) {
+          w = plane.a * u + row;
+          id = splat(surface);
+          const Mask hit = less(seen, w) & at_most(w, splat(near_w));
+          if (!any(hit)) return hit;
+          return hit & at_most(abs(offset_x * w + (x.a * u + row_x)), limit_x * w) &
+                 at_most(abs(offset_y * w + (y.a * u + row_y)), limit_y * w);
+        };
+      });
 }
 
 // A conic along one row.
@@ -133,18 +136,19 @@ void trace_ball(const Frame& frame, const Band& band, const Primitive& primitive
   const Conic conic = primitive.conic[0];
   const float near_w = frame.near_w;
   const int surface = primitive.surface;
-  scan(frame, band, primitive, [=](float v) __attribute__((always_inline)) {
-    const ConicRow row(conic, v);
-    return [=](Float u, Float seen, Float& w, Int& id) __attribute__((always_inline)) {
-      const Float du = u - row.u0;
-      const Float disc = row.discriminant(du);
-      const Mask crossed = at_most(Float{}, disc);
-      if (!any(crossed)) return crossed;
-      w = row.middle(du) + sqrt(max(disc, Float{}));
-      id = splat(surface);
-      return crossed & less(seen, w) & at_most(w, splat(near_w));
-    };
-  });
+  scan(
+      frame, band, primitive, [=](float v) __attribute__((always_inline)) {
+        const ConicRow row(conic, v);
+        return [=](Float u, Float seen, Float & w, Int & id) __attribute__((always_inline)) {
+          const Float du = u - row.u0;
+          const Float disc = row.discriminant(du);
+          const Mask crossed = at_most(Float{}, disc);
+          if (!any(crossed)) return crossed;
+          w = row.middle(du) + sqrt(max(disc, Float{}));
+          id = splat(surface);
+          return crossed & less(seen, w) & at_most(w, splat(near_w));
+        };
+      });
 }
 
 // The first of three entries: into the side, as far as the capsule's straight part goes, and into
@@ -152,78 +156,80 @@ void trace_ball(const Frame& frame, const Band& band, const Primitive& primitive
 void trace_capsule(const Frame& frame, const Band& band, const Primitive& primitive) {
   const Primitive& p = primitive;
   const float near_w = frame.near_w;
-  scan(frame, band, primitive, [near_w, &p](float v) __attribute__((always_inline)) {
-    const ConicRow side(p.conic[0], v);
-    const ConicRow ends[2] = {{p.conic[1], v}, {p.conic[2], v}};
-    const Affine axis = p.local[0];
-    const float row_axis = along_row(axis, v);
-    const float offset = p.offset[0];
-    const float limit = p.limit[0];
-    const int surface = p.surface;
-    return [=](Float u, Float seen, Float& w, Int& id) __attribute__((always_inline)) {
-      w = Float{};
-      id = splat(surface);
-      Float du = u - side.u0;
-      Float disc = side.discriminant(du);
-      Mask crossed = at_most(Float{}, disc);
-      if (any(crossed)) {
-        const Float entry = side.middle(du) + sqrt(max(disc, Float{}));
-        const Float z = abs(offset * entry + (axis.a * u + row_axis));
-        w = select(crossed & at_most(z, limit * entry), entry, w);
-      }
-      for (int i = 0; i < 2; ++i) {
-        du = u - ends[i].u0;
-        disc = ends[i].discriminant(du);
-        crossed = at_most(Float{}, disc);
-        if (!any(crossed)) continue;
-        const Float entry = ends[i].middle(du) + sqrt(max(disc, Float{}));
-        const Mask first = crossed & less(w, entry);
-        w = select(first, entry, w);
-        id = select(first, splat(surface + 1 + i), id);
-      }
-      return less(seen, w) & at_most(w, splat(near_w));
-    };
-  });
+  scan(
+      frame, band, primitive, [ near_w, &p ](float v) __attribute__((always_inline)) {
+        const ConicRow side(p.conic[0], v);
+        const ConicRow ends[2] = {{p.conic[1], v}, {p.conic[2], v}};
+        const Affine axis = p.local[0];
+        const float row_axis = along_row(axis, v);
+        const float offset = p.offset[0];
+        const float limit = p.limit[0];
+        const int surface = p.surface;
+        return [=](Float u, Float seen, Float & w, Int & id) __attribute__((always_inline)) {
+          w = Float{};
+          id = splat(surface);
+          Float du = u - side.u0;
+          Float disc = side.discriminant(du);
+          Mask crossed = at_most(Float{}, disc);
+          if (any(crossed)) {
+            const Float entry = side.middle(du) + sqrt(max(disc, Float{}));
+            const Float z = abs(offset * entry + (axis.a * u + row_axis));
+            w = select(crossed & at_most(z, limit * entry), entry, w);
+          }
+          for (int i = 0; i < 2; ++i) {
+            du = u - ends[i].u0;
+            disc = ends[i].discriminant(du);
+            crossed = at_most(Float{}, disc);
+            if (!any(crossed)) continue;
+            const Float entry = ends[i].middle(du) + sqrt(max(disc, Float{}));
+            const Mask first = crossed & less(w, entry);
+            w = select(first, entry, w);
+            id = select(first, splat(surface + 1 + i), id);
+          }
+          return less(seen, w) & at_most(w, splat(near_w));
+        };
+      });
 }
 
 // The infinite cylinder, cut by the planes of its caps.
 void trace_cylinder(const Frame& frame, const Band& band, const Primitive& primitive) {
   const Primitive& p = primitive;
   const float near_w = frame.near_w;
-  scan(frame, band, primitive, [near_w, &p](float v) __attribute__((always_inline)) {
-    const ConicRow side(p.conic[0], v);
-    const Affine* planes = p.planes;
-    const float row[2] = {along_row(planes[0], v), along_row(planes[1], v)};
-    const bool has_front = p.front_count > 0;
-    const bool within = p.camera_within_side;
-    const int surface = p.surface;
-    return [=](Float u, Float seen, Float& w, Int& id) __attribute__((always_inline)) {
-      const Float du = u - side.u0;
-      const Float disc = side.discriminant(du);
-      const Mask crossed = at_most(Float{}, disc);
-      if (!any(crossed)) return crossed;
-      const Float middle = side.middle(du);
-      const Float root = sqrt(max(disc, Float{}));
-      const Float cap = planes[0].a * u + row[0];
-      Float exit = planes[1].a * u + row[1];
-      if (within) {  // then there is a front cap: see set-up
-        w = cap;
-        id = splat(surface + 1);
-        exit = max(exit, middle + root);
-      } else {
-        w = middle + root;
-        id = splat(surface);
-        exit = max(exit, middle - root);
-        if (has_front) {
-          id = select(less(cap, w), splat(surface + 1), id);
-          w = min(cap, w);
-        } else {
-          exit = max(exit, cap);
-        }
-      }
-      return crossed & less(seen, w) & at_most(w, splat(near_w)) & at_most(exit, w);
-    };
-  });
+  scan(
+      frame, band, primitive, [ near_w, &p ](float v) __attribute__((always_inline)) {
+        const ConicRow side(p.conic[0], v);
+        const Affine* planes = p.planes;
+        const float row[2] = {along_row(planes[0], v), along_row(planes[1], v)};
+        const bool has_front = p.front_count > 0;
+        const bool within = p.camera_within_side;
+        const int surface = p.surface;
+        return [=](Float u, Float seen, Float & w, Int & id) __attribute__((always_inline)) {
+          const Float du = u - side.u0;
+          const Float disc = side.discriminant(du);
+          const Mask crossed = at_most(Float{}, disc);
+          if (!any(crossed)) return crossed;
+          const Float middle = side.middle(du);
+          const Float root = sqrt(max(disc, Float{}));
+          const Float cap = planes[0].a * u + row[0];
+          Float exit = planes[1].a * u + row[1];
+          if (within) {  // then there is a front cap: see set-up
+            w = cap;
+            id = splat(surface + 1);
+            exit = max(exit, middle + root);
+          } else {
+            w = middle + root;
+            id = splat(surface);
+            exit = max(exit, middle - root);
+            if (has_front) {
+              id = select(less(cap, w), splat(surface + 1), id);
+              w = min(cap, w);
+            } else {
+              exit = max(exit, cap);
+            }
+          }
+          return crossed & less(seen, w) & at_most(w, splat(near_w)) & at_most(exit, w);
+        };
+      });
 }
 
 void trace_primitive(const Frame& frame, const Band& band, const Primitive& primitive) {

@@ -79,12 +79,10 @@ void View::aim(const RenderCamera& camera, const float* pose, int width, int hei
   half_u_ = half_v * width / height;
   frame_.pixel = static_cast<float>(2 * half_v / height);
   for (int x = 0; x < round_up(width, kBlock); ++x) {
-    u_[static_cast<std::size_t>(x)] =
-        static_cast<float>(((x + 0.5) / width * 2 - 1) * half_u_);
+    u_[static_cast<std::size_t>(x)] = static_cast<float>(((x + 0.5) / width * 2 - 1) * half_u_);
   }
   for (int y = 0; y < height; ++y) {
-    v_[static_cast<std::size_t>(y)] =
-        static_cast<float>((1 - (y + 0.5) / height * 2) * half_v_);
+    v_[static_cast<std::size_t>(y)] = static_cast<float>((1 - (y + 0.5) / height * 2) * half_v_);
   }
 }
 
@@ -123,6 +121,7 @@ Placed View::place(const RenderInstances& instances, std::size_t index) const {
 }
 
 void View::add(const Placed& placed) {
+  if (!placed.center.allFinite() || !placed.axes.allFinite()) return;  // diverged physics
   Primitive& primitive = primitives_[static_cast<std::size_t>(primitive_count_)];
   primitive.surface = surface_count_;
   primitive.rect = {0, 0, 0, 0};
@@ -172,7 +171,9 @@ Rect View::to_pixels(const Extent& extent) const {
   const auto last = [](double at, int size) {
     return static_cast<int>(std::floor(std::clamp(at + kMargin, -1.0, size - 1.0))) + 1;
   };
-  if (extent.low[0] > extent.high[0]) return {0, 0, 0, 0};
+  for (int k = 0; k < 2; ++k) {
+    if (!(extent.low[k] <= extent.high[k])) return {0, 0, 0, 0};
+  }
   const Rect rect = {first(column(extent.low[0]), width_), last(column(extent.high[0]), width_),
                      first(row(extent.high[1]), height_), last(row(extent.low[1]), height_)};
   if (rect.x0 >= rect.x1 || rect.y0 >= rect.y1) return {0, 0, 0, 0};

@@ -39,8 +39,8 @@ float noise(float x, float y, std::uint32_t nx, std::uint32_t ny, std::uint32_t 
 float brightness(float x, float y) {
   // Rings bend slowly along the board: nested arches here, straight lines there.
   constexpr float kRings = 88;
-  const float bend = 6.5F * noise(x, y, 2, 4, 1) + 2.0F * noise(x, y, 4, 10, 2) +
-                     0.30F * noise(x, y, 12, 80, 3);
+  const float bend =
+      6.5F * noise(x, y, 2, 4, 1) + 2.0F * noise(x, y, 4, 10, 2) + 0.30F * noise(x, y, 12, 80, 3);
   const float ring = y * kRings + bend;
   const float phase = ring - std::floor(ring);
   // Each ring darkens slowly and ends sharply.

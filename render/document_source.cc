@@ -5,16 +5,18 @@
 #include "core/error.h"
 #include "core/mujoco_handle.h"
 #include "render/cpu_renderer.h"
+#include "render/egl_renderer.h"
 #include "render/scene_from_model.h"
 
 namespace engram {
 namespace {
 
 constexpr int kShadowRays = 8;
+constexpr int kEglSamples = 4;
 constexpr std::size_t kPoseSize = 7;
 
-std::unique_ptr<Renderer> make_renderer(const RenderScene& scene,
-                                        const ImageSourceOptions& options, int workers) {
+std::unique_ptr<Renderer> make_renderer(const RenderScene& scene, const ImageSourceOptions& options,
+                                        int workers) {
   if (options.renderer == "cpu") {
     CpuRendererOptions cpu;
     cpu.shadow_rays = options.shadows ? kShadowRays : 0;
@@ -22,6 +24,14 @@ std::unique_ptr<Renderer> make_renderer(const RenderScene& scene,
     cpu.max_width = options.max_size;
     cpu.max_height = options.max_size;
     return make_cpu_renderer(scene, cpu, workers);
+  }
+  if (options.renderer == "egl") {
+    EglRendererOptions egl;
+    egl.shadows = options.shadows;
+    egl.samples = options.antialias ? kEglSamples : 1;
+    egl.max_width = options.max_size;
+    egl.max_height = options.max_size;
+    return make_egl_renderer(scene, egl, workers);
   }
   throw Error(Error::kInvalidArgument,
               "renderer '" + options.renderer + "' given, 'cpu' or 'egl' allowed");
@@ -58,8 +68,7 @@ class DocumentSource final : public ImageSource {
       std::copy_n(bodies[i].quat, 4, pose + 3);
       bench.view_of_body[bodies_[i]] = &bodies[i];
     }
-    const BodyPoses<double> poses{bench.poses.data(), kPoseSize, bench.poses.data() + 3,
-                                  kPoseSize};
+    const BodyPoses<double> poses{bench.poses.data(), kPoseSize, bench.poses.data() + 3, kPoseSize};
     pose_geoms(scene_, poses, bench.geom_pose.data());
     pose_cameras(scene_, poses, bench.camera_pose.data());
     dress_geoms(bench);
@@ -123,8 +132,7 @@ class DocumentSource final : public ImageSource {
 
 std::unique_ptr<ImageSource> make_document_source(const std::string& document,
                                                   const std::vector<std::string>& bodies,
-                                                  const ImageSourceOptions& options,
-                                                  int workers) {
+                                                  const ImageSourceOptions& options, int workers) {
   return std::make_unique<DocumentSource>(document, bodies, options, workers);
 }
 

@@ -15,11 +15,11 @@ namespace engram {
 void write_png(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb) {
   constexpr int kLargestSide = 1 << 16;
   if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide ||
-      rgb.size() != std::size_t{3} * static_cast<std::size_t>(width) *
-                        static_cast<std::size_t>(height)) {
-    throw Error(Error::kInvalidArgument,
-                "write_png: " + std::to_string(width) + " x " + std::to_string(height) +
-                    " pixels do not fit " + std::to_string(rgb.size()) + " bytes of rgb");
+      rgb.size() !=
+          std::size_t{3} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
+    throw Error(Error::kInvalidArgument, "write_png: " + std::to_string(width) + " x " +
+                                             std::to_string(height) + " pixels do not fit " +
+                                             std::to_string(rgb.size()) + " bytes of rgb");
   }
 
   png_image image = {};

@@ -37,7 +37,8 @@ class PhaseClock {
   bool begins(int env, int elapsed) const {
     return elapsed == 0 || elapsed == cue_steps_[env] || elapsed == manipulation_start(env);
   }
-  // The value of elapsed at which the robot may act.
+  // The values of elapsed at which the cue is over, and at which the robot may act.
+  int cue_end(int env) const { return cue_steps_[env]; }
   int manipulation_start(int env) const { return cue_steps_[env] + empty_steps_[env]; }
 
  private:

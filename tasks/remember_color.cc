@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/error.h"
+#include "core/overlay.h"
 #include "mjcf/scene.h"
 #include "tasks/colors.h"
 #include "tasks/layout.h"
@@ -103,6 +104,7 @@ class RememberColor final : public Task {
     info_.success_reward = kTouchSuccessReward;
     info_.oracle_dim = 1;
     info_.draws = draws(params);
+    info_.hidden_draw = "target";
     info_.constants = constants(params);
     info_.reward_terms = TouchTarget::reward_term_names();
     info_.phases = cue_empty_manipulation_phases();
@@ -128,6 +130,8 @@ class RememberColor final : public Task {
     target_ = bindings.memory->add<std::int32_t>("target");
     positions_ = bindings.memory->add<double>("positions", 3 * params_.COLORS, "m");
   }
+
+  int cue_end(int env) const override { return clock_.cue_end(env); }
 
   // --- sampling (section 6) ---
 
@@ -210,7 +214,17 @@ class RememberColor final : public Task {
     }
   }
 
+  // --- overlay (common 11) ---
+
+  void overlay(int env, Overlay& out) const override {
+    const auto& rgba = COLOR_MAPPING[static_cast<std::size_t>(target_[env])].rgba;
+    const auto byte = [&rgba](std::size_t i) { return static_cast<std::uint8_t>(rgba[i]); };
+    out.add(OverlayText{{10, 60}, "Target:"});
+    out.add(OverlaySwatch{{kSwatchLeft, 38}, 22, {byte(0), byte(1), byte(2)}});
+  }
+
  private:
+  static constexpr double kSwatchLeft = 130;     // right of "Target:"
   static constexpr double kTouchGap = 0.034;     // m above the cube's origin
   static constexpr double kTravelGap = 0.06;     // m more while on the way
   static constexpr double kCloseEnough = 0.010;  // m

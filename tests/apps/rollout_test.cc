@@ -59,6 +59,17 @@ TEST_CASE("rollout: the hash does not depend on threads, but on the seed", "[app
   CHECK(rollout(options + "18446744073709551615")["hash"].is_string());
 }
 
+TEST_CASE("rollout: images are counted and hashed", "[apps]") {
+  const std::string options = "--obs rgb --num-envs 4 --steps 12 --hash";
+  const Json report = rollout(options + " --threads 1");
+  CHECK(report["obs"] == "rgb");
+  CHECK(report["renderer"] == "cpu");
+  CHECK(report["images_per_second"].get<double>() ==
+        Approx(2 * report["env_steps_per_second"].get<double>()));
+  CHECK(report["hash"] == rollout(options + " --threads 2")["hash"]);
+  CHECK(report["hash"] != rollout("--num-envs 4 --steps 12 --hash")["hash"]);
+}
+
 TEST_CASE("rollout: the hash is that of the library's outputs", "[apps]") {
   EnvOptions options;
   options.num_envs = 4;

@@ -47,8 +47,12 @@ TEST_CASE("command: usage errors are one line and exit code 2", "[apps]") {
   require_refusal("bench nothing", 2, "overhead");
 }
 
-TEST_CASE("command: what this version cannot do is a failure, exit code 1", "[apps]") {
-  require_refusal("rollout RememberColor9-VLA-v0 --obs rgb", 1, "not part of this version");
+TEST_CASE("command: unknown observations and renderers are named with those that exist", "[apps]") {
+  require_refusal("rollout RememberColor9-VLA-v0 --obs depth", 2, "state or rgb");
+  require_refusal("rollout RememberColor9-VLA-v0 --obs rgb --renderer gpu", 2, "cpu or egl");
+}
+
+TEST_CASE("command: what cannot be done here is a failure, exit code 1", "[apps]") {
   require_refusal("rollout TraceShapeEasy-VLA-v0", 1, "TraceShape is not part of this version");
   require_refusal("info RememberColor9-VLA-v0 --mjcf /nowhere/scene.xml", 1, "/nowhere/scene.xml");
   require_refusal("eval RememberColor3-VLA-v0 --episodes 1 --out /proc/results", 1,

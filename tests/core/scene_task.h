@@ -44,6 +44,7 @@ class SceneTask final : public Task {
   SceneSource scene() const override { return tasks::scene_source(parts); }
   std::string document() const override { return mjcf::compose(parts, mjcf::Detail::kFull); }
   void bind(const Bindings& bindings) override { engine = bindings; }
+  int cue_end(int /*env*/) const override { return 0; }
   void reset(const Episode& episode) override { on_reset(episode.env()); }
   void before_physics(Range envs) override { each(envs, on_before_physics); }
   void advance(Range envs) override { each(envs, on_advance); }

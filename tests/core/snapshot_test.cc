@@ -170,7 +170,7 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   lengthy->reset();
   refuse(lengthy->save(), "another task");
   EnvOptions other_mode = batch_of(2);
-  other_mode.control_mode = ControlMode::kPdEeDeltaPos;
+  other_mode.control_mode = ControlMode::kPdEePose;  // the same columns here too
   const auto mode = make_env(kId, other_mode);
   mode->reset();
   refuse(mode->save(), "control mode");

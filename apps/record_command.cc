@@ -1,0 +1,342 @@
+#include "apps/record_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "apps/json.h"
+#include "apps/options.h"
+#include "apps/output.h"
+#include "apps/progress.h"
+#include "apps/record_view.h"
+#include "engram/media.h"
+
+namespace engram::apps {
+namespace {
+
+constexpr int kSize = 512;
+constexpr int kSheetSize = 320;  // of a picture in a sheet, as in the published previews
+constexpr int kMaxSize = 4096;   // of VectorEnv::render
+constexpr int kMaxSheet = 60;
+constexpr int kSheetColumns = 3;
+constexpr int kFramesPerSecond = 30;
+
+struct RecordOptions {
+  std::string id;
+  std::string out;
+  EnvOptions env = batch_options(1, 1);
+  ViewOptions view;
+  int size = 0;   // 0: not given, as below
+  int steps = 0;  // at most; 0: to the end
+  int frames_per_second = 0;
+  int sheet = 0;        // pictures of a sheet that is spread over the episode
+  std::vector<int> at;  // steps to take pictures of
+  Policy policy = Policy::kOracle;
+  bool json = false;
+
+  bool is_sheet() const { return sheet > 0 || at.size() > 1; }
+};
+
+[[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
+
+std::string extension_of(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+// --- the episode ---
+
+class Episode {
+ public:
+  explicit Episode(const RecordOptions& options)
+      : policy_(options.policy), max_steps_(options.steps) {
+    std::unique_ptr<Task> task = make_task(options.id);
+    task_ = task.get();
+    env_ = std::make_unique<VectorEnv>(std::move(task), options.env, make_document_source);
+    actions_.resize(static_cast<std::size_t>(env_->action_dim()));
+    if (max_steps_ == 0) max_steps_ = env_->info().horizon;
+    max_steps_ = std::min(max_steps_, env_->info().horizon);
+    env_->reset();
+  }
+
+  VectorEnv& env() { return *env_; }
+  const Task& task() const { return *task_; }
+  int steps() const { return env_->state().elapsed[0]; }
+  int max_steps() const { return max_steps_; }
+  bool over() const {
+    return steps() >= max_steps_ || (env_->terminated()[0] | env_->truncated()[0]) != 0;
+  }
+  bool success_once() const { return *env_->output("success_once").row(0) != std::byte{0}; }
+
+  void step() {
+    env_->act(policy_, actions_);
+    env_->step(actions_);
+  }
+
+ private:
+  Policy policy_;
+  int max_steps_;
+  const Task* task_ = nullptr;  // env_'s
+  std::unique_ptr<VectorEnv> env_;
+  std::vector<float> actions_;
+};
+
+struct Report {
+  int frames = 0;
+  int width = 0;
+  int height = 0;
+  bool success_once = false;
+};
+
+// --- interruption ---
+
+volatile std::sig_atomic_t interrupted = 0;
+
+// While it lives, Ctrl-C and termination wait for a check, so that unfinished files are removed.
+class Interruption {
+ public:
+  Interruption() {
+    for (const int signal : kSignals) std::signal(signal, [](int) { interrupted = 1; });
+  }
+  ~Interruption() {
+    for (const int signal : kSignals) std::signal(signal, SIG_DFL);
+  }
+  Interruption(const Interruption&) = delete;
+  Interruption& operator=(const Interruption&) = delete;
+
+  void check() const {
+    if (interrupted != 0) throw Error(Error::kIo, "interrupted; nothing was written");
+  }
+
+ private:
+  static constexpr int kSignals[] = {SIGINT, SIGTERM};
+};
+
+// --- videos ---
+
+Report record_video(const RecordOptions& options) {
+  Episode episode(options);
+  View view(episode.env(), episode.task(), options.view);
+  const Interruption interruption;
+  VideoWriter video(options.out, view.width(), view.height(), options.frames_per_second);
+  Progress progress("record", "frames");
+  Report report{0, view.width(), view.height(), false};
+  while (true) {
+    video.add(view.draw());
+    ++report.frames;
+    progress.update(report.frames / (episode.max_steps() + 1.0), report.frames);
+    interruption.check();
+    if (episode.over()) break;
+    episode.step();
+  }
+  video.finish();
+  report.success_once = episode.success_once();
+  return report;
+}
+
+// --- pictures ---
+
+// The steps to show: those that were asked for, or some from the first to the last.
+std::vector<int> moments_of(const RecordOptions& options) {
+  if (options.sheet == 0) return options.at;
+  Episode rehearsal(options);
+  while (!rehearsal.over()) rehearsal.step();
+  std::vector<int> moments;
+  moments.reserve(static_cast<std::size_t>(options.sheet));
+  for (int i = 0; i < options.sheet; ++i) {
+    moments.push_back(options.sheet == 1 ? 0 : i * rehearsal.steps() / (options.sheet - 1));
+  }
+  return moments;
+}
+
+// Plays until `step`; false if the episode ends before.
+bool play_until(int step, Episode& episode) {
+  while (episode.steps() < step && !episode.over()) episode.step();
+  return episode.steps() == step;
+}
+
+Report record_pictures(const RecordOptions& options) {
+  const std::vector<int> moments = moments_of(options);
+  Episode episode(options);
+  View view(episode.env(), episode.task(), options.view);
+  const auto count = static_cast<int>(moments.size());
+  const int columns = std::min(count, kSheetColumns);
+  const int rows = (count + columns - 1) / columns;
+  Report report{0, columns * view.width(), rows * view.height(), false};
+  Canvas canvas(report.width, report.height);
+  Progress progress("record", "pictures");
+  for (const int moment : moments) {
+    if (!play_until(moment, episode)) {
+      refuse(fmt::format("--at: {} given, the episode ends with step {}", moment, episode.steps()));
+    }
+    const int column = report.frames % columns;
+    const int row = report.frames / columns;
+    canvas.blit(column * view.width(), row * view.height(), view.width(), view.height(),
+                view.draw());
+    ++report.frames;
+    progress.update(static_cast<double>(report.frames) / count, report.frames);
+  }
+  if (options.is_sheet()) play_until(episode.max_steps(), episode);
+  report.success_once = episode.success_once();
+  write_png(options.out, report.width, report.height, canvas.rgb());
+  return report;
+}
+
+// --- options ---
+
+void complete_size(RecordOptions& options) {
+  ViewOptions& view = options.view;
+  const int standard = options.is_sheet() ? kSheetSize : kSize;
+  if (view.camera != "all") {
+    if (view.sensor_size > 0) refuse("--sensor-size: only --camera all has sensors beside it");
+    if (view.width == 0) view.width = options.size > 0 ? options.size : standard;
+    if (view.height == 0) view.height = options.size > 0 ? options.size : standard;
+    return;
+  }
+  if (view.width > 0 || view.height > 0) {
+    refuse("--width, --height: of single cameras only; --camera all takes --size, its height");
+  }
+  view.height = options.size > 0 ? options.size : standard;
+  if (view.height % 4 != 0) {
+    refuse(fmt::format("--size: {} given, multiples of 4 allowed with --camera all", view.height));
+  }
+  view.width = view.height / 2 * 3;
+}
+
+// Fills in what was not given, in terms of what was.
+RecordOptions completed(RecordOptions options) {
+  const std::string extension = extension_of(options.out);
+  const bool picture = extension == ".png";
+  if (!picture && extension != ".gif" && extension != ".mp4") {
+    refuse(fmt::format("--out: '{}' given, a name that ends in .png, .gif or .mp4 allowed",
+                       options.out));
+  }
+  if (!picture && (options.sheet > 0 || !options.at.empty())) {
+    refuse(fmt::format("--at, --sheet: pictures of single steps; --out: '{}' given, .png allowed",
+                       options.out));
+  }
+  if (picture && options.frames_per_second > 0) refuse("--fps: videos only; a .png stands still");
+  if (options.view.overlays && (options.view.camera == "base" || options.view.camera == "hand")) {
+    refuse(fmt::format("--overlays: human views only; --camera: '{}' given, render|all allowed",
+                       options.view.camera));
+  }
+  if (options.frames_per_second == 0) options.frames_per_second = kFramesPerSecond;
+  if (options.at.empty()) options.at = {0};
+  std::sort(options.at.begin(), options.at.end());
+  complete_size(options);
+  options.env.obs_mode = ObsMode::kNone;
+  options.env.auto_reset = AutoReset::kOff;  // the last frame is that of the last step
+  return options;
+}
+
+void run(const RecordOptions& given) {
+  const RecordOptions options = completed(given);
+  const bool picture = extension_of(options.out) == ".png";
+  const Report report = picture ? record_pictures(options) : record_video(options);
+  if (options.json) {
+    print(to_text(Json{
+        {"out", options.out}, {"frames", report.frames}, {"success_once", report.success_once}}));
+    return;
+  }
+  print(fmt::format("{}: {} of {}, {} x {} pixels, {}\n", options.out,
+                    report.frames == 1 ? "1 frame" : fmt::format("{} frames", report.frames),
+                    options.id, report.width, report.height,
+                    report.success_once ? "success" : "no success"));
+}
+
+void add_camera(CLI::App& app, std::string& camera) {
+  const auto assign = [&camera](const std::string& text) {
+    if (text != "base" && text != "hand" && text != "render" && text != "all") {
+      refuse(fmt::format("--camera: '{}' given, base|hand|render|all allowed", text));
+    }
+    camera = text;
+  };
+  app.add_option_function<std::string>(
+         "--camera", assign, "One view, or all: the human view beside both sensors, 3 : 2")
+      ->type_name("base|hand|render|all")
+      ->default_str(camera);
+}
+
+void add_moments(CLI::App& app, RecordOptions& options) {
+  const auto assign = [&options](const std::string& text) {
+    for (std::size_t begin = 0; begin <= text.size();) {
+      const std::size_t comma = std::min(text.find(',', begin), text.size());
+      options.at.push_back(parse_int("--at", text.substr(begin, comma - begin), 0, 1'000'000));
+      begin = comma + 1;
+    }
+    if (options.at.size() > kMaxSheet) {
+      refuse(fmt::format("--at: {} steps given, at most {} allowed", options.at.size(), kMaxSheet));
+    }
+  };
+  CLI::Option* at = app.add_option_function<std::string>(
+      "--at", assign, ".png: after that many steps; of several, a sheet of pictures");
+  at->type_name("STEP,...")->default_str("0");
+  add_int(app, "--sheet", options.sheet, 1, kMaxSheet,
+          ".png: a sheet of N pictures from the first step to the last")
+      ->default_str("")
+      ->excludes(at);
+}
+
+void add_view(CLI::App& app, RecordOptions& options) {
+  add_camera(app, options.view.camera);
+  app.add_flag("--overlays", options.view.overlays,
+               "Step, reward and what there is to remember over the human view");
+  CLI::Option* size =
+      add_int(app, "--size", options.size, 1, kMaxSize, "Height in pixels, and width of one camera")
+          ->default_str(fmt::format("{}, {} in sheets", kSize, kSheetSize));
+  for (const auto& [name, value] :
+       {std::pair{"--width", &options.view.width}, {"--height", &options.view.height}}) {
+    add_int(app, name, *value, 1, kMaxSize, "Pixels of one camera")
+        ->default_str("")
+        ->excludes(size);
+  }
+  add_int(app, "--sensor-size", options.view.sensor_size, 1, kMaxSize,
+          "--camera all: pixels of the sensors, enlarged; 128 shows what policies see")
+      ->default_str("");
+  add_renderer(app, options.env.image_options);
+  options.env.image_options.shadows = true;
+  options.env.image_options.antialias = true;
+  app.add_flag_callback(
+      "--no-shadows", [&options] { options.env.image_options.shadows = false; }, "Faster");
+}
+
+}  // namespace
+
+void add_record_command(CLI::App& app) {
+  static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kRandom, Policy::kOracle,
+                                         Policy::kBlind};
+  const auto options = std::make_shared<RecordOptions>();
+  CLI::App* command = app.add_subcommand("record", "Picture or video of an episode");
+  command->add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
+      ->required()
+      ->type_name("ID");
+  command->add_option("--out", options->out, "File to write: .png, .gif or .mp4")
+      ->required()
+      ->type_name("FILE");
+  add_view(*command, *options);
+  add_moments(*command, *options);
+  add_int(*command, "--fps", options->frames_per_second, 1, 240,
+          "Videos: frames per second, one for each step (.gif: at most 50)")
+      ->default_str(std::to_string(kFramesPerSecond));
+  add_int(*command, "--steps", options->steps, 1, 1'000'000, "Control steps, at most")
+      ->type_name("T")
+      ->default_str("to the end of the episode");
+  add_seed(*command, options->env.seed, "Of the episode");
+  add_policy(*command, options->policy, kPolicies);
+  add_env_options(*command, options->env);
+  command->remove_option(command->get_option("--auto-reset"));  // there is one episode
+  add_json(*command, options->json);
+  command->footer(
+      "Videos have a frame of the beginning and one after every step. success_once is that of the "
+      "steps taken: a single picture ends with its own, sheets and videos with the episode.");
+  command->final_callback([options] { run(*options); });
+}
+
+}  // namespace engram::apps

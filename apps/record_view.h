@@ -1,0 +1,49 @@
+// What `engram record` shows: one camera, or the human view beside both sensors, for one
+// environment of a batch.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engram/engram.h"
+#include "engram/media.h"
+
+namespace engram::apps {
+
+struct ViewOptions {
+  std::string camera = "all";  // base, hand, render or all
+  int width = 0;               // pixels of a single camera; of all: three halves of the height
+  int height = 0;
+  int sensor_size = 0;  // of all: pixels that sensors draw, enlarged to their panels; 0: as large
+  bool overlays = false;
+};
+
+class View {
+ public:
+  // Both outlive the view; `task` is the one that drives the batch.
+  View(VectorEnv& env, const Task& task, const ViewOptions& options);
+
+  int width() const { return options_.width; }
+  int height() const { return options_.height; }
+  // The batch's first environment as it is now: (height, width, 3).
+  std::vector<std::uint8_t> draw();
+
+ private:
+  struct Panel {
+    int x, y, side;  // pixels
+  };
+
+  void draw_camera(const std::string& name, int width, int height);
+  void draw_overlays(int width, int height, Canvas& canvas) const;
+  void draw_panel(const std::string& camera, const std::string& label, const Panel& panel,
+                  Canvas& canvas);
+
+  VectorEnv* env_;
+  const Task* task_;
+  ViewOptions options_;
+  std::vector<std::uint8_t> rgb_;  // of the last camera
+};
+
+}  // namespace engram::apps

@@ -1,0 +1,67 @@
+// What the suites share: batches that run.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "api/engram/engram.h"
+#include "bench/interleave.h"
+
+namespace engram::bench {
+
+inline constexpr const char* kMainId = "RememberColor9-VLA-v0";
+
+inline std::vector<std::string> ids_or(const Options& options,
+                                       const std::vector<std::string>& usual) {
+  return options.ids.empty() ? usual : options.ids;
+}
+
+inline int envs_or(const Options& options, int usual) {
+  return options.num_envs > 0 ? options.num_envs : usual;
+}
+
+inline Row make_row(std::string name, std::string unit, std::string baseline,
+                    const Comparison& result, int rounds) {
+  return {std::move(name), result.value, std::move(unit), std::move(baseline),
+          result.baseline, result.ratio, rounds};
+}
+
+// A batch with actions of a policy at hand.
+struct Rollout {
+  std::unique_ptr<VectorEnv> env;
+  std::vector<float> actions;
+  Policy policy;
+
+  Rollout(const std::string& id, const EnvOptions& options, Policy chosen)
+      : env(make(id, options)), policy(chosen) {
+    actions.resize(static_cast<std::size_t>(env->num_envs() * env->action_dim()));
+    env->reset();
+  }
+
+  void choose() { env->act(policy, actions); }
+  double step_seconds() {
+    return seconds([this] { env->step(actions); });
+  }
+  // Environment steps per second over `steps` control steps; choosing actions is not timed.
+  double rate(int steps) {
+    double spent = 0;
+    for (int i = 0; i < steps; ++i) {
+      choose();
+      spent += step_seconds();
+    }
+    return steps * env->num_envs() / spent;
+  }
+};
+
+inline EnvOptions batch(int num_envs, int threads) {
+  EnvOptions options;
+  options.num_envs = num_envs;
+  options.threads = threads;
+  options.seed = 1;
+  // Same-step resets, so that every step is a step of every environment.
+  options.auto_reset = AutoReset::kSameStep;
+  return options;
+}
+
+}  // namespace engram::bench

@@ -1,0 +1,195 @@
+// `engram record`: its files, its JSON and its refusals.
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "tests/apps/command.h"
+#include "tests/render/video_reader.h"
+
+namespace engram::tests {
+namespace {
+
+using test::read_video;
+using test::ReadFrame;
+using test::ReadVideo;
+
+constexpr const char* kId = "RememberColor3-VLA-v0";
+
+std::string arguments(const std::filesystem::path& out, const std::string& options) {
+  return std::string("record ") + kId + " --no-shadows --out '" + out.string() + "' " + options;
+}
+
+// Records and decodes.
+ReadVideo record(const std::filesystem::path& out, const std::string& options) {
+  const Json report = engram_command(arguments(out, options + " --json")).json();
+  CHECK(keys_of(report) == std::vector<std::string>{"out", "frames", "success_once"});
+  CHECK(report["out"] == out.string());
+  return read_video(out.string());
+}
+
+std::size_t files_in(const std::filesystem::path& folder) {
+  const std::filesystem::directory_iterator files(folder);
+  return static_cast<std::size_t>(std::distance(begin(files), end(files)));
+}
+
+bool saturated(const Color& color) {
+  const int low = std::min({color.red, color.green, color.blue});
+  const int high = std::max({color.red, color.green, color.blue});
+  return high > 150 && low < 40;
+}
+
+}  // namespace
+
+TEST_CASE("record: videos have a frame of the beginning and one after every step", "[apps]") {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.mp4", "a.gif"}) {
+    const auto out = folder.path() / name;
+    const Json report = engram_command(arguments(out, "--size 64 --json")).json();
+    CHECK(report["frames"] == 26);
+    CHECK(report["success_once"] == true);
+    const ReadVideo video = read_video(out.string());
+    REQUIRE(video.frames.size() == 26);
+    CHECK(video.frames[0].width == 96);
+    CHECK(video.frames[0].height == 64);
+    CHECK(video.rate == Approx(30).epsilon(0.1));
+  }
+  CHECK(record(folder.path() / "b.mp4", "--camera base --size 64 --steps 4 --fps 10").rate == 10);
+  CHECK(read_video((folder.path() / "b.mp4").string()).frames.size() == 5);
+  CHECK(files_in(folder.path()) == 3);
+}
+
+TEST_CASE("record: every camera, at every size", "[apps]") {
+  const TemporaryFolder folder;
+  for (const char* camera : {"base", "hand", "render"}) {
+    const auto out = folder.path() / (std::string(camera) + ".png");
+    const ReadVideo picture = record(out, std::string("--width 33 --height 21 --camera ") + camera);
+    REQUIRE(picture.frames.size() == 1);
+    CHECK(picture.frames[0].width == 33);
+    CHECK(picture.frames[0].height == 21);
+  }
+  CHECK(read_file(folder.path() / "base.png") != read_file(folder.path() / "hand.png"));
+  CHECK(read_file(folder.path() / "base.png") != read_file(folder.path() / "render.png"));
+  const ReadVideo standard = record(folder.path() / "all.png", "");
+  CHECK(standard.frames[0].width == 768);
+  CHECK(standard.frames[0].height == 512);
+}
+
+TEST_CASE("record: the composition shows the cameras where they belong", "[apps]") {
+  const TemporaryFolder folder;
+  const ReadFrame all = record(folder.path() / "all.png", "--size 128").frames.at(0);
+  const struct {
+    const char* camera;
+    int size, left, top;
+  } parts[] = {{"render", 128, 0, 0}, {"base", 64, 128, 0}, {"hand", 64, 128, 64}};
+  for (const auto& part : parts) {
+    const auto out = folder.path() / "part.png";
+    const ReadFrame single =
+        record(out, std::string("--camera ") + part.camera + " --size " + std::to_string(part.size))
+            .frames.at(0);
+    int same = 0;
+    for (int y = 0; y < part.size; ++y) {
+      for (int x = 0; x < part.size; ++x) {
+        if (single.at(x, y) == all.at(part.left + x, part.top + y)) ++same;
+      }
+    }
+    INFO(part.camera);
+    const int pixels = part.size * part.size;
+    // Labels cover some of the sensors.
+    CHECK(same <= (part.left == 0 ? pixels : pixels - 20));
+    CHECK(same >= (part.left == 0 ? pixels : pixels * 9 / 10));
+  }
+  const ReadFrame coarse =
+      record(folder.path() / "coarse.png", "--size 128 --sensor-size 16").frames.at(0);
+  CHECK(coarse.rgb != all.rgb);
+  CHECK(coarse.at(20, 100) == all.at(20, 100));
+}
+
+TEST_CASE("record: overlays tell step, reward and target", "[apps]") {
+  const TemporaryFolder folder;
+  const std::string options = "--camera render --overlays --pin target=1";
+  const ReadFrame first = record(folder.path() / "a.png", options).frames.at(0);
+  CHECK(first.at(141, 49) == Color{0, 255, 0});
+  CHECK(first.at(130, 49) == kWhite);
+  const ReadFrame bare =
+      record(folder.path() / "b.png", "--camera render --pin target=1").frames.at(0);
+  CHECK_FALSE(saturated(bare.at(141, 49)));
+  int below = 0;  // nothing is drawn there
+  for (int x = 0; x < 512; ++x) below += first.at(x, 200) == bare.at(x, 200) ? 1 : 0;
+  CHECK(below == 512);
+}
+
+TEST_CASE("record: pictures of moments, and sheets of them", "[apps]") {
+  const TemporaryFolder folder;
+  const std::string base = "--camera base --size 40 ";
+  const ReadFrame sheet = record(folder.path() / "at.png", base + "--at 0,9,2,25").frames.at(0);
+  CHECK(sheet.width == 120);
+  CHECK(sheet.height == 80);
+  const ReadFrame second = record(folder.path() / "two.png", base + "--at 2").frames.at(0);
+  CHECK(second.at(20, 30) == sheet.at(60, 30));
+  CHECK(second.at(5, 5) == sheet.at(45, 5));
+  CHECK(sheet.at(100, 60) == kBlack);  // no picture there
+
+  const auto out = folder.path() / "sheet.png";
+  const Json report = engram_command(arguments(out, base + "--sheet 6 --json")).json();
+  CHECK(report["frames"] == 6);
+  CHECK(report["success_once"] == true);
+  CHECK(read_video(out.string()).frames.at(0).width == 120);
+}
+
+TEST_CASE("record: the same arguments give the same bytes, another seed others", "[apps]") {
+  const TemporaryFolder folder;
+  const std::string options = "--camera base --size 64 --steps 6 --seed ";
+  record(folder.path() / "a.mp4", options + "4");
+  record(folder.path() / "b.mp4", options + "4");
+  record(folder.path() / "c.mp4", options + "5");
+  CHECK(read_file(folder.path() / "a.mp4") == read_file(folder.path() / "b.mp4"));
+  CHECK(read_file(folder.path() / "a.mp4") != read_file(folder.path() / "c.mp4"));
+}
+
+TEST_CASE("record: refusals are one line and leave nothing behind", "[apps]") {
+  const TemporaryFolder folder;
+  const auto refuse = [&](const char* name, const std::string& options, int code,
+                          const std::string& words) {
+    require_refusal(arguments(folder.path() / name, options), code, words);
+    CHECK(files_in(folder.path()) == 0);
+  };
+  require_refusal(std::string("record ") + kId, 2, "--out");
+  refuse("a.avi", "", 2, ".png, .gif or .mp4");
+  refuse("a.png", "--camera top", 2, "base|hand|render|all");
+  refuse("a.png", "--size 0", 2, "1 to 4096");
+  refuse("a.png", "--camera base --width 4097", 2, "1 to 4096");
+  refuse("a.mp4", "--size 510", 2, "multiples of 4");
+  refuse("a.mp4", "--camera base --size 127", 2, "even");
+  refuse("a.gif", "--fps 60", 2, "1 to 50");
+  refuse("a.png", "--fps 60", 2, "videos only");
+  refuse("a.png", "--width 64", 2, "--size");
+  refuse("a.png", "--camera base --size 64 --width 64", 2, "--size");
+  refuse("a.png", "--camera base --overlays", 2, "render|all");
+  refuse("a.png", "--camera base --sensor-size 64", 2, "--camera all");
+  refuse("a.png", "--at 26", 2, "ends with step 25");
+  refuse("a.png", "--at 2,", 2, "whole number");
+  refuse("a.png", "--sheet 61", 2, "1 to 60");
+  refuse("a.mp4", "--sheet 2", 2, ".png allowed");
+  refuse("a.mp4", "--renderer vulkan", 2, "cpu or egl");
+  refuse("a.mp4", "--auto-reset off", 2, "--auto-reset");
+  refuse("a.mp4", "--pin target=3", 2, "target");
+  refuse("a.mp4", "--control-mode pd_joint_pos", 2, "pd_ee_delta_pose");
+  for (const char* name : {"nowhere/a.png", "nowhere/a.gif", "nowhere/a.mp4"}) {
+    refuse(name, "--size 64", 1, name);
+  }
+}
+
+TEST_CASE("record: a full disk leaves the old file as it was", "[apps]") {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.png", "a.gif", "a.mp4"}) {
+    const auto out = folder.path() / name;
+    std::ofstream(out) << "old";
+    // No file may grow beyond 8 blocks of 512 bytes.
+    const std::string line = std::string("(trap '' XFSZ; ulimit -f 8; '") + ENGRAM_CLI + "' " +
+                             arguments(out, "--size 128") + " 2>&1) | grep -q '" + name + "'";
+    CHECK(std::system(line.c_str()) == 0);
+    CHECK(read_file(out) == "old");
+  }
+  CHECK(files_in(folder.path()) == 3);
+}
+
+}  // namespace engram::tests

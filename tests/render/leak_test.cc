@@ -1,0 +1,73 @@
+// What the cue has shown must not be told by any later picture: else memory would not be needed.
+#include <catch2/catch.hpp>
+
+#include "engram/engram.h"
+#include "tests/env_helpers.h"
+
+namespace {
+
+using namespace engram;
+
+constexpr int kEpisodes = 3;
+constexpr const char* kCameras[] = {"base_camera", "hand_camera", "render_camera"};
+
+// A batch whose environments share a seed, the hidden draw aside.
+std::unique_ptr<VectorEnv> make_hiding(const std::string& id, std::uint64_t seed, double hidden) {
+  EnvOptions options;
+  options.seed = seed;
+  options.threads = 1;
+  options.auto_reset = AutoReset::kOff;
+  auto env = make(id, options);
+  const std::vector<Pin> pins = {{env->info().hidden_draw, {hidden}}};
+  env->reset({.mask = {}, .seeds = {}, .pins = &pins});
+  return env;
+}
+
+const Draw& hidden_draw(const std::string& id) {
+  static std::unique_ptr<Task> task;
+  task = make_task(id);
+  for (const Draw& draw : task->info().draws) {
+    if (draw.name == task->info().hidden_draw) return draw;
+  }
+  FAIL("task " << id << " does not say what it hides");
+  throw;
+}
+
+int differing_pixels(VectorEnv& a, VectorEnv& b, const char* camera) {
+  std::vector<std::uint8_t> first(128 * 128 * 3);
+  std::vector<std::uint8_t> second(first.size());
+  a.render(0, camera, 128, 128, first);
+  b.render(0, camera, 128, 128, second);
+  int count = 0;
+  for (std::size_t i = 0; i < first.size(); i += 3) {
+    count += std::equal(&first[i], &first[i] + 3, &second[i]) ? 0 : 1;
+  }
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("No picture after the cue tells what was shown", "[render][long]") {
+  for (const std::string& id : test::implemented_ids()) {
+    const Draw draw = hidden_draw(id);
+    for (std::uint64_t seed = 0; seed < kEpisodes; ++seed) {
+      INFO(id << ", seed " << seed);
+      const auto one = make_hiding(id, seed, draw.low);
+      const auto other = make_hiding(id, seed, draw.high);
+      const std::vector<float> rest = test::zeros(*one);
+
+      // While the cue is on, a person sees the difference.
+      int seen = 0;
+      for (; one->state().elapsed[0] < one->cue_end(0); one->step(rest), other->step(rest)) {
+        seen = std::max(seen, differing_pixels(*one, *other, "base_camera"));
+      }
+      CHECK(seen >= 10);
+      // Afterwards there is none, in any camera.
+      for (; one->state().finished[0] == 0; one->step(rest), other->step(rest)) {
+        for (const char* camera : kCameras) {
+          REQUIRE(differing_pixels(*one, *other, camera) == 0);
+        }
+      }
+    }
+  }
+}
