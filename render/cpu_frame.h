@@ -83,6 +83,10 @@ struct Surface {
   Form toward[kMaxLights];     // part of the normal towards the light
   Form axes[3];                // ellipsoid: normal; patterns: coordinates along, across
   Affine plane;                // patterns: w
+  // Patterns: how fast a coordinate changes. (a u + b v + c) / w has the derivatives
+  // (spread[0] v + spread[1]) / w^2 by u and (spread[2] - spread[0] u) / w^2 by v: in the numerator
+  // of each, the variable itself cancels out.
+  float spread[2][3];
 };
 
 // A picture of the wood's brightness, 0..255, in ever coarser levels.

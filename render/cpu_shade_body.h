@@ -59,21 +59,16 @@ struct Footprint {
 
 ENGRAM_INLINE float larger(float a, float b) { return a > b ? a : b; }
 
-// The derivative of (a u + b v + c) / w by u is (a w - pa (a u + b v + c)) / w^2, in whose
-// numerator u cancels out; likewise for v.
-ENGRAM_INLINE float footprint_of(const Form& f, const Affine& plane, float u, float v) {
-  const float twist = f.a * plane.b - f.b * plane.a;
-  const float by_u = twist * v + (f.a * plane.c - f.c * plane.a);
-  const float by_v = (f.b * plane.c - f.c * plane.b) - twist * u;
-  return larger(__builtin_fabsf(by_u), __builtin_fabsf(by_v));
+ENGRAM_INLINE float footprint_of(const float (&spread)[3], float u, float v) {
+  return larger(__builtin_fabsf(spread[0] * v + spread[1]),
+                __builtin_fabsf(spread[2] - spread[0] * u));
 }
 
 ENGRAM_INLINE Footprint measure(const Frame& frame, const Surface& s, const Pixels& p) {
   const float u = frame.u[(p.x & -kBlock) + kBlock / 2];
   const float w = larger(s.plane.a * u + (s.plane.b * p.v + s.plane.c), frame.far_w);
   const float scale = frame.pixel / (w * w);
-  return {footprint_of(s.axes[0], s.plane, u, p.v) * scale,
-          footprint_of(s.axes[1], s.plane, u, p.v) * scale};
+  return {footprint_of(s.spread[0], u, p.v) * scale, footprint_of(s.spread[1], u, p.v) * scale};
 }
 
 // Whole number below scale times the form, give or take one unit in the last place.

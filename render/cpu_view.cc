@@ -47,7 +47,7 @@ const Frame& View::look(const RenderInstances& instances, int camera, int width,
   add_background();
   for (std::size_t i = 0; i < prepared_->scene.geoms.size(); ++i) {
     if (instances.geom_visible != nullptr && instances.geom_visible[i] == 0) continue;
-    if (instances.geom_rgba[4 * i + 3] > 0) add(place(instances, i));
+    if (instances.geom_rgba[4 * i + 3] > 0 && may_show(instances, i)) add(place(instances, i));
   }
 
   // From near to far, so that little is drawn over; in a fixed order where that leaves a choice.
@@ -106,6 +106,41 @@ void View::add_background() {
     background.constant[k] = level;
     background.packed |= static_cast<std::uint32_t>(std::lrint(level)) << (8 * k);
   }
+}
+
+bool View::may_show(const RenderInstances& instances, std::size_t index) const {
+  if (frame_.shadows) return true;  // what is out of sight may cast some
+  const RenderGeom& geom = prepared_->scene.geoms[index];
+  double radius = 0;
+  switch (geom.shape) {
+    case RenderShape::kSphere:
+      radius = geom.size[0];
+      break;
+    case RenderShape::kCapsule:
+      radius = geom.size[0] + geom.size[1];
+      break;
+    case RenderShape::kCylinder:
+      radius = std::hypot(geom.size[0], geom.size[1]);
+      break;
+    case RenderShape::kEllipsoid:
+      radius = std::max(geom.size[0], std::max(geom.size[1], geom.size[2]));
+      break;
+    case RenderShape::kBox:
+      radius = std::hypot(geom.size[0], geom.size[1], geom.size[2]);
+      break;
+    case RenderShape::kPlane:
+    case RenderShape::kMesh:
+      return true;
+  }
+  radius = 1.001 * radius + 1e-6;
+  const float* position = instances.geom_pose + 12 * index + 9;
+  const Eigen::Vector3d center =
+      world_to_camera_ * (Eigen::Map<const Eigen::Vector3f>(position).cast<double>() - eye_);
+  // Distances to the near plane and to the four sides of what the camera sees.
+  const double side_u = radius * std::sqrt(1 + half_u_ * half_u_);
+  const double side_v = radius * std::sqrt(1 + half_v_ * half_v_);
+  return !(center.z() + radius < near_ || std::abs(center.x()) - half_u_ * center.z() > side_u ||
+           std::abs(center.y()) - half_v_ * center.z() > side_v);
 }
 
 Placed View::place(const RenderInstances& instances, std::size_t index) const {

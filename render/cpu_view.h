@@ -45,6 +45,8 @@ class View {
   void aim(const RenderCamera& camera, const float* pose, int width, int height);
   void set_lights();
   void add_background();
+  // False only if the geom's bounding ball is out of sight.
+  bool may_show(const RenderInstances& instances, std::size_t index) const;
   Placed place(const RenderInstances& instances, std::size_t index) const;
   void add(const Placed& placed);
 

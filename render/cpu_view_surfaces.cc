@@ -75,6 +75,12 @@ void View::add_patterned(const Placed& placed, const Vector3d& normal, const Aff
   surface.plane = plane;
   surface.axes[0] = form_of(placed.axes.col(along), placed.center);
   surface.axes[1] = form_of(placed.axes.col(across), placed.center);
+  for (int i = 0; i < 2; ++i) {
+    const Form& form = surface.axes[i];
+    surface.spread[i][0] = form.a * plane.b - form.b * plane.a;
+    surface.spread[i][1] = form.a * plane.c - form.c * plane.a;
+    surface.spread[i][2] = form.b * plane.c - form.c * plane.b;
+  }
 }
 
 // Surfaces whose normal is an affine function of the point: normal_of (p - center).
