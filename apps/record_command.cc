@@ -57,9 +57,11 @@ class Episode {
  public:
   explicit Episode(const RecordOptions& options)
       : policy_(options.policy), max_steps_(options.steps) {
-    std::unique_ptr<Task> task = make_task(options.id);
-    task_ = task.get();
-    env_ = std::make_unique<VectorEnv>(std::move(task), options.env, make_document_source);
+    EnvOptions env = options.env;
+    env.image_options.renderer = env.render_options.renderer;
+    // Sensors at their own size are what policies see; larger ones are for people.
+    env.image_options.antialias = options.view.sensor_size == 0;
+    env_ = make(options.id, env);
     actions_.resize(static_cast<std::size_t>(env_->action_dim()));
     if (max_steps_ == 0) max_steps_ = env_->info().horizon;
     max_steps_ = std::min(max_steps_, env_->info().horizon);
@@ -67,7 +69,6 @@ class Episode {
   }
 
   VectorEnv& env() { return *env_; }
-  const Task& task() const { return *task_; }
   int steps() const { return env_->state().elapsed[0]; }
   int max_steps() const { return max_steps_; }
   bool over() const {
@@ -83,7 +84,6 @@ class Episode {
  private:
   Policy policy_;
   int max_steps_;
-  const Task* task_ = nullptr;  // env_'s
   std::unique_ptr<VectorEnv> env_;
   std::vector<float> actions_;
 };
@@ -123,7 +123,7 @@ class Interruption {
 
 Report record_video(const RecordOptions& options) {
   Episode episode(options);
-  View view(episode.env(), episode.task(), options.view);
+  View view(episode.env(), options.view);
   const Interruption interruption;
   VideoWriter video(options.out, view.width(), view.height(), options.frames_per_second);
   Progress progress("record", "frames");
@@ -165,7 +165,7 @@ bool play_until(int step, Episode& episode) {
 Report record_pictures(const RecordOptions& options) {
   const std::vector<int> moments = moments_of(options);
   Episode episode(options);
-  View view(episode.env(), episode.task(), options.view);
+  View view(episode.env(), options.view);
   const auto count = static_cast<int>(moments.size());
   const int columns = std::min(count, kSheetColumns);
   const int rows = (count + columns - 1) / columns;
@@ -300,11 +300,9 @@ void add_view(CLI::App& app, RecordOptions& options) {
   add_int(app, "--sensor-size", options.view.sensor_size, 1, kMaxSize,
           "--camera all: pixels of the sensors, enlarged; 128 shows what policies see")
       ->default_str("");
-  add_renderer(app, options.env.image_options);
-  options.env.image_options.shadows = true;
-  options.env.image_options.antialias = true;
+  add_renderer(app, options.env.render_options);
   app.add_flag_callback(
-      "--no-shadows", [&options] { options.env.image_options.shadows = false; }, "Faster");
+      "--no-shadows", [&options] { options.env.render_options.shadows = false; }, "Faster");
 }
 
 }  // namespace

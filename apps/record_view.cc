@@ -9,8 +9,7 @@ std::string camera_name(const std::string& camera) { return camera + "_camera"; 
 
 }  // namespace
 
-View::View(VectorEnv& env, const Task& task, const ViewOptions& options)
-    : env_(&env), task_(&task), options_(options) {}
+View::View(VectorEnv& env, const ViewOptions& options) : env_(&env), options_(options) {}
 
 std::vector<std::uint8_t> View::draw() {
   const bool all = options_.camera == "all";
@@ -35,7 +34,7 @@ void View::draw_camera(const std::string& name, int width, int height) {
 
 void View::draw_overlays(int width, int height, Canvas& canvas) const {
   Overlay overlay = make_overlay(width, height);
-  task_->overlay(0, overlay);
+  env_->overlay(0, overlay);
   add_step(overlay, env_->state().elapsed[0]);
   add_reward(overlay, env_->reward()[0]);
   draw_overlay(overlay, {0, 0}, std::min(width, height), canvas);

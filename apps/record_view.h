@@ -22,8 +22,8 @@ struct ViewOptions {
 
 class View {
  public:
-  // Both outlive the view; `task` is the one that drives the batch.
-  View(VectorEnv& env, const Task& task, const ViewOptions& options);
+  // The batch outlives the view.
+  View(VectorEnv& env, const ViewOptions& options);
 
   int width() const { return options_.width; }
   int height() const { return options_.height; }
@@ -41,7 +41,6 @@ class View {
                   Canvas& canvas);
 
   VectorEnv* env_;
-  const Task* task_;
   ViewOptions options_;
   std::vector<std::uint8_t> rgb_;  // of the last camera
 };

@@ -5,12 +5,6 @@
 #include "core/error.h"
 
 namespace engram {
-namespace {
-
-constexpr int kMaxImageSize = 4096;
-
-}  // namespace
-
 void check_image_size(int width, int height) {
   if (std::min(width, height) >= 1 && std::max(width, height) <= kMaxImageSize) return;
   throw Error(Error::kInvalidArgument, "image size: " + std::to_string(width) + " x " +

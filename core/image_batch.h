@@ -70,7 +70,9 @@ class ImageBatch {
 // Index of a camera. Throws Error naming those that exist.
 int find_camera(const ImageSource& source, std::string_view name);
 
-// Throws Error unless both sides are 1 to 4096 pixels.
+inline constexpr int kMaxImageSize = 4096;  // pixels of either side
+
+// Throws Error unless both sides are 1 to kMaxImageSize pixels.
 void check_image_size(int width, int height);
 
 }  // namespace engram

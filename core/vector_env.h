@@ -12,6 +12,7 @@
 
 #include "core/controller.h"
 #include "core/image_batch.h"
+#include "core/overlay.h"
 #include "core/physics.h"
 #include "core/task.h"
 #include "core/thread_pool.h"
@@ -47,7 +48,9 @@ struct EnvOptions {
   int substeps = 5;            // of 0.01 s per control step; 0 measures everything but physics
   std::vector<Pin> pins = {};  // quantities of every episode that are fixed
   ImageShape images = {};      // of rgb observations
-  ImageSourceOptions image_options = {};  // of rgb observations and of render()
+  ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures
+  // Of render_camera's pictures, which are for people.
+  ImageSourceOptions render_options = {.renderer = "cpu", .shadows = true, .antialias = true};
 };
 
 // Which environments to reset, and how. Empty spans: all environments; seeds and pins as before.
@@ -95,9 +98,10 @@ class VectorEnv {
   // pd_ee_delta_pose. Throws Error if they cannot act or the length is wrong.
   void act(Policy policy, std::span<float> actions);
 
-  // Draws environment `env` as it is now, row 0 on top, with the options' renderer, shadows and
-  // anti-aliasing. camera: "base_camera", "hand_camera" or "render_camera"; sides 1 to 4096 pixels;
-  // rgb: (height, width, 3). Throws Error for anything else, or before the first reset.
+  // Draws environment `env` as it is now, row 0 on top: a sensor as observations show it, or
+  // render_camera with the render_options. camera: "base_camera", "hand_camera" or "render_camera";
+  // sides 1 to 4096 pixels; rgb: (height, width, 3). Throws Error for anything else, or before the
+  // first reset.
   void render(int env, std::string_view camera, int width, int height, std::span<std::uint8_t> rgb);
 
   // Outputs of the last step or reset; N = num_envs.
@@ -121,6 +125,8 @@ class VectorEnv {
   ColumnView final_output(std::string_view name) const;
   const ColumnStore& outputs() const { return outputs_; }
   std::string instruction(int env) const;
+  // Adds what the task writes over pictures for people.
+  void overlay(int env, Overlay& out) const;
   // The number of steps after which nothing shows info().hidden_draw any more.
   int cue_end(int env) const;
 
@@ -174,7 +180,8 @@ class VectorEnv {
   ImageSourceFactory renderers_;
   std::unique_ptr<ImageBatch> images_;  // rgb mode only
   std::unique_ptr<SceneViews> views_;   // what render() draws, from its first call on
-  std::unique_ptr<ImageSource> source_;
+  std::unique_ptr<ImageSource> sensor_source_;
+  std::unique_ptr<ImageSource> render_source_;
 
   ColumnStore memory_;         // everything an environment remembers of its episode
   ColumnStore pin_memory_;     // its pins, which outlive the episode

@@ -4,6 +4,11 @@
 #include "core/vector_env.h"
 
 namespace engram {
+namespace {
+
+constexpr std::string_view kRenderCamera = "render_camera";
+
+}  // namespace
 
 std::span<const std::uint8_t> VectorEnv::rgb() const {
   return images_ ? images_->images() : std::span<const std::uint8_t>{};
@@ -13,6 +18,11 @@ std::span<const std::uint8_t> VectorEnv::final_rgb() const {
   return images_ ? images_->finals() : std::span<const std::uint8_t>{};
 }
 
+void VectorEnv::overlay(int env, Overlay& out) const {
+  check_env(env);
+  task_->overlay(env, out);
+}
+
 void VectorEnv::render(int env, std::string_view camera, int width, int height,
                        std::span<std::uint8_t> rgb) {
   check_env(env);
@@ -20,20 +30,22 @@ void VectorEnv::render(int env, std::string_view camera, int width, int height,
   require_length("image", rgb.size(),
                  3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   if (!started_) throw Error(Error::kBadState, "render before the first reset; reset first");
-  if (!source_) {
+  if (!views_) views_ = std::make_unique<SceneViews>(*model_, 1);
+  const bool for_people = camera == kRenderCamera;
+  std::unique_ptr<ImageSource>& source = for_people ? render_source_ : sensor_source_;
+  if (!source) {
     if (!renderers_) throw Error(Error::kUnavailable, "pictures without a renderer");
-    views_ = std::make_unique<SceneViews>(*model_, 1);
-    ImageSourceOptions options = options_.image_options;
-    options.max_size = 4096;
-    source_ = renderers_(document(), views_->body_names(), options, 1);
+    ImageSourceOptions options = for_people ? options_.render_options : options_.image_options;
+    options.max_size = kMaxImageSize;
+    source = renderers_(document(), views_->body_names(), options, 1);
   }
   RenderImage image;
-  image.camera = find_camera(*source_, camera);
+  image.camera = find_camera(*source, camera);
   image.width = width;
   image.height = height;
   image.rgb = rgb.data();
   image.row_stride = 3 * static_cast<std::ptrdiff_t>(width);
-  source_->render(0, views_->view(0, state_, env), {&image, 1});
+  source->render(0, views_->view(0, state_, env), {&image, 1});
 }
 
 }  // namespace engram

@@ -10,15 +10,13 @@ namespace {
 
 // What a task of that id writes over its first environment.
 Overlay overlay_of(const char* id, double target) {
-  auto task = make_task(id);
-  const Task* kept = task.get();
   EnvOptions options;
   options.threads = 1;
   options.pins = {{"target", {target}}};
-  VectorEnv env(std::move(task), options);
+  VectorEnv env(make_task(id), options);
   env.reset();
   Overlay overlay = make_overlay(512, 512);
-  kept->overlay(0, overlay);
+  env.overlay(0, overlay);
   return overlay;
 }
 
