@@ -109,6 +109,7 @@ std::vector<std::vector<int>> small_casts(const SceneSource& source,
     grouped[source.types[static_cast<std::size_t>(prop)]].push_back(prop);
   }
   std::vector<std::vector<int>> by_type;
+  by_type.reserve(grouped.size());
   for (auto& [type, members] : grouped) by_type.push_back(std::move(members));
 
   std::vector<std::vector<int>> casts;

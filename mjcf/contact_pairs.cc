@@ -69,7 +69,7 @@ void add_pairs(Element& contact, const Side& first, const Side& second, double m
 // Self-collisions that upstream leaves enabled (common 1.3).
 void add_self_pairs(Element& contact) {
   using enum Link;
-  const std::pair<Link, std::vector<Link>> kTable[] = {
+  const std::pair<Link, std::vector<Link>> table[] = {
       {kLink0, {kLink5, kLink6, kLink7, kHand, kCamera, kLeftFinger, kRightFinger}},
       {kLink1, {kLink5, kLink6, kLink7, kHand, kCamera, kLeftFinger, kRightFinger}},
       {kLink2, {kLink5, kLink7, kHand, kCamera, kLeftFinger, kRightFinger}},
@@ -77,7 +77,7 @@ void add_self_pairs(Element& contact) {
       {kLink4, {kCamera}},
       {kLink5, {kCamera, kLeftFinger, kRightFinger}},
   };
-  for (const auto& [link, others] : kTable) {
+  for (const auto& [link, others] : table) {
     for (const Link other : others) add_pairs(contact, side(link), side(other));
   }
 }
