@@ -235,9 +235,11 @@ constexpr std::array<Suite, 7> kSuites = {{{"overhead", run_overhead},
                                            {"create", run_create},
                                            {"render", run_render}}};
 
-constexpr std::array<std::string_view, kSuites.size()> kNames = {kSuites[0].name, kSuites[1].name,
-                                                                 kSuites[2].name, kSuites[3].name,
-                                                                 kSuites[4].name, kSuites[5].name};
+constexpr auto kNames = [] {
+  std::array<std::string_view, kSuites.size()> names;
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = kSuites[i].name;
+  return names;
+}();
 
 }  // namespace
 

@@ -92,7 +92,8 @@ struct Surface {
 // A picture of the wood's brightness, 0..255, in ever coarser levels.
 struct WoodTexture {
   static constexpr int kLevels = 8;
-  static constexpr int kAlong = 512;  // texels of level 0; powers of two
+  static constexpr int kAlongBits = 9;
+  static constexpr int kAlong = 1 << kAlongBits;  // texels of level 0; powers of two
   static constexpr int kAcross = 1024;
   static constexpr float kAlongLength = 2.4F;  // m, then it repeats
   static constexpr float kAcrossLength = 1.2F;

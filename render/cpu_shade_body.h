@@ -92,7 +92,7 @@ ENGRAM_INLINE Float read_wood(const Frame& frame, const Surface& s, const Pixels
   const int across_mask = (WoodTexture::kAcross >> level) - 1;
   const Int along = cell_of(s.axes[0], kAlongScale * shrink, p) & along_mask;
   const Int across = cell_of(s.axes[1], kAcrossScale * shrink, p) & across_mask;
-  const Int at = across * (along_mask + 1) + along;
+  const Int at = (across << (WoodTexture::kAlongBits - level)) + along;
   return to_float(gather_bytes(frame.wood.texels + frame.wood.offset[level], at));
 }
 

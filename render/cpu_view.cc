@@ -198,8 +198,10 @@ void View::add(const Placed& placed) {
 Rect View::to_pixels(const Extent& extent) const {
   // A quarter of a pixel more than needed, so that rounding never cuts a silhouette.
   constexpr double kMargin = 0.25;
-  const auto column = [this](double u) { return (u / half_u_ + 1) * 0.5 * width_ - 0.5; };
-  const auto row = [this](double v) { return (1 - v / half_v_) * 0.5 * height_ - 0.5; };
+  const double columns = 0.5 * width_ / half_u_;
+  const double rows = 0.5 * height_ / half_v_;
+  const auto column = [&](double u) { return u * columns + (0.5 * width_ - 0.5); };
+  const auto row = [&](double v) { return (0.5 * height_ - 0.5) - v * rows; };
   const auto first = [](double at, int size) {
     return static_cast<int>(std::ceil(std::clamp(at - kMargin, 0.0, static_cast<double>(size))));
   };
@@ -224,7 +226,8 @@ Rect View::rect_of_box(const Eigen::Vector3d& center, const Eigen::Matrix3d& hal
   }
   Extent extent;
   const auto include = [&extent](double x, double y, double depth) {
-    const double at[2] = {x / depth, y / depth};
+    const double nearness = 1 / depth;
+    const double at[2] = {x * nearness, y * nearness};
     for (int k = 0; k < 2; ++k) {
       extent.low[k] = std::min(extent.low[k], at[k]);
       extent.high[k] = std::max(extent.high[k], at[k]);
