@@ -76,39 +76,39 @@ Arm::Arm(const mjModel& model) {
   tool_ = pending;
 }
 
-Pose Arm::forward(const double* q) const {
+// Follows the chain; visit(joint, pose) sees each joint's frame.
+template <class Visit>
+Pose Arm::walk(const double* q, const Visit& visit) const {
   Pose pose;
   for (std::size_t i = 0; i < kArmJoints; ++i) {
     pose.pos += pose.quat * links_[i].offset;
     const double half = 0.5 * q[i];
     pose.quat =
         pose.quat * links_[i].rotation * Eigen::Quaterniond(std::cos(half), 0, 0, std::sin(half));
+    visit(i, pose);
   }
   pose.pos += pose.quat * tool_.offset;
   pose.quat = (pose.quat * tool_.rotation).normalized();
   return pose;
 }
 
+Pose Arm::forward(const double* q) const {
+  return walk(q, [](std::size_t, const Pose&) {});
+}
+
 Pose Arm::forward(const double* q, ArmJacobian& jacobian) const {
   std::array<Eigen::Vector3d, kArmJoints> origins;
   std::array<Eigen::Vector3d, kArmJoints> axes;
-  Pose pose;
-  for (std::size_t i = 0; i < kArmJoints; ++i) {
-    pose.pos += pose.quat * links_[i].offset;
-    const double half = 0.5 * q[i];
-    pose.quat =
-        pose.quat * links_[i].rotation * Eigen::Quaterniond(std::cos(half), 0, 0, std::sin(half));
-    origins[i] = pose.pos;
-    axes[i] = pose.quat * Eigen::Vector3d::UnitZ();
-  }
-  pose.pos += pose.quat * tool_.offset;
-  pose.quat = (pose.quat * tool_.rotation).normalized();
+  const Pose tool = walk(q, [&](std::size_t i, const Pose& joint) {
+    origins[i] = joint.pos;
+    axes[i] = joint.quat * Eigen::Vector3d::UnitZ();
+  });
   for (std::size_t i = 0; i < kArmJoints; ++i) {
     const auto column = static_cast<Eigen::Index>(i);
-    jacobian.col(column).head<3>() = axes[i].cross(pose.pos - origins[i]);
+    jacobian.col(column).head<3>() = axes[i].cross(tool.pos - origins[i]);
     jacobian.col(column).tail<3>() = axes[i];
   }
-  return pose;
+  return tool;
 }
 
 ArmVector Arm::pseudo_inverse_step(const ArmJacobian& jacobian, const Vector6& twist) {

@@ -47,6 +47,9 @@ class Arm {
   bool inverse(const Pose& target, const double* q, ArmVector& q_target) const;
 
  private:
+  template <class Visit>
+  Pose walk(const double* q, const Visit& visit) const;
+
   struct Link {
     Eigen::Vector3d offset;       // from the previous joint's frame
     Eigen::Quaterniond rotation;  // at joint angle zero
