@@ -26,6 +26,18 @@ struct Comparison {
   double ratio = 0;
 };
 
+// Measurements of rounds on their way to a Comparison.
+class Rounds {
+ public:
+  void add(double value, double baseline);
+  Comparison result() const;
+
+ private:
+  std::vector<double> values_;
+  std::vector<double> baselines_;
+  std::vector<double> ratios_;
+};
+
 // Calls both in every round, the order alternating; each returns its measurement. A round before
 // the first warms up and does not count. `done` and `total` place the comparison in the progress
 // of its suite.

@@ -58,17 +58,14 @@ Comparison compare_with_plain(const Options& options, Rollout& rollout, PlainLoo
     }
     return kSteps * rollout.env->num_envs() / spent;
   };
-  std::vector<double> values;
-  std::vector<double> baselines;
-  std::vector<double> ratios;
+  Rounds rounds;
   both();
   for (int round = 0; round < options.rounds; ++round) {
-    values.push_back(both());
-    baselines.push_back(kSteps * rollout.env->num_envs() / plain_seconds);
-    ratios.push_back(values.back() / baselines.back());
+    const double rate = both();
+    rounds.add(rate, kSteps * rollout.env->num_envs() / plain_seconds);
     if (options.progress) options.progress((done + (round + 1.0) / options.rounds) / total);
   }
-  return {median(values), median(baselines), median(ratios)};
+  return rounds.result();
 }
 
 std::vector<Row> run_physics(const Options& options) {

@@ -25,7 +25,7 @@ inline void compose_dynamics(const mjModel* m, mjData* d) {
   mj_fwdActuation(m, d);
   mj_fwdAcceleration(m, d);
   mj_fwdConstraint(m, d);
-  // integration, joint damping taken implicitly
+  // integration
   mj_Euler(m, d);
 }
 

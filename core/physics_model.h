@@ -25,7 +25,7 @@ struct PropModel {
 // force = clamp(stiffness (target - q) - damping qvel, -limit, limit)
 struct DriveLaw {
   double stiffness = 0;  // N m/rad, N/m
-  double damping = 0;    // N m s/rad, N s/m; in the joints, where it is integrated implicitly
+  double damping = 0;    // N m s/rad, N s/m; taken implicitly (scene_model.cc)
   double limit = 0;      // N m, N
 };
 

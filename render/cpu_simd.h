@@ -151,10 +151,6 @@ ENGRAM_INLINE Float abs(Float a) { return Float(Int(a) & 0x7fffffff); }
 ENGRAM_INLINE Float clamp(Float a, float low, float high) {
   return min(max(a, splat(low)), splat(high));
 }
-ENGRAM_INLINE Int floor(Float a) {
-  const Int whole = truncate(a);
-  return select(less(a, to_float(whole)), whole - 1, whole);
-}
 
 // Bytes at these offsets; up to three bytes beyond each are read.
 ENGRAM_INLINE Int gather_bytes(const std::uint8_t* from, Int offsets) {

@@ -14,15 +14,10 @@
 
 #include "core/error.h"
 #include "render/egl_renderer.h"
+#include "tests/render/has_egl.h"
 
 namespace engram {
 namespace {
-
-bool has_egl() {
-  static const EglInfo info = query_egl();
-  if (!info.available) WARN("skipped: " << info.problem);
-  return info.available;
-}
 
 // Clears a small framebuffer to a colour and reads it back.
 int draw_level(const EglContext& context, int level) {

@@ -14,16 +14,10 @@
 #include "core/error.h"
 #include "render/cpu_renderer.h"
 #include "render/egl_context.h"
+#include "tests/render/has_egl.h"
 
 namespace engram {
 namespace {
-
-// Says so and returns false where pictures cannot be drawn.
-bool has_egl() {
-  static const EglInfo info = query_egl();
-  if (!info.available) WARN("skipped: " << info.problem);
-  return info.available;
-}
 
 RenderMesh octahedron() {
   RenderMesh mesh;

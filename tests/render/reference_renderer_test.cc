@@ -16,15 +16,10 @@
 #include "render/mujoco_reference.h"
 #include "render/scene_from_model.h"
 #include "tasks/registry.h"
+#include "tests/render/has_egl.h"
 
 namespace engram {
 namespace {
-
-bool has_egl() {
-  static const EglInfo info = query_egl();
-  if (!info.available) WARN("skipped: " << info.problem);
-  return info.available;
-}
 
 // Fine enough that its polygons do not show at these sizes.
 MujocoReferenceOptions fine() {
