@@ -1,0 +1,14 @@
+// Mass properties of props that are made of solid primitives.
+#pragma once
+
+#include "mjcf/prop.h"
+
+namespace engram::mjcf {
+
+inline constexpr double kDensity = 1000;  // kg/m^3 (common 13)
+
+// Gives a prop the mass, centre of mass and inertia of its primitives (boxes, spheres and
+// cylinders), all of them solid. What two of them share counts twice, as it does in PhysX.
+void set_solid_inertia(Prop& prop, double density = kDensity);
+
+}  // namespace engram::mjcf

@@ -1,0 +1,171 @@
+#include "mjcf/shapes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "mjcf/inertia.h"
+
+namespace engram::mjcf {
+namespace {
+
+// remember 5.1: everything follows from one length.
+constexpr double kScale = 0.02;           // m, SHAPE_SCALE
+constexpr double kThick = 0.75 * kScale;  // width of a cross, thickness of star and t_shape
+constexpr double kThickHalf = 0.5 * kThick;
+constexpr double kPi = std::numbers::pi;
+
+using Primitives = std::vector<Primitive>;
+
+Primitive box(const Vec3& half, const Vec3& pos = {}) {
+  return {.shape = Shape::kBox, .size = half, .pos = pos};
+}
+
+// An upright disc or post.
+Primitive disc(double radius, double half_length, const Vec3& pos = {}) {
+  return {.shape = Shape::kCylinder, .size = {radius, half_length, 0}, .pos = pos};
+}
+
+Vec3 polar(double radius, double angle) {
+  return {radius * std::cos(angle), radius * std::sin(angle), 0};
+}
+
+Primitives cross() {
+  constexpr double kArm = 1.5 * kScale;
+  return {box({kArm, kThickHalf, kThickHalf}), box({kThickHalf, kArm, kThickHalf})};
+}
+
+// A ring of posts on the middles of an octagon's edges; a post is as long as its edge.
+Primitives torus() {
+  constexpr int kSegments = 8;
+  constexpr double kTube = kScale / 2;
+  const double edge_half = kPi / kSegments;
+  Primitives result;
+  for (int i = 0; i < kSegments; ++i) {
+    const double angle = 2 * kPi * (i + 0.5) / kSegments;
+    result.push_back(
+        disc(kTube, kScale * std::sin(edge_half), polar(kScale * std::cos(edge_half), angle)));
+  }
+  return result;
+}
+
+Primitives star() {
+  constexpr int kPoints = 5;
+  constexpr double kArmHalf = 1.5 * kScale / 2;
+  Primitives result;
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = 2 * kPi * i / kPoints;
+    Primitive arm = box({kArmHalf, kThickHalf, kThickHalf}, polar(kArmHalf, angle));
+    arm.quat = {std::cos(angle / 2), 0, 0, std::sin(angle / 2)};
+    result.push_back(arm);
+  }
+  return result;
+}
+
+// Three steps.
+Primitives pyramide() {
+  constexpr double kStepHalf = kScale / 4;
+  Primitives result;
+  double z = 0;
+  for (const double factor : {1.0, 0.7, 0.4}) {
+    const double half = factor * kScale;
+    result.push_back(box({half, half, kStepHalf}, {0, 0, z}));
+    z += 2 * kStepHalf;
+  }
+  return result;
+}
+
+// Lies flat; the origin is the free end of the stem.
+Primitives t_shape() {
+  constexpr double kHeight = 2 * kScale;
+  return {box({kScale, kThickHalf, kThickHalf}, {0, kHeight - kThickHalf, 0}),
+          box({kThickHalf, kHeight / 2, kThickHalf}, {0, kHeight / 2, 0})};
+}
+
+// Two arcs of discs, one segment longer than half circles; the inner arc is invisible.
+Primitives crescent() {
+  constexpr int kSegments = 12;
+  constexpr double kDiscRadius = kScale / 2;
+  constexpr double kThickness = kScale / 2;
+  const double edge_half = kPi / (2 * (kSegments - 1));
+  const auto arc = [&](double radius, double shift, bool visible, Primitives& result) {
+    for (int i = 0; i < kSegments; ++i) {
+      Vec3 pos = polar(radius * std::cos(edge_half), (2 * i + 1) * edge_half);
+      pos[0] += shift;
+      Primitive segment = disc(kDiscRadius, radius * std::sin(edge_half), pos);
+      segment.visible = visible;
+      result.push_back(segment);
+    }
+  };
+  Primitives result;
+  arc(kScale, 0, true, result);
+  arc(kScale - kThickness, 0.7 * kThickness, false, result);
+  return result;
+}
+
+Primitives primitives_of(ObjectShape shape) {
+  switch (shape) {
+    case ObjectShape::kCube:
+      return {box({kScale, kScale, kScale})};
+    case ObjectShape::kSphere:
+      return {{.shape = Shape::kSphere, .size = {kScale, 0, 0}}};
+    case ObjectShape::kCylinder:
+      return {disc(kScale, kScale)};
+    case ObjectShape::kCross:
+      return cross();
+    case ObjectShape::kTorus:
+      return torus();
+    case ObjectShape::kStar:
+      return star();
+    case ObjectShape::kPyramide:
+      return pyramide();
+    case ObjectShape::kTShape:
+      return t_shape();
+    case ObjectShape::kCrescent:
+      return crescent();
+  }
+  return {};
+}
+
+// Lowest point of a primitive that is turned about the vertical at most.
+double bottom(const Primitive& primitive) {
+  switch (primitive.shape) {
+    case Shape::kSphere:
+      return primitive.pos[2] - primitive.size[0];
+    case Shape::kCylinder:
+      return primitive.pos[2] - primitive.size[1];
+    default:
+      return primitive.pos[2] - primitive.size[2];
+  }
+}
+
+double resting_height(const Primitives& primitives) {
+  double lowest = 0;
+  for (const Primitive& primitive : primitives) lowest = std::min(lowest, bottom(primitive));
+  return -lowest;
+}
+
+}  // namespace
+
+std::string_view shape_name(ObjectShape shape) {
+  constexpr std::array<std::string_view, kObjectShapeCount> kNames = {
+      "cube", "sphere", "cylinder", "cross", "torus", "star", "pyramide", "t_shape", "crescent"};
+  return kNames[static_cast<std::size_t>(shape)];
+}
+
+double resting_height(ObjectShape shape) { return resting_height(primitives_of(shape)); }
+
+Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba) {
+  if (shape == ObjectShape::kCube) return cube(name, kScale, rgba);
+  Prop prop;
+  prop.name = name;
+  prop.primitives = primitives_of(shape);
+  for (Primitive& primitive : prop.primitives) primitive.rgba = rgba;
+  set_solid_inertia(prop);
+  prop.pos = {0, 0, resting_height(prop.primitives)};
+  return prop;
+}
+
+}  // namespace engram::mjcf
