@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "mjcf/footing.h"
 #include "mjcf/panda_collision.h"
 #include "mjcf/prop_body.h"
 
@@ -20,9 +21,10 @@ struct Material {
 constexpr Material kHard{};
 constexpr Material kRubber{.friction = 2.0, .patch = 0.1};
 
-// How deep a soft contact lets a resting prop sink. The table's contacts begin that much earlier,
-// so that props rest at the height that the specification gives them, and wake without a jolt.
-constexpr double kSinkage = 5.3e-5;  // m
+// How deep soft contacts let a resting prop sink, whatever it weighs, if it stands on four of them;
+// more contacts share its weight. The table's contacts begin that much earlier, so that props rest
+// at the height that the specification gives them, and wake without a jolt.
+constexpr double kSinkageOnFour = 5.3e-5;  // m
 
 // Contacts of the fingers are harder than the default, with which 30 N of grip would sink 1.5 mm
 // into a cube of 64 g; so it is 0.2 mm. Harder still costs solver iterations.
@@ -96,7 +98,10 @@ void add_prop_pairs(Element& contact, const Prop& prop) {
   for (int i = static_cast<int>(Link::kLink5); i < kLinkCount; ++i) {
     add_pairs(contact, side(static_cast<Link>(i)), own);
   }
-  if (prop.motion == Motion::kFree) add_pairs(contact, {{kTableTop}, kHard}, own, kSinkage);
+  if (prop.motion == Motion::kFree) {
+    const double sinkage = kSinkageOnFour * 4 / standing_contacts(prop);
+    add_pairs(contact, {{kTableTop}, kHard}, own, sinkage);
+  }
 }
 
 }  // namespace

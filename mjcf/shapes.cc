@@ -1,11 +1,11 @@
 #include "mjcf/shapes.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "mjcf/footing.h"
 #include "mjcf/inertia.h"
 
 namespace engram::mjcf {
@@ -84,24 +84,30 @@ Primitives t_shape() {
           box({kThickHalf, kHeight / 2, kThickHalf}, {0, kHeight / 2, 0})};
 }
 
-// Two arcs of discs, one segment longer than half circles; the inner arc is invisible.
-Primitives crescent() {
+// An arc of discs, one segment longer than half a circle.
+Primitives arc(double radius, double shift) {
   constexpr int kSegments = 12;
   constexpr double kDiscRadius = kScale / 2;
-  constexpr double kThickness = kScale / 2;
   const double edge_half = kPi / (2 * (kSegments - 1));
-  const auto arc = [&](double radius, double shift, bool visible, Primitives& result) {
-    for (int i = 0; i < kSegments; ++i) {
-      Vec3 pos = polar(radius * std::cos(edge_half), (2 * i + 1) * edge_half);
-      pos[0] += shift;
-      Primitive segment = disc(kDiscRadius, radius * std::sin(edge_half), pos);
-      segment.visible = visible;
-      result.push_back(segment);
-    }
-  };
   Primitives result;
-  arc(kScale, 0, true, result);
-  arc(kScale - kThickness, 0.7 * kThickness, false, result);
+  for (int i = 0; i < kSegments; ++i) {
+    Vec3 pos = polar(radius * std::cos(edge_half), (2 * i + 1) * edge_half);
+    pos[0] += shift;
+    result.push_back(disc(kDiscRadius, radius * std::sin(edge_half), pos));
+  }
+  return result;
+}
+
+// Two arcs. The inner one is thinner and invisible; it fills the hole of the outer one. All of it
+// that shows beside the outer discs belongs to three of its discs, so the others need not collide.
+Primitives crescent() {
+  constexpr double kThickness = kScale / 2;
+  Primitives inner = arc(kScale - kThickness, 0.7 * kThickness);
+  for (Primitive& segment : inner) segment.visible = segment.collides = false;
+  for (const std::size_t filler : {0, 6, 11}) inner[filler].collides = true;
+
+  Primitives result = arc(kScale, 0);
+  result.insert(result.end(), inner.begin(), inner.end());
   return result;
 }
 
@@ -129,24 +135,6 @@ Primitives primitives_of(ObjectShape shape) {
   return {};
 }
 
-// Lowest point of a primitive that is turned about the vertical at most.
-double bottom(const Primitive& primitive) {
-  switch (primitive.shape) {
-    case Shape::kSphere:
-      return primitive.pos[2] - primitive.size[0];
-    case Shape::kCylinder:
-      return primitive.pos[2] - primitive.size[1];
-    default:
-      return primitive.pos[2] - primitive.size[2];
-  }
-}
-
-double resting_height(const Primitives& primitives) {
-  double lowest = 0;
-  for (const Primitive& primitive : primitives) lowest = std::min(lowest, bottom(primitive));
-  return -lowest;
-}
-
 }  // namespace
 
 std::string_view shape_name(ObjectShape shape) {
@@ -155,7 +143,11 @@ std::string_view shape_name(ObjectShape shape) {
   return kNames[static_cast<std::size_t>(shape)];
 }
 
-double resting_height(ObjectShape shape) { return resting_height(primitives_of(shape)); }
+double resting_height(ObjectShape shape) {
+  Prop prop;
+  prop.primitives = primitives_of(shape);
+  return standing_height(prop);
+}
 
 Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba) {
   if (shape == ObjectShape::kCube) return cube(name, kScale, rgba);
@@ -164,7 +156,7 @@ Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba) {
   prop.primitives = primitives_of(shape);
   for (Primitive& primitive : prop.primitives) primitive.rgba = rgba;
   set_solid_inertia(prop);
-  prop.pos = {0, 0, resting_height(prop.primitives)};
+  prop.pos = {0, 0, standing_height(prop)};
   return prop;
 }
 
