@@ -9,14 +9,15 @@ namespace engram {
 // Everything that follows from qpos alone up to where bodies are.
 inline void compose_kinematics(const mjModel* m, mjData* d) { mj_kinematics(m, d); }
 
-// The rest of the step, from the poses that compose_kinematics left.
-inline void compose_dynamics(const mjModel* m, mjData* d) {
+// The rest of the step, from the poses that compose_kinematics left. `colliding` is the model with
+// the contact pairs to look at (see pair_sieve.h).
+inline void compose_dynamics(const mjModel* m, mjData* d, const mjModel* colliding) {
   // position: inertia, contacts, constraint rows
   mj_comPos(m, d);
   mj_tendon(m, d);
   mj_crb(m, d);
   mj_factorM(m, d);
-  mj_collision(m, d);
+  mj_collision(colliding, d);
   mj_makeConstraint(m, d);
   mj_transmission(m, d);
   mj_projectConstraint(m, d);

@@ -10,9 +10,11 @@
 namespace engram {
 namespace {
 
-// Gap below which a moving body wakes a sleeping one. Zero would do: a contact needs touching
-// bounding spheres, and the test is made at the configuration that collision is computed for.
-constexpr double kWakeGap = 0.002;  // m
+// Gaps below which the robot, or an awake prop, wakes a sleeping one. Zero would do: a contact
+// needs touching geoms, and the test is made at the configuration that collision is computed for.
+// Props may stand a millimetre apart without waking one another.
+constexpr double kWakeGap = 0.002;       // m
+constexpr double kPropWakeGap = 0.0005;  // m
 
 // A free prop that is slower than this for so many control steps, with nothing that moves near
 // it, goes to sleep.
@@ -38,14 +40,9 @@ int count_warnings(const mjData& data) {
   return count;
 }
 
-Eigen::Vector3d bounding_center(const PropModel& prop, const double* pos, const double* quat) {
-  const Eigen::Quaterniond rotation(quat[0], quat[1], quat[2], quat[3]);
-  return Eigen::Map<const Eigen::Vector3d>(pos) + rotation * prop.bounding_center;
-}
-
 bool spheres_near(const Eigen::Vector3d& a, double radius_a, const Eigen::Vector3d& b,
                   double radius_b) {
-  const double reach = radius_a + radius_b + kWakeGap;
+  const double reach = radius_a + radius_b + kPropWakeGap;
   return (a - b).squaredNorm() <= reach * reach;
 }
 
@@ -98,8 +95,7 @@ class Physics::Step {
     bool any_awake = false;
     for (int prop = 0; prop < num_props(); ++prop) {
       PropStatus status = state_.status_of(env_, prop);
-      bench_.centers[at(prop)] = bounding_center(prop_model(prop), state_.prop_pos_of(env_, prop),
-                                                 state_.prop_quat_of(env_, prop));
+      locate(prop, state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop));
       if (status == PropStatus::kAsleep && !options_.sleep && prop_model(prop).free) {
         status = PropStatus::kAwake;
       }
@@ -235,7 +231,8 @@ class Physics::Step {
     }
     apply_drive(model_.drive_law(), drive_, *data_);
     if (scene_index_ > PhysicsModel::kRobotScene) apply_weights();
-    compose_dynamics(scene_->model.get(), data_);
+    PairSieve& sieve = bench_.sieves[at(scene_index_)];
+    compose_dynamics(scene_->model.get(), data_, sieve.near_pairs(*data_));
   }
 
   // --- waking and sleeping ---
@@ -243,7 +240,7 @@ class Physics::Step {
   // Wakes sleeping props that the robot or an awake prop could touch, and brings kinematic props
   // into the scene that the robot could touch. True if the scene changed.
   bool wake_what_is_near() {
-    update_centers();
+    locate_awake();
     const double lowest = lowest_reach();
     bool kinematic = scene_->has_kinematic_props;
     bool changed = false;
@@ -264,13 +261,19 @@ class Physics::Step {
     return changed;
   }
 
-  // Bounding spheres of awake props, where they are now.
-  void update_centers() {
+  void locate(int prop, const double* pos, const double* quat) {
+    Frame& frame = bench_.frames[at(prop)];
+    frame = make_frame(pos, quat);
+    bench_.centers[at(prop)] = frame.pos + frame.axes * prop_model(prop).bounding_center;
+  }
+
+  // Where awake props are now.
+  void locate_awake() {
     if (scene_index_ <= PhysicsModel::kRobotScene) return;
     for (int prop = 0; prop < num_props(); ++prop) {
       if (!is_awake(prop)) continue;
       const mjtNum* qpos = data_->qpos + slot_of(prop).qpos;
-      bench_.centers[at(prop)] = bounding_center(prop_model(prop), qpos, qpos + 3);
+      locate(prop, qpos, qpos + 3);
     }
   }
 
@@ -288,14 +291,22 @@ class Physics::Step {
     const Eigen::Vector3d& center = bench_.centers[at(prop)];
     const double radius = prop_model(prop).bounding_radius + kWakeGap;
     if (center.z() + radius < lowest) return false;
-    return std::any_of(model_.reach_geoms().begin(), model_.reach_geoms().end(), [&](int geom) {
-      return sphere_reaches_geom(*scene_->model, *data_, geom, center, radius);
-    });
+    for (std::size_t i = 0; i < model_.reach_geoms().size(); ++i) {
+      const int geom = model_.reach_geoms()[i];
+      if (sphere_reaches_geom(*scene_->model, *data_, geom, center, radius) &&
+          parts_near(std::span(&model_.reach_boxes()[i], 1), geom_frame(*data_, geom),
+                     prop_model(prop).parts, bench_.frames[at(prop)], kWakeGap)) {
+        return true;
+      }
+    }
+    return false;
   }
 
   bool props_near(int prop, int other) const {
     return spheres_near(bench_.centers[at(prop)], prop_model(prop).bounding_radius,
-                        bench_.centers[at(other)], prop_model(other).bounding_radius);
+                        bench_.centers[at(other)], prop_model(other).bounding_radius) &&
+           parts_near(prop_model(prop).parts, bench_.frames[at(prop)], prop_model(other).parts,
+                      bench_.frames[at(other)], kPropWakeGap);
   }
 
   bool awake_prop_near(int prop) const {
@@ -424,11 +435,13 @@ Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int w
   for (Workbench& bench : workbenches_) {
     for (const SceneModel& scene : model.scenes()) {
       bench.scenes.push_back(make_data(*scene.model));
+      bench.sieves.emplace_back(*scene.model);
     }
     bench.status.resize(props);
     bench.slot.resize(props);
     bench.awake_by_type.resize(static_cast<std::size_t>(model.num_types()));
     bench.motion.resize(props);
+    bench.frames.resize(props);
     bench.centers.resize(props);
     bench.obstacles.reserve(props);
   }

@@ -13,6 +13,7 @@
 #include <array>
 #include <vector>
 
+#include "core/pair_sieve.h"
 #include "core/physics_model.h"
 #include "core/state.h"
 
@@ -62,7 +63,9 @@ class Physics {
     std::vector<int> slot;             // of each awake prop in the present scene
     std::vector<int> awake_by_type;
     std::vector<PropMotion> motion;                // of awake props
-    std::vector<Eigen::Vector3d> centers;          // of bounding spheres, world
+    std::vector<PairSieve> sieves;                 // for every compiled scene
+    std::vector<Frame> frames;                     // of props, world
+    std::vector<Eigen::Vector3d> centers;          // of their bounding spheres, world
     std::vector<RobotBounds::Obstacle> obstacles;  // props that are present
   };
   class Step;  // one control step under way (physics.cc)

@@ -20,7 +20,8 @@ int body_named(const mjModel& model, const std::string& name) {
   return body;
 }
 
-// Sphere around the colliding geoms of a body, in its frame, about the centre of their box.
+// Sphere around the colliding geoms of a body, in its frame, about the centre of their box; and a
+// box around each of them.
 void bound_prop(const mjModel& model, int body, PropModel& prop) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9);
   Eigen::Vector3d high = Eigen::Vector3d::Constant(-1e9);
@@ -37,6 +38,7 @@ void bound_prop(const mjModel& model, int body, PropModel& prop) {
     const Eigen::Map<const Eigen::Vector3d> pos(model.geom_pos + 3 * geom);
     prop.bounding_radius = std::max(prop.bounding_radius,
                                     (pos - prop.bounding_center).norm() + model.geom_rbound[geom]);
+    prop.parts.push_back(enclose_geom(model, geom));
   }
 }
 
@@ -135,6 +137,10 @@ void PhysicsModel::find_reach_geoms(const mjModel& whole) {
   }
   std::sort(reach_geoms_.begin(), reach_geoms_.end());
   reach_geoms_.erase(std::unique(reach_geoms_.begin(), reach_geoms_.end()), reach_geoms_.end());
+  for (const int geom : reach_geoms_) {
+    reach_boxes_.push_back(enclose_geom(whole, geom));
+    reach_boxes_.back().frame = {};
+  }
 }
 
 int PhysicsModel::smallest_scene(std::span<const int> count_by_type, bool kinematic_props) const {

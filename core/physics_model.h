@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/arm.h"
+#include "core/proximity.h"
 #include "core/robot_bounds.h"
 #include "core/scene_model.h"
 
@@ -20,6 +21,7 @@ struct PropModel {
   Eigen::Vector3d center_of_mass;   // body frame
   Eigen::Vector3d bounding_center;  // body frame
   double bounding_radius = 0;       // of a sphere around everything that collides
+  std::vector<RoundedBox> parts;    // one around each geom that collides, body frame
 };
 
 // force = clamp(stiffness (target - q) - damping qvel, -limit, limit)
@@ -54,6 +56,8 @@ class PhysicsModel {
   const RobotBounds& robot_bounds() const { return robot_bounds_; }
   // Robot geoms that can touch props; the same indices in all scenes that have geometry.
   const std::vector<int>& reach_geoms() const { return reach_geoms_; }
+  // Boxes around them, in their own frames.
+  const std::vector<RoundedBox>& reach_boxes() const { return reach_boxes_; }
   // Bodies of the left and right finger; the same in all scenes.
   const int* finger_bodies() const { return finger_bodies_; }
   // Lower and upper limits of the nine robot joints, (9, 2).
@@ -76,6 +80,7 @@ class PhysicsModel {
   Arm arm_;
   RobotBounds robot_bounds_;
   std::vector<int> reach_geoms_;
+  std::vector<RoundedBox> reach_boxes_;
   int finger_bodies_[kFingers] = {-1, -1};
 };
 

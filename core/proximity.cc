@@ -1,8 +1,43 @@
 #include "core/proximity.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace engram {
+namespace {
+
+using Vec3 = Eigen::Vector3d;
+
+// By the axes that can separate two boxes: of their faces, of pairs of edges, and that between
+// their centres. `offset` and `rotation` place the second in the frame of the first.
+bool boxes_near(const RoundedBox& a, const RoundedBox& b, const Vec3& offset,
+                const Eigen::Matrix3d& rotation, double gap) {
+  const Eigen::Matrix3d spread = (rotation.array().abs() + 1e-12).matrix();
+  const double reach = a.radius + b.radius + gap;
+  const Vec3 across_a = a.half + spread * b.half;
+  if ((offset.array().abs() > across_a.array() + reach).any()) return false;
+  const Vec3 across_b = b.half + spread.transpose() * a.half;
+  const Vec3 seen_from_b = rotation.transpose() * offset;
+  if ((seen_from_b.array().abs() > across_b.array() + reach).any()) return false;
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3;
+    const int i2 = (i + 2) % 3;
+    for (int j = 0; j < 3; ++j) {
+      const int j1 = (j + 1) % 3;
+      const int j2 = (j + 2) % 3;
+      const double apart = std::abs(offset[i2] * rotation(i1, j) - offset[i1] * rotation(i2, j));
+      const double across = a.half[i1] * spread(i2, j) + a.half[i2] * spread(i1, j) +
+                            b.half[j1] * spread(i, j2) + b.half[j2] * spread(i, j1);
+      if (apart > across + reach) return false;
+    }
+  }
+  const double apart = offset.squaredNorm();
+  const double across =
+      offset.cwiseAbs().dot(a.half) + seen_from_b.cwiseAbs().dot(b.half);  // times the distance
+  return apart <= across + reach * std::sqrt(apart) + 1e-15;
+}
+
+}  // namespace
 
 bool sphere_reaches_geom(const mjModel& model, const mjData& data, int geom,
                          const Eigen::Vector3d& center, double radius) {
@@ -28,6 +63,55 @@ bool sphere_reaches_geom(const mjModel& model, const mjData& data, int geom,
     default:
       return true;  // inside the bounding sphere: take it as near
   }
+}
+
+Frame make_frame(const double* pos, const double* quat) {
+  const Eigen::Quaterniond rotation(quat[0], quat[1], quat[2], quat[3]);
+  return {Eigen::Map<const Vec3>(pos), rotation.toRotationMatrix()};
+}
+
+Frame geom_frame(const mjData& data, int geom) {
+  return {
+      Eigen::Map<const Vec3>(data.geom_xpos + 3 * geom),
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom)};
+}
+
+RoundedBox enclose_geom(const mjModel& model, int geom) {
+  const mjtNum* size = model.geom_size + 3 * geom;
+  RoundedBox box;
+  box.frame = make_frame(model.geom_pos + 3 * geom, model.geom_quat + 4 * geom);
+  switch (model.geom_type[geom]) {
+    case mjGEOM_BOX:
+    case mjGEOM_ELLIPSOID:
+      box.half = Vec3(size[0], size[1], size[2]);
+      break;
+    case mjGEOM_CYLINDER:
+      box.half = Vec3(size[0], size[0], size[1]);
+      break;
+    case mjGEOM_CAPSULE:
+      box.half = Vec3(0, 0, size[1]);
+      box.radius = size[0];
+      break;
+    default:
+      box.radius = model.geom_rbound[geom];
+  }
+  return box;
+}
+
+bool parts_near(std::span<const RoundedBox> a, const Frame& frame_a, std::span<const RoundedBox> b,
+                const Frame& frame_b, double gap) {
+  for (const RoundedBox& first : a) {
+    const Vec3 center = frame_a.pos + frame_a.axes * first.frame.pos;
+    const Eigen::Matrix3d axes = frame_a.axes * first.frame.axes;
+    for (const RoundedBox& second : b) {
+      const Vec3 apart = frame_b.pos + frame_b.axes * second.frame.pos - center;
+      const double reach = first.ball_radius() + second.ball_radius() + gap;
+      if (apart.squaredNorm() > reach * reach) continue;
+      const Eigen::Matrix3d rotation = axes.transpose() * frame_b.axes * second.frame.axes;
+      if (boxes_near(first, second, axes.transpose() * apart, rotation, gap)) return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace engram

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/pair_sieve.h"
 #include "core/physics_model.h"
 #include "core/random.h"
 #include "mjcf/scene.h"
@@ -67,7 +68,7 @@ void random_control(mjData* data, RandomStream& random) {
 
 // Two data of a model, one stepped by MuJoCo, the other by the composed step.
 struct Twins {
-  explicit Twins(const mjModel& m) : model(m), mine(make_data(m)), theirs(make_data(m)) {}
+  explicit Twins(const mjModel& m) : model(m), sieve(m), mine(make_data(m)), theirs(make_data(m)) {}
 
   void step(RandomStream& random, const Compiled& scene) {
     if (steps++ % 7 == 0) random_control(theirs.get(), random);
@@ -76,7 +77,7 @@ struct Twins {
     std::copy_n(theirs->qfrc_applied, model.nv, mine->qfrc_applied);
     mj_step(&model, theirs.get());
     compose_kinematics(&model, mine.get());
-    compose_dynamics(&model, mine.get());
+    compose_dynamics(&model, mine.get(), sieve.near_pairs(*mine));
     contacts += mine->ncon;
     limits += mine->nefc - 4 * mine->ncon;
   }
@@ -87,6 +88,7 @@ struct Twins {
   }
 
   const mjModel& model;
+  PairSieve sieve;
   DataPtr mine;
   DataPtr theirs;
   int steps = 0;
