@@ -13,6 +13,7 @@
 #include "core/physics_model.h"
 #include "core/random.h"
 #include "mjcf/scene.h"
+#include "mjcf/shapes.h"
 #include "tasks/task_info.h"
 
 namespace engram {
@@ -26,16 +27,25 @@ mjcf::Scene cubes(int count) {
   return scene;
 }
 
-constexpr double kCubeWeight = 0.064 * 9.81;  // N
+mjcf::Scene nine_shapes() {
+  mjcf::Scene scene;
+  for (int i = 0; i < mjcf::kObjectShapeCount; ++i) {
+    scene.props.push_back(mjcf::shape_prop("shape_" + std::to_string(i),
+                                           static_cast<mjcf::ObjectShape>(i), {0, 0, 1, 1}));
+  }
+  return scene;
+}
 
 // A scene as the engine runs it: drives that are plain motors, and weights that it applies itself.
 struct Compiled {
-  explicit Compiled(int cube_count) : model(tasks::scene_source(cubes(cube_count))) {
-    for (int i = 0; i < cube_count; ++i) {
-      const int body = mj_name2id(&model.full(), mjOBJ_BODY, ("cube_" + std::to_string(i)).c_str());
+  explicit Compiled(int cube_count) : Compiled(cubes(cube_count)) {}
+  explicit Compiled(const mjcf::Scene& scene) : model(tasks::scene_source(scene)) {
+    for (const mjcf::Prop& prop : scene.props) {
+      const int body = mj_name2id(&model.full(), mjOBJ_BODY, prop.name.c_str());
       const int joint = model.full().body_jntadr[body];
       qpos.push_back(model.full().jnt_qposadr[joint]);
       dof.push_back(model.full().jnt_dofadr[joint]);
+      weight.push_back(prop.mass * 9.81);
     }
   }
   // Rows of cubes on the table, far from the robot.
@@ -47,12 +57,13 @@ struct Compiled {
     }
   }
   void apply_weights(mjData* data) const {
-    for (const int address : dof) data->qfrc_applied[address + 2] = -kCubeWeight;
+    for (std::size_t i = 0; i < dof.size(); ++i) data->qfrc_applied[dof[i] + 2] = -weight[i];
   }
 
   PhysicsModel model;
   std::vector<int> qpos;
   std::vector<int> dof;
+  std::vector<double> weight;  // N
 };
 
 constexpr std::array kStart = {0.0, 0.0, 0.0, -2.0943951, 0.0, 2.0943951, 0.78539816, 0.04, 0.04};
@@ -109,13 +120,12 @@ TEST_CASE("The composed step equals mj_step on the robot bit for bit", "[physics
   }
 }
 
-TEST_CASE("The composed step equals mj_step with falling and colliding cubes", "[physics]") {
-  const Compiled scene(9);
+// A heap that falls onto the table and onto itself, in reach of the hand.
+void check_heap(const Compiled& scene, int steps) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     RandomStream random(seed, 1, 0);
     Twins twins(scene.model.full());
     for (const int address : scene.qpos) {
-      // A heap that falls onto the table and onto itself, in reach of the hand.
       const double pos[3] = {random.uniform(-0.1, 0.05), random.uniform(-0.1, 0.1),
                              random.uniform(0.05, 0.3)};
       double quat[4] = {random.normal(), random.normal(), random.normal(), random.normal()};
@@ -125,12 +135,20 @@ TEST_CASE("The composed step equals mj_step with falling and colliding cubes", "
         std::copy_n(quat, 4, data->qpos + address + 3);
       }
     }
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < steps; ++i) {
       twins.step(random, scene);
       REQUIRE(twins.equal());
     }
-    CHECK(twins.contacts > 5000);
+    CHECK(twins.contacts > 5 * steps);
   }
+}
+
+TEST_CASE("The composed step equals mj_step with falling and colliding cubes", "[physics]") {
+  check_heap(Compiled(9), 1000);
+}
+
+TEST_CASE("The composed step equals mj_step with falling and colliding shapes", "[physics]") {
+  check_heap(Compiled(nine_shapes()), 300);
 }
 
 // What the shortcut of stepping the robot alone rests on.

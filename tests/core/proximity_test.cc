@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/physics_model.h"
 #include "core/random.h"
 #include "core/robot_bounds.h"
+#include "mjcf/shapes.h"
 #include "tasks/task_info.h"
 
 namespace engram {
@@ -80,6 +83,58 @@ TEST_CASE("A sphere that touches any other shape is never missed", "[proximity]"
     CHECK(counts.reached >= counts.touches);
     CHECK(counts.touches > 500);
   }
+}
+
+TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity]") {
+  mjcf::Scene scene;
+  for (int i = 0; i < mjcf::kObjectShapeCount; ++i) {
+    scene.props.push_back(mjcf::shape_prop("shape_" + std::to_string(i),
+                                           static_cast<mjcf::ObjectShape>(i), {0, 0, 1, 1}));
+  }
+  const PhysicsModel physics(tasks::scene_source(scene));
+  const SceneModel& whole = physics.scenes().back();
+  const DataPtr data = make_data(*whole.model);
+  RandomStream random(4, 0, 0);
+  int touching = 0;
+  int near = 0;
+  int spheres = 0;
+  for (int round = 0; round < 1500; ++round) {
+    std::vector<Frame> frames;
+    for (const PropSlot& slot : whole.slots) {
+      random_pose(random, 0.06, data->qpos + slot.qpos, data->qpos + slot.qpos + 3);
+      frames.push_back(make_frame(data->qpos + slot.qpos, data->qpos + slot.qpos + 3));
+    }
+    mj_kinematics(whole.model.get(), data.get());
+    mj_collision(whole.model.get(), data.get());
+    std::set<std::pair<int, int>> touches;
+    for (int i = 0; i < data->ncon; ++i) {
+      const auto slot_of = [&](int geom) {
+        return whole.slot_of_body[static_cast<std::size_t>(whole.model->geom_bodyid[geom])];
+      };
+      const int a = slot_of(data->contact[i].geom1);
+      const int b = slot_of(data->contact[i].geom2);
+      if (a >= 0 && b >= 0) touches.emplace(std::min(a, b), std::max(a, b));
+    }
+    for (int a = 0; a < mjcf::kObjectShapeCount; ++a) {
+      for (int b = a + 1; b < mjcf::kObjectShapeCount; ++b) {
+        const PropModel& first = physics.props()[static_cast<std::size_t>(a)];
+        const PropModel& second = physics.props()[static_cast<std::size_t>(b)];
+        const Frame& frame_a = frames[static_cast<std::size_t>(a)];
+        const Frame& frame_b = frames[static_cast<std::size_t>(b)];
+        const bool is_near = parts_near(first.parts, frame_a, second.parts, frame_b, 0);
+        if (touches.count({a, b}) > 0) REQUIRE(is_near);
+        touching += static_cast<int>(touches.count({a, b}));
+        near += is_near ? 1 : 0;
+        const double apart = (frame_a.pos + frame_a.axes * first.bounding_center - frame_b.pos -
+                              frame_b.axes * second.bounding_center)
+                                 .norm();
+        spheres += apart < first.bounding_radius + second.bounding_radius ? 1 : 0;
+      }
+    }
+  }
+  CHECK(touching > 3000);
+  CHECK(near < 1.2 * touching);
+  CHECK(spheres > 2 * touching);
 }
 
 // Joint angles between the limits, or near the start pose.
