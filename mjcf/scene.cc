@@ -1,7 +1,10 @@
 #include "mjcf/scene.h"
 
+#include <algorithm>
+
 #include "mjcf/cameras.h"
 #include "mjcf/contact_pairs.h"
+#include "mjcf/footing.h"
 #include "mjcf/panda.h"
 #include "mjcf/panda_visual.h"
 #include "mjcf/prop_body.h"
@@ -47,13 +50,18 @@ int dof_count(const std::vector<Prop>& props) {
   return count;
 }
 
+// Contacts of one prop with the table and with its neighbours, generously counted. Parts of a prop
+// do not all meet something at once.
+int contact_room(const Prop& prop) {
+  const int geoms = static_cast<int>(collision_geom_names(prop).size());
+  if (prop.motion == Motion::kKinematic) return 4 * geoms;
+  return std::min(8 * geoms, standing_contacts(prop) + 8);
+}
+
 // Buffers: generous room for every contact that can happen at once, of four rows each.
 void add_sizes(Element& root, const std::vector<Prop>& props) {
   int contacts = 64;  // the robot's own, and what it pushes
-  for (const Prop& prop : props) {
-    const int geoms = static_cast<int>(collision_geom_names(prop).size());
-    contacts += geoms * (prop.motion == Motion::kFree ? 8 : 4);
-  }
+  for (const Prop& prop : props) contacts += contact_room(prop);
   const int limits = static_cast<int>(kStartPose.size());
   const int rows = 4 * contacts + limits;
   const int dofs = dof_count(props);
