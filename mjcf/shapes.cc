@@ -104,7 +104,7 @@ Primitives crescent() {
   constexpr double kThickness = kScale / 2;
   Primitives inner = arc(kScale - kThickness, 0.7 * kThickness);
   for (Primitive& segment : inner) segment.visible = segment.collides = false;
-  for (const std::size_t filler : {0, 6, 11}) inner[filler].collides = true;
+  for (const std::size_t filler : {0U, 6U, 11U}) inner[filler].collides = true;
 
   Primitives result = arc(kScale, 0);
   result.insert(result.end(), inner.begin(), inner.end());
