@@ -1,0 +1,32 @@
+// A press button on the table: a square base and a round cap that sinks while a tool comes down on
+// it (buttons 3.1). The two are props of their own, moved by the task and never by physics; both
+// collide.
+#pragma once
+
+#include <string>
+
+#include "mjcf/prop.h"
+
+namespace engram::mjcf {
+
+// Lengths are named as the class constants.
+struct ButtonShape {
+  Vec3 BUTTON_BASE_HALF_SIZE{0.065, 0.065, 0.015};
+  double BUTTON_CAP_RADIUS = 0.03;
+  double BUTTON_CAP_HALF_HEIGHT = 0.014;
+  Rgba base_rgba{55 / 255.0, 64 / 255.0, 78 / 255.0, 1};
+  Rgba cap_rgba{210 / 255.0, 80 / 255.0, 80 / 255.0, 1};
+
+  // Heights above the table while nobody presses, m.
+  double base_height() const { return BUTTON_BASE_HALF_SIZE[2]; }                   // centre
+  double cap_height() const { return 2 * base_height() + BUTTON_CAP_HALF_HEIGHT; }  // centre
+  double top_height() const { return cap_height() + BUTTON_CAP_HALF_HEIGHT; }
+};
+
+// Orientation of the cap: its axis is the x axis of its body.
+inline constexpr Quat kCapQuat{0.7071067811865476, 0, 0.7071067811865476, 0};
+
+Prop button_base(const std::string& name, const ButtonShape& shape);
+Prop button_cap(const std::string& name, const ButtonShape& shape);
+
+}  // namespace engram::mjcf
