@@ -103,7 +103,7 @@ class Physics::Step {
       if (status == PropStatus::kAwake) {
         prepare_awake(prop);
         any_awake = true;
-      } else if (status == PropStatus::kAsleep) {
+      } else if (status == PropStatus::kAsleep && prop_model(prop).tangible()) {
         bench_.obstacles.push_back(
             {bench_.centers[at(prop)], prop_model(prop).bounding_radius + kWakeGap});
       }
@@ -245,7 +245,7 @@ class Physics::Step {
     bool kinematic = scene_->has_kinematic_props;
     bool changed = false;
     for (int prop = 0; prop < num_props(); ++prop) {
-      if (!is_status(prop, PropStatus::kAsleep)) continue;
+      if (!is_status(prop, PropStatus::kAsleep) || !prop_model(prop).tangible()) continue;
       const bool free = prop_model(prop).free;
       if (!free && kinematic) continue;
       if (!robot_near(prop, lowest) && !(free && awake_prop_near(prop))) continue;

@@ -60,7 +60,8 @@ std::vector<SceneModel> compile_scenes(const SceneSource& source, const std::vec
   std::vector<int> free_props;
   std::vector<int> kinematic_props;
   for (const int prop : all) {
-    (props[static_cast<std::size_t>(prop)].free ? free_props : kinematic_props).push_back(prop);
+    const PropModel& about = props[static_cast<std::size_t>(prop)];
+    if (about.tangible()) (about.free ? free_props : kinematic_props).push_back(prop);
   }
   std::vector<SceneModel> scenes;
   const auto add = [&](std::vector<int> cast, RobotDetail detail) {
@@ -76,7 +77,9 @@ std::vector<SceneModel> compile_scenes(const SceneSource& source, const std::vec
     cast.insert(cast.end(), kinematic_props.begin(), kinematic_props.end());
     add(std::move(cast), RobotDetail::kCollision);
   }
-  if (!all.empty()) add(all, RobotDetail::kCollision);
+  std::vector<int> whole = free_props;
+  whole.insert(whole.end(), kinematic_props.begin(), kinematic_props.end());
+  if (!whole.empty()) add(std::move(whole), RobotDetail::kCollision);
   return scenes;
 }
 

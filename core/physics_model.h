@@ -20,8 +20,11 @@ struct PropModel {
   double mass = 0;                  // kg
   Eigen::Vector3d center_of_mass;   // body frame
   Eigen::Vector3d bounding_center;  // body frame
-  double bounding_radius = 0;       // of a sphere around everything that collides
+  double bounding_radius = 0;       // of a sphere around everything that collides; 0: nothing does
   std::vector<RoundedBox> parts;    // one around each geom that collides, body frame
+
+  // Whether physics has to know of it at all; other props are for pictures only.
+  bool tangible() const { return free || bounding_radius > 0; }
 };
 
 // force = clamp(stiffness (target - q) - damping qvel, -limit, limit)
