@@ -102,6 +102,14 @@ Pin parse_pin(const std::string& text) {
   }
 }
 
+OptionChoice parse_option(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) refuse("--option", text, "NAME=NUMBER");
+  const auto value = parse_number<double>(std::string_view(text).substr(equals + 1));
+  if (!value || !std::isfinite(*value)) refuse("--option", text, "NAME=NUMBER");
+  return {text.substr(0, equals), *value};
+}
+
 CLI::Option* add_int(CLI::App& app, const std::string& option, int& value, int low, int high,
                      const std::string& help) {
   const auto assign = [&value, option, low, high](const std::string& text) {
@@ -234,6 +242,14 @@ void add_env_options(CLI::App& app, EnvOptions& options) {
          "--pin", add_pins,
          "Fixes a quantity of every episode that is drawn otherwise, such as target=2 (repeatable; "
          "`engram info ID` lists them)")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  const auto add_options = [&options](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) options.task_options.push_back(parse_option(text));
+  };
+  app.add_option_function<std::vector<std::string>>(
+         "--option", add_options,
+         "Chooses a variant of the task's rules (repeatable; `engram info ID` lists them)")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
   const auto set_rotation_sign = [&options](const std::string& text) {

@@ -22,6 +22,8 @@ std::uint64_t parse_unsigned(std::string_view option, const std::string& text, s
 int parse_int(std::string_view option, const std::string& text, int low, int high);
 // "target=2" or "positions=0.1,-0.2,..."
 Pin parse_pin(const std::string& text);
+// "touch_radius=0.02"
+OptionChoice parse_option(const std::string& text);
 
 CLI::Option* add_int(CLI::App& app, const std::string& option, int& value, int low, int high,
                      const std::string& help);

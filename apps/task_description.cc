@@ -60,6 +60,23 @@ Json describe_draws(const std::vector<Draw>& draws) {
   return array;
 }
 
+Json describe_options(const std::vector<TaskOption>& options) {
+  Json array = Json::array();
+  for (const TaskOption& option : options) {
+    const auto number = [&option](double value) {
+      return option.integer ? Json(static_cast<std::int64_t>(value)) : to_json(value);
+    };
+    array.push_back({{"name", option.name},
+                     {"default", number(option.value)},
+                     {"integer", option.integer},
+                     {"low", number(option.low)},
+                     {"high", number(option.high)},
+                     {"unit", option.unit},
+                     {"description", option.description}});
+  }
+  return array;
+}
+
 // Parts of a row, one after the other.
 Json describe_layout(const std::vector<Field>& fields) {
   Json array = Json::array();
@@ -201,6 +218,7 @@ Json describe_task(const VectorEnv& env) {
           {"control_mode", control_mode_name(env.options().control_mode)},
           {"action_spaces", describe_actions(env)},
           {"draws", describe_draws(env.draws())},
+          {"options", describe_options(info.options)},
           {"phases", describe_phases(info)},
           {"state_dim", env.state_dim()},
           {"state_fields", describe_layout(env.state_fields())},
@@ -223,6 +241,14 @@ std::string describe_in_words(const Json& task) {
   return head(task) + section("Phases", task["phases"], {name, {"when"}}) +
          section("Drawn per episode, can be pinned", task["draws"],
                  {name, width, {"integer"}, {"low", true}, {"high", true}, unit, description}) +
+         section("Options of the task", task["options"],
+                 {name,
+                  {"default", true},
+                  {"integer"},
+                  {"low", true},
+                  {"high", true},
+                  unit,
+                  description}) +
          section("Props", task["props"],
                  {name, {"motion"}, {"mass", true}, {"bounding_radius", true}}) +
          action_section(task["action_spaces"]) +

@@ -1,6 +1,7 @@
 // What a task is to the engine.
 #pragma once
 
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "core/episode.h"
 #include "core/scene_source.h"
 #include "core/state.h"
+#include "core/task_option.h"
 
 namespace engram {
 
@@ -44,7 +46,8 @@ struct TaskInfo {
   int oracle_dim = 0;         // values of oracle_info
   std::vector<Draw> draws;    // what an episode samples, and users may pin
   std::string hidden_draw;    // the draw that an agent has to remember
-  ConstantTable constants;    // the class constants of the spec
+  std::vector<TaskOption> options;        // variants of the rules, for users to choose
+  ConstantTable constants;                // the class constants of the spec
   std::vector<std::string> reward_terms;  // names of the columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
   std::vector<Field> state_fields;  // of the state observation, after tcp_pose
@@ -68,6 +71,7 @@ struct FloatRows {
 // the engine that the task fills in.
 struct Bindings {
   const State* state = nullptr;       // outlives the task's use of it
+  std::span<const double> options;    // values of info().options, in order; outlive it too
   ColumnStore* memory = nullptr;      // for what the task remembers; zero when an episode begins
   ColumnStore* outputs = nullptr;     // for info fields; zero when an episode begins
   Column<std::uint8_t> success;       // out of evaluate

@@ -67,6 +67,7 @@ VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options,
                      ImageSourceFactory renderers)
     : task_(std::move(task)),
       options_(checked(options)),
+      option_values_(option_values(task_->info().options, options_.task_options)),
       model_(std::make_unique<PhysicsModel>(task_->scene())),
       controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
                                                model_->joint_ranges(), options_.rotation_sign)),
@@ -95,6 +96,7 @@ void VectorEnv::allocate() {
   state_ = State(memory_, static_cast<int>(model_->props().size()));
   pins_ = PinTable(pin_memory_, all_draws(info));
   bindings_.state = &state_;
+  bindings_.options = option_values_;
   bindings_.memory = &memory_;
   bindings_.outputs = &outputs_;
   bindings_.action = memory_.add<float>("action", action_dim());

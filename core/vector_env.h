@@ -47,8 +47,9 @@ struct EnvOptions {
   bool sleep = true;           // false: every shortcut of the physics off
   int substeps = 5;            // of 0.01 s per control step; 0 measures everything but physics
   std::vector<Pin> pins = {};  // quantities of every episode that are fixed
-  ImageShape images = {};      // of rgb observations
-  ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures
+  std::vector<OptionChoice> task_options = {};  // of the task's own options; others: defaults
+  ImageShape images = {};                       // of rgb observations
+  ImageSourceOptions image_options = {};        // of rgb observations and of the sensors' pictures
   // Of render_camera's pictures, which are for people.
   ImageSourceOptions render_options = {.renderer = "cpu", .shadows = true, .antialias = true};
 };
@@ -64,7 +65,7 @@ struct ResetRequest {
 // changes with step, reset and restore. Not for use from two threads at once.
 class VectorEnv {
  public:
-  // Throws Error if an option is out of range, a pin is not one of the task's, or the machine
+  // Throws Error if an option is out of range, a pin or option is not the task's, or the machine
   // lacks memory, threads or the renderer. `renderers` is needed for pictures only.
   VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options,
             ImageSourceFactory renderers = {});
@@ -173,6 +174,7 @@ class VectorEnv {
 
   std::unique_ptr<Task> task_;
   EnvOptions options_;
+  std::vector<double> option_values_;  // of the task's own options
   std::unique_ptr<PhysicsModel> model_;
   std::unique_ptr<Controller> controller_;
   ThreadPool pool_;

@@ -1,0 +1,54 @@
+#include "core/task_option.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "core/error.h"
+
+namespace engram {
+namespace {
+
+[[noreturn]] void refuse_name(std::span<const TaskOption> options, const std::string& name) {
+  std::string names;
+  for (const TaskOption& option : options) names += (names.empty() ? "" : ", ") + option.name;
+  throw Error(Error::kUnknownId,
+              "no option named '" + name + "'; this task has: " + (names.empty() ? "none" : names));
+}
+
+void check_value(const TaskOption& option, double value) {
+  const bool whole = !option.integer || std::nearbyint(value) == value;
+  if (whole && value >= option.low && value <= option.high) return;
+  std::ostringstream text;
+  text.precision(9);
+  text << "option '" << option.name << "': " << value << " given, "
+       << (option.integer ? "a whole number" : "a number") << " from " << option.low << " to "
+       << option.high << " allowed";
+  throw Error(Error::kInvalidArgument, text.str());
+}
+
+}  // namespace
+
+std::vector<double> option_values(std::span<const TaskOption> options,
+                                  std::span<const OptionChoice> choices) {
+  std::vector<double> values;
+  for (const TaskOption& option : options) values.push_back(option.value);
+  std::vector<bool> chosen(options.size(), false);
+  for (const OptionChoice& choice : choices) {
+    const auto found =
+        std::find_if(options.begin(), options.end(),
+                     [&choice](const TaskOption& option) { return option.name == choice.name; });
+    if (found == options.end()) refuse_name(options, choice.name);
+    check_value(*found, choice.value);
+    const auto index = static_cast<std::size_t>(found - options.begin());
+    if (chosen[index]) {
+      throw Error(Error::kInvalidArgument,
+                  "option '" + choice.name + "' given twice, once allowed");
+    }
+    chosen[index] = true;
+    values[index] = choice.value;
+  }
+  return values;
+}
+
+}  // namespace engram

@@ -1,0 +1,33 @@
+// Options of a task: numbers by which users choose between variants of its rules, the same for all
+// environments of a batch.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace engram {
+
+// An option that a task has. A switch is a whole number of 0 and 1.
+struct TaskOption {
+  std::string name;
+  double value = 0;  // unless the user says otherwise
+  bool integer = false;
+  double low = 0;  // least and greatest value, both included
+  double high = 1;
+  std::string unit;
+  std::string description;
+};
+
+// A user's choice.
+struct OptionChoice {
+  std::string name;
+  double value = 0;
+};
+
+// The values of a task's options, in their order. Throws Error, naming what is allowed, unless
+// every choice names an option once and is within its range.
+std::vector<double> option_values(std::span<const TaskOption> options,
+                                  std::span<const OptionChoice> choices);
+
+}  // namespace engram
