@@ -45,6 +45,13 @@ bool press_once(const PressButtonParams& params, double depth, bool acting, bool
   return pressed;
 }
 
+PressButton::PressButton(mjcf::Scene& scene, const std::string& name,
+                         const PressButtonParams& params)
+    : name_(name), params_(params), base_(static_cast<int>(scene.props.size())), cap_(base_ + 1) {
+  scene.props.push_back(mjcf::button_base(name + "_base", params.shape));
+  scene.props.push_back(mjcf::button_cap(name + "_cap", params.shape));
+}
+
 void PressButton::bind(const Bindings& bindings) {
   engine_ = bindings;
   ColumnStore& memory = *bindings.memory;

@@ -6,6 +6,7 @@
 
 #include "core/task.h"
 #include "mjcf/button.h"
+#include "mjcf/scene.h"
 #include "tasks/layout.h"
 
 namespace engram::tasks {
@@ -58,9 +59,9 @@ bool press_once(const PressButtonParams& params, double depth, bool acting, bool
 // A button of a scene, with a state per environment.
 class PressButton {
  public:
-  // base, cap: indices of its two props. Columns are named after `name`.
-  PressButton(std::string name, const PressButtonParams& params, int base, int cap)
-      : name_(std::move(name)), params_(params), base_(base), cap_(cap) {}
+  // Appends the button's props, "<name>_base" and "<name>_cap", to a scene. Columns are named after
+  // it too.
+  PressButton(mjcf::Scene& scene, const std::string& name, const PressButtonParams& params = {});
 
   void bind(const Bindings& bindings);
   // A new episode: places the button, unpressed.
