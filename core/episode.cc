@@ -25,6 +25,15 @@ void check_value(const Draw& draw, double value) {
                   " to " + number(draw.high) + " allowed");
 }
 
+void check_distinct(const Pin& pin) {
+  for (std::size_t i = 1; i < pin.values.size(); ++i) {
+    const auto here = pin.values.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::find(pin.values.begin(), here, *here) == here) continue;
+    throw Error(Error::kInvalidArgument, "pin '" + pin.name + "': value " + number(*here) +
+                                             " given twice, different values allowed");
+  }
+}
+
 }  // namespace
 
 PinTable::PinTable(ColumnStore& store, std::vector<Draw> draws) : draws_(std::move(draws)) {
@@ -65,6 +74,7 @@ void PinTable::check(const std::vector<Pin>& pins) const {
                       " values given, " + std::to_string(draw.width) + " needed");
     }
     for (const double value : pin.values) check_value(draw, value);
+    if (draw.distinct) check_distinct(pin);
   }
 }
 
@@ -86,6 +96,11 @@ const double* PinTable::values(int env, int draw) const {
 int Episode::integer(int draw, int low, int high) const {
   if (const double* value = pinned(draw)) return static_cast<int>(*value);
   return stream(draw).integer(low, high);
+}
+
+double Episode::real(int draw, double low, double high) const {
+  if (const double* value = pinned(draw)) return *value;
+  return stream(draw).uniform(low, high);
 }
 
 }  // namespace engram

@@ -20,6 +20,7 @@ struct Draw {
   double high = 0;
   std::string unit;
   std::string description;
+  bool distinct = false;  // no two of its values are equal
 };
 
 // A user's wish: the quantity of that name takes these values.
@@ -82,6 +83,8 @@ class Episode {
 
   // The pinned value, or one drawn uniformly from low..high.
   int integer(int draw, int low, int high) const;
+  // The pinned value, or one drawn uniformly from [low, high).
+  double real(int draw, double low, double high) const;
 
  private:
   const PinTable& pins_;

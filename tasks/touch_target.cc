@@ -1,8 +1,7 @@
 #include "tasks/touch_target.h"
 
-#include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 namespace engram::tasks {
 
@@ -10,12 +9,12 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& in, const SmoothnessParam
   TouchRewardTerms terms;
   terms.reaching = 1 - std::tanh(10 * in.distance);
   terms.stillness = 1 - std::tanh(5 * in.arm_speed);
-  terms.action_l2 = std::tanh(2 * in.action_norm);
-  terms.action_delta_l2 = std::tanh(5 * in.action_delta_norm);
-  terms.qvel_l2 = std::tanh(2 * in.arm_speed);
-  terms.penalty = params.ACTION_L2_COEF * terms.action_l2 +
-                  params.ACTION_DELTA_L2_COEF * terms.action_delta_l2 +
-                  params.QVEL_L2_COEF * terms.qvel_l2;
+  const SmoothnessTerms smooth =
+      smoothness({in.action_norm, in.action_delta_norm, in.arm_speed}, params);
+  terms.action_l2 = smooth.action_l2;
+  terms.action_delta_l2 = smooth.action_delta_l2;
+  terms.qvel_l2 = smooth.qvel_l2;
+  terms.penalty = smooth.penalty;
   const double bonus = in.robot_static && in.placed ? 0.5 : 0.0;
   terms.reward = in.success ? kTouchSuccessReward
                             : terms.reaching + 0.5 * terms.stillness + bonus - terms.penalty;
@@ -35,10 +34,8 @@ void TouchTarget::bind(const Bindings& bindings) {
       info.add<float>("obj_to_goal_pos", 3, "m", "target position minus TCP position");
   is_obj_placed_ = info.add<std::uint8_t>("is_obj_placed", 1, "", "TCP within GOAL_THRESH");
   is_robot_static_ = info.add<std::uint8_t>("is_robot_static");
-  reward_dict_ = info.add<float>("reward_dict", kRewardTerms, "",
-                                 "reward terms of the step before; NaN where there are none");
   offset_ = bindings.memory->add<double>("obj_to_goal_pos", 3, "m");
-  next_reward_dict_ = bindings.memory->add<float>("reward_dict", kRewardTerms);
+  reward_dict_.bind(bindings, kRewardTerms);
 }
 
 void TouchTarget::evaluate(int env, const double* target_pos, bool acting) const {
@@ -53,28 +50,17 @@ void TouchTarget::evaluate(int env, const double* target_pos, bool acting) const
   is_obj_placed_[env] = placed ? 1 : 0;
   is_robot_static_[env] = still ? 1 : 0;
   engine_.success[env] = placed && still && acting ? 1 : 0;
-  if (state.elapsed[env] <= 1) {
-    std::fill_n(reward_dict_.row(env), kRewardTerms, std::numeric_limits<float>::quiet_NaN());
-  } else {
-    std::copy_n(next_reward_dict_.row(env), kRewardTerms, reward_dict_.row(env));
-  }
-  std::fill_n(next_reward_dict_.row(env), kRewardTerms, std::numeric_limits<float>::quiet_NaN());
+  reward_dict_.publish(env);
 }
 
 double TouchTarget::dense_reward(int env) const {
-  const State& state = *engine_.state;
-  using Vector = Eigen::Map<const Eigen::VectorXf>;
-  const int dim = engine_.action.width();
-  const Vector action(engine_.action.row(env), dim);
-  const Vector previous(engine_.previous_action.row(env), dim);
-
+  const Haste haste = measure_haste(engine_, env);
   TouchRewardInputs in;
   const double* offset = offset_.row(env);
   in.distance = Eigen::Map<const Eigen::Vector3d>(offset).norm();
-  in.arm_speed = Eigen::Map<const ArmVector>(state.qvel.row(env)).norm();
-  in.action_norm = static_cast<double>(action.norm());
-  in.action_delta_norm =
-      state.elapsed[env] <= 1 ? 0.0 : static_cast<double>((action - previous).norm());
+  in.arm_speed = haste.arm_speed;
+  in.action_norm = haste.action_norm;
+  in.action_delta_norm = haste.action_delta_norm;
   in.robot_static = is_robot_static_[env] != 0;
   in.placed = is_obj_placed_[env] != 0;
   in.success = engine_.success[env] != 0;
@@ -92,8 +78,7 @@ double TouchTarget::dense_reward(int env) const {
                                                 terms.penalty,
                                                 offset[1],
                                                 offset[0]};
-  std::transform(row.begin(), row.end(), next_reward_dict_.row(env),
-                 [](double value) { return static_cast<float>(value); });
+  reward_dict_.note(env, row);
   return terms.reward;
 }
 

@@ -5,15 +5,10 @@
 #include <array>
 
 #include "core/task.h"
+#include "tasks/reward_dict.h"
+#include "tasks/smoothness.h"
 
 namespace engram::tasks {
-
-// Weights of the smoothness penalty, named as the class constants.
-struct SmoothnessParams {
-  double ACTION_L2_COEF = 0;
-  double ACTION_DELTA_L2_COEF = 0;
-  double QVEL_L2_COEF = 0;
-};
 
 inline constexpr double GOAL_THRESH = 0.05;         // m
 inline constexpr double kTouchSuccessReward = 3.0;  // dense reward of a success step
@@ -62,9 +57,8 @@ class TouchTarget {
   Column<float> obj_to_goal_pos_;  // (3) m
   Column<std::uint8_t> is_obj_placed_;
   Column<std::uint8_t> is_robot_static_;
-  Column<float> reward_dict_;       // (kRewardTerms)
-  Column<double> offset_;           // (3) obj_to_goal_pos in full precision
-  Column<float> next_reward_dict_;  // of this step; shown by the next evaluate
+  RewardDict reward_dict_;
+  Column<double> offset_;  // (3) obj_to_goal_pos in full precision
 };
 
 }  // namespace engram::tasks

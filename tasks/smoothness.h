@@ -1,0 +1,33 @@
+// The penalty on hasty actions that dense rewards subtract (remember 10, rotate 3.7, take 5.6).
+#pragma once
+
+#include "core/task.h"
+
+namespace engram::tasks {
+
+// Weights of the smoothness penalty, named as the class constants.
+struct SmoothnessParams {
+  double ACTION_L2_COEF = 0;
+  double ACTION_DELTA_L2_COEF = 0;
+  double QVEL_L2_COEF = 0;
+};
+
+// What the penalty is made of.
+struct Haste {
+  double action_norm = 0;        // of the action as received
+  double action_delta_norm = 0;  // of its change; taken as 0 up to elapsed = 1
+  double arm_speed = 0;          // norm of the arm joint velocities, rad/s
+};
+
+Haste measure_haste(const Bindings& engine, int env);
+
+struct SmoothnessTerms {
+  double action_l2 = 0;
+  double action_delta_l2 = 0;
+  double qvel_l2 = 0;
+  double penalty = 0;
+};
+
+SmoothnessTerms smoothness(const Haste& haste, const SmoothnessParams& params);
+
+}  // namespace engram::tasks
