@@ -4,6 +4,23 @@
 
 namespace engram::tasks {
 
+void add_constants(const PressButtonParams& params, ConstantTable& table) {
+  const mjcf::Vec3& base = params.shape.BUTTON_BASE_HALF_SIZE;
+  const ConstantTable more = {
+      {"BUTTON_BASE_HALF_SIZE", ConstantList{base[0], base[1], base[2]}},
+      {"BUTTON_CAP_RADIUS", params.shape.BUTTON_CAP_RADIUS},
+      {"BUTTON_CAP_HALF_HEIGHT", params.shape.BUTTON_CAP_HALF_HEIGHT},
+      {"BUTTON_CAP_TRAVEL", params.BUTTON_CAP_TRAVEL},
+      {"BUTTON_PRESS_EVENT_RATIO", params.BUTTON_PRESS_EVENT_RATIO},
+      {"BUTTON_RELEASE_READY_RATIO", params.BUTTON_RELEASE_READY_RATIO},
+      {"BUTTON_PRESS_XY_RADIUS", params.BUTTON_PRESS_XY_RADIUS},
+      {"BUTTON_PRESS_Z_MARGIN", params.BUTTON_PRESS_Z_MARGIN},
+      {"REQUIRED_LIFT_HEIGHT", params.REQUIRED_LIFT_HEIGHT},
+      {"LIFT_CONFIRM_TOL", params.LIFT_CONFIRM_TOL},
+  };
+  table.insert(table.end(), more.begin(), more.end());
+}
+
 double press_depth(const PressButtonParams& params, double distance, double height) {
   const bool over = params.radius_counts ? distance <= params.BUTTON_PRESS_XY_RADIUS
                                          : distance < params.BUTTON_PRESS_XY_RADIUS;

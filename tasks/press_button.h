@@ -24,6 +24,9 @@ struct PressButtonParams {
   bool radius_counts = false;               // whether a TCP exactly at the radius is over it
 };
 
+// Adds all of these, as class constants.
+void add_constants(const PressButtonParams& params, ConstantTable& table);
+
 // How far a TCP at `height` and at that horizontal distance from the centre presses, m (3.2).
 double press_depth(const PressButtonParams& params, double distance, double height);
 bool is_pressed(const PressButtonParams& params, double depth);

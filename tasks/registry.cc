@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/error.h"
+#include "tasks/color_recall.h"
 #include "tasks/remember_color.h"
 
 namespace engram {
@@ -17,6 +18,9 @@ struct Family {
 // The families of this version. A new one is one line here and one file pair in this folder.
 constexpr std::array kFamilies = {
     Family{"RememberColor", tasks::make_remember_color},
+    Family{"BunchOfColors", tasks::make_color_recall},
+    Family{"SeqOfColors", tasks::make_color_recall},
+    Family{"ChainOfColors", tasks::make_color_recall},
 };
 
 const Family* find_family(std::string_view name) {

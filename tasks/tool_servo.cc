@@ -15,6 +15,9 @@ constexpr double kGain = 1.6;
 // Horizontal distance at which the tool may come down.
 constexpr double kOverhead = 0.03;  // m
 
+// Horizontal distance within which a gliding tool is at its lowest.
+constexpr double kGlideStart = 0.01;  // m
+
 }  // namespace
 
 void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
@@ -43,6 +46,14 @@ Eigen::Vector3d approach_from_above(const State& state, int env, const Eigen::Ve
   const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
   const bool overhead = (goal - tcp).head<2>().norm() <= kOverhead;
   return goal + Eigen::Vector3d(0, 0, overhead ? 0.0 : clearance);
+}
+
+Eigen::Vector3d glide_down(const State& state, int env, const Eigen::Vector3d& goal,
+                           double travel_height) {
+  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const double distance = (goal - tcp).head<2>().norm();
+  const double height = goal.z() + std::max(0.0, distance - kGlideStart);
+  return {goal.x(), goal.y(), std::min(height, std::max(travel_height, goal.z()))};
 }
 
 }  // namespace engram::tasks

@@ -28,4 +28,9 @@ void hold_tool(double gripper, float* action);
 Eigen::Vector3d approach_from_above(const State& state, int env, const Eigen::Vector3d& goal,
                                     double clearance);
 
+// The same along a slope: the tool comes down to the point while it gets there, and rises to
+// `travel_height` where the point is far.
+Eigen::Vector3d glide_down(const State& state, int env, const Eigen::Vector3d& goal,
+                           double travel_height);
+
 }  // namespace engram::tasks
