@@ -1,6 +1,7 @@
 #include "tasks/tool_servo.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/arm.h"
 
@@ -18,6 +19,8 @@ constexpr double kOverhead = 0.03;  // m
 // Horizontal distance within which a gliding tool is at its lowest.
 constexpr double kGlideStart = 0.01;  // m
 
+constexpr double kBaseX = -0.615;  // m: the robot's base axis
+
 }  // namespace
 
 void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
@@ -34,6 +37,26 @@ void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
     action[3 + i] = static_cast<float>(rotation[i] / std::max(1.0, rotation.norm()));
   }
   action[6] = static_cast<float>(gripper);
+}
+
+Eigen::Quaterniond tool_down(double yaw) {
+  return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * kToolDown;
+}
+
+double tool_yaw(const State& state, int env) {
+  const double* quat = state.tcp_quat.row(env);
+  const Eigen::Vector3d forward =
+      Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]) * Eigen::Vector3d::UnitX();
+  return std::atan2(forward.y(), forward.x());
+}
+
+Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
+                                 const Eigen::Vector3d& point, const Lean& lean) {
+  const Eigen::Vector3d outward(point.x() - kBaseX, point.y(), 0);
+  const double reach = outward.norm();
+  const double angle = std::clamp(lean.per_metre * (reach - lean.reach), 0.0, lean.most);
+  const Eigen::Vector3d axis = -Eigen::Vector3d::UnitZ().cross(outward / reach);
+  return Eigen::AngleAxisd(angle, axis) * orientation;
 }
 
 void hold_tool(double gripper, float* action) {

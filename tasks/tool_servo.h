@@ -13,6 +13,8 @@ inline const Eigen::Quaterniond kToolDown(0, 1, 0, 0);
 inline constexpr double kGripperOpen = 1.0;     // 0.04 m per finger
 inline constexpr double kGripperClosed = -0.6;  // exactly closed, no squeeze
 
+inline constexpr double kGripperSqueezing = -1.0;  // closed, and pressing on what is in between
+
 // Fraction of a commanded change that the drives cover in one control step (common 2.1).
 inline constexpr double kStepResponse = 0.38;
 
@@ -20,6 +22,23 @@ inline constexpr double kStepResponse = 0.38;
 // overshoot. `action` has 7 components; upstream's rotation sign.
 void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
                 const Eigen::Quaterniond& orientation, double gripper, float* action);
+
+// kToolDown turned about the vertical by `yaw`, counter-clockwise from above.
+Eigen::Quaterniond tool_down(double yaw);
+// The yaw of the tool, -pi to pi, wherever it points more or less down.
+double tool_yaw(const State& state, int env);
+
+// How far the tool leans outwards, by distance from the base's axis (common 1.5).
+struct Lean {
+  double reach = 0.74;     // m: from there on
+  double per_metre = 4.0;  // rad/m
+  double most = 0.4;       // rad
+};
+
+// `orientation`, leaned outwards as far as a point demands that a vertical tool cannot reach
+// (procedural 0.11).
+Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
+                                 const Eigen::Vector3d& point, const Lean& lean = {});
 
 // The action that lets the robot rest where it is.
 void hold_tool(double gripper, float* action);
