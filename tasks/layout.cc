@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <span>
 
@@ -11,6 +12,7 @@ namespace {
 constexpr double kJitter = 0.01;        // m: 0.5 x 0.02
 constexpr double kSlotDistance = 0.06;  // m: 3 x 0.02
 constexpr int kJitterAttempts = 50;
+constexpr int kLayoutAttempts = 20;
 constexpr double kSpreadJitter = 0.012;  // m: 0.6 x 0.02
 constexpr int kSpreadAttempts = 80;
 
@@ -25,18 +27,29 @@ bool keeps_distance(const Vec2& point, const Layout& others, std::size_t count, 
                      [&](const Vec2& other) { return (point - other).norm() >= distance; });
 }
 
+double least_distance(const Layout& layout) {
+  double least = std::numeric_limits<double>::max();
+  for (std::size_t i = 0; i < layout.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      least = std::min(least, (layout[i] - layout[j]).squaredNorm());
+    }
+  }
+  return std::sqrt(least);
+}
+
 }  // namespace
 
-Layout nominal_slots(int count) {
+Layout nominal_slots(int count, const ArcParams& arc) {
   Layout slots;
-  const int middle = count / 2;
   for (int key = 0; key < count; ++key) {
+    const double step = key - 0.5 * (count - 1);  // from the middle
     if (count == 3) {
-      slots.push_back({0.0, -(key - 1) * 0.1});
+      slots.push_back({0.0, -step * 0.1});
       continue;
     }
-    const double angle = std::numbers::pi * (key - middle) / count;
-    slots.push_back({0.3 * std::cos(angle) - 0.25, 0.3 * std::sin(angle) - (key - middle) * 0.025});
+    const double angle = std::numbers::pi * step / count;
+    slots.push_back({arc.radius * std::cos(angle) - 0.25,
+                     arc.radius * std::sin(angle) - step * arc.compression});
   }
   return slots;
 }
@@ -52,6 +65,20 @@ Layout jitter_slots(const Layout& nominal, RandomStream& random) {
     }
   }
   return slots;
+}
+
+Layout jitter_layout(const Layout& nominal, RandomStream& random) {
+  Layout best;
+  double best_distance = -1;
+  for (int attempt = 0; attempt < kLayoutAttempts && best_distance < kSlotDistance; ++attempt) {
+    Layout candidate;
+    for (const Vec2& slot : nominal) candidate.push_back(slot + normal_pair(kJitter, random));
+    const double distance = least_distance(candidate);
+    if (distance <= best_distance) continue;
+    best = candidate;
+    best_distance = distance;
+  }
+  return best;
 }
 
 Layout assign_slots(const Layout& slots, RandomStream& random) {

@@ -31,12 +31,22 @@ class Layout {
   std::size_t size_ = 0;
 };
 
-// Slots of the colour and shape families for K = 3, 5 or 9 objects (remember 6.2).
-Layout nominal_slots(int count);
+// Half a circle around the robot's side of the table, squeezed in y.
+struct ArcParams {
+  double radius = 0.3;         // m
+  double compression = 0.025;  // m in y per slot from the middle
+};
+
+// Slots of three objects in a row, of more on an arc (remember 6.2).
+Layout nominal_slots(int count, const ArcParams& arc = {});
 
 // Moves every slot by N(0, 0.01^2) in x and y, up to 50 times each until it keeps 0.06 m from the
 // slots before it; the nominal slot stays if all fail (remember 6.3).
 Layout jitter_slots(const Layout& nominal, RandomStream& random);
+
+// Moves all slots by N(0, 0.01^2) in x and y, up to 20 times until all pairs keep 0.06 m; the most
+// spacious attempt stays if none does (remember 6.4).
+Layout jitter_layout(const Layout& nominal, RandomStream& random);
 
 // Gives key k the slot permutation[k], the permutation drawn uniformly.
 Layout assign_slots(const Layout& slots, RandomStream& random);

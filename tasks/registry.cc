@@ -5,7 +5,8 @@
 
 #include "core/error.h"
 #include "tasks/color_recall.h"
-#include "tasks/remember_color.h"
+#include "tasks/find_imposter.h"
+#include "tasks/remember.h"
 
 namespace engram {
 namespace {
@@ -17,7 +18,12 @@ struct Family {
 
 // The families of this version. A new one is one line here and one file pair in this folder.
 constexpr std::array kFamilies = {
-    Family{"RememberColor", tasks::make_remember_color},
+    Family{"RememberColor", tasks::make_remember},
+    Family{"RememberShape", tasks::make_remember},
+    Family{"RememberShapeAndColor", tasks::make_remember},
+    Family{"FindImposterColor", tasks::make_find_imposter},
+    Family{"FindImposterShape", tasks::make_find_imposter},
+    Family{"FindImposterShapeAndColor", tasks::make_find_imposter},
     Family{"BunchOfColors", tasks::make_color_recall},
     Family{"SeqOfColors", tasks::make_color_recall},
     Family{"ChainOfColors", tasks::make_color_recall},

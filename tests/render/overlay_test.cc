@@ -12,7 +12,7 @@ namespace {
 Overlay overlay_of(const char* id, double target) {
   EnvOptions options;
   options.threads = 1;
-  options.pins = {{"target", {target}}};
+  options.pins = {{make_task(id)->info().hidden_draw, {target}}};
   VectorEnv env(make_task(id), options);
   env.reset();
   Overlay overlay = make_overlay(512, 512);
@@ -61,6 +61,33 @@ TEST_CASE("overlay: RememberColor shows the target's colour", "[render]") {
     CHECK(pixel(canvas, x, 38) == kWhite);
     CHECK(pixel(canvas, x + 21, 59) == kWhite);
     CHECK(whites(canvas, 10, 39, x - 4, 61) > 100);
+  }
+}
+
+TEST_CASE("overlay: shapes are named, with their colour where it matters", "[render]") {
+  for (const char* id : {"RememberShape9-VLA-v0", "FindImposterShape9-VLA-v0"}) {
+    const Overlay overlay = overlay_of(id, 6);
+    REQUIRE(overlay.items.size() == 1);
+    const auto& text = std::get<OverlayText>(overlay.items[0]);
+    CHECK(text.text == "Target: pyramide");
+    CHECK(text.baseline.x == 10);
+    CHECK(text.baseline.y == 60);
+  }
+  for (const char* id :
+       {"RememberShapeAndColor5x3-VLA-v0", "FindImposterShapeAndColor5x3-VLA-v0"}) {
+    const Overlay overlay = overlay_of(id, 7);
+    REQUIRE(overlay.items.size() == 3);
+    const auto& text = std::get<OverlayText>(overlay.items[0]);
+    const auto& swatch = std::get<OverlaySwatch>(overlay.items[1]);
+    const auto& name = std::get<OverlayText>(overlay.items[2]);
+    CHECK(text.text == "Target:");
+    CHECK(swatch.corner.y == 38);
+    CHECK(swatch.color.red == 0);
+    CHECK(swatch.color.green == 255);
+    CHECK(swatch.color.blue == 0);
+    CHECK(name.text == "t_shape");
+    CHECK(name.baseline.x > swatch.corner.x + swatch.size);
+    CHECK(name.baseline.y == 60);
   }
 }
 

@@ -27,28 +27,59 @@ double least_distance(const Layout& layout) {
 }
 
 TEST_CASE("Nominal slots have the published coordinates", "[layout]") {
-  const std::map<int, std::vector<Vec2>> table = {
-      {3, {{0, 0.1}, {0, 0}, {0, -0.1}}},
-      {5, {{-0.15729, -0.23532}, {-0.00729, -0.15134}, {0.05, 0}}},
+  constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
+  constexpr ArcParams kWide{.radius = 0.45, .compression = 0.025};
+  struct Row {
+    int count;
+    ArcParams arc;
+    double spacing;  // of the nearest neighbours
+    std::vector<Vec2> slots;
+  };
+  const Row table[] = {
+      {3, {}, 0.1, {{0, 0.1}, {0, 0}, {0, -0.1}}},
+      {5, {}, 0.1618, {{-0.15729, -0.23532}, {-0.00729, -0.15134}, {0.05, 0}}},
+      {6, kRound, 0.1553, {{-0.17235, -0.28978}, {-0.03787, -0.21213}, {0.03978, -0.07765}}},
       {9,
+       {},
+       0.0797,
        {{-0.19791, -0.19544},
         {-0.10000, -0.18481},
         {-0.02019, -0.14284},
         {0.03191, -0.07761},
         {0.05, 0}}},
+      {15,
+       kRound,
+       0.0627,
+       {{-0.21864, -0.29836},
+        {-0.15729, -0.28532},
+        {-0.10000, -0.25981},
+        {-0.04926, -0.22294},
+        {-0.00729, -0.17634},
+        {0.02406, -0.12202},
+        {0.04344, -0.06237},
+        {0.05, 0}}},
+      {15,
+       kWide,
+       0.0693,
+       {{-0.20296, -0.27253},
+        {-0.11094, -0.27798},
+        {-0.02500, -0.26471},
+        {0.05111, -0.23442},
+        {0.11406, -0.18950},
+        {0.16110, -0.13303},
+        {0.19017, -0.06856},
+        {0.20000, 0}}},
   };
-  for (const auto& [count, slots] : table) {
-    const Layout nominal = nominal_slots(count);
+  for (const auto& [count, arc, spacing, slots] : table) {
+    const Layout nominal = nominal_slots(count, arc);
     REQUIRE(nominal.size() == static_cast<std::size_t>(count));
+    CHECK(least_distance(nominal) == Approx(spacing).margin(1e-4));
     for (std::size_t i = 0; i < slots.size(); ++i) {
       CHECK((nominal[i] - slots[i]).norm() < 1e-5);
       const Vec2& mirrored = nominal[nominal.size() - 1 - i];
       CHECK((mirrored - Vec2(slots[i].x(), -slots[i].y())).norm() < 1e-5);
     }
   }
-  CHECK(least_distance(nominal_slots(3)) == Approx(0.1));
-  CHECK(least_distance(nominal_slots(5)) == Approx(0.1618).margin(1e-4));
-  CHECK(least_distance(nominal_slots(9)) == Approx(0.0797).margin(1e-4));
 }
 
 TEST_CASE("Jitter is normal with 10 mm and keeps slots 60 mm apart", "[layout]") {
@@ -80,6 +111,38 @@ TEST_CASE("A crowded slot stays where it is nominally", "[layout]") {
   // 60 mm are six deviations: no attempt succeeds.
   CHECK(jittered[1] == Vec2(0, 0));
   CHECK(jittered[0] != Vec2(0, 0));
+}
+
+TEST_CASE("Whole layouts are drawn until all pairs keep 60 mm", "[layout]") {
+  struct Row {
+    int count;
+    ArcParams arc;
+    double accepted;  // share of the layouts (remember 6.4)
+  };
+  const Row table[] = {
+      {6, {.radius = 0.3, .compression = 0}, 1},
+      {9, {}, 1},
+      {15, {.radius = 0.45, .compression = 0.025}, 0.95},
+      {15, {.radius = 0.3, .compression = 0}, 0},
+  };
+  for (const auto& [count, arc, accepted] : table) {
+    const Layout nominal = nominal_slots(count, arc);
+    std::vector<double> distances;
+    int good = 0;
+    constexpr int kRounds = 1000;
+    for (std::uint64_t seed = 0; seed < kRounds; ++seed) {
+      RandomStream random(seed, 0, 0);
+      distances.push_back(least_distance(jitter_layout(nominal, random)));
+      good += distances.back() >= 0.06 ? 1 : 0;
+    }
+    INFO(count << " slots");
+    CHECK(static_cast<double>(good) / kRounds == Approx(accepted).margin(0.02));
+    if (accepted > 0) continue;
+    // The most spacious of 20 attempts.
+    std::sort(distances.begin(), distances.end());
+    CHECK(distances[kRounds / 2] == Approx(0.0515).margin(0.001));
+    CHECK(distances[kRounds / 100] == Approx(0.046).margin(0.001));
+  }
 }
 
 TEST_CASE("Every permutation of slots is equally likely", "[layout]") {

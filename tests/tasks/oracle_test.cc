@@ -70,7 +70,7 @@ TEST_CASE("Oracles succeed in the same episodes with and without sleep", "[oracl
   }
 }
 
-// Random motion that keeps the hand above the cubes. `closing`: the fingers meet their limit now
+// Random motion that keeps the hand above the props. `closing`: the fingers meet their limit now
 // and then.
 std::vector<float> raised(VectorEnv& env, bool closing) {
   std::vector<float> actions = test::act(env, Policy::kRandom);
@@ -127,14 +127,17 @@ Differences compare_sleep(const std::string& id, bool closing) {
   return found;
 }
 
-TEST_CASE("Untouched cubes leave the robot's bits alone with and without sleep", "[sleep]") {
+// Families whose props are simulated although nobody has touched them, since they drop.
+bool drops(const std::string& id) { return id.find("Imposter") != std::string::npos; }
+
+TEST_CASE("Untouched props leave the robot's bits alone with and without sleep", "[sleep]") {
   for (const std::string& id : ids(false)) {
     const Differences found = compare_sleep(id, false);
     INFO(id);
     CHECK(found.robot_bits == 0);
     CHECK(found.props < 5e-4);
-    CHECK(found.props > 0);  // awake cubes do settle
-    CHECK_FALSE(found.touched);
+    CHECK(found.props > 0);  // awake props do settle
+    CHECK(found.touched == drops(id));
   }
 }
 
@@ -145,7 +148,7 @@ TEST_CASE("At a joint limit sleep makes a difference in the last bits only", "[s
     const Differences found = compare_sleep(id, true);
     INFO(id << ": bits differ in " << found.robot_bits << " of 1000 steps, by " << found.robot);
     CHECK(found.robot < 1e-9);
-    CHECK_FALSE(found.touched);
+    CHECK(found.touched == drops(id));
   }
 }
 

@@ -71,7 +71,7 @@ TEST_CASE("The touch reward has the worked values", "[reward]") {
 
 // The reward of every step, worked out from what the environment shows.
 double expected_reward(const VectorEnv& env, const std::vector<float>& action,
-                       const std::vector<float>& previous) {
+                       const std::vector<float>& previous, const SmoothnessParams& params) {
   const float* delta = row<float>(env.output("obj_to_goal_pos"), 0);
   TouchRewardInputs in;
   in.distance = std::hypot(static_cast<double>(delta[0]), static_cast<double>(delta[1]),
@@ -90,16 +90,26 @@ double expected_reward(const VectorEnv& env, const std::vector<float>& action,
   in.robot_static = *row<std::uint8_t>(env.output("is_robot_static"), 0) != 0;
   in.placed = *row<std::uint8_t>(env.output("is_obj_placed"), 0) != 0;
   in.success = env.success()[0] != 0;
-  return touch_reward(in, kColor).reward;
+  return touch_reward(in, params).reward;
 }
 
 TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
-  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+  struct Row {
+    const char* id;
+    SmoothnessParams params;
+  };
+  const Row rows[] = {
+      {"RememberColor5-VLA-v0", kColor},       {"FindImposterColor5-VLA-v0", kColor},
+      {"RememberShape5-VLA-v0", kColor},       {"FindImposterShape5-VLA-v0", kColor},
+      {"RememberShapeAndColor3x2-VLA-v0", {}}, {"FindImposterShapeAndColor3x2-VLA-v0", {}}};
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    const Row& task = rows[seed];
+    INFO(task.id);
     EnvOptions options;
     options.seed = seed;
     options.reward_mode = RewardMode::kDense;
     options.freeze_cue = seed % 2 == 0;
-    const auto env = test::make_env("RememberColor5-VLA-v0", options);
+    const auto env = test::make_env(task.id, options);
     env->reset();
     std::vector<float> previous(7);
     double total = 0;
@@ -113,7 +123,8 @@ TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
       const bool frozen = options.freeze_cue && env->state().elapsed[0] < freeze;
       env->step(action);
       if (frozen) action.assign(7, 0.0F);  // the reward sees the frozen action
-      CHECK(env->reward()[0] == Approx(expected_reward(*env, action, previous)).margin(2e-6));
+      CHECK(env->reward()[0] ==
+            Approx(expected_reward(*env, action, previous, task.params)).margin(2e-6));
       previous = action;
       total += static_cast<double>(env->reward()[0]);
       successes += env->success()[0];

@@ -1,0 +1,17 @@
+// FindImposterColor, FindImposterShape and FindImposterShapeAndColor: all objects but one are
+// shown, they vanish, then all appear in other places and the one that was not shown has to be
+// touched (remember_and_find_imposter.md).
+#pragma once
+
+#include <memory>
+
+#include "core/task.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+// FindImposterColor{3,5,9}, FindImposterShape{3,5,9}, FindImposterShapeAndColor{3x2,3x3,5x3};
+// -VLA-v0.
+std::unique_ptr<Task> make_find_imposter(const RegistryEntry& entry);
+
+}  // namespace engram::tasks

@@ -1,0 +1,17 @@
+// RememberColor, RememberShape and RememberShapeAndColor: one object shows its colour, its shape or
+// both, it vanishes, then K objects appear and the one that was shown has to be touched
+// (remember_and_find_imposter.md).
+#pragma once
+
+#include <memory>
+
+#include "core/task.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+// RememberColor{3,5,9}, RememberShape{3,5,9}, RememberShapeAndColor{3x2,3x3,5x3}; -VLA-v0 and
+// -Long-VLA-v0.
+std::unique_ptr<Task> make_remember(const RegistryEntry& entry);
+
+}  // namespace engram::tasks
