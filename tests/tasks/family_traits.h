@@ -1,0 +1,34 @@
+// What tests expect of a family, where it is not what most families do.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+namespace engram::test {
+
+struct FamilyTraits {
+  std::string_view ids = {};  // what the ids begin with
+  double oracle = 0.95;       // least share of episodes that the oracle solves
+  // Props are simulated although nobody has touched them.
+  bool moves_untouched = false;
+  // Props sink a little while they are simulated: not those that the task puts back or moves.
+  bool settles = true;
+  // The human view may tell what was hidden: it shows the goal.
+  bool goal_for_people = false;
+};
+
+// The first row that fits an id counts.
+inline constexpr std::array kFamilyTraits = {
+    FamilyTraits{.ids = "FindImposter", .moves_untouched = true},
+    FamilyTraits{},
+};
+
+inline const FamilyTraits& traits_of(const std::string& id) {
+  for (const FamilyTraits& traits : kFamilyTraits) {
+    if (id.starts_with(traits.ids)) return traits;
+  }
+  return kFamilyTraits.back();
+}
+
+}  // namespace engram::test
