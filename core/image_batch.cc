@@ -58,6 +58,7 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
     throw Error(Error::kInvalidArgument, "image observations: no camera given, 1 or more needed");
   }
   ImageSourceOptions fitted = options;
+  fitted.for_people = false;
   fitted.max_size = std::max(shape.width, shape.height);
   source_ = factory(document, views_.body_names(), fitted, workers);
   RenderImage request;

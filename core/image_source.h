@@ -37,6 +37,7 @@ struct ImageSourceOptions {
   bool shadows = false;
   bool antialias = false;  // 2 x 2 samples per pixel
   int max_size = 128;      // pixels, of either side of an image
+  bool for_people = true;  // false: leaves out what is hidden from the robot's sensors
 };
 
 // Makes a source for an MJCF document; `bodies` names what BodyViews stand for. Throws Error if

@@ -37,6 +37,7 @@ void VectorEnv::render(int env, std::string_view camera, int width, int height,
     if (!renderers_) throw Error(Error::kUnavailable, "pictures without a renderer");
     ImageSourceOptions options = for_people ? options_.render_options : options_.image_options;
     options.max_size = kMaxImageSize;
+    options.for_people = for_people;
     source = renderers_(document(), views_->body_names(), options, 1);
   }
   RenderImage image;

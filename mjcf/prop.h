@@ -23,6 +23,7 @@ struct Primitive {
   bool collides = true;
   bool visible = true;
   double emission = 0;
+  bool hidden_from_sensors = false;  // visible to people only
 };
 
 // How the simulator moves a body.

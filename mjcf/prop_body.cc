@@ -20,7 +20,8 @@ void add_primitive(Element& body, const Prop& prop, std::size_t index, bool visu
   if (primitive.quat != Quat{1, 0, 0, 0}) set(geom, "quat", primitive.quat);
 
   const bool shown = visuals && primitive.visible;
-  set(geom, "group", shown ? kVisualGroup : kCollisionGroup);
+  const int visual = primitive.hidden_from_sensors ? kPeopleGroup : kVisualGroup;
+  set(geom, "group", shown ? visual : kCollisionGroup);
   if (!shown) return;
   set(geom, "rgba", primitive.rgba);
   set(geom, "material", glows(primitive) ? geom_name(prop, index) : "prop");

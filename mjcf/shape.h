@@ -9,6 +9,7 @@
 namespace engram::mjcf {
 
 // Geom groups: MuJoCo's viewers show 0 to 2 unless told otherwise.
+inline constexpr int kPeopleGroup = 1;  // seen by people, not by the robot's sensors
 inline constexpr int kVisualGroup = 2;
 inline constexpr int kCollisionGroup = 3;
 

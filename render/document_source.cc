@@ -42,7 +42,7 @@ class DocumentSource final : public ImageSource {
   DocumentSource(const std::string& document, const std::vector<std::string>& bodies,
                  const ImageSourceOptions& options, int workers) {
     const ModelPtr model = compile_model(document);
-    scene_ = scene_from_model(*model);
+    scene_ = scene_from_model(*model, options.for_people);
     // The first light slants; the one from above would put shadows under what stands there.
     if (options.shadows && !scene_.scene.lights.empty()) {
       scene_.scene.lights.front().casts_shadow = true;

@@ -128,10 +128,18 @@ RenderShape shape_of(const mjModel& model, int geom) {
   }
 }
 
+// Groups of geoms, as the documents use them.
+constexpr int kPeopleGroup = 1;  // not for the robot's sensors
+constexpr int kLastVisibleGroup = 2;
+
+bool is_shown(const mjModel& model, int geom, bool for_people) {
+  const int group = model.geom_group[geom];
+  return group <= kLastVisibleGroup && (for_people || group != kPeopleGroup);
+}
+
 void add_geom(const mjModel& model, int geom, std::vector<int>& mesh_index, ModelScene& result) {
   const Rgba rgba = color_of(model, geom);
-  constexpr int kLastVisibleGroup = 2;
-  if (model.geom_group[geom] > kLastVisibleGroup || rgba[3] <= 0) return;
+  if (rgba[3] <= 0) return;
 
   RenderGeom out;
   out.shape = shape_of(model, geom);
@@ -214,10 +222,12 @@ void pose_rows(std::span<const int> bodies_of, std::span<const float> local,
 
 }  // namespace
 
-ModelScene scene_from_model(const mjModel& model) {
+ModelScene scene_from_model(const mjModel& model, bool for_people) {
   ModelScene result;
   std::vector<int> mesh_index(at(model.nmesh), -1);
-  for (int i = 0; i < model.ngeom; ++i) add_geom(model, i, mesh_index, result);
+  for (int i = 0; i < model.ngeom; ++i) {
+    if (is_shown(model, i, for_people)) add_geom(model, i, mesh_index, result);
+  }
   for (int i = 0; i < model.ncam; ++i) add_camera(model, i, result);
   add_lights(model, result.scene);
   return result;

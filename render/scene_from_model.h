@@ -22,15 +22,15 @@ struct ModelScene {
   std::vector<float> camera_local;  // (cameras, 12)
 };
 
-// Takes geoms of groups 0 to 2 that are not transparent, fixed cameras by name, active directional
-// lights, and as ambient light that of the headlight and of all lights together. Materials whose
-// name contains "wood" become wood, "grid", "floor" or "tile" a grid; other textures their mean
-// colour. Segments are indices of geoms in the model, plus 1. Specular light, the headlight's
-// diffuse light and lights that are not directional are left out. No light casts shadows unless the
-// model says so.
+// Takes geoms of groups 0 to 2 (without `for_people`, not of group 1) that are not transparent,
+// fixed cameras by name, active directional lights, and as ambient light that of the headlight and
+// of all lights together. Materials whose name contains "wood" become wood, "grid", "floor" or
+// "tile" a grid; other textures their mean colour. Segments are indices of geoms in the model,
+// plus 1. Specular light, the headlight's diffuse light and lights that are not directional are
+// left out. No light casts shadows unless the model says so.
 //
 // Throws Error if a geom is of a type that renderers do not know.
-ModelScene scene_from_model(const mjModel& model);
+ModelScene scene_from_model(const mjModel& model, bool for_people = true);
 
 // Poses of bodies in the world: entry i of `position` starts at position + i * position_stride.
 // mjData's are {xpos, 3, xquat, 4}; rows of (x, y, z, qw, qx, qy, qz) are {rows, 7, rows + 3, 7}.
