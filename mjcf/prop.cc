@@ -20,6 +20,16 @@ Prop cube(const std::string& name, double half_size, const Rgba& rgba) {
   return prop;
 }
 
+Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba) {
+  Prop prop;
+  prop.name = name;
+  prop.motion = Motion::kKinematic;
+  prop.primitives.push_back(
+      {.shape = Shape::kSphere, .size = {radius, 0, 0}, .rgba = rgba, .collides = false});
+  prop.pos = {0, 0, radius};
+  return prop;
+}
+
 bool same_physics(const Prop& a, const Prop& b) {
   const auto same_shape = [](const Primitive& p, const Primitive& q) {
     return p.shape == q.shape && p.size == q.size && p.pos == q.pos && p.quat == q.quat &&

@@ -48,6 +48,9 @@ struct Prop {
 // A solid cube of density 1000 kg/m^3 (common 13), resting on the table.
 Prop cube(const std::string& name, double half_size, const Rgba& rgba);
 
+// A sphere to look at, moved by the task; it touches nothing.
+Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba);
+
 // True if the two differ in name, look and place only.
 bool same_physics(const Prop& a, const Prop& b);
 

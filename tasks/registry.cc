@@ -7,6 +7,11 @@
 #include "tasks/color_recall.h"
 #include "tasks/find_imposter.h"
 #include "tasks/remember.h"
+#include "tasks/shell_game_color_lamp.h"
+#include "tasks/shell_game_pick.h"
+#include "tasks/shell_game_push.h"
+#include "tasks/shell_game_shuffle.h"
+#include "tasks/shell_game_touch.h"
 
 namespace engram {
 namespace {
@@ -27,6 +32,12 @@ constexpr std::array kFamilies = {
     Family{"BunchOfColors", tasks::make_color_recall},
     Family{"SeqOfColors", tasks::make_color_recall},
     Family{"ChainOfColors", tasks::make_color_recall},
+    Family{"ShellGameTouch", tasks::make_shell_game_touch},
+    Family{"ShellGamePush", tasks::make_shell_game_push},
+    Family{"ShellGamePick", tasks::make_shell_game_pick},
+    Family{"ShellGameColorLampTouch", tasks::make_shell_game_color_lamp},
+    Family{"ShellGameShuffleTouch", tasks::make_shell_game_shuffle_touch},
+    Family{"ShellGameShuffleColorLampTouch", tasks::make_shell_game_shuffle_color_lamp},
 };
 
 const Family* find_family(std::string_view name) {

@@ -15,11 +15,12 @@ inline std::unique_ptr<VectorEnv> make_env(std::string_view id, const EnvOptions
   return std::make_unique<VectorEnv>(make_task(id), options);
 }
 
-// The ids of all tasks that this version can run.
-inline std::vector<std::string> implemented_ids() {
+// The ids of all tasks that this version can run, or of those of one family.
+inline std::vector<std::string> implemented_ids(std::string_view family = {}) {
   std::vector<std::string> ids;
   for (const RegistryEntry& entry : registry()) {
-    if (is_implemented(entry)) ids.emplace_back(entry.id);
+    const bool wanted = family.empty() || entry.family == family;
+    if (wanted && is_implemented(entry)) ids.emplace_back(entry.id);
   }
   return ids;
 }

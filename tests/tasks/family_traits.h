@@ -21,6 +21,11 @@ struct FamilyTraits {
 // The first row that fits an id counts.
 inline constexpr std::array kFamilyTraits = {
     FamilyTraits{.ids = "FindImposter", .moves_untouched = true},
+    // Outside the benchmark; its grasp leaves no step to spare.
+    FamilyTraits{.ids = "ShellGamePick", .oracle = 0.90, .goal_for_people = true},
+    FamilyTraits{.ids = "ShellGamePush", .goal_for_people = true},
+    FamilyTraits{.ids = "ShellGameTouch"},
+    FamilyTraits{.ids = "ShellGame", .settles = false},
     FamilyTraits{},
 };
 

@@ -1,0 +1,150 @@
+#include "mjcf/mug.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace engram::mjcf {
+namespace {
+
+// Everything here is in the frame of the handle: x along its radius, y across it, z from foot to
+// rim, about the mug's origin. Metres and kilograms, scaled by 1.3.
+
+constexpr double kMass = 0.30;
+constexpr Vec3 kCenterOfMass = {-0.0041, -0.0057, -0.0172};
+constexpr std::array<double, 6> kInertia = {4.693e-4, 4.757e-4, 6.40e-4, -7.9e-6, 0, 0};
+
+constexpr double kAxisX = -0.0066;
+constexpr double kAxisY = -0.0047;
+constexpr double kRim = kMugRestingHeight;
+constexpr double kRadius = 0.0533;
+constexpr double kInnerRadius = 0.0514;
+constexpr double kFootThickness = 0.002;
+constexpr double kLipRadius = 0.0607;
+constexpr double kLipHalfHeight = 0.0033;
+constexpr double kAcross = kAxisY - 0.0043;  // the handle's middle
+constexpr double kHandleHalfWidth = 0.0087;
+
+// Walls to look at are rings of flat staves, which overlap by a little: nothing shows through.
+constexpr int kStaves = 16;
+constexpr double kOverlap = 0.0002;
+
+// The scan's median glaze, as bright as in pictures of upstream under this project's lights.
+constexpr Rgba kGlaze = {0.48, 0.108, 0.122, 1};
+constexpr Rgba kPale = {0.85, 0.78, 0.74, 1};
+
+enum class Use { kTouch, kLook };
+
+void add(Prop& prop, Use use, Shape shape, const Vec3& size, const Vec3& pos, const Quat& quat) {
+  prop.primitives.push_back({.shape = shape,
+                             .size = size,
+                             .pos = pos,
+                             .quat = quat,
+                             .rgba = kGlaze,
+                             .collides = use == Use::kTouch,
+                             .visible = use == Use::kLook});
+}
+
+constexpr Quat kStraight = {1, 0, 0, 0};
+
+Quat turn_z(double angle) { return {std::cos(angle / 2), 0, 0, std::sin(angle / 2)}; }
+Quat turn_y(double angle) { return {std::cos(angle / 2), 0, std::sin(angle / 2), 0}; }
+
+void add_collision(Prop& prop) {
+  constexpr double kGap = 0.0003;  // the rim alone stands on the table
+  const double half = kRim - kGap / 2;
+  add(prop, Use::kTouch, Shape::kCylinder, {kRadius, half, 0}, {kAxisX, kAxisY, -kGap / 2},
+      kStraight);
+  add(prop, Use::kTouch, Shape::kCylinder, {kLipRadius, kLipHalfHeight, 0},
+      {kAxisX, kAxisY, kRim - kLipHalfHeight}, kStraight);
+  add(prop, Use::kTouch, Shape::kBox, {0.0058, kHandleHalfWidth, 0.0280},
+      {kAxisX + 0.0857, kAcross, 0}, kStraight);
+  for (const double side : {-1.0, 1.0}) {
+    add(prop, Use::kTouch, Shape::kBox, {0.0145, kHandleHalfWidth, 0.0050},
+        {kAxisX + 0.0665, kAcross, side * 0.031}, kStraight);
+  }
+}
+
+// A ring of staves between two radii, low <= z <= high.
+void add_ring(Prop& prop, double inner, double outer, double low, double high) {
+  const double half_width = outer * std::tan(std::numbers::pi / kStaves) + kOverlap;
+  const double middle = (inner + outer) / 2;
+  for (int i = 0; i < kStaves; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kStaves;
+    add(prop, Use::kLook, Shape::kBox, {(outer - inner) / 2, half_width, (high - low) / 2},
+        {kAxisX + middle * std::cos(angle), kAxisY + middle * std::sin(angle), (low + high) / 2},
+        turn_z(angle));
+  }
+}
+
+// The handle's loop: two arms, a bar and a strut across each corner, all as wide as what collides.
+void add_handle(Prop& prop) {
+  constexpr double kThickness = 0.0048;  // half
+  const auto strap = [&prop](double from_x, double from_z, double to_x, double to_z) {
+    const double length = std::hypot(to_x - from_x, to_z - from_z);
+    add(prop, Use::kLook, Shape::kBox, {length / 2 + 0.0015, kHandleHalfWidth, kThickness},
+        {kAxisX + (from_x + to_x) / 2, kAcross, (from_z + to_z) / 2},
+        turn_y(-std::atan2(to_z - from_z, to_x - from_x)));
+  };
+  for (const double side : {-1.0, 1.0}) {
+    strap(0.052, side * 0.0312, 0.0725, side * 0.0312);
+    strap(0.0725, side * 0.0312, 0.0866, side * 0.0175);
+  }
+  strap(0.0866, -0.0175, 0.0866, 0.0175);
+}
+
+void add_looks(Prop& prop) {
+  add(prop, Use::kLook, Shape::kCylinder, {kRadius, kFootThickness / 2, 0},
+      {kAxisX, kAxisY, kFootThickness / 2 - kRim}, kStraight);
+  add_ring(prop, kInnerRadius, kRadius, -kRim, kRim - kLipHalfHeight);
+  add_ring(prop, kInnerRadius, kLipRadius, kRim - 2 * kLipHalfHeight, kRim);
+  add_handle(prop);
+  // The pale spot in the middle of the foot.
+  add(prop, Use::kLook, Shape::kCylinder, {0.005, 0.0002, 0}, {kAxisX, kAxisY, -kRim}, kStraight);
+  prop.primitives.back().rgba = kPale;
+}
+
+// --- turning the whole mug about +z ---
+
+Vec3 turned(const Vec3& v, double c, double s) {
+  return {c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]};
+}
+
+// A rotation about +z, then q.
+Quat turned(const Quat& q, double angle) {
+  const Quat z = turn_z(angle);
+  return {z[0] * q[0] - z[3] * q[3], z[0] * q[1] - z[3] * q[2], z[0] * q[2] + z[3] * q[1],
+          z[0] * q[3] + z[3] * q[0]};
+}
+
+std::array<double, 6> turned_inertia(double c, double s) {
+  const auto [xx, yy, zz, xy, xz, yz] = kInertia;
+  return {c * c * xx - 2 * c * s * xy + s * s * yy,
+          s * s * xx + 2 * c * s * xy + c * c * yy,
+          zz,
+          c * s * (xx - yy) + (c * c - s * s) * xy,
+          c * xz - s * yz,
+          s * xz + c * yz};
+}
+
+}  // namespace
+
+Prop mug(const std::string& name, double handle_yaw) {
+  Prop prop;
+  prop.name = name;
+  prop.pos = {0, 0, kMugRestingHeight};
+  add_collision(prop);
+  add_looks(prop);
+
+  const double c = std::cos(handle_yaw);
+  const double s = std::sin(handle_yaw);
+  for (Primitive& primitive : prop.primitives) {
+    primitive.pos = turned(primitive.pos, c, s);
+    primitive.quat = turned(primitive.quat, handle_yaw);
+  }
+  prop.mass = kMass;
+  prop.center_of_mass = turned(kCenterOfMass, c, s);
+  prop.inertia = turned_inertia(c, s);
+  return prop;
+}
+
+}  // namespace engram::mjcf

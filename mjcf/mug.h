@@ -1,0 +1,21 @@
+// The mug of the shell games (shell 1.3): hollow to look at, solid to touch.
+#pragma once
+
+#include <numbers>
+#include <string>
+
+#include "mjcf/prop.h"
+
+namespace engram::mjcf {
+
+// Height of the origin of a mug that stands on its rim or on its foot.
+inline constexpr double kMugRestingHeight = 0.0529462;  // m
+
+// Where the handle points, about +z from +x, in the frame of the scanned mug.
+inline constexpr double kMugHandleYaw = -34.1 * std::numbers::pi / 180;  // rad
+
+// +z goes from foot to rim, the origin is the middle of the original's bounding box. `handle_yaw`
+// turns the whole mug about +z so that its handle points that way.
+Prop mug(const std::string& name, double handle_yaw = kMugHandleYaw);
+
+}  // namespace engram::mjcf

@@ -1,0 +1,40 @@
+// ShellGamePick: the mug that hides the ball has to be picked up by its handle and lifted (shell
+// 4).
+#pragma once
+
+#include <memory>
+
+#include "core/task.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+struct ShellPickInputs {
+  double to_handle = 0;      // TCP to the handle, m
+  double to_goal = 0;        // mug to the goal's centre, m
+  double arm_speed = 0;      // rad/s
+  double gripper_width = 0;  // m: 0 closed, 0.08 open
+  bool grasped = false;
+  bool robot_static = false;
+  bool placed = false;
+  bool manipulation = false;
+  bool success = false;
+};
+
+struct ShellPickTerms {
+  double reaching = 0;
+  double open = 0;
+  double grasp = 0;
+  double place = 0;
+  double stillness = 0;
+  bool reached = false;
+  double reward = 0;
+};
+
+// The dense reward: 0 outside the manipulation phase, 75 at success.
+ShellPickTerms shell_pick_reward(const ShellPickInputs& inputs);
+
+// ShellGamePick-VLA-v0.
+std::unique_ptr<Task> make_shell_game_pick(const RegistryEntry& entry);
+
+}  // namespace engram::tasks

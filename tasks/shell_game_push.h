@@ -1,0 +1,35 @@
+// ShellGamePush: the mug that hides the ball has to be pushed forward (shell 3).
+#pragma once
+
+#include <memory>
+
+#include "core/task.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+struct ShellPushInputs {
+  double distance = 0;   // TCP to the mug, m
+  double to_goal = 0;    // mug to the goal's centre, m
+  double arm_speed = 0;  // rad/s
+  bool robot_static = false;
+  bool placed = false;
+  bool manipulation = false;
+  bool success = false;
+};
+
+struct ShellPushTerms {
+  double reaching = 0;
+  double place = 0;
+  double stillness = 0;
+  bool reached = false;
+  double reward = 0;
+};
+
+// The dense reward: 0 outside the manipulation phase, 4 at success.
+ShellPushTerms shell_push_reward(const ShellPushInputs& inputs);
+
+// ShellGamePush-VLA-v0.
+std::unique_ptr<Task> make_shell_game_push(const RegistryEntry& entry);
+
+}  // namespace engram::tasks
