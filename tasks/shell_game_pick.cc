@@ -27,12 +27,14 @@ const Eigen::Vector3d kGripFromMug(-0.0635, 0.0480, 0);
 // The tool turned so that the fingers close across the bar: -43.6 degrees about z.
 const Eigen::Quaterniond kGripTool =
     Eigen::AngleAxisd(-43.6 * std::numbers::pi / 180, Eigen::Vector3d::UnitZ()) * kToolDown;
-constexpr double kGripHeight = 0.072;    // m, of the TCP: the palm clears the mug's foot by 3 mm
-constexpr double kHoverHeight = 0.13;    // m: fingertips above the mugs
-constexpr double kGripRadius = 0.006;    // m: near enough over the bar to close
-constexpr double kGripTurn = 0.15;       // rad: turned enough to come down
+constexpr double kGripHeight = 0.072;  // m, of the TCP: the palm clears the mug's foot by 3 mm
+constexpr double kHoverHeight = 0.12;  // m: fingertips above the mugs
+constexpr double kFunnel = 0.01;       // m: the way down begins this near
+constexpr double kFunnelSlope = 2;
+constexpr double kGripTurn = 0.25;       // rad: turned enough to come down
+constexpr double kGripRadius = 0.012;    // m: near enough to the grip to close
 constexpr double kHoldingWidth = 0.022;  // m: fingers this close together hold the bar
-constexpr double kLift = 0.04;           // m, of the mug
+constexpr double kLift = 0.02;           // m, of the mug
 
 class ShellGamePick final : public ShellGame {
  public:
@@ -134,34 +136,30 @@ class ShellGamePick final : public ShellGame {
   // while the cue still shows.
   void act(Range envs, bool blind, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const State& state = *engine_.state;
       const int slot = chosen_slot(env, blind);
-      const Eigen::Vector3d grip = mug_slot_pos(env, slot) + kGripFromMug;
-      const bool over = (tcp_pos(env) - grip).head<2>().norm() < kGripRadius;
-      const bool down = over && tcp_pos(env).z() < kGripHeight + kGripRadius;
-      const bool holding = down && gripper_width(env) < kHoldingWidth;
+      const Eigen::Vector3d grip =
+          slot_pos(env, slot, kGripHeight) + Eigen::Vector3d(kGripFromMug.x(), kGripFromMug.y(), 0);
       const double lifted = mug_pos(env, slot).z() - mug_slot_pos(env, slot).z();
-      float* action = actions.row(env);
-      Eigen::Vector3d goal(grip.x(), grip.y(), kHoverHeight);
+      const bool closing = (tcp_pos(env) - grip).norm() < kGripRadius;
+      const bool holding = closing && gripper_width(env) < kHoldingWidth;
+      Eigen::Vector3d goal = approach_by_funnel(*engine_.state, env, grip, kFunnel, kFunnelSlope);
       double gripper = kGripperOpen;
-      if (is_manipulation(env)) {
-        if (lifted > 0.001 || holding) {
-          gripper = kSqueeze;
-          goal.z() = lifted > kLift ? tcp_pos(env).z() : tcp_pos(env).z() + kLiftLead;
-        } else if (down) {
-          gripper = kSqueeze;
-          goal.z() = kGripHeight;
-        } else if (over && turn_left(env) < kGripTurn) {
-          goal.z() = kGripHeight;
-        }
+      if (!is_manipulation(env) || turn_left(env) > kGripTurn) {
+        goal.z() = std::max(goal.z(), kHoverHeight);
+      } else if (holding || lifted > kTakenUp) {
+        gripper = kSqueeze;
+        goal = tcp_pos(env) + Eigen::Vector3d(0, 0, lifted > kLift ? 0 : kLiftLead);
+      } else if (closing) {
+        gripper = kSqueeze;
       }
-      servo_tool(state, env, goal, kGripTool, gripper, action);
+      servo_tool(*engine_.state, env, goal, kGripTool, gripper, actions.row(env));
     }
   }
 
  private:
   static constexpr double kSqueeze = -1;     // drives the fingers into what they hold
   static constexpr double kLiftLead = 0.03;  // m, that the tool's target is above it
+  static constexpr double kTakenUp = 0.002;  // m: a mug this high hangs in the fingers
 
   Eigen::Vector3d goal_pos(int env) const {
     return slot_pos(env, target_[env], BALL_RADIUS) + kGoalFromBall;

@@ -27,11 +27,6 @@ constexpr double kPushLead = 0.03;        // m, that the tool's target is ahead 
 constexpr double kFunnel = 0.03;  // m: the tool stays above a cone that opens at this radius
 constexpr double kFunnelSlope = 1.2;
 
-Eigen::Vector3d down_a_funnel(const Eigen::Vector3d& tcp, const Eigen::Vector3d& goal) {
-  const double away = (goal - tcp).head<2>().norm();
-  return goal + Eigen::Vector3d(0, 0, kFunnelSlope * std::max(0.0, away - kFunnel));
-}
-
 class ShellGamePush final : public ShellGame {
  public:
   explicit ShellGamePush(const RegistryEntry& entry)
@@ -110,9 +105,9 @@ class ShellGamePush final : public ShellGame {
       const Eigen::Vector3d tcp = tcp_pos(env);
       const bool pushing =
           std::abs(tcp.y() - start.y()) < kLaneWidth && tcp.z() < kPushHeight + kPushHeightBand;
-      const Eigen::Vector3d goal = pushing
-                                       ? Eigen::Vector3d(tcp.x() + kPushLead, start.y(), start.z())
-                                       : down_a_funnel(tcp, start);
+      const Eigen::Vector3d goal =
+          pushing ? Eigen::Vector3d(tcp.x() + kPushLead, start.y(), start.z())
+                  : approach_by_funnel(*engine_.state, env, start, kFunnel, kFunnelSlope);
       servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
     }
   }

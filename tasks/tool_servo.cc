@@ -71,12 +71,18 @@ Eigen::Vector3d approach_from_above(const State& state, int env, const Eigen::Ve
   return goal + Eigen::Vector3d(0, 0, overhead ? 0.0 : clearance);
 }
 
+Eigen::Vector3d approach_by_funnel(const State& state, int env, const Eigen::Vector3d& goal,
+                                   double radius, double slope) {
+  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const double away = (goal - tcp).head<2>().norm();
+  return goal + Eigen::Vector3d(0, 0, slope * std::max(0.0, away - radius));
+}
+
 Eigen::Vector3d glide_down(const State& state, int env, const Eigen::Vector3d& goal,
                            double travel_height) {
-  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
-  const double distance = (goal - tcp).head<2>().norm();
-  const double height = goal.z() + std::max(0.0, distance - kGlideStart);
-  return {goal.x(), goal.y(), std::min(height, std::max(travel_height, goal.z()))};
+  Eigen::Vector3d way = approach_by_funnel(state, env, goal, kGlideStart, 1);
+  way.z() = std::min(way.z(), std::max(travel_height, goal.z()));
+  return way;
 }
 
 }  // namespace engram::tasks

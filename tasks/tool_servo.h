@@ -47,8 +47,12 @@ void hold_tool(double gripper, float* action);
 Eigen::Vector3d approach_from_above(const State& state, int env, const Eigen::Vector3d& goal,
                                     double clearance);
 
-// The same along a slope: the tool comes down to the point while it gets there, and rises to
-// `travel_height` where the point is far.
+// A quicker way down: the tool keeps above a funnel around the goal, which is `radius` wide at its
+// height and rises by `slope` beyond that.
+Eigen::Vector3d approach_by_funnel(const State& state, int env, const Eigen::Vector3d& goal,
+                                   double radius, double slope);
+
+// The same with a common funnel, and never above `travel_height` unless the goal is.
 Eigen::Vector3d glide_down(const State& state, int env, const Eigen::Vector3d& goal,
                            double travel_height);
 
