@@ -86,7 +86,7 @@ void add_handle(Prop& prop) {
         turn_y(-std::atan2(to_z - from_z, to_x - from_x)));
   };
   for (const double side : {-1.0, 1.0}) {
-    strap(0.052, side * 0.0312, 0.0725, side * 0.0312);
+    strap(0.0535, side * 0.0312, 0.0725, side * 0.0312);
     strap(0.0725, side * 0.0312, 0.0866, side * 0.0175);
   }
   strap(0.0866, -0.0175, 0.0866, 0.0175);

@@ -22,7 +22,7 @@ struct Bench {
 TEST_CASE("The shuffle of the test vector", "[shell]") {
   Bench bench(4);
   const Shuffle& shuffle = bench.shuffle;
-  const std::vector<int> pairs = {0, 1, 2, 0};
+  const std::vector<int> pairs = {0, 2, 1, 0};
   shuffle.reset(0, 4, 23, 3, pairs);
   const int rows[4][3] = {{0, 1, 2}, {1, 0, 2}, {2, 0, 1}, {0, 2, 1}};
   for (int swaps = 0; swaps < 4; ++swaps) {
