@@ -62,7 +62,7 @@ void check_lamps(const std::string& renderer) {
 
 TEST_CASE("Every environment's lamp has its own colour", "[render][shell]") {
   check_lamps("cpu");
-  if (test::has_egl()) check_lamps("egl");
+  if (has_egl()) check_lamps("egl");
 }
 
 TEST_CASE("People see the goal of Push and Pick, sensors do not", "[render][shell]") {
