@@ -1,5 +1,6 @@
 #include "tasks/shell_touch_game.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tasks/tool_servo.h"
@@ -13,8 +14,9 @@ constexpr double kSuccessReward = 3;
 
 // The oracle's way (shell 8.2): over the mug, then down until the fingertips are a centimetre
 // above its foot. Nothing is touched, so nothing can be shoved.
-constexpr double kHoverGap = 0.070;     // m above the mug's origin
-constexpr double kTravelGap = 0.067;    // m more while on the way
+constexpr double kHoverGap = 0.074;     // m above the mug's origin
+constexpr double kTravelGap = 0.063;    // m more while on the way
+constexpr double kDescent = 0.04;       // m at most at a time: fast tools overshoot
 constexpr double kCloseEnough = 0.003;  // m
 
 std::vector<std::string> reward_terms(bool shoving) {
@@ -103,8 +105,9 @@ void ShellTouchGame::act(Range envs, bool blind, FloatRows actions) {
       hold_tool(kGripperClosed, action);
     } else {
       const State& state = *engine_.state;
-      servo_tool(state, env, approach_from_above(state, env, goal, kTravelGap), kToolDown,
-                 kGripperClosed, action);
+      Eigen::Vector3d way = approach_from_above(state, env, goal, kTravelGap);
+      way.z() = std::max(way.z(), tcp_pos(env).z() - kDescent);
+      servo_tool(state, env, way, kToolDown, kGripperClosed, action);
     }
   }
 }
