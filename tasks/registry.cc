@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/error.h"
+#include "tasks/blink_count.h"
 #include "tasks/color_recall.h"
 #include "tasks/find_imposter.h"
 #include "tasks/remember.h"
@@ -29,15 +30,16 @@ constexpr std::array kFamilies = {
     Family{"FindImposterColor", tasks::make_find_imposter},
     Family{"FindImposterShape", tasks::make_find_imposter},
     Family{"FindImposterShapeAndColor", tasks::make_find_imposter},
-    Family{"BunchOfColors", tasks::make_color_recall},
-    Family{"SeqOfColors", tasks::make_color_recall},
-    Family{"ChainOfColors", tasks::make_color_recall},
     Family{"ShellGameTouch", tasks::make_shell_game_touch},
     Family{"ShellGamePush", tasks::make_shell_game_push},
     Family{"ShellGamePick", tasks::make_shell_game_pick},
     Family{"ShellGameColorLampTouch", tasks::make_shell_game_color_lamp},
     Family{"ShellGameShuffleTouch", tasks::make_shell_game_shuffle_touch},
     Family{"ShellGameShuffleColorLampTouch", tasks::make_shell_game_shuffle_color_lamp},
+    Family{"BunchOfColors", tasks::make_color_recall},
+    Family{"SeqOfColors", tasks::make_color_recall},
+    Family{"ChainOfColors", tasks::make_color_recall},
+    Family{"BlinkCountButtonPress", tasks::make_blink_count},
 };
 
 const Family* find_family(std::string_view name) {

@@ -26,6 +26,7 @@ inline constexpr std::array kFamilyTraits = {
     FamilyTraits{.ids = "ShellGamePush", .goal_for_people = true},
     FamilyTraits{.ids = "ShellGameTouch"},
     FamilyTraits{.ids = "ShellGame", .settles = false},
+    FamilyTraits{.ids = "BlinkCount", .settles = false},
     FamilyTraits{},
 };
 
