@@ -42,7 +42,9 @@ class ColorRecall final : public Task {
     engine_ = bindings;
     ColumnStore& memory = *bindings.memory;
     clock_.bind(memory);
-    touch_.bind(bindings, bindings.options[kTouchRadius]);
+    const double touch_radius = bindings.options[kTouchRadius];
+    touch_.bind(bindings, touch_radius);
+    above_touch_.z() = std::min(kAboveTouch, 0.6 * touch_radius);
     button_.bind(bindings);
     reward_dict_.bind(bindings, kColorRewardTerms);
     sequence_ = memory.add<std::int32_t>("sequence", params_.SEQUENCE_LENGTH);
@@ -174,7 +176,7 @@ class ColorRecall final : public Task {
       const int color = choose(env, targets);
       const Eigen::Vector3d goal =
           color < 0 ? button_.next_waypoint(env, kTravelHeight)
-                    : glide_down(*engine_.state, env, touch_.touch_point(env, color) + kAboveTouch,
+                    : glide_down(*engine_.state, env, touch_.touch_point(env, color) + above_touch_,
                                  kTravelHeight);
       servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
     }
@@ -198,7 +200,7 @@ class ColorRecall final : public Task {
 
  private:
   static constexpr double kTravelHeight = 0.115;  // m: the TCP between two touches touches nothing
-  inline static const Eigen::Vector3d kAboveTouch{0, 0, 0.010};  // m: clear of the cube's top
+  static constexpr double kAboveTouch = 0.02;     // m: clear of the cube, even when it overshoots
 
   static mjcf::Scene cubes() {
     mjcf::Scene scene;
@@ -390,6 +392,7 @@ class ColorRecall final : public Task {
   PhaseClock clock_;
   TouchLatch touch_;
   PressButton button_;
+  Eigen::Vector3d above_touch_{0, 0, 0};  // where the oracle stops, from the touch point
   RewardDict reward_dict_;
   Column<std::int32_t> sequence_;  // (SEQUENCE_LENGTH) colours of the cue
   Column<double> positions_;       // (COLORS * 2) m: where the cubes stand in the action phase

@@ -1,0 +1,35 @@
+// Puts the robot's tool where a test wants it.
+#pragma once
+
+#include <algorithm>
+
+#include "tasks/tool_servo.h"
+#include "tests/env_helpers.h"
+
+namespace engram::test {
+
+// Joint angles that bring the TCP there, pointing down, and no velocity. Without physics
+// (EnvOptions::substeps 0) the tool stays there, and the next step measures it there.
+inline void pose_tool(const VectorEnv& env, const Eigen::Vector3d& pos, int index = 0) {
+  const Arm& arm = env.physics_model().arm();
+  const State& state = env.state();
+  double* q = state.qpos.row(index);
+  ArmJacobian jacobian;
+  for (int i = 0; i < 50; ++i) {
+    const Pose pose = arm.forward(q, jacobian);
+    Eigen::Matrix<double, 6, 1> twist;
+    twist.head<3>() = pos - pose.pos;
+    twist.tail<3>() = rotation_vector(tasks::kToolDown * pose.quat.conjugate());
+    if (twist.norm() < 1e-13) break;
+    Eigen::Map<ArmVector>(q) += Arm::pseudo_inverse_step(jacobian, twist);
+  }
+  std::fill_n(state.qvel.row(index), kRobotJoints, 0.0);
+}
+
+// One step of an environment without physics, with the tool there.
+inline void step_at(VectorEnv& env, const Eigen::Vector3d& pos) {
+  pose_tool(env, pos);
+  step(env, Policy::kZero);
+}
+
+}  // namespace engram::test
