@@ -167,7 +167,7 @@ TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle
       // The nominal slot that is nearest.
       int nearest = 0;
       double least = 1;
-      Eigen::Vector2d offset;
+      Eigen::Vector2d offset = Eigen::Vector2d::Zero();
       for (int k = 0; k < 9; ++k) {
         const double angle = 1.15 * std::numbers::pi * (k - 4) / 9;
         const Eigen::Vector2d nominal(0.3 * std::cos(angle) - 0.25,
