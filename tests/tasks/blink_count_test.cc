@@ -220,9 +220,14 @@ TEST_CASE("The cap sinks ahead of the finger, and stops a hard press", "[blink_c
   REQUIRE(count(*env, "raw_press_count") == 1);
   double lowest = 1;
   for (int i = 0; i < 30; ++i) {
-    env->step(std::vector<float>{0, 0, -1, 0, 0, 0, -0.6F});
-    const double height = env->state().tcp_pos.row(0)[2];
-    lowest = std::min(lowest, height);
+    // Down with full strength, but not aside.
+    const double* tcp = env->state().tcp_pos.row(0);
+    const double* button = row<double>(env->memory().find("button_xy"), 0);
+    std::vector<float> action(7);
+    tasks::servo_tool(env->state(), 0, {button[0], button[1], tcp[2] - 0.1}, tasks::kToolDown,
+                      tasks::kGripperClosed, action.data());
+    env->step(action);
+    lowest = std::min(lowest, tcp[2]);
     CHECK(value<float>(*env, "press_depth") >= 0.0049F);
   }
   // The tips end 9.5 mm below the TCP, the sunken cap at 0.044.

@@ -104,14 +104,15 @@ TEST_CASE("Trembling around a threshold never makes a second press", "[button]")
   for (const double swing : {0.0001, 0.0005, 0.001}) {
     INFO("swing " << swing);
     Tool tool;
-    move(tool, 0.2, kPress);
+    move(tool, 0.2, kPress + 0.0011);
     CHECK(tool.began == 0);
     tremble(tool, kPress, swing);  // crosses the press threshold 40 times
     CHECK(tool.began == 1);
     CHECK(tool.released == 0);
     CHECK(tool.confirmed == 0);
     move(tool, kPress, 0.06);
-    move(tool, 0.06, kRelease);
+    move(tool, 0.06, kRelease - 0.0011);
+    CHECK(tool.released == 0);
     tremble(tool, kRelease, swing);  // and the release threshold
     CHECK(tool.began == 1);
     CHECK(tool.released == 1);
