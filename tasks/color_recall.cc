@@ -25,10 +25,11 @@ class ColorRecall final : public Task {
  public:
   ColorRecall(const RegistryEntry& entry, const ColorRecallParams& params)
       : params_(params),
+        rule_(params.rule),
         slots_(arc_slots()),
         scene_(cubes()),
         touch_(
-            {COLORS, kTouchHeight, params.rule == ColorRule::kChain ? params.SEQUENCE_LENGTH : 0}),
+            {COLORS, kTouchHeight, params.rule == ColorRule::kBunch ? 0 : params.SEQUENCE_LENGTH}),
         button_(scene_, "center_button", params.button) {
     info_ = describe(entry);
     describe_color_recall(params, info_);
@@ -44,6 +45,9 @@ class ColorRecall final : public Task {
     clock_.bind(memory);
     const double touch_radius = bindings.options[kTouchRadius];
     touch_.bind(bindings, touch_radius);
+    if (params_.rule == ColorRule::kSeq && bindings.options[kStrictOrder] != 0) {
+      rule_ = ColorRule::kSeqStrict;
+    }
     above_touch_.z() = std::min(kAboveTouch, 0.6 * touch_radius);
     button_.bind(bindings);
     reward_dict_.bind(bindings, kColorRewardTerms);
@@ -237,9 +241,7 @@ class ColorRecall final : public Task {
     return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
   }
   TouchTally count_touches(int env) const {
-    const bool ordered = params_.rule == ColorRule::kChain;
-    return tally_touches(params_.rule, sequence(env), {touch_.touched(env), COLORS},
-                         ordered ? touch_.order(env) : nullptr);
+    return tally_touches(rule_, sequence(env), {touch_.touched(env), COLORS}, touch_.order(env));
   }
 
   void draw_sequence(const Episode& episode) const {
@@ -360,7 +362,7 @@ class ColorRecall final : public Task {
     double angles[2] = {0, 0};
     for (const std::int32_t color : targets) {
       if (touch_.touched(env)[color] != 0) continue;
-      if (params_.rule == ColorRule::kChain) return color;
+      if (rule_ == ColorRule::kSeqStrict || rule_ == ColorRule::kChain) return color;
       const Vec2 at = slot(env, color);
       const double angle = std::atan2(at.y(), at.x() - kArcX);
       for (int end = 0; end < 2; ++end) {
@@ -385,6 +387,7 @@ class ColorRecall final : public Task {
   }
 
   ColorRecallParams params_;
+  ColorRule rule_;  // by which touches are judged
   TaskInfo info_;
   Layout slots_;
   mjcf::Scene scene_;

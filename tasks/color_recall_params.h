@@ -32,7 +32,7 @@ inline constexpr int kColorRewardTerms = 16;
 
 // What an episode samples (buttons 4.2), in the order of TaskInfo::draws, and the options.
 enum ColorDraw { kSequence, kPositions, kCueSteps, kEmptySteps };
-enum ColorOption { kTouchRadius };
+enum ColorOption { kTouchRadius, kStrictOrder };  // the latter for Seq only
 
 // The variant of that id.
 const ColorRecallParams& color_recall_params(std::string_view id);

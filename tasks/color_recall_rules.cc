@@ -25,6 +25,21 @@ void judge_order(std::span<const std::int32_t> targets, const std::int32_t* orde
   tally.order_ok = tally.next < 0;
 }
 
+// Of the touches so far only; after a mistake there is no next target.
+void judge_filled_order(std::span<const std::int32_t> targets, const std::int32_t* order,
+                        TouchTally& tally) {
+  tally.next = -1;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (order[i] == -1) {
+      tally.next = targets[i];
+      return;
+    }
+    if (order[i] == targets[i]) continue;
+    tally.order_ok = false;
+    return;
+  }
+}
+
 // The next target of the families without an order: Bunch names the lowest colour, Seq follows the
 // cue.
 int first_untouched(ColorRule rule, std::span<const std::int32_t> targets,
@@ -52,6 +67,8 @@ TouchTally tally_touches(ColorRule rule, std::span<const std::int32_t> targets,
   tally.all_touched = tally.no_extra && tally.correct == static_cast<int>(targets.size());
   if (rule == ColorRule::kChain) {
     judge_order(targets, order, tally);
+  } else if (rule == ColorRule::kSeqStrict) {
+    judge_filled_order(targets, order, tally);
   } else {
     tally.next = first_untouched(rule, targets, touched);
   }

@@ -8,8 +8,9 @@
 
 namespace engram::tasks {
 
-// How the families judge: by the set of touched colours, or by their order too.
-enum class ColorRule { kBunch, kSeq, kChain };
+// How the families judge: by the set of touched colours, or by their order too. kSeqStrict is
+// upstream's code for Seq, which asks for the order as well (buttons 9, C1).
+enum class ColorRule { kBunch, kSeq, kSeqStrict, kChain };
 
 struct TouchTally {
   int correct = 0;  // Chain: in the place of the cue
@@ -24,7 +25,7 @@ struct TouchTally {
 };
 
 // targets: colours of the cue, in its order. touched: a flag per colour. order: colours in the
-// order of their first touches, then -1; as long as targets, read for kChain only.
+// order of their first touches, then -1; as long as targets, read for kSeqStrict and kChain only.
 TouchTally tally_touches(ColorRule rule, std::span<const std::int32_t> targets,
                          std::span<const std::uint8_t> touched, const std::int32_t* order);
 

@@ -71,6 +71,24 @@ TEST_CASE("Touches are booked as in the worked examples", "[touch]") {
   }
 }
 
+TEST_CASE("Upstream's Seq asks for the order too", "[touch]") {
+  struct Row {
+    std::vector<int> touches;
+    bool order_ok;
+    int correct, next;
+  };
+  const Row rows[] = {{{}, true, 0, 4},         {{4}, true, 1, 1},      {{7}, false, 1, -1},
+                      {{4, 1}, true, 2, 7},     {{4, 7}, false, 2, -1}, {{4, 1, 7}, true, 3, -1},
+                      {{1, 4, 7}, false, 3, -1}};
+  for (const Row& row : rows) {
+    const TouchTally tally = after(ColorRule::kSeqStrict, row.touches);
+    CHECK(tally.order_ok == row.order_ok);
+    CHECK(tally.correct == row.correct);
+    CHECK(tally.next == row.next);
+    CHECK(tally.complete() == (row.order_ok && row.correct == 3));
+  }
+}
+
 TEST_CASE("The colour reward has the worked values", "[reward]") {
   const auto reward = [](int length, double goal, double speed, int correct, int wrong,
                          double displacement) {

@@ -283,6 +283,20 @@ TEST_CASE("The button opens when the colours are touched, and success needs all 
   }
 }
 
+TEST_CASE("With strict order Seq demands the cue's order", "[color_recall]") {
+  EnvOptions strict;
+  strict.task_options = {{"strict_order", 1}};
+  for (const bool right : {true, false}) {
+    const auto env = acting("SeqOfColors3-VLA-v0", {4, 1, 7}, strict);
+    for (const int color : right ? std::vector<int>{4, 1, 7} : std::vector<int>{4, 7, 1}) {
+      touch(*env, color);
+    }
+    CHECK(flag(*env, "button_pressable") == right);
+  }
+  CHECK_THROWS_WITH(acting("ChainOfColors3-VLA-v0", {4, 1, 7}, strict),
+                    Catch::Contains("no option named 'strict_order'"));
+}
+
 TEST_CASE("A press waits while the button is shut", "[color_recall]") {
   const auto env = acting("SeqOfColors3-VLA-v0");
   for (int t = 0; t < 6; ++t) step_at(*env, kFarAway);
