@@ -325,7 +325,8 @@ TEST_CASE("Touch asks for phase, distance, stillness and mugs in their places", 
     double* reference = const_cast<double*>(row<double>(env->memory().find("mug_reference"), 0));
     std::copy_n(tcp.data(), 2, reference + 2);
   };
-  test::step(*env, Policy::kZero);
+  CHECK_FALSE(result(0.05, 0));  // still the cue
+  CHECK(*row<std::uint8_t>(env->output("is_obj_placed"), 0) == 1);
   test::step(*env, Policy::kZero);
   remember_here();
   CHECK(result(0.05, 0));
