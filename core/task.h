@@ -41,11 +41,12 @@ struct TaskInfo {
   Termination termination = Termination::kNever;
   // Whether the canonical wrapper chain zeroes actions until the cue is over (common 10).
   bool frozen_cue = false;
-  double success_reward = 1;  // dense reward at success: what normalised rewards are divided by
-  int task_cue_dim = 0;       // values of the cue that policies may see; 0: none
-  int oracle_dim = 0;         // values of oracle_info
-  std::vector<Draw> draws;    // what an episode samples, and users may pin
-  std::string hidden_draw;    // the draw that an agent has to remember
+  double success_reward = 1;    // dense reward at success: what normalised rewards are divided by
+  int task_cue_dim = 0;         // values of the cue that policies may see; 0: none
+  int oracle_dim = 0;           // values of oracle_info
+  bool oracle_is_real = false;  // they are float32 (Bindings::oracle_values), not int32
+  std::vector<Draw> draws;      // what an episode samples, and users may pin
+  std::string hidden_draw;      // the draw that an agent has to remember
   std::vector<TaskOption> options;        // variants of the rules, for users to choose
   ConstantTable constants;                // the class constants of the spec
   std::vector<std::string> reward_terms;  // names of the columns of info "reward_dict"
@@ -72,12 +73,14 @@ struct FloatRows {
 struct Bindings {
   const State* state = nullptr;       // outlives the task's use of it
   std::span<const double> options;    // values of info().options, in order; outlive it too
+  const Arm* arm = nullptr;           // likewise
   ColumnStore* memory = nullptr;      // for what the task remembers; zero when an episode begins
   ColumnStore* outputs = nullptr;     // for info fields; zero when an episode begins
   Column<std::uint8_t> success;       // out of evaluate
   Column<std::uint8_t> failed;        // out of evaluate, where the family has it
   Column<std::int32_t> freeze_steps;  // out of reset: actions are frozen before this step count
   Column<std::int32_t> oracle_info;   // (oracle_dim) out of evaluate
+  Column<float> oracle_values;        // instead of oracle_info where it is real
   Column<float> task_cue;             // (task_cue_dim) out of evaluate
   Column<float> action;               // the action of this step, after the curriculum's freeze
   Column<float> previous_action;      // that of the step before; zeros at first

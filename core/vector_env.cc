@@ -97,6 +97,7 @@ void VectorEnv::allocate() {
   pins_ = PinTable(pin_memory_, all_draws(info));
   bindings_.state = &state_;
   bindings_.options = option_values_;
+  bindings_.arm = &model_->arm();
   bindings_.memory = &memory_;
   bindings_.outputs = &outputs_;
   bindings_.action = memory_.add<float>("action", action_dim());
@@ -128,7 +129,10 @@ void VectorEnv::allocate() {
   success_once_ =
       outputs_.add<std::uint8_t>("success_once", 1, "", "success in any step of the episode");
   episode_return_ = outputs_.add<double>("episode_return", 1, "", "sum of rewards");
-  if (info.oracle_dim > 0) {
+  if (info.oracle_dim > 0 && info.oracle_is_real) {
+    bindings_.oracle_values =
+        outputs_.add<float>("oracle_info", info.oracle_dim, "", "the hidden quantity");
+  } else if (info.oracle_dim > 0) {
     bindings_.oracle_info =
         outputs_.add<std::int32_t>("oracle_info", info.oracle_dim, "", "the hidden quantity");
   }

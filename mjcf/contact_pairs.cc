@@ -93,25 +93,27 @@ void add_table_pairs(Element& contact) {
 }
 
 // What of the robot can reach a prop: all that comes after the elbow.
-void add_prop_pairs(Element& contact, const Prop& prop) {
+void add_prop_pairs(Element& contact, const Prop& prop, const Side& support) {
   const Side own = side(prop);
   for (int i = static_cast<int>(Link::kLink5); i < kLinkCount; ++i) {
     add_pairs(contact, side(static_cast<Link>(i)), own);
   }
   if (prop.motion == Motion::kFree) {
     const double sinkage = kSinkageOnFour * 4 / standing_contacts(prop);
-    add_pairs(contact, {{kTableTop}, kHard}, own, sinkage);
+    add_pairs(contact, support, own, sinkage);
   }
 }
 
 }  // namespace
 
-void add_contact_pairs(Element& root, const std::vector<Prop>& props) {
+void add_contact_pairs(Element& root, const std::vector<Prop>& props, bool table_ends) {
   Element& contact = add(root, "contact");
+  Side support{{kTableTop}, kHard};
+  if (table_ends) support.geoms = {kTableBlock, kGround};
   add_self_pairs(contact);
   add_table_pairs(contact);
   for (std::size_t i = 0; i < props.size(); ++i) {
-    add_prop_pairs(contact, props[i]);
+    add_prop_pairs(contact, props[i], support);
     for (std::size_t j = 0; j < i; ++j) {
       const bool either_moves =
           props[i].motion == Motion::kFree || props[j].motion == Motion::kFree;

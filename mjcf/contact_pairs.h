@@ -10,8 +10,11 @@ namespace engram::mjcf {
 
 // Name of the plane on which everything stands.
 inline constexpr const char* kTableTop = "table_top";
+// Where the table ends, props stand on these instead: the table's block and the ground around it.
+inline constexpr const char* kTableBlock = "table_block";
+inline constexpr const char* kGround = "ground_plane";
 
 // Writes the pairs: robot with itself, robot with table, and then those of the props.
-void add_contact_pairs(Element& root, const std::vector<Prop>& props);
+void add_contact_pairs(Element& root, const std::vector<Prop>& props, bool table_ends);
 
 }  // namespace engram::mjcf

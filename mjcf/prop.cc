@@ -36,7 +36,7 @@ bool same_physics(const Prop& a, const Prop& b) {
            p.collides == q.collides;
   };
   return a.motion == b.motion && a.mass == b.mass && a.center_of_mass == b.center_of_mass &&
-         a.inertia == b.inertia && a.friction == b.friction &&
+         a.inertia == b.inertia && a.friction == b.friction && a.damping == b.damping &&
          std::equal(a.primitives.begin(), a.primitives.end(), b.primitives.begin(),
                     b.primitives.end(), same_shape);
 }

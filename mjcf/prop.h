@@ -41,6 +41,7 @@ struct Prop {
   Vec3 center_of_mass{};            // m
   std::array<double, 6> inertia{};  // kg m^2: xx, yy, zz, xy, xz, yz
   double friction = 0.3;            // the material's; a pair takes the average (common 13)
+  double damping = 0;               // of all six velocities: N s/m, N m s/rad
   Vec3 pos{0, 0, 0.02};             // pose in the document (qpos0); tasks place it at reset
   Quat quat{1, 0, 0, 0};
 };

@@ -27,6 +27,17 @@ void add_primitive(Element& body, const Prop& prop, std::size_t index, bool visu
   set(geom, "material", glows(primitive) ? geom_name(prop, index) : "prop");
 }
 
+void add_free_joint(Element& body, const Prop& prop) {
+  if (prop.damping == 0) {
+    set(add(body, "freejoint"), "name", prop.name);
+    return;
+  }
+  Element& joint = add(body, "joint");
+  set(joint, "name", prop.name);
+  set(joint, "type", "free");
+  set(joint, "damping", prop.damping);
+}
+
 }  // namespace
 
 void add_prop(Element& worldbody, const Prop& prop, bool visuals) {
@@ -37,7 +48,7 @@ void add_prop(Element& worldbody, const Prop& prop, bool visuals) {
   if (prop.motion == Motion::kKinematic) {
     set(body, "mocap", "true");
   } else {
-    set(add(body, "freejoint"), "name", prop.name);
+    add_free_joint(body, prop);
     Element& inertial = add(body, "inertial");
     set(inertial, "mass", prop.mass);
     set(inertial, "pos", prop.center_of_mass);

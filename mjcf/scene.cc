@@ -126,7 +126,7 @@ std::string compose(const Scene& scene, Detail detail) {
   }
 
   Element& world = add(root, "worldbody");
-  if (tangible) add_table_top(world);
+  if (tangible) add_table_top(world, scene.table_ends);
   if (visuals) {
     add_surroundings(world);
     add_world_cameras(world, scene.render_camera);
@@ -134,7 +134,7 @@ std::string compose(const Scene& scene, Detail detail) {
   add_panda(world, tangible, visuals);
   for (const Prop& prop : props) add_prop(world, prop, visuals);
 
-  if (tangible) add_contact_pairs(root, props);
+  if (tangible) add_contact_pairs(root, props, scene.table_ends);
   add_finger_tendon(root);
   add_drives(root);
   add_start_keyframe(root, props);

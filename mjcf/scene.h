@@ -14,6 +14,7 @@ enum class RenderCamera { kA, kB, kC };
 struct Scene {
   std::vector<Prop> props;  // in the order in which tasks index them
   RenderCamera render_camera = RenderCamera::kA;
+  bool table_ends = false;  // props can fall off the table; otherwise its top has no end
 };
 
 // What a document contains. The robot's bodies, joints and actuators come first and are the same

@@ -8,7 +8,10 @@
 namespace engram::mjcf {
 namespace {
 
-constexpr double kGroundHeight = -0.91964;  // common 4
+// The table's block and the ground (common 4).
+constexpr double kGroundHeight = -0.91964;
+constexpr Vec3 kTableHalfSize = {0.6045, 1.209, 0.45982145};
+constexpr Vec3 kTableCenter = {-0.12, 0, -0.45982145};
 
 // Lights of common 9, as seen through upstream's pipeline: it shades linearly, divides by pi and
 // encodes for the display; MuJoCo does neither. These levels give the three brightnesses that
@@ -78,12 +81,23 @@ void add_tiles(Element& assets) {
 
 }  // namespace
 
-void add_table_top(Element& worldbody) {
+void add_table_top(Element& worldbody, bool table_ends) {
   Element& plane = add(worldbody, "geom");
   set(plane, "name", kTableTop);
   set(plane, "type", "plane");
   set(plane, "size", {0, 0, 1});
   set(plane, "group", kCollisionGroup);
+  if (!table_ends) return;
+
+  Element& block = add_geom(worldbody, Shape::kBox, kTableHalfSize, kTableCenter, {});
+  set(block, "name", kTableBlock);
+  set(block, "group", kCollisionGroup);
+  Element& ground = add(worldbody, "geom");
+  set(ground, "name", kGround);
+  set(ground, "type", "plane");
+  set(ground, "size", {0, 0, 1});
+  set(ground, "pos", {0, 0, kGroundHeight});
+  set(ground, "group", kCollisionGroup);
 }
 
 void add_visual_options(Element& root) {

@@ -5,8 +5,9 @@
 
 namespace engram::mjcf {
 
-// The plane on which everything stands, in every document.
-void add_table_top(Element& worldbody);
+// The plane on which everything stands, in every document; and, where the table ends, its block and
+// the ground for what rolls off.
+void add_table_top(Element& worldbody, bool table_ends);
 
 // For pictures: rendering options and materials (children of the root and of the assets), and the
 // visible table, ground and lights.

@@ -7,12 +7,16 @@
 #include "tasks/blink_count.h"
 #include "tasks/color_recall.h"
 #include "tasks/find_imposter.h"
+#include "tasks/intercept.h"
+#include "tasks/intercept_grab.h"
 #include "tasks/remember.h"
+#include "tasks/rotate.h"
 #include "tasks/shell_game_color_lamp.h"
 #include "tasks/shell_game_pick.h"
 #include "tasks/shell_game_push.h"
 #include "tasks/shell_game_shuffle.h"
 #include "tasks/shell_game_touch.h"
+#include "tasks/take_it_back.h"
 
 namespace engram {
 namespace {
@@ -40,6 +44,11 @@ constexpr std::array kFamilies = {
     Family{"SeqOfColors", tasks::make_color_recall},
     Family{"ChainOfColors", tasks::make_color_recall},
     Family{"BlinkCountButtonPress", tasks::make_blink_count},
+    Family{"Intercept", tasks::make_intercept},
+    Family{"InterceptGrab", tasks::make_intercept_grab},
+    Family{"RotateLenient", tasks::make_rotate},
+    Family{"RotateStrict", tasks::make_rotate},
+    Family{"TakeItBack", tasks::make_take_it_back},
 };
 
 const Family* find_family(std::string_view name) {

@@ -8,8 +8,7 @@
 namespace engram::tasks {
 namespace {
 
-// Full scale of the action components: 0.1 m and 0.1 rad (common 2.3).
-constexpr double kActionScale = 0.1;
+constexpr double kRotationScale = 0.1;  // rad, full scale of the action (common 2.3)
 // Commands beyond the remaining way, since one step covers only part of a command. Below
 // 1 / kStepResponse, so that the tool does not overshoot.
 constexpr double kGain = 1.6;
@@ -21,32 +20,48 @@ constexpr double kGlideStart = 0.01;  // m
 
 constexpr double kBaseX = -0.615;  // m: the robot's base axis
 
-}  // namespace
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
 
-void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
-                const Eigen::Quaterniond& orientation, double gripper, float* action) {
+// Turns the tool towards an orientation; leaves the translation alone.
+void turn_tool(const State& state, int env, const Eigen::Quaterniond& orientation, double gripper,
+               float* action) {
   const double* quat = state.tcp_quat.row(env);
   const Eigen::Quaterniond measured(quat[0], quat[1], quat[2], quat[3]);
-  const Eigen::Vector3d translation =
-      kGain / kActionScale * (goal - Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(env)));
   // Upstream negates rotation actions (common 2.3).
-  const Eigen::Vector3d rotation =
-      -kGain / kActionScale * rotation_vector(orientation * measured.conjugate());
+  const Vector3d rotation =
+      -kGain / kRotationScale * rotation_vector(orientation * measured.conjugate());
   for (int i = 0; i < 3; ++i) {
-    action[i] = static_cast<float>(std::clamp(translation[i], -1.0, 1.0));
     action[3 + i] = static_cast<float>(rotation[i] / std::max(1.0, rotation.norm()));
   }
   action[6] = static_cast<float>(gripper);
 }
 
-Eigen::Quaterniond tool_down(double yaw) {
-  return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * kToolDown;
+}  // namespace
+
+void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
+                const Eigen::Quaterniond& orientation, double gripper, float* action) {
+  const Eigen::Vector3d translation =
+      kGain / kTranslationScale *
+      (goal - Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(env)));
+  for (int i = 0; i < 3; ++i) action[i] = static_cast<float>(std::clamp(translation[i], -1.0, 1.0));
+  turn_tool(state, env, orientation, gripper, action);
 }
+
+void move_tool(const State& state, int env, const Eigen::Vector3d& command,
+               const Eigen::Quaterniond& orientation, double gripper, float* action) {
+  for (int i = 0; i < 3; ++i) {
+    action[i] = static_cast<float>(std::clamp(command[i] / kTranslationScale, -1.0, 1.0));
+  }
+  turn_tool(state, env, orientation, gripper, action);
+}
+
+Eigen::Quaterniond tool_down(double yaw) { return AngleAxisd(yaw, Vector3d::UnitZ()) * kToolDown; }
 
 double tool_yaw(const State& state, int env) {
   const double* quat = state.tcp_quat.row(env);
-  const Eigen::Vector3d forward =
-      Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]) * Eigen::Vector3d::UnitX();
+  const Vector3d forward =
+      Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]) * Vector3d::UnitX();
   return std::atan2(forward.y(), forward.x());
 }
 

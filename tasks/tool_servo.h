@@ -18,10 +18,17 @@ inline constexpr double kGripperSqueezing = -1.0;  // closed, and pressing on wh
 // Fraction of a commanded change that the drives cover in one control step (common 2.1).
 inline constexpr double kStepResponse = 0.38;
 
+// Full scale of the action's translation, m (common 2.3).
+inline constexpr double kTranslationScale = 0.1;
+
 // Writes an action that brings the TCP towards a pose, as fast as the drives allow and without
 // overshoot. `action` has 7 components; upstream's rotation sign.
 void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
                 const Eigen::Quaterniond& orientation, double gripper, float* action);
+
+// The same with the translation given: `command` is the displacement that the action asks for, m.
+void move_tool(const State& state, int env, const Eigen::Vector3d& command,
+               const Eigen::Quaterniond& orientation, double gripper, float* action);
 
 // kToolDown turned about the vertical by `yaw`, counter-clockwise from above.
 Eigen::Quaterniond tool_down(double yaw);

@@ -93,6 +93,48 @@ TEST_CASE("A snapshot in the middle of a contact goes on bit for bit", "[snapsho
   CHECK(contacts >= 2);
 }
 
+// Under way, in flight, in a grasp: whatever the oracle is doing by then.
+TEST_CASE("Every task goes on bit for bit from the middle of an episode", "[snapshot]") {
+  const auto play = [](VectorEnv& env, int steps) {
+    std::vector<Bytes> history;
+    for (int i = 0; i < steps; ++i) {
+      test::step(env, Policy::kOracle);
+      history.push_back(test::batch_bytes(env));
+    }
+    return history;
+  };
+  for (const std::string& id : test::implemented_ids()) {
+    const auto env = make_env(id, batch_of(2, 7));
+    env->reset();
+    for (const int steps : {2, 10, 10}) {
+      play(*env, steps);
+      const std::vector<std::byte> saved = env->save();
+      const std::vector<Bytes> expected = play(*env, 6);
+      const auto fresh = make_env(id, batch_of(2, 50));
+      fresh->restore(saved);
+      INFO(id);
+      CHECK((play(*fresh, 6) == expected));
+    }
+  }
+}
+
+TEST_CASE("A reset leaves nothing of the episode before", "[reset]") {
+  for (const std::string& id : test::implemented_ids()) {
+    const auto fresh = make_env(id, batch_of(2, 30));
+    fresh->reset();
+    const auto used = make_env(id, batch_of(2, 7));
+    used->reset();
+    for (int i = 0; i < 22; ++i) test::step(*used, Policy::kOracle);
+    const Bytes other = env_bytes(*used, 0);
+    const std::vector<std::uint8_t> mask = {0, 1};
+    const std::vector<std::uint64_t> seeds = {30, 31};
+    used->reset({.mask = mask, .seeds = seeds});
+    INFO(id);
+    CHECK((env_bytes(*used, 1) == env_bytes(*fresh, 1)));
+    CHECK((env_bytes(*used, 0) == other));
+  }
+}
+
 TEST_CASE("A whole batch is restored into a fresh one, pins included", "[snapshot]") {
   EnvOptions options = batch_of(4);
   options.pins = {{"target", {6}}};

@@ -27,6 +27,17 @@ inline constexpr std::array kFamilyTraits = {
     FamilyTraits{.ids = "ShellGameTouch"},
     FamilyTraits{.ids = "ShellGame", .settles = false},
     FamilyTraits{.ids = "BlinkCount", .settles = false},
+    // Balls roll off, and get faster than the hand can follow.
+    FamilyTraits{.ids = "InterceptSlow", .moves_untouched = true, .settles = false},
+    FamilyTraits{
+        .ids = "InterceptMedium", .oracle = 0.90, .moves_untouched = true, .settles = false},
+    FamilyTraits{.ids = "InterceptFast", .oracle = 0.85, .moves_untouched = true, .settles = false},
+    FamilyTraits{
+        .ids = "InterceptGrabSlow", .oracle = 0.90, .moves_untouched = true, .settles = false},
+    FamilyTraits{
+        .ids = "InterceptGrabMedium", .oracle = 0.80, .moves_untouched = true, .settles = false},
+    FamilyTraits{
+        .ids = "InterceptGrabFast", .oracle = 0.70, .moves_untouched = true, .settles = false},
     FamilyTraits{},
 };
 

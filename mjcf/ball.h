@@ -1,0 +1,14 @@
+// A ball that rolls.
+#pragma once
+
+#include <string>
+
+#include "mjcf/prop.h"
+
+namespace engram::mjcf {
+
+// A solid ball of density 1000 kg/m^3, resting on the table. It meets no rolling resistance; its
+// spin fades by 5 % per second (intercept 0.4).
+Prop ball(const std::string& name, double radius, const Rgba& rgba);
+
+}  // namespace engram::mjcf

@@ -1,0 +1,32 @@
+// Intercept: bring the rolling ball onto the target.
+#pragma once
+
+#include <memory>
+
+#include "core/task.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+// What the dense reward is made of (intercept 1.5).
+struct InterceptRewardInputs {
+  Eigen::Vector3d ball = Eigen::Vector3d::Zero();
+  Eigen::Vector3d goal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d tcp = Eigen::Vector3d::Zero();
+  bool reached = false;  // in an earlier step
+  bool success = false;
+};
+
+struct InterceptRewardTerms {
+  double reaching = 0;
+  double place = 0;
+  double tcp_to_hit_pose_dist = 0;
+  bool reached = false;
+  double reward = 0;
+};
+
+InterceptRewardTerms intercept_reward(const InterceptRewardInputs& inputs);
+
+std::unique_ptr<Task> make_intercept(const RegistryEntry& entry);
+
+}  // namespace engram::tasks

@@ -1,0 +1,36 @@
+// Angles of the Rotate families: targets, how far a peg has turned, and what is left (rotate 3.2 to
+// 3.6).
+#pragma once
+
+#include <string>
+
+namespace engram::tasks {
+
+enum class RotateMode { kPosAngle, kPosNegAngle };
+
+inline constexpr double kAngleThreshold = 0.1;  // rad
+
+// The nearest half-precision number; ties go to the even one.
+double round_to_half(double value);
+
+// The target for a uniform number of [0, 1): rad, in half precision. In pos_neg_angle sign and
+// magnitude come from the same number: positive targets are large, negative ones small.
+double target_angle(RotateMode mode, double u);
+
+// An angle in [-pi, pi).
+double wrap_angle(double angle);
+
+// The third angle of the intrinsic X-Y-Z decomposition of a quaternion (w, x, y, z) of any length:
+// the yaw, for a peg that lies flat.
+double peg_angle(const double* quat);
+
+struct PegTurn {
+  double relative = 0;  // turned since the episode began, rad
+  double error = 0;     // still to be turned, rad
+};
+PegTurn peg_turn(double angle, double initial_angle, double target);
+
+// The family's instruction with the target in whole degrees.
+std::string rotate_instruction(const std::string& text, double target);
+
+}  // namespace engram::tasks

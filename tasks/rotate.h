@@ -1,0 +1,38 @@
+// RotateLenient and RotateStrict: turn the peg by the angle of the instruction; the strict one
+// keeps its centre in place.
+#pragma once
+
+#include <memory>
+
+#include "core/task.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+// What the dense rewards are made of (rotate 3.7 and 4.3).
+struct RotateRewardInputs {
+  double distance = 0;     // peg centre to TCP, m
+  double error = 0;        // rad
+  double x_pos_error = 0;  // m, of the peg's centre (strict)
+  double y_pos_error = 0;
+  double penalty = 0;  // of hasty actions
+  bool robot_static = false;
+  bool success = false;
+};
+
+struct RotateRewardTerms {
+  double reaching = 0;
+  bool reached = false;
+  double rotate = 0;
+  double x_pos = 0;
+  double y_pos = 0;
+  bool position_ok = false;
+  double reward = 0;
+};
+
+RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& inputs);
+RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& inputs);
+
+std::unique_ptr<Task> make_rotate(const RegistryEntry& entry);
+
+}  // namespace engram::tasks
