@@ -82,8 +82,7 @@ std::string to_words(const std::vector<TaskResult>& results) {
   for (const TaskResult& result : results) {
     table.add({std::string(result.entry->id), std::string(split_name(result.entry->split)),
                std::string(result.entry->memory_type), fmt::format("{:.3f}", result.success_rate()),
-               fmt::format("{:.3f}", 1.0 / result.candidates),
-               fmt::format("{:.2f}", result.mean_return()),
+               fmt::format("{:.3f}", result.chance), fmt::format("{:.2f}", result.mean_return()),
                fmt::format("{:.1f}", result.mean_length())});
   }
   const Json summary = summary_document(results);

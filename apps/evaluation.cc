@@ -77,7 +77,7 @@ TaskResult evaluate(const RegistryEntry& entry, const Protocol& protocol,
                              static_cast<std::size_t>(env->action_dim()));
   TaskResult result;
   result.entry = &entry;
-  result.candidates = env->info().candidates;
+  result.chance = env->info().chance();
   const double steps_of_all =
       static_cast<double>(protocol.episodes) * static_cast<double>(entry.horizon);
   for (int done = 0; done < protocol.episodes; done += env->num_envs()) {
@@ -109,7 +109,7 @@ Json task_document(const TaskResult& result, const Protocol& protocol) {
           {"returns", result.returns},
           {"sr", result.success_rate()},
           {"mean_return", result.mean_return()},
-          {"chance", 1.0 / result.candidates},
+          {"chance", result.chance},
           {"benchmark_commit", nullptr},
           {"control_mode", control_mode_name(ControlMode::kPdEeDeltaPose)},
           {"obs_mode", obs_name(protocol.observation)},

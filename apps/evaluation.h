@@ -23,7 +23,7 @@ struct Protocol {
 // environments and threads.
 struct TaskResult {
   const RegistryEntry* entry = nullptr;
-  int candidates = 1;
+  double chance = 1;  // success rate of guessing
   std::vector<bool> successes;
   std::vector<double> returns;
   std::vector<int> lengths;  // control steps

@@ -211,7 +211,7 @@ Json describe_task(const VectorEnv& env) {
           {"canonical", info.canonical},
           {"instruction", info.instruction},
           {"candidates", info.candidates},
-          {"chance", 1.0 / info.candidates},
+          {"chance", info.chance()},
           {"termination", termination_name(info.termination)},
           {"frozen_cue", info.frozen_cue},
           {"action_dim", env.action_dim()},

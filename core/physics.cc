@@ -62,6 +62,7 @@ class Physics::Step {
   bool run() {
     begin();
     for (int i = 0; i < options_.substeps; ++i) {
+      glide(static_cast<double>(i + 1) / options_.substeps);
       if (options_.sleep) {
         composed_substep();
       } else {
@@ -92,6 +93,7 @@ class Physics::Step {
   void begin() {
     std::fill(bench_.awake_by_type.begin(), bench_.awake_by_type.end(), 0);
     bench_.obstacles.clear();
+    bench_.gliding.clear();
     bool any_awake = false;
     for (int prop = 0; prop < num_props(); ++prop) {
       PropStatus status = state_.status_of(env_, prop);
@@ -99,19 +101,75 @@ class Physics::Step {
       if (status == PropStatus::kAsleep && !options_.sleep && prop_model(prop).free) {
         status = PropStatus::kAwake;
       }
+      if (status == PropStatus::kAwake && !prop_model(prop).free) {
+        status = PropStatus::kAsleep;
+        begin_glide(prop);
+      }
       bench_.status[at(prop)] = static_cast<std::uint8_t>(status);
       if (status == PropStatus::kAwake) {
         prepare_awake(prop);
         any_awake = true;
       } else if (status == PropStatus::kAsleep && prop_model(prop).tangible()) {
-        bench_.obstacles.push_back(
-            {bench_.centers[at(prop)], prop_model(prop).bounding_radius + kWakeGap});
+        bench_.obstacles.push_back({bench_.centers[at(prop)], reach_of(prop) + kWakeGap});
       }
     }
+    any_awake |= wake_beside_gliding();
     int scene = any_awake ? model_.smallest_scene(bench_.awake_by_type, true)
                           : PhysicsModel::kDynamicsScene;
     if (!options_.sleep) scene = model_.full_scene();
     enter(scene, state_.qpos.row(env_), state_.qvel.row(env_), state_.qacc_warmstart.row(env_));
+  }
+
+  // A gliding prop counts with the sphere around its whole way.
+  void begin_glide(int prop) {
+    bench_.gliding.push_back(prop);
+    const Eigen::Map<const Eigen::Vector3d> way(state_.prop_qvel_of(env_, prop));
+    bench_.centers[at(prop)] += way / 2;
+    std::copy_n(state_.prop_pos_of(env_, prop), 3, bench_.motion[at(prop)].qpos);
+  }
+
+  bool is_gliding(int prop) const {
+    return std::find(bench_.gliding.begin(), bench_.gliding.end(), prop) != bench_.gliding.end();
+  }
+
+  // Radius of the sphere within which a prop may be during this step.
+  double reach_of(int prop) const {
+    const double radius = prop_model(prop).bounding_radius;
+    if (!is_gliding(prop)) return radius;
+    return radius + Eigen::Map<const Eigen::Vector3d>(state_.prop_qvel_of(env_, prop)).norm() / 2;
+  }
+
+  // Whether a gliding prop comes near a free one.
+  bool gliding_near(int prop) const {
+    return std::any_of(bench_.gliding.begin(), bench_.gliding.end(), [&](int other) {
+      return prop_model(other).tangible() &&
+             spheres_near(bench_.centers[at(prop)], prop_model(prop).bounding_radius,
+                          bench_.centers[at(other)], reach_of(other));
+    });
+  }
+
+  // True if a prop woke.
+  bool wake_beside_gliding() {
+    bool woken = false;
+    for (int prop = 0; prop < num_props(); ++prop) {
+      const bool sleeping = is_status(prop, PropStatus::kAsleep) && prop_model(prop).free;
+      if (!sleeping || !gliding_near(prop)) continue;
+      prepare_awake(prop);
+      woken = true;
+    }
+    return woken;
+  }
+
+  // Puts gliding props where they are after that part of their way.
+  void glide(double part) {
+    for (const int prop : bench_.gliding) {
+      double* pos = bench_.motion[at(prop)].qpos;
+      const double* from = state_.prop_pos_of(env_, prop);
+      const double* way = state_.prop_qvel_of(env_, prop);
+      for (int i = 0; i < 3; ++i) pos[i] = from[i] + part * way[i];
+      const int mocap = scene_->mocap[at(prop)];
+      if (mocap >= 0) std::copy_n(pos, 3, data_->mocap_pos + 3 * mocap);
+    }
   }
 
   // Counts a prop among the awake ones, with the motion that its environment remembers.
@@ -150,8 +208,9 @@ class Physics::Step {
       if (mocap < 0) continue;
       const double parked[3] = {0, 0, -kParkingSpacing * (prop + 1)};
       const bool present = !is_status(prop, PropStatus::kHidden);
-      std::copy_n(present ? state_.prop_pos_of(env_, prop) : parked, 3,
-                  data_->mocap_pos + 3 * mocap);
+      const double* pos =
+          is_gliding(prop) ? bench_.motion[at(prop)].qpos : state_.prop_pos_of(env_, prop);
+      std::copy_n(present ? pos : parked, 3, data_->mocap_pos + 3 * mocap);
       std::copy_n(state_.prop_quat_of(env_, prop), 4, data_->mocap_quat + 4 * mocap);
     }
   }
@@ -289,7 +348,7 @@ class Physics::Step {
 
   bool robot_near(int prop, double lowest) const {
     const Eigen::Vector3d& center = bench_.centers[at(prop)];
-    const double radius = prop_model(prop).bounding_radius + kWakeGap;
+    const double radius = reach_of(prop) + kWakeGap;
     if (center.z() + radius < lowest) return false;
     for (std::size_t i = 0; i < model_.reach_geoms().size(); ++i) {
       const int geom = model_.reach_geoms()[i];
@@ -324,7 +383,7 @@ class Physics::Step {
       if (!is_awake(prop)) continue;
       const bool resting =
           prop_is_static(state_, env_, prop, kSleepLinearSpeed, kSleepAngularSpeed) &&
-          !robot_near(prop, lowest);
+          !robot_near(prop, lowest) && !gliding_near(prop);
       slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
                            : std::uint8_t{0};
     }
@@ -359,6 +418,7 @@ class Physics::Step {
     std::copy_n(data_->qvel, kRobotJoints, state_.qvel.row(env_));
     std::copy_n(data_->qacc_warmstart, kRobotJoints, state_.qacc_warmstart.row(env_));
     if (num_props() == 0) return;
+    store_glides();
     std::fill_n(state_.finger_force.row(env_), 6 * num_props(), 0.0);
     if (scene_index_ <= PhysicsModel::kRobotScene) return;
     harvest();
@@ -373,6 +433,15 @@ class Physics::Step {
     }
     store_finger_forces();
     if (options_.sleep) put_to_sleep();
+  }
+
+  // Gliding props have arrived.
+  void store_glides() const {
+    for (const int prop : bench_.gliding) {
+      std::copy_n(bench_.motion[at(prop)].qpos, 3, state_.prop_pos_of(env_, prop));
+      std::fill_n(state_.prop_qvel_of(env_, prop), 6, 0.0);
+      state_.prop_status.row(env_)[prop] = static_cast<std::uint8_t>(PropStatus::kAsleep);
+    }
   }
 
   // Sums the contact forces between each prop and each finger, as the prop exerts them.
@@ -444,6 +513,7 @@ Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int w
     bench.frames.resize(props);
     bench.centers.resize(props);
     bench.obstacles.reserve(props);
+    bench.gliding.reserve(props);
   }
 }
 

@@ -5,7 +5,7 @@
 //
 // Work that provably has no effect is left out:
 //  * Props that rest are asleep. They wake in the very substep in which something that moves comes
-//    within reach of their bounding spheres.
+//    within reach of their bounding spheres; in the very step in which a kinematic prop glides by.
 //  * Each substep runs on the smallest compiled scene that has room for what is awake.
 //  * While nothing at all can touch the robot, its dynamics runs without any geometry.
 #pragma once
@@ -50,7 +50,7 @@ class Physics {
   const PhysicsOptions& options() const { return options_; }
 
  private:
-  // State of a prop between two scenes.
+  // State of a prop between two scenes; of a kinematic one, its position alone.
   struct PropMotion {
     double qpos[7];
     double qvel[6];
@@ -67,6 +67,7 @@ class Physics {
     std::vector<Frame> frames;                     // of props, world
     std::vector<Eigen::Vector3d> centers;          // of their bounding spheres, world
     std::vector<RobotBounds::Obstacle> obstacles;  // props that are present
+    std::vector<int> gliding;                      // kinematic props on their way
   };
   class Step;  // one control step under way (physics.cc)
 

@@ -44,6 +44,13 @@ void State::place_prop(int env, int prop, const double* pos, const double* quat,
   prop_slow_steps.row(env)[prop] = 0;
 }
 
+void State::glide_prop(int env, int prop, const double* pos) const {
+  const double* from = prop_pos_of(env, prop);
+  double* way = prop_qvel_of(env, prop);
+  for (int i = 0; i < 3; ++i) way[i] = pos[i] - from[i];
+  prop_status.row(env)[prop] = static_cast<std::uint8_t>(PropStatus::kAwake);
+}
+
 void State::hide_prop(int env, int prop, const double* pos) const {
   static constexpr double kUpright[4] = {1, 0, 0, 0};
   place_prop(env, prop, pos, kUpright, PropStatus::kHidden);

@@ -11,7 +11,7 @@ namespace engram {
 enum class PropStatus : std::uint8_t {
   kHidden = 0,  // invisible, collides with nothing, does not move
   kAsleep = 1,  // present and at rest: not simulated until something comes near
-  kAwake = 2,   // present and simulated
+  kAwake = 2,   // present and simulated; a kinematic prop: gliding
 };
 
 // Column views; the arrays live in the ColumnStore that they were added to.
@@ -37,9 +37,11 @@ struct State {
   Column<double> target_pose;     // (7) controller state of the pose target modes
 
   // Props, in task order; a row holds all props of one environment.
-  Column<double> prop_pos;               // (num_props * 3) m, as observations report it
-  Column<double> prop_quat;              // (num_props * 4)
-  Column<double> prop_qvel;              // (num_props * 6) linear (world), angular (body)
+  Column<double> prop_pos;   // (num_props * 3) m, as observations report it
+  Column<double> prop_quat;  // (num_props * 4)
+  // (num_props * 6) linear (world), angular (body); of a kinematic prop that glides: the way, m,
+  // that it makes in this control step.
+  Column<double> prop_qvel;
   Column<double> prop_qacc_warmstart;    // (num_props * 6)
   Column<std::uint8_t> prop_status;      // (num_props) PropStatus
   Column<std::uint8_t> prop_slow_steps;  // (num_props) consecutive control steps at rest
@@ -62,6 +64,9 @@ struct State {
   // physics has to act at once (in the air, or in contact with something that moves).
   void place_prop(int env, int prop, const double* pos, const double* quat,
                   PropStatus status = PropStatus::kAsleep) const;
+  // Moves a kinematic prop to a place evenly in the course of the next control step, and wakes what
+  // it comes near; to be called in Task::before_physics.
+  void glide_prop(int env, int prop, const double* pos) const;
   // Takes a prop out of the scene; `pos` is the position that observations report meanwhile.
   void hide_prop(int env, int prop, const double* pos) const;
 };

@@ -38,6 +38,8 @@ struct TaskInfo {
   bool canonical = true;
   int horizon = 0;     // control steps
   int candidates = 1;  // equally likely answers: a guess is right with probability 1 / candidates
+  // How often a guess succeeds where answers are not equally likely; 0: 1 / candidates.
+  double guess_rate = 0;
   Termination termination = Termination::kNever;
   // Whether the canonical wrapper chain zeroes actions until the cue is over (common 10).
   bool frozen_cue = false;
@@ -52,6 +54,9 @@ struct TaskInfo {
   std::vector<std::string> reward_terms;  // names of the columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
   std::vector<Field> state_fields;  // of the state observation, after tcp_pose
+
+  // The success rate of guessing.
+  double chance() const { return guess_rate > 0 ? guess_rate : 1.0 / candidates; }
 };
 
 // Environments begin, ..., end - 1 of a batch.

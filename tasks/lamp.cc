@@ -6,6 +6,15 @@
 
 namespace engram::tasks {
 
+void add_lamp_constants(ConstantTable& table) {
+  const ConstantTable more = {
+      {"LAMP_BASE_RADIUS", 0.018}, {"LAMP_BASE_HALF_HEIGHT", 0.008},
+      {"LAMP_STEM_RADIUS", 0.004}, {"LAMP_STEM_HALF_HEIGHT", 0.020},
+      {"LAMP_BULB_RADIUS", 0.012},
+  };
+  table.insert(table.end(), more.begin(), more.end());
+}
+
 Lamp::Lamp(mjcf::Scene& scene, const std::string& name)
     : body_(static_cast<int>(scene.props.size())), bulb_(body_ + 1) {
   scene.props.push_back(mjcf::lamp_body(name + "_body"));

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/constant.h"
 #include "core/state.h"
 #include "mjcf/scene.h"
 
@@ -14,6 +15,9 @@ struct LampLight {
   mjcf::Rgba rgba{1, 1, 1, 1};
   double emission = 0;
 };
+
+// Adds the lamp's measures, as class constants (procedural 0.8).
+void add_lamp_constants(ConstantTable& table);
 
 class Lamp {
  public:

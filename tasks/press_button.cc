@@ -4,7 +4,7 @@
 
 namespace engram::tasks {
 
-void add_constants(const PressButtonParams& params, ConstantTable& table) {
+void add_press_constants(const PressButtonParams& params, ConstantTable& table) {
   const mjcf::Vec3& base = params.shape.BUTTON_BASE_HALF_SIZE;
   const ConstantTable more = {
       {"BUTTON_BASE_HALF_SIZE", ConstantList{base[0], base[1], base[2]}},
@@ -12,9 +12,16 @@ void add_constants(const PressButtonParams& params, ConstantTable& table) {
       {"BUTTON_CAP_HALF_HEIGHT", params.shape.BUTTON_CAP_HALF_HEIGHT},
       {"BUTTON_CAP_TRAVEL", params.BUTTON_CAP_TRAVEL},
       {"BUTTON_PRESS_EVENT_RATIO", params.BUTTON_PRESS_EVENT_RATIO},
-      {"BUTTON_RELEASE_READY_RATIO", params.BUTTON_RELEASE_READY_RATIO},
       {"BUTTON_PRESS_XY_RADIUS", params.BUTTON_PRESS_XY_RADIUS},
       {"BUTTON_PRESS_Z_MARGIN", params.BUTTON_PRESS_Z_MARGIN},
+  };
+  table.insert(table.end(), more.begin(), more.end());
+}
+
+void add_constants(const PressButtonParams& params, ConstantTable& table) {
+  add_press_constants(params, table);
+  const ConstantTable more = {
+      {"BUTTON_RELEASE_READY_RATIO", params.BUTTON_RELEASE_READY_RATIO},
       {"REQUIRED_LIFT_HEIGHT", params.REQUIRED_LIFT_HEIGHT},
       {"LIFT_CONFIRM_TOL", params.LIFT_CONFIRM_TOL},
   };

@@ -24,7 +24,8 @@ struct PressButtonParams {
   bool radius_counts = false;               // whether a TCP exactly at the radius is over it
 };
 
-// Adds all of these, as class constants.
+// Adds those of a press alone, or all of these, as class constants.
+void add_press_constants(const PressButtonParams& params, ConstantTable& table);
 void add_constants(const PressButtonParams& params, ConstantTable& table);
 
 // How far a TCP at `height` and at that horizontal distance from the centre presses, m (3.2).

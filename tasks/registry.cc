@@ -17,6 +17,9 @@
 #include "tasks/shell_game_shuffle.h"
 #include "tasks/shell_game_touch.h"
 #include "tasks/take_it_back.h"
+#include "tasks/timed_transfer.h"
+#include "tasks/trace_shape.h"
+#include "tasks/trace_shape_seq.h"
 
 namespace engram {
 namespace {
@@ -49,6 +52,9 @@ constexpr std::array kFamilies = {
     Family{"RotateLenient", tasks::make_rotate},
     Family{"RotateStrict", tasks::make_rotate},
     Family{"TakeItBack", tasks::make_take_it_back},
+    Family{"TraceShape", tasks::make_trace_shape},
+    Family{"TraceShapeSeq", tasks::make_trace_shape_seq},
+    Family{"TimedTransfer", tasks::make_timed_transfer},
 };
 
 const Family* find_family(std::string_view name) {

@@ -4,7 +4,7 @@
 
 namespace engram::tasks {
 
-Haste measure_haste(const Bindings& engine, int env) {
+Haste measure_haste(const Bindings& engine, int env, FirstChange first) {
   const State& state = *engine.state;
   using Vector = Eigen::Map<const Eigen::VectorXf>;
   const int dim = engine.action.width();
@@ -12,8 +12,8 @@ Haste measure_haste(const Bindings& engine, int env) {
   const Vector previous(engine.previous_action.row(env), dim);
   Haste haste;
   haste.action_norm = static_cast<double>(action.norm());
-  haste.action_delta_norm =
-      state.elapsed[env] <= 1 ? 0.0 : static_cast<double>((action - previous).norm());
+  const bool change = state.elapsed[env] > 1 || first == FirstChange::kFromZero;
+  haste.action_delta_norm = change ? static_cast<double>((action - previous).norm()) : 0.0;
   haste.arm_speed = Eigen::Map<const ArmVector>(state.qvel.row(env)).norm();
   return haste;
 }

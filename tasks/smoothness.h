@@ -15,11 +15,14 @@ struct SmoothnessParams {
 // What the penalty is made of.
 struct Haste {
   double action_norm = 0;        // of the action as received
-  double action_delta_norm = 0;  // of its change; taken as 0 up to elapsed = 1
+  double action_delta_norm = 0;  // of its change
   double arm_speed = 0;          // norm of the arm joint velocities, rad/s
 };
 
-Haste measure_haste(const Bindings& engine, int env);
+// The action before the first one of an episode: none, so that the first is no change, or zeros.
+enum class FirstChange { kNone, kFromZero };
+
+Haste measure_haste(const Bindings& engine, int env, FirstChange first = FirstChange::kNone);
 
 struct SmoothnessTerms {
   double action_l2 = 0;

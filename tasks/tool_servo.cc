@@ -18,8 +18,6 @@ constexpr double kOverhead = 0.03;  // m
 // Horizontal distance within which a gliding tool is at its lowest.
 constexpr double kGlideStart = 0.01;  // m
 
-constexpr double kBaseX = -0.615;  // m: the robot's base axis
-
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
@@ -67,7 +65,7 @@ double tool_yaw(const State& state, int env) {
 
 Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
                                  const Eigen::Vector3d& point, const Lean& lean) {
-  const Eigen::Vector3d outward(point.x() - kBaseX, point.y(), 0);
+  const Eigen::Vector3d outward(point.x() - kRobotBaseX, point.y(), 0);
   const double reach = outward.norm();
   const double angle = std::clamp(lean.per_metre * (reach - lean.reach), 0.0, lean.most);
   const Eigen::Vector3d axis = -Eigen::Vector3d::UnitZ().cross(outward / reach);

@@ -10,6 +10,8 @@ namespace engram::tasks {
 // TCP orientation of the start pose: pointing straight down, fingers open along y (common 1.5).
 inline const Eigen::Quaterniond kToolDown(0, 1, 0, 0);
 
+inline constexpr double kRobotBaseX = -0.615;  // m: of the robot's base axis; its y is 0
+
 inline constexpr double kGripperOpen = 1.0;     // 0.04 m per finger
 inline constexpr double kGripperClosed = -0.6;  // exactly closed, no squeeze
 

@@ -58,7 +58,7 @@ std::vector<std::string> ids(bool lengthy) {
 void check_policies(const std::string& id) {
   INFO(id);
   CHECK(rate(outcomes(id, Policy::kOracle)) >= traits_of(id).oracle);
-  const double chance = 1.0 / make_task(id)->info().candidates;
+  const double chance = make_task(id)->info().chance();
   CHECK(std::abs(rate(outcomes(id, Policy::kBlind, true, 100)) - chance) <= 0.15);
   CHECK(rate(outcomes(id, Policy::kZero)) == 0);
 }
