@@ -28,6 +28,13 @@ constexpr double kInPlace = 0.006;      // m
 constexpr double kStillInPlace = 0.02;  // m
 constexpr double kTurned = 0.08;        // rad
 
+// Distances from the base's axis between which the arm moves at full speed, and how fast it slows
+// down beyond them.
+constexpr double kFolded = 0.40;     // m
+constexpr double kStretched = 0.74;  // m
+constexpr double kSlowing = 7.0;     // of full speed per m
+constexpr double kSlowest = 0.3;     // of full speed
+
 constexpr double kLeaveRadius = 0.06;  // m: a tool further off sideways has nothing to leave
 constexpr double kStep = 0.05;         // m ahead of the tool while it rises
 
@@ -75,6 +82,18 @@ Vector3d over_the_top(const State& state, int env, const Vector3d& goal, double 
   return {goal.x(), goal.y(), height};
 }
 
+void steer_tool(const State& state, int env, const Vector3d& goal, const Quaterniond& orientation,
+                double gripper, float* action) {
+  servo_tool(state, env, goal, orientation, gripper, action);
+  const Vector3d tcp = tcp_pos(state, env);
+  const double reach = std::hypot(tcp.x() - kRobotBaseX, tcp.y());
+  const double beyond = std::max({0.0, kFolded - reach, reach - kStretched});
+  const auto most = static_cast<float>(std::max(kSlowest, 1 - kSlowing * beyond));
+  const float fastest = std::max({std::abs(action[0]), std::abs(action[1]), std::abs(action[2])});
+  if (fastest <= most) return;
+  for (int i = 0; i < 3; ++i) action[i] *= most / fastest;
+}
+
 bool take(const State& state, int env, const Grip& grip, float* action) {
   if (is_held(state, env, grip.prop)) return true;
   const Vector3d goal = prop_pos(state, env, grip.prop) + Vector3d(0, 0, grip.height);
@@ -86,20 +105,20 @@ bool take(const State& state, int env, const Grip& grip, float* action) {
   const bool begin = open && turned && distance < kInPlace;
   const bool go_on = !open && narrower_finger(state, env) > kEmpty && distance < kStillInPlace;
   if (low && (begin || go_on)) {
-    servo_tool(state, env, {tcp.x(), tcp.y(), goal.z()}, grip.tool, kGripperSqueezing, action);
+    steer_tool(state, env, {tcp.x(), tcp.y(), goal.z()}, grip.tool, kGripperSqueezing, action);
     return false;
   }
   Vector3d next = over_the_top(state, env, goal, grip.travel_height);
   if (!open || !turned) {
     next.z() = std::max(next.z(), std::min(grip.travel_height, goal.z() + kHover));
   }
-  servo_tool(state, env, next, grip.tool, grip.opening, action);
+  steer_tool(state, env, next, grip.tool, grip.opening, action);
   return false;
 }
 
 void carry(const State& state, int env, const Grip& grip, const Vector3d& place, float* action) {
   const Vector3d goal = place + tcp_pos(state, env) - prop_pos(state, env, grip.prop);
-  servo_tool(state, env, over_the_top(state, env, goal, grip.travel_height), grip.tool,
+  steer_tool(state, env, over_the_top(state, env, goal, grip.travel_height), grip.tool,
              kGripperSqueezing, action);
 }
 
@@ -108,7 +127,7 @@ bool leave(const State& state, int env, const Grip& grip, double clearance, floa
   const Vector3d tcp = tcp_pos(state, env);
   if ((tcp - prop).head<2>().norm() > kLeaveRadius || tcp.z() > prop.z() + clearance) return true;
   const double rise = is_open(state, env, grip.opening) ? kStep : 0.0;
-  servo_tool(state, env, tcp + Vector3d(0, 0, rise), grip.tool, grip.opening, action);
+  steer_tool(state, env, tcp + Vector3d(0, 0, rise), grip.tool, grip.opening, action);
   return false;
 }
 

@@ -31,6 +31,10 @@ bool is_held(const State& state, int env, int prop);
 Eigen::Vector3d over_the_top(const State& state, int env, const Eigen::Vector3d& goal,
                              double travel_height);
 
+// As servo_tool, but slower where the arm is folded or stretched so far that it would overshoot.
+void steer_tool(const State& state, int env, const Eigen::Vector3d& goal,
+                const Eigen::Quaterniond& orientation, double gripper, float* action);
+
 // Writes the next action of taking the prop. True, and nothing is written, once it is held.
 bool take(const State& state, int env, const Grip& grip, float* action);
 

@@ -67,7 +67,8 @@ Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
                                  const Eigen::Vector3d& point, const Lean& lean) {
   const Eigen::Vector3d outward(point.x() - kRobotBaseX, point.y(), 0);
   const double reach = outward.norm();
-  const double angle = std::clamp(lean.per_metre * (reach - lean.reach), 0.0, lean.most);
+  const double angle = std::clamp(lean.per_metre * (reach - lean.reach), 0.0, lean.most) -
+                       std::clamp(lean.per_metre * (lean.fold - reach), 0.0, lean.most);
   const Eigen::Vector3d axis = -Eigen::Vector3d::UnitZ().cross(outward / reach);
   return Eigen::AngleAxisd(angle, axis) * orientation;
 }

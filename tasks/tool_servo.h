@@ -42,6 +42,7 @@ struct Lean {
   double reach = 0.74;     // m: from there on
   double per_metre = 4.0;  // rad/m
   double most = 0.4;       // rad
+  double fold = 0;         // m: nearer than that it leans inwards likewise
 };
 
 // `orientation`, leaned outwards as far as a point demands that a vertical tool cannot reach

@@ -315,7 +315,7 @@ class TraceShapeSeq final : public Task {
     if (!leave(state, env, grip, kClearance, action)) return;
     const Vec2 at = press_point(env);
     const Eigen::Vector3d goal(at.x(), at.y(), kPressHeight);
-    servo_tool(state, env, over_the_top(state, env, goal, kTravelHeight), lean_outwards(tool, goal),
+    steer_tool(state, env, over_the_top(state, env, goal, kTravelHeight), lean_outwards(tool, goal),
                kGripperOpen, action);
   }
 
