@@ -1,0 +1,128 @@
+// TimedTransfer as its users see it, and snapshots of the tracing and transferring tasks.
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::Bytes;
+using test::make_env;
+using test::row;
+
+constexpr int kCube = 2;
+constexpr int kBulb = 4;
+
+template <class T>
+T info(const VectorEnv& env, const char* name, int index = 0) {
+  return *row<T>(env.output(name), index);
+}
+
+EnvOptions signal_at(double step) {
+  EnvOptions options;
+  options.pins = {{"signal_step", {step}}};
+  options.auto_reset = AutoReset::kOff;
+  options.reward_mode = RewardMode::kDense;
+  return options;
+}
+
+TEST_CASE("Doing nothing fails one step after the window: D = 100, s = 2", "[timed]") {
+  const auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(2));
+  env->reset();
+  CHECK(env->state_dim() == 50);
+  CHECK(env->instruction(0).find("step 100 of") != std::string::npos);
+  const std::vector<float> rest = test::zeros(*env);
+  for (int elapsed = 0; elapsed <= 108; ++elapsed) {
+    INFO(elapsed);
+    CHECK(env->state().elapsed[0] == elapsed);
+    CHECK(info<std::uint8_t>(*env, "signal_on") == (elapsed >= 2 ? 1 : 0));
+    CHECK(env->state().prop_rgba.row(0)[4 * kBulb + 1] == (elapsed >= 2 ? 1 : 220 / 255.0F));
+    CHECK(info<std::uint8_t>(*env, "in_window") == (elapsed >= 97 && elapsed <= 107 ? 1 : 0));
+    CHECK(info<std::uint8_t>(*env, "failed") == (elapsed >= 108 ? 1 : 0));
+    CHECK(env->terminated()[0] == (elapsed >= 108 ? 1 : 0));
+    CHECK(info<std::int32_t>(*env, "oracle_info") == 100);
+    if (elapsed == 1) CHECK(env->reward()[0] == 0);
+    if (elapsed < 108) env->step(rest);
+  }
+  CHECK(env->reward()[0] == -25);
+  CHECK(info<std::uint8_t>(*env, "too_early") == 0);
+  CHECK(env->state().prop_pos_of(0, kCube)[2] == Approx(0.026).margin(2e-4));
+}
+
+TEST_CASE("The cube arrives in the window and ends the episode", "[timed]") {
+  const auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(1));
+  env->reset();
+  while (env->state().finished[0] == 0) {
+    const bool before = info<std::uint8_t>(*env, "before_window") != 0;
+    test::step(*env, Policy::kOracle);
+    if (before) CHECK(info<std::uint8_t>(*env, "cube_on_red") == 0);
+  }
+  CHECK(info<std::uint8_t>(*env, "success") == 1);
+  CHECK(info<std::uint8_t>(*env, "in_window") == 1);
+  CHECK(info<std::uint8_t>(*env, "is_grasped") == 1);
+  CHECK(env->terminated()[0] == 1);
+  CHECK(env->reward()[0] == 30);
+}
+
+TEST_CASE("A cube that arrives early fails at once", "[timed]") {
+  EnvOptions options = signal_at(3);
+  options.num_envs = 20;
+  const auto env = make_env("TimedTransferMedium-VLA-v0", options);
+  env->reset();
+  int early = 0;
+  for (int i = 0; i < 120; ++i) {
+    test::step(*env, Policy::kBlind);
+    for (int k = 0; k < options.num_envs; ++k) {
+      if (info<std::uint8_t>(*env, "too_early", k) == 0) continue;
+      ++early;
+      REQUIRE(info<std::uint8_t>(*env, "failed", k) == 1);
+      REQUIRE(info<std::uint8_t>(*env, "success", k) == 0);
+      REQUIRE(env->terminated()[static_cast<std::size_t>(k)] == 1);
+    }
+  }
+  CHECK(early > 0);
+}
+
+// What one environment shows and remembers over the next steps.
+std::vector<Bytes> future(VectorEnv& env, int index, int steps) {
+  std::vector<Bytes> history;
+  for (int i = 0; i < steps; ++i) {
+    test::step(env, Policy::kOracle);
+    history.push_back(test::env_bytes(env, index));
+  }
+  return history;
+}
+
+TEST_CASE("Snapshots in a demonstration and in a grasp go on bit for bit", "[snapshot]") {
+  for (const char* id :
+       {"TraceShapeHard-VLA-v0", "TraceShapeSeqHard-VLA-v0", "TimedTransferEasy-VLA-v0"}) {
+    EnvOptions options;
+    options.num_envs = 2;
+    options.threads = 1;
+    if (std::string(id).find("Seq") != std::string::npos) {
+      options.pins = {{"sequence_length", {2}}};
+    }
+    const auto env = make_env(id, options);
+    env->reset();
+    bool held = false;
+    for (int round = 0; round < 12; ++round) {
+      for (int i = 0; i < 16; ++i) test::step(*env, Policy::kOracle);
+      const int cube = std::string(id)[1] == 'i' ? kCube : 1;
+      held |= is_grasping(env->state(), 0, cube);
+      const std::vector<std::byte> saved = env->save(0);
+      const std::vector<Bytes> expected = future(*env, 0, 8);
+      INFO(id << ", round " << round);
+      const auto other = make_env(id, options);
+      other->reset();
+      other->restore(1, saved);
+      CHECK((future(*other, 1, 8) == expected));
+      env->restore(0, saved);
+    }
+    CHECK(held);
+  }
+}
+
+}  // namespace
+}  // namespace engram
