@@ -352,7 +352,8 @@ class Physics::Step {
     if (center.z() + radius < lowest) return false;
     for (std::size_t i = 0; i < model_.reach_geoms().size(); ++i) {
       const int geom = model_.reach_geoms()[i];
-      if (sphere_reaches_geom(*scene_->model, *data_, geom, center, radius) &&
+      if (!sphere_reaches_geom(*scene_->model, *data_, geom, center, radius)) continue;
+      if (is_gliding(prop) ||
           parts_near(std::span(&model_.reach_boxes()[i], 1), geom_frame(*data_, geom),
                      prop_model(prop).parts, bench_.frames[at(prop)], kWakeGap)) {
         return true;

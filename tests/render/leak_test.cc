@@ -11,7 +11,7 @@ namespace {
 
 using namespace engram;
 
-constexpr int kEpisodes = 3;
+constexpr std::uint64_t kEpisodes = 3;  // of long tasks: one
 constexpr const char* kCameras[] = {"base_camera", "hand_camera", "render_camera"};
 
 // Two sets of values of a hidden draw, as different as possible.
@@ -72,7 +72,8 @@ TEST_CASE("No picture after the cue tells what was shown", "[render][long]") {
   for (const std::string& id : test::implemented_ids()) {
     if (make_task(id)->info().hidden_draw.empty()) continue;  // nothing is hidden at a set time
     const Draw draw = hidden_draw(id);
-    for (std::uint64_t seed = 0; seed < kEpisodes; ++seed) {
+    const std::uint64_t episodes = require_entry(id).horizon > 100 ? 1 : kEpisodes;
+    for (std::uint64_t seed = 0; seed < episodes; ++seed) {
       INFO(id << ", seed " << seed);
       const auto one = make_hiding(id, seed, draw, false);
       const auto other = make_hiding(id, seed, draw, true);
