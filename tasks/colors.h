@@ -28,6 +28,9 @@ inline constexpr std::array<NamedColor, 9> COLOR_MAPPING = {{
 // 0..1 per channel.
 mjcf::Rgba to_rgba(const std::array<int, 4>& bytes);
 
+// A colour as a class constant; they are published in single precision.
+Constant published_color(const mjcf::Rgba& rgba);
+
 // COLOR_MAPPING as a class constant.
 Constant color_mapping_constant();
 

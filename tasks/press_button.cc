@@ -86,14 +86,13 @@ void PressButton::bind(const Bindings& bindings) {
   start_height_ = memory.add<double>(name_ + "_start_height", 1, "m");
 }
 
-void PressButton::reset(int env, const Vec2& center) const {
+void PressButton::reset(int env, const Vec2& center, const mjcf::Quat& base_quat) const {
   center_.row(env)[0] = center.x();
   center_.row(env)[1] = center.y();
   depth_[env] = 0;
   store(env, PressState{});
-  static constexpr double kUpright[4] = {1, 0, 0, 0};
   const double base[3] = {center.x(), center.y(), params_.shape.base_height()};
-  engine_.state->place_prop(env, base_, base, kUpright);
+  engine_.state->place_prop(env, base_, base, base_quat.data());
   place_cap(env);
 }
 
@@ -130,16 +129,19 @@ bool PressButton::at_lift_target(int env) const {
   return is_lifted(params_, load(env), engine_.state->tcp_pos.row(env)[2]);
 }
 
+double PressButton::pressing_height() const {
+  constexpr double kBelowFullTravel = 0.004;  // m
+  return top_height() + params_.BUTTON_PRESS_Z_MARGIN - params_.BUTTON_CAP_TRAVEL -
+         kBelowFullTravel;
+}
+
 Eigen::Vector3d PressButton::next_waypoint(int env, double travel_height) const {
-  constexpr double kOverhead = 0.03;          // m: near enough to the centre to come down
-  constexpr double kBelowFullTravel = 0.004;  // m: still above the sunken cap
-  const double full_travel =
-      top_height() + params_.BUTTON_PRESS_Z_MARGIN - params_.BUTTON_CAP_TRAVEL;
+  constexpr double kOverhead = 0.03;  // m: near enough to the centre to come down
   double height = travel_height;
   if (pending(env)) {
     height = lift_target(env);
   } else if (ready(env) && distance(env) < kOverhead) {
-    height = full_travel - kBelowFullTravel;
+    height = pressing_height();
   }
   const Vec2 xy = center(env);
   return {xy.x(), xy.y(), height};

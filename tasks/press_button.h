@@ -69,7 +69,7 @@ class PressButton {
 
   void bind(const Bindings& bindings);
   // A new episode: places the button, unpressed.
-  void reset(int env, const Vec2& center) const;
+  void reset(int env, const Vec2& center, const mjcf::Quat& base_quat = {1, 0, 0, 0}) const;
   // Measures the depth and moves the cap along; to be called once per step, when the scene is
   // brought to its phase. live: false keeps the button up, whatever the tool does.
   void follow_tool(int env, bool live) const;
@@ -98,6 +98,8 @@ class PressButton {
   double lift_target(int env) const { return start_height_[env] + params_.REQUIRED_LIFT_HEIGHT; }
   bool at_lift_target(int env) const;
 
+  // Height of the TCP at which an oracle presses for certain; still clear of the sunken cap.
+  double pressing_height() const;
   // Where an oracle should move its tool next to press: over the button at `travel_height`, down
   // until the press begins, then up until it counts.
   Eigen::Vector3d next_waypoint(int env, double travel_height) const;

@@ -7,6 +7,7 @@
 #include "tasks/blink_count.h"
 #include "tasks/color_recall.h"
 #include "tasks/find_imposter.h"
+#include "tasks/gather_and_recall.h"
 #include "tasks/intercept.h"
 #include "tasks/intercept_grab.h"
 #include "tasks/remember.h"
@@ -55,6 +56,7 @@ constexpr std::array kFamilies = {
     Family{"TraceShape", tasks::make_trace_shape},
     Family{"TraceShapeSeq", tasks::make_trace_shape_seq},
     Family{"TimedTransfer", tasks::make_timed_transfer},
+    Family{"GatherAndRecall", tasks::make_gather_and_recall},
 };
 
 const Family* find_family(std::string_view name) {

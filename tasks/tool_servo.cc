@@ -54,6 +54,16 @@ void move_tool(const State& state, int env, const Eigen::Vector3d& command,
   turn_tool(state, env, orientation, gripper, action);
 }
 
+void slow_down(const State& state, int env, double height, float* action) {
+  constexpr double kLeast = 0.25;  // of full speed
+  constexpr double kPerMetre = 8;
+  const double above = state.tcp_pos.row(env)[2] - height;
+  const double most = std::clamp(kLeast + kPerMetre * above, kLeast, 1.0);
+  Eigen::Map<Eigen::Vector3f> translation(action);
+  const auto norm = static_cast<double>(translation.norm());
+  if (norm > most) translation *= static_cast<float>(most / norm);
+}
+
 Eigen::Quaterniond tool_down(double yaw) { return AngleAxisd(yaw, Vector3d::UnitZ()) * kToolDown; }
 
 double tool_yaw(const State& state, int env) {

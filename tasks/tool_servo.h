@@ -32,6 +32,10 @@ void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
 void move_tool(const State& state, int env, const Eigen::Vector3d& command,
                const Eigen::Quaterniond& orientation, double gripper, float* action);
 
+// Makes an action less hasty the lower the tool is, down to a quarter of full speed at `height`: a
+// hand that changes its height fast sways by a centimetre.
+void slow_down(const State& state, int env, double height, float* action);
+
 // kToolDown turned about the vertical by `yaw`, counter-clockwise from above.
 Eigen::Quaterniond tool_down(double yaw);
 // The yaw of the tool, -pi to pi, wherever it points more or less down.
