@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/error.h"
+#include "tasks/battery_checker.h"
 #include "tasks/blink_count.h"
 #include "tasks/color_recall.h"
 #include "tasks/find_imposter.h"
@@ -57,6 +58,8 @@ constexpr std::array kFamilies = {
     Family{"TraceShapeSeq", tasks::make_trace_shape_seq},
     Family{"TimedTransfer", tasks::make_timed_transfer},
     Family{"GatherAndRecall", tasks::make_gather_and_recall},
+    Family{"BatteriesCheckerEasy", tasks::make_battery_checker},
+    Family{"BatteriesCheckerHard", tasks::make_battery_checker},
 };
 
 const Family* find_family(std::string_view name) {

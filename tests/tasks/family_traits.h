@@ -38,6 +38,11 @@ inline constexpr std::array kFamilyTraits = {
         .ids = "InterceptGrabMedium", .oracle = 0.80, .moves_untouched = true, .settles = false},
     FamilyTraits{
         .ids = "InterceptGrabFast", .oracle = 0.70, .moves_untouched = true, .settles = false},
+    FamilyTraits{.ids = "TraceShapeSeq", .oracle = 0.90},
+    FamilyTraits{.ids = "BatteriesCheckerEasy", .oracle = 0.90},
+    FamilyTraits{.ids = "BatteriesCheckerHard-3", .oracle = 0.85},
+    FamilyTraits{.ids = "BatteriesCheckerHard-6", .oracle = 0.85},
+    FamilyTraits{.ids = "BatteriesCheckerHard", .oracle = 0.75},
     FamilyTraits{},
 };
 

@@ -1,0 +1,16 @@
+// BatteriesChecker: put every battery into the socket, see whether the lamp lights up, bring it
+// back to its slot (in the easy variants it goes there by itself) and confirm with the button
+// (procedural 5).
+#pragma once
+
+#include <memory>
+
+#include "core/task.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+// BatteriesChecker{Easy,Hard}-{3,6,9,12,15}-VLA-v0.
+std::unique_ptr<Task> make_battery_checker(const RegistryEntry& entry);
+
+}  // namespace engram::tasks
