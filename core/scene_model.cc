@@ -113,7 +113,8 @@ std::vector<std::vector<int>> small_casts(const SceneSource& source,
   for (auto& [type, members] : grouped) by_type.push_back(std::move(members));
 
   std::vector<std::vector<int>> casts;
-  for (std::size_t count = 1; count < free_props.size(); ++count) {
+  // Large scenes differ little, so their sizes may be further apart.
+  for (std::size_t count = 1; count < free_props.size(); count += 1 + count / 4) {
     std::vector<std::vector<int>> more;
     std::vector<int> chosen;
     choose(by_type, 0, count, chosen, more);

@@ -35,7 +35,7 @@ struct SceneModel {
 SceneModel compile_scene(const SceneSource& source, std::span<const int> props, RobotDetail detail);
 
 // Choices of free props, by index, for which smaller scenes are compiled: every combination of
-// types, few props first, up to `limit` choices.
+// types of 1 to 4 props and of some larger numbers, few props first, up to `limit` choices.
 std::vector<std::vector<int>> small_casts(const SceneSource& source,
                                           std::span<const int> free_props, std::size_t limit);
 
