@@ -69,7 +69,7 @@ class Physics {
     std::vector<RobotBounds::Obstacle> obstacles;  // props that are present
     std::vector<int> gliding;                      // kinematic props on their way
   };
-  class Step;  // one control step under way (physics.cc)
+  class Step;  // one control step under way (physics_step.h)
 
   const PhysicsModel& model_;
   PhysicsOptions options_;
