@@ -20,8 +20,10 @@ inline int lowest(BatterySet set) { return set == 0 ? -1 : std::countr_zero(set)
 
 inline constexpr int LAMP_AFTERGLOW_STEPS = 7;
 
-// Named by what has to be done next.
-enum CheckStage { STAGE_INSERT = 0, STAGE_RETURN = 1, STAGE_CONFIRM = 2 };
+// Stages, named by what has to be done next.
+inline constexpr int STAGE_INSERT = 0;
+inline constexpr int STAGE_RETURN = 1;
+inline constexpr int STAGE_CONFIRM = 2;
 
 // What is remembered between evaluations.
 struct CheckState {
