@@ -160,7 +160,7 @@ std::string head(const Json& task) {
       "{}: \"{}\"\n"
       "  family {}, split {}, memory type {}, {}\n"
       "  horizon {} control steps; ends early: {}; actions frozen until the cue is over: {}\n"
-      "  {} candidates, so a guess succeeds with probability {:.3f}\n",
+      "  {} candidates; a guess succeeds with probability {:.3f}\n",
       plain(task["id"]), plain(task["instruction"]), plain(task["family"]), plain(task["split"]),
       plain(task["memory_type"]), task["canonical"] ? "canonical" : "not canonical",
       plain(task["horizon"]), plain(task["termination"]), task["frozen_cue"] ? "yes" : "no",

@@ -54,6 +54,9 @@ constexpr mjcf::Rgba kBlue = {30 / 255.0, 30 / 255.0, 220 / 255.0, 1};
 constexpr LampLight kOff = {{220 / 255.0, 220 / 255.0, 220 / 255.0, 1}, 0};
 constexpr LampLight kSignal = {{0, 1, 0, 1}, 3};
 
+// How deep a cube rests in the soft contact with a disc: put there, it wakes without a jolt.
+constexpr double kSinkage = 1.06e-4;  // m
+
 enum PropIndex { kGreenDisc, kRedDisc, kCube };
 enum DrawIndex { kCenterXDraw, kCenterYDraw, kSignalStep };
 
@@ -138,7 +141,7 @@ class TimedTransfer final : public Task {
     signal_step_[env] = episode.integer(kSignalStep, PRE_SIGNAL_STEPS.low, PRE_SIGNAL_STEPS.high);
     const double green[3] = {x, y - DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
     const double red[3] = {x, y + DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
-    const double cube[3] = {green[0], green[1], kRestingHeight};
+    const double cube[3] = {green[0], green[1], kRestingHeight - kSinkage};
     const double lamp[3] = {x + LAMP_FORWARD_OFFSET, y, 0};
     state.place_prop(env, kGreenDisc, green, mjcf::kDiscQuat.data());
     state.place_prop(env, kRedDisc, red, mjcf::kDiscQuat.data());

@@ -170,7 +170,7 @@ class TraceShape final : public Task {
   // Measured: how often a guess of shape, radius and rotation passes near enough to every
   // checkpoint, by the number of shapes to choose from.
   static double guess_rate(int shapes) {
-    constexpr std::array<double, 4> kRates = {0, 0.9, 0.5, 0.35};
+    constexpr std::array<double, 4> kRates = {0, 0.80, 0.50, 0.32};
     return kRates[static_cast<std::size_t>(shapes)];
   }
 

@@ -201,7 +201,7 @@ class TraceShapeSeq final : public Task {
   // Measured: how often somebody succeeds who guesses length, shapes, radii and rotations, by the
   // number of shapes to choose from.
   static double guess_rate(int shapes) {
-    constexpr std::array<double, 4> kRates = {0, 0.4, 0.1, 0.05};
+    constexpr std::array<double, 4> kRates = {0, 0.15, 0.06, 0.03};
     return kRates[static_cast<std::size_t>(shapes)];
   }
 

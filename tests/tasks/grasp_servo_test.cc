@@ -81,7 +81,9 @@ TEST_CASE("A cube is brought onto a disc, left there and rests", "[grasp]") {
   CHECK(is_at(rig.state(), 0, 0, place));
   CHECK(rig.tcp().z() > place.z() + 0.06);
   const Eigen::Vector3d left = rig.pos(0);
+  INFO(left.transpose());
   rig.rest(200);
+  INFO(rig.pos(0).transpose());
   CHECK((rig.pos(0) - left).norm() < 0.001);
   CHECK(rig.pos(0).z() == Approx(kOnDisc).margin(2e-4));
 }
