@@ -27,14 +27,14 @@ constexpr std::array<BatteryParams, 10> kVariants = {{
 // Without memory of what it has tested, an agent that takes a battery at random as often as there
 // are batteries tests all of them once in n^n / n! cases. In the hard variants it puts every one
 // into a random empty slot of the tray, too.
-int count_guesses(const BatteryParams& params) {
+double count_guesses(const BatteryParams& params) {
   const int batteries = params.ACTIVE_BATTERY_COUNT;
   double ways = 1;
   for (int i = 1; i <= batteries; ++i) {
     ways *= static_cast<double>(batteries) / i;
     if (!params.easy) ways *= NUM_BATTERIES - batteries + 1;
   }
-  return static_cast<int>(std::min(ways, static_cast<double>(std::numeric_limits<int>::max())));
+  return ways;
 }
 
 ConstantList list(const mjcf::Vec3& values) { return {values[0], values[1], values[2]}; }
@@ -161,7 +161,9 @@ const BatteryParams& battery_params(std::string_view id) {
 }
 
 void describe_batteries(const BatteryParams& params, TaskInfo& info) {
-  info.candidates = count_guesses(params);
+  const double guesses = count_guesses(params);
+  info.candidates = static_cast<int>(std::min(guesses, double{std::numeric_limits<int>::max()}));
+  info.guess_rate = 1 / guesses;
   info.termination = Termination::kSuccess;
   info.success_reward = kBatterySuccessReward;
   info.oracle_dim = params.WORKING_BATTERY_COUNT;

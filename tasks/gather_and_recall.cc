@@ -4,10 +4,9 @@
 #include <array>
 #include <string>
 
-#include "core/error.h"
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
-#include "tasks/colors.h"
+#include "tasks/gather_params.h"
 #include "tasks/gather_rules.h"
 #include "tasks/grasp_servo.h"
 #include "tasks/lamp.h"
@@ -20,159 +19,18 @@
 namespace engram::tasks {
 namespace {
 
-// --- parameters (procedural 4.1) ---
-
-struct Params {
-  std::string_view id;
-  int N_CUBES;
-};
-
-constexpr std::array<Params, 5> kVariants = {{
-    {"GatherAndRecall1-VLA-v0", 1},
-    {"GatherAndRecall3-VLA-v0", 3},
-    {"GatherAndRecall5-VLA-v0", 5},
-    {"GatherAndRecall7-VLA-v0", 7},
-    {"GatherAndRecall9-VLA-v0", 9},
-}};
-
-constexpr int kMaxCubes = 9;
-constexpr int kColors = 3;
-constexpr std::array<mjcf::Rgba, kColors> FLASH_COLORS = {
-    {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}}};
-constexpr double CUBE_HALF_SIZE = 0.02;                 // m
-constexpr double DISC_RADIUS = 0.12;                    // m
-constexpr double DISC_HALF_HEIGHT = 0.003;              // m
-constexpr double BUTTON_SPACING = 0.14;                 // m
-constexpr double BUTTON_X_OFFSET_FROM_DISC = -0.22;     // m
-constexpr double DISC_X_MIN = 0.00, DISC_X_MAX = 0.08;  // m
-constexpr double DISC_Y_MIN = 0.10, DISC_Y_MAX = 0.18;  // m
-constexpr double LAMP_X_OFFSET_FROM_DISC = 0.24;        // m
-constexpr double LAMP_Y_OFFSET_FROM_DISC = 0.06;        // m
-constexpr double GRASP_THRESH = 0.05;                   // m
-constexpr StepRange FLASH_DURATION_STEPS{8, 14};
-constexpr double kJitter = 0.005;                                  // m
-constexpr double kOnDisc = 2 * DISC_HALF_HEIGHT + CUBE_HALF_SIZE;  // m: height of a placed cube
-constexpr mjcf::Rgba kDiscColor = {160 / 255.0, 160 / 255.0, 170 / 255.0, 1};
-constexpr mjcf::Rgba kBulbOff = {245 / 255.0, 245 / 255.0, 245 / 255.0, 1};
-constexpr double kFlashEmission = 1;
-constexpr double kUpright[4] = {1, 0, 0, 0};
-
-PressButtonParams button_params(int color) {
-  PressButtonParams params;
-  params.shape.BUTTON_BASE_HALF_SIZE = {0.04, 0.04, 0.015};
-  params.shape.BUTTON_CAP_RADIUS = 0.025;
-  params.shape.cap_rgba = FLASH_COLORS[static_cast<std::size_t>(color)];
-  params.BUTTON_PRESS_XY_RADIUS = 0.04;
-  return params;
-}
-
-int most_triggers(int cubes) { return std::max(1, cubes - 1); }
-
-// What an episode samples (4.3).
-enum DrawIndex { kFlashColor, kTriggerCount, kDuration, kDiscX, kDiscY, kCubeJitter };
-
-std::vector<Draw> draws(int cubes) {
-  return {
-      {"flash_color", 1, true, 0, kColors - 1.0, "", "colour of the flash and of the right button"},
-      {"flash_trigger_count", 1, true, 1, static_cast<double>(most_triggers(cubes)), "",
-       "cubes on the disc with which the flash begins"},
-      {"flash_duration", 1, true, static_cast<double>(FLASH_DURATION_STEPS.low),
-       static_cast<double>(FLASH_DURATION_STEPS.high), "control steps", "length of the flash"},
-      {"disc_x", 1, false, DISC_X_MIN, DISC_X_MAX, "m", "centre of the disc"},
-      {"disc_y", 1, false, DISC_Y_MIN, DISC_Y_MAX, "m", "centre of the disc"},
-      {"cube_jitter", 2 * cubes, false, -kJitter, kJitter, "m",
-       "x, y of every cube, from its place in the cluster"},
-  };
-}
-
-ConstantTable constants(int cubes) {
-  ConstantList colors;
-  for (const mjcf::Rgba& rgba : FLASH_COLORS) colors.push_back(published_color(rgba));
-  ConstantTable table = {
-      {"N_CUBES", cubes},
-      {"CUBE_HALF_SIZE", CUBE_HALF_SIZE},
-      {"DISC_RADIUS", DISC_RADIUS},
-      {"DISC_HALF_HEIGHT", DISC_HALF_HEIGHT},
-      {"DISC_ON_THRESH", DISC_ON_THRESH},
-      {"FLASH_DURATION_STEPS", FLASH_DURATION_STEPS.constant()},
-      {"FLASH_COLORS", colors},
-      {"CUBE_COLORS", colors},
-      {"BUTTON_SPACING", BUTTON_SPACING},
-      {"DISC_X_MIN", DISC_X_MIN},
-      {"DISC_X_MAX", DISC_X_MAX},
-      {"DISC_Y_MIN", DISC_Y_MIN},
-      {"DISC_Y_MAX", DISC_Y_MAX},
-      {"BUTTON_X_OFFSET_FROM_DISC", BUTTON_X_OFFSET_FROM_DISC},
-      {"CUBE_CLUSTER_X_OFFSET", CUBE_CLUSTER_X_OFFSET},
-      {"CUBE_CLUSTER_CENTER_Y", CUBE_CLUSTER_CENTER_Y},
-      {"CUBE_CLUSTER_SPACING_SCALE", CUBE_CLUSTER_SPACING_SCALE},
-      {"LAMP_X_OFFSET_FROM_DISC", LAMP_X_OFFSET_FROM_DISC},
-      {"LAMP_Y_OFFSET_FROM_DISC", LAMP_Y_OFFSET_FROM_DISC},
-      {"LAMP_BASE_RADIUS", 0.018},
-      {"LAMP_BASE_HALF_HEIGHT", 0.008},
-      {"LAMP_STEM_RADIUS", 0.004},
-      {"LAMP_STEM_HALF_HEIGHT", 0.020},
-      {"LAMP_BULB_RADIUS", 0.012},
-      {"GRASP_THRESH", GRASP_THRESH},
-      {"CUBE_VEL_THRESH", CUBE_VEL_THRESH},
-      {"HEIGHT_OFFSET", 1000.0},
-      {"SUCCESS_BONUS", kGatherSuccessReward},
-      {"FAILURE_PENALTY", FAILURE_PENALTY},
-      {"ACTION_L2_COEF", kGatherSmoothness.ACTION_L2_COEF},
-      {"ACTION_DELTA_L2_COEF", kGatherSmoothness.ACTION_DELTA_L2_COEF},
-      {"QVEL_L2_COEF", kGatherSmoothness.QVEL_L2_COEF},
-  };
-  add_press_constants(button_params(0), table);
-  return table;
-}
-
-constexpr int kRewardTerms = 8;
-
-std::vector<std::string> reward_terms() {
-  return {"reaching_reward", "place_progress", "n_on_disc",       "button_press_reward",
-          "smooth_penalty",  "action_l2",      "delta_action_l2", "qvel_l2"};
-}
-
-std::vector<Field> state_fields(int cubes) {
-  std::vector<Field> fields = {
-      {"obj_to_goal_pos", 3, DType::kFloat32, "m", "next goal minus TCP position"},
-      {"oracle_info", 1, DType::kFloat32, "", "colour of the flash"},
-      {"disc_pose", 7, DType::kFloat32, "m", ""},
-      {"cubes_on_disc", cubes, DType::kFloat32, "", "has been on the disc"},
-      {"n_on_disc", 1, DType::kFloat32, "", "cubes that have been on the disc"},
-      {"all_on_disc", 1, DType::kFloat32, "", "all of them are, and rest"},
-      {"flash_active", 1, DType::kFloat32, "", ""},
-      {"flash_color", 1, DType::kFloat32, "", ""},
-      {"pressed_button", 1, DType::kFloat32, "", "-1: none"}};
-  for (int cube = 0; cube < cubes; ++cube) {
-    fields.push_back({"cube_" + std::to_string(cube) + "_pose", 7, DType::kFloat32, "m", ""});
-  }
-  return fields;
-}
-
 class GatherAndRecall final : public Task {
  public:
   GatherAndRecall(const RegistryEntry& entry, int cubes)
       : cubes_(cubes),
         scene_(cubes_and_disc(cubes)),
         disc_(cubes),
-        buttons_{PressButton(scene_, "button_red", button_params(0)),
-                 PressButton(scene_, "button_green", button_params(1)),
-                 PressButton(scene_, "button_blue", button_params(2))},
+        buttons_{PressButton(scene_, "button_red", gather_button(0)),
+                 PressButton(scene_, "button_green", gather_button(1)),
+                 PressButton(scene_, "button_blue", gather_button(2))},
         lamp_(scene_, "lamp") {
     info_ = describe(entry);
-    info_.candidates = kColors;
-    info_.termination = Termination::kSuccessOrFailed;
-    info_.success_reward = kGatherSuccessReward;
-    info_.oracle_dim = 1;
-    info_.draws = draws(cubes);
-    info_.hidden_draw = "flash_color";
-    info_.constants = constants(cubes);
-    info_.reward_terms = reward_terms();
-    info_.phases = {{"move", "not all cubes rest on the disc"},
-                    {"flash", "flash_duration steps from the step with flash_trigger_count cubes"},
-                    {"press", "all cubes rest on the disc"}};
-    info_.state_fields = state_fields(cubes);
+    describe_gather(cubes, info_);
   }
 
   const TaskInfo& info() const override { return info_; }
@@ -527,13 +385,7 @@ class GatherAndRecall final : public Task {
 }  // namespace
 
 std::unique_ptr<Task> make_gather_and_recall(const RegistryEntry& entry) {
-  const auto* found =
-      std::find_if(kVariants.begin(), kVariants.end(),
-                   [&entry](const Params& params) { return params.id == entry.id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no GatherAndRecall variant for " + std::string(entry.id));
-  }
-  return std::make_unique<GatherAndRecall>(entry, found->N_CUBES);
+  return std::make_unique<GatherAndRecall>(entry, gather_cubes(entry.id));
 }
 
 }  // namespace engram::tasks
