@@ -34,6 +34,7 @@ constexpr double kFolded = 0.40;     // m
 constexpr double kStretched = 0.74;  // m
 constexpr double kSlowing = 7.0;     // of full speed per m
 constexpr double kSlowest = 0.3;     // of full speed
+constexpr double kSinking = 0.5;     // of full speed: a faster way down leads sideways
 
 constexpr double kLeaveRadius = 0.06;  // m: a tool further off sideways has nothing to leave
 constexpr double kStep = 0.05;         // m ahead of the tool while it rises
@@ -88,7 +89,8 @@ void steer_tool(const State& state, int env, const Vector3d& goal, const Quatern
   const Vector3d tcp = tcp_pos(state, env);
   const double reach = std::hypot(tcp.x() - kRobotBaseX, tcp.y());
   const double beyond = std::max({0.0, kFolded - reach, reach - kStretched});
-  const auto most = static_cast<float>(std::max(kSlowest, 1 - kSlowing * beyond));
+  const double fastest_here = action[2] < 0 ? kSinking : 1.0;
+  const auto most = static_cast<float>(std::clamp(1 - kSlowing * beyond, kSlowest, fastest_here));
   const float fastest = std::max({std::abs(action[0]), std::abs(action[1]), std::abs(action[2])});
   if (fastest <= most) return;
   for (int i = 0; i < 3; ++i) action[i] *= most / fastest;
