@@ -84,6 +84,7 @@ class TimedTransfer final : public Task {
     info_.termination = Termination::kSuccessOrFailed;
     info_.success_reward = kTimedTransferSuccessReward;
     info_.oracle_dim = 1;
+    info_.oracle_is_real = true;
     info_.draws = {{"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "between the discs"},
                    {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "between the discs"},
                    {"signal_step", 1, true, static_cast<double>(PRE_SIGNAL_STEPS.low),
@@ -178,7 +179,7 @@ class TimedTransfer final : public Task {
       cube_to_red_dist_[env] = static_cast<float>(distance);
       is_grasped_[env] = is_grasping(*engine_.state, env, kCube) ? 1 : 0;
       RowWriter(obj_to_goal_pos_.row(env)).add(to_red);
-      engine_.oracle_info[env] = params_.DELAY_STEPS;
+      engine_.oracle_values[env] = static_cast<float>(params_.DELAY_STEPS);
       reward_dict_.publish(env);
     }
   }

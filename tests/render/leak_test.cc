@@ -51,17 +51,6 @@ const Draw& hidden_draw(const std::string& id) {
   throw;
 }
 
-// Values of the draw, as far apart as they can be: upwards from the least, or downwards from the
-// greatest, so that draws of different values get some.
-std::vector<double> extreme(const Draw& draw, bool high) {
-  std::vector<double> values;
-  for (int i = 0; i < draw.width; ++i) {
-    const int step = draw.distinct ? i : 0;
-    values.push_back(high ? draw.high - step : draw.low + step);
-  }
-  return values;
-}
-
 int differing_pixels(VectorEnv& a, VectorEnv& b, const char* camera) {
   std::vector<std::uint8_t> first(128 * 128 * 3);
   std::vector<std::uint8_t> second(first.size());
