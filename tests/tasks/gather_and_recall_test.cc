@@ -162,7 +162,7 @@ TEST_CASE("The right button solves it, a wrong one fails and ends the episode", 
 
 TEST_CASE("Cubes that were carried onto the disc lie still on it", "[gather]") {
   const auto env = start(3, 0, 1);
-  for (int i = 0; i < 200 && env->state().finished[0] == 0; ++i) {
+  for (int i = 0; i < env->info().horizon && env->state().finished[0] == 0; ++i) {
     test::step(*env, Policy::kOracle);
   }
   CHECK(flag(*env, "success"));

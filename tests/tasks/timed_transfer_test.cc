@@ -42,7 +42,7 @@ TEST_CASE("Doing nothing fails one step after the window: D = 100, s = 2", "[tim
     CHECK(info<std::uint8_t>(*env, "in_window") == (elapsed >= 97 && elapsed <= 107 ? 1 : 0));
     CHECK(info<std::uint8_t>(*env, "failed") == (elapsed >= 108 ? 1 : 0));
     CHECK(env->terminated()[0] == (elapsed >= 108 ? 1 : 0));
-    CHECK(info<std::int32_t>(*env, "oracle_info") == 100);
+    CHECK(info<float>(*env, "oracle_info") == 100);
     if (elapsed == 1) CHECK(env->reward()[0] == 0);
     if (elapsed < 108) env->step(rest);
   }
