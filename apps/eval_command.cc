@@ -153,7 +153,7 @@ void add_eval_command(CLI::App& app) {
   command->footer(
       "One episode per seed, until it is terminated or as long as its horizon; success_once is the "
       "share of episodes with success in any step. Results do not depend on --num-envs or "
-      "--threads. Filters leave out families that are not part of this version.");
+      "--threads.");
   command->final_callback([options] { run(*options); });
 }
 

@@ -55,7 +55,6 @@ TEST_CASE("command: unknown observations and renderers are named with those that
 }
 
 TEST_CASE("command: what cannot be done here is a failure, exit code 1", "[apps]") {
-  require_refusal("rollout TraceShapeEasy-VLA-v0", 1, "TraceShape is not part of this version");
   require_refusal("info RememberColor9-VLA-v0 --mjcf /nowhere/scene.xml", 1, "/nowhere/scene.xml");
   require_refusal("eval RememberColor3-VLA-v0 --episodes 1 --out /proc/results", 1,
                   "/proc/results");
