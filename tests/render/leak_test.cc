@@ -12,6 +12,7 @@ namespace {
 using namespace engram;
 
 constexpr std::uint64_t kEpisodes = 3;  // of long tasks: one
+constexpr int kEnough = 10;             // pixels
 constexpr const char* kCameras[] = {"base_camera", "hand_camera", "render_camera"};
 
 // Two sets of values of a hidden draw, as different as possible.
@@ -81,14 +82,17 @@ TEST_CASE("No picture after the cue tells what was shown", "[render][long]") {
       // Who only rests is shown nothing; such families have tests of their own.
       if (one->cue_end(0) >= one->info().horizon) break;
 
-      // While the cue is on, a person sees the difference. Where it tells the length of the cue,
+      // While the cue is on, a policy can see the difference. Where it tells the length of the cue,
       // the cue is over when the longer one is.
       const int end = std::max(one->cue_end(0), other->cue_end(0));
       int seen = 0;
       for (; one->state().elapsed[0] < end; one->step(rest), other->step(rest)) {
-        seen = std::max(seen, differing_pixels(*one, *other, "base_camera"));
+        for (const char* sensor : {"base_camera", "hand_camera"}) {
+          if (seen >= kEnough) break;
+          seen = std::max(seen, differing_pixels(*one, *other, sensor));
+        }
       }
-      CHECK(seen >= 10);
+      CHECK(seen >= kEnough);
       // Afterwards there is none, in any camera; people may be shown where the goal is. Of long
       // episodes a part of the steps is looked at.
       const bool goal_for_people = test::traits_of(id).goal_for_people;
