@@ -10,7 +10,9 @@ inline constexpr int NUM_WAYPOINTS = 64;
 inline constexpr int NUM_CHECKPOINTS = 12;
 inline constexpr double CHECKPOINT_THRESH = 0.035;  // m
 
-enum ContourShape { SHAPE_CIRCLE, SHAPE_SQUARE, SHAPE_TRIANGLE };
+inline constexpr int SHAPE_CIRCLE = 0;
+inline constexpr int SHAPE_SQUARE = 1;
+inline constexpr int SHAPE_TRIANGLE = 2;
 inline constexpr int kContourShapes = 3;
 
 // "circle", "square" or "triangle".

@@ -167,10 +167,10 @@ class TraceShape final : public Task {
  private:
   static constexpr int kRewardTerms = 8;
 
-  // Measured: how often a guess of shape, radius and rotation passes near enough to every
-  // checkpoint, by the number of shapes to choose from.
+  // Measured over 2000 episodes: how often a guess of shape, radius and rotation passes near enough
+  // to every checkpoint, by the number of shapes to choose from.
   static double guess_rate(int shapes) {
-    constexpr std::array<double, 4> kRates = {0, 0.80, 0.50, 0.32};
+    constexpr std::array<double, 4> kRates = {0, 0.785, 0.535, 0.34};
     return kRates[static_cast<std::size_t>(shapes)];
   }
 
