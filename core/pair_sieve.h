@@ -23,8 +23,6 @@ class PairSieve {
   // Needs bodies and geoms posed in `data`. Valid until the next call.
   const mjModel* near_pairs(const mjData& data);
 
-  int num_groups() const { return static_cast<int>(groups_.size()); }
-
  private:
   // A plane, or a ball around the geoms of a body that take part in pairs.
   struct Member {

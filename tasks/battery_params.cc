@@ -4,9 +4,9 @@
 #include <array>
 #include <limits>
 
-#include "core/error.h"
 #include "tasks/battery_rules.h"
 #include "tasks/colors.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -151,14 +151,7 @@ PressButtonParams battery_button() {
   return params;
 }
 
-const BatteryParams& battery_params(std::string_view id) {
-  const auto* found = std::find_if(kVariants.begin(), kVariants.end(),
-                                   [id](const BatteryParams& params) { return params.id == id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no BatteriesChecker variant for " + std::string(id));
-  }
-  return *found;
-}
+const BatteryParams& battery_params(std::string_view id) { return find_variant(kVariants, id); }
 
 void describe_batteries(const BatteryParams& params, TaskInfo& info) {
   const double guesses = count_guesses(params);

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.h"
 #include "core/overlay.h"
 #include "mjcf/scene.h"
 #include "tasks/blink_count_reward.h"
@@ -14,6 +13,7 @@
 #include "tasks/reward_dict.h"
 #include "tasks/task_info.h"
 #include "tasks/tool_servo.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -478,13 +478,7 @@ class BlinkCount final : public Task {
 }  // namespace
 
 std::unique_ptr<Task> make_blink_count(const RegistryEntry& entry) {
-  const auto* found =
-      std::find_if(kVariants.begin(), kVariants.end(),
-                   [&entry](const Params& params) { return params.id == entry.id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no blink count variant for " + std::string(entry.id));
-  }
-  return std::make_unique<BlinkCount>(entry, *found);
+  return std::make_unique<BlinkCount>(entry, find_variant(kVariants, entry.id));
 }
 
 }  // namespace engram::tasks

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "tasks/colors.h"
 #include "tasks/touch_target.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -129,13 +129,7 @@ std::vector<Field> state_fields_of(int length) {
 }  // namespace
 
 const ColorRecallParams& color_recall_params(std::string_view id) {
-  const auto* found =
-      std::find_if(kVariants.begin(), kVariants.end(),
-                   [id](const ColorRecallParams& params) { return params.id == id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no colour recall variant for " + std::string(id));
-  }
-  return *found;
+  return find_variant(kVariants, id);
 }
 
 Layout arc_slots() {

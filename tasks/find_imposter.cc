@@ -6,6 +6,7 @@
 
 #include "tasks/object_recall.h"
 #include "tasks/overlap_guard.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {

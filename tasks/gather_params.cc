@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <string>
 
-#include "core/error.h"
 #include "tasks/colors.h"
 #include "tasks/gather_rules.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -102,14 +102,7 @@ std::vector<Field> state_fields(int cubes) {
 
 }  // namespace
 
-int gather_cubes(std::string_view id) {
-  const auto* found = std::find_if(kVariants.begin(), kVariants.end(),
-                                   [id](const Params& params) { return params.id == id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no GatherAndRecall variant for " + std::string(id));
-  }
-  return found->N_CUBES;
-}
+int gather_cubes(std::string_view id) { return find_variant(kVariants, id).N_CUBES; }
 
 PressButtonParams gather_button(int color) {
   PressButtonParams params;

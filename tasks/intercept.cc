@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.h"
 #include "mjcf/scene.h"
 #include "mjcf/target_disc.h"
 #include "tasks/ball_catcher.h"
@@ -12,6 +11,7 @@
 #include "tasks/reward_dict.h"
 #include "tasks/task_info.h"
 #include "tasks/tool_servo.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -201,12 +201,7 @@ InterceptRewardTerms intercept_reward(const InterceptRewardInputs& in) {
 }
 
 std::unique_ptr<Task> make_intercept(const RegistryEntry& entry) {
-  const auto found = std::find_if(kVariants.begin(), kVariants.end(),
-                                  [&entry](const Params& params) { return params.id == entry.id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no Intercept variant for " + std::string(entry.id));
-  }
-  return std::make_unique<Intercept>(entry, *found);
+  return std::make_unique<Intercept>(entry, find_variant(kVariants, entry.id));
 }
 
 }  // namespace engram::tasks

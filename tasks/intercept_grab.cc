@@ -4,13 +4,13 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.h"
 #include "mjcf/scene.h"
 #include "tasks/ball_catcher.h"
 #include "tasks/ball_launch.h"
 #include "tasks/reward_dict.h"
 #include "tasks/task_info.h"
 #include "tasks/tool_servo.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -211,12 +211,7 @@ GrabRewardTerms grab_reward(const GrabRewardInputs& in) {
 }
 
 std::unique_ptr<Task> make_intercept_grab(const RegistryEntry& entry) {
-  const auto found = std::find_if(kVariants.begin(), kVariants.end(),
-                                  [&entry](const Params& params) { return params.id == entry.id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no InterceptGrab variant for " + std::string(entry.id));
-  }
-  return std::make_unique<InterceptGrab>(entry, *found);
+  return std::make_unique<InterceptGrab>(entry, find_variant(kVariants, entry.id));
 }
 
 }  // namespace engram::tasks

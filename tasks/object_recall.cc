@@ -33,15 +33,6 @@ Draw steps_draw(const char* name, StepRange range, const char* what) {
 
 }  // namespace
 
-const ObjectRecallParams& find_variant(std::span<const ObjectRecallParams> variants,
-                                       std::string_view id) {
-  const auto found =
-      std::find_if(variants.begin(), variants.end(),
-                   [id](const ObjectRecallParams& params) { return params.id == id; });
-  if (found != variants.end()) return *found;
-  throw Error(Error::kInternal, "no parameters for " + std::string(id));
-}
-
 ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams& params,
                            const Wording& wording)
     : params_(params),

@@ -27,10 +27,6 @@ struct ObjectRecallParams {
   ArcParams arc = {};  // where the slots lie
 };
 
-// The row of that id. Throws Error if there is none.
-const ObjectRecallParams& find_variant(std::span<const ObjectRecallParams> variants,
-                                       std::string_view id);
-
 class ObjectRecall : public Task {
  public:
   const TaskInfo& info() const override { return info_; }

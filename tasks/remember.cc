@@ -3,6 +3,7 @@
 #include <array>
 
 #include "tasks/object_recall.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {

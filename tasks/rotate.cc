@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/error.h"
 #include "core/overlay.h"
 #include "mjcf/peg.h"
 #include "mjcf/scene.h"
@@ -16,6 +15,7 @@
 #include "tasks/row_writer.h"
 #include "tasks/smoothness.h"
 #include "tasks/task_info.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -324,12 +324,7 @@ RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
 }
 
 std::unique_ptr<Task> make_rotate(const RegistryEntry& entry) {
-  const auto found = std::find_if(kVariants.begin(), kVariants.end(),
-                                  [&entry](const Params& params) { return params.id == entry.id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no Rotate variant for " + std::string(entry.id));
-  }
-  return std::make_unique<Rotate>(entry, *found);
+  return std::make_unique<Rotate>(entry, find_variant(kVariants, entry.id));
 }
 
 }  // namespace engram::tasks

@@ -4,7 +4,6 @@
 #include <array>
 #include <string>
 
-#include "core/error.h"
 #include "core/overlay.h"
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
@@ -16,6 +15,7 @@
 #include "tasks/row_writer.h"
 #include "tasks/task_info.h"
 #include "tasks/timed_transfer_rules.h"
+#include "tasks/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -328,13 +328,7 @@ class TimedTransfer final : public Task {
 }  // namespace
 
 std::unique_ptr<Task> make_timed_transfer(const RegistryEntry& entry) {
-  const auto* found =
-      std::find_if(kVariants.begin(), kVariants.end(),
-                   [&entry](const Params& params) { return params.id == entry.id; });
-  if (found == kVariants.end()) {
-    throw Error(Error::kInternal, "no TimedTransfer variant for " + std::string(entry.id));
-  }
-  return std::make_unique<TimedTransfer>(entry, *found);
+  return std::make_unique<TimedTransfer>(entry, find_variant(kVariants, entry.id));
 }
 
 }  // namespace engram::tasks

@@ -4,12 +4,14 @@
 #include <vector>
 
 #include "engram/engram.h"
+#include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/family_traits.h"
 
 namespace {
 
 using namespace engram;
+using test::differing_pixels;
 
 constexpr std::uint64_t kEpisodes = 3;  // of long tasks: one
 constexpr int kEnough = 10;             // pixels
@@ -50,18 +52,6 @@ const Draw& hidden_draw(const std::string& id) {
   }
   FAIL("task " << id << " does not say what it hides");
   throw;
-}
-
-int differing_pixels(VectorEnv& a, VectorEnv& b, const char* camera) {
-  std::vector<std::uint8_t> first(128 * 128 * 3);
-  std::vector<std::uint8_t> second(first.size());
-  a.render(0, camera, 128, 128, first);
-  b.render(0, camera, 128, 128, second);
-  int count = 0;
-  for (std::size_t i = 0; i < first.size(); i += 3) {
-    count += std::equal(&first[i], &first[i] + 3, &second[i]) ? 0 : 1;
-  }
-  return count;
 }
 
 // Steps long after the cue, in which nothing happens any more: one in fifty is looked at.

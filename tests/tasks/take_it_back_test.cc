@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "engram/engram.h"
+#include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
 
 namespace {
 
 using namespace engram;
+using test::differing_pixels;
 using test::make_env;
 using test::row;
 
@@ -160,18 +162,6 @@ TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_bac
   const auto pinned = make_env(kId, options);
   pinned->reset();
   CHECK(pinned->state().prop_pos_of(0, kGoalRegion)[0] == 0.2);
-}
-
-int differing_pixels(VectorEnv& a, VectorEnv& b, const char* camera) {
-  std::vector<std::uint8_t> first(128 * 128 * 3);
-  std::vector<std::uint8_t> second(first.size());
-  a.render(0, camera, 128, 128, first);
-  b.render(0, camera, 128, 128, second);
-  int count = 0;
-  for (std::size_t i = 0; i < first.size(); i += 3) {
-    count += std::equal(&first[i], &first[i] + 3, &second[i]) ? 0 : 1;
-  }
-  return count;
 }
 
 TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
