@@ -11,7 +11,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include "engram/engram.h"
+#include "protocol/make.h"
 
 namespace engram::apps {
 

@@ -8,10 +8,10 @@
 #include <memory>
 #include <thread>
 
-#include "apps/json.h"
+#include "api/media.h"
 #include "apps/options.h"
 #include "apps/output.h"
-#include "engram/media.h"
+#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "engram/engram.h"
+#include "protocol/make.h"
 
 namespace engram::apps {
 

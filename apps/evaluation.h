@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "apps/json.h"
-#include "engram/engram.h"
+#include "protocol/json.h"
+#include "protocol/make.h"
 
 namespace engram::apps {
 

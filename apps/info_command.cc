@@ -4,9 +4,10 @@
 
 #include <memory>
 
+#include "api/task_description.h"
 #include "apps/options.h"
 #include "apps/output.h"
-#include "apps/task_description.h"
+#include "apps/task_in_words.h"
 
 namespace engram::apps {
 namespace {

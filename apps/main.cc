@@ -13,7 +13,7 @@
 #include "apps/output.h"
 #include "apps/record_command.h"
 #include "apps/rollout_command.h"
-#include "engram/engram.h"
+#include "protocol/make.h"
 
 namespace engram::apps {
 namespace {

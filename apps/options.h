@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engram/engram.h"
+#include "protocol/make.h"
 
 namespace engram::apps {
 

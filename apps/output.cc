@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "engram/engram.h"
+#include "protocol/make.h"
 
 namespace engram::apps {
 namespace {

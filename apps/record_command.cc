@@ -9,12 +9,12 @@
 #include <memory>
 #include <vector>
 
-#include "apps/json.h"
+#include "api/media.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/record_view.h"
-#include "engram/media.h"
+#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {

@@ -1,6 +1,6 @@
 #include "apps/record_view.h"
 
-#include "engram/media.h"
+#include "api/media.h"
 
 namespace engram::apps {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "engram/engram.h"
-#include "engram/media.h"
+#include "api/media.h"
+#include "protocol/make.h"
 
 namespace engram::apps {
 

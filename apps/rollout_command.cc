@@ -11,10 +11,10 @@
 
 #include "apps/digest.h"
 #include "apps/episode_log.h"
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {
@@ -84,8 +84,8 @@ double images_per_step(const EnvOptions& options) {
 
 double rate(double count, double time) { return time > 0 ? count / time : 0; }
 
-Json to_json(const VectorEnv& env, const RolloutOptions& options, const EpisodeLog& log,
-             const Report& report) {
+Json to_document(const VectorEnv& env, const RolloutOptions& options, const EpisodeLog& log,
+                 const Report& report) {
   const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
   Json document = {{"id", env.info().id},
                    {"num_envs", env.num_envs()},
@@ -98,8 +98,8 @@ Json to_json(const VectorEnv& env, const RolloutOptions& options, const EpisodeL
                    {"physics_steps_per_second", env_rate * env.options().substeps},
                    {"images_per_second", env_rate * images_per_step(env.options())},
                    {"episodes", log.episodes()},
-                   {"success_once", apps::to_json(log.success_rate())},
-                   {"mean_return", apps::to_json(log.mean_return())},
+                   {"success_once", to_json(log.success_rate())},
+                   {"mean_return", to_json(log.mean_return())},
                    {"unstable", env.unstable_count()},
                    {"hash", nullptr},
                    {"wall_seconds", report.wall_seconds}};
@@ -160,7 +160,7 @@ void run(const RolloutOptions& given) {
   const auto env = make(options.id, options.env);
   EpisodeLog log(*env, options.episodes);
   const Report report = roll_out(*env, options, log);
-  print(options.json ? to_text(to_json(*env, options, log, report))
+  print(options.json ? to_text(to_document(*env, options, log, report))
                      : to_words(*env, options, log, report));
 }
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "api/engram/engram.h"
 #include "bench/interleave.h"
+#include "protocol/make.h"
 
 namespace engram::bench {
 

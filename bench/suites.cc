@@ -11,11 +11,11 @@
 #include <numeric>
 #include <thread>
 
-#include "api/engram/engram.h"
 #include "bench/interleave.h"
 #include "bench/plain_loop.h"
 #include "bench/render_suite.h"
 #include "bench/rollout.h"
+#include "protocol/make.h"
 
 namespace engram::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engram/engram.h"
+#include "protocol/make.h"
 #include "tests/apps/command.h"
 
 namespace engram::tests {
@@ -33,14 +33,13 @@ TEST_CASE("list: the whole registry, in order", "[apps]") {
     const Json& task = tasks[i];
     CHECK(keys_of(task) == std::vector<std::string>{"id", "family", "split", "memory_type",
                                                     "horizon", "canonical", "instruction",
-                                                    "action_dim", "state_dim", "candidates",
-                                                    "available"});
+                                                    "action_dim", "state_dim", "candidates"});
     CHECK(task["id"] == entry.id);
     CHECK(task["horizon"] == entry.horizon);
     CHECK(task["action_dim"] == 7);
-    CHECK(task["available"] == is_implemented(entry));
-    CHECK(task["state_dim"].is_number() == is_implemented(entry));
-    CHECK(task["candidates"].is_number() == is_implemented(entry));
+    const auto env = make(entry.id);
+    CHECK(task["state_dim"] == env->state_dim());
+    CHECK(task["candidates"] == env->info().candidates);
   }
 }
 

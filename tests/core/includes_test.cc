@@ -14,14 +14,15 @@ namespace fs = std::filesystem;
 
 const fs::path kRoot = fs::path(ENGRAM_TEST_DATA).parent_path().parent_path();
 
-// What each room may include of the others. "engram" is the public header in api/.
+// What each room may include of the others. "engram" are the public headers in api/.
 const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"core", {"core"}},
     {"mjcf", {"mjcf"}},
     {"tasks", {"core", "mjcf", "tasks"}},
     {"render", {"core", "render"}},
-    {"api", {"core", "mjcf", "tasks", "render", "api", "engram"}},
-    {"apps", {"api", "engram", "bench", "apps"}},
+    {"protocol", {"core", "mjcf", "tasks", "render", "protocol"}},
+    {"api", {"core", "mjcf", "tasks", "render", "protocol", "api", "engram"}},
+    {"apps", {"protocol", "api", "engram", "bench", "apps"}},
 };
 
 std::set<std::string> rooms() {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "engram/engram.h"
+#include "protocol/make.h"
 #include "tests/env_helpers.h"
 
 namespace {

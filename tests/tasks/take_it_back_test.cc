@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engram/engram.h"
+#include "protocol/make.h"
 #include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
 

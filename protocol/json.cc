@@ -1,16 +1,19 @@
-#include "apps/json.h"
+#include "protocol/json.h"
 
-#include <fmt/format.h>
-
+#include <charconv>
 #include <cmath>
 
-namespace engram::apps {
+namespace engram {
 
 Json to_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json to_json(float value) {
   if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{}", value));
+  char text[32];
+  const char* end = std::to_chars(text, text + sizeof text, value).ptr;
+  double shortest = 0;
+  std::from_chars(text, end, shortest);
+  return shortest;
 }
 
 Json to_json(const ConstantTable& table) {
@@ -33,4 +36,4 @@ Json to_json(const Constant& constant) {
 
 std::string to_text(const Json& document) { return document.dump(2) + "\n"; }
 
-}  // namespace engram::apps
+}  // namespace engram

@@ -1,4 +1,4 @@
-#include "api/engram/engram.h"
+#include "protocol/make.h"
 
 #include "render/document_source.h"
 

@@ -1,11 +1,4 @@
-// engram: batched memory-manipulation tasks on CPUs. The C++ door.
-//
-//   auto env = engram::make("RememberColor9-VLA-v0", {.num_envs = 256, .seed = 7});
-//   std::vector<float> actions(256 * env->action_dim());
-//   env->reset();
-//   env->act(engram::Policy::kOracle, actions);
-//   env->step(actions);
-//   env->observation();  // (256, state_dim) floats, in place until the next step
+// From an id to a batch of environments, with everything that draws its pictures.
 #pragma once
 
 #include <memory>

@@ -1,12 +1,12 @@
-// JSON documents of the command: keys stay in the order in which they are set.
+// JSON documents: keys stay in the order in which they are set.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "engram/engram.h"
+#include "core/constant.h"
 
-namespace engram::apps {
+namespace engram {
 
 using Json = nlohmann::ordered_json;
 
@@ -21,4 +21,4 @@ Json to_json(const ConstantTable& table);
 // The document as text: two-space indentation, newline at the end.
 std::string to_text(const Json& document);
 
-}  // namespace engram::apps
+}  // namespace engram

@@ -1,0 +1,258 @@
+/* engram: batched memory-manipulation tasks on CPUs. The plain-C door.
+ *
+ *   engram_options options;
+ *   engram_options_init(&options);
+ *   options.num_envs = 256;
+ *   engram_env* env = NULL;
+ *   if (engram_make("RememberColor9-VLA-v0", &options, &env) != ENGRAM_OK)
+ *     puts(engram_last_error());
+ *   engram_reset(env, NULL);
+ *   engram_step(env, actions, 256 * engram_action_dim(env));
+ *   engram_close(env);
+ *
+ * Functions that can fail return an engram_status; a failing call changes nothing and leaves a
+ * one-line message, which says what was wrong, what was given and what is allowed, in
+ * engram_last_error. No function throws, prints or exits. N stands for the number of environments.
+ *
+ * A handle may be used from any thread, but from one at a time: a call that comes while another
+ * one is at work on the same handle, or between engram_step_async and engram_step_wait, is refused
+ * with ENGRAM_BAD_STATE. */
+#ifndef ENGRAM_ENGRAM_C_H
+#define ENGRAM_ENGRAM_C_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(ENGRAM_STATIC)
+#define ENGRAM_API
+#else
+#define ENGRAM_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum engram_status {
+  ENGRAM_OK = 0,
+  ENGRAM_INVALID_ARGUMENT = 1, /* a value outside what is allowed, or of the wrong shape */
+  ENGRAM_UNKNOWN_ID = 2,       /* no task, option or field of that name */
+  ENGRAM_UNAVAILABLE = 3,      /* the machine lacks it: threads, memory, a device */
+  ENGRAM_BAD_STATE = 4,        /* not allowed at this point */
+  ENGRAM_IO = 5,               /* a file could not be read or written */
+  ENGRAM_INTERNAL = 6          /* a defect of the library itself */
+} engram_status;
+
+/* The message of this thread's last failing call; "" if there was none. Valid until this thread's
+ * next failing call. Never NULL. */
+ENGRAM_API const char* engram_last_error(void);
+
+/* Version of the library, "0.1.0". */
+ENGRAM_API const char* engram_version(void);
+
+/* ---- tasks ---- */
+
+/* All registered tasks as a JSON array, in the benchmark's order: what `engram list --json` prints.
+ * Valid for the life of the process. NULL if there is no memory for it. */
+ENGRAM_API const char* engram_list_json(void);
+
+/* ---- options ---- */
+
+typedef enum engram_obs_mode {
+  ENGRAM_OBS_NONE = 0,
+  ENGRAM_OBS_STATE = 1,      /* one row of floats, in "observation" */
+  ENGRAM_OBS_STATE_DICT = 2, /* the same row; engram_describe_json names its parts */
+  ENGRAM_OBS_RGB = 3         /* images in "rgb" and "proprio"; "observation" stays empty */
+} engram_obs_mode;
+
+typedef enum engram_reward_mode {
+  ENGRAM_REWARD_NONE = 0,
+  ENGRAM_REWARD_SPARSE = 1,
+  ENGRAM_REWARD_DENSE = 2,
+  ENGRAM_REWARD_NORMALIZED_DENSE = 3
+} engram_reward_mode;
+
+/* What happens to an environment whose episode has ended, in Gymnasium's terms. */
+typedef enum engram_auto_reset {
+  ENGRAM_AUTO_RESET_NEXT_STEP = 0, /* the next step ignores its action and returns the first
+                                      observation of a new episode */
+  ENGRAM_AUTO_RESET_SAME_STEP = 1, /* the same step returns it; the last outputs of the episode are
+                                      kept, see engram_final_output */
+  ENGRAM_AUTO_RESET_OFF = 2        /* it keeps its last outputs, with reward 0, until it is reset */
+} engram_auto_reset;
+
+/* A sampled quantity of the episode, fixed by the user. */
+typedef struct engram_pin {
+  const char* name;     /* a draw of engram_describe_json */
+  const double* values; /* `count` values, as many as the draw is wide */
+  size_t count;
+} engram_pin;
+
+/* One of the task's own options. */
+typedef struct engram_task_option {
+  const char* name;
+  double value;
+} engram_task_option;
+
+typedef struct engram_options {
+  size_t struct_size;           /* set by engram_options_init */
+  int32_t num_envs;             /* 1 to 1,000,000; default 1 */
+  int32_t threads;              /* 1 to 1024; default 0: one per core */
+  int32_t chunk;                /* environments that a thread claims at a time; default 0: chosen */
+  int32_t substeps;             /* of 0.01 s per control step, 0 to 1000; default 5 */
+  uint64_t seed;                /* environment i has seed + i; default 0 */
+  int32_t obs_mode;             /* engram_obs_mode; default state */
+  int32_t reward_mode;          /* engram_reward_mode; default normalized_dense */
+  int32_t auto_reset;           /* engram_auto_reset; default next-step */
+  const char* control_mode;     /* default "pd_ee_delta_pose" */
+  int32_t rotation_sign;        /* of rotation actions: -1 as upstream (default), or 1 */
+  int32_t freeze_cue;           /* default 1: zero actions during cue and empty phase where the
+                                   canonical wrapper chain does */
+  int32_t terminate_on_success; /* default -1: the family's rule; 0: never; 1: always */
+  int32_t sleep;                /* default 1; 0: every shortcut of the physics off */
+  double robot_init_qpos_noise; /* rad, standard deviation, 0 to 1; default 0.02 */
+  const engram_pin* pins;       /* `num_pins` of them; default none */
+  size_t num_pins;
+  const engram_task_option* task_options; /* `num_task_options` of them; default none */
+  size_t num_task_options;
+  int32_t image_width; /* pixels of rgb observations, 1 to 4096; default 128 */
+  int32_t image_height;
+  const char* const* cameras; /* `num_cameras` names, in channel order; default NULL: base_camera,
+                                 hand_camera */
+  size_t num_cameras;
+  const char* renderer; /* of rgb observations: "cpu" (default) or "egl" */
+  int32_t shadows;      /* in rgb observations; default 0 */
+  int32_t antialias;    /* 2 x 2 samples per pixel in rgb observations; default 0 */
+} engram_options;
+
+/* Sets every field to its default. */
+ENGRAM_API void engram_options_init(engram_options* options);
+
+/* ---- life of a batch ---- */
+
+typedef struct engram_env engram_env;
+
+/* Makes a batch of the task with that id. options: NULL for the defaults; nothing in it is used
+ * after the call. Fails with ENGRAM_UNKNOWN_ID (the message tells the nearest id),
+ * ENGRAM_INVALID_ARGUMENT or ENGRAM_UNAVAILABLE, and then *env is NULL. */
+ENGRAM_API engram_status engram_make(const char* id, const engram_options* options,
+                                     engram_env** env);
+
+/* Ends the batch and frees what it owns; a step under way is waited for. NULL is allowed. */
+ENGRAM_API void engram_close(engram_env* env);
+
+/* ---- what a batch is ---- */
+
+ENGRAM_API int32_t engram_num_envs(const engram_env* env);
+ENGRAM_API int32_t engram_num_threads(const engram_env* env);
+ENGRAM_API int32_t engram_action_dim(const engram_env* env);
+ENGRAM_API int32_t engram_state_dim(const engram_env* env);
+/* Control steps of an episode. */
+ENGRAM_API int32_t engram_horizon(const engram_env* env);
+/* Least and greatest value of each action component, engram_action_dim of them; infinite where
+ * there is no bound. */
+ENGRAM_API const float* engram_action_low(const engram_env* env);
+ENGRAM_API const float* engram_action_high(const engram_env* env);
+/* The task in full as JSON: what `engram info ID --json` prints, for this batch's options. Valid
+ * for the life of the handle. NULL if there is no memory for it. */
+ENGRAM_API const char* engram_describe_json(engram_env* env);
+/* Environment steps in which physics diverged, since the batch was made. */
+ENGRAM_API uint64_t engram_unstable_count(const engram_env* env);
+
+/* ---- running it ---- */
+
+typedef struct engram_reset_request {
+  const uint8_t* mask;    /* N values, non-zero: reset; NULL: all */
+  const uint64_t* seeds;  /* N values, those of masked-out environments are ignored; NULL: the first
+                             reset uses options.seed + i, later ones go on to the next episode */
+  const engram_pin* pins; /* replaces the pins of the environments that are reset if has_pins */
+  size_t num_pins;
+  int32_t has_pins; /* 0: pins stay as they are */
+} engram_reset_request;
+
+/* Starts new episodes. request: NULL for all environments, seeds and pins as before. */
+ENGRAM_API engram_status engram_reset(engram_env* env, const engram_reset_request* request);
+
+/* One control step. actions: (N, action_dim) floats, row by row; count: N * action_dim. Refused if
+ * the count is wrong, a value is not finite or nothing was reset. */
+ENGRAM_API engram_status engram_step(engram_env* env, const float* actions, size_t count);
+
+/* The same in two halves: the first checks and copies the actions, hands the step to a thread of
+ * the batch's own and returns; the second waits for it. In between the batch's outputs change and
+ * must not be read, and other calls on the handle are refused. */
+ENGRAM_API engram_status engram_step_async(engram_env* env, const float* actions, size_t count);
+/* Refused with ENGRAM_BAD_STATE if no step is under way. */
+ENGRAM_API engram_status engram_step_wait(engram_env* env);
+
+typedef enum engram_policy {
+  ENGRAM_POLICY_ZERO = 0,
+  ENGRAM_POLICY_RANDOM = 1, /* uniform over the action space */
+  ENGRAM_POLICY_ORACLE = 2, /* solves the task with privileged state; pd_ee_delta_pose only */
+  ENGRAM_POLICY_BLIND = 3   /* the oracle, but with the hidden quantity guessed */
+} engram_policy;
+
+/* Writes actions for the next step, (N, action_dim) floats; count: N * action_dim. */
+ENGRAM_API engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count);
+
+/* ---- what comes out ---- */
+
+typedef enum engram_dtype {
+  ENGRAM_BOOL = 0, /* one byte, 0 or 1 */
+  ENGRAM_INT32 = 1,
+  ENGRAM_UINT64 = 2,
+  ENGRAM_FLOAT32 = 3,
+  ENGRAM_FLOAT64 = 4,
+  ENGRAM_UINT8 = 5
+} engram_dtype;
+
+/* An array of the batch, row by row without gaps. */
+typedef struct engram_array {
+  const char* name;
+  const char* unit;        /* "m", "rad", "" where the values have none */
+  const char* description; /* one phrase, or "" */
+  const void* data; /* stays where it is for the life of the handle; changes with each step */
+  int32_t dtype;    /* engram_dtype */
+  int32_t ndim;
+  int64_t shape[4]; /* the first `ndim` count; the first of them is N */
+} engram_array;
+
+/* An output by name: observation (N, state_dim), rgb (N, height, width, 3 * cameras; rgb mode
+ * only), proprio (N, 7), reward, terminated, truncated, success, unstable, elapsed_steps,
+ * success_once, episode_return, and the task's own info fields. Fields of width 1 have shape (N).
+ */
+ENGRAM_API engram_status engram_output(engram_env* env, const char* name, engram_array* array);
+/* The same at the end of the episode that ended last in each environment (same-step mode); the
+ * output "final_mask" (N) tells for which environments that was in this step. */
+ENGRAM_API engram_status engram_final_output(engram_env* env, const char* name,
+                                             engram_array* array);
+/* Outputs by number, 0 to engram_num_outputs - 1. */
+ENGRAM_API size_t engram_num_outputs(const engram_env* env);
+ENGRAM_API engram_status engram_output_at(engram_env* env, size_t index, engram_array* array);
+
+/* The language instruction of one environment's episode. Copies at most `capacity` bytes, the
+ * closing 0 included, and sets *length (may be NULL) to the length without it. */
+ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char* text,
+                                            size_t capacity, size_t* length);
+
+/* Draws one environment as it is now, row 0 on top. camera: "base_camera", "hand_camera" or
+ * "render_camera"; sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
+ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const char* camera,
+                                       int32_t width, int32_t height, uint8_t* rgb, size_t size);
+
+/* ---- snapshots ---- */
+
+/* Saves environment `index`, or all where it is -1, bit-exactly. Copies the bytes if `capacity` is
+ * enough; sets *size to their number in any case. bytes may be NULL if capacity is 0. */
+ENGRAM_API engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t capacity,
+                                     size_t* size);
+/* Restores into environment `index` of any batch of the same task and control mode, or into all of
+ * a batch of the same size where it is -1. Refused if the bytes are damaged or of another task,
+ * version or number of environments. */
+ENGRAM_API engram_status engram_restore(engram_env* env, int32_t index, const void* bytes,
+                                        size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
