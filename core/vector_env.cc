@@ -218,7 +218,7 @@ void VectorEnv::reset_env(int env, std::uint64_t seed, std::uint64_t episode_num
 
 // --- step ---
 
-void VectorEnv::step(std::span<const float> actions) {
+void VectorEnv::check_actions(std::span<const float> actions) const {
   if (!started_) throw Error(Error::kBadState, "step before the first reset; reset first");
   const auto dim = static_cast<std::size_t>(action_dim());
   require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
@@ -231,6 +231,10 @@ void VectorEnv::step(std::span<const float> actions) {
                                              std::to_string(*bad) +
                                              " given, a finite number needed");
   }
+}
+
+void VectorEnv::step(std::span<const float> actions) {
+  check_actions(actions);
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     step_range(worker, {begin, end}, actions.data());
   });

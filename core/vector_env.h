@@ -94,6 +94,8 @@ class VectorEnv {
   // One control step for all environments. actions: (num_envs, action_dim), row by row. Throws
   // Error, changing nothing, if the length is wrong, a value is not finite or nothing was reset.
   void step(std::span<const float> actions);
+  // Throws what step would throw for these actions, and does no more.
+  void check_actions(std::span<const float> actions) const;
 
   // Writes actions for the next step, (num_envs, action_dim). Oracle and blind need
   // pd_ee_delta_pose. Throws Error if they cannot act or the length is wrong.

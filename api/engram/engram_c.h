@@ -16,7 +16,9 @@
  *
  * A handle may be used from any thread, but from one at a time: a call that comes while another
  * one is at work on the same handle, or between engram_step_async and engram_step_wait, is refused
- * with ENGRAM_BAD_STATE. */
+ * with ENGRAM_BAD_STATE. Numbers that never change (engram_num_envs and the like, which take a
+ * const handle) can be asked for at any time. A NULL where an address is needed is refused with
+ * ENGRAM_INVALID_ARGUMENT. After engram_close a handle must not be used any more. */
 #ifndef ENGRAM_ENGRAM_C_H
 #define ENGRAM_ENGRAM_C_H
 
@@ -95,7 +97,7 @@ typedef struct engram_task_option {
 } engram_task_option;
 
 typedef struct engram_options {
-  size_t struct_size;           /* set by engram_options_init */
+  size_t struct_size;           /* set by engram_options_init, and checked */
   int32_t num_envs;             /* 1 to 1,000,000; default 1 */
   int32_t threads;              /* 1 to 1024; default 0: one per core */
   int32_t chunk;                /* environments that a thread claims at a time; default 0: chosen */
@@ -132,13 +134,15 @@ ENGRAM_API void engram_options_init(engram_options* options);
 
 typedef struct engram_env engram_env;
 
-/* Makes a batch of the task with that id. options: NULL for the defaults; nothing in it is used
- * after the call. Fails with ENGRAM_UNKNOWN_ID (the message tells the nearest id),
- * ENGRAM_INVALID_ARGUMENT or ENGRAM_UNAVAILABLE, and then *env is NULL. */
+/* Makes a batch of the task with that id. options: NULL for the defaults, else initialised by
+ * engram_options_init; nothing in it is used after the call. Fails with ENGRAM_UNKNOWN_ID (the
+ * message tells the nearest id), ENGRAM_INVALID_ARGUMENT or ENGRAM_UNAVAILABLE, and then *env is
+ * NULL. */
 ENGRAM_API engram_status engram_make(const char* id, const engram_options* options,
                                      engram_env** env);
 
-/* Ends the batch and frees what it owns; a step under way is waited for. NULL is allowed. */
+/* Ends the batch and frees what it owns; a call or step under way is waited for. NULL is allowed.
+ */
 ENGRAM_API void engram_close(engram_env* env);
 
 /* ---- what a batch is ---- */
@@ -154,7 +158,8 @@ ENGRAM_API int32_t engram_horizon(const engram_env* env);
 ENGRAM_API const float* engram_action_low(const engram_env* env);
 ENGRAM_API const float* engram_action_high(const engram_env* env);
 /* The task in full as JSON: what `engram info ID --json` prints, for this batch's options. Valid
- * for the life of the handle. NULL if there is no memory for it. */
+ * for the life of the handle. NULL, with a message, if there is no memory for it or the handle is
+ * in use. */
 ENGRAM_API const char* engram_describe_json(engram_env* env);
 /* Environment steps in which physics diverged, since the batch was made. */
 ENGRAM_API uint64_t engram_unstable_count(const engram_env* env);
@@ -216,13 +221,14 @@ typedef struct engram_array {
   int64_t shape[4]; /* the first `ndim` count; the first of them is N */
 } engram_array;
 
-/* An output by name: observation (N, state_dim), rgb (N, height, width, 3 * cameras; rgb mode
- * only), proprio (N, 7), reward, terminated, truncated, success, unstable, elapsed_steps,
- * success_once, episode_return, and the task's own info fields. Fields of width 1 have shape (N).
- */
+/* An output by name: observation (N, state_dim; N, 0 where obs_mode is none or rgb), rgb (N,
+ * height, width, 3 * cameras; rgb mode only), proprio (N, 7), reward, terminated, truncated,
+ * success, failed, unstable, elapsed_steps, success_once, episode_return, final_mask, and the
+ * task's own info fields. Fields of width 1 have shape (N). */
 ENGRAM_API engram_status engram_output(engram_env* env, const char* name, engram_array* array);
-/* The same at the end of the episode that ended last in each environment (same-step mode); the
- * output "final_mask" (N) tells for which environments that was in this step. */
+/* The same at the end of the episode that ended last in each environment; the output "final_mask"
+ * (N) tells for which environments that was in this step. All but final_mask are kept. Refused with
+ * ENGRAM_BAD_STATE unless auto_reset is same-step. */
 ENGRAM_API engram_status engram_final_output(engram_env* env, const char* name,
                                              engram_array* array);
 /* Outputs by number, 0 to engram_num_outputs - 1. */
@@ -241,13 +247,15 @@ ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const cha
 
 /* ---- snapshots ---- */
 
-/* Saves environment `index`, or all where it is -1, bit-exactly. Copies the bytes if `capacity` is
- * enough; sets *size to their number in any case. bytes may be NULL if capacity is 0. */
+/* Saves environment `index`, or all where it is -1, bit-exactly. Sets *size to the number of bytes
+ * and copies them if `capacity` is as many; a capacity of 0 only asks for the size (bytes may then
+ * be NULL), any other that is too small is refused. The size is the same for the life of the
+ * handle. */
 ENGRAM_API engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t capacity,
                                      size_t* size);
-/* Restores into environment `index` of any batch of the same task and control mode, or into all of
- * a batch of the same size where it is -1. Refused if the bytes are damaged or of another task,
- * version or number of environments. */
+/* Restores into environment `index` (which has been reset before) of any batch of the same task and
+ * control mode, or into all of a batch of the same size where it is -1. Refused if the bytes are
+ * damaged or of another task, version or number of environments. */
 ENGRAM_API engram_status engram_restore(engram_env* env, int32_t index, const void* bytes,
                                         size_t size);
 

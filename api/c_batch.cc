@@ -1,0 +1,116 @@
+#include "api/c_batch.h"
+
+namespace engram::c {
+namespace {
+
+std::int32_t dtype_of(DType type) {
+  switch (type) {
+    case DType::kBool:
+      return ENGRAM_BOOL;
+    case DType::kInt32:
+      return ENGRAM_INT32;
+    case DType::kUInt64:
+      return ENGRAM_UINT64;
+    case DType::kFloat32:
+      return ENGRAM_FLOAT32;
+    case DType::kFloat64:
+      return ENGRAM_FLOAT64;
+  }
+  return ENGRAM_UINT8;
+}
+
+engram_array column_array(const ColumnView& column, int num_envs) {
+  const Field& field = *column.field;
+  engram_array array{};
+  array.name = field.name.c_str();
+  array.unit = field.unit.c_str();
+  array.description = field.description.c_str();
+  array.data = column.data;
+  array.dtype = dtype_of(field.dtype);
+  array.ndim = field.width == 1 ? 1 : 2;
+  array.shape[0] = num_envs;
+  array.shape[1] = field.width == 1 ? 0 : field.width;
+  return array;
+}
+
+engram_array image_array(const VectorEnv& env, std::span<const std::uint8_t> images) {
+  const ImageShape& shape = env.options().images;
+  engram_array array{};
+  array.name = "rgb";
+  array.unit = "";
+  array.description = "images, row 0 on top, cameras one behind the other in each pixel";
+  array.data = images.data();
+  array.dtype = ENGRAM_UINT8;
+  array.ndim = 4;
+  array.shape[0] = env.num_envs();
+  array.shape[1] = shape.height;
+  array.shape[2] = shape.width;
+  array.shape[3] = 3 * static_cast<std::int64_t>(shape.cameras.size());
+  return array;
+}
+
+engram_array mask_array(const VectorEnv& env) {
+  engram_array array{};
+  array.name = "final_mask";
+  array.unit = "";
+  array.description = "an episode ended in this step, and its final outputs are kept";
+  array.data = env.final_mask().data();
+  array.dtype = ENGRAM_BOOL;
+  array.ndim = 1;
+  array.shape[0] = env.num_envs();
+  return array;
+}
+
+// `at` tells where a column's values are kept.
+template <class At>
+std::vector<engram_array> list_columns(const VectorEnv& env, At&& at) {
+  std::vector<engram_array> arrays;
+  for (std::size_t i = 0; i < env.outputs().size(); ++i) {
+    const ColumnView column = env.outputs()[i];
+    arrays.push_back(column_array(at(column), env.num_envs()));
+    // Without a state observation its row is nothing.
+    if (column.field->name == "observation" && env.observation().empty()) {
+      arrays.back().ndim = 2;
+      arrays.back().shape[1] = 0;
+    }
+  }
+  return arrays;
+}
+
+}  // namespace
+
+std::vector<engram_array> list_outputs(const VectorEnv& env) {
+  std::vector<engram_array> arrays =
+      list_columns(env, [](const ColumnView& column) { return column; });
+  arrays.push_back(mask_array(env));
+  if (!env.rgb().empty()) arrays.push_back(image_array(env, env.rgb()));
+  return arrays;
+}
+
+std::vector<engram_array> list_final_outputs(const VectorEnv& env) {
+  if (env.options().auto_reset != AutoReset::kSameStep) return {};
+  std::vector<engram_array> arrays = list_columns(
+      env, [&env](const ColumnView& column) { return env.final_output(column.field->name); });
+  if (!env.rgb().empty()) arrays.push_back(image_array(env, env.final_rgb()));
+  return arrays;
+}
+
+engram_status refuse_null(const char* what) noexcept {
+  return guarded([what] {
+    throw Error(Error::kInvalidArgument, std::string(what) + ": NULL given, an address needed");
+  });
+}
+
+engram_status refuse_busy(Use found) noexcept {
+  return fail(ENGRAM_BAD_STATE, found == Use::kStepping
+                                    ? "a step is under way; wait for it first"
+                                    : "this batch is at work in another thread; use it from one "
+                                      "thread at a time");
+}
+
+}  // namespace engram::c
+
+engram_env::engram_env(std::unique_ptr<engram::VectorEnv> made)
+    : batch(std::move(made)),
+      outputs(engram::c::list_outputs(*batch)),
+      final_outputs(engram::c::list_final_outputs(*batch)) {}

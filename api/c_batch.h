@@ -1,0 +1,86 @@
+// What stands behind a handle of the C door.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "api/c_error.h"
+#include "api/step_driver.h"
+#include "engram/engram_c.h"
+#include "protocol/make.h"
+
+namespace engram::c {
+
+// Who uses a handle. Everything but kIdle refuses further calls.
+enum class Use : int {
+  kIdle,
+  kBusy,      // a call is at work
+  kStepping,  // between step_async and step_wait
+};
+
+// The outputs of a batch as the C door shows them, in the order of engram_output_at.
+std::vector<engram_array> list_outputs(const VectorEnv& env);
+// Those that final outputs have; empty unless the batch keeps any.
+std::vector<engram_array> list_final_outputs(const VectorEnv& env);
+
+}  // namespace engram::c
+
+// NOLINTNEXTLINE(readability-identifier-naming): the name is of the C door
+struct engram_env {
+  explicit engram_env(std::unique_ptr<engram::VectorEnv> made);
+
+  std::unique_ptr<engram::VectorEnv> batch;
+  std::vector<engram_array> outputs;  // their names and memory are the batch's
+  std::vector<engram_array> final_outputs;
+  std::string description;                        // from the first call for it on
+  std::unique_ptr<engram::c::StepDriver> driver;  // from the first step_async on
+  std::atomic<engram::c::Use> use = engram::c::Use::kIdle;
+};
+
+namespace engram::c {
+
+// Claims a handle for one call.
+class Claim {
+ public:
+  // `from`: the use that the call expects.
+  explicit Claim(engram_env& env, Use from = Use::kIdle) noexcept
+      : env_(env), found_(from), claimed_(env.use.compare_exchange_strong(found_, Use::kBusy)) {}
+  ~Claim() {
+    if (claimed_) env_.use.store(leave_);
+  }
+  Claim(const Claim&) = delete;
+  Claim& operator=(const Claim&) = delete;
+
+  bool claimed() const noexcept { return claimed_; }
+  Use found() const noexcept { return found_; }
+  // The use that this call leaves behind; kIdle unless said otherwise.
+  void leave(Use use) noexcept { leave_ = use; }
+
+ private:
+  engram_env& env_;
+  Use found_;
+  Use leave_ = Use::kIdle;
+  bool claimed_;
+};
+
+engram_status refuse_null(const char* what) noexcept;
+engram_status refuse_busy(Use found) noexcept;
+
+// Runs f(claim) while no other call can use the handle.
+template <class F>
+engram_status with_claim(engram_env* env, F&& f) noexcept {
+  if (env == nullptr) return refuse_null("env");
+  Claim claim(*env);
+  if (!claim.claimed()) return refuse_busy(claim.found());
+  return guarded([&] { f(claim); });
+}
+
+// The same for calls that need nothing but the batch.
+template <class F>
+engram_status with_batch(engram_env* env, F&& f) noexcept {
+  return with_claim(env, [&](Claim&) { f(*env->batch); });
+}
+
+}  // namespace engram::c

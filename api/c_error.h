@@ -1,0 +1,29 @@
+// How calls of the C door fail: a status, and a message that this thread can ask for.
+#pragma once
+
+#include <string_view>
+
+#include "engram/engram_c.h"
+
+namespace engram::c {
+
+// Keeps the message for engram_last_error, in one line, and returns the status. Never allocates.
+engram_status fail(engram_status status, std::string_view message) noexcept;
+
+// The same from the exception that is being handled.
+engram_status fail_with_current_exception() noexcept;
+
+const char* last_error() noexcept;
+
+// Runs a function that may throw, and turns what it throws into a status.
+template <class F>
+engram_status guarded(F&& f) noexcept {
+  try {
+    f();
+    return ENGRAM_OK;
+  } catch (...) {
+    return fail_with_current_exception();
+  }
+}
+
+}  // namespace engram::c

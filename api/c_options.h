@@ -1,0 +1,20 @@
+// From the plain structs of the C door to the library's own, refusing what they cannot hold.
+#pragma once
+
+#include <vector>
+
+#include "engram/engram_c.h"
+#include "protocol/make.h"
+
+namespace engram::c {
+
+engram_options default_options() noexcept;
+
+// Throws Error for anything that VectorEnv could not be asked for; VectorEnv checks the rest.
+EnvOptions to_env_options(const engram_options& options);
+
+std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count);
+
+Policy to_policy(std::int32_t policy);
+
+}  // namespace engram::c

@@ -1,0 +1,297 @@
+// The C door: nothing but checks and translation in front of VectorEnv.
+#include "engram/engram_c.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "api/c_batch.h"
+#include "api/c_error.h"
+#include "api/c_options.h"
+#include "api/task_description.h"
+
+namespace {
+
+using engram::Error;
+using engram::VectorEnv;
+using engram::c::Claim;
+using engram::c::fail;
+using engram::c::guarded;
+using engram::c::refuse_busy;
+using engram::c::refuse_null;
+using engram::c::Use;
+using engram::c::with_batch;
+using engram::c::with_claim;
+
+// What a getter tells of a batch, or `otherwise` for NULL. Such facts never change, so that they
+// can be asked for at any time.
+template <class T, class F>
+T fact(const engram_env* env, T otherwise, F&& f) noexcept {
+  if (env != nullptr) return f(*env->batch);
+  refuse_null("env");
+  return otherwise;
+}
+
+std::string all_names(const std::vector<engram_array>& arrays) {
+  std::string names;
+  for (const engram_array& array : arrays)
+    names += (names.empty() ? "" : ", ") + std::string(array.name);
+  return names;
+}
+
+const engram_array& named(const std::vector<engram_array>& arrays, const char* name) {
+  const auto found = std::find_if(arrays.begin(), arrays.end(), [name](const engram_array& array) {
+    return std::strcmp(array.name, name) == 0;
+  });
+  if (found != arrays.end()) return *found;
+  throw Error(Error::kUnknownId,
+              "no output named '" + std::string(name) + "'; this batch has: " + all_names(arrays));
+}
+
+void copy_text(const std::string& from, char* text, size_t capacity) {
+  if (capacity == 0) return;
+  const size_t count = std::min(from.size(), capacity - 1);
+  std::memcpy(text, from.data(), count);
+  text[count] = '\0';
+}
+
+constexpr std::int32_t kWholeBatch = -1;
+
+}  // namespace
+
+const char* engram_last_error() { return engram::c::last_error(); }
+
+const char* engram_version() { return engram::version(); }
+
+const char* engram_list_json() {
+  const char* text = nullptr;
+  guarded([&text] {
+    static const std::string list = [] {
+      engram::Json tasks = engram::Json::array();
+      for (const engram::RegistryEntry& entry : engram::registry()) {
+        tasks.push_back(engram::describe_entry(entry));
+      }
+      return engram::to_text(tasks);
+    }();
+    text = list.c_str();
+  });
+  return text;
+}
+
+// ---- life of a batch ----
+
+void engram_options_init(engram_options* options) {
+  if (options == nullptr) {
+    refuse_null("options");
+    return;
+  }
+  *options = engram::c::default_options();
+}
+
+engram_status engram_make(const char* id, const engram_options* options, engram_env** env) {
+  if (env == nullptr) return refuse_null("env");
+  *env = nullptr;
+  if (id == nullptr) return refuse_null("id");
+  return guarded([&] {
+    const engram_options defaults = engram::c::default_options();
+    const engram_options& given = options != nullptr ? *options : defaults;
+    auto batch = engram::make(id, engram::c::to_env_options(given));
+    *env = std::make_unique<engram_env>(std::move(batch)).release();
+  });
+}
+
+void engram_close(engram_env* env) {
+  if (env == nullptr) return;
+  // A call in another thread is let finish; a step_async that nobody waited for ends with its
+  // driver.
+  Use found = env->use.load();
+  while (found == Use::kBusy || !env->use.compare_exchange_weak(found, Use::kBusy)) {
+    if (found == Use::kBusy) std::this_thread::sleep_for(std::chrono::microseconds(100));
+    found = env->use.load();
+  }
+  env->driver.reset();
+  delete env;
+}
+
+// ---- what a batch is ----
+
+int32_t engram_num_envs(const engram_env* env) {
+  return fact(env, 0, [](const VectorEnv& batch) { return batch.num_envs(); });
+}
+
+int32_t engram_num_threads(const engram_env* env) {
+  return fact(env, 0, [](const VectorEnv& batch) { return batch.threads(); });
+}
+
+int32_t engram_action_dim(const engram_env* env) {
+  return fact(env, 0, [](const VectorEnv& batch) { return batch.action_dim(); });
+}
+
+int32_t engram_state_dim(const engram_env* env) {
+  return fact(env, 0, [](const VectorEnv& batch) { return batch.state_dim(); });
+}
+
+int32_t engram_horizon(const engram_env* env) {
+  return fact(env, 0, [](const VectorEnv& batch) { return batch.info().horizon; });
+}
+
+const float* engram_action_low(const engram_env* env) {
+  const float* none = nullptr;
+  return fact(env, none, [](const VectorEnv& batch) { return batch.action_space().low.data(); });
+}
+
+const float* engram_action_high(const engram_env* env) {
+  const float* none = nullptr;
+  return fact(env, none, [](const VectorEnv& batch) { return batch.action_space().high.data(); });
+}
+
+const char* engram_describe_json(engram_env* env) {
+  const char* text = nullptr;
+  with_claim(env, [env, &text](Claim&) {
+    if (env->description.empty()) {
+      env->description = engram::to_text(engram::describe_task(*env->batch));
+    }
+    text = env->description.c_str();
+  });
+  return text;
+}
+
+uint64_t engram_unstable_count(const engram_env* env) {
+  return fact(env, uint64_t{0}, [](const VectorEnv& batch) { return batch.unstable_count(); });
+}
+
+// ---- running it ----
+
+engram_status engram_reset(engram_env* env, const engram_reset_request* request) {
+  return with_batch(env, [request](VectorEnv& batch) {
+    engram::ResetRequest wanted;
+    std::vector<engram::Pin> pins;
+    if (request != nullptr) {
+      const auto count = static_cast<size_t>(batch.num_envs());
+      if (request->mask != nullptr) wanted.mask = {request->mask, count};
+      if (request->seeds != nullptr) wanted.seeds = {request->seeds, count};
+      if (request->has_pins != 0) {
+        pins = engram::c::to_pins(request->pins, request->num_pins);
+        wanted.pins = &pins;
+      }
+    }
+    batch.reset(wanted);
+  });
+}
+
+engram_status engram_step(engram_env* env, const float* actions, size_t count) {
+  if (actions == nullptr) return refuse_null("actions");
+  return with_batch(env, [&](VectorEnv& batch) { batch.step({actions, count}); });
+}
+
+engram_status engram_step_async(engram_env* env, const float* actions, size_t count) {
+  if (actions == nullptr) return refuse_null("actions");
+  return with_claim(env, [&](Claim& claim) {
+    if (!env->driver) env->driver = std::make_unique<engram::c::StepDriver>(*env->batch);
+    env->driver->start({actions, count});
+    claim.leave(Use::kStepping);
+  });
+}
+
+engram_status engram_step_wait(engram_env* env) {
+  if (env == nullptr) return refuse_null("env");
+  const Claim claim(*env, Use::kStepping);
+  if (claim.claimed()) return guarded([env] { env->driver->wait(); });
+  if (claim.found() == Use::kBusy) return refuse_busy(Use::kBusy);
+  return fail(ENGRAM_BAD_STATE, "no step is under way; start one with step_async first");
+}
+
+engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count) {
+  if (actions == nullptr) return refuse_null("actions");
+  return with_batch(env, [&](VectorEnv& batch) {
+    batch.act(engram::c::to_policy(policy), {actions, count});
+  });
+}
+
+// ---- what comes out ----
+
+engram_status engram_output(engram_env* env, const char* name, engram_array* array) {
+  if (name == nullptr) return refuse_null("name");
+  if (array == nullptr) return refuse_null("array");
+  return with_claim(env, [&](Claim&) { *array = named(env->outputs, name); });
+}
+
+engram_status engram_final_output(engram_env* env, const char* name, engram_array* array) {
+  if (name == nullptr) return refuse_null("name");
+  if (array == nullptr) return refuse_null("array");
+  return with_claim(env, [&](Claim&) {
+    if (env->final_outputs.empty()) {
+      throw Error(Error::kBadState, "final outputs are kept with auto-reset same-step only");
+    }
+    *array = named(env->final_outputs, name);
+  });
+}
+
+size_t engram_num_outputs(const engram_env* env) {
+  if (env != nullptr) return env->outputs.size();
+  refuse_null("env");
+  return 0;
+}
+
+engram_status engram_output_at(engram_env* env, size_t index, engram_array* array) {
+  if (array == nullptr) return refuse_null("array");
+  return with_claim(env, [&](Claim&) {
+    if (index >= env->outputs.size()) {
+      throw Error(Error::kInvalidArgument, "output " + std::to_string(index) + " given, 0 to " +
+                                               std::to_string(env->outputs.size() - 1) +
+                                               " allowed");
+    }
+    *array = env->outputs[index];
+  });
+}
+
+engram_status engram_instruction(engram_env* env, int32_t index, char* text, size_t capacity,
+                                 size_t* length) {
+  if (text == nullptr && capacity > 0) return refuse_null("text");
+  return with_batch(env, [&](VectorEnv& batch) {
+    const std::string instruction = batch.instruction(index);
+    copy_text(instruction, text, capacity);
+    if (length != nullptr) *length = instruction.size();
+  });
+}
+
+engram_status engram_render(engram_env* env, int32_t index, const char* camera, int32_t width,
+                            int32_t height, uint8_t* rgb, size_t size) {
+  if (camera == nullptr) return refuse_null("camera");
+  if (rgb == nullptr) return refuse_null("rgb");
+  return with_batch(env, [&](VectorEnv& batch) {
+    batch.render(index, camera, width, height, {rgb, size});
+  });
+}
+
+// ---- snapshots ----
+
+engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t capacity,
+                          size_t* size) {
+  if (bytes == nullptr && capacity > 0) return refuse_null("bytes");
+  if (size == nullptr) return refuse_null("size");
+  return with_batch(env, [&](VectorEnv& batch) {
+    const std::vector<std::byte> saved = index == kWholeBatch ? batch.save() : batch.save(index);
+    *size = saved.size();
+    if (capacity == 0) return;
+    if (capacity < saved.size()) {
+      throw Error(Error::kInvalidArgument, "snapshot: room for " + std::to_string(capacity) +
+                                               " bytes given, " + std::to_string(saved.size()) +
+                                               " needed");
+    }
+    std::memcpy(bytes, saved.data(), saved.size());
+  });
+}
+
+engram_status engram_restore(engram_env* env, int32_t index, const void* bytes, size_t size) {
+  if (bytes == nullptr) return refuse_null("bytes");
+  return with_batch(env, [&](VectorEnv& batch) {
+    const std::span<const std::byte> saved(static_cast<const std::byte*>(bytes), size);
+    if (index == kWholeBatch) {
+      batch.restore(saved);
+    } else {
+      batch.restore(index, saved);
+    }
+  });
+}
