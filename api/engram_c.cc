@@ -56,13 +56,22 @@ void copy_text(const std::string& from, char* text, size_t capacity) {
   text[count] = '\0';
 }
 
-constexpr std::int32_t kWholeBatch = -1;
-
 }  // namespace
 
 const char* engram_last_error() { return engram::c::last_error(); }
 
 const char* engram_version() { return engram::version(); }
+
+size_t engram_num_tasks() { return engram::registry().size(); }
+
+const char* engram_task_id(size_t index) {
+  if (index < engram_num_tasks()) return engram::registry()[index].id.data();  // closed by a 0
+  guarded([index] {
+    throw Error(Error::kInvalidArgument, "task " + std::to_string(index) + " given, 0 to " +
+                                             std::to_string(engram_num_tasks() - 1) + " allowed");
+  });
+  return nullptr;
+}
 
 const char* engram_list_json() {
   const char* text = nullptr;
@@ -272,7 +281,8 @@ engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t ca
   if (bytes == nullptr && capacity > 0) return refuse_null("bytes");
   if (size == nullptr) return refuse_null("size");
   return with_batch(env, [&](VectorEnv& batch) {
-    const std::vector<std::byte> saved = index == kWholeBatch ? batch.save() : batch.save(index);
+    const std::vector<std::byte> saved =
+        index == ENGRAM_WHOLE_BATCH ? batch.save() : batch.save(index);
     *size = saved.size();
     if (capacity == 0) return;
     if (capacity < saved.size()) {
@@ -288,7 +298,7 @@ engram_status engram_restore(engram_env* env, int32_t index, const void* bytes, 
   if (bytes == nullptr) return refuse_null("bytes");
   return with_batch(env, [&](VectorEnv& batch) {
     const std::span<const std::byte> saved(static_cast<const std::byte*>(bytes), size);
-    if (index == kWholeBatch) {
+    if (index == ENGRAM_WHOLE_BATCH) {
       batch.restore(saved);
     } else {
       batch.restore(index, saved);

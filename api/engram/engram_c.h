@@ -22,6 +22,9 @@
 #ifndef ENGRAM_ENGRAM_C_H
 #define ENGRAM_ENGRAM_C_H
 
+/* NOLINTBEGIN(readability-identifier-naming,modernize-use-using,modernize-deprecated-headers):
+ * this is C */
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -53,6 +56,11 @@ ENGRAM_API const char* engram_last_error(void);
 ENGRAM_API const char* engram_version(void);
 
 /* ---- tasks ---- */
+
+/* Ids of all registered tasks, in the benchmark's order. */
+ENGRAM_API size_t engram_num_tasks(void);
+/* index: 0 to engram_num_tasks() - 1; NULL beyond. Valid for the life of the process. */
+ENGRAM_API const char* engram_task_id(size_t index);
 
 /* All registered tasks as a JSON array, in the benchmark's order: what `engram list --json` prints.
  * Valid for the life of the process. NULL if there is no memory for it. */
@@ -247,14 +255,16 @@ ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const cha
 
 /* ---- snapshots ---- */
 
-/* Saves environment `index`, or all where it is -1, bit-exactly. Sets *size to the number of bytes
+#define ENGRAM_WHOLE_BATCH (-1) /* instead of the index of an environment */
+
+/* Saves environment `index`, or ENGRAM_WHOLE_BATCH, bit-exactly. Sets *size to the number of bytes
  * and copies them if `capacity` is as many; a capacity of 0 only asks for the size (bytes may then
  * be NULL), any other that is too small is refused. The size is the same for the life of the
  * handle. */
 ENGRAM_API engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t capacity,
                                      size_t* size);
 /* Restores into environment `index` (which has been reset before) of any batch of the same task and
- * control mode, or into all of a batch of the same size where it is -1. Refused if the bytes are
+ * control mode, or ENGRAM_WHOLE_BATCH into a batch of the same size. Refused if the bytes are
  * damaged or of another task, version or number of environments. */
 ENGRAM_API engram_status engram_restore(engram_env* env, int32_t index, const void* bytes,
                                         size_t size);
@@ -262,5 +272,7 @@ ENGRAM_API engram_status engram_restore(engram_env* env, int32_t index, const vo
 #ifdef __cplusplus
 }
 #endif
+
+/* NOLINTEND(readability-identifier-naming,modernize-use-using,modernize-deprecated-headers) */
 
 #endif

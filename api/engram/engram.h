@@ -1,0 +1,330 @@
+// engram: batched memory-manipulation tasks on CPUs. The C++ door, a thin layer over engram_c.h.
+//
+//   #include <engram/engram.h>
+//
+//   auto env = engram::make("RememberColor9-VLA-v0", {.num_envs = 256, .seed = 7});
+//   std::vector<float> actions = env.make_actions();
+//   for (env.reset(); true; env.step(actions)) {
+//     choose(env.observation(), actions);  // yours; or env.act(engram::Policy::kOracle, actions)
+//   }
+//
+// Everything that can fail throws engram::Error, whose message says what was wrong, what was given
+// and what is allowed; the failing call has then changed nothing.
+//
+// N stands for the number of environments. Arrays are row by row, without gaps, one row per
+// environment; spans stay valid, and point to the same memory, for the life of the VectorEnv (also
+// when that is moved), and their content changes with reset, step and restore.
+//
+// Actions of the canonical control mode pd_ee_delta_pose, seven floats in [-1, 1] (values beyond
+// are clipped, the rotation by its norm):
+//   0-2  translation of the tool centre point, 0.1 m per unit, axes of the world
+//   3-5  rotation vector about the same axes, 0.1 rad per unit, of opposite sign (rotation_sign)
+//   6    gripper: -1 closed, +1 open (0.04 m per finger)
+// Proprioception, seven floats: position of the tool centre point (m); roll, pitch, yaw (rad, about
+// the fixed x, y, z axes; the start pose has a roll of +-pi); opening of the gripper (m, 0 to
+// 0.08).
+#ifndef ENGRAM_ENGRAM_H
+#define ENGRAM_ENGRAM_H
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "engram/engram_c.h"
+
+namespace engram {
+inline namespace v0 {
+
+// The one exception type.
+class ENGRAM_API Error : public std::runtime_error {
+ public:
+  enum class Kind {
+    kInvalidArgument = ENGRAM_INVALID_ARGUMENT,  // outside what is allowed, or of the wrong shape
+    kUnknownId = ENGRAM_UNKNOWN_ID,              // no task, option or field of that name
+    kUnavailable = ENGRAM_UNAVAILABLE,           // the machine lacks it: threads, memory, a device
+    kBadState = ENGRAM_BAD_STATE,                // not allowed at this point
+    kIo = ENGRAM_IO,                             // a file could not be read or written
+    kInternal = ENGRAM_INTERNAL,                 // a defect of the library itself
+  };
+
+  Error(Kind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+
+  Kind kind() const noexcept { return kind_; }
+
+ private:
+  Kind kind_;
+};
+
+// kState: one row of floats. kStateDict: the same row; describe() names its parts. kRgb: images and
+// proprioception; the state, which tells the hidden quantity, stays empty.
+enum class ObsMode { kNone, kState, kStateDict, kRgb };
+
+// kSparse: 1 in steps with success. kDense: the task's shaped reward. kNormalizedDense: the same,
+// divided by its value at success.
+enum class RewardMode { kNone, kSparse, kDense, kNormalizedDense };
+
+// What happens to an environment whose episode has ended, in Gymnasium's terms.
+enum class AutoReset {
+  kNextStep,  // the next step ignores its action and returns the first observation instead
+  kSameStep,  // the same step returns it; the last outputs of the episode are kept (final_output)
+  kOff,       // nothing: it keeps its last outputs, with reward 0, until it is reset
+};
+
+// Action dimensions in brackets.
+enum class ControlMode {
+  kPdJointDeltaPos,        // (8)
+  kPdJointPos,             // (8) not normalised
+  kPdEeDeltaPos,           // (4)
+  kPdEeDeltaPose,          // (7) canonical
+  kPdEePose,               // (7) unbounded, not normalised
+  kPdJointTargetDeltaPos,  // (8)
+  kPdEeTargetDeltaPos,     // (4)
+  kPdEeTargetDeltaPose,    // (7)
+  kPdJointVel,             // (8)
+  kPdJointPosVel,          // (15) not normalised
+  kPdJointDeltaPosVel,     // (15)
+};
+
+// Who chooses actions when the batch itself is asked to.
+enum class Policy {
+  kZero,
+  kRandom,  // uniform over the action space
+  kOracle,  // solves the task with privileged state
+  kBlind,   // the oracle, but with the hidden quantity guessed
+};
+
+// A sampled quantity of the episode, fixed: describe() lists the draws with widths and ranges.
+struct Pin {
+  std::string name;
+  std::vector<double> values;
+};
+
+// A choice between variants of the task's rules: describe() lists the options and their ranges.
+struct TaskOption {
+  std::string name;
+  double value = 0;
+};
+
+// Of rgb observations.
+struct ImageOptions {
+  int width = 128;  // pixels, 1 to 4096
+  int height = 128;
+  std::vector<std::string> cameras = {"base_camera", "hand_camera"};  // in channel order
+  std::string renderer = "cpu";                                       // or "egl"
+  bool shadows = false;
+  bool antialias = false;  // 2 x 2 samples per pixel
+};
+
+struct EnvOptions {
+  int num_envs = 1;        // 1 to 1,000,000
+  std::uint64_t seed = 0;  // environment i has seed + i
+  int threads = 0;         // 1 to 1024, the caller included; 0: one per core
+  int chunk = 0;           // environments that a thread claims at a time; 0: chosen
+  ObsMode obs_mode = ObsMode::kState;
+  RewardMode reward_mode = RewardMode::kNormalizedDense;
+  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  AutoReset auto_reset = AutoReset::kNextStep;
+  int rotation_sign = -1;  // of rotation actions: -1 as upstream, or +1
+  bool freeze_cue = true;  // zero actions during cue and empty phase where the canonical wrapper
+                           // chain does
+  std::optional<bool> terminate_on_success = std::nullopt;  // overrides the family's rule
+  double robot_init_qpos_noise = 0.02;                      // rad, standard deviation, 0 to 1
+  bool sleep = true;           // false: every shortcut of the physics off
+  int substeps = 5;            // of 0.01 s per control step, 0 to 1000
+  std::vector<Pin> pins = {};  // quantities of every episode that are fixed
+  std::vector<TaskOption> task_options = {};
+  ImageOptions images = {};
+};
+
+// Which environments to reset, and how. What is left empty: all environments; seeds and pins as
+// before.
+struct ResetRequest {
+  std::span<const std::uint8_t> mask = {};    // N values, non-zero: reset
+  std::span<const std::uint64_t> seeds = {};  // N values; masked-out ones are ignored
+  std::optional<std::vector<Pin>> pins = {};  // replaces those of the reset environments
+};
+
+// Type of an output's elements.
+enum class DType {
+  kBool = ENGRAM_BOOL,  // std::uint8_t, 0 or 1
+  kInt32 = ENGRAM_INT32,
+  kUInt64 = ENGRAM_UINT64,
+  kFloat32 = ENGRAM_FLOAT32,
+  kFloat64 = ENGRAM_FLOAT64,
+  kUInt8 = ENGRAM_UINT8,
+};
+
+// An output of a batch; cheap to copy, valid for the life of the batch.
+struct Output {
+  std::string_view name;
+  std::string_view unit;         // "m", "rad"; empty where the values have none
+  std::string_view description;  // one phrase, or empty
+  DType dtype = DType::kFloat32;
+  std::vector<std::int64_t> shape;  // N first; (N) where there is one value per environment
+  const void* data = nullptr;
+
+  // Elements of one environment.
+  std::size_t width() const;
+  // All elements. T: std::uint8_t (for kBool and kUInt8), std::int32_t, std::uint64_t, float or
+  // double. Throws Error (kInvalidArgument) if that is not the output's type.
+  template <class T>
+  std::span<const T> values() const;
+  // Those of one environment. Throws Error (kInvalidArgument) also if there is no such environment.
+  template <class T>
+  std::span<const T> row(int env) const;
+};
+
+// A picture, row 0 on top.
+struct Image {
+  int width = 0;  // pixels
+  int height = 0;
+  std::vector<std::uint8_t> rgb;  // (height, width, 3)
+};
+
+// One environment or a whole batch as bytes, bit-exactly.
+using Snapshot = std::vector<std::byte>;
+
+// A batch of environments of one task, stepped in lockstep. Movable; a moved-from one can only be
+// assigned to and destroyed. It may be used from any thread, but from one at a time: a second call
+// meanwhile is refused with Error (kBadState).
+class VectorEnv {
+ public:
+  // See make().
+  VectorEnv(const std::string& id, const EnvOptions& options);
+
+  // --- what it is ---
+  const std::string& id() const { return id_; }
+  int num_envs() const { return num_envs_; }
+  int num_threads() const { return engram_num_threads(handle_.get()); }
+  int action_dim() const { return action_dim_; }
+  int state_dim() const { return state_dim_; }  // floats of a state observation
+  int horizon() const { return horizon_; }      // control steps of an episode
+  // Bounds of each action component (action_dim); infinite where there is none.
+  std::span<const float> action_low() const { return action_low_; }
+  std::span<const float> action_high() const { return action_high_; }
+  // The task in full as JSON: draws, options, layout of the state, outputs, constants, rewards.
+  std::string_view describe() const;
+  // Environment steps in which physics diverged, since the batch was made.
+  std::uint64_t unstable_count() const { return engram_unstable_count(handle_.get()); }
+
+  // --- running it ---
+  // Starts new episodes. Without seeds, the first reset uses the option `seed` and later ones go on
+  // to the next episode of each environment. Throws Error for wrong lengths and pins, and if the
+  // first reset leaves an environment out.
+  void reset(const ResetRequest& request = {});
+  // One control step (0.05 s) of all environments. actions: (N, action_dim). Throws Error if the
+  // length is wrong, a value is not finite or nothing was reset.
+  void step(std::span<const float> actions);
+  // The same in two halves: the first checks and copies the actions and returns; the second waits
+  // until the step is done. In between nothing of this batch may be read or called.
+  void step_async(std::span<const float> actions);
+  void step_wait();
+  // Writes actions for the next step, (N, action_dim). Oracle and blind need pd_ee_delta_pose.
+  void act(Policy policy, std::span<float> actions);
+  // N * action_dim zeros.
+  std::vector<float> make_actions() const;
+
+  // --- outputs of the last reset or step ---
+  std::span<const float> observation() const {
+    return observation_;
+  }                                                            // (N, state_dim); state modes
+  std::span<const std::uint8_t> rgb() const { return rgb_; }   // (N, height, width, 3 * cameras)
+  std::span<const float> proprio() const { return proprio_; }  // (N, 7)
+  std::span<const float> reward() const { return reward_; }    // (N)
+  std::span<const std::uint8_t> terminated() const { return terminated_; }      // (N)
+  std::span<const std::uint8_t> truncated() const { return truncated_; }        // (N)
+  std::span<const std::uint8_t> success() const { return success_; }            // (N)
+  std::span<const std::uint8_t> success_once() const { return success_once_; }  // (N) in any step
+  std::span<const double> episode_return() const { return episode_return_; }  // (N) sum of rewards
+  std::span<const std::int32_t> elapsed_steps() const { return elapsed_steps_; }  // (N)
+  std::span<const std::uint8_t> unstable() const { return unstable_; }  // (N) physics diverged
+  // (N) an episode ended in this step and its outputs are in final_output (kSameStep only)
+  std::span<const std::uint8_t> final_mask() const { return final_mask_; }
+
+  // All outputs, also the task's own info fields, by name. Throws Error (kUnknownId), naming those
+  // that exist.
+  Output output(const std::string& name) const;
+  // The same at the end of the episode that ended last in each environment. Throws Error
+  // (kBadState) unless auto_reset is kSameStep.
+  Output final_output(const std::string& name) const;
+  std::vector<Output> outputs() const;
+
+  // The language instruction of one environment's episode.
+  std::string instruction(int env) const;
+  // Draws one environment as it is now. camera: "base_camera", "hand_camera" or "render_camera"
+  // (with light and shadow, for people); sides 1 to 4096 pixels.
+  Image render(int env, const std::string& camera = "render_camera", int width = 512,
+               int height = 512) const;
+
+  // --- snapshots ---
+  Snapshot save() const;
+  Snapshot save(int env) const;
+  // Into a batch of the same task, control mode and size, or into any slot of any batch of the same
+  // task and control mode that has been reset. Throws Error (kInvalidArgument) for bytes that are
+  // damaged or of something else.
+  void restore(std::span<const std::byte> snapshot);
+  void restore(int env, std::span<const std::byte> snapshot);
+
+  // The batch for functions of engram_c.h; still owned by this object.
+  engram_env* handle() const { return handle_.get(); }
+
+ private:
+  struct Close {
+    void operator()(engram_env* env) const { engram_close(env); }
+  };
+  template <class T>
+  std::span<const T> all_of(const char* name) const;
+  Snapshot save_index(int index) const;
+  int slot(int env) const;
+
+  std::unique_ptr<engram_env, Close> handle_;
+  std::string id_;
+  int num_envs_ = 0;
+  int action_dim_ = 0;
+  int state_dim_ = 0;
+  int horizon_ = 0;
+  // Views of the batch's memory, kept here so that a debugger shows what is in them.
+  std::span<const float> action_low_;
+  std::span<const float> action_high_;
+  std::span<const float> observation_;
+  std::span<const std::uint8_t> rgb_;
+  std::span<const float> proprio_;
+  std::span<const float> reward_;
+  std::span<const std::uint8_t> terminated_;
+  std::span<const std::uint8_t> truncated_;
+  std::span<const std::uint8_t> success_;
+  std::span<const std::uint8_t> success_once_;
+  std::span<const double> episode_return_;
+  std::span<const std::int32_t> elapsed_steps_;
+  std::span<const std::uint8_t> unstable_;
+  std::span<const std::uint8_t> final_mask_;
+};
+
+// A batch of environments of the task with that id. Throws Error: kUnknownId (with the nearest id),
+// kInvalidArgument for a bad option, kUnavailable if the machine lacks memory, threads or the
+// renderer.
+inline VectorEnv make(const std::string& id, const EnvOptions& options = {}) {
+  return VectorEnv(id, options);
+}
+
+// Ids of all tasks, in the benchmark's order.
+std::vector<std::string> task_ids();
+// The same with family, split, memory type, horizon, instruction and sizes, as JSON.
+std::string_view list();
+// Version of the library, "0.1.0".
+inline std::string_view version() { return engram_version(); }
+
+}  // namespace v0
+}  // namespace engram
+
+#include "engram/engram_impl.h"
+
+#endif

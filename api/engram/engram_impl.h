@@ -1,0 +1,295 @@
+// How engram.h works. Include that one.
+#ifndef ENGRAM_ENGRAM_IMPL_H
+#define ENGRAM_ENGRAM_IMPL_H
+
+#include "engram/engram.h"
+
+namespace engram {
+inline namespace v0 {
+namespace detail {
+
+inline void check(engram_status status) {
+  if (status != ENGRAM_OK) {
+    throw Error(static_cast<Error::Kind>(status), engram_last_error());
+  }
+}
+
+// For calls that return NULL where they fail.
+inline const char* checked(const char* text) {
+  if (text == nullptr) throw Error(Error::Kind::kUnavailable, engram_last_error());
+  return text;
+}
+
+[[noreturn]] inline void refuse(const std::string& message) {
+  throw Error(Error::Kind::kInvalidArgument, message);
+}
+
+// In the order of ControlMode.
+inline constexpr std::array<const char*, 11> kControlModeNames = {"pd_joint_delta_pos",
+                                                                  "pd_joint_pos",
+                                                                  "pd_ee_delta_pos",
+                                                                  "pd_ee_delta_pose",
+                                                                  "pd_ee_pose",
+                                                                  "pd_joint_target_delta_pos",
+                                                                  "pd_ee_target_delta_pos",
+                                                                  "pd_ee_target_delta_pose",
+                                                                  "pd_joint_vel",
+                                                                  "pd_joint_pos_vel",
+                                                                  "pd_joint_delta_pos_vel"};
+
+inline const char* control_mode_name(ControlMode mode) {
+  const auto index = static_cast<std::size_t>(mode);
+  return index < kControlModeNames.size() ? kControlModeNames[index] : "unknown";
+}
+
+inline std::vector<engram_pin> to_c(const std::vector<Pin>& pins) {
+  std::vector<engram_pin> all;
+  for (const Pin& pin : pins)
+    all.push_back({pin.name.c_str(), pin.values.data(), pin.values.size()});
+  return all;
+}
+
+inline engram_env* make_handle(const std::string& id, const EnvOptions& options) {
+  const std::vector<engram_pin> pins = to_c(options.pins);
+  std::vector<engram_task_option> task_options;
+  for (const TaskOption& option : options.task_options) {
+    task_options.push_back({option.name.c_str(), option.value});
+  }
+  std::vector<const char*> cameras;
+  for (const std::string& camera : options.images.cameras) cameras.push_back(camera.c_str());
+  const char* const no_camera = nullptr;
+
+  engram_options c;
+  engram_options_init(&c);
+  c.num_envs = options.num_envs;
+  c.threads = options.threads;
+  c.chunk = options.chunk;
+  c.substeps = options.substeps;
+  c.seed = options.seed;
+  c.obs_mode = static_cast<std::int32_t>(options.obs_mode);
+  c.reward_mode = static_cast<std::int32_t>(options.reward_mode);
+  c.auto_reset = static_cast<std::int32_t>(options.auto_reset);
+  c.control_mode = control_mode_name(options.control_mode);
+  c.rotation_sign = options.rotation_sign;
+  c.freeze_cue = options.freeze_cue ? 1 : 0;
+  if (options.terminate_on_success) c.terminate_on_success = *options.terminate_on_success ? 1 : 0;
+  c.sleep = options.sleep ? 1 : 0;
+  c.robot_init_qpos_noise = options.robot_init_qpos_noise;
+  c.pins = pins.data();
+  c.num_pins = pins.size();
+  c.task_options = task_options.data();
+  c.num_task_options = task_options.size();
+  c.image_width = options.images.width;
+  c.image_height = options.images.height;
+  c.cameras = cameras.empty() ? &no_camera : cameras.data();  // NULL would mean the default ones
+  c.num_cameras = cameras.size();
+  c.renderer = options.images.renderer.c_str();
+  c.shadows = options.images.shadows ? 1 : 0;
+  c.antialias = options.images.antialias ? 1 : 0;
+
+  engram_env* made = nullptr;
+  check(engram_make(id.c_str(), &c, &made));
+  return made;
+}
+
+inline Output to_output(const engram_array& array) {
+  return {array.name,
+          array.unit,
+          array.description,
+          static_cast<DType>(array.dtype),
+          {array.shape, array.shape + array.ndim},
+          array.data};
+}
+
+template <class T>
+constexpr bool holds(DType dtype) {
+  if constexpr (std::is_same_v<T, std::uint8_t>) {
+    return dtype == DType::kBool || dtype == DType::kUInt8;
+  } else if constexpr (std::is_same_v<T, std::int32_t>) {
+    return dtype == DType::kInt32;
+  } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+    return dtype == DType::kUInt64;
+  } else if constexpr (std::is_same_v<T, float>) {
+    return dtype == DType::kFloat32;
+  } else {
+    static_assert(std::is_same_v<T, double>, "outputs have no elements of this type");
+    return dtype == DType::kFloat64;
+  }
+}
+
+}  // namespace detail
+
+inline std::size_t Output::width() const {
+  std::size_t count = 1;
+  for (std::size_t i = 1; i < shape.size(); ++i) count *= static_cast<std::size_t>(shape[i]);
+  return count;
+}
+
+template <class T>
+std::span<const T> Output::values() const {
+  if (!detail::holds<T>(dtype)) {
+    detail::refuse("output '" + std::string(name) +
+                   "': its elements are not of the type asked for");
+  }
+  return {static_cast<const T*>(data), static_cast<std::size_t>(shape[0]) * width()};
+}
+
+template <class T>
+std::span<const T> Output::row(int env) const {
+  const std::span<const T> all = values<T>();
+  if (env < 0 || env >= shape[0]) {
+    detail::refuse("environment " + std::to_string(env) + " given, 0 to " +
+                   std::to_string(shape[0] - 1) + " allowed");
+  }
+  return all.subspan(static_cast<std::size_t>(env) * width(), width());
+}
+
+inline VectorEnv::VectorEnv(const std::string& id, const EnvOptions& options)
+    : handle_(detail::make_handle(id, options)),
+      id_(id),
+      num_envs_(engram_num_envs(handle())),
+      action_dim_(engram_action_dim(handle())),
+      state_dim_(engram_state_dim(handle())),
+      horizon_(engram_horizon(handle())),
+      action_low_(engram_action_low(handle()), static_cast<std::size_t>(action_dim_)),
+      action_high_(engram_action_high(handle()), static_cast<std::size_t>(action_dim_)),
+      observation_(all_of<float>("observation")),
+      proprio_(all_of<float>("proprio")),
+      reward_(all_of<float>("reward")),
+      terminated_(all_of<std::uint8_t>("terminated")),
+      truncated_(all_of<std::uint8_t>("truncated")),
+      success_(all_of<std::uint8_t>("success")),
+      success_once_(all_of<std::uint8_t>("success_once")),
+      episode_return_(all_of<double>("episode_return")),
+      elapsed_steps_(all_of<std::int32_t>("elapsed_steps")),
+      unstable_(all_of<std::uint8_t>("unstable")),
+      final_mask_(all_of<std::uint8_t>("final_mask")) {
+  if (options.obs_mode == ObsMode::kRgb) rgb_ = all_of<std::uint8_t>("rgb");
+}
+
+template <class T>
+std::span<const T> VectorEnv::all_of(const char* name) const {
+  return output(name).template values<T>();
+}
+
+inline std::string_view VectorEnv::describe() const {
+  return detail::checked(engram_describe_json(handle()));
+}
+
+inline void VectorEnv::reset(const ResetRequest& request) {
+  const auto check_length = [this](const char* what, std::size_t given) {
+    if (given == 0 || given == static_cast<std::size_t>(num_envs_)) return;
+    detail::refuse(std::string(what) + ": " + std::to_string(given) + " values given, " +
+                   std::to_string(num_envs_) + " needed");
+  };
+  check_length("reset mask", request.mask.size());
+  check_length("reset seeds", request.seeds.size());
+  engram_reset_request c{};
+  if (!request.mask.empty()) c.mask = request.mask.data();
+  if (!request.seeds.empty()) c.seeds = request.seeds.data();
+  std::vector<engram_pin> pins;
+  if (request.pins) {
+    pins = detail::to_c(*request.pins);
+    c.pins = pins.data();
+    c.num_pins = pins.size();
+    c.has_pins = 1;
+  }
+  detail::check(engram_reset(handle(), &c));
+}
+
+inline void VectorEnv::step(std::span<const float> actions) {
+  detail::check(engram_step(handle(), actions.data(), actions.size()));
+}
+
+inline void VectorEnv::step_async(std::span<const float> actions) {
+  detail::check(engram_step_async(handle(), actions.data(), actions.size()));
+}
+
+inline void VectorEnv::step_wait() { detail::check(engram_step_wait(handle())); }
+
+inline void VectorEnv::act(Policy policy, std::span<float> actions) {
+  detail::check(
+      engram_act(handle(), static_cast<std::int32_t>(policy), actions.data(), actions.size()));
+}
+
+inline std::vector<float> VectorEnv::make_actions() const {
+  return std::vector<float>(static_cast<std::size_t>(num_envs_) *
+                            static_cast<std::size_t>(action_dim_));
+}
+
+inline Output VectorEnv::output(const std::string& name) const {
+  engram_array array;
+  detail::check(engram_output(handle(), name.c_str(), &array));
+  return detail::to_output(array);
+}
+
+inline Output VectorEnv::final_output(const std::string& name) const {
+  engram_array array;
+  detail::check(engram_final_output(handle(), name.c_str(), &array));
+  return detail::to_output(array);
+}
+
+inline std::vector<Output> VectorEnv::outputs() const {
+  std::vector<Output> all;
+  for (std::size_t i = 0; i < engram_num_outputs(handle()); ++i) {
+    engram_array array;
+    detail::check(engram_output_at(handle(), i, &array));
+    all.push_back(detail::to_output(array));
+  }
+  return all;
+}
+
+inline std::string VectorEnv::instruction(int env) const {
+  std::size_t length = 0;
+  detail::check(engram_instruction(handle(), env, nullptr, 0, &length));
+  std::string text(length, ' ');
+  detail::check(engram_instruction(handle(), env, text.data(), length + 1, nullptr));
+  return text;
+}
+
+inline Image VectorEnv::render(int env, const std::string& camera, int width, int height) const {
+  Image image{width, height, std::vector<std::uint8_t>(1)};
+  // A size that is not allowed is the library's to refuse.
+  if (width > 0 && height > 0 && width <= 4096 && height <= 4096) {
+    image.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  }
+  detail::check(engram_render(handle(), env, camera.c_str(), width, height, image.rgb.data(),
+                              image.rgb.size()));
+  return image;
+}
+
+// `index` as the C door counts, where -1 is the whole batch, from one that must be an environment.
+inline int VectorEnv::slot(int env) const { return env == ENGRAM_WHOLE_BATCH ? num_envs_ : env; }
+
+inline Snapshot VectorEnv::save_index(int index) const {
+  std::size_t size = 0;
+  detail::check(engram_save(handle(), index, nullptr, 0, &size));
+  Snapshot bytes(size);
+  detail::check(engram_save(handle(), index, bytes.data(), bytes.size(), &size));
+  return bytes;
+}
+
+inline Snapshot VectorEnv::save() const { return save_index(ENGRAM_WHOLE_BATCH); }
+
+inline Snapshot VectorEnv::save(int env) const { return save_index(slot(env)); }
+
+inline void VectorEnv::restore(std::span<const std::byte> snapshot) {
+  detail::check(engram_restore(handle(), ENGRAM_WHOLE_BATCH, snapshot.data(), snapshot.size()));
+}
+
+inline void VectorEnv::restore(int env, std::span<const std::byte> snapshot) {
+  detail::check(engram_restore(handle(), slot(env), snapshot.data(), snapshot.size()));
+}
+
+inline std::vector<std::string> task_ids() {
+  std::vector<std::string> ids;
+  for (std::size_t i = 0; i < engram_num_tasks(); ++i) ids.emplace_back(engram_task_id(i));
+  return ids;
+}
+
+inline std::string_view list() { return detail::checked(engram_list_json()); }
+
+}  // namespace v0
+}  // namespace engram
+
+#endif
