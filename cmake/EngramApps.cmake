@@ -23,3 +23,13 @@ if(app_sources)
     target_link_libraries(engram_cli PRIVATE engram_bench)
   endif()
 endif()
+
+# Programs as users write them: they see the public headers only, and link what is installed.
+if(TARGET engram_shared)
+  foreach(example cross_entropy half_batches)
+    add_executable(engram_${example} "${PROJECT_SOURCE_DIR}/apps/examples/${example}.cc")
+    engram_configure_target(engram_${example})
+    set_target_properties(engram_${example} PROPERTIES OUTPUT_NAME ${example})
+    target_link_libraries(engram_${example} PRIVATE engram_shared Eigen3::Eigen)
+  endforeach()
+endif()

@@ -1,0 +1,36 @@
+# Tests of the doors that are programs of their own: in plain C, and of the installed package.
+
+set(engram_door engram::engram)
+if(TARGET engram_shared)
+  set(engram_door engram_shared)
+endif()
+
+add_executable(engram_c_program "${PROJECT_SOURCE_DIR}/tests/api/c_program.c")
+set_target_properties(engram_c_program PROPERTIES
+  C_STANDARD 11 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF LINKER_LANGUAGE C)
+target_compile_options(engram_c_program PRIVATE -Wall -Wextra -Wpedantic -Werror)
+target_link_libraries(engram_c_program PRIVATE ${engram_door})
+add_test(NAME c_program COMMAND engram_c_program)
+
+if(TARGET engram_cross_entropy)
+  add_test(NAME cross_entropy_example COMMAND engram_cross_entropy 2)
+  set_tests_properties(cross_entropy_example PROPERTIES TIMEOUT 300
+    PASS_REGULAR_EXPRESSION "trained: +return [0-9.-]+, success [01]")
+  add_test(NAME half_batches_example COMMAND engram_half_batches 16 1)
+  set_tests_properties(half_batches_example PROPERTIES TIMEOUT 300
+    PASS_REGULAR_EXPRESSION "two halves +[1-9]")
+endif()
+
+# Programs of others would have to be instrumented as the library is.
+if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
+  add_test(NAME exported_symbols COMMAND "${CMAKE_COMMAND}" "-DNM=${CMAKE_NM}"
+    "-DLIBRARY=$<TARGET_FILE:engram_shared>" "-DHEADER=${PROJECT_SOURCE_DIR}/api/engram/engram_c.h"
+    -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_symbols.cmake")
+  find_program(ENGRAM_PKG_CONFIG pkg-config REQUIRED)
+  add_test(NAME installed_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
+    "-DPROJECT=${PROJECT_SOURCE_DIR}/tests/packaging/project"
+    "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging" "-DCC=${CMAKE_C_COMPILER}"
+    "-DCXX=${CMAKE_CXX_COMPILER}" "-DPKG_CONFIG=${ENGRAM_PKG_CONFIG}"
+    -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_installed.cmake")
+  set_tests_properties(installed_package PROPERTIES TIMEOUT 300)
+endif()

@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# Installs the packages of scripts/package.sh with apt on a bare Debian 12, and builds and runs
+# somebody else's programs there: check_packages.sh [FOLDER], which holds the clean root afterwards
+# (default: a temporary one, removed at the end). Needs root, debootstrap and a Debian mirror.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+mirror=${MIRROR:-http://deb.debian.org/debian}
+if [ "$(id -u)" -ne 0 ]; then
+  echo "check_packages.sh needs root for chroot" >&2
+  exit 1
+fi
+if ! command -v debootstrap >/dev/null; then
+  apt-get -y install --no-install-recommends debootstrap >&2
+fi
+
+root=${1:-}
+if [ -z "$root" ]; then
+  root=$(mktemp -d)
+  trap 'rm -rf "$root"' EXIT
+fi
+if [ ! -e "$root/bin/sh" ]; then
+  debootstrap --variant=minbase bookworm "$root" "$mirror" >&2
+fi
+
+inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
+mkdir -p "$root/packages"
+rm -f "$root"/packages/*.deb
+cp build/package/packages/*.deb "$root/packages"
+cp -r tests/packaging/project "$root/outside"
+inside apt-get update -q
+
+echo "== the library and the command alone"
+inside sh -c 'apt-get install -y -q --no-install-recommends /packages/libengram0_*.deb /packages/engram_*.deb'
+inside engram rollout RememberColor3-VLA-v0 --num-envs 16 --steps 25 --policy oracle
+
+echo "== somebody else's programs, through CMake and through pkg-config"
+inside sh -c 'apt-get install -y -q --no-install-recommends /packages/libengram-dev_*.deb cmake make gcc g++ libc6-dev pkg-config'
+inside sh -ec '
+  cmake -S /outside -B /outside/build
+  cmake --build /outside/build
+  /outside/build/outside_c
+  /outside/build/outside_cpp
+  gcc -std=c11 -Wall -Wextra -Wpedantic -Werror /outside/outside.c -o /outside/plain_c $(pkg-config --cflags --libs engram)
+  g++ -std=c++20 -Wall -Wextra -Wpedantic -Werror /outside/outside.cc -o /outside/plain_cpp $(pkg-config --cflags --libs engram)
+  /outside/plain_c
+  /outside/plain_cpp'
+inside dpkg-query -W -f '${Package} ${Version}: ${Depends}\n' libengram0 libengram-dev engram
+
+echo "== removal leaves nothing"
+inside apt-get purge -y -q libengram0 libengram-dev engram
+if inside sh -c 'find / -xdev -path /packages -prune -o -path /outside -prune -o -path /proc -prune -o -name "*engram*" -print | grep .'; then
+  echo "files of engram are left" >&2
+  exit 1
+fi
+echo "packages are good"

@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Builds the Debian packages into build/package/packages: libengram0, libengram-dev, engram.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+scripts/install_dependencies.sh >&2
+build=build/package
+cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
+  -DENGRAM_BUILD_TESTS=OFF >&2
+cmake --build "$build" >&2
+rm -rf "$build/packages"
+(cd "$build" && cpack >&2)
+for package in "$build"/packages/*.deb; do
+  echo "$package"
+done

@@ -1,0 +1,314 @@
+// Running batches through the plain-C door: the same bits as the engine, whole or in two halves.
+#include <atomic>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "protocol/make.h"
+#include "tests/allocation_counter.h"
+#include "tests/api/door.h"
+
+namespace engram {
+namespace {
+
+using test::actions_of;
+using test::Batch;
+using test::bytes_of;
+using test::check_refused;
+using test::default_options;
+using test::kId;
+using test::make_batch;
+using test::make_running;
+using test::output;
+using test::outputs_of;
+using test::values;
+
+engram_options same_step(int num_envs) {
+  engram_options options = default_options(num_envs);
+  options.auto_reset = ENGRAM_AUTO_RESET_SAME_STEP;
+  return options;
+}
+
+void step(const Batch& batch, engram_policy policy) {
+  const std::vector<float> actions = actions_of(batch, policy);
+  REQUIRE(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
+}
+
+TEST_CASE("The door shows the engine's bits, step by step and across resets", "[c_door]") {
+  const Batch batch = make_running(same_step(6));
+  EnvOptions options;
+  options.num_envs = 6;
+  options.threads = 1;
+  options.seed = 11;
+  options.auto_reset = AutoReset::kSameStep;
+  const std::unique_ptr<VectorEnv> engine = make(kId, options);
+  engine->reset();
+  std::vector<float> actions(42);
+  int ended = 0;
+  for (int i = 0; i < 60; ++i) {
+    engine->act(Policy::kOracle, actions);
+    REQUIRE(actions == actions_of(batch, ENGRAM_POLICY_ORACLE));
+    engine->step(actions);
+    REQUIRE(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
+    for (std::size_t field = 0; field < engine->outputs().size(); ++field) {
+      const ColumnView column = engine->outputs()[field];
+      const ColumnView final_column = engine->final_output(column.field->name);
+      const engram_array array = output(batch, column.field->name.c_str());
+      engram_array final_array{};
+      REQUIRE(engram_final_output(batch.get(), array.name, &final_array) == ENGRAM_OK);
+      INFO(array.name << " in step " << i);
+      CHECK(std::memcmp(array.data, column.data, test::size_of(array)) == 0);
+      CHECK(std::memcmp(final_array.data, final_column.data, test::size_of(array)) == 0);
+    }
+    for (int env = 0; env < 6; ++env)
+      ended += values<std::uint8_t>(output(batch, "final_mask"))[env];
+  }
+  CHECK(ended >= 12);
+}
+
+TEST_CASE("Outputs have names, units, types and shapes, and stay where they are", "[c_door]") {
+  const Batch batch = make_running(3);
+  const engram_array observation = output(batch, "observation");
+  CHECK(observation.dtype == ENGRAM_FLOAT32);
+  CHECK(observation.ndim == 2);
+  CHECK(observation.shape[0] == 3);
+  CHECK(observation.shape[1] == engram_state_dim(batch.get()));
+  const engram_array proprio = output(batch, "proprio");
+  CHECK(proprio.shape[1] == 7);
+  CHECK(proprio.unit == std::string("m, rad"));
+  CHECK(proprio.description != std::string());
+  const engram_array reward = output(batch, "reward");
+  CHECK(reward.ndim == 1);
+  CHECK(output(batch, "terminated").dtype == ENGRAM_BOOL);
+  CHECK(output(batch, "elapsed_steps").dtype == ENGRAM_INT32);
+  CHECK(output(batch, "episode_return").dtype == ENGRAM_FLOAT64);
+  CHECK(output(batch, "final_mask").shape[0] == 3);
+  step(batch, ENGRAM_POLICY_RANDOM);
+  CHECK(output(batch, "observation").data == observation.data);
+  CHECK(engram_action_low(batch.get())[6] == -1);
+  CHECK(engram_action_high(batch.get())[6] == 1);
+  CHECK(engram_num_threads(batch.get()) == 2);
+  CHECK(engram_horizon(batch.get()) == 25);
+}
+
+TEST_CASE("Images replace the state, and the last ones of an episode are kept", "[c_door]") {
+  engram_options options = same_step(2);
+  options.obs_mode = ENGRAM_OBS_RGB;
+  options.image_width = 16;
+  options.image_height = 12;
+  const Batch batch = make_running(options);
+  const engram_array rgb = output(batch, "rgb");
+  CHECK(rgb.dtype == ENGRAM_UINT8);
+  REQUIRE(rgb.ndim == 4);
+  CHECK(std::vector<std::int64_t>(rgb.shape, rgb.shape + 4) ==
+        std::vector<std::int64_t>{2, 12, 16, 6});
+  const engram_array observation = output(batch, "observation");
+  CHECK(observation.shape[1] == 0);
+
+  engram_array final_rgb{};
+  REQUIRE(engram_final_output(batch.get(), "rgb", &final_rgb) == ENGRAM_OK);
+  std::vector<std::uint8_t> picture(16 * 12 * 3);
+  for (int i = 0; i < 25; ++i) {
+    CHECK(values<std::uint8_t>(output(batch, "final_mask"))[0] == 0);
+    step(batch, ENGRAM_POLICY_ZERO);
+  }
+  CHECK(values<std::uint8_t>(output(batch, "final_mask"))[0] == 1);
+  CHECK(bytes_of(final_rgb) != bytes_of(rgb));  // the cue of a new episode is visible again
+  // What a sensor shows of the new episode is what its observation shows.
+  REQUIRE(engram_render(batch.get(), 0, "base_camera", 16, 12, picture.data(), picture.size()) ==
+          ENGRAM_OK);
+  for (std::size_t pixel = 0; pixel < picture.size() / 3; ++pixel) {
+    REQUIRE(picture[3 * pixel] == values<std::uint8_t>(rgb)[6 * pixel]);
+  }
+}
+
+TEST_CASE("A reset takes masks, seeds and pins", "[c_door]") {
+  const Batch batch = make_running(3);
+  const double target = 2;
+  const engram_pin pin = {"target", &target, 1};
+  const std::uint8_t mask[] = {0, 7, 0};
+  const std::uint64_t seeds[] = {1, 2, 3};
+  engram_reset_request request{};
+  request.mask = mask;
+  request.seeds = seeds;
+  request.pins = &pin;
+  request.num_pins = 1;
+  request.has_pins = 1;
+  const std::vector<std::byte> before = bytes_of(output(batch, "observation"));
+  REQUIRE(engram_reset(batch.get(), &request) == ENGRAM_OK);
+  const std::vector<std::byte> after = bytes_of(output(batch, "observation"));
+  const std::size_t row = before.size() / 3;
+  CHECK(std::memcmp(before.data(), after.data(), row) == 0);
+  CHECK(std::memcmp(&before[row], &after[row], row) != 0);
+  CHECK(std::memcmp(&before[2 * row], &after[2 * row], row) == 0);
+  CHECK(values<std::int32_t>(output(batch, "oracle_info"))[1] == 2);
+  // The same seed is the same episode, in any slot.
+  const std::uint64_t others[] = {9, 9, 2};
+  request.seeds = others;
+  request.mask = nullptr;
+  REQUIRE(engram_reset(batch.get(), &request) == ENGRAM_OK);
+  CHECK(std::memcmp(&after[row], &bytes_of(output(batch, "observation"))[2 * row], row) == 0);
+}
+
+TEST_CASE("Two halves of a step do what a whole one does", "[c_door][async]") {
+  const Batch whole = make_running(same_step(6));
+  const Batch halves = make_running(same_step(6));
+  for (int i = 0; i < 40; ++i) {
+    std::vector<float> actions = actions_of(whole, ENGRAM_POLICY_ORACLE);
+    REQUIRE(engram_step(whole.get(), actions.data(), actions.size()) == ENGRAM_OK);
+    if (i % 5 == 4) {
+      REQUIRE(engram_step(halves.get(), actions.data(), actions.size()) == ENGRAM_OK);
+    } else {
+      REQUIRE(engram_step_async(halves.get(), actions.data(), actions.size()) == ENGRAM_OK);
+      std::fill(actions.begin(), actions.end(), 1e9F);  // they were copied
+      REQUIRE(engram_step_wait(halves.get()) == ENGRAM_OK);
+    }
+    REQUIRE(outputs_of(whole) == outputs_of(halves));
+  }
+}
+
+TEST_CASE("Between the halves of a step everything else is refused", "[c_door][async]") {
+  const Batch batch = make_running(2);
+  engram_env* env = batch.get();
+  std::vector<float> actions(14);
+  std::vector<std::uint8_t> bytes(12);
+  engram_array array{};
+  std::size_t size = 0;
+  REQUIRE(engram_step_async(env, actions.data(), 14) == ENGRAM_OK);
+  const auto refused = [](engram_status status) {
+    check_refused(status, ENGRAM_BAD_STATE, "a step is under way");
+  };
+  refused(engram_reset(env, nullptr));
+  refused(engram_step(env, actions.data(), 14));
+  refused(engram_step_async(env, actions.data(), 14));
+  refused(engram_act(env, ENGRAM_POLICY_ZERO, actions.data(), 14));
+  refused(engram_output(env, "reward", &array));
+  refused(engram_final_output(env, "reward", &array));
+  refused(engram_output_at(env, 0, &array));
+  refused(engram_instruction(env, 0, nullptr, 0, &size));
+  refused(engram_render(env, 0, "base_camera", 2, 2, bytes.data(), 12));
+  refused(engram_save(env, 0, nullptr, 0, &size));
+  refused(engram_restore(env, 0, bytes.data(), 12));
+  CHECK(engram_describe_json(env) == nullptr);
+  CHECK(engram_num_envs(env) == 2);  // what never changes can be asked for
+  CHECK(engram_num_outputs(env) > 10);
+  CHECK(engram_step_wait(env) == ENGRAM_OK);
+  check_refused(engram_step_wait(env), ENGRAM_BAD_STATE, "no step is under way");
+  CHECK(values<std::int32_t>(output(batch, "elapsed_steps"))[1] == 1);
+}
+
+TEST_CASE("A refused first half leaves no step under way", "[c_door][async]") {
+  const Batch batch = make_running(1);
+  float actions[7] = {0, 0, 0, 0, 0, 0, NAN};
+  check_refused(engram_step_async(batch.get(), actions, 7), ENGRAM_INVALID_ARGUMENT, "component 6");
+  check_refused(engram_step_async(batch.get(), actions, 6), ENGRAM_INVALID_ARGUMENT, "7 needed");
+  check_refused(engram_step_wait(batch.get()), ENGRAM_BAD_STATE, "no step is under way");
+  CHECK(values<std::int32_t>(output(batch, "elapsed_steps"))[0] == 0);
+}
+
+TEST_CASE("Closing waits for a step under way; another thread may wait too", "[c_door][async]") {
+  for (int i = 0; i < 5; ++i) {
+    Batch batch = make_running(16);
+    const std::vector<float> actions = actions_of(batch, ENGRAM_POLICY_RANDOM);
+    REQUIRE(engram_step_async(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
+    engram_status waited = ENGRAM_INTERNAL;
+    std::thread([&] { waited = engram_step_wait(batch.get()); }).join();
+    CHECK(waited == ENGRAM_OK);
+    REQUIRE(engram_step_async(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
+    batch.reset();
+  }
+}
+
+TEST_CASE("A batch at work in one thread refuses another", "[c_door]") {
+  const Batch batch = make_running(32);
+  const std::vector<float> actions(test::action_count(batch));
+  std::atomic<bool> refused = false;
+  std::atomic<bool> wrong = false;
+  std::thread worker([&] {
+    while (!refused && !wrong) {
+      const engram_status status = engram_step(batch.get(), actions.data(), actions.size());
+      if (status != ENGRAM_OK && status != ENGRAM_BAD_STATE) wrong = true;
+    }
+  });
+  while (!refused && !wrong) {
+    engram_array array{};
+    const engram_status status = engram_output(batch.get(), "reward", &array);
+    if (status == ENGRAM_BAD_STATE) {
+      wrong = std::string(engram_last_error()).find("another thread") == std::string::npos;
+      refused = true;
+    } else if (status != ENGRAM_OK) {
+      wrong = true;
+    }
+  }
+  worker.join();
+  CHECK(refused);
+  CHECK_FALSE(wrong);
+}
+
+TEST_CASE("Snapshots travel between slots and batches", "[c_door]") {
+  const Batch from = make_running(2);
+  const Batch to = make_running(default_options(5));
+  for (int i = 0; i < 8; ++i) step(from, ENGRAM_POLICY_ORACLE);
+  std::size_t size = 0;
+  REQUIRE(engram_save(from.get(), 1, nullptr, 0, &size) == ENGRAM_OK);
+  std::vector<std::byte> bytes(size);
+  check_refused(engram_save(from.get(), 1, bytes.data(), size - 1, &size), ENGRAM_INVALID_ARGUMENT,
+                "needed");
+  CHECK(size == bytes.size());
+  REQUIRE(engram_save(from.get(), 1, bytes.data(), size, &size) == ENGRAM_OK);
+  REQUIRE(engram_restore(to.get(), 4, bytes.data(), size) == ENGRAM_OK);
+  const std::size_t row = 4 * static_cast<std::size_t>(engram_state_dim(from.get()));
+  CHECK(std::memcmp(&bytes_of(output(from, "observation"))[row],
+                    &bytes_of(output(to, "observation"))[4 * row], row) == 0);
+
+  const auto bad = ENGRAM_INVALID_ARGUMENT;
+  check_refused(engram_restore(to.get(), 5, bytes.data(), size), bad, "0 to 4 allowed");
+  check_refused(engram_restore(to.get(), ENGRAM_WHOLE_BATCH, bytes.data(), size), bad, "5 needed");
+  check_refused(engram_restore(to.get(), 0, bytes.data(), 3), bad, "3 bytes given");
+  bytes.back() ^= std::byte{1};
+  check_refused(engram_restore(to.get(), 0, bytes.data(), size), bad, "damaged");
+}
+
+TEST_CASE("Instructions are cut to the room that there is", "[c_door]") {
+  const Batch batch = make_running(1);
+  std::size_t length = 0;
+  REQUIRE(engram_instruction(batch.get(), 0, nullptr, 0, &length) == ENGRAM_OK);
+  CHECK(length > 20);
+  char text[5] = "####";
+  REQUIRE(engram_instruction(batch.get(), 0, text, 5, &length) == ENGRAM_OK);
+  CHECK(text == std::string("Obse"));
+}
+
+TEST_CASE("Descriptions are JSON and stay where they are", "[c_door]") {
+  const auto list = nlohmann::json::parse(engram_list_json());
+  REQUIRE(list.size() == engram_num_tasks());
+  CHECK(list[0]["id"] == engram_task_id(0));
+  CHECK(engram_list_json() == engram_list_json());
+  const Batch batch = make_batch(1);
+  const char* text = engram_describe_json(batch.get());
+  REQUIRE(text != nullptr);
+  CHECK(engram_describe_json(batch.get()) == text);
+  const auto description = nlohmann::json::parse(text);
+  CHECK(description["id"] == kId);
+  CHECK(description["state_dim"] == engram_state_dim(batch.get()));
+}
+
+TEST_CASE("Steps do not allocate, in one piece or two", "[c_door]") {
+  const Batch batch = make_running(same_step(4));
+  std::vector<float> actions(28);
+  const auto run = [&] {
+    return engram_act(batch.get(), ENGRAM_POLICY_RANDOM, actions.data(), 28) == ENGRAM_OK &&
+           engram_step(batch.get(), actions.data(), 28) == ENGRAM_OK &&
+           engram_step_async(batch.get(), actions.data(), 28) == ENGRAM_OK &&
+           engram_step_wait(batch.get()) == ENGRAM_OK;
+  };
+  REQUIRE(run());  // starts the thread
+  int steps = 0;
+  const std::int64_t before = test::allocation_count();
+  while (steps < 30 && run()) ++steps;
+  const std::int64_t after = test::allocation_count();
+  CHECK(steps == 30);
+  CHECK(after == before);
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,202 @@
+// The C++ header as users see it. Nothing else of the library is included here.
+#include <array>
+#include <catch2/catch.hpp>
+#include <utility>
+
+#include "engram/engram.h"
+
+namespace {
+
+using engram::AutoReset;
+using engram::EnvOptions;
+using engram::Error;
+using engram::ObsMode;
+using engram::Policy;
+using engram::VectorEnv;
+
+constexpr const char* kId = "RememberColor3-VLA-v0";
+
+// The kind of what f throws; the message must have `part` in it.
+template <class F>
+Error::Kind kind_of(F&& f, const char* part) {
+  try {
+    f();
+  } catch (const Error& error) {
+    CHECK_THAT(error.what(), Catch::Matchers::Contains(part));
+    return error.kind();
+  }
+  FAIL("nothing was thrown");
+  return Error::Kind::kInternal;
+}
+
+VectorEnv make_running(const EnvOptions& options) {
+  VectorEnv env = engram::make(kId, options);
+  env.reset();
+  return env;
+}
+
+TEST_CASE("The oracle succeeds through the C++ header", "[cpp_door]") {
+  VectorEnv env = make_running({.num_envs = 8, .seed = 3, .auto_reset = AutoReset::kOff});
+  std::vector<float> actions = env.make_actions();
+  CHECK(actions.size() == 56);
+  for (int i = 0; i < env.horizon(); ++i) {
+    env.act(Policy::kOracle, actions);
+    env.step(actions);
+  }
+  int successes = 0;
+  for (const std::uint8_t success : env.success_once()) successes += success;
+  CHECK(successes >= 7);
+  CHECK(env.episode_return()[0] > 0);
+  CHECK(env.elapsed_steps()[0] > 5);
+}
+
+TEST_CASE("Views have one row per environment", "[cpp_door]") {
+  const VectorEnv env = make_running({.num_envs = 3, .threads = 1});
+  CHECK(env.id() == kId);
+  CHECK(env.num_threads() == 1);
+  CHECK(env.observation().size() == 3 * static_cast<std::size_t>(env.state_dim()));
+  CHECK(env.proprio().size() == 21);
+  CHECK(env.reward().size() == 3);
+  CHECK(env.terminated().size() == 3);
+  CHECK(env.truncated().size() == 3);
+  CHECK(env.success().size() == 3);
+  CHECK(env.unstable().size() == 3);
+  CHECK(env.final_mask().size() == 3);
+  CHECK(env.rgb().empty());
+  CHECK(env.action_low()[0] == -1);
+  CHECK(env.action_high().size() == 7);
+  CHECK(env.unstable_count() == 0);
+  CHECK_FALSE(env.instruction(2).empty());
+  CHECK(env.instruction(2).back() == '.');
+}
+
+TEST_CASE("Outputs are typed views with their shape", "[cpp_door]") {
+  const VectorEnv env = make_running({.num_envs = 3, .pins = {{"target", {1}}}});
+  const engram::Output oracle = env.output("oracle_info");
+  CHECK(oracle.shape == std::vector<std::int64_t>{3});
+  CHECK(oracle.row<std::int32_t>(2)[0] == 1);
+  const engram::Output position = env.output("obj_to_goal_pos");
+  CHECK(position.width() == 3);
+  CHECK(position.values<float>().size() == 9);
+  CHECK(env.output("proprio").unit == "m, rad");
+  CHECK(env.outputs().size() > 10);
+  CHECK(kind_of([&] { position.values<double>(); }, "obj_to_goal_pos") ==
+        Error::Kind::kInvalidArgument);
+  CHECK(kind_of([&] { position.row<float>(3); }, "0 to 2") == Error::Kind::kInvalidArgument);
+  CHECK(kind_of([&] { env.output("colour"); }, "reward") == Error::Kind::kUnknownId);
+  CHECK(kind_of([&] { env.final_output("reward"); }, "same-step") == Error::Kind::kBadState);
+}
+
+TEST_CASE("Options arrive", "[cpp_door]") {
+  const VectorEnv env =
+      make_running({.num_envs = 2,
+                    .obs_mode = ObsMode::kRgb,
+                    .reward_mode = engram::RewardMode::kSparse,
+                    .control_mode = engram::ControlMode::kPdEeDeltaPos,
+                    .images = {.width = 8, .height = 6, .cameras = {"hand_camera"}}});
+  CHECK(env.action_dim() == 4);
+  CHECK(env.rgb().size() == 2 * 8 * 6 * 3);
+  CHECK(env.observation().empty());
+  CHECK(env.describe().find("\"control_mode\": \"pd_ee_delta_pos\"") != std::string_view::npos);
+
+  const auto refused = [](const EnvOptions& options, const char* part) {
+    return kind_of([&] { engram::make(kId, options); }, part);
+  };
+  CHECK(refused({.num_envs = 0}, "num_envs: 0") == Error::Kind::kInvalidArgument);
+  CHECK(refused({.pins = {{"target", {3}}}}, "target") == Error::Kind::kInvalidArgument);
+  CHECK(refused({.task_options = {{"gravity", 1}}}, "gravity") == Error::Kind::kUnknownId);
+  CHECK(refused({.obs_mode = ObsMode::kRgb, .images = {.cameras = {}}}, "camera") ==
+        Error::Kind::kInvalidArgument);
+  CHECK(refused({.obs_mode = static_cast<ObsMode>(9)}, "obs_mode") ==
+        Error::Kind::kInvalidArgument);
+  CHECK(kind_of([] { engram::make("RememberColor"); }, "did you mean") == Error::Kind::kUnknownId);
+}
+
+TEST_CASE("Every control mode of the header is one of the library", "[cpp_door]") {
+  const std::array<int, 11> dims = {8, 8, 4, 7, 7, 8, 4, 7, 8, 15, 15};
+  for (std::size_t i = 0; i < dims.size(); ++i) {
+    const VectorEnv env = engram::make(kId, {.control_mode = static_cast<engram::ControlMode>(i)});
+    CHECK(env.action_dim() == dims[i]);
+  }
+}
+
+TEST_CASE("Halves of a step, and what is refused between them", "[cpp_door][async]") {
+  VectorEnv whole = make_running({.num_envs = 4, .seed = 5});
+  VectorEnv halves = make_running({.num_envs = 4, .seed = 5});
+  std::vector<float> actions = whole.make_actions();
+  for (int i = 0; i < 10; ++i) {
+    whole.act(Policy::kRandom, actions);
+    whole.step(actions);
+    halves.step_async(actions);
+    if (i == 3) {
+      CHECK(kind_of([&] { halves.step(actions); }, "under way") == Error::Kind::kBadState);
+    }
+    halves.step_wait();
+    CHECK(std::equal(whole.observation().begin(), whole.observation().end(),
+                     halves.observation().begin()));
+  }
+  halves.step_async(actions);  // the destructor waits
+}
+
+TEST_CASE("Resets take masks, seeds and pins", "[cpp_door]") {
+  VectorEnv env = make_running({.num_envs = 2});
+  const std::array<std::uint8_t, 2> mask = {0, 1};
+  const std::array<std::uint64_t, 2> seeds = {0, 77};
+  env.reset({.mask = mask, .seeds = seeds, .pins = std::vector<engram::Pin>{{"target", {2}}}});
+  CHECK(env.output("oracle_info").row<std::int32_t>(1)[0] == 2);
+  const VectorEnv other = make_running({.seed = 77, .pins = {{"target", {2}}}});
+  CHECK(std::equal(other.observation().begin(), other.observation().end(),
+                   env.output("observation").row<float>(1).begin()));
+  const std::array<std::uint8_t, 3> long_mask = {1, 1, 1};
+  CHECK(kind_of([&] { env.reset({.mask = long_mask}); }, "2 needed") ==
+        Error::Kind::kInvalidArgument);
+  CHECK(kind_of(
+            [&] {
+              env.reset({.pins = std::vector<engram::Pin>{{"colour", {2}}}});
+            },
+            "colour") == Error::Kind::kUnknownId);
+}
+
+TEST_CASE("Snapshots of one environment and of all", "[cpp_door]") {
+  VectorEnv env = make_running({.num_envs = 3});
+  const engram::Snapshot all = env.save();
+  const engram::Snapshot one = env.save(2);
+  const std::vector<float> before(env.observation().begin(), env.observation().end());
+  env.reset();
+  env.restore(0, one);
+  const auto row = static_cast<std::ptrdiff_t>(env.state_dim());
+  CHECK(std::equal(before.begin() + 2 * row, before.end(), env.observation().begin()));
+  env.restore(all);
+  CHECK(std::equal(before.begin(), before.end(), env.observation().begin()));
+  CHECK(kind_of([&] { (void)env.save(-1); }, "0 to 2") == Error::Kind::kInvalidArgument);
+  CHECK(kind_of([&] { env.restore(-1, one); }, "0 to 2") == Error::Kind::kInvalidArgument);
+}
+
+TEST_CASE("Pictures for people and of sensors", "[cpp_door]") {
+  const VectorEnv env = make_running({});
+  const engram::Image picture = env.render(0, "render_camera", 20, 10);
+  CHECK(picture.rgb.size() == 600);
+  CHECK(env.render(0, "hand_camera", 20, 10).rgb != picture.rgb);
+  CHECK(kind_of([&] { (void)env.render(0, "base_camera", -1, 10); }, "4096") ==
+        Error::Kind::kInvalidArgument);
+}
+
+TEST_CASE("A batch moves, and its views stay", "[cpp_door]") {
+  VectorEnv first = make_running({.num_envs = 2});
+  const float* data = first.observation().data();
+  VectorEnv second = std::move(first);
+  second.step(second.make_actions());
+  CHECK(second.observation().data() == data);
+  CHECK(kind_of([&] { first.reset(); }, "NULL") == Error::Kind::kInvalidArgument);  // NOLINT
+  first = engram::make(kId);
+  first.reset();
+  CHECK(first.num_envs() == 1);
+}
+
+TEST_CASE("The header lists the tasks", "[cpp_door]") {
+  CHECK(engram::task_ids().size() == 97);
+  CHECK(engram::list().find("RememberColor9-VLA-v0") != std::string_view::npos);
+  CHECK(engram::version() == engram_version());
+}
+
+}  // namespace
