@@ -12,11 +12,11 @@ endif()
 
 set(engram_cmake_dir "${CMAKE_INSTALL_LIBDIR}/cmake/engram")
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/engramConfig.cmake.in"
-  "${PROJECT_BINARY_DIR}/package/engramConfig.cmake" INSTALL_DESTINATION "${engram_cmake_dir}")
-write_basic_package_version_file("${PROJECT_BINARY_DIR}/package/engramConfigVersion.cmake"
+  "${PROJECT_BINARY_DIR}/install/engramConfig.cmake" INSTALL_DESTINATION "${engram_cmake_dir}")
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/install/engramConfigVersion.cmake"
   COMPATIBILITY SameMinorVersion)
-install(FILES "${PROJECT_BINARY_DIR}/package/engramConfig.cmake"
-  "${PROJECT_BINARY_DIR}/package/engramConfigVersion.cmake"
+install(FILES "${PROJECT_BINARY_DIR}/install/engramConfig.cmake"
+  "${PROJECT_BINARY_DIR}/install/engramConfigVersion.cmake"
   DESTINATION "${engram_cmake_dir}" COMPONENT development)
 install(EXPORT engramTargets NAMESPACE engram:: DESTINATION "${engram_cmake_dir}"
   COMPONENT development)
@@ -25,7 +25,7 @@ install(EXPORT engramTargets NAMESPACE engram:: DESTINATION "${engram_cmake_dir}
 set(engram_pc_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 file(RELATIVE_PATH ENGRAM_PREFIX_FROM_PC "/${engram_pc_dir}" "/")
 string(REGEX REPLACE "/$" "" ENGRAM_PREFIX_FROM_PC "${ENGRAM_PREFIX_FROM_PC}")
-configure_file("${CMAKE_CURRENT_LIST_DIR}/engram.pc.in" "${PROJECT_BINARY_DIR}/package/engram.pc"
+configure_file("${CMAKE_CURRENT_LIST_DIR}/engram.pc.in" "${PROJECT_BINARY_DIR}/install/engram.pc"
   @ONLY)
-install(FILES "${PROJECT_BINARY_DIR}/package/engram.pc" DESTINATION "${engram_pc_dir}"
+install(FILES "${PROJECT_BINARY_DIR}/install/engram.pc" DESTINATION "${engram_pc_dir}"
   COMPONENT development)

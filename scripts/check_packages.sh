@@ -26,7 +26,7 @@ fi
 inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
 mkdir -p "$root/packages"
 rm -f "$root"/packages/*.deb
-cp build/package/packages/*.deb "$root/packages"
+cp "${BUILD_DIR:-build/package}"/packages/*.deb "$root/packages"
 cp -r tests/packaging/project "$root/outside"
 inside apt-get update -q
 

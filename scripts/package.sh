@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Builds the Debian packages into build/package/packages: libengram0, libengram-dev, engram.
+# Builds the Debian packages libengram0, libengram-dev and engram into build/package/packages.
+# BUILD_DIR names another build folder than build/package.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 scripts/install_dependencies.sh >&2
-build=build/package
+build=${BUILD_DIR:-build/package}
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
   -DENGRAM_BUILD_TESTS=OFF >&2
 cmake --build "$build" >&2
