@@ -74,7 +74,8 @@ const std::vector<BadOption>& bad_options() {
       {[](O& o) { o.obs_mode = ENGRAM_OBS_RGB, o.cameras = kOtherCamera, o.num_cameras = 1; },
        ENGRAM_UNKNOWN_ID, "top_camera"},
       {[](O& o) { o.renderer = nullptr; }, ENGRAM_INVALID_ARGUMENT, "renderer: NULL"},
-      {[](O& o) { o.obs_mode = ENGRAM_OBS_RGB, o.renderer = "ray"; }, ENGRAM_UNKNOWN_ID, "ray"},
+      {[](O& o) { o.obs_mode = ENGRAM_OBS_RGB, o.renderer = "ray"; }, ENGRAM_INVALID_ARGUMENT,
+       "ray"},
       {[](O& o) { o.shadows = 5; }, ENGRAM_INVALID_ARGUMENT, "shadows: 5"},
       {[](O& o) { o.antialias = 5; }, ENGRAM_INVALID_ARGUMENT, "antialias: 5"},
   };
