@@ -23,19 +23,20 @@ struct BadOption {
   const char* part;
 };
 
+constexpr double kValues[] = {0.5, 1};
+constexpr engram_pin kNameless = {nullptr, kValues, 1};
+constexpr engram_pin kEmpty = {"target", nullptr, 1};
+constexpr engram_pin kFraction = {"target", kValues, 1};
+constexpr engram_pin kHuge = {"target", kValues, std::numeric_limits<std::size_t>::max()};
+constexpr engram_pin kUnknown = {"colour", kValues, 1};
+constexpr engram_task_option kNamelessOption = {nullptr, 1};
+constexpr engram_task_option kUnknownOption = {"gravity", 1};
+constexpr const char* kNoCamera[] = {nullptr};
+constexpr const char* kOtherCamera[] = {"top_camera"};
+
 const std::vector<BadOption>& bad_options() {
-  static const double kValues[] = {0.5, 1};
-  static const engram_pin kNameless = {nullptr, kValues, 1};
-  static const engram_pin kEmpty = {"target", nullptr, 1};
-  static const engram_pin kFraction = {"target", kValues, 1};
-  static const engram_pin kHuge = {"target", kValues, std::numeric_limits<std::size_t>::max()};
-  static const engram_pin kUnknown = {"colour", kValues, 1};
-  static const engram_task_option kNamelessOption = {nullptr, 1};
-  static const engram_task_option kUnknownOption = {"gravity", 1};
-  static const char* const kNoCamera[] = {nullptr};
-  static const char* const kOtherCamera[] = {"top_camera"};
   using O = engram_options;
-  static const std::vector<BadOption> kBad = {
+  static const std::vector<BadOption> bad = {
       {[](O& o) { o.struct_size = 0; }, ENGRAM_INVALID_ARGUMENT, "engram_options_init"},
       {[](O& o) { o.struct_size += 8; }, ENGRAM_INVALID_ARGUMENT, "struct_size"},
       {[](O& o) { o.num_envs = 0; }, ENGRAM_INVALID_ARGUMENT, "num_envs: 0 given"},
@@ -79,7 +80,7 @@ const std::vector<BadOption>& bad_options() {
       {[](O& o) { o.shadows = 5; }, ENGRAM_INVALID_ARGUMENT, "shadows: 5"},
       {[](O& o) { o.antialias = 5; }, ENGRAM_INVALID_ARGUMENT, "antialias: 5"},
   };
-  return kBad;
+  return bad;
 }
 
 TEST_CASE("Every bad option is refused with what was given and what is allowed", "[c_door]") {

@@ -262,6 +262,8 @@ TEST_CASE("Snapshots travel between slots and batches", "[c_door]") {
 
   const auto bad = ENGRAM_INVALID_ARGUMENT;
   check_refused(engram_restore(to.get(), 5, bytes.data(), size), bad, "0 to 4 allowed");
+  check_refused(engram_restore(to.get(), -2, bytes.data(), size), bad, "0 to 4 allowed");
+  check_refused(engram_save(to.get(), -2, nullptr, 0, &size), bad, "0 to 4 allowed");
   check_refused(engram_restore(to.get(), ENGRAM_WHOLE_BATCH, bytes.data(), size), bad, "5 needed");
   check_refused(engram_restore(to.get(), 0, bytes.data(), 3), bad, "3 bytes given");
   bytes.back() ^= std::byte{1};
