@@ -1,0 +1,24 @@
+"""What differs between Gymnasium 0.29 and 1.x, in one place."""
+
+from __future__ import annotations
+
+import enum
+
+import gymnasium
+
+GYMNASIUM_1 = int(gymnasium.__version__.split(".", 1)[0]) >= 1
+
+if GYMNASIUM_1 and hasattr(gymnasium.vector, "AutoresetMode"):
+    AutoresetMode = gymnasium.vector.AutoresetMode
+else:
+
+    class AutoresetMode(enum.Enum):  # type: ignore[no-redef]
+        """When an environment whose episode has ended is reset; as Gymnasium 1.1 defines it."""
+
+        NEXT_STEP = "NextStep"
+        SAME_STEP = "SameStep"
+        DISABLED = "Disabled"
+
+
+# What vector environments of the installed Gymnasium do where nothing else is asked for.
+DEFAULT_AUTORESET = AutoresetMode.NEXT_STEP if GYMNASIUM_1 else AutoresetMode.SAME_STEP

@@ -1,0 +1,109 @@
+"""Gymnasium spaces, and views of the observation, from the description of a batch."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector.utils import batch_space
+
+FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict (common 6.1); those before it are "agent"
+
+
+class Layout:
+    """Where observations lie and which spaces they are in.
+
+    Attributes:
+        single: Space of one environment's observation.
+        batched: Space of the whole batch's.
+    """
+
+    def __init__(self, obs_mode: str, description: dict[str, Any], outputs: dict[str, np.ndarray]):
+        self.obs_mode = obs_mode
+        self._fields = description["state_fields"]
+        self._keys = ["rgb", "proprio"]
+        if description["family"].startswith("Rotate"):  # common 6.3: nowhere else
+            self._keys.append("task_cue")
+        self.single = self._space(outputs)
+        num_envs = len(outputs["reward"])
+        self.batched = batch_space(self.single, num_envs)
+
+    def _space(self, outputs: dict[str, np.ndarray]) -> spaces.Space:
+        if self.obs_mode == "rgb":
+            return _dict({key: _box_like(_rows(outputs[key])) for key in self._keys})
+        if self.obs_mode == "state_dict":
+            parts: dict[str, dict[str, spaces.Space]] = {"agent": {}, "extra": {}}
+            for group, field in self._grouped():
+                parts[group][field["name"]] = _unbounded(field["width"])
+            return _dict({name: _dict(part) for name, part in parts.items()})
+        if self.obs_mode == "state":
+            return _unbounded(outputs["observation"].shape[1])
+        return _unbounded(0)
+
+    def _grouped(self) -> list[tuple[str, dict[str, Any]]]:
+        """The fields of a state row, each with the part of state_dict that it belongs to."""
+        names = [field["name"] for field in self._fields]
+        first = names.index(FIRST_EXTRA_FIELD)
+        return [("agent" if i < first else "extra", f) for i, f in enumerate(self._fields)]
+
+    def views(self, outputs: dict[str, np.ndarray]) -> Any:
+        """The batched observation: views of the outputs, in the shape of the space."""
+        if self.obs_mode == "rgb":
+            return {key: _rows(outputs[key]) for key in self._keys}
+        if self.obs_mode == "state_dict":
+            row = outputs["observation"]
+            parts: dict[str, dict[str, np.ndarray]] = {"agent": {}, "extra": {}}
+            for group, field in self._grouped():
+                begin = field["offset"]
+                parts[group][field["name"]] = row[:, begin : begin + field["width"]]
+            return parts
+        if self.obs_mode == "state":
+            return outputs["observation"]
+        return np.zeros((len(outputs["reward"]), 0), np.float32)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Outputs that observations are made of."""
+        if self.obs_mode == "rgb":
+            return tuple(self._keys)
+        return () if self.obs_mode == "none" else ("observation",)
+
+
+def action_spaces(low: list[float], high: list[float], num_envs: int) -> tuple[spaces.Box, Any]:
+    """Single and batched action space."""
+    single = spaces.Box(np.array(low, np.float32), np.array(high, np.float32), dtype=np.float32)
+    return single, batch_space(single, num_envs)
+
+
+def copy_tree(value: Any) -> Any:
+    """A copy of nested dicts of arrays."""
+    if isinstance(value, dict):
+        return {key: copy_tree(part) for key, part in value.items()}
+    return value.copy()
+
+
+def take(value: Any, index: int) -> Any:
+    """A copy of one environment's part of nested dicts of arrays."""
+    if isinstance(value, dict):
+        return {key: take(part, index) for key, part in value.items()}
+    return value[index].copy()
+
+
+def _rows(array: np.ndarray) -> np.ndarray:
+    return array[:, np.newaxis] if array.ndim == 1 else array
+
+
+def _dict(parts: dict[str, spaces.Space]) -> spaces.Dict:
+    return spaces.Dict(OrderedDict(parts))  # an OrderedDict keeps its order
+
+
+def _unbounded(width: int) -> spaces.Box:
+    return spaces.Box(-np.inf, np.inf, (width,), np.float32)
+
+
+def _box_like(array: np.ndarray) -> spaces.Box:
+    if array.dtype == np.uint8:
+        return spaces.Box(0, 255, array.shape[1:], np.uint8)
+    return _unbounded(array.shape[1])

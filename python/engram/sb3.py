@@ -1,0 +1,104 @@
+"""A batch as a Stable-Baselines3 VecEnv."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.vec_env import VecEnv
+
+from engram._compat import AutoresetMode
+from engram.vector_env import VectorEnv
+
+
+class Sb3VecEnv(VecEnv):
+    """engram's batch in Stable-Baselines3's conventions.
+
+    Observations, rewards and dones are copies, because its algorithms keep them. Infos are empty
+    dicts, except in the step that ends an episode: then they hold "terminal_observation",
+    "TimeLimit.truncated", "is_success" (success at any time of the episode), "episode" (return,
+    length and seconds, as its Monitor gives them) and the task's own fields. The observation mode
+    "state_dict" is not for it (its policies know no nested dicts).
+
+    Args:
+        id: Task, such as "RememberColor3-VLA-v0".
+        num_envs: Number of environments.
+        **options: Those of ``VectorEnv``, except autoreset_mode.
+    """
+
+    def __init__(self, id: str, num_envs: int = 1, **options: Any) -> None:  # noqa: A002
+        self.batch = VectorEnv(
+            id, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, copy=True, **options
+        )
+        self._start = time.time()
+        super().__init__(
+            num_envs, self.batch.single_observation_space, self.batch.single_action_space
+        )
+
+    def reset(self) -> Any:
+        """Starts new episodes; ``seed`` and ``set_options`` take effect here."""
+        seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
+        options = next((options for options in self._options if options), None)
+        observation, _ = self.batch.reset(seed=seeds, options=options)
+        self._reset_seeds()
+        self._reset_options()
+        self.reset_infos = [{} for _ in range(self.num_envs)]
+        return observation
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Begins a step."""
+        self.batch.step_async(actions)
+
+    def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """Waits for the step: observations, rewards, dones, infos."""
+        observation, reward, terminated, truncated, info = self.batch.step_wait()
+        dones = terminated | truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for i in np.flatnonzero(dones):
+            infos[i] = self._final_info(info, i, bool(truncated[i] and not terminated[i]))
+        return observation, reward, dones, infos
+
+    def _final_info(self, info: dict[str, Any], index: int, truncated: bool) -> dict[str, Any]:
+        views = self.batch._final_info_views
+        result: dict[str, Any] = {name: view[index].copy() for name, view in views.items()}
+        result["terminal_observation"] = info["final_obs"][index]
+        result["TimeLimit.truncated"] = truncated
+        result["is_success"] = bool(views["success_once"][index])
+        result["episode"] = {
+            "r": float(views["episode_return"][index]),
+            "l": int(views["elapsed_steps"][index]),
+            "t": round(time.time() - self._start, 6),
+        }
+        return result
+
+    def close(self) -> None:
+        """Ends the batch."""
+        self.batch.close()
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """An attribute of the chosen environments; see ``SubEnv``."""
+        return [getattr(self.batch.envs[i], attr_name) for i in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Sets an attribute of the chosen environments."""
+        for i in self._get_indices(indices):
+            setattr(self.batch.envs[i], attr_name, value)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Calls a method of the chosen environments."""
+        return [
+            getattr(self.batch.envs[i], method_name)(*method_args, **method_kwargs)
+            for i in self._get_indices(indices)
+        ]
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+        """False: there are no wrappers."""
+        return [False for _ in self._get_indices(indices)]
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """One picture per environment."""
+        return self.batch.render() or [None] * self.num_envs

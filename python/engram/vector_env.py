@@ -1,0 +1,623 @@
+"""The batch as a gymnasium.vector.VectorEnv."""
+
+from __future__ import annotations
+
+import atexit
+import functools
+import inspect
+import json
+import weakref
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from engram import _core, _options
+from engram._compat import GYMNASIUM_1, AutoresetMode
+from engram._spaces import Layout, action_spaces, copy_tree, take
+from engram.errors import BadStateError, InvalidArgumentError, UnknownIdError
+from engram.sub_env import SubEnv
+
+NAMESPACE = "engram/"  # of ids in Gymnasium's registry
+
+_RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
+_RESET_OPTIONS = ("reset_mask", "pins")
+
+_open_batches: weakref.WeakSet[VectorEnv] = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    for env in list(_open_batches):
+        env.close()
+
+
+class VectorEnv(gymnasium.vector.VectorEnv):
+    """A batch of environments of one task, stepped in lockstep on all cores.
+
+    N stands for the number of environments. Unless ``copy`` is set, every array that ``reset`` and
+    ``step`` return is a view of engram's own buffers: it stays where it is, changes with the next
+    call, and keeps its memory alive even after ``close``. Whoever keeps arrays for later copies
+    them. Observations, rewards and endings are writable, so that ``torch.from_dlpack`` and its kin
+    take them over; arrays in ``info`` are read-only.
+
+    Environment ``i`` of a batch equals, bit for bit, the single environment of its seed, whatever
+    the number of environments and threads.
+
+    Args:
+        id: Task, such as "RememberColor9-VLA-v0" (``engram.list()`` names all; a leading
+            "engram/" is allowed).
+        num_envs: Number of environments, 1 to 1,000,000.
+        obs_mode: "state": one float32 row (N, state_dim) that includes privileged fields;
+            "state_dict": the same row by name, {"agent": ..., "extra": ...}; "rgb": {"rgb":
+            uint8 (N, height, width, 3 per camera), "proprio": float32 (N, 7)} and, for the Rotate
+            families, "task_cue"; "none".
+        seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system.
+        threads: 1 to 1024; 0: one per core.
+        reward_mode: "normalized_dense", "dense", "sparse" or "none".
+        control_mode: One of ``engram.describe(id)["action_spaces"]``.
+        autoreset_mode: An ``AutoresetMode`` or its name. Default: what vector environments of the
+            installed Gymnasium do, NEXT_STEP for 1.x and SAME_STEP for 0.29.
+        pins: Sampled quantities of every episode that are fixed, by name: {"target": 2}.
+            ``engram.describe(id)["draws"]`` names them.
+        task_options: Options of the task's own, by name; ``engram.describe(id)["options"]``.
+        copy: Return copies instead of views.
+        render_mode: "rgb_array" (or None) makes ``render`` return pictures.
+        render_size: Side of ``render``'s pictures in pixels, or (width, height).
+        render_camera: "render_camera", "base_camera" or "hand_camera".
+        image_size: Side of rgb observations in pixels, or (width, height).
+        cameras: Of rgb observations, in channel order. Default: base_camera, hand_camera.
+        renderer: Of rgb observations: "cpu" or "egl".
+        shadows: Draw shadows in rgb observations.
+        antialias: Take 2 x 2 samples per pixel in rgb observations.
+        terminate_on_success: Overrides the task's rule.
+        rotation_sign: Of rotation actions: -1 as upstream, or 1.
+        freeze_cue: Replace actions by zeros while the cue is shown, where the canonical wrapper
+            chain of the benchmark does.
+        robot_init_qpos_noise: rad, standard deviation, 0 to 1.
+        substeps: Physics steps of 0.01 s per control step, 0 to 1000.
+        sleep: False switches off every shortcut of the physics.
+        chunk: Environments that a thread claims at a time; 0: chosen.
+        max_episode_steps: Gymnasium passes it on; it must be the task's own horizon.
+
+    Raises:
+        UnknownIdError: No task of that id; the message names the nearest one.
+        InvalidArgumentError: An option is out of range or of the wrong type.
+        UnavailableError: The machine lacks memory, threads or the renderer.
+    """
+
+    def __init__(
+        self,
+        id: str,  # noqa: A002
+        num_envs: int = 1,
+        *,
+        obs_mode: str = "state",
+        seed: int | None = 0,
+        threads: int = 0,
+        reward_mode: str = "normalized_dense",
+        control_mode: str = "pd_ee_delta_pose",
+        autoreset_mode: AutoresetMode | str | None = None,
+        pins: Mapping[str, float | Sequence[float]] | None = None,
+        task_options: Mapping[str, float] | None = None,
+        copy: bool = False,
+        render_mode: str | None = "rgb_array",
+        render_size: int | tuple[int, int] = 512,
+        render_camera: str = "render_camera",
+        image_size: int | tuple[int, int] = 128,
+        cameras: Sequence[str] | None = None,
+        renderer: str = "cpu",
+        shadows: bool = False,
+        antialias: bool = False,
+        terminate_on_success: bool | None = None,
+        rotation_sign: int = -1,
+        freeze_cue: bool = True,
+        robot_init_qpos_noise: float = 0.02,
+        substeps: int = 5,
+        sleep: bool = True,
+        chunk: int = 0,
+        max_episode_steps: int | None = None,
+    ) -> None:
+        arguments = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
+        self.closed = True  # until the batch exists
+        if not isinstance(id, str):
+            raise InvalidArgumentError(f"id: {id!r} given, a string needed")
+        self.task_id = id[len(NAMESPACE) :] if id.startswith(NAMESPACE) else id
+        self._arguments = {**arguments, "id": self.task_id}
+        if render_mode not in (None, "rgb_array"):
+            raise InvalidArgumentError(f"render_mode: {render_mode!r} given; allowed: rgb_array, None")
+        self.render_mode = render_mode
+        self._render = (render_camera, *_options._size(render_size))
+        self.autoreset_mode = _options.autoreset(autoreset_mode)
+        self.metadata = {
+            "render_modes": ["rgb_array"],
+            "render_fps": 20,
+            "autoreset_mode": self.autoreset_mode,
+        }
+        options = _options.make_options(
+            num_envs=num_envs,
+            seed=seed,
+            threads=threads,
+            chunk=chunk,
+            substeps=substeps,
+            obs_mode=obs_mode,
+            reward_mode=reward_mode,
+            control_mode=control_mode,
+            autoreset_mode=self.autoreset_mode,
+            rotation_sign=rotation_sign,
+            freeze_cue=freeze_cue,
+            terminate_on_success=terminate_on_success,
+            sleep=sleep,
+            robot_init_qpos_noise=robot_init_qpos_noise,
+            pins=pins,
+            task_options=task_options,
+            image_size=image_size,
+            cameras=cameras,
+            renderer=renderer,
+            shadows=shadows,
+            antialias=antialias,
+        )
+        self._batch = _core.Batch(self.task_id, options)
+        self._seed = options.seed
+        self._copy = bool(copy)
+        self._started = False
+        self._open(obs_mode)
+        horizon = self.description["horizon"]
+        if max_episode_steps not in (None, horizon):
+            self.close()
+            raise InvalidArgumentError(
+                f"max_episode_steps: {max_episode_steps} given; episodes of {self.task_id} "
+                f"have {horizon} steps"
+            )
+        self.spec = _spec(self._arguments)
+
+    def _open(self, obs_mode: str) -> None:
+        """Everything that follows from an open batch: its description, spaces and views."""
+        batch = self._batch
+        self.closed = False
+        _open_batches.add(self)
+        self.num_envs = batch.num_envs
+        self.description = json.loads(batch.description)
+        self._views = {name: batch.output(name) for name in batch.output_names}
+        self._layout = Layout(obs_mode, self.description, self._views)
+        self.single_observation_space = self._layout.single
+        self.observation_space = self._layout.batched
+        self.single_action_space, self.action_space = action_spaces(
+            *batch.action_bounds, self.num_envs
+        )
+        self._action_shape = (self.num_envs, batch.action_dim)
+        self._observation = self._layout.views(self._views)
+        self._ones = np.ones(self.num_envs, np.bool_)
+        self._ones.flags.writeable = False
+        info_names = [n for n in self._views if n not in _RETURNED and n not in self._layout.keys]
+        self._info_views = {name: self._views[name] for name in info_names}
+        self._instructions = np.full(self.num_envs, "", dtype=object)
+        if self.autoreset_mode is AutoresetMode.SAME_STEP:
+            finals = {
+                name: batch.final_output(name)
+                for name in (*info_names, *self._layout.keys)
+            }
+            self._final_mask = self._views["final_mask"]
+            self._final_observation = self._layout.views({**self._views, **finals})
+            self._final_info_views = {name: finals[name] for name in info_names}
+        # 0.29 looks for these.
+        self.is_vector_env = True
+        self.viewer = None
+
+    # --- running ---
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Starts new episodes.
+
+        Args:
+            seed: An int (environment i gets ``seed + i``), one per environment (None in it: as
+                without a seed), or None: the first reset uses the seed given to the constructor,
+                later ones go on to the next episode of each environment.
+            options: {"reset_mask": bool array (N,), True where an environment is to be reset;
+                "pins": dict that replaces the pins of the environments that are reset}.
+
+        Returns:
+            Observations and infos. With a mask, rows of environments that were not reset are
+            those of the last step, and the masks in the infos are False for them.
+
+        Raises:
+            InvalidArgumentError: A mask, seed or pin is of the wrong shape, type or range.
+            UnknownIdError: No option or pin of that name.
+            BadStateError: The first reset leaves environments out, or a step is under way.
+        """
+        mask, pins = self._reset_options(options)
+        seeds = self._seeds(seed)
+        if isinstance(seeds, list):  # some are None
+            given = np.array([value is not None for value in seeds])
+            filled = [
+                self._seed + i if value is None else value for i, value in enumerate(seeds)
+            ]
+            array = np.array([value % 2**64 for value in filled], np.uint64)
+            if not self._started:
+                self._batch.reset(mask, array, pins)
+            else:
+                chosen = self._ones if mask is None else mask
+                for part, part_seeds in ((chosen & given, array), (chosen & ~given, None)):
+                    if part.any():
+                        self._batch.reset(part, part_seeds, pins)
+        else:
+            self._batch.reset(mask, seeds, pins)
+        self._started = True
+        which = self._ones if mask is None else mask
+        self._refresh_instructions(np.flatnonzero(which))
+        return self._hand_out(self._observation), self._info(which)
+
+    def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One control step (0.05 s) of all environments.
+
+        Args:
+            actions: (N, action_dim), any real dtype; float32 without gaps is taken as it is.
+
+        Returns:
+            Observations; rewards, float32 (N,); terminated and truncated, bool (N,); infos. In the
+            mode SAME_STEP, infos hold "final_obs" and "final_info" when episodes have ended.
+
+        Raises:
+            InvalidArgumentError: Wrong shape or type, or a value that is not finite.
+            BadStateError: Nothing was reset, a step is under way, or the batch is closed.
+        """
+        self._batch.step(self._checked(actions))
+        return self._results()
+
+    def step_async(self, actions: Any) -> None:
+        """Begins a step and returns; engram's threads work on it.
+
+        Actions are copied. Until ``step_wait`` returns, views change and must not be read, and
+        other calls are refused with BadStateError.
+        """
+        self._batch.step_async(self._checked(actions))
+
+    def step_wait(
+        self, **_: Any
+    ) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Waits for the step that ``step_async`` began; returns what ``step`` returns.
+
+        Raises:
+            BadStateError: No step is under way.
+        """
+        self._batch.step_wait()
+        return self._results()
+
+    def reset_async(self, **_: Any) -> None:
+        """For callers of Gymnasium 0.29: resets happen in ``reset_wait``."""
+
+    def reset_wait(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
+        """For callers of Gymnasium 0.29: the same as ``reset``."""
+        return self.reset(**kwargs)
+
+    def act(self, policy: str = "oracle", out: np.ndarray | None = None) -> np.ndarray:
+        """Actions for the next step.
+
+        Args:
+            policy: "oracle" solves the task with privileged state, "blind" is the oracle that must
+                guess what the cue showed (both in pd_ee_delta_pose only), "random" is uniform over
+                the action space, "zero".
+            out: float32 (N, action_dim) to write to, instead of a new array.
+        """
+        number = _options.one_of("policy", policy, _options.POLICIES)
+        if out is None:
+            out = np.empty(self._action_shape, np.float32)
+        elif not (
+            isinstance(out, np.ndarray)
+            and out.dtype == np.float32
+            and out.shape == self._action_shape
+            and out.flags.carray
+        ):
+            raise InvalidArgumentError(
+                f"out: {_kind(out)} given; a writable float32 array of shape "
+                f"{self._action_shape} without gaps is needed"
+            )
+        self._batch.act(number, out)
+        return out
+
+    # --- pictures, snapshots ---
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """One picture per environment, uint8 (height, width, 3); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        return tuple(self.frame(i) for i in range(self.num_envs))
+
+    def frame(
+        self,
+        index: int = 0,
+        camera: str | None = None,
+        size: int | tuple[int, int] | None = None,
+    ) -> np.ndarray:
+        """One environment as it is now, uint8 (height, width, 3), row 0 on top.
+
+        Args:
+            index: Which environment.
+            camera: "render_camera", "base_camera" or "hand_camera"; default: ``render_camera`` of
+                the constructor.
+            size: Side in pixels or (width, height), 1 to 4096; default: ``render_size``.
+        """
+        name, width, height = self._render
+        if size is not None:
+            width, height = _options._size(size)
+        return self._batch.render(_options.integer("index", index), camera or name, width, height)
+
+    def save(self, index: int | None = None) -> bytes:
+        """One environment, or the whole batch, bit-exactly: physics, task and random stream."""
+        return self._batch.save(-1 if index is None else self._index(index))
+
+    def restore(self, data: bytes, index: int | None = None) -> tuple[Any, dict[str, Any]]:
+        """Restores what ``save`` returned; returns the observation and infos at that point.
+
+        A saved environment may go into any place of any batch of the same task and control mode,
+        a saved batch into a batch of the same size.
+
+        Raises:
+            InvalidArgumentError: The bytes are damaged, or of another task, version or size.
+        """
+        if not isinstance(data, bytes):
+            raise InvalidArgumentError(f"data: {_kind(data)} given, bytes needed")
+        self._batch.restore(-1 if index is None else self._index(index), data)
+        self._started = True
+        self._refresh_instructions(range(self.num_envs))
+        return self._hand_out(self._observation), self._info(self._ones)
+
+    # --- the batch as Gymnasium's sub-environments ---
+
+    @functools.cached_property
+    def envs(self) -> list[SubEnv]:
+        """One object per environment, for code that looks at environments one by one."""
+        return [SubEnv(self, i) for i in range(self.num_envs)]
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Calls a method of, or gets an attribute from, each of ``envs``."""
+        values = [getattr(env, name) for env in self.envs]
+        return tuple(value(*args, **kwargs) if callable(value) else value for value in values)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of each of ``envs``; ``SubEnv`` says which there are."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Sets an attribute on each of ``envs``: a list or tuple of N values, or one for all."""
+        if not isinstance(values, (list, tuple)):
+            values = [values] * self.num_envs
+        if len(values) != self.num_envs:
+            raise InvalidArgumentError(
+                f"values of {name}: {len(values)} given, {self.num_envs} needed"
+            )
+        for env, value in zip(self.envs, values):
+            setattr(env, name, value)
+
+    # --- life ---
+
+    @property
+    def unstable_count(self) -> int:
+        """Environment steps in which physics diverged, since the batch was made."""
+        return self._batch.unstable_count
+
+    @property
+    def num_threads(self) -> int:
+        """Threads that work on a step."""
+        return self._batch.num_threads
+
+    def close(self, **_: Any) -> None:
+        """Ends the batch; a step under way is waited for. Views stay readable."""
+        if self.closed:
+            return
+        self.closed = True
+        _open_batches.discard(self)
+        self._batch.close()
+
+    def __del__(self) -> None:
+        if not getattr(self, "closed", True):
+            self.close()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickling keeps the specification: the copy is a new batch, not yet reset."""
+        return _remake, (self._arguments,)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> VectorEnv:
+        return _remake(self._arguments)
+
+    def __repr__(self) -> str:
+        return f"engram.VectorEnv({self.task_id}, num_envs={self.num_envs})"
+
+    # --- inside ---
+
+    def _checked(self, actions: Any) -> np.ndarray:
+        """Actions as the extension takes them."""
+        if (
+            type(actions) is np.ndarray
+            and actions.dtype == np.float32
+            and actions.shape == self._action_shape
+            and actions.flags.c_contiguous
+            and actions.flags.aligned
+        ):
+            return actions
+        return checked_actions(actions, self._action_shape)
+
+    def _hand_out(self, value: Any) -> Any:
+        return copy_tree(value) if self._copy else value
+
+    def _results(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        finals = self._finals() if self.autoreset_mode is AutoresetMode.SAME_STEP else None
+        if finals is None:
+            began = np.flatnonzero(self._views["elapsed_steps"] == 0)
+            if began.size:
+                self._refresh_instructions(began)
+        info = self._info(self._ones)
+        if finals is not None:
+            info.update(finals)
+        views = self._views
+        return (
+            self._hand_out(self._observation),
+            self._hand_out(views["reward"]),
+            self._hand_out(views["terminated"]),
+            self._hand_out(views["truncated"]),
+            info,
+        )
+
+    def _info(self, which: np.ndarray) -> dict[str, Any]:
+        return masked(self._info_views, self._instructions, which, self._copy)
+
+    def _finals(self) -> dict[str, Any] | None:
+        """The last observation and infos of the episodes that have just ended (same-step mode)."""
+        ended = np.flatnonzero(self._final_mask)
+        if not ended.size:
+            return None
+        which = self._final_mask.copy()
+        instructions = self._instructions
+        self._refresh_instructions(ended)
+        observations = np.full(self.num_envs, None, dtype=object)
+        for i in ended:
+            observations[i] = take(self._final_observation, i)
+        if GYMNASIUM_1:
+            infos = masked(self._final_info_views, instructions, which, self._copy)
+        else:
+            infos = np.full(self.num_envs, None, dtype=object)
+            for i in ended:
+                infos[i] = row(self._final_info_views, instructions, i)
+        result = {"final_obs": observations, "final_info": infos}
+        if not GYMNASIUM_1:
+            result["final_observation"] = observations
+        return {**result, **{f"_{name}": which for name in result}}
+
+    def _refresh_instructions(self, indices: Any) -> None:
+        fresh = self._instructions.copy()  # infos that were handed out keep theirs
+        for i in indices:
+            fresh[i] = self._batch.instruction(int(i))
+        self._instructions = fresh
+
+    def _reset_options(
+        self, options: dict[str, Any] | None
+    ) -> tuple[np.ndarray | None, list[tuple[str, list[float]]] | None]:
+        if options is None:
+            return None, None
+        for name in options:
+            if name not in _RESET_OPTIONS:
+                raise UnknownIdError(
+                    f"reset option {name!r} given; allowed: {', '.join(_RESET_OPTIONS)}"
+                )
+        pins = options.get("pins")
+        mask = options.get("reset_mask")
+        if mask is not None:
+            if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+                raise InvalidArgumentError(f"reset_mask: {_kind(mask)} given, a bool array needed")
+            if mask.shape != (self.num_envs,):
+                raise InvalidArgumentError(
+                    f"reset_mask: shape {mask.shape} given, ({self.num_envs},) needed"
+                )
+            if not mask.any():
+                raise InvalidArgumentError("reset_mask: True for no environment")
+            mask = np.array(mask)  # the caller may change theirs
+        return mask, None if pins is None else _options.pin_list("pins", pins)
+
+    def _seeds(self, seed: Any) -> np.ndarray | list[int | None] | None:
+        """One unsigned 64-bit seed per environment; a list if some are None."""
+        if seed is None:
+            return None
+        if isinstance(seed, (list, tuple, np.ndarray)):
+            values = [None if v is None else _options.seed_value("seed", v) for v in seed]
+            if len(values) != self.num_envs:
+                raise InvalidArgumentError(
+                    f"seed: {len(values)} values given, {self.num_envs} needed"
+                )
+            if None in values:
+                return values
+            return np.array(values, np.uint64)
+        first = _options.seed_value("seed", seed)
+        return np.array([(first + i) % 2**64 for i in range(self.num_envs)], np.uint64)
+
+    def _index(self, index: Any) -> int:
+        number = _options.integer("index", index)
+        if not 0 <= number < self.num_envs:
+            raise InvalidArgumentError(
+                f"index: {number} given; allowed: 0 to {self.num_envs - 1}"
+            )
+        return number
+
+
+def masked(
+    views: dict[str, np.ndarray], instructions: np.ndarray, which: np.ndarray, copy: bool
+) -> dict[str, Any]:
+    """Infos in Gymnasium's form: every name beside a mask of the environments it holds for."""
+    info: dict[str, Any] = {}
+    for name, view in views.items():
+        info[name] = view.copy() if copy else view
+        info[f"_{name}"] = which
+    info["language_instruction"] = instructions
+    info["_language_instruction"] = which
+    return info
+
+
+def row(views: dict[str, np.ndarray], instructions: np.ndarray, index: int) -> dict[str, Any]:
+    """Infos of one environment: scalars and copies."""
+    info: dict[str, Any] = {
+        name: view[index].copy() if view.ndim > 1 else _scalar(view[index])
+        for name, view in views.items()
+    }
+    info["language_instruction"] = instructions[index]
+    return info
+
+
+def _scalar(value: Any) -> Any:
+    return bool(value) if isinstance(value, np.bool_) else value
+
+
+def checked_actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Anything array-like as float32 without gaps, or an error that says what it is instead."""
+    try:
+        array = np.asarray(actions)
+    except Exception as error:
+        raise InvalidArgumentError(f"actions: cannot be read as an array ({error})") from None
+    if array.dtype.kind not in "fiu":
+        raise InvalidArgumentError(f"actions: dtype {array.dtype} given, real numbers needed")
+    if array.shape != shape:
+        raise InvalidArgumentError(f"actions: shape {array.shape} given, {shape} needed")
+    with np.errstate(over="ignore"):  # what becomes infinite is refused by step
+        return np.require(array, np.float32, ["C_CONTIGUOUS", "ALIGNED"])
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of {value.dtype}, shape {value.shape},"
+    return f"{type(value).__name__}"
+
+
+def _remake(arguments: dict[str, Any]) -> VectorEnv:
+    return VectorEnv(**arguments)
+
+
+def _spec(arguments: dict[str, Any]) -> Any:
+    """Gymnasium's specification, from which gymnasium.make_vec makes the same batch."""
+    registered = gymnasium.registry.get(NAMESPACE + arguments["id"])
+    if registered is None:
+        raise BadStateError(f"{arguments['id']} is missing from Gymnasium's registry")
+    kwargs = {
+        name: value
+        for name, value in arguments.items()
+        if name not in ("id", "max_episode_steps") and value is not _defaults()[name]
+    }
+    if isinstance(kwargs.get("autoreset_mode"), AutoresetMode):
+        kwargs["autoreset_mode"] = kwargs["autoreset_mode"].name  # strings survive EnvSpec.to_json
+    spec = type(registered)(**{**_fields(registered), "kwargs": kwargs})
+    if GYMNASIUM_1:
+        spec.kwargs["vectorization_mode"] = "vector_entry_point"
+    return spec
+
+
+def _fields(spec: Any) -> dict[str, Any]:
+    names = ("id", "entry_point", "max_episode_steps", "vector_entry_point")
+    return {name: getattr(spec, name) for name in names}
+
+
+@functools.lru_cache(maxsize=None)
+def _defaults() -> dict[str, Any]:
+    parameters = inspect.signature(VectorEnv.__init__).parameters
+    return {name: parameter.default for name, parameter in parameters.items()}

@@ -1,0 +1,295 @@
+#include "batch.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
+namespace engram_python {
+namespace {
+
+const char* exception_name(engram_status status) {
+  switch (status) {
+    case ENGRAM_INVALID_ARGUMENT:
+      return "InvalidArgumentError";
+    case ENGRAM_UNKNOWN_ID:
+      return "UnknownIdError";
+    case ENGRAM_UNAVAILABLE:
+      return "UnavailableError";
+    case ENGRAM_BAD_STATE:
+      return "BadStateError";
+    case ENGRAM_IO:
+      return "IoError";
+    default:
+      return "InternalError";
+  }
+}
+
+void check(engram_status status) {
+  if (status != ENGRAM_OK) raise(status, engram_last_error());
+}
+
+// Calls into the library without the GIL.
+template <class Call>
+void run(Call&& call) {
+  engram_status status = ENGRAM_OK;
+  {
+    nb::gil_scoped_release release;
+    status = call();
+  }
+  check(status);
+}
+
+// Views of pins and options in the door's own types; they point into the arguments.
+std::vector<engram_pin> as_pins(const NamedValues& pins) {
+  std::vector<engram_pin> result;
+  for (const auto& [name, values] : pins) {
+    result.push_back({name.c_str(), values.data(), values.size()});
+  }
+  return result;
+}
+
+// Outputs that frameworks take over without a copy and may write to; what is written there has no
+// effect on the simulation. All others are read-only, because tasks may read them again.
+bool is_writable(std::string_view name) {
+  static constexpr std::string_view kWritable[] = {"observation", "rgb",       "proprio", "task_cue",
+                                                   "reward",      "terminated", "truncated"};
+  return std::find(std::begin(kWritable), std::end(kWritable), name) != std::end(kWritable);
+}
+
+nb::dlpack::dtype dtype_of(int32_t dtype) {
+  switch (dtype) {
+    case ENGRAM_BOOL:
+      return nb::dtype<bool>();
+    case ENGRAM_INT32:
+      return nb::dtype<std::int32_t>();
+    case ENGRAM_UINT64:
+      return nb::dtype<std::uint64_t>();
+    case ENGRAM_FLOAT32:
+      return nb::dtype<float>();
+    case ENGRAM_FLOAT64:
+      return nb::dtype<double>();
+    case ENGRAM_UINT8:
+      return nb::dtype<std::uint8_t>();
+    default:
+      raise(ENGRAM_INTERNAL, "output of an unknown type");
+  }
+}
+
+}  // namespace
+
+void raise(engram_status status, const char* message) {
+  const nb::object type = nb::module_::import_("engram.errors").attr(exception_name(status));
+  PyErr_SetString(type.ptr(), message);
+  throw nb::python_error();
+}
+
+// --- the handle ---
+
+Handle::Handle(const std::string& id, const Options& options) : owner_(getpid()) {
+  engram_options plain = options.plain;
+  const std::vector<engram_pin> pins = as_pins(options.pins);
+  plain.pins = pins.data();
+  plain.num_pins = pins.size();
+  std::vector<engram_task_option> task_options;
+  for (const auto& [name, value] : options.task_options) {
+    task_options.push_back({name.c_str(), value});
+  }
+  plain.task_options = task_options.data();
+  plain.num_task_options = task_options.size();
+  std::vector<const char*> cameras;
+  for (const std::string& camera : options.cameras) cameras.push_back(camera.c_str());
+  plain.cameras = cameras.empty() ? nullptr : cameras.data();
+  plain.num_cameras = cameras.size();
+  plain.control_mode = options.control_mode.c_str();
+  plain.renderer = options.renderer.c_str();
+  run([&] { return engram_make(id.c_str(), &plain, &env_); });
+}
+
+// A forked process has the batch's memory but none of its threads: it cannot close it.
+Handle::~Handle() {
+  if (!forked()) engram_close(env_);
+}
+
+bool Handle::forked() const { return getpid() != owner_; }
+
+engram_env* Handle::env() const {
+  if (forked()) {
+    const std::string message = "this batch was made by process " + std::to_string(owner_) +
+                                ", whose threads do not survive a fork; make one in process " +
+                                std::to_string(getpid()) + " instead";
+    raise(ENGRAM_BAD_STATE, message.c_str());
+  }
+  return env_;
+}
+
+// --- the batch ---
+
+Batch::Batch(const std::string& id, const Options& options)
+    : handle_(std::make_shared<Handle>(id, options)) {}
+
+void Batch::close() {
+  const std::shared_ptr<Handle> handle = std::move(handle_);
+  handle_.reset();
+  // Arrays may keep the handle alive; a step under way ends here all the same.
+  if (handle && !handle->forked()) {
+    nb::gil_scoped_release release;
+    engram_step_wait(handle->env());
+  }
+}
+
+std::shared_ptr<Handle> Batch::open() const {
+  if (!handle_) raise(ENGRAM_BAD_STATE, "the environments are closed; make new ones");
+  return handle_;
+}
+
+std::pair<std::vector<float>, std::vector<float>> Batch::action_bounds() const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  const float* low = engram_action_low(env);
+  const float* high = engram_action_high(env);
+  const int dim = engram_action_dim(env);
+  return {{low, low + dim}, {high, high + dim}};
+}
+
+std::string Batch::description() const {
+  const std::shared_ptr<Handle> handle = open();
+  const char* text = engram_describe_json(handle->env());
+  if (text == nullptr) raise(ENGRAM_UNAVAILABLE, "no memory for the description of the task");
+  return text;
+}
+
+void Batch::reset(std::optional<Mask> mask, std::optional<Seeds> seeds,
+                  const std::optional<NamedValues>& pins) {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  const auto count = static_cast<std::size_t>(engram_num_envs(env));
+  if ((mask && mask->size() != count) || (seeds && seeds->size() != count)) {
+    raise(ENGRAM_INVALID_ARGUMENT, "reset mask or seeds: one value per environment is needed");
+  }
+  engram_reset_request request{};
+  if (mask) request.mask = reinterpret_cast<const std::uint8_t*>(mask->data());
+  if (seeds) request.seeds = seeds->data();
+  std::vector<engram_pin> pinned;
+  if (pins) {
+    pinned = as_pins(*pins);
+    request.pins = pinned.data();
+    request.num_pins = pinned.size();
+    request.has_pins = 1;
+  }
+  run([&] { return engram_reset(env, &request); });
+}
+
+void Batch::step(const Actions& actions) {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  run([&] { return engram_step(env, actions.data(), actions.size()); });
+}
+
+void Batch::step_async(const Actions& actions) {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  run([&] { return engram_step_async(env, actions.data(), actions.size()); });
+}
+
+void Batch::step_wait() {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  run([&] { return engram_step_wait(env); });
+}
+
+void Batch::act(int policy, const ActionsOut& actions) {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  run([&] { return engram_act(env, policy, actions.data(), actions.size()); });
+}
+
+// --- what comes out ---
+
+std::vector<std::string> Batch::output_names() const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < engram_num_outputs(env); ++i) {
+    engram_array array{};
+    check(engram_output_at(env, i, &array));
+    names.emplace_back(array.name);
+  }
+  return names;
+}
+
+nb::object Batch::view(const engram_array& array) const {
+  const nb::capsule owner(new std::shared_ptr<Handle>(handle_), [](void* handle) noexcept {
+    delete static_cast<std::shared_ptr<Handle>*>(handle);
+  });
+  std::size_t shape[4];
+  std::copy_n(array.shape, array.ndim, shape);
+  const auto dtype = dtype_of(array.dtype);
+  const auto ndim = static_cast<std::size_t>(array.ndim);
+  void* data = const_cast<void*>(array.data);
+  if (is_writable(array.name)) {
+    return nb::cast(nb::ndarray<nb::numpy>(data, ndim, shape, owner, nullptr, dtype));
+  }
+  return nb::cast(nb::ndarray<nb::numpy, nb::ro>(data, ndim, shape, owner, nullptr, dtype));
+}
+
+nb::object Batch::output(const std::string& name) const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_array array{};
+  check(engram_output(handle->env(), name.c_str(), &array));
+  return view(array);
+}
+
+nb::object Batch::final_output(const std::string& name) const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_array array{};
+  check(engram_final_output(handle->env(), name.c_str(), &array));
+  return view(array);
+}
+
+std::string Batch::instruction(int index) const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  std::size_t length = 0;
+  check(engram_instruction(env, index, nullptr, 0, &length));
+  std::string text(length + 1, '\0');
+  check(engram_instruction(env, index, text.data(), text.size(), &length));
+  text.resize(length);
+  return text;
+}
+
+nb::object Batch::render(int index, const std::string& camera, int width, int height) const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  // The library refuses sides outside 1 to 4096; until then the buffer must merely exist.
+  const auto side = [](int value) { return static_cast<std::size_t>(std::clamp(value, 1, 4096)); };
+  const std::size_t size = side(width) * side(height) * 3;
+  auto pixels = std::make_unique<std::uint8_t[]>(size);
+  std::uint8_t* data = pixels.get();
+  run([&] { return engram_render(env, index, camera.c_str(), width, height, data, size); });
+  const nb::capsule owner(
+      data, [](void* bytes) noexcept { delete[] static_cast<std::uint8_t*>(bytes); });
+  pixels.release();
+  return nb::cast(nb::ndarray<nb::numpy, std::uint8_t>(data, {side(height), side(width), 3}, owner));
+}
+
+// --- snapshots ---
+
+nb::bytes Batch::save(int index) const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  std::size_t size = 0;
+  run([&] { return engram_save(env, index, nullptr, 0, &size); });
+  std::vector<char> bytes(size);
+  run([&] { return engram_save(env, index, bytes.data(), bytes.size(), &size); });
+  return nb::bytes(bytes.data(), bytes.size());
+}
+
+void Batch::restore(int index, const nb::bytes& bytes) {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  run([&] { return engram_restore(env, index, bytes.c_str(), bytes.size()); });
+}
+
+}  // namespace engram_python

@@ -1,0 +1,98 @@
+// A batch of environments as a Python object, on top of the plain-C door.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <sys/types.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engram/engram_c.h"
+
+namespace engram_python {
+
+namespace nb = nanobind;
+
+using NamedValues = std::vector<std::pair<std::string, std::vector<double>>>;
+using NamedValue = std::vector<std::pair<std::string, double>>;
+using Actions = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using ActionsOut = nb::ndarray<float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Mask = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Seeds = nb::ndarray<const std::uint64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+// What a batch is made of; the fields of engram_options that need memory of their own.
+struct Options {
+  engram_options plain;
+  NamedValues pins;
+  NamedValue task_options;
+  std::string control_mode;
+  std::vector<std::string> cameras;
+  std::string renderer;
+};
+
+// An open engram_env. Arrays that view its buffers share it, so that they outlive the batch.
+class Handle {
+ public:
+  Handle(const std::string& id, const Options& options);
+  ~Handle();
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+
+  // Raises BadStateError in a process that was forked off the one which made the batch.
+  engram_env* env() const;
+  bool forked() const;
+
+ private:
+  engram_env* env_ = nullptr;
+  pid_t owner_;
+};
+
+class Batch {
+ public:
+  Batch(const std::string& id, const Options& options);
+
+  void close();
+  bool closed() const { return handle_ == nullptr; }
+
+  int num_envs() const { return engram_num_envs(open()->env()); }
+  int num_threads() const { return engram_num_threads(open()->env()); }
+  int action_dim() const { return engram_action_dim(open()->env()); }
+  int state_dim() const { return engram_state_dim(open()->env()); }
+  int horizon() const { return engram_horizon(open()->env()); }
+  std::uint64_t unstable_count() const { return engram_unstable_count(open()->env()); }
+  std::pair<std::vector<float>, std::vector<float>> action_bounds() const;
+  std::string description() const;
+
+  void reset(std::optional<Mask> mask, std::optional<Seeds> seeds,
+             const std::optional<NamedValues>& pins);
+  void step(const Actions& actions);
+  void step_async(const Actions& actions);
+  void step_wait();
+  void act(int policy, const ActionsOut& actions);
+
+  std::vector<std::string> output_names() const;
+  nb::object output(const std::string& name) const;
+  nb::object final_output(const std::string& name) const;
+  std::string instruction(int index) const;
+  nb::object render(int index, const std::string& camera, int width, int height) const;
+
+  nb::bytes save(int index) const;
+  void restore(int index, const nb::bytes& bytes);
+
+ private:
+  // The handle, held for as long as the caller needs it. Raises BadStateError if closed.
+  std::shared_ptr<Handle> open() const;
+  nb::object view(const engram_array& array) const;
+
+  std::shared_ptr<Handle> handle_;
+};
+
+// Raises the Python exception for a status, with the library's message. Needs the GIL.
+[[noreturn]] void raise(engram_status status, const char* message);
+
+}  // namespace engram_python

@@ -1,0 +1,100 @@
+// The extension module engram._core. It adds nothing to the plain-C door but Python's conventions:
+// exceptions, arrays that keep their memory alive, and the GIL released while the library works.
+// Users see the classes of engram/*.py instead.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "batch.h"
+
+namespace engram_python {
+namespace {
+
+using namespace nb::literals;  // NOLINT: the way in which nanobind's literals are meant to be used
+
+std::string list_json() {
+  const char* text = engram_list_json();
+  if (text == nullptr) raise(ENGRAM_UNAVAILABLE, "no memory for the list of tasks");
+  return text;
+}
+
+// The fields of engram_options, in its order; those that hold numbers.
+void bind_options(nb::module_& module) {
+  nb::class_<Options> options(module, "Options", "What a batch is made of: engram_options.");
+  options.def("__init__", [](Options* self) {
+    new (self) Options();
+    engram_options_init(&self->plain);
+    self->control_mode = self->plain.control_mode;
+    self->renderer = self->plain.renderer;
+  });
+  const auto number = [&options](const char* name, auto engram_options::*field) {
+    using Value = std::remove_reference_t<decltype(std::declval<engram_options&>().*field)>;
+    options.def_prop_rw(
+        name, [field](const Options& self) { return self.plain.*field; },
+        [field](Options& self, Value value) { self.plain.*field = value; });
+  };
+  number("num_envs", &engram_options::num_envs);
+  number("threads", &engram_options::threads);
+  number("chunk", &engram_options::chunk);
+  number("substeps", &engram_options::substeps);
+  number("seed", &engram_options::seed);
+  number("obs_mode", &engram_options::obs_mode);
+  number("reward_mode", &engram_options::reward_mode);
+  number("auto_reset", &engram_options::auto_reset);
+  number("rotation_sign", &engram_options::rotation_sign);
+  number("freeze_cue", &engram_options::freeze_cue);
+  number("terminate_on_success", &engram_options::terminate_on_success);
+  number("sleep", &engram_options::sleep);
+  number("robot_init_qpos_noise", &engram_options::robot_init_qpos_noise);
+  number("image_width", &engram_options::image_width);
+  number("image_height", &engram_options::image_height);
+  number("shadows", &engram_options::shadows);
+  number("antialias", &engram_options::antialias);
+  options.def_rw("control_mode", &Options::control_mode)
+      .def_rw("renderer", &Options::renderer)
+      .def_rw("cameras", &Options::cameras)
+      .def_rw("pins", &Options::pins)
+      .def_rw("task_options", &Options::task_options);
+}
+
+void bind_batch(nb::module_& module) {
+  nb::class_<Batch>(module, "Batch", "A batch of environments: engram_env.")
+      .def(nb::init<const std::string&, const Options&>(), "id"_a, "options"_a)
+      .def("close", &Batch::close)
+      .def_prop_ro("closed", &Batch::closed)
+      .def_prop_ro("num_envs", &Batch::num_envs)
+      .def_prop_ro("num_threads", &Batch::num_threads)
+      .def_prop_ro("action_dim", &Batch::action_dim)
+      .def_prop_ro("state_dim", &Batch::state_dim)
+      .def_prop_ro("horizon", &Batch::horizon)
+      .def_prop_ro("unstable_count", &Batch::unstable_count)
+      .def_prop_ro("action_bounds", &Batch::action_bounds)
+      .def_prop_ro("description", &Batch::description)
+      .def("reset", &Batch::reset, "mask"_a.noconvert().none() = nb::none(),
+           "seeds"_a.noconvert().none() = nb::none(), "pins"_a.none() = nb::none())
+      .def("step", &Batch::step, "actions"_a.noconvert())
+      .def("step_async", &Batch::step_async, "actions"_a.noconvert())
+      .def("step_wait", &Batch::step_wait)
+      .def("act", &Batch::act, "policy"_a, "actions"_a.noconvert())
+      .def_prop_ro("output_names", &Batch::output_names)
+      .def("output", &Batch::output, "name"_a)
+      .def("final_output", &Batch::final_output, "name"_a)
+      .def("instruction", &Batch::instruction, "index"_a)
+      .def("render", &Batch::render, "index"_a, "camera"_a, "width"_a, "height"_a)
+      .def("save", &Batch::save, "index"_a)
+      .def("restore", &Batch::restore, "index"_a, "bytes"_a);
+}
+
+}  // namespace
+}  // namespace engram_python
+
+NB_MODULE(_core, module) {
+  // Environments that are still open when the interpreter exits are no defect.
+  nanobind::set_leak_warnings(false);
+  module.doc() = "engram's plain-C door.";
+  module.def("version", &engram_version);
+  module.def("list_json", &engram_python::list_json);
+  engram_python::bind_options(module);
+  engram_python::bind_batch(module);
+}

@@ -1,0 +1,136 @@
+"""The three auto-reset modes against a plain Python reference: Gymnasium's SyncVectorEnv."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+from conftest import ENDING_TASK, TASK, assert_same, noisy_oracle
+
+import engram
+from engram.vector_env import GYMNASIUM_1
+
+MODES = ["NEXT_STEP", "SAME_STEP", "DISABLED"]
+needs_1 = pytest.mark.skipif(not GYMNASIUM_1, reason="0.29 knows one mode only")
+
+
+def reference(id: str, num_envs: int, mode: str, **options):
+    makers = [lambda: engram.make(id, **options) for _ in range(num_envs)]
+    if not GYMNASIUM_1:
+        assert mode == "SAME_STEP"
+        return gymnasium.vector.SyncVectorEnv(makers)
+    return gymnasium.vector.SyncVectorEnv(makers, autoreset_mode=gymnasium.vector.AutoresetMode[mode])
+
+
+def assert_same_info(ours: dict, theirs: dict) -> None:
+    """The same names, masks, and values where a mask is true."""
+    assert set(ours) == set(theirs)
+    for name in theirs:
+        if name.startswith("_"):
+            np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
+            continue
+        mask = theirs[f"_{name}"]
+        if isinstance(theirs[name], dict):
+            assert_same_info(ours[name], theirs[name])
+        elif name in ("final_obs", "final_observation"):
+            for i, (our_row, their_row) in enumerate(zip(ours[name], theirs[name])):
+                assert (our_row is not None) == mask[i]
+                if mask[i]:
+                    assert_same(our_row, their_row)
+        else:
+            assert ours[name].dtype == theirs[name].dtype, name
+            np.testing.assert_array_equal(ours[name][mask], theirs[name][mask], err_msg=name)
+
+
+def compare(env, other, steps: int) -> dict[str, int]:
+    """Steps both with the same actions; counts what happened."""
+    seen = {"terminated": 0, "truncated": 0, "final": 0}
+    obs, info = env.reset(seed=20)
+    other_obs, other_info = other.reset(seed=20)
+    assert_same(obs, other_obs)
+    assert_same_info(info, other_info)
+    rng = np.random.default_rng(0)
+    for step in range(steps):
+        actions = noisy_oracle(env, rng)
+        obs, reward, terminated, truncated, info = env.step(actions)
+        other_obs, *other_rest, other_info = other.step(actions)
+        assert_same(obs, other_obs, f"step {step}")
+        for ours, theirs in zip((reward, terminated, truncated), other_rest):
+            np.testing.assert_array_equal(ours, theirs, err_msg=f"step {step}")
+        assert_same_info(info, other_info)
+        seen["terminated"] += int(terminated.sum())
+        seen["truncated"] += int(truncated.sum())
+        seen["final"] += "final_info" in info
+        done = terminated | truncated
+        if env.autoreset_mode is engram.AutoresetMode.DISABLED and done.any():
+            obs, info = env.reset(options={"reset_mask": done})
+            other_obs, other_info = other.reset(options={"reset_mask": done.copy()})
+            assert_same(obs, other_obs)
+            assert_same_info(info, other_info)
+    return seen
+
+
+@pytest.mark.parametrize("mode", MODES if GYMNASIUM_1 else ["SAME_STEP"])
+@pytest.mark.parametrize("id", [TASK, ENDING_TASK])
+def test_modes_are_gymnasiums(make, id, mode):
+    env = make(id, num_envs=3, autoreset_mode=mode, copy=True)
+    other = reference(id, 3, mode)
+    seen = compare(env, other, 200)
+    assert seen["truncated"] + seen["terminated"] >= 6
+    assert (seen["final"] > 0) == (mode == "SAME_STEP")
+    if id == ENDING_TASK:
+        assert seen["terminated"] >= 6
+    other.close()
+
+
+@pytest.mark.parametrize("obs_mode", ["state_dict", "rgb"])
+def test_final_observations_have_the_form_of_the_space(make, obs_mode):
+    options = {"obs_mode": obs_mode, **({"image_size": 16} if obs_mode == "rgb" else {})}
+    env = make(num_envs=2, autoreset_mode="SAME_STEP", copy=True, **options)
+    other = reference(TASK, 2, "SAME_STEP", **options)
+    assert compare(env, other, 65)["final"] == 1
+    other.close()
+
+
+def test_instructions_of_ended_and_new_episodes(make):
+    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="SAME_STEP", copy=True)
+    other = reference("RotateLenientPos-VLA-v0", 2, "SAME_STEP")
+    assert compare(env, other, 200)["final"] > 0
+    other.close()
+
+
+@needs_1
+def test_instructions_in_next_step_mode(make):
+    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="NEXT_STEP", copy=True)
+    other = reference("RotateLenientPos-VLA-v0", 2, "NEXT_STEP")
+    compare(env, other, 200)
+    other.close()
+
+
+def test_disabled_keeps_the_last_outputs(make):
+    env = make(num_envs=2, autoreset_mode="DISABLED", copy=True)
+    env.reset(seed=0)
+    for _ in range(60):
+        last = env.step(env.act("random"))
+    assert last[3].all()
+    after = env.step(env.act("zero"))
+    np.testing.assert_array_equal(after[0], last[0])
+    np.testing.assert_array_equal(after[1], [0, 0])
+    assert after[3].all()
+
+
+@pytest.mark.parametrize(
+    ("given", "mode"),
+    [
+        ("next-step", "NEXT_STEP"),
+        ("NextStep", "NEXT_STEP"),
+        ("same-step", "SAME_STEP"),
+        ("off", "DISABLED"),
+        ("Disabled", "DISABLED"),
+        (engram.AutoresetMode.DISABLED, "DISABLED"),
+        (None, "NEXT_STEP" if GYMNASIUM_1 else "SAME_STEP"),
+    ],
+)
+def test_spellings_of_modes(make, given, mode):
+    env = make(num_envs=1, autoreset_mode=given)
+    assert env.metadata["autoreset_mode"] is engram.AutoresetMode[mode]

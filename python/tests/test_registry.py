@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import pytest
+
+import engram
+
+
+def test_list_names_all_tasks():
+    tasks = engram.list()
+    assert len(tasks) == 97
+    assert sum(task["canonical"] for task in tasks) == 90
+    assert {task["split"] for task in tasks} >= {"short", "medium", "long"}
+    tasks[0]["id"] = "changed"
+    assert engram.list()[0]["id"] != "changed"
+
+
+def test_describe_tells_what_a_user_needs():
+    described = engram.describe("RememberColor9-VLA-v0")
+    assert described["horizon"] == 60
+    assert described["action_spaces"]["pd_ee_delta_pose"]["dim"] == 7
+    assert "target" in [draw["name"] for draw in described["draws"]]
+    assert sum(field["width"] for field in described["state_fields"]) == described["state_dim"]
+
+
+def test_describe_follows_options():
+    described = engram.describe("RememberColor3-VLA-v0", control_mode="pd_joint_pos")
+    assert described["action_dim"] == 8
+    with pytest.raises(engram.UnknownIdError):
+        engram.describe("Nothing-VLA-v0")
+
+
+def test_version():
+    assert engram.__version__.count(".") == 2

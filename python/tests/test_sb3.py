@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from conftest import ENDING_TASK, TASK
+
+pytest.importorskip("stable_baselines3")
+
+from stable_baselines3 import PPO  # noqa: E402
+from stable_baselines3.common.vec_env import VecMonitor, VecNormalize  # noqa: E402
+
+import engram  # noqa: E402
+from engram.sb3 import Sb3VecEnv  # noqa: E402
+
+
+@pytest.fixture
+def env():
+    made = Sb3VecEnv(TASK, num_envs=4, threads=2, render_size=16)
+    yield made
+    made.close()
+
+
+def test_ppo_trains(env):
+    model = PPO("MlpPolicy", VecNormalize(env), n_steps=64, batch_size=64, n_epochs=1, device="cpu")
+    model.learn(4 * 64 * 2)
+    assert model.num_timesteps == 512
+    assert len(model.ep_info_buffer) == 8  # every episode was counted
+    assert all(info["l"] == 60 for info in model.ep_info_buffer)
+
+
+def test_ppo_trains_from_pixels():
+    env = Sb3VecEnv(TASK, num_envs=2, obs_mode="rgb", image_size=36, threads=2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        model = PPO("MultiInputPolicy", env, n_steps=8, batch_size=8, n_epochs=1, device="cpu")
+    model.learn(16)
+    env.close()
+
+
+def test_results_are_copies_and_dones_tell_why(env):
+    first = env.reset()
+    kept = first.copy()
+    for _ in range(60):
+        obs, reward, dones, infos = env.step(env.batch.act("oracle"))
+    np.testing.assert_array_equal(first, kept)
+    assert reward.dtype == np.float32
+    assert dones.all()
+    for i, info in enumerate(infos):
+        assert info["TimeLimit.truncated"] is True
+        assert info["is_success"] is True
+        assert info["episode"]["l"] == 60
+        assert info["terminal_observation"].shape == obs[i].shape
+        assert not np.array_equal(info["terminal_observation"], obs[i])
+
+
+def test_success_that_ends_an_episode_is_no_time_limit():
+    env = Sb3VecEnv(ENDING_TASK, num_envs=2)
+    env.reset()
+    seen = []
+    for _ in range(60):
+        _, _, dones, infos = env.step(env.batch.act("oracle"))
+        seen += [infos[i]["TimeLimit.truncated"] for i in np.flatnonzero(dones)]
+    assert seen
+    assert False in seen
+    env.close()
+
+
+def test_seeds_and_options_take_effect_at_the_next_reset(env):
+    env.seed(7)
+    env.set_options({"pins": {"target": 2}})
+    obs = env.reset()
+    own = engram.make_vec(TASK, 4, pins={"target": 2})
+    np.testing.assert_array_equal(obs, own.reset(seed=7)[0])
+    assert not np.array_equal(env.reset(), obs)
+    own.close()
+
+
+def test_attributes_and_methods(env):
+    env.reset()
+    assert env.get_attr("task") == [TASK] * 4
+    assert len(env.get_attr("language_instruction", [0, 2])) == 2
+    env.set_attr("note", 3, indices=1)
+    assert env.get_attr("note", 1) == [3]
+    assert env.env_method("output", "elapsed_steps", indices=[0]) == [0]
+    assert env.env_is_wrapped(VecMonitor) == [False] * 4
+    assert [image.shape for image in env.get_images()] == [(16, 16, 3)] * 4
