@@ -92,7 +92,7 @@ def autoreset(value: Any) -> AutoresetMode:
         names.update({mode.name: mode for mode in AUTORESET_MODES}, OFF=AutoresetMode.DISABLED)
         if name in names:
             return names[name]
-    elif value in AUTORESET_MODES:
+    elif isinstance(value, AutoresetMode):
         return value
     raise InvalidArgumentError(
         f"autoreset_mode: {value!r} given; allowed: "

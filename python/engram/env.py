@@ -9,7 +9,7 @@ import numpy as np
 
 from engram._spaces import take
 from engram.errors import InvalidArgumentError
-from engram.vector_env import VectorEnv, checked_actions, row
+from engram.vector_env import VectorEnv, checked_actions
 
 
 class Env(gymnasium.Env):
@@ -107,7 +107,7 @@ class Env(gymnasium.Env):
         return take(self.batch._observation, 0)
 
     def _info(self) -> dict[str, Any]:
-        return row(self.batch._info_views, self.batch._instructions, 0)
+        return self.batch._row(self.batch._info_views, self.batch._instructions, 0)
 
 
 def _remake(arguments: dict[str, Any]) -> Env:

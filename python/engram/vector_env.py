@@ -22,6 +22,8 @@ from engram.sub_env import SubEnv
 NAMESPACE = "engram/"  # of ids in Gymnasium's registry
 
 _RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
+# Infos that are NaN throughout while there are none yet: then their mask is False.
+_SOMETIMES = frozenset(["reward_dict"])
 _RESET_OPTIONS = ("reset_mask", "pins")
 
 _open_batches: weakref.WeakSet[VectorEnv] = weakref.WeakSet()
@@ -79,6 +81,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         substeps: Physics steps of 0.01 s per control step, 0 to 1000.
         sleep: False switches off every shortcut of the physics.
         chunk: Environments that a thread claims at a time; 0: chosen.
+        language_in_info: False leaves "language_instruction" out of infos, for wrappers that know
+            no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
         max_episode_steps: Gymnasium passes it on; it must be the task's own horizon.
 
     Raises:
@@ -116,6 +120,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         substeps: int = 5,
         sleep: bool = True,
         chunk: int = 0,
+        language_in_info: bool = True,
         max_episode_steps: int | None = None,
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
@@ -160,6 +165,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._batch = _core.Batch(self.task_id, options)
         self._seed = options.seed
         self._copy = bool(copy)
+        self._language_in_info = bool(language_in_info)
         self._started = False
         self._open(obs_mode)
         horizon = self.description["horizon"]
@@ -464,7 +470,33 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         )
 
     def _info(self, which: np.ndarray) -> dict[str, Any]:
-        return masked(self._info_views, self._instructions, which, self._copy)
+        return self._masked(self._info_views, self._instructions, which)
+
+    def _masked(
+        self, views: dict[str, np.ndarray], instructions: np.ndarray, which: np.ndarray
+    ) -> dict[str, Any]:
+        """Infos in Gymnasium's form: every name beside a mask of the environments it holds for."""
+        info: dict[str, Any] = {}
+        for name, view in views.items():
+            info[name] = view.copy() if self._copy else view
+            info[f"_{name}"] = which & _is_known(view) if name in _SOMETIMES else which
+        if self._language_in_info:
+            info["language_instruction"] = instructions
+            info["_language_instruction"] = which
+        return info
+
+    def _row(
+        self, views: dict[str, np.ndarray], instructions: np.ndarray, index: int
+    ) -> dict[str, Any]:
+        """Infos of one environment: scalars and copies."""
+        info: dict[str, Any] = {
+            name: view[index].copy() if view.ndim > 1 else _scalar(view[index])
+            for name, view in views.items()
+            if name not in _SOMETIMES or _is_known(view)[index]
+        }
+        if self._language_in_info:
+            info["language_instruction"] = instructions[index]
+        return info
 
     def _finals(self) -> dict[str, Any] | None:
         """The last observation and infos of the episodes that have just ended (same-step mode)."""
@@ -478,11 +510,11 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         for i in ended:
             observations[i] = take(self._final_observation, i)
         if GYMNASIUM_1:
-            infos = masked(self._final_info_views, instructions, which, self._copy)
+            infos = self._masked(self._final_info_views, instructions, which)
         else:
             infos = np.full(self.num_envs, None, dtype=object)
             for i in ended:
-                infos[i] = row(self._final_info_views, instructions, i)
+                infos[i] = self._row(self._final_info_views, instructions, i)
         result = {"final_obs": observations, "final_info": infos}
         if not GYMNASIUM_1:
             result["final_observation"] = observations
@@ -543,27 +575,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return number
 
 
-def masked(
-    views: dict[str, np.ndarray], instructions: np.ndarray, which: np.ndarray, copy: bool
-) -> dict[str, Any]:
-    """Infos in Gymnasium's form: every name beside a mask of the environments it holds for."""
-    info: dict[str, Any] = {}
-    for name, view in views.items():
-        info[name] = view.copy() if copy else view
-        info[f"_{name}"] = which
-    info["language_instruction"] = instructions
-    info["_language_instruction"] = which
-    return info
-
-
-def row(views: dict[str, np.ndarray], instructions: np.ndarray, index: int) -> dict[str, Any]:
-    """Infos of one environment: scalars and copies."""
-    info: dict[str, Any] = {
-        name: view[index].copy() if view.ndim > 1 else _scalar(view[index])
-        for name, view in views.items()
-    }
-    info["language_instruction"] = instructions[index]
-    return info
+def _is_known(view: np.ndarray) -> np.ndarray:
+    return ~np.isnan(view).reshape(len(view), -1).all(axis=1)
 
 
 def _scalar(value: Any) -> Any:

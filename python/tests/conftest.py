@@ -9,7 +9,7 @@ import pytest
 
 import engram
 
-TASK = "RememberColor3-VLA-v0"  # 60 steps; never ends before
+TASK = "RememberColor3-VLA-v0"  # 25 steps; never ends before
 ENDING_TASK = "ShellGameTouch-VLA-v0"  # ends at success
 
 
@@ -30,12 +30,14 @@ def make():
 
 
 def assert_same(first: Any, second: Any, where: str = "") -> None:
-    """Nested dicts of arrays are equal, values and types."""
+    """Nested dicts of arrays and scalars are equal, values and types."""
     if isinstance(first, dict):
         assert isinstance(second, dict), where
         assert list(first) == list(second), where
         for key in first:
             assert_same(first[key], second[key], f"{where}.{key}")
+    elif not isinstance(first, np.ndarray):
+        assert first == second, where
     else:
         assert first.dtype == second.dtype, where
         assert first.shape == second.shape, where

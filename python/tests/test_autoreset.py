@@ -24,7 +24,10 @@ def reference(id: str, num_envs: int, mode: str, **options):
 
 def assert_same_info(ours: dict, theirs: dict) -> None:
     """The same names, masks, and values where a mask is true."""
-    assert set(ours) == set(theirs)
+    extra = () if GYMNASIUM_1 else ("_final_obs",)  # 0.29's own name is final_observation
+    assert {name for name in ours if name.startswith("_") and ours[name].any()}.difference(
+        extra
+    ) == {name for name in theirs if name.startswith("_")}
     for name in theirs:
         if name.startswith("_"):
             np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
@@ -32,14 +35,17 @@ def assert_same_info(ours: dict, theirs: dict) -> None:
         mask = theirs[f"_{name}"]
         if isinstance(theirs[name], dict):
             assert_same_info(ours[name], theirs[name])
-        elif name in ("final_obs", "final_observation"):
+        elif name.startswith("final_"):  # one object per environment
             for i, (our_row, their_row) in enumerate(zip(ours[name], theirs[name])):
                 assert (our_row is not None) == mask[i]
                 if mask[i]:
                     assert_same(our_row, their_row)
         else:
-            assert ours[name].dtype == theirs[name].dtype, name
-            np.testing.assert_array_equal(ours[name][mask], theirs[name][mask], err_msg=name)
+            expected = theirs[name][mask]
+            if expected.dtype == object and mask.any() and name != "language_instruction":
+                expected = np.stack(expected)  # 0.29 does not stack arrays
+            assert ours[name].dtype == (expected.dtype if mask.any() else ours[name].dtype), name
+            np.testing.assert_array_equal(ours[name][mask], expected, err_msg=name)
 
 
 def compare(env, other, steps: int) -> dict[str, int]:
@@ -88,7 +94,7 @@ def test_final_observations_have_the_form_of_the_space(make, obs_mode):
     options = {"obs_mode": obs_mode, **({"image_size": 16} if obs_mode == "rgb" else {})}
     env = make(num_envs=2, autoreset_mode="SAME_STEP", copy=True, **options)
     other = reference(TASK, 2, "SAME_STEP", **options)
-    assert compare(env, other, 65)["final"] == 1
+    assert compare(env, other, 30)["final"] == 1
     other.close()
 
 
@@ -110,7 +116,7 @@ def test_instructions_in_next_step_mode(make):
 def test_disabled_keeps_the_last_outputs(make):
     env = make(num_envs=2, autoreset_mode="DISABLED", copy=True)
     env.reset(seed=0)
-    for _ in range(60):
+    for _ in range(25):
         last = env.step(env.act("random"))
     assert last[3].all()
     after = env.step(env.act("zero"))

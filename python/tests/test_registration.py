@@ -42,7 +42,7 @@ def test_make_vec_makes_our_batch():
 def test_make_makes_one_environment():
     env = gymnasium.make(f"engram/{TASK}", obs_mode="rgb", render_mode="rgb_array", render_size=32)
     assert isinstance(env.unwrapped, engram.Env)
-    assert env.spec.max_episode_steps == 60
+    assert env.spec.max_episode_steps == 25
     obs, info = env.reset(seed=1)
     assert env.observation_space.contains(obs)
     assert isinstance(info["language_instruction"], str)
@@ -51,7 +51,7 @@ def test_make_makes_one_environment():
     while not truncated:
         obs, reward, _, truncated, info = env.step(env.action_space.sample())
         steps += 1
-    assert steps == 60
+    assert steps == 25
     assert isinstance(reward, float)
     env.close()
 

@@ -15,8 +15,8 @@ def test_list_names_all_tasks():
 
 
 def test_describe_tells_what_a_user_needs():
-    described = engram.describe("RememberColor9-VLA-v0")
-    assert described["horizon"] == 60
+    described = engram.describe("RememberColor3-VLA-v0")
+    assert described["horizon"] == 25
     assert described["action_spaces"]["pd_ee_delta_pose"]["dim"] == 7
     assert "target" in [draw["name"] for draw in described["draws"]]
     assert sum(field["width"] for field in described["state_fields"]) == described["state_dim"]

@@ -23,11 +23,11 @@ def env():
 
 
 def test_ppo_trains(env):
-    model = PPO("MlpPolicy", VecNormalize(env), n_steps=64, batch_size=64, n_epochs=1, device="cpu")
-    model.learn(4 * 64 * 2)
-    assert model.num_timesteps == 512
-    assert len(model.ep_info_buffer) == 8  # every episode was counted
-    assert all(info["l"] == 60 for info in model.ep_info_buffer)
+    model = PPO("MlpPolicy", VecNormalize(env), n_steps=50, batch_size=50, n_epochs=1, device="cpu")
+    model.learn(4 * 50 * 2)
+    assert model.num_timesteps == 400
+    assert len(model.ep_info_buffer) == 16  # every episode was counted
+    assert all(info["l"] == 25 for info in model.ep_info_buffer)
 
 
 def test_ppo_trains_from_pixels():
@@ -42,7 +42,7 @@ def test_ppo_trains_from_pixels():
 def test_results_are_copies_and_dones_tell_why(env):
     first = env.reset()
     kept = first.copy()
-    for _ in range(60):
+    for _ in range(25):
         obs, reward, dones, infos = env.step(env.batch.act("oracle"))
     np.testing.assert_array_equal(first, kept)
     assert reward.dtype == np.float32
@@ -50,7 +50,7 @@ def test_results_are_copies_and_dones_tell_why(env):
     for i, info in enumerate(infos):
         assert info["TimeLimit.truncated"] is True
         assert info["is_success"] is True
-        assert info["episode"]["l"] == 60
+        assert info["episode"]["l"] == 25
         assert info["terminal_observation"].shape == obs[i].shape
         assert not np.array_equal(info["terminal_observation"], obs[i])
 

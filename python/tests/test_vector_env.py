@@ -177,7 +177,7 @@ def test_step_in_two_halves_is_step(make):
     whole.reset(seed=0)
     halves.reset(seed=0)
     rng = np.random.default_rng(0)
-    for _ in range(70):  # beyond the end of an episode
+    for _ in range(30):  # beyond the end of an episode
         actions = rng.uniform(-1, 1, (4, 7)).astype(np.float32)
         expected = whole.step(actions)
         halves.step_async(actions)
