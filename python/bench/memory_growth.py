@@ -1,6 +1,6 @@
 """Does stepping allocate? Resident memory and Python's own allocations over many steps.
 
-    python memory_growth.py [--steps 100000] [--num-envs 2]
+python memory_growth.py [--steps 100000] [--num-envs 2]
 """
 
 from __future__ import annotations

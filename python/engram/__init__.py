@@ -28,7 +28,7 @@ from engram.errors import (
 )
 from engram.registration import register
 from engram.registry import describe
-from engram.registry import list_tasks as list  # noqa: A004
+from engram.registry import list_tasks as list
 from engram.vector_env import VectorEnv
 
 __all__ = [
@@ -52,12 +52,12 @@ __all__ = [
 __version__: str = _core.version()
 
 
-def make(id: str, **options: Any) -> Env:  # noqa: A002
+def make(id: str, **options: Any) -> Env:
     """One environment; see ``Env``."""
     return Env(id, **options)
 
 
-def make_vec(id: str, num_envs: int = 1, **options: Any) -> VectorEnv:  # noqa: A002
+def make_vec(id: str, num_envs: int = 1, **options: Any) -> VectorEnv:
     """A batch of environments; see ``VectorEnv``."""
     return VectorEnv(id, num_envs, **options)
 

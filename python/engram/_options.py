@@ -62,7 +62,9 @@ def _text(name: str, value: Any) -> str:
 
 def _mapping(name: str, value: Any) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
-        raise InvalidArgumentError(f"{name}: {value!r} given; a dict from names to values is needed")
+        raise InvalidArgumentError(
+            f"{name}: {value!r} given; a dict from names to values is needed"
+        )
     for key in value:
         _text(f"name in {name}", key)
     return value
@@ -147,7 +149,7 @@ def make_options(
         (name, real(f"task_options: {name}", value))
         for name, value in _mapping("task_options", task_options or {}).items()
     ]
-    width, height = _size(image_size)
+    width, height = size_pair(image_size)
     options.image_width, options.image_height = width, height
     if cameras is not None:
         if isinstance(cameras, str) or not isinstance(cameras, Sequence):
@@ -159,7 +161,7 @@ def make_options(
     return options
 
 
-def _size(value: Any) -> tuple[int, int]:
+def size_pair(value: Any) -> tuple[int, int]:
     """A side, or a pair of width and height, in pixels."""
     if isinstance(value, (tuple, list)) and len(value) == 2:
         return integer("image width", value[0]), integer("image height", value[1])

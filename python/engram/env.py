@@ -7,9 +7,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from engram._arguments import checked_actions
 from engram._spaces import take
 from engram.errors import InvalidArgumentError
-from engram.vector_env import VectorEnv, checked_actions
+from engram.vector_env import VectorEnv
 
 
 class Env(gymnasium.Env):
@@ -24,10 +25,12 @@ class Env(gymnasium.Env):
         **options: Those of ``VectorEnv``, except num_envs, autoreset_mode and copy.
     """
 
-    def __init__(self, id: str, *, threads: int = 1, **options: Any) -> None:  # noqa: A002
+    def __init__(self, id: str, *, threads: int = 1, **options: Any) -> None:
         for name in ("num_envs", "autoreset_mode", "copy"):
             if name in options:
-                raise InvalidArgumentError(f"{name}: {options[name]!r} given to a single environment")
+                raise InvalidArgumentError(
+                    f"{name}: {options[name]!r} given to a single environment"
+                )
         options.setdefault("render_mode", None)
         self.batch = VectorEnv(
             id, num_envs=1, threads=threads, autoreset_mode="DISABLED", **options

@@ -10,7 +10,7 @@ from typing import Any
 from engram import _core
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def _text() -> str:
     return _core.list_json()
 
@@ -25,7 +25,7 @@ def list_tasks() -> builtins.list[dict[str, Any]]:
     return json.loads(_text())
 
 
-def describe(id: str, **options: Any) -> dict[str, Any]:  # noqa: A002
+def describe(id: str, **options: Any) -> dict[str, Any]:
     """One task in full: what ``engram info ID --json`` prints.
 
     Args:

@@ -28,7 +28,7 @@ class Sb3VecEnv(VecEnv):
         **options: Those of ``VectorEnv``, except autoreset_mode.
     """
 
-    def __init__(self, id: str, num_envs: int = 1, **options: Any) -> None:  # noqa: A002
+    def __init__(self, id: str, num_envs: int = 1, **options: Any) -> None:
         self.batch = VectorEnv(
             id, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, copy=True, **options
         )

@@ -13,10 +13,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from engram import _core, _options
+from engram import _arguments, _core, _options
 from engram._compat import GYMNASIUM_1, AutoresetMode
 from engram._spaces import Layout, action_spaces, copy_tree, take
-from engram.errors import BadStateError, InvalidArgumentError, UnknownIdError
+from engram.errors import BadStateError, InvalidArgumentError
 from engram.sub_env import SubEnv
 
 NAMESPACE = "engram/"  # of ids in Gymnasium's registry
@@ -24,7 +24,6 @@ NAMESPACE = "engram/"  # of ids in Gymnasium's registry
 _RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
 # Infos that are NaN throughout while there are none yet: then their mask is False.
 _SOMETIMES = frozenset(["reward_dict"])
-_RESET_OPTIONS = ("reset_mask", "pins")
 
 _open_batches: weakref.WeakSet[VectorEnv] = weakref.WeakSet()
 
@@ -93,7 +92,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
     def __init__(
         self,
-        id: str,  # noqa: A002
+        id: str,
         num_envs: int = 1,
         *,
         obs_mode: str = "state",
@@ -130,9 +129,11 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self.task_id = id[len(NAMESPACE) :] if id.startswith(NAMESPACE) else id
         self._arguments = {**arguments, "id": self.task_id}
         if render_mode not in (None, "rgb_array"):
-            raise InvalidArgumentError(f"render_mode: {render_mode!r} given; allowed: rgb_array, None")
+            raise InvalidArgumentError(
+                f"render_mode: {render_mode!r} given; allowed: rgb_array, None"
+            )
         self.render_mode = render_mode
-        self._render = (render_camera, *_options._size(render_size))
+        self._render = (render_camera, *_options.size_pair(render_size))
         self.autoreset_mode = _options.autoreset(autoreset_mode)
         self.metadata = {
             "render_modes": ["rgb_array"],
@@ -199,10 +200,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._info_views = {name: self._views[name] for name in info_names}
         self._instructions = np.full(self.num_envs, "", dtype=object)
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
-            finals = {
-                name: batch.final_output(name)
-                for name in (*info_names, *self._layout.keys)
-            }
+            finals = {name: batch.final_output(name) for name in (*info_names, *self._layout.keys)}
             self._final_mask = self._views["final_mask"]
             self._final_observation = self._layout.views({**self._views, **finals})
             self._final_info_views = {name: finals[name] for name in info_names}
@@ -236,13 +234,11 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             UnknownIdError: No option or pin of that name.
             BadStateError: The first reset leaves environments out, or a step is under way.
         """
-        mask, pins = self._reset_options(options)
-        seeds = self._seeds(seed)
+        mask, pins = _arguments.reset_options(options, self.num_envs)
+        seeds = _arguments.seed_list(seed, self.num_envs)
         if isinstance(seeds, list):  # some are None
             given = np.array([value is not None for value in seeds])
-            filled = [
-                self._seed + i if value is None else value for i, value in enumerate(seeds)
-            ]
+            filled = [self._seed + i if value is None else value for i, value in enumerate(seeds)]
             array = np.array([value % 2**64 for value in filled], np.uint64)
             if not self._started:
                 self._batch.reset(mask, array, pins)
@@ -283,9 +279,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         """
         self._batch.step_async(self._checked(actions))
 
-    def step_wait(
-        self, **_: Any
-    ) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step_wait(self, **_: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Waits for the step that ``step_async`` began; returns what ``step`` returns.
 
         Raises:
@@ -320,7 +314,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             and out.flags.carray
         ):
             raise InvalidArgumentError(
-                f"out: {_kind(out)} given; a writable float32 array of shape "
+                f"out: {_arguments.kind_of(out)} given; a writable float32 array of shape "
                 f"{self._action_shape} without gaps is needed"
             )
         self._batch.act(number, out)
@@ -350,12 +344,12 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         """
         name, width, height = self._render
         if size is not None:
-            width, height = _options._size(size)
+            width, height = _options.size_pair(size)
         return self._batch.render(_options.integer("index", index), camera or name, width, height)
 
     def save(self, index: int | None = None) -> bytes:
         """One environment, or the whole batch, bit-exactly: physics, task and random stream."""
-        return self._batch.save(-1 if index is None else self._index(index))
+        return self._batch.save(_arguments.place(index, self.num_envs))
 
     def restore(self, data: bytes, index: int | None = None) -> tuple[Any, dict[str, Any]]:
         """Restores what ``save`` returned; returns the observation and infos at that point.
@@ -367,8 +361,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             InvalidArgumentError: The bytes are damaged, or of another task, version or size.
         """
         if not isinstance(data, bytes):
-            raise InvalidArgumentError(f"data: {_kind(data)} given, bytes needed")
-        self._batch.restore(-1 if index is None else self._index(index), data)
+            raise InvalidArgumentError(f"data: {_arguments.kind_of(data)} given, bytes needed")
+        self._batch.restore(_arguments.place(index, self.num_envs), data)
         self._started = True
         self._refresh_instructions(range(self.num_envs))
         return self._hand_out(self._observation), self._info(self._ones)
@@ -446,7 +440,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             and actions.flags.aligned
         ):
             return actions
-        return checked_actions(actions, self._action_shape)
+        return _arguments.checked_actions(actions, self._action_shape)
 
     def _hand_out(self, value: Any) -> Any:
         return copy_tree(value) if self._copy else value
@@ -526,54 +520,6 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             fresh[i] = self._batch.instruction(int(i))
         self._instructions = fresh
 
-    def _reset_options(
-        self, options: dict[str, Any] | None
-    ) -> tuple[np.ndarray | None, list[tuple[str, list[float]]] | None]:
-        if options is None:
-            return None, None
-        for name in options:
-            if name not in _RESET_OPTIONS:
-                raise UnknownIdError(
-                    f"reset option {name!r} given; allowed: {', '.join(_RESET_OPTIONS)}"
-                )
-        pins = options.get("pins")
-        mask = options.get("reset_mask")
-        if mask is not None:
-            if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
-                raise InvalidArgumentError(f"reset_mask: {_kind(mask)} given, a bool array needed")
-            if mask.shape != (self.num_envs,):
-                raise InvalidArgumentError(
-                    f"reset_mask: shape {mask.shape} given, ({self.num_envs},) needed"
-                )
-            if not mask.any():
-                raise InvalidArgumentError("reset_mask: True for no environment")
-            mask = np.array(mask)  # the caller may change theirs
-        return mask, None if pins is None else _options.pin_list("pins", pins)
-
-    def _seeds(self, seed: Any) -> np.ndarray | list[int | None] | None:
-        """One unsigned 64-bit seed per environment; a list if some are None."""
-        if seed is None:
-            return None
-        if isinstance(seed, (list, tuple, np.ndarray)):
-            values = [None if v is None else _options.seed_value("seed", v) for v in seed]
-            if len(values) != self.num_envs:
-                raise InvalidArgumentError(
-                    f"seed: {len(values)} values given, {self.num_envs} needed"
-                )
-            if None in values:
-                return values
-            return np.array(values, np.uint64)
-        first = _options.seed_value("seed", seed)
-        return np.array([(first + i) % 2**64 for i in range(self.num_envs)], np.uint64)
-
-    def _index(self, index: Any) -> int:
-        number = _options.integer("index", index)
-        if not 0 <= number < self.num_envs:
-            raise InvalidArgumentError(
-                f"index: {number} given; allowed: 0 to {self.num_envs - 1}"
-            )
-        return number
-
 
 def _is_known(view: np.ndarray) -> np.ndarray:
     return ~np.isnan(view).reshape(len(view), -1).all(axis=1)
@@ -581,26 +527,6 @@ def _is_known(view: np.ndarray) -> np.ndarray:
 
 def _scalar(value: Any) -> Any:
     return bool(value) if isinstance(value, np.bool_) else value
-
-
-def checked_actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Anything array-like as float32 without gaps, or an error that says what it is instead."""
-    try:
-        array = np.asarray(actions)
-    except Exception as error:
-        raise InvalidArgumentError(f"actions: cannot be read as an array ({error})") from None
-    if array.dtype.kind not in "fiu":
-        raise InvalidArgumentError(f"actions: dtype {array.dtype} given, real numbers needed")
-    if array.shape != shape:
-        raise InvalidArgumentError(f"actions: shape {array.shape} given, {shape} needed")
-    with np.errstate(over="ignore"):  # what becomes infinite is refused by step
-        return np.require(array, np.float32, ["C_CONTIGUOUS", "ALIGNED"])
-
-
-def _kind(value: Any) -> str:
-    if isinstance(value, np.ndarray):
-        return f"an array of {value.dtype}, shape {value.shape},"
-    return f"{type(value).__name__}"
 
 
 def _remake(arguments: dict[str, Any]) -> VectorEnv:
@@ -630,7 +556,7 @@ def _fields(spec: Any) -> dict[str, Any]:
     return {name: getattr(spec, name) for name in names}
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def _defaults() -> dict[str, Any]:
     parameters = inspect.signature(VectorEnv.__init__).parameters
     return {name: parameter.default for name, parameter in parameters.items()}

@@ -19,7 +19,9 @@ def reference(id: str, num_envs: int, mode: str, **options):
     if not GYMNASIUM_1:
         assert mode == "SAME_STEP"
         return gymnasium.vector.SyncVectorEnv(makers)
-    return gymnasium.vector.SyncVectorEnv(makers, autoreset_mode=gymnasium.vector.AutoresetMode[mode])
+    return gymnasium.vector.SyncVectorEnv(
+        makers, autoreset_mode=gymnasium.vector.AutoresetMode[mode]
+    )
 
 
 def assert_same_info(ours: dict, theirs: dict) -> None:

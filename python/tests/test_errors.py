@@ -387,7 +387,7 @@ def test_two_threads_on_one_batch(make):
                 stepped.append(1)
             except engram.BadStateError:
                 refused.append(1)
-            except BaseException as error:  # noqa: BLE001
+            except BaseException as error:
                 unexpected.append(error)
 
     threads = [threading.Thread(target=work) for _ in range(3)]
@@ -414,7 +414,7 @@ def test_closing_while_another_thread_steps(make):
                     env.step(actions)
             except engram.BadStateError:
                 pass
-            except BaseException as error:  # noqa: BLE001
+            except BaseException as error:
                 unexpected.append(error)
 
         thread = threading.Thread(target=work)

@@ -8,11 +8,11 @@ from conftest import ENDING_TASK, TASK
 
 pytest.importorskip("stable_baselines3")
 
-from stable_baselines3 import PPO  # noqa: E402
-from stable_baselines3.common.vec_env import VecMonitor, VecNormalize  # noqa: E402
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-import engram  # noqa: E402
-from engram.sb3 import Sb3VecEnv  # noqa: E402
+import engram
+from engram.sb3 import Sb3VecEnv
 
 
 @pytest.fixture

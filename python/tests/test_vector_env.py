@@ -218,12 +218,12 @@ def test_snapshots_bring_back_the_bits(make):
         env.step(env.act("oracle"))
     everything, one = env.save(), env.save(2)
     expected = [env.step(env.act("oracle"))[0] for _ in range(5)]
-    obs, info = env.restore(everything)
+    _, info = env.restore(everything)
     np.testing.assert_array_equal(info["elapsed_steps"], np.full(4, 10))
     for step in expected:
         np.testing.assert_array_equal(env.step(env.act("oracle"))[0], step)
     other.reset(seed=100)
-    obs, _ = other.restore(one, index=0)
+    other.restore(one, index=0)
     for step in expected:
         np.testing.assert_array_equal(other.step(other.act("oracle"))[0][0], step[2])
 

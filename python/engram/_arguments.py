@@ -1,0 +1,82 @@
+"""Checks of what users pass to reset, step and their kin."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engram._options import integer, pin_list, seed_value
+from engram.errors import InvalidArgumentError, UnknownIdError
+
+_RESET_OPTIONS = ("reset_mask", "pins")
+
+
+def kind_of(value: Any) -> str:
+    """What a value is, for messages."""
+    if isinstance(value, np.ndarray):
+        return f"an array of {value.dtype}, shape {value.shape},"
+    return type(value).__name__
+
+
+def checked_actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Anything array-like as float32 without gaps, or an error that says what it is instead."""
+    try:
+        array = np.asarray(actions)
+    except Exception as error:
+        raise InvalidArgumentError(f"actions: cannot be read as an array ({error})") from None
+    if array.dtype.kind not in "fiu":
+        raise InvalidArgumentError(f"actions: dtype {array.dtype} given, real numbers needed")
+    if array.shape != shape:
+        raise InvalidArgumentError(f"actions: shape {array.shape} given, {shape} needed")
+    with np.errstate(over="ignore"):  # what becomes infinite is refused by step
+        return np.require(array, np.float32, ["C_CONTIGUOUS", "ALIGNED"])
+
+
+def reset_options(
+    options: dict[str, Any] | None, num_envs: int
+) -> tuple[np.ndarray | None, Any | None]:
+    """Mask and pins of a reset; None where there are none."""
+    if options is None:
+        return None, None
+    for name in options:
+        if name not in _RESET_OPTIONS:
+            raise UnknownIdError(
+                f"reset option {name!r} given; allowed: {', '.join(_RESET_OPTIONS)}"
+            )
+    pins = options.get("pins")
+    mask = options.get("reset_mask")
+    if mask is not None:
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+            raise InvalidArgumentError(f"reset_mask: {kind_of(mask)} given, a bool array needed")
+        if mask.shape != (num_envs,):
+            raise InvalidArgumentError(
+                f"reset_mask: shape {mask.shape} given, ({num_envs},) needed"
+            )
+        if not mask.any():
+            raise InvalidArgumentError("reset_mask: True for no environment")
+        mask = np.array(mask)  # the caller may change theirs
+    return mask, None if pins is None else pin_list("pins", pins)
+
+
+def seed_list(seed: Any, num_envs: int) -> np.ndarray | list[int | None] | None:
+    """One unsigned 64-bit seed per environment; a list if some are None."""
+    if seed is None:
+        return None
+    if isinstance(seed, (list, tuple, np.ndarray)):
+        values = [None if value is None else seed_value("seed", value) for value in seed]
+        if len(values) != num_envs:
+            raise InvalidArgumentError(f"seed: {len(values)} values given, {num_envs} needed")
+        return values if None in values else np.array(values, np.uint64)
+    first = seed_value("seed", seed)
+    return np.array([(first + i) % 2**64 for i in range(num_envs)], np.uint64)
+
+
+def place(index: Any, num_envs: int) -> int:
+    """The index of an environment, or -1, the whole batch, for None."""
+    if index is None:
+        return -1
+    number = integer("index", index)
+    if not 0 <= number < num_envs:
+        raise InvalidArgumentError(f"index: {number} given; allowed: 0 to {num_envs - 1}")
+    return number
