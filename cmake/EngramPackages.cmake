@@ -50,4 +50,15 @@ if(TARGET engram_cli)
   set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "libegl1, libegl-mesa0, libgl1-mesa-dri")
 endif()
 
+if(ENGRAM_BUILD_PYTHON)
+  engram_package(python python3-engram python
+    "batched simulation of tabletop memory tasks (Python)"
+    "${engram_about}\nThis package holds the Python module. Gymnasium, which it needs, is not part of Debian 12:\ninstall it with pip into an environment that sees the system's packages.")
+  # The module is built for one version of Python.
+  find_package(Python 3.9 REQUIRED COMPONENTS Interpreter)
+  math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_minor}), python3-numpy")
+endif()
+
 include(CPack)

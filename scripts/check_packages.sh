@@ -5,7 +5,8 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-mirror=${MIRROR:-http://deb.debian.org/debian}
+# The mirror that this machine's apt uses.
+mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | head -n 1)}
 if [ "$(id -u)" -ne 0 ]; then
   echo "check_packages.sh needs root for chroot" >&2
   exit 1
@@ -47,8 +48,22 @@ inside sh -ec '
   /outside/plain_cpp'
 inside dpkg-query -W -f '${Package} ${Version}: ${Depends}\n' libengram0 libengram-dev engram
 
+echo "== Python, with Gymnasium from its own registry"
+inside sh -c 'apt-get install -y -q --no-install-recommends /packages/python3-engram_*.deb python3-venv ca-certificates'
+inside sh -ec '
+  python3 -m venv --system-site-packages /outside/env
+  /outside/env/bin/pip install -q gymnasium
+  /outside/env/bin/python -c "
+import engram
+env = engram.make_vec(\"RememberColor3-VLA-v0\", num_envs=16)
+env.reset()
+for _ in range(24):
+    env.step(env.act(\"oracle\"))
+print(\"Python:\", env.num_envs, \"environments stepped\")
+env.close()"'
+
 echo "== removal leaves nothing"
-inside apt-get purge -y -q libengram0 libengram-dev engram
+inside apt-get purge -y -q libengram0 libengram-dev engram python3-engram
 if inside sh -c 'find / -xdev -path /packages -prune -o -path /outside -prune -o -path /proc -prune -o -name "*engram*" -print | grep .'; then
   echo "files of engram are left" >&2
   exit 1

@@ -1,13 +1,18 @@
 #!/usr/bin/env bash
-# Builds the Debian packages libengram0, libengram-dev and engram into build/package/packages.
+# Builds the Debian packages libengram0, libengram-dev, engram and python3-engram into
+# build/package/packages.
 # BUILD_DIR names another build folder than build/package.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 scripts/install_dependencies.sh >&2
 build=${BUILD_DIR:-build/package}
+tools=build/package-env  # nanobind is not part of Debian
+[ -x "$tools/bin/python" ] || python3 -m venv "$tools"
+"$tools/bin/python" -m pip install --quiet --disable-pip-version-check "nanobind>=2.4"
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
-  -DENGRAM_BUILD_TESTS=OFF >&2
+  -DENGRAM_BUILD_TESTS=OFF -DENGRAM_BUILD_PYTHON=ON \
+  -DPython_EXECUTABLE="$PWD/$tools/bin/python" >&2
 cmake --build "$build" >&2
 rm -rf "$build/packages"
 (cd "$build" && cpack >&2)
