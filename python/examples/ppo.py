@@ -161,7 +161,8 @@ class Collector:
             ended = terminated | truncated
             if ended.any():
                 reached = reached.clone()
-                reached[torch.tensor(ended)] = torch.tensor(info["final_obs"][ended])
+                last = np.stack(info["final_obs"][ended])  # Gymnasium's are rows, or None
+                reached[torch.tensor(ended)] = torch.tensor(last)
                 self.successes += info["final_info"]["success_once"][ended].tolist()
                 self.returns += info["final_info"]["episode_return"][ended].tolist()
             flags = torch.tensor(terminated), torch.tensor(ended)
@@ -305,11 +306,9 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
     iterations = max(1, args.steps // per_iteration)
     log: list[dict[str, float]] = []
     for iteration in range(1, iterations + 1):
-        spent = (time.perf_counter() - start) / (60.0 * args.minutes)
-        remaining = 1.0 - max((iteration - 1) / iterations, spent)
-        if remaining <= 0.0:
+        if time.perf_counter() - start > 60.0 * args.minutes:
             break
-        optimiser.param_groups[0]["lr"] = args.learning_rate * remaining
+        optimiser.param_groups[0]["lr"] = args.learning_rate * (1.0 - (iteration - 1) / iterations)
         rollout = collector.collect(agent, args.rollout)
         rewards = scale(rollout.rewards, rollout.ended)
         figures = improve(agent, optimiser, rollout, rewards, args)
@@ -359,23 +358,19 @@ def plot(log: list[dict[str, float]], title: str, path: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    column = {name: np.array([row[name] for row in log]) for name in log[0]}
-    steps, evaluated = column["steps"], ~np.isnan(column["eval_success_once"])
+    def curve(axes: plt.Axes, name: str, **style: str) -> None:
+        points = [(row["steps"], row[name]) for row in log if not math.isnan(row[name])]
+        axes.plot(*zip(*points), **style)
+
     figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.0), layout="constrained")
     left.axhline(0.9, color="0.8", linewidth=0.8)
-    left.plot(steps, column["success_once"], label="while exploring", color="tab:orange")
-    left.plot(
-        steps[evaluated],
-        column["eval_success_once"][evaluated],
-        label="mean action, unseen episodes",
-        color="tab:blue",
-        marker=".",
-    )
+    curve(left, "success_once", label="while exploring", color="tab:orange")
+    curve(left, "eval_success_once", label="mean action, unseen episodes", marker=".")
     left.set(xlabel="environment steps", ylabel="success_once", ylim=(-0.02, 1.02))
     left.legend(fontsize="small", loc="lower right")
-    right.plot(steps, column["return"], color="tab:orange")
+    curve(right, "return", color="tab:orange")
     right.set(xlabel="environment steps", ylabel="episode return while exploring")
-    minutes = column["seconds"][-1] / 60.0
+    minutes = log[-1]["seconds"] / 60.0
     figure.suptitle(f"{title}: {minutes:.1f} minutes", fontsize="medium")
     figure.savefig(path, dpi=90)
     plt.close(figure)
