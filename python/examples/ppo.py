@@ -16,11 +16,12 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-import engram
 import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.distributions import Normal
+
+import engram
 
 # Seeds of the episodes that measure progress, and of those behind the final figure.
 PROGRESS_SEED = 1_000_000
@@ -95,7 +96,7 @@ class Agent(nn.Module):
 
     def normalise(self, observations: Tensor) -> Tensor:
         scaled = (observations - self.moments.mean) / torch.sqrt(self.moments.var + 1e-8)
-        return scaled.clamp(-5.0, 5.0).float()
+        return scaled.clamp(-10.0, 10.0).float()
 
     def policy(self, inputs: Tensor) -> Normal:
         mean, log_std = self.actor(inputs).chunk(2, -1)
@@ -357,10 +358,12 @@ def plot(log: list[dict[str, float]], title: str, path: Path) -> None:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import EngFormatter
 
     def curve(axes: plt.Axes, name: str, **style: str) -> None:
         points = [(row["steps"], row[name]) for row in log if not math.isnan(row[name])]
         axes.plot(*zip(*points), **style)
+        axes.xaxis.set_major_formatter(EngFormatter(sep=""))
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.0), layout="constrained")
     left.axhline(0.9, color="0.8", linewidth=0.8)
