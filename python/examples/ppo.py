@@ -15,9 +15,11 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
+from gymnasium.spaces import flatdim
 from torch import Tensor, nn
 from torch.distributions import Normal
 
@@ -86,8 +88,8 @@ class Agent(nn.Module):
 
     def __init__(self, env: engram.VectorEnv, args: argparse.Namespace) -> None:
         super().__init__()
-        inputs = env.single_observation_space.shape[0]
-        actions = env.single_action_space.shape[0]
+        inputs = flatdim(env.single_observation_space)
+        actions = flatdim(env.single_action_space)
         self.moments = Moments(inputs)
         # Spread depends on the state: wide strokes on the way, a steady hand at the target.
         self.actor = mlp(inputs, args.width, 2 * actions, last_gain=0.01)
@@ -358,9 +360,10 @@ def plot(log: list[dict[str, float]], title: str, path: Path) -> None:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.axes import Axes
     from matplotlib.ticker import EngFormatter
 
-    def curve(axes: plt.Axes, name: str, **style: str) -> None:
+    def curve(axes: Axes, name: str, **style: Any) -> None:
         points = [(row["steps"], row[name]) for row in log if not math.isnan(row[name])]
         axes.plot(*zip(*points), **style)
         axes.xaxis.set_major_formatter(EngFormatter(sep=""))
