@@ -10,9 +10,10 @@ import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-import engram
 import numpy as np
 import pytest
+
+import engram
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
@@ -78,11 +79,13 @@ def test_a_rollout_links_each_observation_to_its_true_successor(ppo: ModuleType)
     within = ~rollout.ended[:-1]
     successors = rollout.observations[1:]
     assert torch.equal(rollout.next_observations[:-1][within], successors[within])
-    # The last observations are those of an environment that is never reset automatically.
+    # The first episode is that of environments which are never reset automatically.
     plain = engram.make_vec("RememberColor3-VLA-v0", num_envs=4, autoreset_mode="DISABLED")
-    plain.reset(seed=5)
+    observation, _ = plain.reset(seed=5)
     for t in range(25):
-        observation, *_ = plain.step(rollout.actions[t].clamp(-1.0, 1.0).numpy())
+        np.testing.assert_array_equal(rollout.observations[t], observation)
+        observation, reward, *_ = plain.step(rollout.actions[t].clamp(-1.0, 1.0).numpy())
+        np.testing.assert_array_equal(rollout.rewards[t], reward)
     np.testing.assert_array_equal(rollout.next_observations[24], observation)
     assert not torch.equal(rollout.next_observations[24], rollout.observations[25])
 
