@@ -309,7 +309,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
     iterations = max(1, args.steps // per_iteration)
     log: list[dict[str, float]] = []
     for iteration in range(1, iterations + 1):
-        if time.perf_counter() - start > 60.0 * args.minutes:
+        if log and time.perf_counter() - start > 60.0 * args.minutes:
             break
         optimiser.param_groups[0]["lr"] = args.learning_rate * (1.0 - (iteration - 1) / iterations)
         rollout = collector.collect(agent, args.rollout)
