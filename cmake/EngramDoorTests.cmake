@@ -32,5 +32,5 @@ if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
     "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging" "-DCC=${CMAKE_C_COMPILER}"
     "-DCXX=${CMAKE_CXX_COMPILER}" "-DPKG_CONFIG=${ENGRAM_PKG_CONFIG}"
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_installed.cmake")
-  set_tests_properties(installed_package PROPERTIES TIMEOUT 300)
+  set_tests_properties(installed_package PROPERTIES TIMEOUT 900)
 endif()
