@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -30,11 +31,11 @@ class Layout:
         num_envs = len(outputs["reward"])
         self.batched = batch_space(self.single, num_envs)
 
-    def _space(self, outputs: dict[str, np.ndarray]) -> spaces.Space:
+    def _space(self, outputs: dict[str, np.ndarray]) -> spaces.Space[Any]:
         if self.obs_mode == "rgb":
             return _dict({key: _box_like(_rows(outputs[key])) for key in self._keys})
         if self.obs_mode == "state_dict":
-            parts: dict[str, dict[str, spaces.Space]] = {"agent": {}, "extra": {}}
+            parts: dict[str, dict[str, spaces.Space[Any]]] = {"agent": {}, "extra": {}}
             for group, field in self._grouped():
                 parts[group][field["name"]] = _unbounded(field["width"])
             return _dict({name: _dict(part) for name, part in parts.items()})
@@ -71,7 +72,7 @@ class Layout:
         return () if self.obs_mode == "none" else ("observation",)
 
 
-def action_spaces(low: list[float], high: list[float], num_envs: int) -> tuple[spaces.Box, Any]:
+def action_spaces(low: Sequence[float], high: Sequence[float], num_envs: int) -> tuple[Any, Any]:
     """Single and batched action space."""
     single = spaces.Box(np.array(low, np.float32), np.array(high, np.float32), dtype=np.float32)
     return single, batch_space(single, num_envs)
@@ -95,7 +96,7 @@ def _rows(array: np.ndarray) -> np.ndarray:
     return array[:, np.newaxis] if array.ndim == 1 else array
 
 
-def _dict(parts: dict[str, spaces.Space]) -> spaces.Dict:
+def _dict(parts: dict[str, spaces.Space[Any]]) -> spaces.Dict:
     return spaces.Dict(OrderedDict(parts))  # an OrderedDict keeps its order
 
 

@@ -37,7 +37,7 @@ class Env(gymnasium.Env):
         )
         self._arguments = {"id": id, "threads": threads, **options}
         self.observation_space = self.batch.single_observation_space
-        self.action_space = self.batch.single_action_space
+        self.action_space: Any = self.batch.single_action_space
         self.render_mode = self.batch.render_mode
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
 

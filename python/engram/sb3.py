@@ -57,7 +57,7 @@ class Sb3VecEnv(VecEnv):
         dones = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(dones):
-            infos[i] = self._final_info(info, i, bool(truncated[i] and not terminated[i]))
+            infos[i] = self._final_info(info, int(i), bool(truncated[i] and not terminated[i]))
         return observation, reward, dones, infos
 
     def _final_info(self, info: dict[str, Any], index: int, truncated: bool) -> dict[str, Any]:

@@ -30,12 +30,12 @@ class SubEnv:
         return self
 
     @property
-    def observation_space(self) -> gymnasium.Space:
+    def observation_space(self) -> gymnasium.Space[Any]:
         """Space of its observation."""
         return self._batch.single_observation_space
 
     @property
-    def action_space(self) -> gymnasium.Space:
+    def action_space(self) -> gymnasium.Space[Any]:
         """Space of its action."""
         return self._batch.single_action_space
 
@@ -78,7 +78,7 @@ class SubEnv:
     def _max_episode_steps(self) -> int:
         return self.max_episode_steps
 
-    def output(self, name: str) -> np.ndarray | np.generic:
+    def output(self, name: str) -> Any:
         """A copy of one of its outputs: "success", "reward", "tcp_pose", ....
 
         Raises:

@@ -185,7 +185,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         _open_batches.add(self)
         self.num_envs = batch.num_envs
         self.description = json.loads(batch.description)
-        self._views = {name: batch.output(name) for name in batch.output_names}
+        self._views: dict[str, Any] = {name: batch.output(name) for name in batch.output_names}
         self._layout = Layout(obs_mode, self.description, self._views)
         self.single_observation_space = self._layout.single
         self.observation_space = self._layout.batched
@@ -200,7 +200,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._info_views = {name: self._views[name] for name in info_names}
         self._instructions = np.full(self.num_envs, "", dtype=object)
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
-            finals = {name: batch.final_output(name) for name in (*info_names, *self._layout.keys)}
+            finals: dict[str, Any] = {
+                name: batch.final_output(name) for name in (*info_names, *self._layout.keys)
+            }
             self._final_mask = self._views["final_mask"]
             self._final_observation = self._layout.views({**self._views, **finals})
             self._final_info_views = {name: finals[name] for name in info_names}
@@ -345,7 +347,10 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         name, width, height = self._render
         if size is not None:
             width, height = _options.size_pair(size)
-        return self._batch.render(_options.integer("index", index), camera or name, width, height)
+        picture: Any = self._batch.render(
+            _options.integer("index", index), camera or name, width, height
+        )
+        return picture
 
     def save(self, index: int | None = None) -> bytes:
         """One environment, or the whole batch, bit-exactly: physics, task and random stream."""
@@ -502,13 +507,13 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._refresh_instructions(ended)
         observations = np.full(self.num_envs, None, dtype=object)
         for i in ended:
-            observations[i] = take(self._final_observation, i)
+            observations[i] = take(self._final_observation, int(i))
         if GYMNASIUM_1:
-            infos = self._masked(self._final_info_views, instructions, which)
+            infos: Any = self._masked(self._final_info_views, instructions, which)
         else:
             infos = np.full(self.num_envs, None, dtype=object)
             for i in ended:
-                infos[i] = self._row(self._final_info_views, instructions, i)
+                infos[i] = self._row(self._final_info_views, instructions, int(i))
         result = {"final_obs": observations, "final_info": infos}
         if not GYMNASIUM_1:
             result["final_observation"] = observations
