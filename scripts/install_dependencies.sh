@@ -8,6 +8,7 @@ packages=(
   libegl-dev libgl-dev libegl1 libegl-mesa0 libgl1-mesa-dri
   pkg-config libcairo2-dev fonts-dejavu-core
   libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
+  python3-dev python3-venv
   libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev
   catch2
 )

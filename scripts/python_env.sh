@@ -18,7 +18,7 @@ pip_install() {  # FOLDER REQUIREMENT...
   "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
 }
 pip_install "$env" "${tools[@]}" "gymnasium>=1.1" numpy torch jax stable-baselines3 matplotlib \
-  moviepy ruff mypy
+  array-api-compat moviepy vla-eval ruff mypy
 pip_install "$old" "gymnasium==0.29.1" "numpy<2" pytest
 
 # The compiler by the name that the main build calls it, so that ccache finds its objects again.

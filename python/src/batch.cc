@@ -53,8 +53,8 @@ std::vector<engram_pin> as_pins(const NamedValues& pins) {
 // Outputs that frameworks take over without a copy and may write to; what is written there has no
 // effect on the simulation. All others are read-only, because tasks may read them again.
 bool is_writable(std::string_view name) {
-  static constexpr std::string_view kWritable[] = {"observation", "rgb",       "proprio", "task_cue",
-                                                   "reward",      "terminated", "truncated"};
+  static constexpr std::string_view kWritable[] = {
+      "observation", "rgb", "proprio", "task_cue", "reward", "terminated", "truncated"};
   return std::find(std::begin(kWritable), std::end(kWritable), name) != std::end(kWritable);
 }
 
@@ -268,10 +268,11 @@ nb::object Batch::render(int index, const std::string& camera, int width, int he
   auto pixels = std::make_unique<std::uint8_t[]>(size);
   std::uint8_t* data = pixels.get();
   run([&] { return engram_render(env, index, camera.c_str(), width, height, data, size); });
-  const nb::capsule owner(
-      data, [](void* bytes) noexcept { delete[] static_cast<std::uint8_t*>(bytes); });
+  const nb::capsule owner(data,
+                          [](void* bytes) noexcept { delete[] static_cast<std::uint8_t*>(bytes); });
   pixels.release();
-  return nb::cast(nb::ndarray<nb::numpy, std::uint8_t>(data, {side(height), side(width), 3}, owner));
+  return nb::cast(
+      nb::ndarray<nb::numpy, std::uint8_t>(data, {side(height), side(width), 3}, owner));
 }
 
 // --- snapshots ---

@@ -67,7 +67,12 @@ def test_gymnasiums_checker_accepts_the_single_environment(obs_mode):
 def test_async_vector_env_of_single_environments():
     if not GYMNASIUM_1:
         pytest.skip("its processes start differently in 0.29")
-    env = gymnasium.make_vec(f"engram/{TASK}", num_envs=2, vectorization_mode="async")
+    env = gymnasium.make_vec(
+        f"engram/{TASK}",
+        num_envs=2,
+        vectorization_mode="async",
+        vector_kwargs={"context": "spawn"},
+    )
     obs, _ = env.reset(seed=3)
     own = engram.make_vec(TASK, 2)
     np.testing.assert_array_equal(obs, own.reset(seed=3)[0])

@@ -156,6 +156,8 @@ def test_the_oracle_solves_and_infos_tell(make):
     for _ in range(env.description["horizon"]):
         _, _, _, truncated, info = env.step(env.act("oracle"))
     assert truncated.all()
+    env.step(env.act("zero"))
+    assert info["_final_info"].all()  # the next step did not change it
     final = info["final_info"]
     if engram.vector_env.GYMNASIUM_1:
         assert final["success_once"].all()
