@@ -11,6 +11,7 @@
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "protocol/files.h"
 
 namespace engram::apps {
 namespace {

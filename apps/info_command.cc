@@ -8,6 +8,7 @@
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/task_in_words.h"
+#include "protocol/files.h"
 
 namespace engram::apps {
 namespace {

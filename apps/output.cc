@@ -31,10 +31,6 @@ int write_all(int descriptor, std::string_view text) {
   return 0;
 }
 
-std::filesystem::path temporary_name(const std::filesystem::path& path) {
-  return path.string() + fmt::format(".{}.tmp", ::getpid());
-}
-
 }  // namespace
 
 void guard_standard_streams() {
@@ -56,29 +52,6 @@ void print_error(std::string_view text) {
   for (const char c : text) line += (c == '\n' || c == '\r') ? ' ' : c;
   while (line.back() == ' ') line.pop_back();
   (void)write_all(STDERR_FILENO, line + "\n");
-}
-
-void write_file(const std::filesystem::path& path, std::string_view text) {
-  const std::filesystem::path temporary = temporary_name(path);
-  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0) fail(fmt::format("'{}' cannot be written", path.string()), errno);
-  int error = write_all(file, text);
-  if (::close(file) != 0 && error == 0) error = errno;
-  if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return;
-  ::unlink(temporary.c_str());
-  fail(fmt::format("'{}' cannot be written", path.string()), error);
-}
-
-void require_writable_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) fail(fmt::format("folder '{}' cannot be made", folder.string()), error.value());
-  const std::filesystem::path probe = temporary_name(folder / "probe");
-  const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (file < 0) fail(fmt::format("folder '{}' cannot be written", folder.string()), errno);
-  ::close(file);
-  ::unlink(probe.c_str());
 }
 
 std::string Table::text(std::string_view indent) const {

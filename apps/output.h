@@ -1,7 +1,6 @@
-// What the command writes: standard output, files and tables for people.
+// What the command writes: standard output and tables for people.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,12 +15,6 @@ void guard_standard_streams();
 void print(std::string_view text);
 // Writes one line to standard error, whatever line breaks the text has.
 void print_error(std::string_view text);
-
-// Writes a file that is never seen half-written: under a temporary name first, then renamed.
-// Throws Error if that fails.
-void write_file(const std::filesystem::path& path, std::string_view text);
-// Makes the folder, if need be. Throws Error if no file can be made in it.
-void require_writable_folder(const std::filesystem::path& folder);
 
 // Rows of text in aligned columns.
 class Table {

@@ -4,7 +4,7 @@ set -euo pipefail
 
 packages=(
   build-essential cmake ninja-build ccache
-  libmujoco-dev libeigen3-dev libtinyxml2-dev librandom123-dev libpng-dev
+  libmujoco-dev libeigen3-dev libtinyxml2-dev librandom123-dev libpng-dev libzip-dev
   libegl-dev libgl-dev libegl1 libegl-mesa0 libgl1-mesa-dri
   pkg-config libcairo2-dev fonts-dejavu-core
   libavcodec-dev libavformat-dev libavutil-dev libswscale-dev

@@ -1,0 +1,74 @@
+#include "protocol/files.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include "core/error.h"
+
+namespace engram {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kTemporarySuffix = ".engram-tmp";
+
+[[noreturn]] void fail(const std::string& what, int error) {
+  throw Error(Error::kIo, what + ": " + std::strerror(error));
+}
+
+int write_all(int descriptor, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+fs::path temporary_name(const fs::path& path) {
+  return path.string() + "." + std::to_string(::getpid()) + std::string(kTemporarySuffix);
+}
+
+}  // namespace
+
+void write_file(const fs::path& path, std::span<const std::byte> bytes) {
+  const fs::path temporary = temporary_name(path);
+  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file < 0) fail("'" + path.string() + "' cannot be written", errno);
+  int error = write_all(file, bytes);
+  if (error == 0 && ::fsync(file) != 0) error = errno;
+  if (::close(file) != 0 && error == 0) error = errno;
+  if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
+  if (error == 0) return;
+  ::unlink(temporary.c_str());
+  fail("'" + path.string() + "' cannot be written", error);
+}
+
+void write_file(const fs::path& path, std::string_view text) {
+  write_file(path, std::as_bytes(std::span<const char>(text)));
+}
+
+void require_writable_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) fail("folder '" + folder.string() + "' cannot be made", error.value());
+  const fs::path probe = temporary_name(folder / "probe");
+  const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (file < 0) fail("folder '" + folder.string() + "' cannot be written", errno);
+  ::close(file);
+  ::unlink(probe.c_str());
+}
+
+void remove_temporary_files(const fs::path& folder) {
+  for (const auto& item : fs::directory_iterator(folder)) {
+    if (item.path().filename().string().ends_with(kTemporarySuffix)) fs::remove(item.path());
+  }
+}
+
+}  // namespace engram
