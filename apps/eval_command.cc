@@ -3,76 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <limits>
+#include <map>
 #include <memory>
+#include <optional>
 
-#include "apps/evaluation.h"
-#include "apps/options.h"
+#include "apps/eval_options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
-#include "protocol/files.h"
 
 namespace engram::apps {
 namespace {
 
-struct EvalOptions {
-  std::vector<std::string> ids;
-  TaskFilter filter;
-  bool all = false;
-  Protocol protocol;
-  bool json = false;
-  std::string out;
-};
-
-// The tasks by name; an unknown or unavailable one is an error.
-std::vector<const RegistryEntry*> named_tasks(const std::vector<std::string>& ids) {
-  std::vector<const RegistryEntry*> tasks;
-  for (const std::string& id : ids) {
-    const RegistryEntry& entry = require_entry(id);
-    if (!is_implemented(entry)) (void)make_task(id);  // throws, saying why
-    if (std::find(tasks.begin(), tasks.end(), &entry) == tasks.end()) tasks.push_back(&entry);
-  }
-  return tasks;
-}
-
-std::vector<const RegistryEntry*> chosen_tasks(const EvalOptions& options) {
-  const bool filtered = options.all || options.filter.any();
-  if (!options.ids.empty() && filtered) {
-    throw Error(Error::kInvalidArgument,
-                "task ids and --split, --family, --canonical or --all given; one or the other "
-                "allowed");
-  }
-  if (options.ids.empty() && !filtered) {
-    throw Error(Error::kInvalidArgument,
-                "no task given; ids, --split, --family, --canonical or --all needed");
-  }
-  if (!filtered) return named_tasks(options.ids);
-
-  std::vector<const RegistryEntry*> tasks = select(options.filter);
-  const std::size_t registered = tasks.size();
-  std::erase_if(tasks, [](const RegistryEntry* entry) { return !is_implemented(*entry); });
-  if (tasks.empty()) {
-    throw Error(Error::kUnavailable,
-                fmt::format("{} tasks chosen, none of a family that is part of this version; "
-                            "`engram list` shows which are",
-                            registered));
-  }
-  if (tasks.size() < registered) {
-    print_error(fmt::format("{} of {} tasks skipped: their families are not part of this version",
-                            registered - tasks.size(), registered));
-  }
-  return tasks;
-}
-
-void save(const std::filesystem::path& folder, const std::vector<TaskResult>& results,
-          const Protocol& protocol) {
-  const std::string id(results.back().entry->id);
-  write_file(folder / (id + ".json"), to_text(task_document(results.back(), protocol)));
-  write_file(folder / "summary.json", to_text(summary_document(results)));
-}
-
-std::string to_words(const std::vector<TaskResult>& results) {
+std::string to_words(const std::vector<Json>& tasks) {
   Table table({{"task"},
                {"split"},
                {"memory type"},
@@ -80,81 +22,152 @@ std::string to_words(const std::vector<TaskResult>& results) {
                {"chance", true},
                {"mean return", true},
                {"mean steps", true}});
-  for (const TaskResult& result : results) {
-    table.add({std::string(result.entry->id), std::string(split_name(result.entry->split)),
-               std::string(result.entry->memory_type), fmt::format("{:.3f}", result.success_rate()),
-               fmt::format("{:.3f}", result.chance), fmt::format("{:.2f}", result.mean_return()),
-               fmt::format("{:.1f}", result.mean_length())});
+  std::map<std::string, std::vector<double>> splits;
+  for (const Json& task : tasks) {
+    const auto lengths = task["episode_lengths"].get<std::vector<double>>();
+    double steps = 0;
+    for (const double length : lengths) steps += length / static_cast<double>(lengths.size());
+    const double rate = task["sr"].get<double>();
+    splits[task["split"].get<std::string>()].push_back(rate);
+    table.add({task["env_id"].get<std::string>(), task["split"].get<std::string>(),
+               task["memory_type"].get<std::string>(), fmt::format("{:.3f}", rate),
+               fmt::format("{:.3f}", task["chance"].get<double>()),
+               fmt::format("{:.2f}", task["mean_return"].get<double>()),
+               fmt::format("{:.1f}", steps)});
   }
-  const Json summary = summary_document(results);
-  std::string text = table.text() + fmt::format("mean over {} tasks: {:.3f}\n", results.size(),
+  const Json summary = summary_document(tasks);
+  std::string text = table.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
                                                 summary["sr_split"].get<double>());
+  for (const auto& [split, rates] : splits) {
+    double sum = 0;
+    for (const double rate : rates) sum += rate;
+    text += fmt::format("  split {}: {:.3f} over {} tasks\n", split,
+                        sum / static_cast<double>(rates.size()), rates.size());
+  }
   for (const auto& [type, rate] : summary["sr_per_memory_type"].items()) {
     text += fmt::format("  {}: {:.3f}\n", type, rate.get<double>());
   }
   return text;
 }
 
-void run(const EvalOptions& options) {
-  const std::vector<const RegistryEntry*> tasks = chosen_tasks(options);
-  if (!options.out.empty()) require_writable_folder(options.out);
-  std::vector<TaskResult> results;
-  std::uint64_t unstable = 0;
-  {
-    Progress progress("eval", "");
-    for (const RegistryEntry* task : tasks) {
-      const auto done = static_cast<double>(results.size());
-      const auto count = static_cast<double>(tasks.size());
-      results.push_back(evaluate(*task, options.protocol, [&](double fraction) {
-        progress.update((done + fraction) / count);
-      }));
-      unstable += results.back().unstable;
-      if (!options.out.empty()) save(options.out, results, options.protocol);
+// The run as rank 0 sees it: what is to be done, and what has been.
+class Run {
+ public:
+  explicit Run(const EvalOptions& options) : options_(options) {
+    if (options.resume.empty()) {
+      settings_ = settings_of(options);
+      if (!options.out.empty()) folder_ = ResultFolder::create(options.out, settings_);
+    } else {
+      folder_ = ResultFolder::open(options.resume);
+      settings_ = resumed_settings(options, *folder_);
+      finished_ = folder_->finished(settings_);
+    }
+    if (folder_) folder_->begin(settings_);
+  }
+
+  const EvaluationSettings& settings() const { return settings_; }
+
+  std::vector<const RegistryEntry*> open_tasks() const {
+    std::vector<const RegistryEntry*> tasks;
+    for (const std::string& id : settings_.tasks) {
+      if (!finished_.contains(id)) tasks.push_back(&require_entry(id));
+    }
+    return tasks;
+  }
+
+  void add(const TaskResult& result) {
+    Json document = task_document(result, settings_);
+    if (folder_) folder_->write_task(document);
+    finished_.emplace(result.entry->id, std::move(document));
+    unstable_ += result.unstable;
+    if (folder_) folder_->write_summary(documents());
+  }
+
+  void finish() const {
+    // Once more: the last one may be older than the last result, if its process was killed.
+    if (folder_) folder_->write_summary(documents());
+    if (unstable_ > 0) {
+      print_error(
+          fmt::format("physics diverged in {} steps; their episodes were cut short", unstable_));
+    }
+    const std::vector<Json> tasks = documents();
+    if (options_.json) {
+      print(to_text(Json{{"summary", summary_document(tasks)}, {"tasks", tasks}}));
+    } else {
+      print(to_words(tasks));
+      if (folder_) print(fmt::format("results: {}\n", folder_->path().string()));
     }
   }
-  if (unstable > 0) {
-    print_error(
-        fmt::format("physics diverged in {} steps; their episodes were cut short", unstable));
+
+ private:
+  // In the registry's order.
+  std::vector<Json> documents() const {
+    std::vector<Json> documents;
+    for (const RegistryEntry& entry : registry()) {
+      const auto found = finished_.find(std::string(entry.id));
+      if (found != finished_.end()) documents.push_back(found->second);
+    }
+    return documents;
   }
-  if (!options.json) {
-    print(to_words(results));
-    return;
+
+  const EvalOptions& options_;
+  EvaluationSettings settings_;
+  std::optional<ResultFolder> folder_;
+  std::map<std::string, Json> finished_;
+  std::uint64_t unstable_ = 0;
+};
+
+void lead(Ranks& ranks, const EvalOptions& options) {
+  Run run(options);
+  const std::string settings = to_text(run.settings().document());
+  const auto bytes = std::as_bytes(std::span(settings.data(), settings.size()));
+  share(ranks, {bytes.begin(), bytes.end()});
+  const std::vector<const RegistryEntry*> tasks = run.open_tasks();
+  {
+    Progress progress("eval", "steps");
+    const double episodes = static_cast<double>(tasks.size()) * run.settings().episodes;
+    evaluate(ranks, tasks, protocol_of(options, run.settings()),
+             {.finished = [&](const TaskResult& result) { run.add(result); },
+              .tick =
+                  [&](const EvaluationStatus& status) {
+                    progress.update(status.episodes / episodes,
+                                    static_cast<double>(status.env_steps));
+                  }});
   }
-  Json document = {{"summary", summary_document(results)}, {"tasks", Json::array()}};
-  for (const TaskResult& result : results) {
-    document["tasks"].push_back(task_document(result, options.protocol));
+  run.finish();
+}
+
+void follow(Ranks& ranks, const EvalOptions& options) {
+  const Bytes bytes = share(ranks, {});
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const EvaluationSettings settings = EvaluationSettings::of(Json::parse(text), "settings");
+  evaluate(ranks, {}, protocol_of(options, settings), {});
+}
+
+void run(const EvalOptions& options) {
+  const std::unique_ptr<Ranks> ranks = join_ranks();
+  try {
+    if (ranks->leads()) {
+      lead(*ranks, options);
+    } else {
+      follow(*ranks, options);
+    }
+  } catch (const std::exception& error) {
+    if (!ranks->alone()) {
+      print_error(error.what());
+      ranks->abort();
+    }
+    throw;
   }
-  print(to_text(document));
 }
 
 }  // namespace
 
 void add_eval_command(CLI::App& app) {
-  static constexpr Policy kPolicies[] = {Policy::kOracle, Policy::kBlind, Policy::kZero,
-                                         Policy::kRandom};
   const auto options = std::make_shared<EvalOptions>();
   CLI::App* command =
       app.add_subcommand("eval", "Success rates by the benchmark's evaluation protocol");
-  command->add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0")->type_name("ID");
-  add_filter(*command, options->filter);
-  command->add_flag("--canonical", options->filter.canonical, "Tasks of the benchmark proper only");
-  command->add_flag("--all", options->all, "All registered tasks that pass the filters");
-  add_policy(*command, options->protocol.policy, kPolicies);
-  add_int(*command, "--episodes", options->protocol.episodes, 1, std::numeric_limits<int>::max(),
-          "Episodes per task");
-  add_seed(*command, options->protocol.start_seed, "Episode i has seed + i");
-  add_num_envs(*command, options->protocol.num_envs);
-  add_obs(*command, options->protocol.observation);
-  add_threads(*command, options->protocol.threads);
-  add_json(*command, options->json);
-  command
-      ->add_option("--out", options->out,
-                   "Folder for <ID>.json of every task and summary.json, written as they finish")
-      ->type_name("DIR");
-  command->footer(
-      "One episode per seed, until it is terminated or as long as its horizon; success_once is the "
-      "share of episodes with success in any step. Results do not depend on --num-envs or "
-      "--threads.");
+  add_eval_options(*command, *options);
   command->final_callback([options] { run(*options); });
 }
 

@@ -18,11 +18,26 @@ void VectorEnv::act(Policy policy, std::span<float> actions) {
                                              control_mode_name(options_.control_mode) +
                                              ", pd_ee_delta_pose needed");
   }
+  const FloatRows all{actions.data(), action_dim()};
+  // Environments that stand still after their episode are left out: their actions are zero.
+  const auto act_moving = [&](Range envs) {
+    if (options_.auto_reset != AutoReset::kOff) {
+      task_->act(envs, policy == Policy::kBlind, all);
+      return;
+    }
+    for (int env = envs.begin; env < envs.end;) {
+      const int begin = env;
+      while (env < envs.end && state_.finished[env] == 0) ++env;
+      if (begin < env) task_->act({begin, env}, policy == Policy::kBlind, all);
+      for (; env < envs.end && state_.finished[env] != 0; ++env) {
+        std::fill_n(all.row(env), dim, 0.0F);
+      }
+    }
+  };
   pool_.run(num_envs(), options_.chunk, [&](int /*worker*/, int begin, int end) {
-    const FloatRows rows{actions.data(), action_dim()};
-    if (scripted) task_->act({begin, end}, policy == Policy::kBlind, rows);
+    if (scripted) act_moving({begin, end});
     for (int env = begin; env < end; ++env) {
-      float* row = rows.row(env);
+      float* row = all.row(env);
       if (policy == Policy::kZero) std::fill_n(row, dim, 0.0F);
       if (policy == Policy::kRandom) random_action(env, row);
       // Oracles speak upstream's rotation sign.

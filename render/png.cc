@@ -12,7 +12,10 @@
 
 namespace engram {
 
-void write_png(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb) {
+namespace {
+
+// What libpng is to write. Throws Error if sizes do not fit.
+png_image describe(int width, int height, std::span<const std::uint8_t> rgb) {
   constexpr int kLargestSide = 1 << 16;
   if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide ||
       rgb.size() !=
@@ -21,12 +24,18 @@ void write_png(const std::string& path, int width, int height, std::span<const s
                                              std::to_string(height) + " pixels do not fit " +
                                              std::to_string(rgb.size()) + " bytes of rgb");
   }
-
   png_image image = {};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(width);
   image.height = static_cast<png_uint_32>(height);
   image.format = PNG_FORMAT_RGB;
+  return image;
+}
+
+}  // namespace
+
+void write_png(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb) {
+  png_image image = describe(width, height, rgb);
   // Beside its place, so that it can be renamed into it.
   const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
   errno = 0;
@@ -38,6 +47,17 @@ void write_png(const std::string& path, int width, int height, std::span<const s
   std::string why = written || code != 0 ? std::strerror(code) : image.message;
   std::remove(temporary.c_str());
   throw Error(Error::kIo, "cannot write '" + path + "': " + why);
+}
+
+std::vector<std::byte> png_bytes(int width, int height, std::span<const std::uint8_t> rgb) {
+  png_image image = describe(width, height, rgb);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<std::byte> bytes(size);
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0) {
+    throw Error(Error::kInternal, std::string("png_bytes: ") + image.message);
+  }
+  bytes.resize(size);
+  return bytes;
 }
 
 }  // namespace engram

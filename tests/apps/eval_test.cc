@@ -69,16 +69,16 @@ TEST_CASE("eval: result files", "[apps]") {
   const CommandResult result =
       engram_command(evaluation("RememberColor5-VLA-v0 --episodes 2 --out " + out.string()));
   const Json document = result.json();
-  int files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(out)) {
-    (void)entry;
-    ++files;
+  CHECK(std::filesystem::exists(out / "short"));
+  std::vector<std::filesystem::path> runs;
+  for (const auto& entry : std::filesystem::directory_iterator(out / "short")) {
+    runs.push_back(entry.path());
   }
-  CHECK(files == 3);
-  CHECK(read_file(out / "summary.json") == document["summary"].dump(2) + "\n");
+  REQUIRE(runs.size() == 1);
+  CHECK(read_file(runs[0] / "summary.json") == document["summary"].dump(2) + "\n");
   for (const Json& task : document["tasks"]) {
     const std::string name = task["env_id"].get<std::string>() + ".json";
-    CHECK(read_file(out / name) == task.dump(2) + "\n");
+    CHECK(read_file(runs[0] / name) == task.dump(2) + "\n");
   }
 }
 

@@ -1,0 +1,42 @@
+// What `engram eval` is asked for.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "apps/options.h"
+#include "protocol/evaluation.h"
+#include "protocol/result_files.h"
+
+namespace engram::apps {
+
+struct EvalOptions {
+  std::vector<std::string> ids;
+  TaskFilter filter;
+  bool all = false;
+  Protocol protocol;
+  std::string policy_command;  // empty: one of engram's own policies
+  std::string policy_name;     // of the command
+  int policy_timeout = 300;    // seconds
+  std::string out;
+  std::string resume;
+  bool json = false;
+  std::set<std::string> given;  // keys of the settings that the command line speaks of
+};
+
+void add_eval_options(CLI::App& command, EvalOptions& options);
+
+// What the command line asks for. Tasks that are not part of this version are left out, with a word
+// on standard error. Throws Error unless tasks are chosen, in one way.
+EvaluationSettings settings_of(const EvalOptions& options);
+
+// The same for a run that goes on in a folder: what the command line does not speak of is as in the
+// folder. Throws Error where the two differ.
+EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFolder& folder);
+
+// The protocol with those settings.
+Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings);
+
+}  // namespace engram::apps
