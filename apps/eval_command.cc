@@ -8,8 +8,10 @@
 #include <optional>
 
 #include "apps/eval_options.h"
+#include "apps/interruption.h"
+#include "apps/live_view.h"
 #include "apps/output.h"
-#include "apps/progress.h"
+#include "protocol/evaluation_run.h"
 
 namespace engram::apps {
 namespace {
@@ -31,7 +33,7 @@ std::string to_words(const std::vector<Json>& tasks) {
     splits[task["split"].get<std::string>()].push_back(rate);
     table.add({task["env_id"].get<std::string>(), task["split"].get<std::string>(),
                task["memory_type"].get<std::string>(), fmt::format("{:.3f}", rate),
-               fmt::format("{:.3f}", task["chance"].get<double>()),
+               task.contains("chance") ? fmt::format("{:.3f}", task["chance"].get<double>()) : "",
                fmt::format("{:.2f}", task["mean_return"].get<double>()),
                fmt::format("{:.1f}", steps)});
   }
@@ -50,91 +52,74 @@ std::string to_words(const std::vector<Json>& tasks) {
   return text;
 }
 
-// The run as rank 0 sees it: what is to be done, and what has been.
-class Run {
- public:
-  explicit Run(const EvalOptions& options) : options_(options) {
-    if (options.resume.empty()) {
-      settings_ = settings_of(options);
-      if (!options.out.empty()) folder_ = ResultFolder::create(options.out, settings_);
-    } else {
-      folder_ = ResultFolder::open(options.resume);
-      settings_ = resumed_settings(options, *folder_);
-      finished_ = folder_->finished(settings_);
-    }
-    if (folder_) folder_->begin(settings_);
+// --- the run ---
+
+EvaluationRun begin(const EvalOptions& options) {
+  if (!options.resume.empty()) {
+    ResultFolder folder = ResultFolder::open(options.resume);
+    EvaluationSettings settings = resumed_settings(options, folder);
+    return {std::move(settings), std::move(folder)};
   }
+  EvaluationSettings settings = settings_of(options);
+  if (options.out.empty()) return {std::move(settings), std::nullopt};
+  ResultFolder folder = ResultFolder::create(options.out, settings);
+  return {std::move(settings), std::move(folder)};
+}
 
-  const EvaluationSettings& settings() const { return settings_; }
-
-  std::vector<const RegistryEntry*> open_tasks() const {
-    std::vector<const RegistryEntry*> tasks;
-    for (const std::string& id : settings_.tasks) {
-      if (!finished_.contains(id)) tasks.push_back(&require_entry(id));
-    }
-    return tasks;
+void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& run,
+          std::size_t tasks) {
+  if (!view.due()) return;
+  const int episodes = run.settings().episodes;
+  const std::size_t all = tasks * static_cast<std::size_t>(episodes);
+  std::vector<LiveView::Row> rows;
+  double under_way = 0;
+  for (const EvaluationStatus::Running& task : status.running) {
+    const double fraction = static_cast<double>(task.episodes) / episodes;
+    under_way += fraction / static_cast<double>(status.running.size());
+    rows.push_back({std::string(task.entry->id), fraction,
+                    fmt::format("{} of {} episodes", task.episodes, episodes)});
   }
-
-  void add(const TaskResult& result) {
-    Json document = task_document(result, settings_);
-    if (folder_) folder_->write_task(document);
-    finished_.emplace(result.entry->id, std::move(document));
-    unstable_ += result.unstable;
-    if (folder_) folder_->write_summary(documents());
-  }
-
-  void finish() const {
-    // Once more: the last one may be older than the last result, if its process was killed.
-    if (folder_) folder_->write_summary(documents());
-    if (unstable_ > 0) {
-      print_error(
-          fmt::format("physics diverged in {} steps; their episodes were cut short", unstable_));
-    }
-    const std::vector<Json> tasks = documents();
-    if (options_.json) {
-      print(to_text(Json{{"summary", summary_document(tasks)}, {"tasks", tasks}}));
-    } else {
-      print(to_words(tasks));
-      if (folder_) print(fmt::format("results: {}\n", folder_->path().string()));
-    }
-  }
-
- private:
-  // In the registry's order.
-  std::vector<Json> documents() const {
-    std::vector<Json> documents;
-    for (const RegistryEntry& entry : registry()) {
-      const auto found = finished_.find(std::string(entry.id));
-      if (found != finished_.end()) documents.push_back(found->second);
-    }
-    return documents;
-  }
-
-  const EvalOptions& options_;
-  EvaluationSettings settings_;
-  std::optional<ResultFolder> folder_;
-  std::map<std::string, Json> finished_;
-  std::uint64_t unstable_ = 0;
-};
+  view.draw({{"episodes", status.episodes / static_cast<double>(all),
+              fmt::format("{} of {}, {} steps", status.episodes, all,
+                          with_thousands(static_cast<double>(status.env_steps)))},
+             {"now", under_way, fmt::format("{} of {} tasks finished", status.tasks, tasks)}},
+            rows);
+}
 
 void lead(Ranks& ranks, const EvalOptions& options) {
-  Run run(options);
+  EvaluationRun run = begin(options);
   const std::string settings = to_text(run.settings().document());
   const auto bytes = std::as_bytes(std::span(settings.data(), settings.size()));
   share(ranks, {bytes.begin(), bytes.end()});
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
+  Protocol protocol = protocol_of(options, run.settings());
   {
-    Progress progress("eval", "steps");
-    const double episodes = static_cast<double>(tasks.size()) * run.settings().episodes;
-    evaluate(ranks, tasks, protocol_of(options, run.settings()),
-             {.finished = [&](const TaskResult& result) { run.add(result); },
+    LiveView view;
+    const Interruption interruption;
+    const std::string state =
+        run.folder() ? fmt::format("finished tasks are in '{}'; --resume goes on with the others",
+                                   run.folder()->path().string())
+                     : "no results were written";
+    evaluate(ranks, tasks, protocol,
+             {.finished = [&run](const TaskResult& result) { run.add(result); },
               .tick =
                   [&](const EvaluationStatus& status) {
-                    progress.update(status.episodes / episodes,
-                                    static_cast<double>(status.env_steps));
+                    interruption.check(state);
+                    show(view, status, run, tasks.size());
                   }});
   }
-  run.finish();
+  run.finish(fmt::format("CPU, {} processes of {} threads", ranks.size(),
+                         worker_threads(protocol.threads, ranks)));
+  if (run.unstable() > 0) {
+    print_error(
+        fmt::format("physics diverged in {} steps; their episodes were cut short", run.unstable()));
+  }
+  if (options.json) {
+    print(to_text(run.document()));
+    return;
+  }
+  print(to_words(run.tasks()));
+  if (run.folder()) print(fmt::format("results: {}\n", run.folder()->path().string()));
 }
 
 void follow(Ranks& ranks, const EvalOptions& options) {

@@ -6,7 +6,8 @@
 #include <array>
 #include <limits>
 
-#include "apps/output.h"
+#include "apps/task_choice.h"
+#include "protocol/policy_process.h"
 
 namespace engram::apps {
 namespace {
@@ -29,51 +30,11 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--policy-command", "policy_config"},
     {"--option", "task_options"}};
 
-// The tasks by name; an unknown or unavailable one is an error.
-std::vector<const RegistryEntry*> named_tasks(const std::vector<std::string>& ids) {
-  std::vector<const RegistryEntry*> tasks;
-  for (const std::string& id : ids) {
-    const RegistryEntry& entry = require_entry(id);
-    if (!is_implemented(entry)) (void)make_task(id);  // throws, saying why
-    if (std::find(tasks.begin(), tasks.end(), &entry) == tasks.end()) tasks.push_back(&entry);
-  }
-  return tasks;
-}
-
-std::vector<const RegistryEntry*> chosen_tasks(const EvalOptions& options) {
-  const bool filtered = options.all || options.filter.any();
-  if (!options.ids.empty() && filtered) {
-    throw Error(Error::kInvalidArgument,
-                "task ids and --split, --family, --canonical or --all given; one or the other "
-                "allowed");
-  }
-  if (options.ids.empty() && !filtered) {
-    throw Error(Error::kInvalidArgument,
-                "no task given; ids, --split, --family, --canonical or --all needed");
-  }
-  if (!filtered) return named_tasks(options.ids);
-
-  std::vector<const RegistryEntry*> tasks = select(options.filter);
-  const std::size_t registered = tasks.size();
-  std::erase_if(tasks, [](const RegistryEntry* entry) { return !is_implemented(*entry); });
-  if (tasks.empty()) {
-    throw Error(Error::kUnavailable,
-                fmt::format("{} tasks chosen, none of a family that is part of this version; "
-                            "`engram list` shows which are",
-                            registered));
-  }
-  if (tasks.size() < registered) {
-    print_error(fmt::format("{} of {} tasks skipped: their families are not part of this version",
-                            registered - tasks.size(), registered));
-  }
-  return tasks;
-}
-
 }  // namespace
 
 EvaluationSettings settings_of(const EvalOptions& options) {
   EvaluationSettings settings;
-  std::vector<const RegistryEntry*> tasks = chosen_tasks(options);
+  std::vector<const RegistryEntry*> tasks = chosen_tasks(options.ids, options.filter, options.all);
   std::sort(tasks.begin(), tasks.end());  // as they lie in the registry
   for (const RegistryEntry* task : tasks) settings.tasks.emplace_back(task->id);
   const Protocol& protocol = options.protocol;
@@ -83,10 +44,6 @@ EvaluationSettings settings_of(const EvalOptions& options) {
   if (options.policy_command.empty()) {
     settings.policy = policy_name(protocol.policy);
   } else {
-    if (options.given.contains("policy") && options.policy_name.empty()) {
-      throw Error(Error::kInvalidArgument,
-                  "--policy and --policy-command given; one or the other allowed");
-    }
     settings.policy = options.policy_name.empty() ? "external" : options.policy_name;
     settings.policy_config = {{"command", options.policy_command}};
     // Images are what the benchmark allows.
@@ -137,7 +94,24 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
                               settings.policy));
     }
     protocol.policy = *own;
+  } else {
+    PolicyProcessOptions process;
+    if (!settings.policy_config.contains("command")) {
+      throw Error(Error::kInvalidArgument,
+                  fmt::format("policy '{}' is not a command; only the program that began the run "
+                              "can go on with it",
+                              settings.policy));
+    }
+    process.command = settings.policy_config.at("command").get<std::string>();
+    process.timeout = std::chrono::seconds(options.policy_timeout);
+    process.environment = environment;
+    process.max_slots = std::min(protocol.num_envs, protocol.episodes);
+    protocol.external = [process](const WorkContext& context) {
+      return std::make_unique<PolicyProcess>(process, context);
+    };
   }
+  // Pictures cost time, little with images at hand; reports are written with files only.
+  protocol.samples = !options.out.empty() || !options.resume.empty();
   return protocol;
 }
 
@@ -147,7 +121,19 @@ void add_eval_options(CLI::App& command, EvalOptions& options) {
   command.add_flag("--canonical", options.filter.canonical,
                    "The 90 tasks of the benchmark proper only");
   command.add_flag("--all", options.all, "All registered tasks that pass the filters");
-  add_policy(command, options.protocol.policy, kPolicies);
+  CLI::Option* policy = add_policy(command, options.protocol.policy, kPolicies);
+  command
+      .add_option(
+          "--policy-command", options.policy_command,
+          "A policy from outside: a command that speaks the protocol of docs/evaluation.md; "
+          "one process per thread")
+      ->type_name("COMMAND")
+      ->excludes(policy);
+  command.add_option("--policy-name", options.policy_name, "Its name in the results")
+      ->type_name("NAME")
+      ->default_str("external");
+  add_int(command, "--policy-timeout", options.policy_timeout, 1, 86'400,
+          "Seconds that it may take for an answer");
   add_int(command, "--episodes", options.protocol.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes per task");
   add_seed(command, options.protocol.start_seed, "Episode i has seed + i");

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "api/media.h"
+#include "apps/interruption.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
@@ -95,30 +95,6 @@ struct Report {
   bool success_once = false;
 };
 
-// --- interruption ---
-
-volatile std::sig_atomic_t interrupted = 0;
-
-// While it lives, Ctrl-C and termination wait for a check, so that unfinished files are removed.
-class Interruption {
- public:
-  Interruption() {
-    for (const int signal : kSignals) std::signal(signal, [](int) { interrupted = 1; });
-  }
-  ~Interruption() {
-    for (const int signal : kSignals) std::signal(signal, SIG_DFL);
-  }
-  Interruption(const Interruption&) = delete;
-  Interruption& operator=(const Interruption&) = delete;
-
-  void check() const {
-    if (interrupted != 0) throw Error(Error::kIo, "interrupted; nothing was written");
-  }
-
- private:
-  static constexpr int kSignals[] = {SIGINT, SIGTERM};
-};
-
 // --- videos ---
 
 Report record_video(const RecordOptions& options) {
@@ -132,7 +108,7 @@ Report record_video(const RecordOptions& options) {
     video.add(view.draw());
     ++report.frames;
     progress.update(report.frames / (episode.max_steps() + 1.0), report.frames);
-    interruption.check();
+    interruption.check("nothing was written");
     if (episode.over()) break;
     episode.step();
   }

@@ -120,7 +120,7 @@ class Player {
   Bytes play(const WorkItem& item, const WorkContext& context) {
     const auto start = std::chrono::steady_clock::now();
     Desk& desk = desks_[static_cast<std::size_t>(context.worker())];
-    if (protocol_.external && !desk.policy) desk.policy = protocol_.external(context.worker());
+    if (protocol_.external && !desk.policy) desk.policy = protocol_.external(context);
     const RegistryEntry& entry = registry()[static_cast<std::size_t>(item.task)];
     VectorEnv& env = desk.batch.of(entry.id, item.count, protocol_.num_envs, protocol_.environment);
 
@@ -129,7 +129,7 @@ class Player {
     result.episodes.resize(static_cast<std::size_t>(item.count));
     const std::uint64_t unstable = env.unstable_count();
     std::optional<ChunkedPolicy> chunked;
-    if (desk.policy) chunked.emplace(env, *desk.policy);
+    if (desk.policy) chunked.emplace(env, *desk.policy, context);
     Watcher watcher(env, result, chunked ? &*chunked : nullptr,
                     static_cast<int>(item.first_seed - protocol_.start_seed), protocol_.samples);
     const auto act = [&](std::span<float> actions) {

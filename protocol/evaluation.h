@@ -13,9 +13,8 @@
 
 namespace engram {
 
-// Makes the external policy of one worker thread (0 to threads - 1); called by that thread, on
-// every rank.
-using PolicyFactory = std::function<std::unique_ptr<ExternalPolicy>(int worker)>;
+// Makes the external policy of one worker thread; called by that thread, on every rank.
+using PolicyFactory = std::function<std::unique_ptr<ExternalPolicy>(const WorkContext&)>;
 
 struct Protocol {
   Policy policy = Policy::kOracle;

@@ -68,8 +68,12 @@ std::span<const float> PolicyReply::chunk(int row) const {
 
 // --- queues ---
 
-ChunkedPolicy::ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy)
-    : env_(env), policy_(policy), slots_(static_cast<std::size_t>(env.num_envs())) {}
+ChunkedPolicy::ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy,
+                             const WorkContext& context)
+    : env_(env),
+      policy_(policy),
+      context_(context),
+      slots_(static_cast<std::size_t>(env.num_envs())) {}
 
 void ChunkedPolicy::start(int slot, int episode) {
   slots_[static_cast<std::size_t>(slot)] = {episode, true, {}};
@@ -130,6 +134,7 @@ void ChunkedPolicy::request() {
   request.width = env_.options().images.width;
   request.state_dim = state_.empty() ? 0 : env_.state_dim();
   request.max_slots = num_envs;
+  request.context = &context_;
   PolicyReply reply(request.count, env_.action_dim());
   policy_.act(request, reply);
   for (int row = 0; row < request.count; ++row) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/make.h"
+#include "protocol/work.h"
 
 namespace engram {
 
@@ -17,8 +18,8 @@ namespace engram {
 struct PolicyRequest {
   std::string_view env_id;
   int count = 0;
-  // The place of an episode among those under way: the same from its beginning to its end, then
-  // given to another one. Below max_slots.
+  // The place of an episode in its batch: the same from its beginning to its end, then given to
+  // another one. Below max_slots.
   std::span<const std::int32_t> slots;
   std::span<const std::int32_t> episodes;  // 0 to n_episodes - 1
   std::span<const std::int32_t> steps;     // control steps taken so far
@@ -31,6 +32,8 @@ struct PolicyRequest {
   int width = 0;
   int state_dim = 0;
   int max_slots = 0;
+  // Tells a policy that waits for something when to give up: context->stopped().
+  const WorkContext* context = nullptr;
 };
 
 // Takes the answer to a request, one chunk per row.
@@ -62,7 +65,7 @@ class ExternalPolicy {
 // is empty and dropped at the end (common 12.2).
 class ChunkedPolicy {
  public:
-  ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy);
+  ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy, const WorkContext& context);
 
   // An episode begins in the environment `slot`.
   void start(int slot, int episode);
@@ -83,6 +86,7 @@ class ChunkedPolicy {
 
   const VectorEnv& env_;
   ExternalPolicy& policy_;
+  const WorkContext& context_;
   int longest_chunk_ = 1;
   std::vector<Slot> slots_;
   // Of the last request.

@@ -19,6 +19,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSettingsFile = "settings.json";
 constexpr const char* kSummaryFile = "summary.json";
+constexpr const char* kTimingFile = "timing.json";
+constexpr const char* kReportFile = "report.html";
+constexpr const char* kSampleFolder = "samples";
 
 // As result files spell it; tasks outside the benchmark's splits are "Custom".
 std::string title(Split split) {
@@ -244,6 +247,49 @@ void ResultFolder::write_task(const Json& task) const {
 
 void ResultFolder::write_summary(const std::vector<Json>& tasks) const {
   write_file(path_ / kSummaryFile, to_text(summary_document(tasks)));
+}
+
+// --- for the report ---
+
+void ResultFolder::add_timing(const std::string& id, double thread_seconds) const {
+  std::map<std::string, double> seconds = timing();
+  seconds[id] = thread_seconds;
+  write_file(path_ / kTimingFile, to_text(Json(seconds)));
+}
+
+std::map<std::string, double> ResultFolder::timing() const {
+  std::map<std::string, double> seconds;
+  const std::optional<std::string> text = content(path_ / kTimingFile);
+  const Json document = text ? Json::parse(*text, nullptr, false) : Json();
+  if (!document.is_object()) return seconds;
+  for (const auto& [id, value] : document.items()) {
+    if (value.is_number()) seconds[id] = value.get<double>();
+  }
+  return seconds;
+}
+
+void ResultFolder::write_sample(const std::string& id, const Bytes& png) const {
+  if (png.empty()) return;
+  const fs::path folder = path_ / kSampleFolder;
+  std::error_code error;
+  fs::create_directory(folder, error);
+  write_file(folder / (id + ".png"), png);
+}
+
+std::map<std::string, Bytes> ResultFolder::samples() const {
+  std::map<std::string, Bytes> samples;
+  for (const RegistryEntry& entry : registry()) {
+    const std::string id(entry.id);
+    const std::optional<std::string> text = content(path_ / kSampleFolder / (id + ".png"));
+    if (!text) continue;
+    const auto bytes = std::as_bytes(std::span(text->data(), text->size()));
+    samples[id].assign(bytes.begin(), bytes.end());
+  }
+  return samples;
+}
+
+void ResultFolder::write_report(const std::string& html) const {
+  write_file(path_ / kReportFile, html);
 }
 
 }  // namespace engram

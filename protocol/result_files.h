@@ -1,5 +1,5 @@
 // The result files of an evaluation (common 12.2): <ID>.json of every finished task, summary.json,
-// and settings.json, with which an interrupted run is resumed.
+// settings.json, with which an interrupted run is resumed, and a report.
 #pragma once
 
 #include <filesystem>
@@ -54,6 +54,14 @@ class ResultFolder {
   void begin(const EvaluationSettings& settings) const;
   void write_task(const Json& task) const;
   void write_summary(const std::vector<Json>& tasks) const;
+
+  // What the report needs and results must not depend on: time, by task id, in timing.json, and
+  // pictures in samples/<ID>.png.
+  void add_timing(const std::string& id, double thread_seconds) const;
+  std::map<std::string, double> timing() const;
+  void write_sample(const std::string& id, const Bytes& png) const;
+  std::map<std::string, Bytes> samples() const;
+  void write_report(const std::string& html) const;
 
  private:
   explicit ResultFolder(std::filesystem::path path) : path_(std::move(path)) {}

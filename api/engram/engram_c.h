@@ -269,6 +269,79 @@ ENGRAM_API engram_status engram_save(engram_env* env, int32_t index, void* bytes
 ENGRAM_API engram_status engram_restore(engram_env* env, int32_t index, const void* bytes,
                                         size_t size);
 
+/* ---- evaluation ---- */
+
+/* Episodes that need actions, one row each in every array. Valid during the call alone. */
+typedef struct engram_policy_request {
+  size_t struct_size;
+  const char* env_id;
+  int32_t count;        /* rows */
+  int32_t worker;       /* the thread's batch: 0 to threads - 1 */
+  const int32_t* slots; /* place among the worker's episodes, 0 to max_slots - 1: the same from an
+                           episode's first request to its last */
+  const int32_t* episodes; /* 0 to the number of episodes - 1 */
+  const int32_t* steps;    /* control steps taken so far */
+  const uint8_t* first;    /* 1: the episode's first request */
+  const char* const* instructions;
+  const float* proprio; /* (count, 7) */
+  const uint8_t* rgb;   /* (count, height, width, 6), or NULL with state observations */
+  const float* state;   /* (count, state_dim), or NULL with images */
+  int32_t height;
+  int32_t width;
+  int32_t state_dim;
+  int32_t max_slots;
+  int32_t action_dim;
+} engram_policy_request;
+
+typedef struct engram_policy_reply engram_policy_reply;
+
+/* Sets the actions of one row: shape (7), (K, 7) or (1, K, 7). They are queued and used one per
+ * step; the episode is asked for again when its queue is empty. For use in the callback alone. */
+ENGRAM_API engram_status engram_policy_set(engram_policy_reply* reply, int32_t row,
+                                           const float* actions, const int64_t* shape,
+                                           int32_t ndim);
+/* Why the policy cannot answer; the callback then returns something else than 0. */
+ENGRAM_API engram_status engram_policy_fail(engram_policy_reply* reply, const char* message);
+
+/* Answers a request by setting every row; returns 0, or anything else to end the evaluation. Called
+ * from several threads, by one at a time. */
+typedef int (*engram_policy_callback)(void* user, const engram_policy_request* request,
+                                      engram_policy_reply* reply);
+
+/* Progress of an evaluation, told several times a second by the thread that called engram_evaluate.
+ * Returns 0, or anything else to end the evaluation. */
+typedef int (*engram_progress_callback)(void* user, int32_t episodes, int32_t all_episodes,
+                                        uint64_t env_steps);
+
+typedef struct engram_evaluation_options {
+  size_t struct_size;     /* set by engram_evaluation_options_init */
+  const char* const* ids; /* `num_ids` tasks */
+  size_t num_ids;
+  int32_t episodes;        /* per task; default 50 */
+  int32_t num_envs;        /* episodes that a thread plays together; default 8 */
+  int32_t threads;         /* default 0: one per core */
+  int32_t obs_mode;        /* ENGRAM_OBS_RGB (default) or ENGRAM_OBS_STATE */
+  uint64_t seed;           /* episode i has seed + i; default 4242424242 */
+  const char* name;        /* of the policy, in the results; default "external" */
+  const char* config_json; /* an object: what else the results say of it; default NULL */
+  const char* renderer;    /* "cpu" (default) or "egl" */
+  const char* output;      /* results go to <output>/<split>/<date_time>/; default NULL: no files */
+  const char* resume;      /* folder of an interrupted run with these options, instead of output */
+  const engram_task_option* task_options; /* `num_task_options` of them; default none */
+  size_t num_task_options;
+  engram_progress_callback progress; /* default NULL; gets the `user` of engram_evaluate */
+} engram_evaluation_options;
+
+ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);
+
+/* Runs the benchmark's evaluation protocol with a policy of the caller's. *document: {summary,
+ * tasks} as JSON, as `engram eval --json` prints it, to be freed by engram_free_text; NULL if the
+ * call fails. */
+ENGRAM_API engram_status engram_evaluate(const engram_evaluation_options* options,
+                                         engram_policy_callback policy, void* user,
+                                         char** document);
+ENGRAM_API void engram_free_text(char* text);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,6 +1,8 @@
 // `engram eval`: the protocol, its files, and that neither threads nor batches show in results.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,54 @@ constexpr const char* kId = "RememberColor3-VLA-v0";
 std::string evaluation(const std::string& options) {
   return std::string("eval ") + kId + " --json " + options;
 }
+
+// Every file of a folder whose bytes the protocol fixes, by name.
+std::map<std::string, std::string> results_in(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.path().extension() == ".json" && name != "timing.json") {
+      files[name] = read_file(entry.path());
+    }
+  }
+  return files;
+}
+
+std::filesystem::path only_entry(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> entries;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    entries.push_back(entry.path());
+  }
+  REQUIRE(entries.size() == 1);
+  return entries[0];
+}
+
+// A run whose results are known, and are cheap to get.
+struct Run {
+  TemporaryFolder folder;
+  std::filesystem::path path;
+  std::string command =
+      "eval RememberColor3-VLA-v0 RememberColor5-VLA-v0 TakeItBack-VLA-v0 --policy oracle "
+      "--episodes 4 ";
+
+  Run() {
+    const CommandResult result = engram_command(command + "--out " + folder.path().string());
+    INFO(result.err);
+    REQUIRE(result.code == 0);
+    path = only_entry(folder.path() / "short");
+  }
+  std::string resume() const { return "eval --resume " + path.string(); }
+};
+
+std::string python_policy(const std::string& command) {
+  return evaluation("--episodes 3 --num-envs 2 --threads 1 --policy-timeout 20 --policy-command " +
+                    ("'" + command + "'"));
+}
+
+const std::string kPipePolicy =
+    "python3 " + (std::filesystem::path(ENGRAM_TEST_DATA).parent_path().parent_path() / "examples" /
+                  "pipe_policy.py")
+                     .string();
 
 }  // namespace
 
@@ -52,14 +102,22 @@ TEST_CASE("eval: the oracle remembers, the blind one guesses", "[apps]") {
   CHECK(idle["tasks"][0]["sr"] == 0.0);
 }
 
-TEST_CASE("eval: bytes do not depend on threads or batches", "[apps]") {
+TEST_CASE("eval: bytes do not depend on threads, batches or the order of ids", "[apps]") {
   for (const char* policy : {"oracle", "random"}) {
-    const std::string base = std::string("--policy ") + policy;
-    const CommandResult whole = engram_command(evaluation(base + " --num-envs 50 --threads 1"));
-    REQUIRE(whole.code == 0);
-    CHECK(whole.out == engram_command(evaluation(base + " --num-envs 50 --threads 2")).out);
-    CHECK(whole.out == engram_command(evaluation(base + " --num-envs 8 --threads 2")).out);
-    CHECK(whole.out == engram_command(evaluation(base + " --num-envs 1 --threads 1")).out);
+    const auto bytes = [policy](const std::string& ids, const std::string& options) {
+      const CommandResult result = engram_command(
+          "eval " + ids + " --json --episodes 20 --policy " + policy + " " + options);
+      INFO(result.err);
+      REQUIRE(result.code == 0);
+      return result.out;
+    };
+    const std::string ids = std::string(kId) + " InterceptMedium-VLA-v0 TakeItBack-VLA-v0";
+    const std::string expected = bytes(ids, "--num-envs 64 --threads 1");
+    CHECK(expected == bytes(ids, "--num-envs 64 --threads 2"));
+    CHECK(expected == bytes(ids, "--num-envs 8 --threads 2"));
+    CHECK(expected == bytes(ids, "--num-envs 1 --threads 1"));
+    CHECK(expected == bytes(ids, "--num-envs 3 --threads 5"));
+    CHECK(expected == bytes(std::string("TakeItBack-VLA-v0 InterceptMedium-VLA-v0 ") + kId, ""));
   }
 }
 
@@ -69,17 +127,139 @@ TEST_CASE("eval: result files", "[apps]") {
   const CommandResult result =
       engram_command(evaluation("RememberColor5-VLA-v0 --episodes 2 --out " + out.string()));
   const Json document = result.json();
-  CHECK(std::filesystem::exists(out / "short"));
-  std::vector<std::filesystem::path> runs;
-  for (const auto& entry : std::filesystem::directory_iterator(out / "short")) {
-    runs.push_back(entry.path());
-  }
-  REQUIRE(runs.size() == 1);
-  CHECK(read_file(runs[0] / "summary.json") == document["summary"].dump(2) + "\n");
+  const std::filesystem::path run = only_entry(only_entry(out));
+  CHECK(run.parent_path().filename() == "short");
+  CHECK(run.filename().string().size() == std::string("2026-01-31_12-59-59").size());
+  CHECK(read_file(run / "summary.json") == document["summary"].dump(2) + "\n");
   for (const Json& task : document["tasks"]) {
     const std::string name = task["env_id"].get<std::string>() + ".json";
-    CHECK(read_file(runs[0] / name) == task.dump(2) + "\n");
+    CHECK(read_file(run / name) == task.dump(2) + "\n");
   }
+}
+
+TEST_CASE("eval: resuming a finished run changes nothing", "[apps]") {
+  const Run run;
+  const auto before = results_in(run.path);
+  CHECK(before.size() == 5);  // three tasks, summary, settings
+  const auto time = std::filesystem::last_write_time(run.path / "TakeItBack-VLA-v0.json");
+  const CommandResult again = engram_command(run.resume() + " --json");
+  CHECK(again.json()["tasks"].size() == 3);
+  CHECK(results_in(run.path) == before);
+  CHECK(std::filesystem::last_write_time(run.path / "TakeItBack-VLA-v0.json") == time);
+  // The same command again is fine, too.
+  CHECK(engram_command(run.command + "--resume " + run.path.string()).code == 0);
+}
+
+TEST_CASE("eval: lost and damaged files are made again, whole ones kept", "[apps]") {
+  const Run run;
+  const auto before = results_in(run.path);
+  const std::filesystem::path lost = run.path / "RememberColor3-VLA-v0.json";
+  const std::filesystem::path damaged = run.path / "RememberColor5-VLA-v0.json";
+  const std::filesystem::path kept = run.path / "TakeItBack-VLA-v0.json";
+  const auto time = std::filesystem::last_write_time(kept);
+  const auto write = [](const std::filesystem::path& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+  };
+  const std::string whole = before.at("RememberColor5-VLA-v0.json");
+  std::string lying = whole;  // a success too many for the rate
+  lying.replace(lying.find("true"), 4, "false");
+  const std::string others_file = before.at("TakeItBack-VLA-v0.json");
+  for (const std::string& damage :
+       {std::string(), whole.substr(0, whole.size() / 2), std::string("{}"), lying, others_file}) {
+    std::filesystem::remove(lost);
+    std::filesystem::remove(run.path / "summary.json");
+    write(damaged, damage);
+    const CommandResult result = engram_command(run.resume());
+    INFO(result.err);
+    CHECK(result.code == 0);
+    CHECK(results_in(run.path) == before);
+  }
+  CHECK(std::filesystem::last_write_time(kept) == time);
+}
+
+TEST_CASE("eval: a folder belongs to one protocol", "[apps]") {
+  const Run run;
+  const auto before = results_in(run.path);
+  require_refusal(run.resume() + " --episodes 5", 2, "n_episodes 4; 5 given now");
+  require_refusal(run.resume() + " --policy blind", 2, "\"oracle\"; \"blind\" given now");
+  require_refusal(run.resume() + " TakeItBack-VLA-v0", 2, "tasks");
+  require_refusal(run.resume() + " --out " + run.folder.path().string(), 2, "--out");
+  // Without its settings the folder still has results, which tell.
+  std::filesystem::remove(run.path / "settings.json");
+  require_refusal(run.resume(), 2, "no task given");
+  require_refusal(run.resume() + " RememberColor3-VLA-v0 --episodes 5", 2, "n_episodes");
+  CHECK(results_in(run.path).at("TakeItBack-VLA-v0.json") == before.at("TakeItBack-VLA-v0.json"));
+  require_refusal("eval --resume " + run.folder.path().string() + "/nothing", 1,
+                  "nothing to resume");
+  std::ofstream(run.path / "settings.json") << "{";
+  require_refusal(run.resume(), 1, "settings.json");
+}
+
+TEST_CASE("eval: a full disk is an error that loses nothing", "[apps]") {
+  const Run run;
+  const auto before = results_in(run.path);
+  std::filesystem::remove(run.path / "RememberColor3-VLA-v0.json");
+  // No file may grow beyond 512 bytes, which no result fits into.
+  const std::string line = std::string("trap \"\" XFSZ; ulimit -f 1; '") + ENGRAM_CLI + "' " +
+                           run.resume() + " 2>&1 >/dev/null | cat > '" +
+                           (run.folder.path() / "err").string() + "'";
+  REQUIRE(std::system(("bash -c '" +
+                       [](std::string text) {
+                         for (std::size_t i = 0; (i = text.find('\'', i)) != std::string::npos;
+                              i += 4)
+                           text.replace(i, 1, "'\\''");
+                         return text;
+                       }(line) +
+                       "'")
+                          .c_str()) == 0);
+  CHECK_THAT(read_file(run.folder.path() / "err"), Catch::Contains("cannot be written"));
+  CHECK(results_in(run.path).at("TakeItBack-VLA-v0.json") == before.at("TakeItBack-VLA-v0.json"));
+  CHECK(engram_command(run.resume()).code == 0);
+  CHECK(results_in(run.path) == before);
+  for (const auto& entry : std::filesystem::directory_iterator(run.path)) {
+    CHECK(entry.path().extension() != ".engram-tmp");
+  }
+}
+
+TEST_CASE("eval: the report holds everything", "[apps]") {
+  const Run run;
+  const std::string report = read_file(run.path / "report.html");
+  CHECK_THAT(report, Catch::StartsWith("<!DOCTYPE html>") && Catch::Contains("<svg") &&
+                         Catch::Contains("TakeItBack-VLA-v0") &&
+                         Catch::Contains("data:image/png;base64,iVBORw0KGgo"));
+  // Nothing is loaded from anywhere.
+  CHECK(report.find("src=\"http") == std::string::npos);
+  CHECK(report.find("href=") == std::string::npos);
+  CHECK(std::filesystem::file_size(run.path / "samples" / "TakeItBack-VLA-v0.png") > 1000);
+}
+
+TEST_CASE("eval: options of tasks", "[apps]") {
+  require_refusal(evaluation("--episodes 1 --option no_such_option=1"), 2, "no_such_option");
+}
+
+TEST_CASE("eval: a policy in a process of its own", "[apps]") {
+  const CommandResult result = engram_command(python_policy(kPipePolicy));
+  const Json task = result.json()["tasks"][0];
+  CHECK(task["obs_mode"] == "rgb");
+  CHECK(task["action_chunk_size"] == 4);
+  CHECK(task["model"]["name"] == "external");
+  CHECK(task["model"]["config"]["command"] == kPipePolicy);
+  CHECK(task["episode_lengths"] == std::vector<int>(3, 25));
+  // It answers by what it sees, so that it does not matter who is asked together with whom.
+  const std::string base = evaluation("--episodes 3 --policy-command '" + kPipePolicy + "' ");
+  CHECK(engram_command(base + "--num-envs 1 --threads 2").out == result.out);
+  const Json state = engram_command(base + "--obs state").json()["tasks"][0];
+  CHECK(state["obs_mode"] == "state");
+  CHECK(state["returns"] != task["returns"]);
+}
+
+TEST_CASE("eval: a policy process that fails is told of", "[apps]") {
+  require_refusal(python_policy("exit 3"), 1, "ended with exit code 3");
+  require_refusal(python_policy("kill -9 $$"), 1, "signal 9");
+  require_refusal(python_policy("echo hello, world"), 1, "standard output");
+  require_refusal(python_policy("no-such-program"), 1, "exit code 127");
+  require_refusal(python_policy("sleep 100") + " --policy-timeout 1", 1, "within 1 s");
+  require_refusal(python_policy(kPipePolicy) + " --policy oracle", 2, "--policy");
 }
 
 TEST_CASE("eval: a folder that cannot be made is told before anything runs", "[apps]") {

@@ -1,0 +1,213 @@
+// The C door to the evaluation protocol: policies that are callbacks.
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <optional>
+
+#include "api/c_error.h"
+#include "engram/engram_c.h"
+#include "protocol/evaluation_run.h"
+
+struct engram_policy_reply {
+  engram::PolicyReply* reply;
+  std::string failure;
+};
+
+namespace {
+
+using engram::Error;
+using engram::c::guarded;
+
+[[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
+
+// The callback as a policy; one of them serves all threads, one after another.
+class CallbackPolicy final : public engram::ExternalPolicy {
+ public:
+  CallbackPolicy(engram_policy_callback callback, void* user, std::mutex& mutex, int worker)
+      : callback_(callback), user_(user), mutex_(mutex), worker_(worker) {}
+
+  void act(const engram::PolicyRequest& request, engram::PolicyReply& reply) override {
+    const std::string id(request.env_id);
+    std::vector<const char*> instructions;
+    instructions.reserve(request.instructions.size());
+    for (const std::string& text : request.instructions) instructions.push_back(text.c_str());
+    engram_policy_request plain = {};
+    plain.struct_size = sizeof plain;
+    plain.env_id = id.c_str();
+    plain.count = request.count;
+    plain.worker = worker_;
+    plain.slots = request.slots.data();
+    plain.episodes = request.episodes.data();
+    plain.steps = request.steps.data();
+    plain.first = request.first.data();
+    plain.instructions = instructions.data();
+    plain.proprio = request.proprio.data();
+    plain.rgb = request.rgb.empty() ? nullptr : request.rgb.data();
+    plain.state = request.state.empty() ? nullptr : request.state.data();
+    plain.height = request.height;
+    plain.width = request.width;
+    plain.state_dim = request.state_dim;
+    plain.max_slots = request.max_slots;
+    plain.action_dim = reply.action_dim();
+    engram_policy_reply answer{&reply, {}};
+    int status = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      status = callback_(user_, &plain, &answer);
+    }
+    if (status == 0) return;
+    throw Error(Error::kUnavailable,
+                answer.failure.empty()
+                    ? "the policy's callback returned " + std::to_string(status) + ", 0 needed"
+                    : "policy: " + answer.failure);
+  }
+
+ private:
+  engram_policy_callback callback_;
+  void* user_;
+  std::mutex& mutex_;
+  int worker_;
+};
+
+engram::EvaluationSettings settings_of(const engram_evaluation_options& options) {
+  engram::EvaluationSettings settings;
+  if (options.num_ids == 0 || options.ids == nullptr) refuse("ids: none given, 1 or more needed");
+  for (const engram::RegistryEntry& entry : engram::registry()) {
+    for (std::size_t i = 0; i < options.num_ids; ++i) {
+      if (options.ids[i] == nullptr) refuse("ids: a null pointer given");
+      if (&engram::require_entry(options.ids[i]) != &entry) continue;
+      settings.tasks.emplace_back(entry.id);
+      break;
+    }
+  }
+  for (const std::string& id : settings.tasks) (void)engram::make_task(id);
+  if (options.episodes < 1) {
+    refuse("episodes: " + std::to_string(options.episodes) + " given, 1 or more allowed");
+  }
+  if (options.num_envs < 1) {
+    refuse("num_envs: " + std::to_string(options.num_envs) + " given, 1 or more allowed");
+  }
+  const bool rgb = options.obs_mode == ENGRAM_OBS_RGB;
+  if (!rgb && options.obs_mode != ENGRAM_OBS_STATE) {
+    refuse("obs_mode: " + std::to_string(options.obs_mode) +
+           " given, ENGRAM_OBS_RGB or "
+           "ENGRAM_OBS_STATE allowed");
+  }
+  settings.episodes = options.episodes;
+  settings.start_seed = options.seed;
+  settings.obs_mode = rgb ? "rgb" : "state";
+  settings.renderer = !rgb ? "none" : options.renderer == nullptr ? "cpu" : options.renderer;
+  settings.policy = options.name == nullptr ? "external" : options.name;
+  settings.policy_config = engram::Json::object();
+  if (options.config_json != nullptr) {
+    settings.policy_config = engram::Json::parse(options.config_json, nullptr, false);
+    if (!settings.policy_config.is_object()) refuse("config_json: a JSON object needed");
+  }
+  for (std::size_t i = 0; i < options.num_task_options; ++i) {
+    settings.task_options[options.task_options[i].name] = options.task_options[i].value;
+  }
+  return settings;
+}
+
+engram::EvaluationRun begin(const engram_evaluation_options& options) {
+  engram::EvaluationSettings settings = settings_of(options);
+  std::optional<engram::ResultFolder> folder;
+  if (options.resume != nullptr) {
+    folder = engram::ResultFolder::open(options.resume);
+    const auto before = folder->settings();
+    if (before && before->document() != settings.document()) {
+      refuse("resume: '" + folder->path().string() + "' was begun with other options");
+    }
+  } else if (options.output != nullptr) {
+    folder = engram::ResultFolder::create(options.output, settings);
+  }
+  return {std::move(settings), std::move(folder)};
+}
+
+std::string evaluate(const engram_evaluation_options& options, engram_policy_callback policy,
+                     void* user) {
+  engram::EvaluationRun run = begin(options);
+  std::mutex mutex;
+  engram::Protocol protocol;
+  protocol.external = [&](const engram::WorkContext& context) {
+    return std::make_unique<CallbackPolicy>(policy, user, mutex, context.worker());
+  };
+  protocol.episodes = run.settings().episodes;
+  protocol.start_seed = run.settings().start_seed;
+  protocol.num_envs = options.num_envs;
+  protocol.threads = options.threads;
+  protocol.samples = run.folder().has_value();
+  const bool rgb = run.settings().obs_mode == "rgb";
+  protocol.environment.obs_mode = rgb ? engram::ObsMode::kRgb : engram::ObsMode::kState;
+  if (rgb) protocol.environment.image_options.renderer = run.settings().renderer;
+  for (const auto& [name, value] : run.settings().task_options) {
+    protocol.environment.task_options.push_back({name, value});
+  }
+  engram::Ranks alone;
+  engram::evaluate(
+      alone, run.open_tasks(), protocol,
+      {.finished = [&run](const engram::TaskResult& result) { run.add(result); }, .tick = {}});
+  run.finish("CPU, " + std::to_string(engram::worker_threads(options.threads, alone)) + " threads");
+  return engram::to_text(run.document());
+}
+
+}  // namespace
+
+void engram_evaluation_options_init(engram_evaluation_options* options) {
+  if (options == nullptr) return;
+  *options = {};
+  options->struct_size = sizeof *options;
+  options->episodes = 50;
+  options->num_envs = 8;
+  options->obs_mode = ENGRAM_OBS_RGB;
+  options->seed = 4242424242;
+}
+
+engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const float* actions,
+                                const int64_t* shape, int32_t ndim) {
+  return guarded([&] {
+    if (reply == nullptr || actions == nullptr || shape == nullptr) {
+      refuse("engram_policy_set: a null pointer given");
+    }
+    if (ndim < 1 || ndim > 3) {
+      refuse("engram_policy_set: " + std::to_string(ndim) + " dimensions given, 1 to 3 allowed");
+    }
+    // More than that would be no answer, but a size that overflows.
+    constexpr std::int64_t kMost = 1 << 24;
+    std::int64_t count = 1;
+    for (int i = 0; i < ndim; ++i) {
+      if (shape[i] < 0 || shape[i] > kMost) refuse("engram_policy_set: a size out of range");
+      count *= shape[i];
+      if (count > kMost) refuse("engram_policy_set: too many numbers");
+    }
+    reply->reply->set(row, {actions, static_cast<std::size_t>(count)},
+                      {shape, static_cast<std::size_t>(ndim)});
+  });
+}
+
+engram_status engram_policy_fail(engram_policy_reply* reply, const char* message) {
+  return guarded([&] {
+    if (reply == nullptr || message == nullptr) refuse("engram_policy_fail: a null pointer given");
+    reply->failure = message;
+  });
+}
+
+engram_status engram_evaluate(const engram_evaluation_options* options,
+                              engram_policy_callback policy, void* user, char** document) {
+  if (document != nullptr) *document = nullptr;
+  return guarded([&] {
+    if (options == nullptr || policy == nullptr || document == nullptr) {
+      refuse("engram_evaluate: a null pointer given");
+    }
+    if (options->struct_size != sizeof *options) {
+      refuse("engram_evaluate: options not from engram_evaluation_options_init");
+    }
+    const std::string text = evaluate(*options, policy, user);
+    char* copy = static_cast<char*>(std::malloc(text.size() + 1));
+    if (copy == nullptr) throw std::bad_alloc();
+    std::memcpy(copy, text.c_str(), text.size() + 1);
+    *document = copy;
+  });
+}
+
+void engram_free_text(char* text) { std::free(text); }

@@ -1,0 +1,72 @@
+#include "apps/live_view.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace engram::apps {
+namespace {
+
+constexpr std::chrono::seconds kPatience{2};
+constexpr std::chrono::milliseconds kRedraw{250};
+constexpr std::size_t kMaxRows = 12;
+
+std::string bar_text(double fraction, int cells) {
+  const auto filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * cells);
+  return fmt::format("[{:#<{}}{:-<{}}] {:3.0f} %", "", filled, "", cells - filled,
+                     100 * std::clamp(fraction, 0.0, 1.0));
+}
+
+std::string clock_text(double seconds) {
+  const long total = std::lround(seconds);
+  return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
+}
+
+}  // namespace
+
+LiveView::LiveView()
+    : terminal_(::isatty(STDERR_FILENO) == 1), start_(Clock::now()), next_(start_ + kPatience) {}
+
+LiveView::~LiveView() { erase(); }
+
+bool LiveView::due() const { return terminal_ && Clock::now() >= next_; }
+
+void LiveView::draw(const std::vector<Bar>& bars, const std::vector<Row>& rows) {
+  const Clock::time_point now = Clock::now();
+  next_ = now + kRedraw;
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  std::vector<std::string> lines;
+  for (const Bar& bar : bars) {
+    lines.push_back(fmt::format("{:<9} {}  {}", bar.label, bar_text(bar.fraction, 32), bar.note));
+  }
+  if (!lines.empty()) {
+    lines[0] += fmt::format("  {}", clock_text(seconds));
+    const double fraction = bars[0].fraction;
+    if (fraction > 0) lines[0] += fmt::format(", ETA {}", clock_text(seconds * (1 / fraction - 1)));
+  }
+  for (std::size_t i = 0; i < std::min(rows.size(), kMaxRows); ++i) {
+    lines.push_back(
+        fmt::format("  {:<44} {}  {}", rows[i].name, bar_text(rows[i].fraction, 16), rows[i].note));
+  }
+  if (rows.size() > kMaxRows) lines.push_back(fmt::format("  ... {} more", rows.size() - kMaxRows));
+
+  erase();
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  std::fputs(text.c_str(), stderr);
+  std::fflush(stderr);
+  lines_ = lines.size();
+}
+
+// Back to where the view began, and everything below gone.
+void LiveView::erase() {
+  if (lines_ == 0) return;
+  std::fputs(fmt::format("\033[{}A\r\033[J", lines_).c_str(), stderr);
+  std::fflush(stderr);
+  lines_ = 0;
+}
+
+}  // namespace engram::apps

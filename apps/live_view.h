@@ -1,0 +1,46 @@
+// What people see on a terminal while many tasks are worked on.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace engram::apps {
+
+// Some lines on standard error that are drawn again and again: two bars, and a table of tasks.
+// Appears after two seconds, and only if standard error is a terminal; gone when the object is.
+class LiveView {
+ public:
+  struct Row {
+    std::string name;
+    double fraction;  // 0 to 1
+    std::string note;
+  };
+  struct Bar {
+    std::string label;
+    double fraction;  // 0 to 1
+    std::string note;
+  };
+
+  LiveView();
+  ~LiveView();
+  LiveView(const LiveView&) = delete;
+  LiveView& operator=(const LiveView&) = delete;
+
+  // Whether it is time to draw.
+  bool due() const;
+  // The first bar is the one that the time left is told from.
+  void draw(const std::vector<Bar>& bars, const std::vector<Row>& rows);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void erase();
+
+  bool terminal_;
+  std::size_t lines_ = 0;  // shown
+  Clock::time_point start_;
+  Clock::time_point next_;
+};
+
+}  // namespace engram::apps

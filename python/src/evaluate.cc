@@ -1,0 +1,154 @@
+#include "evaluate.h"
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <initializer_list>
+#include <memory>
+#include <mutex>
+
+#include "batch.h"
+
+namespace engram_python {
+namespace {
+
+using Chunk = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
+
+// A view of the request's memory, which the policy may keep for the length of its call.
+template <class T>
+nb::object array(const T* data, std::initializer_list<std::size_t> shape) {
+  if (data == nullptr) return nb::none();
+  return nb::cast(nb::ndarray<nb::numpy, const T>(data, shape.size(), shape.begin(), nb::none()),
+                  nb::rv_policy::reference);
+}
+
+// Both callbacks of one evaluation, and the first exception that came out of either.
+class Session {
+ public:
+  Session(nb::callable policy, nb::object progress)
+      : policy_(std::move(policy)), progress_(std::move(progress)) {}
+
+  static int act(void* self, const engram_policy_request* request, engram_policy_reply* reply) {
+    const nb::gil_scoped_acquire gil;
+    return static_cast<Session*>(self)->answer(*request, reply);
+  }
+
+  static int tell(void* self, int32_t episodes, int32_t all, uint64_t env_steps) {
+    const nb::gil_scoped_acquire gil;
+    return static_cast<Session*>(self)->guarded([&] {
+      // Ctrl-C reaches Python here: this is the thread that evaluates.
+      if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+      nb::object& progress = static_cast<Session*>(self)->progress_;
+      if (!progress.is_none()) progress(episodes, all, env_steps);
+    });
+  }
+
+  // Raises what a callback raised, if one did.
+  void rethrow() {
+    if (error_) throw nb::python_error(std::move(*error_));
+  }
+
+ private:
+  int answer(const engram_policy_request& request, engram_policy_reply* reply) {
+    return guarded([&] {
+      const auto count = static_cast<std::size_t>(request.count);
+      nb::dict observation;
+      observation["env_id"] = request.env_id;
+      observation["worker"] = request.worker;
+      observation["slot"] = array(request.slots, {count});
+      observation["episode"] = array(request.episodes, {count});
+      observation["step"] = array(request.steps, {count});
+      observation["first"] = array(request.first, {count});
+      nb::list instructions;
+      for (std::size_t i = 0; i < count; ++i) instructions.append(request.instructions[i]);
+      observation["instruction"] = instructions;
+      observation["proprio"] = array(request.proprio, {count, 7});
+      observation["rgb"] = array(request.rgb, {count, static_cast<std::size_t>(request.height),
+                                               static_cast<std::size_t>(request.width), 6});
+      observation["state"] =
+          array(request.state, {count, static_cast<std::size_t>(request.state_dim)});
+      const auto chunks = nb::cast<std::vector<Chunk>>(policy_(observation));
+      for (std::size_t row = 0; row < chunks.size(); ++row) {
+        const Chunk& chunk = chunks[row];
+        const engram_status status =
+            engram_policy_set(reply, static_cast<int32_t>(row), chunk.data(), chunk.shape_ptr(),
+                              static_cast<int32_t>(chunk.ndim()));
+        if (status != ENGRAM_OK) raise(status, engram_last_error());
+      }
+    });
+  }
+
+  template <class F>
+  int guarded(F&& f) {
+    try {
+      f();
+      return 0;
+    } catch (nb::python_error& error) {
+      if (!error_) error_ = std::make_unique<nb::python_error>(std::move(error));
+    } catch (const std::exception& error) {
+      // Raised as a Python exception, so that there is one way out.
+      PyErr_SetString(PyExc_TypeError, error.what());
+      if (!error_) error_ = std::make_unique<nb::python_error>();
+    }
+    return 1;
+  }
+
+  nb::callable policy_;
+  nb::object progress_;
+  std::unique_ptr<nb::python_error> error_;
+};
+
+std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, int episodes,
+                     std::uint64_t seed, int num_envs, int threads, int obs_mode,
+                     const std::string& name, const std::string& config,
+                     const std::string& renderer, const std::optional<std::string>& output,
+                     const std::optional<std::string>& resume, const NamedValue& task_options,
+                     nb::object progress) {
+  Session session(std::move(policy), std::move(progress));
+  std::vector<const char*> names;
+  for (const std::string& id : ids) names.push_back(id.c_str());
+  std::vector<engram_task_option> choices;
+  for (const auto& [option, value] : task_options) choices.push_back({option.c_str(), value});
+  engram_evaluation_options options;
+  engram_evaluation_options_init(&options);
+  options.ids = names.data();
+  options.num_ids = names.size();
+  options.episodes = episodes;
+  options.num_envs = num_envs;
+  options.threads = threads;
+  options.obs_mode = obs_mode;
+  options.seed = seed;
+  options.name = name.c_str();
+  options.config_json = config.c_str();
+  options.renderer = renderer.c_str();
+  options.output = output ? output->c_str() : nullptr;
+  options.resume = resume ? resume->c_str() : nullptr;
+  options.task_options = choices.data();
+  options.num_task_options = choices.size();
+  options.progress = &Session::tell;
+  char* document = nullptr;
+  engram_status status = ENGRAM_OK;
+  {
+    const nb::gil_scoped_release release;
+    status = engram_evaluate(&options, &Session::act, &session, &document);
+  }
+  const std::unique_ptr<char, void (*)(char*)> owner(document, &engram_free_text);
+  session.rethrow();
+  if (status != ENGRAM_OK) raise(status, engram_last_error());
+  return document;
+}
+
+}  // namespace
+
+void bind_evaluate(nb::module_& module) {
+  using namespace nb::literals;  // NOLINT: the way in which nanobind's literals are meant to be
+                                 // used
+  module.def("evaluate", &evaluate, "policy"_a, "ids"_a, "episodes"_a, "seed"_a, "num_envs"_a,
+             "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
+             "resume"_a.none(), "task_options"_a, "progress"_a.none());
+}
+
+}  // namespace engram_python

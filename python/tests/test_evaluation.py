@@ -1,0 +1,128 @@
+"""engram.evaluate: what a policy sees, what it may answer, and how it fails."""
+
+import json
+
+import numpy as np
+import pytest
+
+import engram
+
+ID = "RememberColor3-VLA-v0"
+
+
+def still(observation):
+    return np.zeros((len(observation["instruction"]), 7), np.float32)
+
+
+def test_observations_and_results():
+    seen = []
+
+    def policy(observation):
+        seen.append(len(observation["instruction"]))
+        count = seen[-1]
+        assert observation["rgb"].shape == (count, 128, 128, 6)
+        assert observation["rgb"].dtype == np.uint8
+        assert observation["rgb"].std() > 1
+        assert observation["proprio"].shape == (count, 7)
+        assert observation["state"] is None
+        assert observation["env_id"] == ID
+        assert set(observation["episode"]) <= {0, 1, 2}
+        assert ((observation["step"] == 0) == (observation["first"] == 1)).all()
+        return np.zeros((count, 5, 7), np.float32)
+
+    result = engram.evaluate(policy, ID, episodes=3, num_envs=2, name="still")
+    task = result["tasks"][0]
+    assert task["env_id"] == ID
+    assert task["action_chunk_size"] == 5
+    assert task["model"]["name"] == "still"
+    assert task["episode_seeds"] == [4242424242, 4242424243, 4242424244]
+    assert sum(seen) == 3 * 5  # 25 steps in chunks of 5
+    # Standing still by hand gives the same returns.
+    env = engram.make(ID, obs_mode="state")
+    for episode in range(3):
+        env.reset(seed=4242424242 + episode)
+        total = sum(env.step(np.zeros(7, np.float32))[1] for _ in range(25))
+        assert task["returns"][episode] == pytest.approx(total, rel=1e-6)
+
+
+def test_same_for_any_batch():
+    def policy(observation):
+        pixels = observation["rgb"][:, ::16, ::16].reshape(len(observation["episode"]), -1)
+        angle = pixels.mean(axis=1)
+        actions = np.zeros((len(angle), 7), np.float32)
+        actions[:, 0], actions[:, 1] = np.cos(angle), np.sin(angle)
+        return [action[None, None] for action in actions]  # (1, 1, 7)
+
+    results = [
+        engram.evaluate(policy, ID, episodes=5, num_envs=num_envs, threads=threads)
+        for num_envs, threads in [(1, 1), (2, 2), (5, 1)]
+    ]
+    assert results[0] == results[1] == results[2]
+
+
+def test_state_only_on_request():
+    def policy(observation):
+        assert observation["rgb"] is None
+        assert observation["state"].shape[1] > 25
+        return still(observation)
+
+    task = engram.evaluate(policy, ID, episodes=1, obs="state")["tasks"][0]
+    assert task["obs_mode"] == "state"
+
+
+@pytest.mark.parametrize(
+    "answer, message",
+    [
+        (lambda n: np.zeros((n, 0, 7)), "empty chunk"),
+        (lambda n: np.zeros((n, 6)), "shape"),
+        (lambda n: np.zeros((n + 1, 7)), "rows"),
+        (lambda n: np.full((n, 7), np.nan), "finite"),
+    ],
+)
+def test_bad_answers(answer, message):
+    with pytest.raises(engram.InvalidArgumentError, match=message):
+        engram.evaluate(lambda o: answer(len(o["instruction"])), ID, episodes=1, obs="state")
+
+
+def test_exceptions_come_out_as_they_are():
+    class Mine(Exception):
+        pass
+
+    def policy(observation):
+        raise Mine("so it is")
+
+    with pytest.raises(Mine, match="so it is"):
+        engram.evaluate(policy, ID, episodes=2, obs="state")
+
+    def progress(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        engram.evaluate(still, ID, episodes=500, obs="state", progress=progress)
+
+
+def test_files_and_resume(tmp_path):
+    ids = [ID, "RememberColor5-VLA-v0"]
+    result = engram.evaluate(still, ids, episodes=2, obs="state", output=tmp_path)
+    (folder,) = (tmp_path / "short").iterdir()
+    assert json.loads((folder / "summary.json").read_text()) == result["summary"]
+    (folder / f"{ID}.json").unlink()
+    asked = []
+
+    def policy(observation):
+        asked.append(observation["env_id"])
+        return still(observation)
+
+    assert engram.evaluate(policy, ids, episodes=2, obs="state", resume=folder) == result
+    assert set(asked) == {ID}
+    with pytest.raises(engram.InvalidArgumentError, match="other options"):
+        engram.evaluate(policy, ids, episodes=3, obs="state", resume=folder)
+
+
+def test_wrong_arguments():
+    with pytest.raises(engram.UnknownIdError):
+        engram.evaluate(still, "RememberColour3-VLA-v0")
+    with pytest.raises(engram.InvalidArgumentError):
+        engram.evaluate(still, [])
+    with pytest.raises(engram.InvalidArgumentError):
+        engram.evaluate(still, ID, episodes=0)

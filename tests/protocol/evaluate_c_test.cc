@@ -1,0 +1,93 @@
+// The C door to the evaluation protocol.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engram/engram_c.h"
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* const kIds[] = {"RememberColor3-VLA-v0"};
+
+engram_evaluation_options options_of(int32_t episodes) {
+  engram_evaluation_options options;
+  engram_evaluation_options_init(&options);
+  options.ids = kIds;
+  options.num_ids = 1;
+  options.episodes = episodes;
+  options.obs_mode = ENGRAM_OBS_STATE;
+  return options;
+}
+
+struct Call {
+  int requests = 0;
+  int64_t shape[3] = {1, 4, 7};
+  int32_t ndim = 3;
+  engram_status status = ENGRAM_OK;
+};
+
+// Zeros in chunks of the shape that the caller wants.
+int still(void* user, const engram_policy_request* request, engram_policy_reply* reply) {
+  auto& call = *static_cast<Call*>(user);
+  ++call.requests;
+  const std::vector<float> zeros(4 * 7, 0.0F);
+  for (int32_t row = 0; row < request->count; ++row) {
+    call.status = engram_policy_set(reply, row, zeros.data(), call.shape, call.ndim);
+    if (call.status == ENGRAM_OK) continue;
+    engram_policy_fail(reply, engram_last_error());
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("C door: a callback is evaluated", "[evaluation]") {
+  const engram_evaluation_options options = options_of(3);
+  Call call;
+  char* text = nullptr;
+  REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
+  const Json document = Json::parse(text);
+  engram_free_text(text);
+  const Json& task = document["tasks"][0];
+  CHECK(task["env_id"] == kIds[0]);
+  CHECK(task["obs_mode"] == "state");
+  CHECK(task["action_chunk_size"] == 4);
+  CHECK(task["model"]["name"] == "external");
+  CHECK(task["episode_lengths"] == std::vector<int>(3, 25));
+  CHECK(call.requests >= 7);
+  CHECK(document["summary"]["tasks"][0] == kIds[0]);
+}
+
+TEST_CASE("C door: an evaluation that cannot be says why", "[evaluation]") {
+  Call call;
+  char* text = nullptr;
+  const auto refused = [&](const engram_evaluation_options& options, engram_status status,
+                           const std::string& words) {
+    CHECK(engram_evaluate(&options, &still, &call, &text) == status);
+    CHECK(text == nullptr);
+    CHECK_THAT(engram_last_error(), Catch::Contains(words));
+  };
+  engram_evaluation_options options = options_of(0);
+  refused(options, ENGRAM_INVALID_ARGUMENT, "episodes: 0 given");
+  options = options_of(1);
+  options.num_ids = 0;
+  refused(options, ENGRAM_INVALID_ARGUMENT, "ids");
+  options = options_of(1);
+  options.output = "/proc/nowhere";
+  refused(options, ENGRAM_IO, "/proc/nowhere");
+  options = options_of(1);
+  call.shape[1] = 0;
+  refused(options, ENGRAM_UNAVAILABLE, "empty chunk");
+  CHECK(call.status == ENGRAM_INVALID_ARGUMENT);
+  call = {};
+  call.ndim = 4;
+  refused(options, ENGRAM_UNAVAILABLE, "4 dimensions");
+  call = {};
+  options.progress = [](void*, int32_t, int32_t, uint64_t) { return 1; };
+  options.episodes = 2000;
+  refused(options, ENGRAM_UNAVAILABLE, "progress callback");
+}
