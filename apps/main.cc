@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/bench_command.h"
+#include "apps/collect_command.h"
 #include "apps/doctor_command.h"
 #include "apps/eval_command.h"
 #include "apps/info_command.h"
@@ -52,6 +53,7 @@ int run(int argc, char** argv) {
   add_info_command(app);
   add_rollout_command(app);
   add_eval_command(app);
+  add_collect_command(app);
   add_record_command(app);
   add_bench_command(app);
   add_doctor_command(app);

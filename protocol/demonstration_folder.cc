@@ -38,7 +38,7 @@ int file_number(const std::string& name) {
 
 // How the episodes in a folder were made: what a run that goes on must share.
 Json provenance(const CollectionPlan& plan) {
-  const EnvOptions options = demonstration_options(1, 1);
+  const EnvOptions options = demonstration_options();
   return {{"version", version()},
           {"start_seed", plan.start_seed},
           {"renderer", plan.renderer},
@@ -47,6 +47,18 @@ Json provenance(const CollectionPlan& plan) {
 }
 
 }  // namespace
+
+FolderLock::FolderLock(const fs::path& folder)
+    : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  if (errno != EWOULDBLOCK) return;  // a file system without locks
+  ::close(descriptor_);
+  fail(folder, "is in use: another run collects into it");
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
 
 DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEntry& entry,
                                          const CollectionPlan& plan)
@@ -63,17 +75,13 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
                     std::to_string(seeds) + " are planned");
   }
   require_writable_folder(path_);
-  lock();
+  lock_ = std::make_unique<FolderLock>(path_);
   remove_temporary_files(path_);
   const int files = count_files();
   if (files > 0 || fs::exists(path_ / kMetadata)) check_metadata();
   for (int i = 0; i < files; ++i) kept_.push_back(read(i));
   if (!kept_.empty()) next_ = static_cast<std::uint64_t>(kept_.back().seed) + 1;
   write_file(path_ / kMetadata, to_text(metadata()));
-}
-
-DemonstrationFolder::~DemonstrationFolder() {
-  if (lock_ >= 0) ::close(lock_);
 }
 
 fs::path DemonstrationFolder::file(int index) const {
@@ -84,21 +92,17 @@ int DemonstrationFolder::attempt_of(std::uint64_t seed) const {
   return static_cast<int>((seed - plan_.start_seed) / static_cast<std::uint64_t>(rule_.batch));
 }
 
+std::uint64_t DemonstrationFolder::attempt_end(std::uint64_t seed) const {
+  return plan_.start_seed +
+         static_cast<std::uint64_t>(attempt_of(seed) + 1) * static_cast<std::uint64_t>(rule_.batch);
+}
+
 std::uint64_t DemonstrationFolder::end_seed() const {
   return plan_.start_seed +
          static_cast<std::uint64_t>(plan_.max_attempts) * static_cast<std::uint64_t>(rule_.batch);
 }
 
 // --- what is there already ---
-
-// Two runs that number the same files would overwrite each other's.
-void DemonstrationFolder::lock() {
-  lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    ::close(lock_);
-    fail(path_, "is in use: another run collects into it");
-  }
-}
 
 int DemonstrationFolder::count_files() const {
   std::vector<int> numbers;
@@ -173,15 +177,16 @@ DemonstrationFolder::Kept DemonstrationFolder::read(int index) const {
 void DemonstrationFolder::accept(std::uint64_t seed, Demonstration demonstration) {
   if (finished() || seed < next_) return;
   waiting_.insert_or_assign(seed, std::move(demonstration));
+  const int before = episodes();
   while (!finished() && decide_attempt()) {
   }
+  if (episodes() != before) write_file(path_ / kMetadata, to_text(metadata()));
 }
 
 // Keeps or drops the attempt that comes next; returns false if its episodes are not all there yet.
 // Of an attempt that an interrupted run has kept in part, only the rest is played.
 bool DemonstrationFolder::decide_attempt() {
-  const std::uint64_t end = plan_.start_seed + static_cast<std::uint64_t>(attempt_of(next_) + 1) *
-                                                   static_cast<std::uint64_t>(rule_.batch);
+  const std::uint64_t end = attempt_end(next_);
   bool all_succeeded = true;
   for (std::uint64_t seed = next_; seed < end; ++seed) {
     const auto found = waiting_.find(seed);
@@ -206,6 +211,11 @@ void DemonstrationFolder::keep(std::uint64_t seed, const Demonstration& demonstr
   write_file(path_ / kMetadata, to_text(metadata()));
 }
 
+int DemonstrationFolder::waiting() const {
+  return static_cast<int>(std::count_if(waiting_.begin(), waiting_.end(),
+                                        [](const auto& item) { return item.second.success; }));
+}
+
 std::int64_t DemonstrationFolder::steps() const {
   std::int64_t sum = 0;
   for (const Kept& kept : kept_) sum += kept.length;
@@ -220,6 +230,17 @@ std::vector<int> DemonstrationFolder::lengths() const {
 
 int DemonstrationFolder::attempts() const {
   return kept_.empty() ? 0 : attempt_of(static_cast<std::uint64_t>(kept_.back().seed)) + 1;
+}
+
+int DemonstrationFolder::attempts_kept() const {
+  int count = 0;
+  int last = -1;
+  for (const Kept& kept : kept_) {
+    const int attempt = attempt_of(static_cast<std::uint64_t>(kept.seed));
+    if (attempt != last) ++count;
+    last = attempt;
+  }
+  return count;
 }
 
 Json DemonstrationFolder::metadata() const {

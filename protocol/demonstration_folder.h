@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,20 @@
 #include "protocol/json.h"
 
 namespace engram {
+
+// Keeps other processes from the same folder while it lives. Two runs that number the same files
+// would overwrite each other's.
+class FolderLock {
+ public:
+  // Throws Error (kIo) if somebody else has it.
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
 
 struct CollectionPlan {
   int episodes = 250;
@@ -29,12 +44,11 @@ class DemonstrationFolder {
   // collected otherwise than planned.
   DemonstrationFolder(const std::filesystem::path& root, const RegistryEntry& entry,
                       const CollectionPlan& plan);
-  ~DemonstrationFolder();
-  DemonstrationFolder(const DemonstrationFolder&) = delete;
-  DemonstrationFolder& operator=(const DemonstrationFolder&) = delete;
 
   const RegistryEntry& entry() const { return entry_; }
   const std::filesystem::path& path() const { return path_; }
+  // The data file of that number.
+  std::filesystem::path file(int index) const;
 
   // Whether there are as many episodes as planned, and whether there is nothing left to play.
   bool complete() const { return episodes() >= plan_.episodes; }
@@ -42,18 +56,23 @@ class DemonstrationFolder {
 
   // The first seed that is still to be played; those after it follow one by one.
   std::uint64_t next_seed() const { return next_; }
-  // The end of the seeds that may be played at all.
+  // The end of the seeds of an attempt, and of those that may be played at all.
+  std::uint64_t attempt_end(std::uint64_t seed) const;
   std::uint64_t end_seed() const;
   // What became of a seed, next_seed() or later, each once. Writes files once all seeds before are
   // known. Ignored when finished. Throws Error (kIo) if a file cannot be written.
   void accept(std::uint64_t seed, Demonstration demonstration);
 
+  // Successes that wait for what becomes of earlier seeds.
+  int waiting() const;
+
   // What is kept: episodes and their control steps.
   int episodes() const { return static_cast<int>(kept_.size()); }
   std::int64_t steps() const;
   std::vector<int> lengths() const;
-  // Attempts from the first to the last that anything was kept of; complete() or not.
+  // Attempts from the first to the last that anything was kept of, and how many of them were kept.
   int attempts() const;
+  int attempts_kept() const;
   // The content of metadata.json.
   Json metadata() const;
 
@@ -65,8 +84,6 @@ class DemonstrationFolder {
   };
 
   int attempt_of(std::uint64_t seed) const;
-  std::filesystem::path file(int index) const;
-  void lock();
   void check_metadata() const;
   int count_files() const;
   Kept read(int index) const;
@@ -77,7 +94,7 @@ class DemonstrationFolder {
   CollectionPlan plan_;
   CollectionRule rule_;
   std::filesystem::path path_;
-  int lock_ = -1;
+  std::unique_ptr<FolderLock> lock_;
   std::vector<Kept> kept_;
   std::uint64_t next_ = 0;
   std::map<std::uint64_t, Demonstration> waiting_;  // for seeds before them

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <numeric>
 
 #include "protocol/npz.h"
@@ -44,12 +43,11 @@ CollectionRule collection_rule(const RegistryEntry& entry) {
   return {.batch = entry.family == "ShellGamePick" ? 1 : 10, .min_steps = 10};
 }
 
-EnvOptions demonstration_options(int num_envs, int threads) {
+EnvOptions demonstration_options() {
   EnvOptions options;
-  options.num_envs = num_envs;
-  options.threads = threads;
   options.obs_mode = ObsMode::kRgb;
   options.auto_reset = AutoReset::kOff;
+  options.terminate_on_success = true;  // where demonstrations end
   return options;
 }
 
@@ -75,22 +73,22 @@ void DemonstrationRecorder::before_step(const VectorEnv& env, int index, std::sp
   append(actions_, std::span<const float>(action));
 }
 
-bool DemonstrationRecorder::after_step(const VectorEnv& env, int index) {
+void DemonstrationRecorder::after_step(const VectorEnv& env, int index) {
   const auto i = static_cast<std::size_t>(index);
   const bool success = env.success()[i] != 0;
   const bool ended = (env.terminated()[i] | env.truncated()[i]) != 0;
   rewards_.push_back(env.reward()[i]);
   successes_.push_back(success ? 1 : 0);
   dones_.push_back(success || ended ? 1 : 0);
-  return success || ended;
 }
 
 Demonstration DemonstrationRecorder::finish() const {
   Demonstration demonstration;
-  demonstration.success = !successes_.empty() && successes_.back() != 0;
-  if (!demonstration.success) return demonstration;
   const auto steps = static_cast<std::int64_t>(successes_.size());
   const auto length = static_cast<std::int32_t>(steps);
+  demonstration.length = length;
+  demonstration.success = !successes_.empty() && successes_.back() != 0;
+  if (!demonstration.success) return demonstration;
   const bool success_once = true;
   const std::u32string instruction = code_points(instruction_);
   const auto text = std::as_bytes(std::span<const char32_t>(instruction));
@@ -109,7 +107,6 @@ Demonstration DemonstrationRecorder::finish() const {
       {"episode_length", NpyType::kInt32, {}, bytes_of(length)},
       {"episode_seed", NpyType::kInt64, {}, bytes_of(seed_)},
   };
-  demonstration.length = length;
   demonstration.reward_sum = std::accumulate(rewards_.begin(), rewards_.end(), 0.0);
   demonstration.file = npz_bytes(arrays);
   return demonstration;
@@ -117,32 +114,21 @@ Demonstration DemonstrationRecorder::finish() const {
 
 // --- between processes ---
 
-namespace {
-
-struct PackedHead {
-  double reward_sum;
-  std::int32_t length;
-  std::int32_t success;
-};
-
-}  // namespace
-
-std::vector<std::byte> Demonstration::pack() const {
-  const PackedHead head{reward_sum, length, success ? 1 : 0};
-  std::vector<std::byte> bytes(sizeof head + file.size());
-  std::memcpy(bytes.data(), &head, sizeof head);
-  std::copy(file.begin(), file.end(), bytes.begin() + sizeof head);
-  return bytes;
+void Demonstration::pack(ByteWriter& out) const {
+  out.put(success);
+  out.put(length);
+  out.put(reward_sum);
+  out.put(static_cast<std::uint64_t>(file.size()));
+  out.append(std::span<const std::byte>(file));
 }
 
-Demonstration Demonstration::unpack(std::span<const std::byte> bytes) {
-  PackedHead head{};
-  if (bytes.size() < sizeof head) {
-    throw Error(Error::kInternal, "a demonstration of " + std::to_string(bytes.size()) + " bytes");
-  }
-  std::memcpy(&head, bytes.data(), sizeof head);
-  bytes = bytes.subspan(sizeof head);
-  return {head.success != 0, head.length, head.reward_sum, {bytes.begin(), bytes.end()}};
+Demonstration Demonstration::unpack(ByteReader& in) {
+  Demonstration demonstration;
+  demonstration.success = in.get<bool>();
+  demonstration.length = in.get<std::int32_t>();
+  demonstration.reward_sum = in.get<double>();
+  demonstration.file = in.values<std::byte>(in.get<std::uint64_t>());
+  return demonstration;
 }
 
 }  // namespace engram

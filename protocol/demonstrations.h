@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/bytes.h"
 #include "protocol/make.h"
 
 namespace engram {
@@ -22,22 +23,23 @@ struct CollectionRule {
 CollectionRule collection_rule(const RegistryEntry& entry);
 
 // The environments in which demonstrations are played, and in which they can be replayed: the
-// library's defaults with images, ended episodes left alone.
-EnvOptions demonstration_options(int num_envs, int threads);
+// library's defaults with images, episodes ending at success and then left alone.
+EnvOptions demonstration_options();
 
 // Seeds are stored as int64.
 inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
 
 // What became of one episode.
 struct Demonstration {
-  bool success = false;  // nothing below is set otherwise
-  std::int32_t length = 0;
+  bool success = false;
+  std::int32_t length = 0;  // control steps
+  // Of a success only:
   double reward_sum = 0;
   std::vector<std::byte> file;  // the .npz file's content
 
-  // As bytes, for the way to another process.
-  std::vector<std::byte> pack() const;
-  static Demonstration unpack(std::span<const std::byte> bytes);
+  // For the way to another process.
+  void pack(ByteWriter& out) const;
+  static Demonstration unpack(ByteReader& in);
 };
 
 // Records the episode of one environment of a batch, from its first observation to its first
@@ -48,9 +50,9 @@ class DemonstrationRecorder {
   void start(const VectorEnv& env, int index);
   // Before a step: limits the environment's action to [-1, 1] and keeps it with the observation.
   void before_step(const VectorEnv& env, int index, std::span<float> action);
-  // After it. Returns whether the episode is over for demonstrations: success, or no hope of it.
-  bool after_step(const VectorEnv& env, int index);
-  // Once it is over.
+  // After it.
+  void after_step(const VectorEnv& env, int index);
+  // Once it has ended.
   Demonstration finish() const;
 
  private:

@@ -1,0 +1,144 @@
+#include "apps/collect_command.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <limits>
+#include <memory>
+#include <numeric>
+
+#include "apps/options.h"
+#include "apps/output.h"
+#include "apps/progress.h"
+#include "apps/task_choice.h"
+#include "protocol/collection.h"
+#include "protocol/collection_report.h"
+#include "protocol/files.h"
+
+namespace engram::apps {
+namespace {
+
+constexpr const char* kReport = "collect_report.html";
+
+struct CollectOptions {
+  std::vector<std::string> ids;
+  TaskFilter filter;
+  bool all = false;
+  ImageSourceOptions images;
+  CollectionOptions collection{.plan = {}, .out = "."};
+  bool json = false;
+};
+
+Json task_document(const DemonstrationFolder& folder) {
+  return {{"env_id", folder.entry().id},   {"out", folder.path().string()},
+          {"episodes", folder.episodes()}, {"steps", folder.steps()},
+          {"attempts", folder.attempts()}, {"keep_rate", keep_rate(folder)}};
+}
+
+using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
+
+Json document(const Folders& folders, const CollectOptions& options) {
+  int episodes = 0;
+  std::int64_t steps = 0;
+  Json tasks = Json::array();
+  for (const auto& folder : folders) {
+    episodes += folder->episodes();
+    steps += folder->steps();
+    tasks.push_back(task_document(*folder));
+  }
+  return {{"out", options.collection.out.string()},
+          {"format", "npz"},
+          {"episodes", episodes},
+          {"steps", steps},
+          {"tasks", tasks}};
+}
+
+std::string to_words(const Folders& folders) {
+  Table table({{"task"},
+               {"episodes", true},
+               {"steps", true},
+               {"mean steps", true},
+               {"attempts", true},
+               {"kept", true},
+               {"folder"}});
+  for (const auto& folder : folders) {
+    const double mean =
+        folder->episodes() == 0 ? 0.0 : static_cast<double>(folder->steps()) / folder->episodes();
+    table.add({std::string(folder->entry().id), std::to_string(folder->episodes()),
+               with_thousands(static_cast<double>(folder->steps())), fmt::format("{:.1f}", mean),
+               std::to_string(folder->attempts()), fmt::format("{:.3f}", keep_rate(*folder)),
+               folder->path().string()});
+  }
+  return table.text();
+}
+
+// A plan whose attempts did not suffice has failed, whatever it has collected.
+void require_complete(const Folders& folders, const CollectionPlan& plan) {
+  for (const auto& folder : folders) {
+    if (folder->complete()) continue;
+    throw Error(
+        Error::kUnavailable,
+        fmt::format("{}: {} of {} episodes after {} attempts; more --max-attempts allowed",
+                    folder->entry().id, folder->episodes(), plan.episodes, plan.max_attempts));
+  }
+}
+
+void run(CollectOptions& options) {
+  const std::vector<const RegistryEntry*> tasks =
+      chosen_tasks(options.ids, options.filter, options.all);
+  options.collection.plan.renderer = options.images.renderer;
+  const std::unique_ptr<Ranks> ranks = join_ranks();
+  Folders folders;
+  CollectionTiming timing;
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    Progress progress("collect", "steps");
+    folders = collect(*ranks, tasks, options.collection, [&](const CollectionProgress& now) {
+      progress.update(static_cast<double>(now.episodes) / now.wanted,
+                      static_cast<double>(now.env_steps));
+      timing.episodes = now.added;
+      timing.env_steps = now.env_steps;
+    });
+  } catch (const std::exception& error) {
+    if (!ranks->alone()) {
+      print_error(error.what());
+      ranks->abort();
+    }
+    throw;
+  }
+  if (!ranks->leads()) return;
+  timing.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  write_file(options.collection.out / kReport, collection_report(folders, timing));
+  print(options.json ? to_text(document(folders, options)) : to_words(folders));
+  require_complete(folders, options.collection.plan);
+}
+
+}  // namespace
+
+void add_collect_command(CLI::App& app) {
+  const auto options = std::make_shared<CollectOptions>();
+  CLI::App* command = app.add_subcommand("collect", "Demonstrations of the oracle, as NPZ files");
+  command->add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0")->type_name("ID");
+  add_filter(*command, options->filter);
+  command->add_flag("--canonical", options->filter.canonical, "Tasks of the benchmark proper only");
+  command->add_flag("--all", options->all, "All registered tasks that pass the filters");
+  CollectionPlan& plan = options->collection.plan;
+  add_int(*command, "--episodes", plan.episodes, 1, std::numeric_limits<int>::max(),
+          "Episodes per task");
+  add_int(*command, "--max-attempts", plan.max_attempts, 1, 100'000'000,
+          "Attempts per task, of one episode or one batch");
+  add_seed(*command, plan.start_seed, "The first episode's; those after it follow one by one");
+  add_renderer(*command, options->images);
+  add_num_envs(*command, options->collection.num_envs);
+  add_threads(*command, options->collection.threads);
+  command->add_option("--out", options->collection.out, "Folder to hold data_npz/<ID>")
+      ->type_name("DIR")
+      ->capture_default_str();
+  add_json(*command, options->json);
+  command->footer(
+      "Keeps episodes that succeed, up to their first success. Where it was interrupted, the same "
+      "command goes on. Files do not depend on --num-envs, --threads or the number of processes.");
+  command->final_callback([options] { run(*options); });
+}
+
+}  // namespace engram::apps
