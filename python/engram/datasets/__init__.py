@@ -1,7 +1,7 @@
 """Demonstrations that `engram collect` wrote, and their conversion to RLDS and LeRobotDataset v3.
 
-    python -m engram.datasets rlds FOLDER       # FOLDER/data_npz/<id> -> FOLDER/data_rlds/<id>/1.0.0
-    python -m engram.datasets lerobot FOLDER    # FOLDER/data_npz/<id> -> FOLDER/data_lerobot/<id>
+    python -m engram.datasets rlds FOLDER       # data_npz/<id> -> data_rlds/<id>/1.0.0
+    python -m engram.datasets lerobot FOLDER    # data_npz/<id> -> data_lerobot/<id>
     python -m engram.datasets replay FOLDER     # plays the stored actions again and compares
 
 Nothing here but `replay` needs the compiled part of engram. The formats are described in

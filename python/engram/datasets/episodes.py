@@ -8,6 +8,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -51,14 +52,18 @@ class Episode:
             with np.load(path, allow_pickle=False) as file:
                 values = {name: file[name] for name in _DTYPES}
         except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error, EOFError) as error:
-            raise DatasetError(f"'{path}' is not an episode of engram, or damaged: {error}") from error
+            raise DatasetError(
+                f"'{path}' is not an episode of engram, or damaged: {error}"
+            ) from error
         steps = int(values["episode_length"])
         for name, dtype in _DTYPES.items():
             value = values[name]
             if dtype is not None and value.dtype != dtype:
                 raise DatasetError(f"'{path}': {name} has dtype {value.dtype}, {dtype} expected")
             if name in _PER_STEP and value.shape[:1] != (steps,):
-                raise DatasetError(f"'{path}': {name} has shape {value.shape}, {steps} steps expected")
+                raise DatasetError(
+                    f"'{path}': {name} has shape {value.shape}, {steps} steps expected"
+                )
         for name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
             values[name] = values[name].item()
         return cls(**values)
@@ -86,15 +91,17 @@ class DemonstrationFolder(Sequence):
         self.path = Path(path)
         self.metadata_path = self.path / "metadata.json"
         try:
-            self.metadata = json.loads(self.metadata_path.read_text())
-            self.env_id = self.metadata["env_id"]
+            self.metadata: dict[str, Any] = json.loads(self.metadata_path.read_text())
+            self.env_id: str = self.metadata["env_id"]
             count = self.metadata["num_episodes"]
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise DatasetError(f"'{self.metadata_path}' cannot be read: {error}") from error
         self.files = [self.path / f"train_data_{i}.npz" for i in range(count)]
         missing = [file for file in self.files if not file.is_file()]
         if missing:
-            raise DatasetError(f"'{missing[0]}' is missing; metadata.json tells of {count} episodes")
+            raise DatasetError(
+                f"'{missing[0]}' is missing; metadata.json tells of {count} episodes"
+            )
         if not self.files:
             raise DatasetError(f"'{self.path}' holds no episodes")
 
@@ -114,12 +121,20 @@ def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[Demonstratio
     """The data sets in <root>/data_npz, those of `ids` only where any are given."""
     parent = Path(root) / "data_npz"
     if not parent.is_dir():
-        raise DatasetError(f"'{root}' has no folder data_npz; `engram collect ID --out {root}` makes it")
+        raise DatasetError(
+            f"'{root}' has no folder data_npz; `engram collect ID --out {root}` makes it"
+        )
     present = sorted(path.name for path in parent.iterdir() if path.is_dir())
     for env_id in ids:
         if env_id not in present:
-            raise DatasetError(f"no data of {env_id} in '{parent}'; there are: {', '.join(present)}")
+            raise DatasetError(
+                f"no data of {env_id} in '{parent}'; there are: {', '.join(present)}"
+            )
     folders = [DemonstrationFolder(parent / env_id) for env_id in (ids or present)]
     if not folders:
         raise DatasetError(f"'{parent}' holds no data sets")
     return folders
+
+
+def no_progress(done: int, total: int) -> None:
+    """What converters call after every episode, where nobody listens."""

@@ -1,0 +1,149 @@
+"""The command `python -m engram.datasets`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+from engram.datasets.episodes import DatasetError, find_folders
+
+
+def main(arguments: list[str] | None = None) -> int:
+    options = _parser().parse_args(arguments)
+    try:
+        results = [
+            options.run(folder, options) for folder in find_folders(options.folder, options.ids)
+        ]
+    except (DatasetError, OSError) as error:
+        print(f"engram.datasets: {error}", file=sys.stderr)
+        return 1
+    except ModuleNotFoundError as error:
+        print(
+            f"engram.datasets: {error}; `pip install engram[datasets]` brings it",
+            file=sys.stderr,
+        )
+        return 1
+    if options.json:
+        print(json.dumps(results, indent=2))
+    return 0 if all(result.get("equal", True) for result in results) else 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m engram.datasets",
+        description="Converts the demonstrations of `engram collect`, or replays them.",
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name, words, run):
+        command = commands.add_parser(name, help=words, description=words)
+        command.add_argument("folder", type=Path, metavar="FOLDER", help="what holds data_npz/<id>")
+        command.add_argument(
+            "ids", nargs="*", metavar="ID", help="tasks; default: all that are there"
+        )
+        command.add_argument(
+            "--json", action="store_true", help="one JSON document on standard output"
+        )
+        command.set_defaults(run=run)
+        return command
+
+    rlds = add("rlds", "Writes OUT/data_rlds/<id>/1.0.0, for tensorflow_datasets", _rlds)
+    lerobot = add("lerobot", "Writes OUT/data_lerobot/<id>, a LeRobotDataset v3", _lerobot)
+    for command in (rlds, lerobot):
+        command.add_argument("--out", type=Path, help="default: FOLDER")
+    rlds.add_argument("--jobs", type=int, default=0, help="threads; 0: one per core (default)")
+    lerobot.add_argument(
+        "--fps", type=int, default=10, help="nominal frames per second, default 10"
+    )
+    lerobot.add_argument(
+        "--images", action="store_true", help="frames as PNG instead of videos: lossless"
+    )
+    lerobot.add_argument(
+        "--codec", default="libsvtav1", help="encoder of videos, default libsvtav1"
+    )
+
+    replay = add(
+        "replay", "Plays stored actions in fresh environments and compares what they show", _replay
+    )
+    replay.add_argument("--format", choices=("npz", "rlds", "lerobot"), default="npz")
+    replay.add_argument("--episodes", type=int, help="only the first so many of each task")
+    return parser
+
+
+def _rlds(folder, options) -> dict:
+    from engram.datasets import rlds
+
+    with _Progress(folder) as progress:
+        path = rlds.convert(folder, options.out or options.folder, options.jobs, progress)
+    return _result(folder, path, "rlds")
+
+
+def _lerobot(folder, options) -> dict:
+    from engram.datasets import lerobot
+
+    with _Progress(folder) as progress:
+        path = lerobot.convert(
+            folder,
+            options.out or options.folder,
+            options.fps,
+            not options.images,
+            options.codec,
+            progress,
+        )
+    return _result(folder, path, "lerobot")
+
+
+def _replay(folder, options) -> dict:
+    from engram.datasets import replay
+
+    with _Progress(folder) as progress:
+        return replay.compare(folder, options.folder, options.format, options.episodes, progress)
+
+
+def _result(folder, path: Path, name: str) -> dict:
+    return {
+        "env_id": folder.env_id,
+        "out": str(path),
+        "format": name,
+        "episodes": len(folder),
+        "steps": sum(folder.metadata["episode_lengths"]),
+    }
+
+
+class _Progress:
+    """One line on standard error: a count while it runs, where it is a terminal, and the time."""
+
+    def __init__(self, folder):
+        self.name = folder.env_id
+        self.start = time.monotonic()
+        self.next = self.start + 2
+        self.done = 0
+
+    def __enter__(self):
+        return self
+
+    def __call__(self, done: int, total: int) -> None:
+        self.done = done
+        now = time.monotonic()
+        if sys.stderr.isatty() and now >= self.next:
+            self.next = now + 0.2
+            print(
+                f"\r\033[K{self.name}: {done} of {total} episodes",
+                end="",
+                file=sys.stderr,
+                flush=True,
+            )
+
+    def __exit__(self, kind, *_) -> None:
+        if sys.stderr.isatty():
+            print("\r\033[K", end="", file=sys.stderr)
+        if kind is None:
+            seconds = time.monotonic() - self.start
+            print(f"{self.name}: {self.done} episodes in {seconds:.1f} s", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
