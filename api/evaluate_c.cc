@@ -143,10 +143,17 @@ std::string evaluate(const engram_evaluation_options& options, engram_policy_cal
   for (const auto& [name, value] : run.settings().task_options) {
     protocol.environment.task_options.push_back({name, value});
   }
+  const std::vector<const engram::RegistryEntry*> tasks = run.open_tasks();
+  const int episodes = static_cast<int>(tasks.size()) * protocol.episodes;
+  const auto tick = [&](const engram::EvaluationStatus& status) {
+    if (options.progress == nullptr) return;
+    if (options.progress(user, status.episodes, episodes, status.env_steps) == 0) return;
+    throw Error(Error::kUnavailable, "ended by the progress callback");
+  };
   engram::Ranks alone;
   engram::evaluate(
-      alone, run.open_tasks(), protocol,
-      {.finished = [&run](const engram::TaskResult& result) { run.add(result); }, .tick = {}});
+      alone, tasks, protocol,
+      {.finished = [&run](const engram::TaskResult& result) { run.add(result); }, .tick = tick});
   run.finish("CPU, " + std::to_string(engram::worker_threads(options.threads, alone)) + " threads");
   return engram::to_text(run.document());
 }
