@@ -26,6 +26,7 @@ from engram.errors import (
     UnavailableError,
     UnknownIdError,
 )
+from engram.evaluation import evaluate
 from engram.registration import register
 from engram.registry import describe
 from engram.registry import list_tasks as list
@@ -43,6 +44,7 @@ __all__ = [
     "UnknownIdError",
     "VectorEnv",
     "describe",
+    "evaluate",
     "list",
     "make",
     "make_vec",

@@ -45,7 +45,7 @@ def evaluate(
     * ``first`` (N,): 1 at the first request of an episode
     * ``worker``, ``slot`` (N,): a place that the episode keeps from beginning to end
 
-    The arrays are valid during the call alone. It returns an array of shape (N, 7) or (N, K, 7), or
+    The arrays are the policy's to keep. It returns an array of shape (N, 7) or (N, K, 7), or
     a sequence of N arrays of shape (7), (K, 7) or (1, K, 7): actions that are used one per step
     before the episode is asked for again. It is called from several threads, by one at a time;
     for one large batch, ``threads=1, num_envs=50``.

@@ -17,12 +17,12 @@ namespace {
 
 using Chunk = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
 
-// A view of the request's memory, which the policy may keep for the length of its call.
+// A copy of the request's memory: what the policy keeps stays good.
 template <class T>
 nb::object array(const T* data, std::initializer_list<std::size_t> shape) {
   if (data == nullptr) return nb::none();
   return nb::cast(nb::ndarray<nb::numpy, const T>(data, shape.size(), shape.begin(), nb::none()),
-                  nb::rv_policy::reference);
+                  nb::rv_policy::copy);
 }
 
 // Both callbacks of one evaluation, and the first exception that came out of either.

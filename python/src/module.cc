@@ -7,6 +7,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "batch.h"
+#include "evaluate.h"
 
 namespace engram_python {
 namespace {
@@ -97,4 +98,5 @@ NB_MODULE(_core, module) {
   module.def("list_json", &engram_python::list_json);
   engram_python::bind_options(module);
   engram_python::bind_batch(module);
+  engram_python::bind_evaluate(module);
 }

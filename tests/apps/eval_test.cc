@@ -61,8 +61,8 @@ std::string python_policy(const std::string& command) {
 }
 
 const std::string kPipePolicy =
-    "python3 " + (std::filesystem::path(ENGRAM_TEST_DATA).parent_path().parent_path() / "examples" /
-                  "pipe_policy.py")
+    "python3 " + (std::filesystem::path(ENGRAM_TEST_DATA).parent_path().parent_path() / "python" /
+                  "examples" / "pipe_policy.py")
                      .string();
 
 }  // namespace

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A policy for `engram eval --policy-command`: what a policy process has to do, in full.
 
-    engram eval RememberColor3-VLA-v0 --policy-command "python3 examples/pipe_policy.py"
+    engram eval RememberColor3-VLA-v0 --policy-command "python3 python/examples/pipe_policy.py"
 
 Replace `act` with a model. Standard output belongs to the protocol (docs/evaluation.md): print to
 standard error only. Needs nothing but Python 3; the arrays are memory views, which numpy.asarray
