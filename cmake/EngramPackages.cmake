@@ -50,6 +50,12 @@ if(TARGET engram_cli)
   set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "libegl1, libegl-mesa0, libgl1-mesa-dri")
 endif()
 
+if(TARGET engram_mpi)
+  engram_package(mpi engram-mpi science
+    "batched simulation of tabletop memory tasks (several machines)"
+    "${engram_about}\nThis package lets the command share its work under mpirun.")
+endif()
+
 if(ENGRAM_BUILD_PYTHON)
   engram_package(python python3-engram python
     "batched simulation of tabletop memory tasks (Python)"

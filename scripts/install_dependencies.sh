@@ -10,6 +10,7 @@ packages=(
   libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
   python3-dev python3-venv
   libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev
+  libopenmpi-dev openmpi-bin
   catch2
 )
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the Debian packages libengram0, libengram-dev, engram and python3-engram into
+# Builds the Debian packages libengram0, libengram-dev, engram, engram-mpi and python3-engram into
 # build/package/packages.
 # BUILD_DIR names another build folder than build/package.
 set -euo pipefail
