@@ -50,8 +50,8 @@ def evaluate(
     before the episode is asked for again. It is called from several threads, by one at a time;
     for one large batch, ``threads=1, num_envs=50``.
 
-    ``output``: results go to ``<output>/<split>/<date_time>/``. ``resume``: folder of an interrupted
-    run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is called several
+    ``output``: results go to ``<output>/<split>/<date_time>/``. ``resume``: folder of an
+    interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is called several
     times a second.
     """
     modes = {"state": 1, "rgb": 3}

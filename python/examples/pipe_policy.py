@@ -67,7 +67,17 @@ def send(kind, body):
 
 
 def greet(message):
-    names = "magic version observes height width channels proprio action max_slots".split()
+    names = [
+        "magic",
+        "version",
+        "observes",
+        "height",
+        "width",
+        "channels",
+        "proprio",
+        "action",
+        "max_slots",
+    ]
     hello = {name: message.number() for name in names}
     if (hello["magic"], hello["version"]) != (MAGIC, VERSION):
         sys.exit("pipe_policy: another version of the protocol")

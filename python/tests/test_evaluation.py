@@ -71,7 +71,7 @@ def test_state_only_on_request():
 
 
 @pytest.mark.parametrize(
-    "answer, message",
+    ("answer", "message"),
     [
         (lambda n: np.zeros((n, 0, 7)), "empty chunk"),
         (lambda n: np.zeros((n, 6)), "shape"),
@@ -85,13 +85,13 @@ def test_bad_answers(answer, message):
 
 
 def test_exceptions_come_out_as_they_are():
-    class Mine(Exception):
+    class MineError(Exception):
         pass
 
     def policy(observation):
-        raise Mine("so it is")
+        raise MineError("so it is")
 
-    with pytest.raises(Mine, match="so it is"):
+    with pytest.raises(MineError, match="so it is"):
         engram.evaluate(policy, ID, episodes=2, obs="state")
 
     def progress(*_):
