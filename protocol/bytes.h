@@ -30,9 +30,7 @@ class ByteWriter {
     append(std::as_bytes(std::span(text.data(), text.size())));
   }
   void append(std::span<const std::byte> bytes) {
-    const std::size_t end = bytes_.size();
-    bytes_.resize(end + bytes.size());
-    if (!bytes.empty()) std::memcpy(bytes_.data() + end, bytes.data(), bytes.size());
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   }
   template <class T>
   void append(std::span<const T> values) {

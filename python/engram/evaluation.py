@@ -51,8 +51,8 @@ def evaluate(
     for one large batch, ``threads=1, num_envs=50``.
 
     ``output``: results go to ``<output>/<split>/<date_time>/``. ``resume``: folder of an
-    interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is called several
-    times a second.
+    interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is
+    called several times a second.
     """
     modes = {"state": 1, "rgb": 3}
     if obs not in modes:
