@@ -29,9 +29,7 @@ class ByteWriter {
     put(static_cast<std::uint32_t>(text.size()));
     append(std::as_bytes(std::span(text.data(), text.size())));
   }
-  void append(std::span<const std::byte> bytes) {
-    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-  }
+  void append(std::span<const std::byte> bytes);
   template <class T>
   void append(std::span<const T> values) {
     append(std::as_bytes(values));
