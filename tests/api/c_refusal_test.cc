@@ -167,7 +167,7 @@ TEST_CASE("No function crashes on a NULL buffer", "[c_door]") {
   check_refused(engram_reset(env, &request), ENGRAM_INVALID_ARGUMENT, "pins: NULL");
 }
 
-TEST_CASE("Nothing runs before the first reset", "[c_door]") {
+TEST_CASE("C: nothing runs before the first reset", "[c_door]") {
   const Batch batch = make_batch(1);
   engram_env* env = batch.get();
   std::array<float, 7> actions{};
