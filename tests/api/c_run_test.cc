@@ -205,7 +205,7 @@ TEST_CASE("A refused first half leaves no step under way", "[c_door][async]") {
   CHECK(values<std::int32_t>(output(batch, "elapsed_steps"))[0] == 0);
 }
 
-TEST_CASE("Closing waits for a step under way; another thread may wait too", "[c_door][async]") {
+TEST_CASE("Closing waits for a step, and another thread may wait too", "[c_door][async]") {
   for (int i = 0; i < 5; ++i) {
     Batch batch = make_running(16);
     const std::vector<float> actions = actions_of(batch, ENGRAM_POLICY_RANDOM);
