@@ -12,11 +12,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+import importlib
+from typing import TYPE_CHECKING, Any
 
 from engram import _core
-from engram._compat import AutoresetMode
-from engram.env import Env
 from engram.errors import (
     BadStateError,
     Error,
@@ -30,7 +29,11 @@ from engram.evaluation import evaluate
 from engram.registration import register
 from engram.registry import describe
 from engram.registry import list_tasks as list
-from engram.vector_env import VectorEnv
+
+if TYPE_CHECKING:
+    from engram._compat import AutoresetMode
+    from engram.env import Env
+    from engram.vector_env import VectorEnv
 
 __all__ = [
     "AutoresetMode",
@@ -54,13 +57,30 @@ __all__ = [
 __version__: str = _core.version()
 
 
+# What is built on Gymnasium, and where. Loaded when it is first asked for, because Gymnasium itself
+# imports this package, to register its tasks, before it is complete.
+_HOMES = {"AutoresetMode": "_compat", "Env": "env", "VectorEnv": "vector_env"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
 def make(id: str, **options: Any) -> Env:
     """One environment; see ``Env``."""
+    from engram.env import Env
+
     return Env(id, **options)
 
 
 def make_vec(id: str, num_envs: int = 1, **options: Any) -> VectorEnv:
     """A batch of environments; see ``VectorEnv``."""
+    from engram.vector_env import VectorEnv
+
     return VectorEnv(id, num_envs, **options)
 
 

@@ -5,10 +5,7 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-import gymnasium
-
-from engram.registry import list_tasks
-from engram.vector_env import NAMESPACE
+from engram.registry import NAMESPACE, list_tasks
 
 # Entry points are strings "engram.registration:<prefix><id>", which __getattr__ resolves: they can
 # be pickled and written as JSON, and need no keyword argument for the id (0.29 would not pass it).
@@ -17,12 +14,16 @@ _VECTOR_ENV = "make_vec."
 
 
 def register() -> None:
-    """Registers all tasks; importing engram does it already."""
+    """Registers all tasks; importing engram does it already, and Gymnasium 0.29 as well."""
+    # Not from gymnasium, which calls this before it is complete, nor at the top, which would call
+    # it before this module is.
+    from gymnasium.envs import registration
+
     for task in list_tasks():
         name = NAMESPACE + task["id"]
-        if name in gymnasium.registry:
+        if name in registration.registry:
             continue
-        gymnasium.register(
+        registration.register(
             id=name,
             entry_point=f"engram.registration:{_ENV}{task['id']}",
             vector_entry_point=f"engram.registration:{_VECTOR_ENV}{task['id']}",

@@ -9,6 +9,8 @@ from typing import Any
 
 from engram import _core
 
+NAMESPACE = "engram/"  # of ids in Gymnasium's registry
+
 
 @functools.cache
 def _text() -> str:

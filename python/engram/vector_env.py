@@ -17,9 +17,8 @@ from engram import _arguments, _core, _options
 from engram._compat import GYMNASIUM_1, AutoresetMode
 from engram._spaces import Layout, action_spaces, copy_tree, take
 from engram.errors import BadStateError, InvalidArgumentError
+from engram.registry import NAMESPACE
 from engram.sub_env import SubEnv
-
-NAMESPACE = "engram/"  # of ids in Gymnasium's registry
 
 _RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
 # Infos that are NaN throughout while there are none yet: then their mask is False.

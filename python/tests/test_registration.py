@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 import warnings
 
 import gymnasium
@@ -83,3 +85,21 @@ def test_async_vector_env_of_single_environments():
 def test_unknown_entry_points_are_attribute_errors():
     with pytest.raises(AttributeError):
         engram.registration.nothing  # noqa: B018
+
+
+@pytest.mark.parametrize("first", ["gymnasium", "engram"])
+def test_either_package_may_be_imported_first(first):
+    code = (
+        f"import {first}, gymnasium, engram\n"
+        "assert 'engram/RememberColor3-VLA-v0' in gymnasium.registry\n"
+        "env = gymnasium.make('engram/RememberColor3-VLA-v0')\n"
+        "env.reset()\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-W", "error::UserWarning:gymnasium.envs", "-c", code],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    assert "Traceback" not in result.stderr
