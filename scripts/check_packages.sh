@@ -49,10 +49,11 @@ inside sh -ec '
 inside dpkg-query -W -f '${Package} ${Version}: ${Depends}\n' libengram0 libengram-dev engram
 
 echo "== Python, with Gymnasium from its own registry"
+cp /etc/ssl/certs/ca-certificates.crt "$root/outside/certificates.crt"  # those that this machine trusts
 inside sh -c 'apt-get install -y -q --no-install-recommends /packages/python3-engram_*.deb python3-venv ca-certificates'
 inside sh -ec '
   python3 -m venv --system-site-packages /outside/env
-  /outside/env/bin/pip install -q gymnasium
+  /outside/env/bin/pip install -q --cert /outside/certificates.crt gymnasium
   /outside/env/bin/python -c "
 import engram
 env = engram.make_vec(\"RememberColor3-VLA-v0\", num_envs=16)
