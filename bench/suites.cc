@@ -11,6 +11,7 @@
 #include <numeric>
 #include <thread>
 
+#include "bench/budget_suite.h"
 #include "bench/interleave.h"
 #include "bench/plain_loop.h"
 #include "bench/render_suite.h"
@@ -224,7 +225,8 @@ struct Suite {
   std::vector<Row> (*run)(const Options& options);
 };
 
-constexpr std::array<Suite, 7> kSuites = {{{"overhead", run_overhead},
+constexpr std::array<Suite, 8> kSuites = {{{"overhead", run_overhead},
+                                           {"budget", run_budget},
                                            {"physics", run_physics},
                                            {"scaling", run_scaling},
                                            {"memory", run_memory},

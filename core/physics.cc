@@ -39,13 +39,14 @@ Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int w
   }
 }
 
-bool Physics::step(const State& state, int env, int worker, const Drive& drive) {
+bool Physics::step(const State& state, int env, int worker, const Drive& drive,
+                   StepClock::Worker* clock) {
   if (options_.substeps == 0) return true;
   Workbench& bench = workbenches_[static_cast<std::size_t>(worker)];
   const MujocoScope scope;
   bool good = false;
   try {
-    good = Step(*this, bench, state, env, drive).run();
+    good = Step(*this, bench, state, env, drive, clock).run();
   } catch (const Error&) {
     // MuJoCo gave up in the middle of a step; nothing has been stored.
   }

@@ -16,6 +16,7 @@
 #include "core/pair_sieve.h"
 #include "core/physics_model.h"
 #include "core/state.h"
+#include "core/step_clock.h"
 
 namespace engram {
 
@@ -41,7 +42,9 @@ class Physics {
 
   // One control step of environment `env` on the workbench of `worker`. Returns false, and leaves
   // the state as it was, if physics diverged (non-finite or huge values, or an error of MuJoCo).
-  bool step(const State& state, int env, int worker, const Drive& drive);
+  // `clock` may be null.
+  bool step(const State& state, int env, int worker, const Drive& drive,
+            StepClock::Worker* clock = nullptr);
 
   // Recomputes the TCP pose from the joint angles.
   void update_tcp(const State& state, int env) const;

@@ -31,6 +31,7 @@ bool Physics::Step::run() {
   begin();
   for (int i = 0; i < options_.substeps; ++i) {
     glide(static_cast<double>(i + 1) / options_.substeps);
+    mark(clock_, StepPart::kGather);
     if (options_.sleep) {
       composed_substep();
     } else {
@@ -43,6 +44,9 @@ bool Physics::Step::run() {
     return false;
   }
   store();
+  mark(clock_, StepPart::kGather);
+  if (options_.sleep && scene_index_ > PhysicsModel::kRobotScene) put_to_sleep();
+  mark(clock_, StepPart::kWake);
   return true;
 }
 
@@ -176,11 +180,14 @@ void Physics::Step::apply_weights() const {
 void Physics::Step::plain_substep() const {
   apply_drive(model_.drive_law(), drive_, *data_);
   apply_weights();
+  mark(clock_, StepPart::kController);
   mj_step(scene_->model.get(), data_);
+  mark(clock_, StepPart::kDynamics);
 }
 
 void Physics::Step::composed_substep() {
   compose_kinematics(scene_->model.get(), data_);
+  mark(clock_, StepPart::kDynamics);
   if (scene_index_ == PhysicsModel::kDynamicsScene &&
       !model_.robot_bounds().is_clear(*data_, bench_.obstacles)) {
     move_to(PhysicsModel::kRobotScene);
@@ -189,10 +196,13 @@ void Physics::Step::composed_substep() {
   if (scene_index_ != PhysicsModel::kDynamicsScene) {
     while (wake_what_is_near()) compose_kinematics(scene_->model.get(), data_);
   }
+  mark(clock_, StepPart::kWake);
   apply_drive(model_.drive_law(), drive_, *data_);
   if (scene_index_ > PhysicsModel::kRobotScene) apply_weights();
+  mark(clock_, StepPart::kController);
   PairSieve& sieve = bench_.sieves[at(scene_index_)];
   compose_dynamics(scene_->model.get(), data_, sieve.near_pairs(*data_));
+  mark(clock_, StepPart::kDynamics);
 }
 
 // --- storing ---
@@ -216,7 +226,6 @@ void Physics::Step::store() {
     state_.prop_status.row(env_)[prop] = bench_.status[at(prop)];
   }
   store_finger_forces();
-  if (options_.sleep) put_to_sleep();
 }
 
 void Physics::Step::store_finger_forces() const {

@@ -13,13 +13,15 @@ inline constexpr double kWakeGap = 0.002;  // m
 
 class Physics::Step {
  public:
-  Step(const Physics& physics, Workbench& bench, const State& state, int env, const Drive& drive)
+  Step(const Physics& physics, Workbench& bench, const State& state, int env, const Drive& drive,
+       StepClock::Worker* clock)
       : model_(physics.model_),
         options_(physics.options_),
         bench_(bench),
         state_(state),
         env_(env),
-        drive_(drive) {}
+        drive_(drive),
+        clock_(clock) {}
 
   bool run();
 
@@ -132,6 +134,7 @@ class Physics::Step {
   const State& state_;
   int env_;
   const Drive& drive_;
+  StepClock::Worker* clock_;
   int scene_index_ = 0;
   const SceneModel* scene_ = nullptr;
   mjData* data_ = nullptr;

@@ -172,6 +172,7 @@ void VectorEnv::reset(const ResetRequest& request) {
                                  : started_              ? nullptr
                                                          : &options_.pins;
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
+    if (clock_ != nullptr) clock(worker)->start();
     for (int env = begin; env < end; ++env) {
       if (!selected(env)) continue;
       std::uint64_t seed = options_.seed + static_cast<std::uint64_t>(env);
@@ -184,6 +185,7 @@ void VectorEnv::reset(const ResetRequest& request) {
       }
       if (pins != nullptr) pins_.set(env, *pins);
       reset_env(env, seed, episode);
+      mark(clock(worker), StepPart::kReset);
       draw(worker, env);
       final_mask_[static_cast<std::size_t>(env)] = 0;
     }
@@ -243,12 +245,14 @@ void VectorEnv::step(std::span<const float> actions) {
 // Environments whose episode has ended are reset or left alone, as the auto-reset mode says; the
 // others are stepped in runs of neighbours, so that tasks get whole ranges.
 void VectorEnv::step_range(int worker, Range envs, const float* actions) {
+  if (clock_ != nullptr) clock(worker)->start();
   int env = envs.begin;
   while (env < envs.end) {
     final_mask_[static_cast<std::size_t>(env)] = 0;
     if (state_.finished[env] != 0) {
       if (options_.auto_reset == AutoReset::kNextStep) {
         reset_env(env, state_.seed[env], state_.episode[env] + 1);
+        mark(clock(worker), StepPart::kReset);
         draw(worker, env);
       } else {
         reward_[env] = 0;
@@ -275,25 +279,36 @@ void VectorEnv::simulate(int worker, int env, const float* action) {
   } else {
     std::copy_n(action, dim, current);
   }
+  StepClock::Worker* const time = clock(worker);
+  mark(time, StepPart::kController);
   task_->before_physics({env, env + 1});
+  mark(time, StepPart::kTask);
   const Drive drive = controller_->drive(state_, env, current);
-  const bool stable = physics_->step(state_, env, worker, drive);
+  mark(time, StepPart::kController);
+  const bool stable = physics_->step(state_, env, worker, drive, time);
   unstable_[env] = stable ? 0 : 1;
   if (!stable) unstable_count_.fetch_add(1, std::memory_order_relaxed);
+  mark(time, StepPart::kGather);
   physics_->update_tcp(state_, env);
   ++state_.elapsed[env];
+  mark(time, StepPart::kObservation);
 }
 
 // Everything after physics: phases, info, observation, reward, endings.
 void VectorEnv::finish_steps(int worker, Range envs) {
+  StepClock::Worker* const time = clock(worker);
   task_->advance(envs);
   task_->evaluate(envs);
+  mark(time, StepPart::kTask);
   observe(envs);
+  mark(time, StepPart::kObservation);
   compute_rewards(envs);
   for (int env = envs.begin; env < envs.end; ++env) {
+    mark(time, StepPart::kTask);
     draw(worker, env);
     finish_step(worker, env);
   }
+  mark(time, StepPart::kTask);
 }
 
 void VectorEnv::finish_step(int worker, int env) {
@@ -316,6 +331,7 @@ void VectorEnv::finish_step(int worker, int env) {
   const float reward = reward_[env];
   const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};
   reset_env(env, state_.seed[env], state_.episode[env] + 1);
+  mark(clock(worker), StepPart::kReset);
   reward_[env] = reward;
   terminated_[env] = flags[0];
   truncated_[env] = flags[1];
@@ -324,7 +340,9 @@ void VectorEnv::finish_step(int worker, int env) {
 }
 
 void VectorEnv::draw(int worker, int env) {
-  if (images_) images_->render(worker, state_, env);
+  if (!images_) return;
+  images_->render(worker, state_, env);
+  mark(clock(worker), StepPart::kRender);
 }
 
 // --- outputs ---

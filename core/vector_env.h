@@ -144,6 +144,10 @@ class VectorEnv {
   std::vector<std::byte> save() const;
   void restore(std::span<const std::byte> bytes);
 
+  // Counts where the time of further steps goes; null: no more. The clock must have threads()
+  // workers and outlive its use.
+  void attach(StepClock* clock) { clock_ = clock; }
+
   // The engine's columns, for tools and tests that look inside.
   const State& state() const { return state_; }
   const ColumnStore& memory() const { return memory_; }
@@ -162,6 +166,9 @@ class VectorEnv {
   void finish_steps(int worker, Range envs);
   void finish_step(int worker, int env);
   void draw(int worker, int env);
+  StepClock::Worker* clock(int worker) const {
+    return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
+  }
   void observe(Range envs);
   bool observes_state() const {
     return options_.obs_mode == ObsMode::kState || options_.obs_mode == ObsMode::kStateDict;
@@ -207,6 +214,7 @@ class VectorEnv {
   Column<double> episode_return_;
   AlignedArray<std::uint8_t> final_mask_;
 
+  StepClock* clock_ = nullptr;
   bool started_ = false;  // a first reset has been made
   std::atomic<std::uint64_t> unstable_count_ = 0;
 };

@@ -1,0 +1,124 @@
+#include "bench/budget_suite.h"
+
+#include <algorithm>
+#include <array>
+#include <thread>
+
+#include "bench/rollout.h"
+#include "core/step_clock.h"
+#include "tasks/registry_table.h"
+
+namespace engram::bench {
+namespace {
+
+constexpr std::size_t kBarrier = kStepParts;
+constexpr std::size_t kOutside = kStepParts + 1;
+constexpr std::size_t kShares = kStepParts + 2;
+
+// Of the whole, whose us per environment step come behind.
+struct Budget {
+  std::array<double, kShares> share{};
+  double whole = 0;
+};
+
+class Meter {
+ public:
+  Meter(const std::string& id, ObsMode obs, const Options& options, int threads)
+      : threads_(threads),
+        clock_(threads),
+        rollout_(id, batch_of(obs, options, threads), options.policy) {
+    rollout_.env->attach(&clock_);
+  }
+
+  Budget measure(int steps) {
+    const StepClock::Ticks before = clock_.ticks();
+    double ticks = 0;
+    double spent = 0;
+    for (int i = 0; i < steps; ++i) {
+      rollout_.choose();
+      const std::uint64_t begin = StepClock::now();
+      spent += rollout_.step_seconds();
+      ticks += static_cast<double>(StepClock::now() - begin);
+    }
+    const StepClock::Ticks after = clock_.ticks();
+    Budget budget;
+    budget.whole = 1e6 * spent * threads_ / (steps * rollout_.env->num_envs());
+    double marked = 0;
+    for (std::size_t part = 0; part < kStepParts; ++part) {
+      budget.share[part] = static_cast<double>(after[part] - before[part]) / (ticks * threads_);
+      marked += budget.share[part];
+    }
+    budget.share[kBarrier] = 1 - marked;
+    budget.share[kOutside] = 1 - budget.share[static_cast<std::size_t>(StepPart::kDynamics)] -
+                             budget.share[static_cast<std::size_t>(StepPart::kRender)];
+    return budget;
+  }
+
+ private:
+  static EnvOptions batch_of(ObsMode obs, const Options& options, int threads) {
+    EnvOptions result = batch(envs_or(options, 64), threads);
+    result.obs_mode = obs;
+    return result;
+  }
+
+  int threads_;
+  StepClock clock_;
+  Rollout rollout_;
+};
+
+std::vector<std::string> one_of_each_family() {
+  std::vector<std::string> ids;
+  std::vector<std::string_view> families;
+  for (const RegistryEntry& entry : registry()) {
+    if (std::find(families.begin(), families.end(), entry.family) != families.end()) continue;
+    families.push_back(entry.family);
+    ids.emplace_back(entry.id);
+  }
+  return ids;
+}
+
+void add_rows(std::vector<Row>& rows, const std::string& prefix,
+              const std::vector<Budget>& rounds) {
+  const auto median_of = [&rounds](auto&& value) {
+    std::vector<double> values;
+    for (const Budget& budget : rounds) values.push_back(value(budget));
+    return median(std::move(values));
+  };
+  const double whole = median_of([](const Budget& budget) { return budget.whole; });
+  for (std::size_t part = 0; part < kShares; ++part) {
+    const double share = median_of([part](const Budget& budget) { return budget.share[part]; });
+    const std::string_view name = part == kBarrier   ? "barrier"
+                                  : part == kOutside ? "outside"
+                                                     : kStepPartNames[part];
+    rows.push_back({prefix + std::string(name), share * whole, "us per environment step",
+                    "the whole step", whole, share, static_cast<int>(rounds.size())});
+  }
+}
+
+}  // namespace
+
+std::vector<Row> run_budget(const Options& options) {
+  const std::vector<std::string> ids = options.ids.empty() ? one_of_each_family() : options.ids;
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int threads = options.threads > 0 ? options.threads : cores;
+  std::vector<Row> rows;
+  std::size_t done = 0;
+  for (const std::string& id : ids) {
+    for (const ObsMode obs : {ObsMode::kState, ObsMode::kRgb}) {
+      const bool pictures = obs == ObsMode::kRgb;
+      const int steps = pictures ? 3 : 10;
+      Meter meter(id, obs, options, threads);
+      meter.measure(steps);
+      std::vector<Budget> rounds;
+      for (int round = 0; round < options.rounds; ++round) rounds.push_back(meter.measure(steps));
+      add_rows(rows, "budget." + id + (pictures ? ".rgb." : ".state."), rounds);
+      ++done;
+      if (options.progress) {
+        options.progress(static_cast<double>(done) / (2.0 * static_cast<double>(ids.size())));
+      }
+    }
+  }
+  return rows;
+}
+
+}  // namespace engram::bench

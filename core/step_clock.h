@@ -1,0 +1,84 @@
+// Where the time of control steps goes. A clock is attached to a batch by tools that ask; without
+// one, a mark is a test of a null pointer.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#ifdef __x86_64__
+#include <x86intrin.h>
+#endif
+
+namespace engram {
+
+enum class StepPart {
+  kController,   // from the action to targets of the joints, and their forces in every substep
+  kDynamics,     // MuJoCo's stages of a physics step
+  kWake,         // what can touch, wake or fall asleep
+  kGather,       // columns to mjData and back, checks for diverged states
+  kTask,         // phases, success, rewards, endings
+  kObservation,  // TCP pose, proprioception, state vector
+  kReset,        // new episodes
+  kRender,       // pictures
+};
+inline constexpr int kStepParts = 8;
+inline constexpr std::array<std::string_view, kStepParts> kStepPartNames = {
+    "controller", "dynamics", "wake", "gather", "task", "observation", "reset", "render"};
+
+class StepClock {
+ public:
+  using Ticks = std::array<std::uint64_t, kStepParts>;
+
+  // One worker's share, on cache lines of its own.
+  class alignas(64) Worker {
+   public:
+    // Time counts from now on.
+    void start() { last_ = now(); }
+    // What has passed since the last call was spent on that part.
+    void mark(StepPart part) {
+      const std::uint64_t time = now();
+      ticks_[static_cast<std::size_t>(part)] += time - last_;
+      last_ = time;
+    }
+    const Ticks& ticks() const { return ticks_; }
+
+   private:
+    std::uint64_t last_ = 0;
+    Ticks ticks_{};
+  };
+
+  // One for each of the batch's threads.
+  explicit StepClock(int workers) : workers_(static_cast<std::size_t>(workers)) {}
+
+  Worker& worker(int index) { return workers_[static_cast<std::size_t>(index)]; }
+
+  // Over all workers since construction.
+  Ticks ticks() const {
+    Ticks sum{};
+    for (const Worker& worker : workers_) {
+      for (std::size_t part = 0; part < kStepParts; ++part) sum[part] += worker.ticks()[part];
+    }
+    return sum;
+  }
+
+  // Ticks of a clock that runs evenly and takes a few nanoseconds to read.
+  static std::uint64_t now() {
+#ifdef __x86_64__
+    return __rdtsc();
+#else
+    return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+#endif
+  }
+
+ private:
+  std::vector<Worker> workers_;
+};
+
+inline void mark(StepClock::Worker* clock, StepPart part) {
+  if (clock != nullptr) clock->mark(part);
+}
+
+}  // namespace engram
