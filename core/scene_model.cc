@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/arm.h"
+#include "core/composed_step.h"
 #include "core/error.h"
 
 namespace engram {
@@ -81,6 +82,7 @@ SceneModel compile_scene(const SceneSource& source, std::span<const int> props,
     refuse("scene without the nine driven joints of the robot");
   }
   make_motors(*scene.model);
+  require_composable(model);
   scene.mocap.assign(source.props.size(), -1);
   for (const int prop : props) {
     const auto index = static_cast<std::size_t>(prop);
