@@ -7,6 +7,7 @@
 #include <memory>
 #include <numeric>
 
+#include "apps/joined_run.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
@@ -83,31 +84,27 @@ void require_complete(const Folders& folders, const CollectionPlan& plan) {
   }
 }
 
-void run(CollectOptions& options) {
+Folders collect_all(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
+                    const CollectOptions& options, CollectionTiming& timing) {
+  Progress progress("collect", "steps");
+  const auto start = std::chrono::steady_clock::now();
+  Folders folders = collect(ranks, tasks, options.collection, [&](const CollectionProgress& now) {
+    progress.update(static_cast<double>(now.episodes) / now.wanted,
+                    static_cast<double>(now.env_steps));
+    timing.episodes = now.added;
+    timing.env_steps = now.env_steps;
+  });
+  timing.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return folders;
+}
+
+void run(Ranks& ranks, CollectOptions& options) {
   const std::vector<const RegistryEntry*> tasks =
       chosen_tasks(options.ids, options.filter, options.all);
   options.collection.plan.renderer = options.images.renderer;
-  const std::unique_ptr<Ranks> ranks = join_ranks();
-  Folders folders;
   CollectionTiming timing;
-  const auto start = std::chrono::steady_clock::now();
-  try {
-    Progress progress("collect", "steps");
-    folders = collect(*ranks, tasks, options.collection, [&](const CollectionProgress& now) {
-      progress.update(static_cast<double>(now.episodes) / now.wanted,
-                      static_cast<double>(now.env_steps));
-      timing.episodes = now.added;
-      timing.env_steps = now.env_steps;
-    });
-  } catch (const std::exception& error) {
-    if (!ranks->alone()) {
-      print_error(error.what());
-      ranks->abort();
-    }
-    throw;
-  }
-  if (!ranks->leads()) return;
-  timing.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const Folders folders = collect_all(ranks, tasks, options, timing);
+  if (!ranks.leads()) return;
   write_file(options.collection.out / kReport, collection_report(folders, timing));
   print(options.json ? to_text(document(folders, options)) : to_words(folders));
   require_complete(folders, options.collection.plan);
@@ -138,7 +135,7 @@ void add_collect_command(CLI::App& app) {
   command->footer(
       "Keeps episodes that succeed, up to their first success. Where it was interrupted, the same "
       "command goes on. Files do not depend on --num-envs, --threads or the number of processes.");
-  command->final_callback([options] { run(*options); });
+  command->final_callback([options] { run_joined([&](Ranks& ranks) { run(ranks, *options); }); });
 }
 
 }  // namespace engram::apps

@@ -9,6 +9,7 @@
 
 #include "apps/eval_options.h"
 #include "apps/interruption.h"
+#include "apps/joined_run.h"
 #include "apps/live_view.h"
 #include "apps/output.h"
 #include "protocol/evaluation_run.h"
@@ -129,23 +130,6 @@ void follow(Ranks& ranks, const EvalOptions& options) {
   evaluate(ranks, {}, protocol_of(options, settings), {});
 }
 
-void run(const EvalOptions& options) {
-  const std::unique_ptr<Ranks> ranks = join_ranks();
-  try {
-    if (ranks->leads()) {
-      lead(*ranks, options);
-    } else {
-      follow(*ranks, options);
-    }
-  } catch (const std::exception& error) {
-    if (!ranks->alone()) {
-      print_error(error.what());
-      ranks->abort();
-    }
-    throw;
-  }
-}
-
 }  // namespace
 
 void add_eval_command(CLI::App& app) {
@@ -153,7 +137,10 @@ void add_eval_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("eval", "Success rates by the benchmark's evaluation protocol");
   add_eval_options(*command, *options);
-  command->final_callback([options] { run(*options); });
+  command->final_callback([options] {
+    run_joined(
+        [&](Ranks& ranks) { ranks.leads() ? lead(ranks, *options) : follow(ranks, *options); });
+  });
 }
 
 }  // namespace engram::apps

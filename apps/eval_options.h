@@ -28,8 +28,7 @@ struct EvalOptions {
 
 void add_eval_options(CLI::App& command, EvalOptions& options);
 
-// What the command line asks for. Tasks that are not part of this version are left out, with a word
-// on standard error. Throws Error unless tasks are chosen, in one way.
+// What the command line asks for. Throws Error unless tasks are chosen, in one way.
 EvaluationSettings settings_of(const EvalOptions& options);
 
 // The same for a run that goes on in a folder: what the command line does not speak of is as in the

@@ -8,9 +8,8 @@
 
 namespace engram::apps {
 
-// The tasks of these ids, or all that pass the filter. Tasks that are not part of this version are
-// left out of the latter, with a word on standard error. Throws Error unless tasks are chosen, in
-// one of the two ways.
+// The tasks of these ids, or all that pass the filter. Throws Error unless tasks are chosen, in one
+// of the two ways.
 std::vector<const RegistryEntry*> chosen_tasks(const std::vector<std::string>& ids,
                                                const TaskFilter& filter, bool all);
 

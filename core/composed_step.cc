@@ -40,8 +40,7 @@ void compose_forces(const mjModel* m, mjData* d) {
 // no bit of the matrix (scene_model.cc), so the factor at hand serves; without constraint rows, the
 // acceleration at hand does too.
 void compose_integration(const mjModel* m, mjData* d) {
-  mjMARKSTACK
-  const mjtNum* acceleration = d->qacc_smooth;
+  mjMARKSTACK const mjtNum* acceleration = d->qacc_smooth;
   if (d->nefc > 0) {
     mjtNum* solved = mj_stackAlloc(d, m->nv);
     mju_add(solved, d->qfrc_smooth, d->qfrc_constraint, m->nv);
@@ -62,11 +61,10 @@ void require_composable(const mjModel& model) {
     throw Error(Error::kInternal, std::string("scene that cannot be stepped: ") + why);
   };
   for (int i = 0; i < model.nu; ++i) {
-    const bool plain = model.actuator_trntype[i] == mjTRN_JOINT &&
-                       model.actuator_trnid[2 * i] == i && model.jnt_dofadr[i] == i &&
-                       model.actuator_gear[6 * i] == 1 &&
-                       model.actuator_gainprm[i * mjNGAIN] == 1 &&
-                       model.actuator_biastype[i] == mjBIAS_NONE;
+    const bool plain =
+        model.actuator_trntype[i] == mjTRN_JOINT && model.actuator_trnid[2 * i] == i &&
+        model.jnt_dofadr[i] == i && model.actuator_gear[6 * i] == 1 &&
+        model.actuator_gainprm[i * mjNGAIN] == 1 && model.actuator_biastype[i] == mjBIAS_NONE;
     if (!plain) refuse("an actuator is not a motor of gain one on the joint of its index");
   }
   for (int i = 0; i < model.ntendon; ++i) {

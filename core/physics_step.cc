@@ -185,11 +185,17 @@ void Physics::Step::plain_substep() const {
   mark(clock_, StepPart::kDynamics);
 }
 
+bool Physics::Step::robot_is_clear() {
+  const RobotBounds& bounds = model_.robot_bounds();
+  if (bounds.still_clear(clearance_, *data_)) return true;
+  clearance_ = bounds.clearance(*data_, bench_.obstacles);
+  return clearance_.is_clear();
+}
+
 void Physics::Step::composed_substep() {
   compose_kinematics(scene_->model.get(), data_);
   mark(clock_, StepPart::kDynamics);
-  if (scene_index_ == PhysicsModel::kDynamicsScene &&
-      !model_.robot_bounds().is_clear(*data_, bench_.obstacles)) {
+  if (scene_index_ == PhysicsModel::kDynamicsScene && !robot_is_clear()) {
     move_to(PhysicsModel::kRobotScene);
     compose_kinematics(scene_->model.get(), data_);
   }

@@ -67,6 +67,9 @@ class Physics::Step {
 
   void composed_substep();
 
+  // Whether the robot is clear of everything, so that it needs no geometry.
+  bool robot_is_clear();
+
   // --- waking and sleeping (physics_wake.cc) ---
 
   // Wakes sleeping props that the robot or an awake prop could touch, and brings kinematic props
@@ -135,6 +138,7 @@ class Physics::Step {
   int env_;
   const Drive& drive_;
   StepClock::Worker* clock_;
+  RobotBounds::Clearance clearance_;  // of the robot in kDynamicsScene, when last looked at
   int scene_index_ = 0;
   const SceneModel* scene_ = nullptr;
   mjData* data_ = nullptr;

@@ -11,6 +11,8 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
+constexpr double kFarAway = 1e9;  // m
+
 struct Ball {
   Vec3 center;
   double radius;
@@ -140,6 +142,7 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
   if (capsules_.size() > kMaxBodies) {
     throw Error(Error::kInternal, "robot of more than 16 bodies with geometry");
   }
+  measure_arms(robot);
   for (int pair = 0; pair < whole.npair; ++pair) {
     const int body1 = whole.geom_bodyid[whole.pair_geom1[pair]];
     const int body2 = whole.geom_bodyid[whole.pair_geom2[pair]];
@@ -158,43 +161,105 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
 }
 
-bool RobotBounds::is_clear(const mjData& data, std::span<const Obstacle> obstacles) const {
-  std::array<Vec3, kMaxBodies> a;
-  std::array<Vec3, kMaxBodies> b;
-  std::array<Vec3, kMaxBodies> middle;
-  double lowest = 1e9;  // of what can meet props
+// The furthest that a point of a body, or of what hangs on it, can be from the body's origin; a
+// joint's arm is that of its body.
+void RobotBounds::measure_arms(const mjModel& robot) {
+  if (static_cast<std::size_t>(robot.njnt) > kMaxJoints) {
+    throw Error(Error::kInternal, "robot of more than 16 joints");
+  }
+  std::vector<double> extent(static_cast<std::size_t>(robot.nbody), 0.0);
+  for (const Capsule& capsule : capsules_) {
+    extent[static_cast<std::size_t>(capsule.body)] =
+        std::max(capsule.a.norm(), capsule.b.norm()) + capsule.radius;
+  }
+  for (int body = robot.nbody - 1; body > 0; --body) {  // children come behind their parents
+    double offset = Eigen::Map<const Vec3>(robot.body_pos + 3 * body).norm();
+    for (int k = 0; k < robot.body_jntnum[body]; ++k) {
+      const int joint = robot.body_jntadr[body] + k;
+      if (robot.jnt_type[joint] != mjJNT_SLIDE) continue;
+      const double* range = robot.jnt_range + 2 * joint;
+      offset += std::max(std::abs(range[0]), std::abs(range[1]));
+    }
+    double& parent = extent[static_cast<std::size_t>(robot.body_parentid[body])];
+    parent = std::max(parent, offset + extent[static_cast<std::size_t>(body)]);
+  }
+  arms_.clear();
+  for (int joint = 0; joint < robot.njnt; ++joint) {
+    const double anchor = Eigen::Map<const Vec3>(robot.jnt_pos + 3 * joint).norm();
+    const bool slides = robot.jnt_type[joint] == mjJNT_SLIDE;
+    arms_.push_back(slides ? 1.0
+                           : anchor + extent[static_cast<std::size_t>(robot.jnt_bodyid[joint])]);
+  }
+}
+
+RobotBounds::Clearance RobotBounds::clearance(const mjData& data,
+                                              std::span<const Obstacle> obstacles) const {
+  Placed placed;
+  Clearance result;
+  double table = kFarAway;
+  double lowest = kFarAway;  // of what can meet props
   for (std::size_t i = 0; i < capsules_.size(); ++i) {
     const Capsule& capsule = capsules_[i];
     const Eigen::Map<const Vec3> pos(data.xpos + 3 * capsule.body);
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.xmat +
                                                                               9 * capsule.body);
-    a[i] = pos + axes * capsule.a;
-    b[i] = pos + axes * capsule.b;
-    middle[i] = 0.5 * (a[i] + b[i]);
-    const double low = std::min(a[i].z(), b[i].z()) - capsule.radius;
-    if (capsule.meets_table && low <= 0) return false;
+    placed.a[i] = pos + axes * capsule.a;
+    placed.b[i] = pos + axes * capsule.b;
+    placed.middle[i] = 0.5 * (placed.a[i] + placed.b[i]);
+    const double low = std::min(placed.a[i].z(), placed.b[i].z()) - capsule.radius;
+    if (capsule.meets_table) table = std::min(table, low);
     if (capsule.meets_props) lowest = std::min(lowest, low);
   }
+  if (table <= 0) return result;
+  result.self = self_clearance(placed);
+  if (result.self <= 0) return result;
+  result.surroundings = std::min(table, obstacle_clearance(placed, obstacles, lowest));
+  std::copy_n(data.qpos, arms_.size(), result.qpos.begin());
+  return result;
+}
+
+double RobotBounds::self_clearance(const Placed& placed) const {
+  double least = kFarAway;
   for (const auto& [first, second] : pairs_) {
     const auto i = static_cast<std::size_t>(first);
     const auto j = static_cast<std::size_t>(second);
-    // Most pairs are far apart: the balls around the capsules tell.
-    const double apart = capsules_[i].ball_radius + capsules_[j].ball_radius;
-    if ((middle[i] - middle[j]).squaredNorm() > apart * apart) continue;
-    const double reach = capsules_[i].radius + capsules_[j].radius;
-    if (segments_squared(a[i], b[i], a[j], b[j]) <= reach * reach) return false;
+    // Most pairs are further apart than others: the balls around the capsules tell.
+    const double apart = capsules_[i].ball_radius + capsules_[j].ball_radius + least;
+    if ((placed.middle[i] - placed.middle[j]).squaredNorm() > apart * apart) continue;
+    const double squared = segments_squared(placed.a[i], placed.b[i], placed.a[j], placed.b[j]);
+    least = std::min(least, std::sqrt(squared) - capsules_[i].radius - capsules_[j].radius);
+    if (least <= 0) break;
   }
+  return least;
+}
+
+double RobotBounds::obstacle_clearance(const Placed& placed, std::span<const Obstacle> obstacles,
+                                       double lowest) const {
+  double least = kFarAway;
   for (const Obstacle& obstacle : obstacles) {
-    if (obstacle.center.z() + obstacle.radius < lowest) continue;
-    for (std::size_t i = 0; i < capsules_.size(); ++i) {
-      const double reach = capsules_[i].radius + obstacle.radius;
-      if (capsules_[i].meets_props &&
-          point_segment_squared(obstacle.center, a[i], b[i]) <= reach * reach) {
-        return false;
-      }
+    const double below = lowest - obstacle.center.z() - obstacle.radius;
+    if (below > 0) {
+      least = std::min(least, below);
+      continue;
     }
+    for (std::size_t i = 0; i < capsules_.size(); ++i) {
+      if (!capsules_[i].meets_props) continue;
+      const double squared = point_segment_squared(obstacle.center, placed.a[i], placed.b[i]);
+      least = std::min(least, std::sqrt(squared) - capsules_[i].radius - obstacle.radius);
+    }
+    if (least <= 0) break;
   }
-  return true;
+  return least;
+}
+
+bool RobotBounds::still_clear(const Clearance& before, const mjData& data) const {
+  double moved = 0;
+  for (std::size_t joint = 0; joint < arms_.size(); ++joint) {
+    moved += arms_[joint] * std::abs(data.qpos[joint] - before.qpos[joint]);
+  }
+  // Seen from one body, another moves with the joints on the way between them alone, so this bounds
+  // how much nearer they come too.
+  return moved < std::min(before.self, before.surroundings);
 }
 
 }  // namespace engram

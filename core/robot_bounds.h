@@ -5,6 +5,7 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Dense>
+#include <array>
 #include <span>
 #include <utility>
 #include <vector>
@@ -13,8 +14,9 @@ namespace engram {
 
 class RobotBounds {
  public:
-  // Most bodies of a robot.
+  // Most bodies and joints of a robot.
   static constexpr std::size_t kMaxBodies = 16;
+  static constexpr std::size_t kMaxJoints = 16;
 
   // A sphere that the robot may come near.
   struct Obstacle {
@@ -22,14 +24,26 @@ class RobotBounds {
     double radius = 0;
   };
 
+  // What lies at least between the robot and its nearest contact, m; where one is possible, neither
+  // is above zero.
+  struct Clearance {
+    double self = 0;                        // between its own bodies
+    double surroundings = 0;                // to the table top (z = 0) and to obstacles
+    std::array<double, kMaxJoints> qpos{};  // where this was found
+    bool is_clear() const { return self > 0 && surroundings > 0; }
+  };
+
   RobotBounds() = default;
   // Capsules and the pairs of them that matter, from the contact pairs of the robot's scene and of
   // the whole one.
   RobotBounds(const mjModel& robot, const mjModel& whole);
 
-  // True only if, with bodies posed as in `data`, no contact of the robot is possible: with itself,
-  // the table top (z = 0) or an obstacle. Needs body poses only, no geometry.
-  bool is_clear(const mjData& data, std::span<const Obstacle> obstacles) const;
+  // With bodies posed as in `data`. Needs body poses only, no geometry.
+  Clearance clearance(const mjData& data, std::span<const Obstacle> obstacles) const;
+  // True only if the robot cannot have come to a contact on its way from there to data.qpos,
+  // obstacles being the same: no point of it moves further than the joints' turns times the longest
+  // arms that they have.
+  bool still_clear(const Clearance& before, const mjData& data) const;
 
  private:
   struct Capsule {
@@ -42,11 +56,23 @@ class RobotBounds {
     bool meets_props = false;
   };
 
+  // Where capsules are in the world.
+  struct Placed {
+    std::array<Eigen::Vector3d, kMaxBodies> a;
+    std::array<Eigen::Vector3d, kMaxBodies> b;
+    std::array<Eigen::Vector3d, kMaxBodies> middle;
+  };
+
   int index_of_body(int body) const;
+  void measure_arms(const mjModel& robot);
+  double self_clearance(const Placed& placed) const;
+  double obstacle_clearance(const Placed& placed, std::span<const Obstacle> obstacles,
+                            double lowest) const;
   void add_capsule(const mjModel& robot, int body);
 
   std::vector<Capsule> capsules_;
   std::vector<std::pair<int, int>> pairs_;
+  std::vector<double> arms_;  // of each joint: most that a point moves per rad or m
 };
 
 }  // namespace engram

@@ -76,15 +76,12 @@ const RegistryEntry& require_entry(std::string_view id) {
                                      nearest_id(id) + "'? `engram list` shows all");
 }
 
-bool is_implemented(const RegistryEntry& entry) { return find_family(entry.family) != nullptr; }
-
 std::unique_ptr<Task> make_task(std::string_view id) {
   const RegistryEntry& entry = require_entry(id);
   const Family* family = find_family(entry.family);
   if (family == nullptr) {
-    throw Error(Error::kUnavailable, "task '" + std::string(id) + "' is registered, but family " +
-                                         std::string(entry.family) +
-                                         " is not part of this version");
+    throw Error(Error::kInternal, "task '" + std::string(id) + "' is registered, but its family " +
+                                      std::string(entry.family) + " is not in kFamilies");
   }
   return family->make(entry);
 }

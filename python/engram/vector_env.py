@@ -13,17 +13,15 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from engram import _arguments, _core, _options
+from engram import _arguments, _core, _infos, _options
 from engram._compat import GYMNASIUM_1, AutoresetMode
 from engram._spaces import Layout, action_spaces, copy_tree, take
 from engram.errors import BadStateError, InvalidArgumentError
 from engram.registry import NAMESPACE
+from engram._spec import spec_of
 from engram.sub_env import SubEnv
 
 _RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
-# Infos that are NaN throughout while there are none yet: then their mask is False.
-_SOMETIMES = frozenset(["reward_dict"])
-
 _open_batches: weakref.WeakSet[VectorEnv] = weakref.WeakSet()
 
 
@@ -175,7 +173,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
                 f"max_episode_steps: {max_episode_steps} given; episodes of {self.task_id} "
                 f"have {horizon} steps"
             )
-        self.spec = _spec(self._arguments)
+        self.spec = spec_of(self._arguments, _defaults())
 
     def _open(self, obs_mode: str) -> None:
         """Everything that follows from an open batch: its description, spaces and views."""
@@ -473,28 +471,14 @@ class VectorEnv(gymnasium.vector.VectorEnv):
     def _masked(
         self, views: dict[str, np.ndarray], instructions: np.ndarray, which: np.ndarray
     ) -> dict[str, Any]:
-        """Infos in Gymnasium's form: every name beside a mask of the environments it holds for."""
-        info: dict[str, Any] = {}
-        for name, view in views.items():
-            info[name] = view.copy() if self._copy else view
-            info[f"_{name}"] = which & _is_known(view) if name in _SOMETIMES else which
-        if self._language_in_info:
-            info["language_instruction"] = instructions
-            info["_language_instruction"] = which
-        return info
+        if self._copy:
+            views = {name: view.copy() for name, view in views.items()}
+        return _infos.masked(views, instructions if self._language_in_info else None, which)
 
     def _row(
         self, views: dict[str, np.ndarray], instructions: np.ndarray, index: int
     ) -> dict[str, Any]:
-        """Infos of one environment: scalars and copies."""
-        info: dict[str, Any] = {
-            name: view[index].copy() if view.ndim > 1 else _scalar(view[index])
-            for name, view in views.items()
-            if name not in _SOMETIMES or _is_known(view)[index]
-        }
-        if self._language_in_info:
-            info["language_instruction"] = instructions[index]
-        return info
+        return _infos.row(views, instructions if self._language_in_info else None, index)
 
     def _finals(self) -> dict[str, Any] | None:
         """The last observation and infos of the episodes that have just ended (same-step mode)."""
@@ -525,39 +509,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._instructions = fresh
 
 
-def _is_known(view: np.ndarray) -> np.ndarray:
-    return ~np.isnan(view).reshape(len(view), -1).all(axis=1)
-
-
-def _scalar(value: Any) -> Any:
-    return bool(value) if isinstance(value, np.bool_) else value
-
-
 def _remake(arguments: dict[str, Any]) -> VectorEnv:
     return VectorEnv(**arguments)
-
-
-def _spec(arguments: dict[str, Any]) -> Any:
-    """Gymnasium's specification, from which gymnasium.make_vec makes the same batch."""
-    registered = gymnasium.registry.get(NAMESPACE + arguments["id"])
-    if registered is None:
-        raise BadStateError(f"{arguments['id']} is missing from Gymnasium's registry")
-    kwargs = {
-        name: value
-        for name, value in arguments.items()
-        if name not in ("id", "max_episode_steps") and value is not _defaults()[name]
-    }
-    if isinstance(kwargs.get("autoreset_mode"), AutoresetMode):
-        kwargs["autoreset_mode"] = kwargs["autoreset_mode"].name  # strings survive EnvSpec.to_json
-    spec = type(registered)(**{**_fields(registered), "kwargs": kwargs})
-    if GYMNASIUM_1:
-        spec.kwargs["vectorization_mode"] = "vector_entry_point"
-    return spec
-
-
-def _fields(spec: Any) -> dict[str, Any]:
-    names = ("id", "entry_point", "max_episode_steps", "vector_entry_point")
-    return {name: getattr(spec, name) for name in names}
 
 
 @functools.cache

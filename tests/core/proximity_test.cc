@@ -161,7 +161,7 @@ TEST_CASE("The robot is never called clear where it has a contact", "[proximity]
     random_robot(model, random, round % 2 == 0, data.get());
     mj_kinematics(&model, data.get());
     mj_collision(&model, data.get());
-    const bool is_clear = physics.robot_bounds().is_clear(*data, {});
+    const bool is_clear = physics.robot_bounds().clearance(*data, {}).is_clear();
     if (data->ncon > 0) REQUIRE_FALSE(is_clear);
     contacts += data->ncon > 0 ? 1 : 0;
     clear += is_clear ? 1 : 0;
@@ -182,7 +182,7 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
   for (int round = 0; round < 5000; ++round) {
     random_robot(model, random, true, data.get());
     mj_kinematics(&model, data.get());
-    if (!physics.robot_bounds().is_clear(*data, {})) continue;
+    if (!physics.robot_bounds().clearance(*data, {}).is_clear()) continue;
     const int site = mj_name2id(&model, mjOBJ_SITE, "tcp");
     const Eigen::Map<const Eigen::Vector3d> tcp(data->site_xpos + 3 * site);
     for (int k = 0; k < 10; ++k) {
@@ -191,7 +191,7 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
           std::any_of(physics.reach_geoms().begin(), physics.reach_geoms().end(), [&](int geom) {
             return sphere_reaches_geom(model, *data, geom, obstacle.center, obstacle.radius);
           });
-      const bool is_clear = physics.robot_bounds().is_clear(*data, {&obstacle, 1});
+      const bool is_clear = physics.robot_bounds().clearance(*data, {&obstacle, 1}).is_clear();
       if (reaches) REQUIRE_FALSE(is_clear);
       reached += reaches ? 1 : 0;
       clear += is_clear ? 1 : 0;
@@ -199,6 +199,39 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
   }
   CHECK(reached > 1000);
   CHECK(clear > reached);
+}
+
+TEST_CASE("The robot is never called still clear where it has come to a contact", "[proximity]") {
+  const PhysicsModel physics(tasks::scene_source({}));
+  const RobotBounds& bounds = physics.robot_bounds();
+  const mjModel& model = physics.robot();
+  const DataPtr data = make_data(model);
+  RandomStream random(4, 0, 0);
+  const MujocoScope scope;
+  int contacts = 0;
+  int still = 0;
+  for (int round = 0; round < 5000; ++round) {
+    random_robot(model, random, round % 2 == 0, data.get());
+    mj_kinematics(&model, data.get());
+    const RobotBounds::Clearance before = bounds.clearance(*data, {});
+    if (!before.is_clear()) continue;
+    const std::vector<double> from(data->qpos, data->qpos + kRobotJoints);
+    for (const double turn : {0.003, 0.03, 0.3}) {
+      for (int i = 0; i < kRobotJoints; ++i) {
+        const double reach = i < kArmJoints ? turn : 0.001;
+        data->qpos[i] = from[static_cast<std::size_t>(i)] + random.uniform(-reach, reach);
+      }
+      mj_kinematics(&model, data.get());
+      mj_collision(&model, data.get());
+      const bool still_clear = bounds.still_clear(before, *data);
+      if (still_clear) REQUIRE(bounds.clearance(*data, {}).is_clear());
+      if (data->ncon > 0) REQUIRE_FALSE(still_clear);
+      contacts += data->ncon > 0 ? 1 : 0;
+      still += still_clear ? 1 : 0;
+    }
+  }
+  CHECK(contacts > 100);
+  CHECK(still > 1000);
 }
 
 }  // namespace
