@@ -41,13 +41,17 @@ class StepClock {
     void mark(StepPart part) {
       const std::uint64_t time = now();
       ticks_[static_cast<std::size_t>(part)] += time - last_;
+      ++marks_[static_cast<std::size_t>(part)];
       last_ = time;
     }
     const Ticks& ticks() const { return ticks_; }
+    // How often each part was marked; a mark takes a part of the time that it counts.
+    const Ticks& marks() const { return marks_; }
 
    private:
     std::uint64_t last_ = 0;
     Ticks ticks_{};
+    Ticks marks_{};
   };
 
   // One for each of the batch's threads.
@@ -56,13 +60,8 @@ class StepClock {
   Worker& worker(int index) { return workers_[static_cast<std::size_t>(index)]; }
 
   // Over all workers since construction.
-  Ticks ticks() const {
-    Ticks sum{};
-    for (const Worker& worker : workers_) {
-      for (std::size_t part = 0; part < kStepParts; ++part) sum[part] += worker.ticks()[part];
-    }
-    return sum;
-  }
+  Ticks ticks() const { return sum(&Worker::ticks); }
+  Ticks marks() const { return sum(&Worker::marks); }
 
   // Ticks of a clock that runs evenly and takes a few nanoseconds to read.
   static std::uint64_t now() {
@@ -74,6 +73,14 @@ class StepClock {
   }
 
  private:
+  Ticks sum(const Ticks& (Worker::*counts)() const) const {
+    Ticks total{};
+    for (const Worker& worker : workers_) {
+      for (std::size_t part = 0; part < kStepParts; ++part) total[part] += (worker.*counts)()[part];
+    }
+    return total;
+  }
+
   std::vector<Worker> workers_;
 };
 
