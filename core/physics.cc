@@ -33,6 +33,7 @@ Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int w
     bench.awake_by_type.resize(static_cast<std::size_t>(model.num_types()));
     bench.motion.resize(props);
     bench.frames.resize(props);
+    bench.frame_known.resize(props);
     bench.centers.resize(props);
     bench.obstacles.reserve(props);
     bench.gliding.reserve(props);

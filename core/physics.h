@@ -67,7 +67,8 @@ class Physics {
     std::vector<int> awake_by_type;
     std::vector<PropMotion> motion;                // of awake props
     std::vector<PairSieve> sieves;                 // for every compiled scene
-    std::vector<Frame> frames;                     // of props, world
+    std::vector<Frame> frames;                     // of props, world; see frame_known
+    std::vector<std::uint8_t> frame_known;         // those of resting props come when needed
     std::vector<Eigen::Vector3d> centers;          // of their bounding spheres, world
     std::vector<RobotBounds::Obstacle> obstacles;  // props that are present
     std::vector<int> gliding;                      // kinematic props on their way

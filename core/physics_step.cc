@@ -59,7 +59,7 @@ void Physics::Step::begin() {
   bool any_awake = false;
   for (int prop = 0; prop < num_props(); ++prop) {
     PropStatus status = state_.status_of(env_, prop);
-    locate(prop, state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop));
+    locate_remembered(prop);
     if (status == PropStatus::kAsleep && !options_.sleep && prop_model(prop).free) {
       status = PropStatus::kAwake;
     }

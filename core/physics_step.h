@@ -78,6 +78,11 @@ class Physics::Step {
 
   void locate(int prop, const double* pos, const double* quat);
 
+  // Where its environment remembers a prop to be.
+  void locate_remembered(int prop);
+
+  const Frame& frame_of(int prop) const;
+
   // Where awake props are now.
   void locate_awake();
 

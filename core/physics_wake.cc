@@ -27,7 +27,27 @@ bool spheres_near(const Eigen::Vector3d& a, double radius_a, const Eigen::Vector
 void Physics::Step::locate(int prop, const double* pos, const double* quat) {
   Frame& frame = bench_.frames[at(prop)];
   frame = make_frame(pos, quat);
+  bench_.frame_known[at(prop)] = 1;
   bench_.centers[at(prop)] = frame.pos + frame.axes * prop_model(prop).bounding_center;
+}
+
+void Physics::Step::locate_remembered(int prop) {
+  const double* pos = state_.prop_pos_of(env_, prop);
+  if (!prop_model(prop).bounding_center.isZero(0)) {
+    locate(prop, pos, state_.prop_quat_of(env_, prop));
+    return;
+  }
+  bench_.frame_known[at(prop)] = 0;
+  bench_.centers[at(prop)] = Eigen::Map<const Eigen::Vector3d>(pos);
+}
+
+const Frame& Physics::Step::frame_of(int prop) const {
+  Frame& frame = bench_.frames[at(prop)];
+  if (bench_.frame_known[at(prop)] == 0) {
+    frame = make_frame(state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop));
+    bench_.frame_known[at(prop)] = 1;
+  }
+  return frame;
 }
 
 void Physics::Step::locate_awake() {
@@ -56,7 +76,7 @@ bool Physics::Step::robot_near(int prop, double lowest) const {
     if (!sphere_reaches_geom(*scene_->model, *data_, geom, center, radius)) continue;
     if (is_gliding(prop) ||
         parts_near(std::span(&model_.reach_boxes()[i], 1), geom_frame(*data_, geom),
-                   prop_model(prop).parts, bench_.frames[at(prop)], kWakeGap)) {
+                   prop_model(prop).parts, frame_of(prop), kWakeGap)) {
       return true;
     }
   }
@@ -66,8 +86,8 @@ bool Physics::Step::robot_near(int prop, double lowest) const {
 bool Physics::Step::props_near(int prop, int other) const {
   return spheres_near(bench_.centers[at(prop)], prop_model(prop).bounding_radius,
                       bench_.centers[at(other)], prop_model(other).bounding_radius) &&
-         parts_near(prop_model(prop).parts, bench_.frames[at(prop)], prop_model(other).parts,
-                    bench_.frames[at(other)], kPropWakeGap);
+         parts_near(prop_model(prop).parts, frame_of(prop), prop_model(other).parts,
+                    frame_of(other), kPropWakeGap);
 }
 
 bool Physics::Step::awake_prop_near(int prop) const {
