@@ -14,6 +14,7 @@
 #include "apps/output.h"
 #include "apps/record_command.h"
 #include "apps/rollout_command.h"
+#include "apps/soak_command.h"
 #include "protocol/make.h"
 
 namespace engram::apps {
@@ -56,6 +57,7 @@ int run(int argc, char** argv) {
   add_collect_command(app);
   add_record_command(app);
   add_bench_command(app);
+  add_soak_command(app);
   add_doctor_command(app);
   try {
     app.parse(argc, argv);

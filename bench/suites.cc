@@ -1,12 +1,8 @@
 #include "bench/suites.h"
 
-#include <malloc.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <numeric>
 #include <thread>
@@ -14,8 +10,10 @@
 #include "bench/budget_suite.h"
 #include "bench/interleave.h"
 #include "bench/plain_loop.h"
+#include "bench/process_usage.h"
 #include "bench/render_suite.h"
 #include "bench/rollout.h"
+#include "bench/spin.h"
 #include "protocol/make.h"
 
 namespace engram::bench {
@@ -91,23 +89,6 @@ std::vector<Row> run_physics(const Options& options) {
   return rows;
 }
 
-// Work without memory: what the machine's threads can give at most.
-double spin(ThreadPool& pool) {
-  constexpr int kItems = 64;
-  constexpr int kTurns = 200'000;
-  std::array<double, kItems> sums{};
-  const double spent = seconds([&] {
-    pool.run(kItems, 1, [&sums](int /*worker*/, int begin, int end) {
-      for (int item = begin; item < end; ++item) {
-        double x = item + 1.0;
-        for (int turn = 0; turn < kTurns; ++turn) x = x * 1.0000001 + 1e-9;
-        sums[static_cast<std::size_t>(item)] = x;
-      }
-    });
-  });
-  return kItems / spent;
-}
-
 std::vector<Row> run_scaling(const Options& options) {
   constexpr int kSteps = 25;
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -134,32 +115,23 @@ std::vector<Row> run_scaling(const Options& options) {
   return rows;
 }
 
-// Resident memory of this process, bytes, without what is free but still held.
-double resident_bytes() {
-  malloc_trim(0);
-  std::ifstream statm("/proc/self/statm");
-  double pages = 0;
-  statm >> pages >> pages;
-  return pages * static_cast<double>(sysconf(_SC_PAGESIZE));
-}
-
 // Resident bytes that a batch of that size takes while it runs.
 double batch_bytes(const std::string& id, int num_envs) {
-  const double before = resident_bytes();
+  const double before = process_usage().resident_bytes;
   Rollout rollout(id, batch(num_envs, 1), Policy::kRandom);
   rollout.rate(2);
-  return resident_bytes() - before;
+  return process_usage().resident_bytes - before;
 }
 
 // Resident bytes that mjData of the whole scene take, one per environment.
 double plain_bytes(const mjModel& model, int num_envs) {
-  const double before = resident_bytes();
+  const double before = process_usage().resident_bytes;
   std::vector<DataPtr> data;
   for (int i = 0; i < num_envs; ++i) {
     data.push_back(make_data(model));
     mj_step(&model, data.back().get());
   }
-  return resident_bytes() - before;
+  return process_usage().resident_bytes - before;
 }
 
 // What every further environment adds, beside what an mjData of its own would add. Differences of

@@ -1,0 +1,363 @@
+#include "bench/soak.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <thread>
+
+#include "bench/interleave.h"
+#include "bench/rollout.h"
+#include "bench/spin.h"
+#include "core/checksum.h"
+#include "core/thread_pool.h"
+#include "protocol/make.h"
+
+namespace engram::bench {
+namespace {
+
+constexpr int kEnvs = 32;         // of a batch that is stepped
+constexpr int kVisitSteps = 400;  // control steps of a visit, where there are enough
+constexpr int kLeastVisits = 3;   // of every task: one warms up, two are compared
+constexpr int kProbeSteps = 20;
+constexpr int kReferenceTurns = 5'000;  // about as long as a step of a batch
+constexpr int kCycleSamples = 50;
+
+// --- bounds ---
+
+// What may remain of growth where nothing should grow: the heap's own bookkeeping, and pages that
+// it holds for another order of the same pieces.
+constexpr double kHeapSlack = 64.0 * 1024;
+constexpr double kResidentSlack = 1024.0 * 1024;
+// Of the median over all tasks; that of two identical runs is within a few percent.
+constexpr double kDriftAllowed = 1.10;
+
+// The samples from `low` to `high` of the work, both fractions.
+std::span<const SoakSample> part_of(const std::vector<SoakSample>& samples, double low,
+                                    double high) {
+  const auto all = static_cast<double>(samples.back().done);
+  const auto at = [&](double fraction) {
+    return std::find_if(samples.begin(), samples.end() - 1, [&](const SoakSample& sample) {
+      return static_cast<double>(sample.done) >= fraction * all;
+    });
+  };
+  return {at(low), at(high) + 1};
+}
+
+template <class Member>
+double least(std::span<const SoakSample> samples, Member member) {
+  double value = static_cast<double>(samples.front().usage.*member);
+  for (const SoakSample& sample : samples) {
+    value = std::min(value, static_cast<double>(sample.usage.*member));
+  }
+  return value;
+}
+
+// How much of something there is at the end beyond what there was in the middle, when every task
+// has had its turn and caches are full. The heap keeps pieces for reuse and counts them as used:
+// hence the least of several samples on either side, which a leak raises all the same.
+template <class Member>
+double growth(const std::vector<SoakSample>& samples, Member member) {
+  return least(part_of(samples, 0.8, 1.0), member) - least(part_of(samples, 0.4, 0.6), member);
+}
+
+void add_usage_bounds(const std::string& part, const std::vector<SoakSample>& samples,
+                      std::vector<SoakBound>& bounds) {
+  const auto add = [&](const char* name, double value, double allowed, const char* unit) {
+    bounds.push_back({part + name, value, allowed, unit});
+  };
+  add(".heap_growth", growth(samples, &ProcessUsage::allocated_bytes), kHeapSlack, "bytes");
+  add(".resident_growth", growth(samples, &ProcessUsage::resident_bytes), kResidentSlack, "bytes");
+  add(".more_threads", growth(samples, &ProcessUsage::threads), 0, "threads");
+  add(".more_descriptors", growth(samples, &ProcessUsage::descriptors), 0, "descriptors");
+}
+
+void add_visit_bounds(const SoakReport& report, std::vector<SoakBound>& bounds) {
+  double grown = 0;
+  int changed = 0;
+  std::vector<double> drifts;
+  for (const SoakedTask& task : report.tasks) {
+    for (const SoakVisit& visit : task.visits) {
+      grown = std::max(grown, visit.grown_bytes);
+      if (visit.digest != task.visits.front().digest) ++changed;
+    }
+    drifts.push_back(task.visits.back().drift);
+  }
+  bounds.push_back({"steps.heap_growth_in_a_visit", grown, 0, "bytes"});
+  bounds.push_back({"steps.changed_results", static_cast<double>(changed), 0, "visits"});
+  bounds.push_back({"steps.drift", median(drifts), kDriftAllowed, "times the first visit"});
+  bounds.push_back({"steps.unstable", static_cast<double>(report.unstable.size()), 0, "episodes"});
+}
+
+// --- stepping ---
+
+// Times the same steps in every visit: from the same seeds, with the same actions. Each is timed
+// beside a piece of reference work, so that a machine that slows down slows down both.
+struct Probe {
+  std::vector<double> costs;  // of every step, in units of the reference
+  std::uint64_t digest = kChecksumSeed;
+};
+
+Probe probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
+  VectorEnv& env = *rollout.env;
+  std::vector<std::uint64_t> seeds;
+  for (int i = 0; i < env.num_envs(); ++i) seeds.push_back(seed + static_cast<std::uint64_t>(i));
+  env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+  Probe result;
+  for (int step = 0; step < kProbeSteps; ++step) {
+    env.act(Policy::kRandom, rollout.actions);
+    const double before = seconds([&] { spin(reference, kReferenceTurns); });
+    const double spent = rollout.step_seconds();
+    const double after = seconds([&] { spin(reference, kReferenceTurns); });
+    result.costs.push_back(2 * spent / (before + after));
+    result.digest = checksum(std::as_bytes(env.observation()), result.digest);
+    result.digest = checksum(std::as_bytes(env.reward()), result.digest);
+  }
+  return result;
+}
+
+// Which of kSoakPolicies an environment plays in an episode.
+std::size_t turn_of(int env, std::uint64_t episode) {
+  return (static_cast<std::uint64_t>(env) + episode) % kSoakPolicies.size();
+}
+
+// One task on its way through the soak: between visits it is a snapshot.
+class Walker {
+ public:
+  Walker(std::string id, const SoakOptions& options, int visits) : options_(options) {
+    task_.id = std::move(id);
+    task_.visits.reserve(static_cast<std::size_t>(visits));
+  }
+
+  void visit(int steps, ThreadPool& reference, std::vector<UnstableEpisode>& unstable) {
+    EnvOptions batch_options = batch(kEnvs, reference.threads());
+    batch_options.seed = options_.seed;
+    Rollout rollout(task_.id, batch_options, Policy::kRandom);
+    VectorEnv& env = *rollout.env;
+    SoakVisit visit;
+    measure(rollout, reference, visit);
+    resume(env);
+    std::vector<float> oracle_actions(rollout.actions.size());
+    std::uint64_t diverged = env.unstable_count();
+    const double heap = allocated_bytes();
+    const double spent = seconds([&] {
+      for (int step = 0; step < steps; ++step) {
+        choose(env, rollout.actions, oracle_actions);
+        env.step(rollout.actions);
+        count_episodes(env, visit);
+        if (env.unstable_count() == diverged) continue;
+        diverged = env.unstable_count();
+        note_unstable(env, unstable);
+      }
+    });
+    visit.grown_bytes = allocated_bytes() - heap;
+    visit.env_steps_per_second = static_cast<double>(steps) * kEnvs / spent;
+    snapshot_ = env.save();
+    task_.visits.push_back(visit);
+  }
+
+  SoakedTask& task() { return task_; }
+
+ private:
+  void measure(Rollout& rollout, ThreadPool& reference, SoakVisit& visit) {
+    const Probe probed = probe(rollout, reference, options_.seed);
+    if (first_costs_.empty()) first_costs_ = probed.costs;
+    std::vector<double> quotients;
+    for (std::size_t i = 0; i < probed.costs.size(); ++i) {
+      quotients.push_back(probed.costs[i] / first_costs_[i]);
+    }
+    visit.drift = median(quotients);
+    visit.digest = probed.digest;
+  }
+
+  // Goes on where the last visit ended; the first one begins with episode 0 of its seeds.
+  void resume(VectorEnv& env) const {
+    if (!snapshot_.empty()) {
+      env.restore(snapshot_);
+      return;
+    }
+    std::vector<std::uint64_t> seeds;
+    for (int i = 0; i < kEnvs; ++i) seeds.push_back(options_.seed + static_cast<std::uint64_t>(i));
+    env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+  }
+
+  static void choose(VectorEnv& env, std::vector<float>& actions, std::vector<float>& oracle) {
+    env.act(Policy::kRandom, actions);
+    env.act(Policy::kOracle, oracle);
+    const auto dim = static_cast<std::ptrdiff_t>(env.action_dim());
+    for (int i = 0; i < kEnvs; ++i) {
+      if (kSoakPolicies[turn_of(i, env.state().episode[i])] != Policy::kOracle) continue;
+      std::copy_n(oracle.begin() + i * dim, dim, actions.begin() + i * dim);
+    }
+  }
+
+  static void count_episodes(const VectorEnv& env, SoakVisit& visit) {
+    const auto* succeeded =
+        reinterpret_cast<const std::uint8_t*>(env.final_output("success_once").row(0));
+    for (int i = 0; i < kEnvs; ++i) {
+      if (env.final_mask()[static_cast<std::size_t>(i)] == 0) continue;
+      const std::size_t turn = turn_of(i, env.state().episode[i] - 1);
+      ++visit.episodes[turn];
+      visit.successes[turn] += succeeded[i];
+    }
+  }
+
+  // The episode that diverged has ended; its successor has begun.
+  void note_unstable(const VectorEnv& env, std::vector<UnstableEpisode>& unstable) const {
+    const auto* elapsed =
+        reinterpret_cast<const std::int32_t*>(env.final_output("elapsed_steps").row(0));
+    for (int i = 0; i < kEnvs; ++i) {
+      if (env.unstable()[static_cast<std::size_t>(i)] == 0) continue;
+      const std::uint64_t episode = env.state().episode[i] - 1;
+      unstable.push_back(
+          {task_.id, env.state().seed[i], episode, kSoakPolicies[turn_of(i, episode)], elapsed[i]});
+    }
+  }
+
+  const SoakOptions& options_;
+  SoakedTask task_;
+  std::vector<double> first_costs_;
+  std::vector<std::byte> snapshot_;
+};
+
+// Every task is visited several times, in turns.
+struct Plan {
+  int visits = 0;
+  int steps = 0;  // of a visit
+};
+
+Plan plan_of(std::int64_t env_steps, std::size_t tasks) {
+  const double per_env = static_cast<double>(env_steps) / static_cast<double>(tasks) / kEnvs;
+  const int visits = std::max(kLeastVisits, static_cast<int>(per_env / kVisitSteps));
+  return {visits, static_cast<int>(std::ceil(per_env / visits))};
+}
+
+class Soak {
+ public:
+  Soak(const SoakOptions& options, std::vector<std::string> ids)
+      : options_(options), ids_(std::move(ids)) {
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    report_.threads = options.threads > 0 ? options.threads : cores;
+  }
+
+  SoakReport run() {
+    if (options_.env_steps > 0) {
+      report_.step_seconds = seconds([this] { walk(); });
+      add_usage_bounds("steps", report_.step_samples, report_.bounds);
+      add_visit_bounds(report_, report_.bounds);
+    }
+    if (options_.cycles > 0) {
+      report_.cycle_seconds = seconds([this] { cycle(); });
+      add_usage_bounds("cycles", report_.cycle_samples, report_.bounds);
+    }
+    return std::move(report_);
+  }
+
+ private:
+  void walk() {
+    const Plan plan = plan_of(options_.env_steps, ids_.size());
+    // Lists grow here, not while the heap is watched.
+    report_.step_samples.reserve(ids_.size() * static_cast<std::size_t>(plan.visits));
+    std::vector<Walker> walkers;
+    for (const std::string& id : ids_) walkers.emplace_back(id, options_, plan.visits);
+    for (int visit = 0; visit < plan.visits; ++visit) {
+      for (Walker& walker : walkers) {
+        {
+          ThreadPool reference(report_.threads);
+          walker.visit(plan.steps, reference, report_.unstable);
+        }
+        report_.env_steps += static_cast<std::int64_t>(plan.steps) * kEnvs;
+        report_.step_samples.push_back({report_.env_steps, process_usage()});
+        tell(static_cast<double>(report_.step_samples.size()) /
+             static_cast<double>(report_.step_samples.capacity()) *
+             (options_.cycles > 0 ? 0.5 : 1));
+      }
+    }
+    for (Walker& walker : walkers) report_.tasks.push_back(std::move(walker.task()));
+  }
+
+  void cycle() {
+    // Odd, so that it meets batches of every kind.
+    const int interval = options_.cycles / kCycleSamples | 1;
+    report_.cycle_samples.reserve(static_cast<std::size_t>(options_.cycles / interval + 1));
+    const double begun = options_.env_steps > 0 ? 0.5 : 0;
+    for (int done = 0; done < options_.cycles; ++done) {
+      make_and_close(done);
+      ++report_.cycles;
+      if (report_.cycles % interval == 0 || report_.cycles == options_.cycles) {
+        report_.cycle_samples.push_back({report_.cycles, process_usage()});
+      }
+      tell(begun + (1 - begun) * report_.cycles / options_.cycles);
+    }
+  }
+
+  // Batches of several sizes, with and without pictures, that live for a while or not at all.
+  void make_and_close(int cycle) const {
+    const std::string& id = ids_[static_cast<std::size_t>(cycle) % ids_.size()];
+    EnvOptions batch_options = batch(1 + cycle % 4, 1 + cycle % 5);
+    if (cycle % 10 == 9) {
+      batch_options.obs_mode = ObsMode::kRgb;
+      batch_options.images.width = 32;
+      batch_options.images.height = 32;
+    }
+    if (cycle % 7 == 6) {
+      refuse(id, batch_options);
+      return;
+    }
+    const auto env = make(id, batch_options);
+    if (cycle % 3 == 0) return;
+    env->reset();
+    if (cycle % 3 == 1) return;
+    std::vector<float> actions(static_cast<std::size_t>(env->num_envs() * env->action_dim()));
+    env->act(Policy::kOracle, actions);
+    env->step(actions);
+  }
+
+  // What fails half way must leave nothing behind either.
+  static void refuse(const std::string& id, EnvOptions batch_options) {
+    batch_options.pins = {{"no such draw", {0}}};
+    try {
+      make(id, batch_options);
+    } catch (const Error& error) {
+      if (error.kind() == Error::kInvalidArgument || error.kind() == Error::kUnknownId) return;
+      throw;
+    }
+    throw Error(Error::kInternal,
+                "a batch of " + id + " was made with a pin that it does not have");
+  }
+
+  void tell(double fraction) const {
+    if (options_.progress) options_.progress(fraction);
+  }
+
+  const SoakOptions& options_;
+  const std::vector<std::string> ids_;
+  SoakReport report_;
+};
+
+}  // namespace
+
+bool SoakReport::passed() const {
+  return std::all_of(bounds.begin(), bounds.end(),
+                     [](const SoakBound& bound) { return bound.kept(); });
+}
+
+SoakReport soak(const SoakOptions& options) {
+  if (options.env_steps < 0 || options.cycles < 0) {
+    throw Error(Error::kInvalidArgument,
+                "soak: " + std::to_string(options.env_steps) + " environment steps and " +
+                    std::to_string(options.cycles) + " cycles given, 0 or more allowed");
+  }
+  std::vector<std::string> ids = options.ids;
+  for (const std::string& id : ids) require_entry(id);
+  if (ids.empty()) {
+    for (const RegistryEntry& entry : registry()) {
+      if (is_implemented(entry)) ids.emplace_back(entry.id);
+    }
+  }
+  return Soak(options, std::move(ids)).run();
+}
+
+}  // namespace engram::bench

@@ -1,0 +1,13 @@
+// Work of a fixed size that touches no memory: what the machine's threads can give at most.
+#pragma once
+
+#include "core/thread_pool.h"
+
+namespace engram::bench {
+
+inline constexpr int kSpinTurns = 200'000;
+
+// Items per second of 64 items with `turns` dependent operations each.
+double spin(ThreadPool& pool, int turns = kSpinTurns);
+
+}  // namespace engram::bench
