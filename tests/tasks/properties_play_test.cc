@@ -1,0 +1,359 @@
+// What holds in every step of every task, whoever plays: success has its geometric conditions,
+// rewards stay in their ranges, and nothing that only goes forward ever goes back.
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/env_helpers.h"
+#include "tests/tasks/success_conditions.h"
+
+namespace engram {
+namespace {
+
+using test::Judge;
+using test::make_env;
+using test::Spectator;
+using test::Timing;
+
+// --- playing ---
+
+constexpr int kEnvs = 4;
+constexpr std::uint64_t kSeed = 20;
+
+// The lengths of the phases, where they are drawn, a little above the least.
+constexpr std::array kLengths = {"cue_steps", "cue_step_duration", "empty_steps", "shuffle_steps"};
+
+std::vector<Pin> length_pins(const TaskInfo& info) {
+  std::vector<Pin> pins;
+  for (const Draw& draw : info.draws) {
+    if (std::find(kLengths.begin(), kLengths.end(), draw.name) == kLengths.end()) continue;
+    pins.push_back({draw.name, {std::min(draw.low + 1, draw.high)}});
+  }
+  return pins;
+}
+
+Timing timing_of(const TaskInfo& info) {
+  Timing timing;
+  for (const Pin& pin : length_pins(info)) {
+    int steps = static_cast<int>(pin.values.front());
+    if (pin.name == "cue_step_duration") steps *= info.oracle_dim;  // one item after the other
+    timing.begin += steps;
+    if (pin.name.starts_with("cue")) timing.cue_end = steps;
+  }
+  return timing;
+}
+
+std::unique_ptr<VectorEnv> make_play(const std::string& id) {
+  EnvOptions options;
+  options.num_envs = kEnvs;
+  options.seed = kSeed;
+  options.auto_reset = AutoReset::kOff;
+  options.pins = length_pins(make_task(id)->info());
+  return make_env(id, options);
+}
+
+// Even environments are played by the oracle, odd ones at random.
+void step_mixed(VectorEnv& env) {
+  std::vector<float> actions = test::act(env, Policy::kRandom);
+  const std::vector<float> oracle = test::act(env, Policy::kOracle);
+  for (int i = 0; i < env.num_envs(); i += 2) {
+    const auto begin = static_cast<std::ptrdiff_t>(i) * env.action_dim();
+    std::copy_n(oracle.begin() + begin, env.action_dim(), actions.begin() + begin);
+  }
+  env.step(actions);
+}
+
+// Something that looks on while one environment plays an episode.
+struct Watch {
+  virtual ~Watch() = default;
+  virtual void look(const Spectator& scene) = 0;
+};
+
+[[noreturn]] void complain(const Spectator& scene, const std::string& what) {
+  FAIL("environment " << scene.index() << ", step " << scene.elapsed() << ": " << what);
+  throw;
+}
+
+// --- success ---
+
+// Families in which the oracle has solved something while these tests looked on.
+std::map<std::string, int> solved;
+
+struct SuccessWatch : Watch {
+  SuccessWatch(const TaskInfo& info) : judge(test::make_judge(info.family, timing_of(info))) {
+    solved.emplace(info.family, 0);
+  }
+  void look(const Spectator& scene) override {
+    const bool holds = judge->holds(scene);
+    if (scene.success() && !holds) complain(scene, "success without its conditions");
+    if (judge->exact() && holds && !scene.success()) complain(scene, "conditions without success");
+  }
+  std::unique_ptr<Judge> judge;
+};
+
+// --- rewards ---
+
+struct RewardRange {
+  std::string ids;
+  double least = 0;
+  double most = 0;
+};
+
+// The table of docs/rewards.md.
+std::vector<RewardRange> documented_ranges() {
+  std::ifstream file(ENGRAM_TEST_DATA "/../../docs/rewards.md");
+  std::vector<RewardRange> ranges;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream cells(line);
+    RewardRange range;
+    char bar = 0;
+    char second = 0;
+    char third = 0;
+    if (cells >> bar >> range.ids >> second >> range.least >> third >> range.most && bar == '|') {
+      ranges.push_back(range);
+    }
+  }
+  return ranges;
+}
+
+RewardRange range_of(const std::string& id) {
+  for (const RewardRange& range : documented_ranges()) {
+    if (id.starts_with(range.ids)) return range;
+  }
+  FAIL("docs/rewards.md has no range for " << id);
+  throw;
+}
+
+struct RewardWatch : Watch {
+  RewardWatch(const VectorEnv& batch) : env(batch), range(range_of(batch.info().id)) {}
+  void look(const Spectator& scene) override {
+    const float reward = env.reward()[static_cast<std::size_t>(scene.index())];
+    if (scene.elapsed() > 0) sum += static_cast<double>(reward);
+    const bool good = scene.elapsed() == 0 ? reward == 0
+                      : scene.success()    ? reward == 1
+                                           : reward >= range.least && reward <= range.most;
+    // Not a number is in no range.
+    if (!good) complain(scene, "reward " + std::to_string(reward));
+    if (scene.info("episode_return") != sum) complain(scene, "return is not the sum of rewards");
+  }
+  const VectorEnv& env;
+  RewardRange range;
+  double sum = 0;
+};
+
+// --- order ---
+
+// Info fields that only ever grow within an episode, or switch on for good; and the contrary.
+constexpr std::array kGrowing = {"elapsed_steps",       "success_once",
+                                 "action_mask",         "phase_ready",
+                                 "button_pressed",      "submit_attempted",
+                                 "submit_success",      "submit_success_latched",
+                                 "goal_reached_status", "checkpoint_visited",
+                                 "visit_fraction",      "all_visited",
+                                 "sequence_progress",   "all_shapes_closed",
+                                 "active_shape_idx",    "press_count",
+                                 "raw_press_count",     "too_early",
+                                 "signal_on",           "past_window",
+                                 "n_on_disc",           "flash_triggered",
+                                 "checked_count",       "found_working_count",
+                                 "all_checked",         "failed"};
+constexpr std::array kShrinking = {"pre_demo_mask", "cue_mask"};
+constexpr std::array kConstant = {"target_blinks", "flash_color", "active_battery_count",
+                                  "target_working_count"};
+
+struct OrderWatch : Watch {
+  OrderWatch(const VectorEnv& env) {
+    add(env, kGrowing, 1);
+    add(env, kShrinking, -1);
+    add(env, kConstant, 0);
+  }
+  template <class Names>
+  void add(const VectorEnv& env, const Names& names, int direction) {
+    for (const char* name : names) {
+      if (env.outputs().find(name).field != nullptr) fields.push_back({name, direction, {}});
+    }
+  }
+  void look(const Spectator& scene) override {
+    for (Entry& entry : fields) {
+      const int width = scene.width(entry.name);
+      for (int i = 0; i < width; ++i) {
+        const double value = scene.info(entry.name, i);
+        if (static_cast<int>(entry.last.size()) == i) entry.last.push_back(value);
+        double& last = entry.last[static_cast<std::size_t>(i)];
+        const bool good = entry.direction > 0   ? value >= last
+                          : entry.direction < 0 ? value <= last
+                                                : value == last;
+        if (!good) complain(scene, std::string(entry.name) + " went back");
+        last = value;
+      }
+    }
+  }
+  struct Entry {
+    const char* name;
+    int direction;
+    std::vector<double> last;
+  };
+  std::vector<Entry> fields;
+};
+
+// How many props of a kind are to be seen, before `cue_end`, up to `begin`, and from then on.
+struct Visible {
+  std::string_view family;
+  const char* prefix;
+  int cue;
+  int empty;
+  int action;
+};
+constexpr int kAll = 1000;
+constexpr int kAllButOne = 999;
+constexpr int kAsked = 998;  // as many as the episode asks for
+constexpr std::array kVisible = {
+    Visible{"Remember", "", 1, 0, kAll},
+    Visible{"FindImposter", "", kAllButOne, 0, kAll},
+    Visible{"ShellGame", "mug_", 0, kAll, kAll},
+    Visible{"ShellGameShuffleTouch", "red_ball", 1, 0, 1},
+    Visible{"ShellGameTouch", "red_ball", 1, 1, 1},
+    Visible{"ShellGameColorLamp", "ball_", kAll, 0, 0},
+    Visible{"ShellGameShuffleColorLamp", "ball_", kAll, 0, 0},
+    Visible{"BunchOfColors", "cube_", kAsked, 0, kAll},
+    Visible{"SeqOfColors", "cube_", 1, 0, kAll},
+    Visible{"ChainOfColors", "cube_", 1, 0, kAll},
+};
+
+// Each phase shows what it shows, from its first step to its last.
+struct PhaseWatch : Watch {
+  PhaseWatch(const TaskInfo& info) : timing(timing_of(info)), asked(info.oracle_dim) {
+    for (const Visible& row : kVisible) {
+      if (info.family.starts_with(row.family)) rows.push_back(row);
+    }
+  }
+  void look(const Spectator& scene) override {
+    for (const Visible& row : rows) {
+      const std::vector<int> props = scene.props(row.prefix);
+      const auto shown =
+          std::count_if(props.begin(), props.end(), [&](int prop) { return !scene.hidden(prop); });
+      const auto all = static_cast<int>(props.size());
+      int wanted = scene.elapsed() < timing.cue_end ? row.cue
+                   : scene.elapsed() < timing.begin ? row.empty
+                                                    : row.action;
+      if (wanted == kAll) wanted = all;
+      if (wanted == kAllButOne) wanted = all - 1;
+      if (wanted == kAsked) wanted = asked;
+      if (shown != wanted) {
+        complain(scene, std::to_string(shown) + " of " + row.prefix + "* are shown, not " +
+                            std::to_string(wanted));
+      }
+    }
+  }
+  Timing timing;
+  int asked;
+  std::vector<Visible> rows;
+};
+
+// --- all of it ---
+
+void watch_episodes(const std::string& id) {
+  INFO(id);
+  const auto env = make_play(id);
+  std::vector<std::vector<std::unique_ptr<Watch>>> watches(kEnvs);
+  for (auto& list : watches) {
+    list.push_back(std::make_unique<SuccessWatch>(env->info()));
+    list.push_back(std::make_unique<RewardWatch>(*env));
+    list.push_back(std::make_unique<OrderWatch>(*env));
+    list.push_back(std::make_unique<PhaseWatch>(env->info()));
+  }
+  env->reset();
+  std::array<bool, kEnvs> over{};
+  const auto look = [&] {
+    for (int i = 0; i < kEnvs; ++i) {
+      const auto index = static_cast<std::size_t>(i);
+      if (over[index]) continue;
+      const Spectator scene(*env, i);
+      for (const auto& watch : watches[index]) watch->look(scene);
+      over[index] = scene.finished();
+      if (over[index] && i % 2 == 0) solved[env->info().family] += scene.info_int("success_once");
+    }
+  };
+  look();
+  while (std::find(over.begin(), over.end(), false) != over.end()) {
+    step_mixed(*env);
+    look();
+  }
+  CHECK(env->unstable_count() == 0);
+}
+
+TEST_CASE("Whole episodes of every task keep what the spec promises", "[properties]") {
+  solved.clear();
+  for (const std::string& id : test::implemented_ids()) watch_episodes(id);
+  // No condition of success has gone untested.
+  for (const auto& [family, episodes] : solved) {
+    INFO(family);
+    CHECK(episodes > 0);
+  }
+}
+
+TEST_CASE("Every range of docs/rewards.md is of some task", "[properties]") {
+  const std::vector<std::string> ids = test::implemented_ids();
+  for (const RewardRange& range : documented_ranges()) {
+    INFO(range.ids);
+    CHECK(std::any_of(ids.begin(), ids.end(),
+                      [&](const std::string& id) { return range_of(id).ids == range.ids; }));
+    CHECK(range.least < range.most);
+  }
+}
+
+// The same steps in all modes: the mode scales the reward and changes nothing else.
+void compare_modes(const std::string& id, int steps) {
+  INFO(id);
+  EnvOptions options;
+  options.num_envs = 2;
+  options.seed = kSeed;
+  options.auto_reset = AutoReset::kOff;
+  std::array<std::unique_ptr<VectorEnv>, 4> envs;
+  for (std::size_t i = 0; i < envs.size(); ++i) {
+    options.reward_mode = static_cast<RewardMode>(i);
+    envs[i] = make_env(id, options);
+    envs[i]->reset();
+  }
+  const auto& [none, sparse, dense, normalized] = envs;
+  const auto bonus = static_cast<float>(none->info().success_reward);
+  for (int step = 0; step < steps; ++step) {
+    for (const auto& env : envs) step_mixed(*env);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const float success = dense->success()[i];
+      REQUIRE(none->reward()[i] == 0);
+      REQUIRE(sparse->reward()[i] == success);
+      REQUIRE(std::isfinite(dense->reward()[i]));
+      REQUIRE(normalized->reward()[i] == dense->reward()[i] / bonus);
+      if (success != 0) REQUIRE(dense->reward()[i] == bonus);
+    }
+    for (const auto& env : envs)
+      REQUIRE(std::ranges::equal(env->observation(), dense->observation()));
+  }
+}
+
+TEST_CASE("Reward modes scale the same reward and leave the episode alone", "[properties]") {
+  std::string family;
+  for (const std::string& id : test::implemented_ids()) {
+    if (require_entry(id).family == family) continue;
+    family = require_entry(id).family;
+    compare_modes(id, 40);
+  }
+}
+
+TEST_CASE("Reward modes scale the same reward in whole episodes of every task",
+          "[properties][long]") {
+  for (const std::string& id : test::implemented_ids()) {
+    compare_modes(id, require_entry(id).horizon);
+  }
+}
+
+}  // namespace
+}  // namespace engram
