@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <string_view>
 #include <thread>
 
 #include "bench/interleave.h"
