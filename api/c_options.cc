@@ -59,14 +59,6 @@ std::optional<bool> optional_truth(const char* what, std::int32_t value) {
   return value < 0 ? std::nullopt : std::optional<bool>(value == 1);
 }
 
-std::vector<OptionChoice> to_choices(const engram_task_option* choices, std::size_t count) {
-  std::vector<OptionChoice> all;
-  for (const engram_task_option& choice : array("task_options", choices, count)) {
-    all.push_back({text("name of a task option", choice.name), choice.value});
-  }
-  return all;
-}
-
 ImageShape to_images(const engram_options& options) {
   ImageShape images;
   images.width = options.image_width;
@@ -131,6 +123,14 @@ EnvOptions to_env_options(const engram_options& options) {
   out.image_options.shadows = truth("shadows", options.shadows);
   out.image_options.antialias = truth("antialias", options.antialias);
   return out;
+}
+
+std::vector<OptionChoice> to_choices(const engram_task_option* choices, std::size_t count) {
+  std::vector<OptionChoice> all;
+  for (const engram_task_option& choice : array("task_options", choices, count)) {
+    all.push_back({text("name of a task option", choice.name), choice.value});
+  }
+  return all;
 }
 
 std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count) {

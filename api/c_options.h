@@ -13,6 +13,8 @@ engram_options default_options() noexcept;
 // Throws Error for anything that VectorEnv could not be asked for; VectorEnv checks the rest.
 EnvOptions to_env_options(const engram_options& options);
 
+std::vector<OptionChoice> to_choices(const engram_task_option* choices, std::size_t count);
+
 std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count);
 
 Policy to_policy(std::int32_t policy);

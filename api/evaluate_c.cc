@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "api/c_error.h"
+#include "api/c_options.h"
 #include "engram/engram_c.h"
 #include "protocol/evaluation_run.h"
 
@@ -100,11 +101,12 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   settings.policy = options.name == nullptr ? "external" : options.name;
   settings.policy_config = engram::Json::object();
   if (options.config_json != nullptr) {
-    settings.policy_config = engram::Json::parse(options.config_json, nullptr, false);
+    settings.policy_config = engram::parse_json(options.config_json);
     if (!settings.policy_config.is_object()) refuse("config_json: a JSON object needed");
   }
-  for (std::size_t i = 0; i < options.num_task_options; ++i) {
-    settings.task_options[options.task_options[i].name] = options.task_options[i].value;
+  for (const engram::OptionChoice& choice :
+       engram::c::to_choices(options.task_options, options.num_task_options)) {
+    settings.task_options[choice.name] = choice.value;
   }
   return settings;
 }

@@ -35,6 +35,7 @@ int write_all(int descriptor, std::string_view text) {
 
 void guard_standard_streams() {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // beyond the largest file allowed, writes fail
   for (int descriptor = 0; descriptor <= 2; ++descriptor) {
     // The lowest free number is the one that open returns. Read-only: writes still fail.
     if (::fcntl(descriptor, F_GETFD) == -1) (void)::open("/dev/null", O_RDONLY);

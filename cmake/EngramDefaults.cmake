@@ -25,3 +25,17 @@ if(ENGRAM_SANITIZE)
                       -fno-omit-frame-pointer -Wno-maybe-uninitialized)
   add_link_options(-fsanitize=${ENGRAM_SANITIZE})
 endif()
+
+# Fuzz targets (tests/fuzz) need all code under test to report what it covers, and what it breaks.
+option(ENGRAM_FUZZ "Build the fuzz targets, with Clang and its sanitizers" OFF)
+if(ENGRAM_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+    message(FATAL_ERROR "ENGRAM_FUZZ needs Clang; the compiler is ${CMAKE_CXX_COMPILER_ID}")
+  endif()
+  # Those of "undefined" that tell of bad numbers; all of it makes builds and runs twice as long.
+  set(fuzz_sanitizers
+    address,bounds,shift,signed-integer-overflow,integer-divide-by-zero,float-cast-overflow,enum,bool)
+  add_compile_options(-fsanitize=fuzzer-no-link,${fuzz_sanitizers} -fno-sanitize-recover=all
+                      -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${fuzz_sanitizers})
+endif()

@@ -10,6 +10,13 @@ if(NOT TARGET engram_cli)  # tests of the command need it
   list(FILTER test_sources EXCLUDE REGEX "/tests/apps/")
 endif()
 engram_sources(test_support tests)  # the main function and shared helpers
+if(TARGET engram_cli)  # fuzz targets, on their corpora; the command line's is of the command
+  engram_sources(fuzz_sources tests/fuzz)
+  list(FILTER fuzz_sources EXCLUDE REGEX "/fuzzer_main.cc$|_test.cc$")
+  list(APPEND test_support ${fuzz_sources} "${PROJECT_SOURCE_DIR}/apps/options.cc")
+else()
+  list(FILTER test_sources EXCLUDE REGEX "/tests/fuzz/")
+endif()
 add_executable(engram_tests ${test_sources} ${test_support})
 engram_configure_target(engram_tests)
 target_compile_definitions(engram_tests PRIVATE
@@ -21,6 +28,8 @@ if(TARGET engram_bench)
 endif()
 if(TARGET engram_cli)
   add_dependencies(engram_tests engram_cli)
+  target_link_libraries(engram_tests PRIVATE
+    CLI11::CLI11 fmt::fmt PkgConfig::ENGRAM_MEDIA ${CMAKE_DL_LIBS})
   target_compile_definitions(engram_tests PRIVATE ENGRAM_CLI="$<TARGET_FILE:engram_cli>")
 endif()
 

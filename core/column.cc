@@ -7,6 +7,12 @@
 
 namespace engram {
 
+namespace {
+
+constexpr std::int32_t kLargestCount = 1 << 24;
+
+}  // namespace
+
 const char* dtype_name(DType type) {
   switch (type) {
     case DType::kBool:
@@ -33,6 +39,9 @@ ColumnView ColumnStore::add(Field field) {
     throw Error(Error::Kind::kInternal, "column '" + field.name + "' exists already");
   }
   Entry entry;
+  const bool wide = field.dtype == DType::kInt32;
+  entry.low = wide ? -kLargestCount : 0;
+  entry.high = wide ? kLargestCount : 255;
   entry.row_bytes = static_cast<std::size_t>(field.width) * size_of(field.dtype);
   entry.bytes = AlignedArray<std::byte>(entry.row_bytes * static_cast<std::size_t>(num_envs_));
   entry.field = std::move(field);
@@ -43,6 +52,36 @@ ColumnView ColumnStore::add(Field field) {
 
 void ColumnStore::add_like(const ColumnStore& other) {
   for (const Entry& entry : other.columns_) add(entry.field);
+}
+
+void ColumnStore::limit(std::string_view name, std::int32_t low, std::int32_t high) {
+  for (Entry& entry : columns_) {
+    if (entry.field.name != name) continue;
+    entry.low = low;
+    entry.high = high;
+    return;
+  }
+  throw Error(Error::Kind::kInternal, "no column '" + std::string(name) + "' to be limited");
+}
+
+ColumnView ColumnStore::find_beyond_limits(std::span<const std::byte> row) const {
+  const std::byte* from = row.data();
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const Entry& entry = columns_[i];
+    const bool wide = entry.field.dtype == DType::kInt32;
+    const bool limited = wide || entry.field.dtype == DType::kBool;
+    for (std::size_t at = 0; limited && at < entry.row_bytes; at += wide ? 4 : 1) {
+      std::int32_t value = 0;
+      if (wide) {
+        std::memcpy(&value, from + at, sizeof value);
+      } else {
+        value = std::to_integer<std::int32_t>(from[at]);
+      }
+      if (value < entry.low || value > entry.high) return (*this)[i];
+    }
+    from += entry.row_bytes;
+  }
+  return {};
 }
 
 ColumnView ColumnStore::operator[](std::size_t index) const {

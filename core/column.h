@@ -61,6 +61,14 @@ class ColumnStore {
   // Adds columns of the same fields as `other` has.
   void add_like(const ColumnStore& other);
 
+  // Says which values a column of int32 or bytes can have, both ends included; for those that serve
+  // as indices. What else a snapshot holds there is refused. Without that, int32 are limited to
+  // what can be added up without overflow.
+  void limit(std::string_view name, std::int32_t low, std::int32_t high);
+  // The first column of a saved row that has a value beyond its limits; its field is null if none
+  // has.
+  ColumnView find_beyond_limits(std::span<const std::byte> row) const;
+
   int num_envs() const { return num_envs_; }
   std::size_t size() const { return columns_.size(); }
   ColumnView operator[](std::size_t index) const;
@@ -84,6 +92,8 @@ class ColumnStore {
     Field field;
     AlignedArray<std::byte> bytes;
     std::size_t row_bytes = 0;
+    std::int32_t low = 0;
+    std::int32_t high = 0;
   };
   int num_envs_;
   std::size_t row_bytes_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <sstream>
 
 #include "core/error.h"
@@ -76,6 +77,25 @@ void PinTable::check(const std::vector<Pin>& pins) const {
     for (const double value : pin.values) check_value(draw, value);
     if (draw.distinct) check_distinct(pin);
   }
+}
+
+void PinTable::check_saved(std::span<const std::byte> row) const {
+  std::uint64_t pinned = 0;
+  std::memcpy(&pinned, row.data(), sizeof pinned);
+  if (draws_.size() < 64 && pinned >> draws_.size() != 0) {
+    throw Error(Error::kInvalidArgument, "snapshot refused: it pins a draw that there is not");
+  }
+  std::vector<Pin> pins;
+  for (std::size_t draw = 0; draw < draws_.size(); ++draw) {
+    if ((pinned >> draw & 1) == 0) continue;
+    std::vector<double> values(static_cast<std::size_t>(draws_[draw].width));
+    std::memcpy(values.data(),
+                row.data() + sizeof pinned +
+                    static_cast<std::size_t>(offsets_[draw]) * sizeof(double),
+                values.size() * sizeof(double));
+    pins.push_back({draws_[draw].name, std::move(values)});
+  }
+  check(pins);
 }
 
 void PinTable::set(int env, const std::vector<Pin>& pins) const {

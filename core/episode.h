@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,8 @@ class PinTable {
   // Throws Error, naming what is allowed, unless every pin names a draw once and its values are
   // as many, as whole and as large as that draw allows.
   void check(const std::vector<Pin>& pins) const;
+  // The same for a saved row of the columns.
+  void check_saved(std::span<const std::byte> row) const;
   // Replaces the pins of one environment; they must have been checked.
   void set(int env, const std::vector<Pin>& pins) const;
 

@@ -20,7 +20,9 @@ Handler previous_warning = nullptr;
 // unwinds through its frames (Debian compiles them with unwind tables).
 void on_error(const char* message) {
   if (scope_depth > 0) {
-    throw Error(Error::Kind::kInternal, std::string("MuJoCo: ") + message);
+    const bool memory = std::strstr(message, "allocate") != nullptr;
+    throw Error(memory ? Error::Kind::kUnavailable : Error::Kind::kInternal,
+                std::string("MuJoCo: ") + message);
   }
   if (previous_error != nullptr) {
     previous_error(message);

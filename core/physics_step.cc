@@ -27,7 +27,16 @@ int count_warnings(const mjData& data) {
 
 }  // namespace
 
+bool Physics::Step::props_plausible() const {
+  const int count = num_props();
+  return all_plausible(state_.prop_pos.row(env_), 3 * count) &&
+         all_plausible(state_.prop_quat.row(env_), 4 * count) &&
+         all_plausible(state_.prop_qvel.row(env_), 6 * count) &&
+         all_plausible(state_.prop_qacc_warmstart.row(env_), 6 * count);
+}
+
 bool Physics::Step::run() {
+  if (!props_plausible()) return false;
   begin();
   for (int i = 0; i < options_.substeps; ++i) {
     glide(static_cast<double>(i + 1) / options_.substeps);
@@ -242,7 +251,8 @@ void Physics::Step::store_finger_forces() const {
     const int bodies[2] = {model.geom_bodyid[contact.geom1], model.geom_bodyid[contact.geom2]};
     const int slot =
         std::max(scene_->slot_of_body[at(bodies[0])], scene_->slot_of_body[at(bodies[1])]);
-    for (int finger = 0; finger < kFingers && slot >= 0; ++finger) {
+    const int prop = slot < 0 ? -1 : prop_in_slot(slot);
+    for (int finger = 0; finger < kFingers && prop >= 0; ++finger) {
       const int body = model_.finger_bodies()[finger];
       if (body != bodies[0] && body != bodies[1]) continue;
       mjtNum wrench[6];  // in the contact's frame, on the second body
@@ -250,16 +260,15 @@ void Physics::Step::store_finger_forces() const {
       const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> frame(contact.frame);
       const Eigen::Vector3d force =
           frame.transpose() * Eigen::Vector3d(wrench[0], wrench[1], wrench[2]);
-      Eigen::Map<Eigen::Vector3d> sum(state_.finger_force.row(env_) + 6 * prop_in_slot(slot) +
-                                      3 * finger);
+      Eigen::Map<Eigen::Vector3d> sum(state_.finger_force.row(env_) + 6 * prop + 3 * finger);
       sum += body == bodies[1] ? force : Eigen::Vector3d(-force);
     }
   }
 }
 
 int Physics::Step::prop_in_slot(int slot) const {
-  int prop = 0;
-  while (!is_awake(prop) || bench_.slot[at(prop)] != slot) ++prop;
+  int prop = num_props() - 1;
+  while (prop >= 0 && (!is_awake(prop) || bench_.slot[at(prop)] != slot)) --prop;
   return prop;
 }
 

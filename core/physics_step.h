@@ -37,6 +37,10 @@ class Physics::Step {
 
   // --- choosing and loading scenes ---
 
+  // Whether what is remembered of props can be computed with; also of those that are left out of
+  // physics, whose numbers nothing else would look at.
+  bool props_plausible() const;
+
   void begin();
 
   // Counts a prop among the awake ones, with the motion that its environment remembers.
@@ -134,6 +138,7 @@ class Physics::Step {
   // Sums the contact forces between each prop and each finger, as the prop exerts them.
   void store_finger_forces() const;
 
+  // The awake prop in a slot, or -1 for one that is parked.
   int prop_in_slot(int slot) const;
 
   const PhysicsModel& model_;

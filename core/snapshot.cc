@@ -60,6 +60,20 @@ std::vector<std::byte> VectorEnv::save_range(Range envs) const {
   return bytes;
 }
 
+// A checksum keeps out accidents, not bytes that somebody has made up: what serves as an index, and
+// pins, must be what an episode can have. Other values may be anything; they end an episode at
+// worst.
+void VectorEnv::check_content(std::span<const std::byte> row) const {
+  for (const ColumnStore* store : {&memory_, &pin_memory_, &outputs_}) {
+    const ColumnView bad = store->find_beyond_limits(row);
+    if (bad.field != nullptr) {
+      refuse("'" + bad.field->name + "' has a value that no episode of " + info().id + " has");
+    }
+    if (store == &pin_memory_) pins_.check_saved(row);
+    row = row.subspan(store->row_bytes());
+  }
+}
+
 void VectorEnv::restore_range(Range envs, std::span<const std::byte> bytes) {
   const std::size_t row = memory_.row_bytes() + pin_memory_.row_bytes() + outputs_.row_bytes();
   const auto count = static_cast<std::size_t>(envs.end - envs.begin);
@@ -87,6 +101,8 @@ void VectorEnv::restore_range(Range envs, std::span<const std::byte> bytes) {
            " needed");
   }
   if (checksum(body) != header.checksum) refuse("its content is damaged (checksum differs)");
+
+  for (std::size_t i = 0; i < count; ++i) check_content(body.subspan(i * row, row));
 
   for (std::size_t i = 0; i < count; ++i) {
     const int env = envs.begin + static_cast<int>(i);

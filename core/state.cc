@@ -31,6 +31,9 @@ State::State(ColumnStore& store, int props) : num_props(props) {
   prop_rgba = store.add<float>("prop_rgba", 4 * width);
   prop_emission = store.add<float>("prop_emission", width);
   finger_force = store.add<double>("finger_force", 6 * width, "N");
+
+  store.limit("finished", 0, 1);
+  store.limit("prop_status", 0, static_cast<int>(PropStatus::kAwake));
 }
 
 void State::place_prop(int env, int prop, const double* pos, const double* quat,

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <sstream>
 #include <thread>
 
 #include "core/error.h"
 #include "core/length.h"
+#include "core/shared_model.h"
 
 namespace engram {
 namespace {
@@ -68,7 +70,7 @@ VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options,
     : task_(std::move(task)),
       options_(checked(options)),
       option_values_(option_values(task_->info().options, options_.task_options)),
-      model_(std::make_unique<PhysicsModel>(task_->scene())),
+      model_(shared_model(task_->scene())),
       controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
                                                model_->joint_ranges(), options_.rotation_sign)),
       pool_(options_.threads),
@@ -94,6 +96,7 @@ VectorEnv::~VectorEnv() = default;
 void VectorEnv::allocate() {
   const TaskInfo& info = task_->info();
   state_ = State(memory_, static_cast<int>(model_->props().size()));
+  memory_.limit("elapsed", 0, info.horizon);
   pins_ = PinTable(pin_memory_, all_draws(info));
   bindings_.state = &state_;
   bindings_.options = option_values_;
@@ -140,6 +143,11 @@ void VectorEnv::allocate() {
     bindings_.task_cue = outputs_.add<float>("task_cue", info.task_cue_dim);
   }
   task_->bind(bindings_);
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    const ColumnView column = outputs_[i];
+    if (column.field->dtype != DType::kFloat32) continue;
+    float_outputs_.emplace_back(reinterpret_cast<float*>(column.data), column.field->width);
+  }
   if (options_.obs_mode == ObsMode::kRgb) {
     if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
     images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, renderers_,
@@ -311,7 +319,24 @@ void VectorEnv::finish_steps(int worker, Range envs) {
   mark(time, StepPart::kTask);
 }
 
+bool VectorEnv::outputs_finite(int env) const {
+  bool finite = true;
+  for (const Column<float>& column : float_outputs_) {
+    const float* row = column.row(env);
+    for (int i = 0; i < column.width(); ++i) {
+      finite &= std::abs(row[i]) <= std::numeric_limits<float>::max();  // false for NaN
+    }
+  }
+  return finite;
+}
+
 void VectorEnv::finish_step(int worker, int env) {
+  // Physics refuses numbers that it cannot compute with; what a task remembers may hold some too.
+  if (!outputs_finite(env)) {
+    if (unstable_[env] == 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
+    unstable_[env] = 1;
+    reward_[env] = 0;
+  }
   const bool success = bindings_.success[env] != 0;
   success_once_[env] |= bindings_.success[env];
   episode_return_[env] += static_cast<double>(reward_[env]);

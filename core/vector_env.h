@@ -165,6 +165,7 @@ class VectorEnv {
   void simulate(int worker, int env, const float* action);
   void finish_steps(int worker, Range envs);
   void finish_step(int worker, int env);
+  bool outputs_finite(int env) const;
   void draw(int worker, int env);
   StepClock::Worker* clock(int worker) const {
     return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
@@ -177,6 +178,7 @@ class VectorEnv {
   void random_action(int env, float* action) const;
   std::uint64_t snapshot_layout() const;
   std::vector<std::byte> save_range(Range envs) const;
+  void check_content(std::span<const std::byte> row) const;
   void restore_range(Range envs, std::span<const std::byte> bytes);
   template <class T>
   std::span<const T> whole(const Column<T>& column) const;
@@ -184,7 +186,7 @@ class VectorEnv {
   std::unique_ptr<Task> task_;
   EnvOptions options_;
   std::vector<double> option_values_;  // of the task's own options
-  std::unique_ptr<PhysicsModel> model_;
+  std::shared_ptr<const PhysicsModel> model_;  // of all batches of this task
   std::unique_ptr<Controller> controller_;
   ThreadPool pool_;
   std::unique_ptr<Physics> physics_;
@@ -203,6 +205,7 @@ class VectorEnv {
   std::vector<Field> state_fields_;
   Bindings bindings_;
 
+  std::vector<Column<float>> float_outputs_;
   Column<float> observation_;
   Column<float> proprio_;
   Column<float> reward_;

@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 
 #include "protocol/files.h"
 #include "protocol/npz.h"
@@ -132,9 +133,9 @@ void DemonstrationFolder::check_metadata() const {
   const fs::path path = path_ / kMetadata;
   if (!fs::exists(path)) return;
   std::ifstream stream(path, std::ios::binary);
-  const Json document = Json::parse(stream, nullptr, false);
+  const Json document = parse_json(std::string(std::istreambuf_iterator<char>(stream), {}));
   if (!document.is_object() || document.value("env_id", Json()) != entry_.id ||
-      !document.contains("engram")) {
+      !document.contains("engram") || !document["engram"].is_object()) {
     fail(path, "is damaged or not engram's; without it, it is made anew from the data files");
   }
   const Json planned = provenance(plan_);

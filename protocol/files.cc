@@ -35,9 +35,28 @@ fs::path temporary_name(const fs::path& path) {
   return path.string() + "." + std::to_string(::getpid()) + std::string(kTemporarySuffix);
 }
 
+// Devices and pipes cannot be replaced, only written to.
+void write_into(const fs::path& path, std::span<const std::byte> bytes) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (file < 0) fail("'" + path.string() + "' cannot be written", errno);
+  int error = write_all(file, bytes);
+  if (::close(file) != 0 && error == 0) error = errno;
+  if (error != 0) fail("'" + path.string() + "' cannot be written", error);
+}
+
+bool is_special(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
 }  // namespace
 
 void write_file(const fs::path& path, std::span<const std::byte> bytes) {
+  if (is_special(path)) {
+    write_into(path, bytes);
+    return;
+  }
   const fs::path temporary = temporary_name(path);
   const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) fail("'" + path.string() + "' cannot be written", errno);

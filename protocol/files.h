@@ -9,7 +9,8 @@
 namespace engram {
 
 // Writes a file that is never seen half-written, not even after a power cut: under a temporary name
-// first, then renamed. Throws Error (kIo) if that fails; what was there before stays.
+// first, then renamed. A device or pipe is written to as it is. Throws Error (kIo) if that fails;
+// what was there before stays.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 

@@ -34,6 +34,22 @@ Json to_json(const Constant& constant) {
   return array;
 }
 
-std::string to_text(const Json& document) { return document.dump(2) + "\n"; }
+Json parse_json(std::string_view text) {
+  constexpr int kDeepest = 64;
+  struct TooDeep {};
+  const auto check = [](int depth, Json::parse_event_t /*event*/, const Json& /*parsed*/) {
+    if (depth > kDeepest) throw TooDeep();
+    return true;
+  };
+  try {
+    return Json::parse(text, check, false);
+  } catch (const TooDeep&) {
+    return Json(Json::value_t::discarded);
+  }
+}
+
+std::string to_text(const Json& document) {
+  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 }  // namespace engram

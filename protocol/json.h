@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "core/constant.h"
 
@@ -18,7 +19,12 @@ Json to_json(float value);
 Json to_json(const Constant& constant);
 Json to_json(const ConstantTable& table);
 
-// The document as text: two-space indentation, newline at the end.
+// The document that a text is; a discarded value if it is none, or nests deeper than any that
+// engram writes: programs that walk through documents call themselves at every level.
+Json parse_json(std::string_view text);
+
+// The document as text: two-space indentation, newline at the end. What is not UTF-8 becomes
+// U+FFFD.
 std::string to_text(const Json& document);
 
 }  // namespace engram

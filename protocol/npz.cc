@@ -6,8 +6,6 @@
 #include <array>
 #include <charconv>
 #include <cstring>
-#include <functional>
-#include <numeric>
 #include <optional>
 
 #include "core/error.h"
@@ -57,9 +55,6 @@ std::size_t bytes_per_element(NpyType type) {
   return 4;
 }
 
-std::int64_t product(std::span<const std::int64_t> shape) {
-  return std::accumulate(shape.begin(), shape.end(), std::int64_t{1}, std::multiplies<>());
-}
 
 std::string shape_text(std::span<const std::int64_t> shape) {
   std::string text = "(";
@@ -270,12 +265,28 @@ std::vector<std::byte> NpzFile::read(const std::string& name, NpyType type,
     fail("array '" + name + "' has shape " + shape_text(member.shape) + ", " + shape_text(shape) +
          " expected");
   }
-  std::vector<std::byte> bytes(static_cast<std::size_t>(product(shape)) * bytes_per_element(type));
+  std::size_t size = bytes_per_element(type);
+  for (const std::int64_t count : shape) {
+    constexpr std::size_t kMost = std::size_t{1} << 40;
+    if (count > 0 && size > kMost / static_cast<std::size_t>(count)) {
+      fail("array '" + name + "' would be larger than any memory");
+    }
+    size *= static_cast<std::size_t>(count);
+  }
+  // Memory is taken as the bytes arrive, not on the word of a header.
+  constexpr std::size_t kSlice = std::size_t{1} << 22;
+  std::vector<std::byte> bytes;
+  bool good = true;
+  while (good && bytes.size() < size) {
+    const std::size_t start = bytes.size();
+    bytes.resize(std::min(size, start + kSlice));
+    const std::size_t count = bytes.size() - start;
+    good = zip_fread(member.file.get(), bytes.data() + start, count) ==
+           static_cast<zip_int64_t>(count);
+  }
   // One byte more than there are: the checksum is compared at the end.
   std::byte beyond{};
-  const bool good = zip_fread(member.file.get(), bytes.data(), bytes.size()) ==
-                        static_cast<zip_int64_t>(bytes.size()) &&
-                    zip_fread(member.file.get(), &beyond, 1) == 0;
+  good = good && zip_fread(member.file.get(), &beyond, 1) == 0;
   if (!good) fail("array '" + name + "': " + zip_file_strerror(member.file.get()));
   return bytes;
 }

@@ -89,6 +89,17 @@ PolicyProcess::PolicyProcess(const PolicyProcessOptions& options, const WorkCont
   }
 }
 
+PolicyProcess::PolicyProcess(int to, int from, const PolicyProcessOptions& options,
+                             const WorkContext& context)
+    : options_(options), to_(to), from_(from), context_(&context) {
+  try {
+    greet();
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
 PolicyProcess::~PolicyProcess() { stop(); }
 
 void PolicyProcess::stop() {
@@ -204,8 +215,14 @@ Bytes PolicyProcess::hear(Message expected) {
          " bytes, type " + std::to_string(static_cast<std::uint32_t>(expected)) +
          " expected; does it print to standard output?");
   }
-  Bytes body(size);
-  read(body);
+  // Memory is taken as the bytes arrive, not on the word of a few of them.
+  constexpr std::size_t kSlice = std::size_t{1} << 20;
+  Bytes body;
+  while (body.size() < size) {
+    const std::size_t start = body.size();
+    body.resize(std::min<std::size_t>(size, start + kSlice));
+    read(std::span(body).subspan(start));
+  }
   if (message == static_cast<std::uint32_t>(Message::kFailed)) {
     fail("says: " + std::string(reinterpret_cast<const char*>(body.data()), body.size()));
   }
@@ -253,7 +270,7 @@ void PolicyProcess::wait_for(int descriptor, short events) const {
 
 void PolicyProcess::lost() const {
   // Its pipe may close a moment before the process itself is gone.
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; process_ >= 0 && i < 100; ++i) {
     int status = 0;
     if (::waitpid(process_, &status, WNOHANG) == process_) {
       process_ = -1;

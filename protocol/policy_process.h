@@ -28,6 +28,8 @@ class PolicyProcess final : public ExternalPolicy {
  public:
   // context: of the item at hand, which may be stopped before the process has answered.
   PolicyProcess(const PolicyProcessOptions& options, const WorkContext& context);
+  // A policy that runs already, at the other end of these descriptors, which it takes over.
+  PolicyProcess(int to, int from, const PolicyProcessOptions& options, const WorkContext& context);
   // Closes its input and, unless it then ends within two seconds, ends it.
   ~PolicyProcess() override;
   PolicyProcess(const PolicyProcess&) = delete;

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -58,6 +59,18 @@ std::string local_time() {
   return text;
 }
 
+// A number that may not be negative, have a fraction or be larger than `most`: conversions would
+// make it some other one.
+std::uint64_t whole_number(const Json& document, const char* key, std::uint64_t most,
+                           const fs::path& file) {
+  const Json& value = document.at(key);
+  if (value.is_number_unsigned() && value.get<std::uint64_t>() <= most) {
+    return value.get<std::uint64_t>();
+  }
+  throw Error(Error::kIo, "'" + file.string() + "' has " + key + " " + value.dump(-1, ' ', true) +
+                              ", a whole number up to " + std::to_string(most) + " needed");
+}
+
 // The keys of a task document that hold what was asked for, and so are the same in all of a run.
 Json protocol_part(const Json& task) {
   Json part = Json::object();
@@ -67,21 +80,34 @@ Json protocol_part(const Json& task) {
   return part;
 }
 
-// Whether a document is a whole result of the task.
+bool is_list_of(const Json& list, std::size_t count, bool (*fits)(const Json&)) {
+  return list.is_array() && list.size() == count && std::all_of(list.begin(), list.end(), fits);
+}
+
+// Whether a document is a whole result of the task: everything that is read of one later is there,
+// and of its type.
 bool is_result(const Json& task, const std::string& id) {
+  const auto is_count = [](const Json& value) { return value.is_number_unsigned(); };
+  const auto is_number = [](const Json& value) { return value.is_number(); };
+  const auto is_truth = [](const Json& value) { return value.is_boolean(); };
   try {
-    if (task.at("env_id") != id) return false;
+    if (task.at("env_id") != id || !is_count(task.at("n_episodes"))) return false;
     const auto episodes = task.at("n_episodes").get<std::size_t>();
-    for (const char* key : {"successes", "returns", "episode_lengths", "episode_seeds"}) {
-      if (!task.at(key).is_array() || task.at(key).size() != episodes) return false;
+    if (!is_list_of(task.at("successes"), episodes, is_truth) ||
+        !is_list_of(task.at("returns"), episodes, is_number) ||
+        !is_list_of(task.at("episode_lengths"), episodes, is_count) ||
+        !is_list_of(task.at("episode_seeds"), episodes, is_count)) {
+      return false;
     }
     const auto successes = task.at("successes").get<std::vector<bool>>();
     const auto count = std::count(successes.begin(), successes.end(), true);
     const double rate =
         successes.empty() ? 0 : static_cast<double>(count) / static_cast<double>(episodes);
     (void)protocol_part(task);
-    return task.at("sr").get<double>() == rate && task.at("mean_return").is_number() &&
-           task.at("split").is_string() && task.at("memory_type").is_string();
+    return is_number(task.at("sr")) && task.at("sr").get<double>() == rate &&
+           is_number(task.at("mean_return")) && task.at("split").is_string() &&
+           task.at("memory_type").is_string() && is_count(task.at("action_chunk_size")) &&
+           (!task.contains("chance") || is_number(task.at("chance")));
   } catch (const Json::exception&) {
     return false;
   }
@@ -113,8 +139,11 @@ EvaluationSettings EvaluationSettings::of(const Json& document, const fs::path& 
   try {
     EvaluationSettings settings;
     document.at("tasks").get_to(settings.tasks);
-    document.at("n_episodes").get_to(settings.episodes);
-    document.at("start_seed").get_to(settings.start_seed);
+    for (const std::string& id : settings.tasks) (void)require_entry(id);
+    settings.episodes = static_cast<int>(
+        whole_number(document, "n_episodes", std::numeric_limits<int>::max(), file));
+    settings.start_seed = whole_number(document, "start_seed",
+                                       std::numeric_limits<std::uint64_t>::max(), file);
     document.at("obs_mode").get_to(settings.obs_mode);
     document.at("renderer").get_to(settings.renderer);
     document.at("policy").get_to(settings.policy);
@@ -210,7 +239,7 @@ std::optional<EvaluationSettings> ResultFolder::settings() const {
   const fs::path file = path_ / kSettingsFile;
   const std::optional<std::string> text = content(file);
   if (!text) return std::nullopt;
-  return EvaluationSettings::of(Json::parse(*text, nullptr, false), file);
+  return EvaluationSettings::of(parse_json(*text), file);
 }
 
 std::map<std::string, Json> ResultFolder::finished(const EvaluationSettings& settings) const {
@@ -223,7 +252,7 @@ std::map<std::string, Json> ResultFolder::finished(const EvaluationSettings& set
     const fs::path file = path_ / (id + ".json");
     const std::optional<std::string> text = content(file);
     if (!text) continue;
-    Json task = Json::parse(*text, nullptr, false);
+    Json task = parse_json(*text);
     if (!is_result(task, id)) continue;
     const Json part = protocol_part(task);
     for (const auto& [key, value] : expected.items()) {
@@ -260,7 +289,7 @@ void ResultFolder::add_timing(const std::string& id, double thread_seconds) cons
 std::map<std::string, double> ResultFolder::timing() const {
   std::map<std::string, double> seconds;
   const std::optional<std::string> text = content(path_ / kTimingFile);
-  const Json document = text ? Json::parse(*text, nullptr, false) : Json();
+  const Json document = text ? parse_json(*text) : Json();
   if (!document.is_object()) return seconds;
   for (const auto& [id, value] : document.items()) {
     if (value.is_number()) seconds[id] = value.get<double>();

@@ -56,8 +56,9 @@ class Crew {
 
   void start(std::uint64_t number, const WorkItem& item) {
     const std::lock_guard lock(mutex_);
-    waiting_.push_back({number, item});
     stops_.try_emplace(number, std::make_unique<std::atomic<bool>>(false));
+    done_.reserve(stops_.size());  // so that no thread ever runs out of memory for its result
+    waiting_.push_back({number, item});
     arrived_.notify_one();
   }
 
@@ -70,8 +71,11 @@ class Crew {
   std::vector<Done> wait(std::chrono::milliseconds at_most) {
     std::unique_lock lock(mutex_);
     finished_.wait_for(lock, at_most, [this] { return !done_.empty(); });
-    for (const Done& done : done_) stops_.erase(done.number);
-    return std::exchange(done_, {});
+    std::vector<Done> taken;
+    taken.reserve(stops_.size());
+    taken.swap(done_);
+    for (const Done& done : taken) stops_.erase(done.number);
+    return taken;
   }
 
  private:

@@ -54,7 +54,12 @@ class BatteryChecker final : public Task {
     lit_ = memory.add<std::uint8_t>("lit");
     newly_found_ = memory.add<std::uint8_t>("newly_found");
     solved_ = memory.add<std::uint8_t>("solved");
+    const int all = (1 << rack_.batteries()) - 1;
+    for (const char* set : {"working", "checked", "found", "grasped"}) memory.limit(set, 0, all);
     bind_info(*bindings.outputs);
+    bindings.outputs->limit("action_stage", 0, 2);
+    bindings.outputs->limit("active_battery_idx", -1, rack_.batteries() - 1);
+    bindings.outputs->limit("socket_battery_idx", -1, rack_.batteries() - 1);
   }
 
   // The lamp may tell at any time.

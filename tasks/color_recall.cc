@@ -52,6 +52,7 @@ class ColorRecall final : public Task {
     button_.bind(bindings);
     reward_dict_.bind(bindings, kColorRewardTerms);
     sequence_ = memory.add<std::int32_t>("sequence", params_.SEQUENCE_LENGTH);
+    memory.limit("sequence", 0, COLORS - 1);
     positions_ = memory.add<double>("positions", 2 * COLORS, "m");
     goal_ = memory.add<double>("obj_to_goal_pos", 3, "m");
     displacement_ = memory.add<double>("displacement", 2, "m", "mean, largest");

@@ -43,6 +43,7 @@ class GatherAndRecall final : public Task {
     for (PressButton& button : buttons_) button.bind(bindings);
     reward_dict_.bind(bindings, kRewardTerms);
     flash_color_ = memory.add<std::int32_t>("flash_color");
+    memory.limit("flash_color", 0, kColors - 1);
     trigger_count_ = memory.add<std::int32_t>("flash_trigger_count");
     duration_ = memory.add<std::int32_t>("flash_duration", 1, "control steps");
     disc_xy_ = memory.add<double>("disc_xy", 2, "m");
@@ -208,6 +209,7 @@ class GatherAndRecall final : public Task {
     flash_triggered_ = info.add<std::uint8_t>("flash_triggered");
     shown_color_ = info.add<std::int32_t>("flash_color");
     pressed_button_ = info.add<std::int32_t>("pressed_button", 1, "", "-1: none");
+    info.limit("pressed_button", -1, kColors - 1);
     obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
   }
 

@@ -100,6 +100,7 @@ void ObjectRecall::bind(const Bindings& bindings) {
   clock_.bind(*bindings.memory);
   touch_.bind(bindings);
   target_ = bindings.memory->add<std::int32_t>("target");
+  bindings.memory->limit("target", 0, count() - 1);
   positions_ = bindings.memory->add<double>("positions", 3 * count(), "m");
 }
 

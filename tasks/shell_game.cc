@@ -58,6 +58,7 @@ void ShellGame::bind(const Bindings& bindings) {
   engine_ = bindings;
   ColumnStore& memory = *bindings.memory;
   target_ = memory.add<std::int32_t>(setup_.target);
+  memory.limit(setup_.target, 0, kCups - 1);
   base_ = memory.add<double>("base", 2, "m");
   cue_steps_ = memory.add<std::int32_t>("cue_steps", 1, "control steps");
   manipulation_start_ = memory.add<std::int32_t>("manipulation_start", 1, "control steps");

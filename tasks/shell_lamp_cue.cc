@@ -43,6 +43,7 @@ TaskOption ShellLampCue::fixed_mapping_option() {
 void ShellLampCue::bind(const Bindings& bindings) {
   state_ = bindings.state;
   slot_of_color_ = bindings.memory->add<std::uint8_t>("slot_of_color", kCups);
+  bindings.memory->limit("slot_of_color", 0, kCups - 1);
 }
 
 void ShellLampCue::reset(int env, int mapping,

@@ -18,6 +18,8 @@ void Shuffle::bind(ColumnStore& memory, int max_swaps) {
   steps_ = memory.add<std::int32_t>("shuffle_steps", 1, "control steps");
   num_swaps_ = memory.add<std::int32_t>("num_swaps");
   slots_ = memory.add<std::uint8_t>("slots_after_swaps", kCups * (max_swaps + 1));
+  memory.limit("num_swaps", 1, max_swaps);
+  memory.limit("slots_after_swaps", 0, kCups - 1);
 }
 
 void Shuffle::reset(int env, int begin, int steps, int swaps, std::span<const int> pairs) const {
@@ -38,8 +40,8 @@ void Shuffle::reset(int env, int begin, int steps, int swaps, std::span<const in
 
 Eigen::Vector3d Shuffle::offset(int env, int mug, int elapsed) const {
   const int swaps = num_swaps_[env];
-  const int steps_per_swap = steps_[env] / swaps;
-  const int step = elapsed - begin_[env];
+  const int steps_per_swap = std::max(1, steps_[env] / swaps);
+  const int step = std::max(0, elapsed - begin_[env]);
   const int swap = step / steps_per_swap;
   const double from = slot_y(slot_of(env, swap, mug));
   if (swap >= swaps) return {0, from, 0};

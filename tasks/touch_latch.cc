@@ -30,6 +30,7 @@ void TouchLatch::bind(const Bindings& bindings, double radius) {
   touched_ = bindings.memory->add<std::uint8_t>("touched", params_.objects);
   if (params_.order_length > 0) {
     order_ = bindings.memory->add<std::int32_t>("touch_order", params_.order_length);
+    bindings.memory->limit("touch_order", -1, params_.objects - 1);
   }
 }
 

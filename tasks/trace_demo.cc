@@ -124,6 +124,8 @@ void TraceDemo::bind(const Bindings& bindings) {
   const int most = params_.sequence_length.high;
   length_ = memory.add<std::int32_t>("sequence_length");
   shapes_ = memory.add<std::int32_t>("shapes", most);
+  memory.limit("sequence_length", 1, most);
+  memory.limit("shapes", -1, kContourShapes - 1);  // -1: beyond the sequence's end
   radii_ = memory.add<double>("radii", most, "m");
   rotations_ = memory.add<double>("rotations", most, "rad");
   center_ = memory.add<double>("center", 2, "m");
@@ -218,7 +220,8 @@ void TraceDemo::light_lamp(int env) const {
 // --- contours ---
 
 Contour TraceDemo::contour(int env, int element) const {
-  return {shapes_.row(env)[element], radii_.row(env)[element], rotations_.row(env)[element],
+  const int shape = std::max(0, shapes_.row(env)[element]);  // -1 in made-up snapshots alone
+  return {shape, radii_.row(env)[element], rotations_.row(env)[element],
           center(env)};
 }
 

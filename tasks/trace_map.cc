@@ -44,6 +44,7 @@ const char* phase_name(TracePhase phase) {
 void TraceMap::bind(ColumnStore& memory) {
   trail_ = memory.add<float>("trail", 2 * kTrail, "m");
   length_ = memory.add<std::int32_t>("trail_length");
+  memory.limit("trail_length", 0, 1'000'000);
 }
 
 void TraceMap::note(int env, const Vec2& green) const {

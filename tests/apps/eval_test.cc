@@ -195,6 +195,42 @@ TEST_CASE("eval: a folder belongs to one protocol", "[apps]") {
   require_refusal(run.resume(), 1, "settings.json");
 }
 
+// What is read of a result at the end of a run is looked at before it begins.
+TEST_CASE("eval: results that lack something are made anew", "[apps]") {
+  const Run run;
+  const auto before = results_in(run.path);
+  const auto file = run.path / "TakeItBack-VLA-v0.json";
+  for (const char* key : {"action_chunk_size", "episode_lengths", "mean_return", "split"}) {
+    for (const bool gone : {true, false}) {
+      Json task = Json::parse(before.at("TakeItBack-VLA-v0.json"));
+      if (gone) {
+        task.erase(key);
+      } else {
+        task[key] = Json::array({nullptr});
+      }
+      std::ofstream(file) << task;
+      INFO(key << (gone ? " gone" : " of another type"));
+      const CommandResult result = engram_command(run.resume());
+      INFO(result.err);
+      CHECK(result.code == 0);
+      CHECK(results_in(run.path) == before);
+    }
+  }
+}
+
+TEST_CASE("eval: settings that are no numbers are refused", "[apps]") {
+  const Run run;
+  const Json good = Json::parse(read_file(run.path / "settings.json"));
+  for (const char* number : {"-1", "1e300", "2.5", "99999999999", "\"4\""}) {
+    Json settings = good;
+    settings["n_episodes"] = Json::parse(number);
+    std::ofstream(run.path / "settings.json") << settings;
+    require_refusal(run.resume(), 1, "a whole number up to");
+  }
+  std::ofstream(run.path / "settings.json") << std::string(1'000'000, '[');
+  require_refusal(run.resume(), 1, "settings.json");
+}
+
 TEST_CASE("eval: a full disk is an error that loses nothing", "[apps]") {
   const Run run;
   const auto before = results_in(run.path);

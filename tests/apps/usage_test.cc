@@ -61,6 +61,57 @@ TEST_CASE("command: what cannot be done here is a failure, exit code 1", "[apps]
                   "/proc/results");
 }
 
+TEST_CASE("command: devices and pipes are written to, not replaced", "[apps]") {
+  const TemporaryFolder folder;
+  const auto full = folder.path() / "full.xml";
+  std::filesystem::create_symlink("/dev/full", full);
+  require_refusal("info RememberColor3-VLA-v0 --mjcf " + full.string(), 1, "No space left");
+  CHECK(std::filesystem::is_symlink(full));
+  CHECK(std::filesystem::is_character_file("/dev/full"));
+
+  const auto pipe = folder.path() / "pipe.xml";
+  const auto copy = folder.path() / "copy.xml";
+  const std::string line = "mkfifo '" + pipe.string() + "' && { cat '" + pipe.string() + "' >'" +
+                           copy.string() + "' & '" + ENGRAM_CLI +
+                           "' info RememberColor3-VLA-v0 --mjcf '" + pipe.string() +
+                           "' >/dev/null; wait; }";
+  CHECK(std::system(line.c_str()) == 0);
+  CHECK(std::filesystem::is_fifo(pipe));
+  CHECK_THAT(read_file(copy), Catch::Contains("<mujoco") && Catch::Contains("</mujoco>"));
+}
+
+TEST_CASE("command: a file beyond the allowed size is an error, not the end by a signal",
+          "[apps]") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder.path() / "scene.xml").string();
+  const std::string line = "ulimit -f 1; '" + std::string(ENGRAM_CLI) +
+                           "' info RememberColor3-VLA-v0 --mjcf '" + scene + "' 2>&1 >/dev/null | " +
+                           "grep -q 'engram: .*cannot be written: File too large'";
+  CHECK(std::system(line.c_str()) == 0);
+  CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("command: a reader that goes away is an error of one line", "[apps]") {
+  const TemporaryFolder folder;
+  const std::string err = (folder.path() / "err").string();
+  for (const char* arguments :
+       {"list", "list --json", "info RememberColor3-VLA-v0 --json", "doctor --json",
+        "rollout RememberColor3-VLA-v0 --steps 2 --json",
+        "bench overhead --rounds 1 --num-envs 1 --json",
+        "eval RememberColor3-VLA-v0 --episodes 1 --json"}) {
+    // The pipe's other end is closed before anything is written.
+    const std::string line = "bash -c \"set -o pipefail; { sleep 0.2; '" + std::string(ENGRAM_CLI) +
+                             "' " + arguments + " 2>'" + err + "'; } | true\"";
+    const int status = std::system(line.c_str());
+    INFO(arguments << ": " << read_file(err));
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 1);
+    const std::string text = read_file(err);
+    CHECK_THAT(text, Catch::Contains("standard output cannot be written: Broken pipe"));
+    CHECK(std::count(text.begin(), text.end(), '\n') == 1);
+  }
+}
+
 TEST_CASE("command: an output that cannot be written is a failure", "[apps]") {
   for (const char* redirect : {">/dev/full", ">&-"}) {
     const CommandResult result = engram_command("list", redirect);

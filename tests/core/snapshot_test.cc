@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/checksum.h"
 #include "core/error.h"
 #include "core/random.h"
 #include "tests/env_helpers.h"
@@ -219,6 +221,45 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   CHECK(test::batch_bytes(*env) == before);
   env->restore(good);  // the good one still is
   CHECK(env->save() == good);
+}
+
+// Bytes that somebody has made up, with a checksum that fits.
+TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
+  const auto env = make_env(kId, batch_of(1));
+  env->reset();
+  const std::vector<std::byte> good = env->save();
+  const Bytes before = test::batch_bytes(*env);
+  const auto position = [&env](const char* column) {
+    std::size_t at = 32;  // the header
+    for (std::size_t i = 0; env->memory()[i].field->name != column; ++i) {
+      const Field& field = *env->memory()[i].field;
+      at += size_of(field.dtype) * static_cast<std::size_t>(field.width);
+    }
+    return at;
+  };
+  const auto with = [&good](std::size_t at, auto value) {
+    std::vector<std::byte> bytes = good;
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+    const std::uint64_t sum = checksum(std::span<const std::byte>(bytes).subspan(32));
+    std::memcpy(bytes.data() + 24, &sum, sizeof sum);
+    return bytes;
+  };
+  const auto refuse = [&](const std::vector<std::byte>& bytes, const char* why) {
+    CHECK_THROWS_WITH(env->restore(bytes), Catch::Contains(why));
+    CHECK_THROWS_WITH(env->restore(0, bytes), Catch::Contains(why));
+    CHECK((test::batch_bytes(*env) == before));
+  };
+  for (const std::int32_t target : {-1, 9, 1'000'000, INT32_MIN, INT32_MAX}) {
+    refuse(with(position("target"), target), "'target' has a value that no episode");
+  }
+  refuse(with(position("elapsed"), std::int32_t{-1}), "'elapsed'");
+  refuse(with(position("elapsed"), env->info().horizon + 1), "'elapsed'");
+  refuse(with(position("finished"), std::uint8_t{2}), "'finished'");
+  refuse(with(position("prop_status"), std::uint8_t{3}), "'prop_status'");
+  const std::size_t pins = 32 + env->memory().row_bytes();
+  refuse(with(pins, ~std::uint64_t{0}), "snapshot refused");
+  env->restore(with(position("target"), std::int32_t{8}));  // what one can have is taken
+  CHECK(*test::row<std::int32_t>(env->memory().find("target"), 0) == 8);
 }
 
 TEST_CASE("Saving needs a reset and an environment of the batch", "[snapshot]") {

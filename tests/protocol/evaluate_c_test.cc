@@ -62,6 +62,17 @@ TEST_CASE("C door: a callback is evaluated", "[evaluation]") {
   CHECK(document["summary"]["tasks"][0] == kIds[0]);
 }
 
+TEST_CASE("C door: a policy's name may be any bytes", "[evaluation]") {
+  engram_evaluation_options options = options_of(1);
+  options.name = "caf\xe9";
+  Call call;
+  char* text = nullptr;
+  REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
+  const Json document = Json::parse(text);
+  engram_free_text(text);
+  CHECK(document["tasks"][0]["model"]["name"] == "caf\xef\xbf\xbd");
+}
+
 TEST_CASE("C door: an evaluation that cannot be says why", "[evaluation]") {
   Call call;
   char* text = nullptr;
@@ -76,6 +87,16 @@ TEST_CASE("C door: an evaluation that cannot be says why", "[evaluation]") {
   options = options_of(1);
   options.num_ids = 0;
   refused(options, ENGRAM_INVALID_ARGUMENT, "ids");
+  options = options_of(1);
+  options.num_task_options = 1;
+  refused(options, ENGRAM_INVALID_ARGUMENT, "task_options: NULL given, 1 values needed");
+  const engram_task_option nameless = {nullptr, 1};
+  options.task_options = &nameless;
+  refused(options, ENGRAM_INVALID_ARGUMENT, "name of a task option: NULL given");
+  options = options_of(1);
+  const std::string deep = "{\"a\":" + std::string(300'000, '[') + std::string(300'000, ']') + "}";
+  options.config_json = deep.c_str();
+  refused(options, ENGRAM_INVALID_ARGUMENT, "config_json: a JSON object needed");
   options = options_of(1);
   options.output = "/proc/nowhere";
   refused(options, ENGRAM_IO, "/proc/nowhere");

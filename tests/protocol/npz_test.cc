@@ -111,4 +111,17 @@ TEST_CASE("NPZ: damage is told", "[npz]") {
   CHECK(noticed == 40);
 }
 
+TEST_CASE("NPZ: a header's word costs no memory", "[npz]") {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "a.npz";
+  const std::byte few[] = {std::byte{1}, std::byte{2}};
+  for (const std::int64_t size : {std::int64_t{1} << 34, std::int64_t{1} << 62}) {
+    const std::vector<std::int64_t> shape = {size, 4, 4};
+    const NpyArray array{"x", NpyType::kFloat32, shape, few};
+    write(path, npz_bytes({&array, 1}));
+    const NpzFile file(path);
+    CHECK_THROWS_WITH(file.read("x", NpyType::kFloat32, shape), Catch::Contains("array 'x'"));
+  }
+}
+
 }  // namespace engram::tests

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Fuzzes every parser of outside bytes and the plain-C door: fuzz.sh [executions per target]
+# [target...]. Installs Clang if it is missing, builds the targets (tests/fuzz) with sanitizers and
+# runs each of them so many times, 1,000,000 unless said otherwise, from the corpus of the tests.
+# What is found lies in build/fuzz/findings; a finding ends its target and this script fails.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+executions=${1:-1000000}
+shift || true
+targets=("$@")
+[ ${#targets[@]} -gt 0 ] ||
+  targets=(command_line policy_pipe npz results demonstrations snapshot c_door)
+
+if ! command -v clang++ >/dev/null; then
+  [ "$(id -u)" -eq 0 ] && as_root=() || as_root=(sudo)
+  "${as_root[@]}" apt-get install -y --no-install-recommends clang libclang-rt-dev
+fi
+scripts/install_dependencies.sh
+cmake --preset fuzz
+cmake --build --preset fuzz --target "${targets[@]/#/fuzz_}"
+
+mkdir -p build/fuzz/findings
+failed=()
+for target in "${targets[@]}"; do
+  corpus=build/fuzz/corpus/$target
+  mkdir -p "$corpus"
+  log=build/fuzz/$target.log
+  echo "$target: $executions executions, log in $log"
+  # ASan's allocator returns null where memory is exhausted, as the library expects.
+  ASAN_OPTIONS=allocator_may_return_null=1 "build/fuzz/fuzz_$target" "$corpus" \
+    "tests/data/fuzz/$target" -runs="$executions" -max_len=1024 -timeout=20 -rss_limit_mb=4096 \
+    -artifact_prefix="build/fuzz/findings/$target-" -print_final_stats=1 >"$log" 2>&1 ||
+    failed+=("$target")
+  grep -E "DONE|number_of_executed_units|average_exec_per_sec|ERROR|SUMMARY" "$log" || true
+done
+if [ ${#failed[@]} -gt 0 ]; then
+  echo "findings in: ${failed[*]}" >&2
+  exit 1
+fi

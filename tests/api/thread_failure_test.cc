@@ -1,0 +1,74 @@
+// Threads that the system refuses: the call says so, and the threads that were started are gone.
+#include "tests/thread_failure.h"
+
+#include <filesystem>
+
+#include "tests/api/door.h"
+
+namespace engram {
+namespace {
+
+using test::Batch;
+using test::FailingThread;
+
+std::ptrdiff_t threads_of_this_process() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
+}
+
+TEST_CASE("C door: a batch whose threads are refused is not made", "[api][fault]") {
+  engram_options options = test::default_options(8);
+  options.threads = 4;
+  const Batch keeper = test::make_batch(options);
+  const std::ptrdiff_t before = threads_of_this_process();
+  for (int number = 1; number <= 3; ++number) {
+    engram_env* env = nullptr;
+    const FailingThread failing(number);
+    const std::string allowed =
+        "number of threads is 4; the system allows " + std::to_string(number);
+    test::check_refused(engram_make(test::kId, &options, &env), ENGRAM_UNAVAILABLE,
+                        allowed.c_str());
+    CHECK(env == nullptr);
+    CHECK(threads_of_this_process() == before);
+  }
+  const FailingThread failing(4);  // there are but three besides the caller's
+  test::make_batch(options).reset();
+  CHECK(threads_of_this_process() == before);
+}
+
+TEST_CASE("C door: without a thread of its own a batch still steps", "[api][fault]") {
+  const Batch batch = test::make_running(test::default_options(1));
+  const std::vector<float> actions(7);
+  {
+    const FailingThread failing(1);
+    CHECK(engram_step_async(batch.get(), actions.data(), 7) == ENGRAM_UNAVAILABLE);
+  }
+  CHECK(engram_step_wait(batch.get()) == ENGRAM_BAD_STATE);
+  CHECK(engram_step(batch.get(), actions.data(), 7) == ENGRAM_OK);
+  CHECK(engram_step_async(batch.get(), actions.data(), 7) == ENGRAM_OK);
+  CHECK(engram_step_wait(batch.get()) == ENGRAM_OK);
+}
+
+TEST_CASE("C door: an evaluation whose threads are refused ends with that", "[api][fault]") {
+  const char* const ids[] = {test::kId};
+  engram_evaluation_options options;
+  engram_evaluation_options_init(&options);
+  options.ids = ids;
+  options.num_ids = 1;
+  options.episodes = 3;
+  options.num_envs = 1;
+  options.threads = 3;
+  options.obs_mode = ENGRAM_OBS_STATE;
+  const auto refuse = [](void*, const engram_policy_request*, engram_policy_reply*) { return 1; };
+  const std::ptrdiff_t before = threads_of_this_process();
+  for (int number = 1; number <= 3; ++number) {
+    char* document = nullptr;
+    const FailingThread failing(number);
+    test::check_refused(engram_evaluate(&options, refuse, nullptr, &document), ENGRAM_UNAVAILABLE,
+                        "threads: 3 given, the system allows");
+    CHECK(document == nullptr);
+    CHECK(threads_of_this_process() == before);
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,69 @@
+// The words of a command line: numbers, names, pins, options.
+#include "apps/options.h"
+#include "core/task_option.h"
+#include "tests/fuzz/input.h"
+
+namespace engram::fuzz {
+namespace {
+
+struct Words {
+  std::string id;
+  EnvOptions env;
+  apps::TaskFilter filter;
+  Policy policy = Policy::kZero;
+  std::uint64_t seed = 0;
+  bool json = false;
+};
+
+void parse(const std::vector<std::string>& words, Words& out) {
+  static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kOracle};
+  CLI::App app("fuzz", "fuzz");
+  app.add_option("id", out.id, "");
+  apps::add_num_envs(app, out.env.num_envs);
+  apps::add_threads(app, out.env.threads);
+  apps::add_seed(app, out.env.seed, "");
+  apps::add_policy(app, out.policy, kPolicies);
+  apps::add_obs(app, out.env);
+  apps::add_env_options(app, out.env);
+  apps::add_filter(app, out.filter);
+  apps::add_json(app, out.json);
+  std::vector<std::string> reversed(words.rbegin(), words.rend());
+  app.parse(reversed);
+}
+
+// What becomes of words that were understood.
+void use(const Words& words) {
+  require(words.env.num_envs >= 1 && words.env.num_envs <= apps::kMaxEnvs, "num_envs");
+  require(words.env.threads >= 0 && words.env.threads <= apps::kMaxThreads, "threads");
+  (void)apps::select(words.filter);
+  const RegistryEntry& entry = require_entry(words.id);
+  const std::unique_ptr<Task> task = make_task(entry.id);
+  (void)option_values(task->info().options, words.env.task_options);
+  ColumnStore store(1);
+  const PinTable table(store, task->info().draws);
+  table.check(words.env.pins);
+  table.set(0, words.env.pins);
+}
+
+}  // namespace
+
+void fuzz_command_line(Data data) {
+  std::vector<std::string> words;
+  std::string_view rest = Input(data).rest_text();
+  while (!rest.empty() && words.size() < 12) {
+    const std::size_t end = std::min(rest.find('\n'), rest.size());
+    words.emplace_back(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  Words out;
+  accepted([&] {
+    try {
+      parse(words, out);
+    } catch (const CLI::Error&) {
+      return;  // refused by the parser, in its own words
+    }
+    use(out);
+  });
+}
+
+}  // namespace engram::fuzz

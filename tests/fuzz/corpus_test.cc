@@ -1,0 +1,48 @@
+// The fuzz targets on what fuzzing has found worth keeping: tests/data/fuzz/<target>/.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <vector>
+
+#include "tests/fuzz/input.h"
+
+namespace engram {
+namespace {
+
+struct Target {
+  const char* name;
+  void (*run)(fuzz::Data);
+};
+
+constexpr Target kTargets[] = {
+    {"command_line", fuzz::fuzz_command_line},
+    {"c_door", fuzz::fuzz_c_door},
+    {"demonstrations", fuzz::fuzz_demonstrations},
+    {"npz", fuzz::fuzz_npz},
+    {"policy_pipe", fuzz::fuzz_policy_pipe},
+    {"results", fuzz::fuzz_results},
+    {"snapshot", fuzz::fuzz_snapshot},
+};
+
+TEST_CASE("Fuzz targets: their corpora", "[fuzz]") {
+  for (const Target& target : kTargets) {
+    const std::filesystem::path folder =
+        std::filesystem::path(ENGRAM_TEST_DATA) / "fuzz" / target.name;
+    int files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      std::ifstream file(entry.path(), std::ios::binary);
+      const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+      const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+      INFO(entry.path().string());
+      CHECK_NOTHROW(target.run({data, bytes.size()}));
+      ++files;
+    }
+    INFO(target.name);
+    CHECK(files > 0);
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,132 @@
+// Snapshots of any content: damaged ones are refused, and what was made up with a right checksum
+// does no harm either.
+#include <map>
+
+#include "core/checksum.h"
+#include "protocol/make.h"
+#include "tests/fuzz/input.h"
+
+namespace engram::fuzz {
+namespace {
+
+constexpr std::size_t kHeader = 32;
+constexpr std::size_t kChecksumAt = 24;
+
+// One id of every family.
+const std::vector<std::string>& ids() {
+  static const std::vector<std::string> all = [] {
+    std::vector<std::string> chosen;
+    std::string_view family;
+    for (const RegistryEntry& entry : registry()) {
+      if (entry.family != family) chosen.emplace_back(entry.id);
+      family = entry.family;
+    }
+    return chosen;
+  }();
+  return all;
+}
+
+struct Saved {
+  std::unique_ptr<VectorEnv> env;
+  std::vector<std::byte> early;
+  std::vector<std::byte> late;
+};
+
+// A batch that has been played for a while. `physics`: really simulated.
+Saved& batch(int id, bool physics) {
+  static std::map<int, Saved> batches;
+  Saved& saved = batches[2 * id + (physics ? 1 : 0)];
+  if (saved.env == nullptr) {
+    EnvOptions options;
+    options.num_envs = 1;
+    options.threads = 1;
+    options.substeps = physics ? 1 : 0;
+    options.reward_mode = RewardMode::kDense;
+    options.auto_reset = AutoReset::kSameStep;
+    saved.env = make(ids()[static_cast<std::size_t>(id)], options);
+    saved.env->reset();
+    saved.early = saved.env->save();
+    std::vector<float> actions(7);
+    for (int i = 0; i < 8; ++i) {
+      saved.env->act(Policy::kOracle, actions);
+      saved.env->step(actions);
+    }
+    saved.late = saved.env->save();
+  }
+  return saved;
+}
+
+void put(std::vector<std::byte>& bytes, std::size_t at, Data value) {
+  for (std::size_t i = 0; i < value.size() && at + i < bytes.size(); ++i) {
+    bytes[at + i] = static_cast<std::byte>(value[i]);
+  }
+}
+
+void fix_checksum(std::vector<std::byte>& bytes) {
+  if (bytes.size() < kHeader) return;
+  const std::uint64_t sum = checksum(std::span<const std::byte>(bytes).subspan(kHeader));
+  std::memcpy(bytes.data() + kChecksumAt, &sum, sizeof sum);
+}
+
+// Values in the place of others: anywhere, or in an element of one of the columns.
+void edit(const VectorEnv& env, Input& input, std::vector<std::byte>& bytes) {
+  const std::size_t outputs_at = bytes.size() - env.outputs().row_bytes();
+  while (!input.empty()) {
+    const int kind = input.choice(4);
+    if (kind == 0) {
+      const auto at = input.take<std::uint16_t>();
+      put(bytes, at, input.take_bytes(8));
+      continue;
+    }
+    const ColumnStore& store = kind == 1 ? env.outputs() : env.memory();
+    std::size_t at = kind == 1 ? outputs_at : kHeader;
+    const std::size_t column = input.take<std::uint8_t>() % store.size();
+    for (std::size_t i = 0; i < column; ++i) {
+      const Field& field = *store[i].field;
+      at += size_of(field.dtype) * static_cast<std::size_t>(field.width);
+    }
+    const Field& field = *store[column].field;
+    at += size_of(field.dtype) * (input.take<std::uint8_t>() % static_cast<std::size_t>(field.width));
+    put(bytes, at, input.take_bytes(size_of(field.dtype)));
+  }
+}
+
+// Everything that reads what was restored.
+void use(VectorEnv& env) {
+  std::vector<float> actions(7);
+  Overlay overlay;
+  env.overlay(0, overlay);
+  require(!env.instruction(0).empty(), "no instruction");
+  (void)env.cue_end(0);
+  for (const Policy policy : {Policy::kOracle, Policy::kBlind, Policy::kRandom}) {
+    env.act(policy, actions);
+    for (float& action : actions) action = std::isfinite(action) ? action : 0.0F;
+    env.step(actions);
+  }
+}
+
+}  // namespace
+
+void fuzz_snapshot(Data data) {
+  Input input(data);
+  const int flags = input.take<std::uint8_t>();
+  Saved& saved = batch(input.choice(static_cast<int>(ids().size())), (flags & 7) == 7);
+  VectorEnv& env = *saved.env;
+  env.restore(saved.late);
+  std::vector<std::byte> bytes = (flags & 8) != 0 ? saved.early : saved.late;
+  if ((flags & 48) == 48) {  // any bytes at all
+    bytes.resize(input.rest().size());
+    put(bytes, 0, input.rest());
+  } else {
+    edit(env, input, bytes);
+    if ((flags & 64) != 0) fix_checksum(bytes);
+  }
+  if (!accepted([&] { env.restore(bytes); })) {
+    require(env.save() == saved.late, "a refused snapshot changed something");
+    return;
+  }
+  require(env.save() == bytes, "a restored snapshot differs from what was given");
+  use(env);
+}
+
+}  // namespace engram::fuzz

@@ -1,0 +1,30 @@
+#include "tests/thread_failure.h"
+
+#include <dlfcn.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <cerrno>
+
+namespace {
+
+std::atomic<int> until_failure = 0;  // 0: none will fail
+
+}  // namespace
+
+// Stands in front of the C library's, or of a sanitizer's.
+// NOLINTNEXTLINE(readability-identifier-naming): the name is POSIX's
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
+                              void* (*start)(void*), void* argument) noexcept {
+  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  static const auto create = reinterpret_cast<Create>(::dlsym(RTLD_NEXT, "pthread_create"));
+  if (until_failure.load() > 0 && until_failure.fetch_sub(1) == 1) return EAGAIN;
+  return create(thread, attributes, start, argument);
+}
+
+namespace engram::test {
+
+FailingThread::FailingThread(int number) noexcept { until_failure = number; }
+FailingThread::~FailingThread() { until_failure = 0; }
+
+}  // namespace engram::test
