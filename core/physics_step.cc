@@ -27,16 +27,18 @@ int count_warnings(const mjData& data) {
 
 }  // namespace
 
-bool Physics::Step::props_plausible() const {
+bool Physics::Step::plausible() const {
   const int count = num_props();
-  return all_plausible(state_.prop_pos.row(env_), 3 * count) &&
+  return all_plausible(state_.qpos.row(env_), kRobotJoints) &&
+         all_plausible(state_.qvel.row(env_), kRobotJoints) &&
+         all_plausible(state_.prop_pos.row(env_), 3 * count) &&
          all_plausible(state_.prop_quat.row(env_), 4 * count) &&
          all_plausible(state_.prop_qvel.row(env_), 6 * count) &&
          all_plausible(state_.prop_qacc_warmstart.row(env_), 6 * count);
 }
 
 bool Physics::Step::run() {
-  if (!props_plausible()) return false;
+  if (!plausible()) return false;
   begin();
   for (int i = 0; i < options_.substeps; ++i) {
     glide(static_cast<double>(i + 1) / options_.substeps);

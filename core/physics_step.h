@@ -37,9 +37,9 @@ class Physics::Step {
 
   // --- choosing and loading scenes ---
 
-  // Whether what is remembered of props can be computed with; also of those that are left out of
-  // physics, whose numbers nothing else would look at.
-  bool props_plausible() const;
+  // Whether what is remembered of robot and props can be computed with; also of props that are left
+  // out of physics, whose numbers nothing else would look at.
+  bool plausible() const;
 
   void begin();
 

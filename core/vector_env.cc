@@ -143,11 +143,6 @@ void VectorEnv::allocate() {
     bindings_.task_cue = outputs_.add<float>("task_cue", info.task_cue_dim);
   }
   task_->bind(bindings_);
-  for (std::size_t i = 0; i < outputs_.size(); ++i) {
-    const ColumnView column = outputs_[i];
-    if (column.field->dtype != DType::kFloat32) continue;
-    float_outputs_.emplace_back(reinterpret_cast<float*>(column.data), column.field->width);
-  }
   if (options_.obs_mode == ObsMode::kRgb) {
     if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
     images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, renderers_,
@@ -319,11 +314,12 @@ void VectorEnv::finish_steps(int worker, Range envs) {
   mark(time, StepPart::kTask);
 }
 
+// What policies and learners see.
 bool VectorEnv::outputs_finite(int env) const {
-  bool finite = true;
-  for (const Column<float>& column : float_outputs_) {
-    const float* row = column.row(env);
-    for (int i = 0; i < column.width(); ++i) {
+  bool finite = std::isfinite(reward_[env]);
+  for (const Column<float>* column : {&observation_, &proprio_}) {
+    const float* row = column->row(env);
+    for (int i = 0; i < column->width(); ++i) {
       finite &= std::abs(row[i]) <= std::numeric_limits<float>::max();  // false for NaN
     }
   }

@@ -205,7 +205,6 @@ class VectorEnv {
   std::vector<Field> state_fields_;
   Bindings bindings_;
 
-  std::vector<Column<float>> float_outputs_;
   Column<float> observation_;
   Column<float> proprio_;
   Column<float> reward_;

@@ -1,8 +1,10 @@
 // The plain-C door as a state machine: calls in any order with any arguments. Batches that have
 // been made outlive an execution, because making one takes long: they are brought back to a known
 // state by a snapshot.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "engram/engram_c.h"
 #include "tests/fuzz/input.h"
@@ -327,7 +329,8 @@ void restore(Run& run) {
 int answer(void* user, const engram_policy_request* request, engram_policy_reply* reply) {
   Run& run = *static_cast<Run*>(user);
   const std::array<float, 32> actions{};
-  const std::array<std::int64_t, 3> shape = {number(run.input), number(run.input), 7};
+  // As long as the shape says, which is the caller's word.
+  const std::array<std::int64_t, 3> shape = {1, std::min(number(run.input), 4), 7};
   const int form = run.input.choice(8);
   checked(engram_policy_set(form == 0 ? nullptr : reply, number(run.input),
                             form == 1 ? nullptr : actions.data(), shape.data() + 1, 2));

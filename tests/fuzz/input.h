@@ -59,7 +59,7 @@ class Input {
     return value;
   }
   // A number of 0 to count - 1.
-  int choice(int count) { return take<std::uint8_t>() % count; }
+  int choice(std::size_t count) { return static_cast<int>(take<std::uint8_t>() % count); }
   // Up to a byte that tells how many.
   Data bytes() { return take_bytes(take<std::uint8_t>()); }
   Data take_bytes(std::size_t count) {

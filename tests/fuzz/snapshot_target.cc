@@ -1,6 +1,10 @@
 // Snapshots of any content: damaged ones are refused, and what was made up with a right checksum
 // does no harm either.
+#include <cmath>
 #include <map>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "core/checksum.h"
 #include "protocol/make.h"
@@ -110,7 +114,7 @@ void use(VectorEnv& env) {
 void fuzz_snapshot(Data data) {
   Input input(data);
   const int flags = input.take<std::uint8_t>();
-  Saved& saved = batch(input.choice(static_cast<int>(ids().size())), (flags & 7) == 7);
+  Saved& saved = batch(input.choice(ids().size()), (flags & 7) == 7);
   VectorEnv& env = *saved.env;
   env.restore(saved.late);
   std::vector<std::byte> bytes = (flags & 8) != 0 ? saved.early : saved.late;

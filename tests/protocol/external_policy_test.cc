@@ -1,10 +1,15 @@
 // Policies from outside: what they see, and that chunks are queues of their episode.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "protocol/episode_batch.h"
 #include "protocol/evaluation.h"
+#include "protocol/policy_process.h"
 
 namespace engram {
 namespace {
@@ -167,4 +172,33 @@ TEST_CASE("External policy: actions are those of the chunk, in order", "[policy]
   }
 }
 
+namespace {
+
+// What a process says before it goes away.
+void hear(const std::vector<std::uint32_t>& words, const char* expected) {
+  int ends[2];
+  REQUIRE(::pipe2(ends, O_CLOEXEC) == 0);
+  const auto size = static_cast<ssize_t>(words.size() * sizeof(std::uint32_t));
+  REQUIRE(::write(ends[1], words.data(), static_cast<std::size_t>(size)) == size);
+  ::close(ends[1]);
+  const std::atomic<bool> stopped = false;
+  std::atomic<std::uint64_t> steps = 0;
+  const WorkContext context(0, stopped, steps);
+  const int to = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  PolicyProcessOptions options;
+  options.command = "x";
+  CHECK_THROWS_WITH(PolicyProcess(to, ends[0], options, context), Catch::Contains(expected));
+}
+
+TEST_CASE("A policy that goes away or talks nonsense is told from one that answers", "[policy]") {
+  hear({}, "closed its standard input or output");
+  hear({1}, "closed its standard input or output");
+  hear({1, 8, 0x4d474e45}, "closed its standard input or output");
+  hear({1, 8, 0x4d474e45, 2}, "version 1");
+  hear({7, 0}, "message type 7 of 0 bytes");
+  hear({1, 1U << 28}, "closed its standard input or output");  // announces what does not come
+  hear({1, (1U << 28) + 1}, "bytes, type 1 expected");
+}
+
+}  // namespace
 }  // namespace engram
