@@ -281,15 +281,15 @@ engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t ca
   if (bytes == nullptr && capacity > 0) return refuse_null("bytes");
   if (size == nullptr) return refuse_null("size");
   return with_batch(env, [&](VectorEnv& batch) {
-    const std::vector<std::byte> saved =
-        index == ENGRAM_WHOLE_BATCH ? batch.save() : batch.save(index);
-    *size = saved.size();
+    const bool whole = index == ENGRAM_WHOLE_BATCH;
+    *size = whole ? batch.save_size() : batch.save_size(index);
     if (capacity == 0) return;
-    if (capacity < saved.size()) {
+    if (capacity < *size) {
       throw Error(Error::kInvalidArgument, "snapshot: room for " + std::to_string(capacity) +
-                                               " bytes given, " + std::to_string(saved.size()) +
+                                               " bytes given, " + std::to_string(*size) +
                                                " needed");
     }
+    const std::vector<std::byte> saved = whole ? batch.save() : batch.save(index);
     std::memcpy(bytes, saved.data(), saved.size());
   });
 }

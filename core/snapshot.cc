@@ -1,5 +1,8 @@
 // Snapshots: flat byte buffers of an environment's columns behind a header that tells what they
 // are. Physics keeps nothing outside the columns, so this is all there is to save.
+#include <algorithm>
+#include <array>
+#include <charconv>
 #include <cstring>
 
 #include "core/checksum.h"
@@ -10,41 +13,95 @@ namespace engram {
 namespace {
 
 constexpr char kMagic[8] = {'e', 'n', 'g', 'r', 'a', 'm', 's', 'n'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
+// Header, label, then the rows of the environments.
 struct Header {
   char magic[8];
   std::uint32_t version;
   std::uint32_t num_envs;
-  std::uint64_t layout;    // task, control mode and columns
-  std::uint64_t checksum;  // of everything behind the header
+  std::uint64_t checksum;  // of everything, with zero in this place
+  std::uint64_t bytes;     // of the whole snapshot
+  std::uint64_t columns;   // which quantities a row holds
+  std::uint64_t label_bytes;
 };
-static_assert(sizeof(Header) == 32);
+static_assert(sizeof(Header) == 48);
 
 [[noreturn]] void refuse(const std::string& why) {
   throw Error(Error::kInvalidArgument, "snapshot refused: " + why);
 }
 
+std::uint64_t snapshot_checksum(Header header, std::span<const std::byte> behind) {
+  header.checksum = 0;
+  return checksum(behind, checksum(std::as_bytes(std::span(&header, 1))));
+}
+
+// The header of bytes that are whole: of this version, complete and undamaged.
+Header read_header(std::span<const std::byte> bytes) {
+  Header header{};
+  if (bytes.size() < sizeof header) {
+    refuse(std::to_string(bytes.size()) + " bytes given, too short for a header");
+  }
+  std::memcpy(&header, bytes.data(), sizeof header);
+  if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) refuse("not a snapshot of engram");
+  if (header.version != kVersion) {
+    refuse("version " + std::to_string(header.version) + " given, " + std::to_string(kVersion) +
+           " needed");
+  }
+  if (header.bytes != bytes.size()) {
+    refuse(std::to_string(bytes.size()) + " bytes given, " + std::to_string(header.bytes) +
+           " needed by its header");
+  }
+  const std::span<const std::byte> behind = bytes.subspan(sizeof header);
+  if (snapshot_checksum(header, behind) != header.checksum) {
+    refuse("its content is damaged (checksum differs)");
+  }
+  return header;
+}
+
+// The shortest decimal number that reads back as this one.
+std::string to_text(double value) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  return {digits.data(), end};
+}
+
 }  // namespace
 
-std::uint64_t VectorEnv::snapshot_layout() const {
-  std::uint64_t hash = checksum(info().id);
-  hash = checksum(control_mode_name(options_.control_mode), hash);
+// What gives the columns their meaning, in words: task, control mode and the task's options.
+std::string VectorEnv::snapshot_label() const {
+  std::string label = info().id + ", " + control_mode_name(options_.control_mode);
+  for (std::size_t i = 0; i < option_values_.size(); ++i) {
+    label += ", " + info().options[i].name + "=" + to_text(option_values_[i]);
+  }
+  return label;
+}
+
+std::uint64_t VectorEnv::snapshot_columns() const {
+  std::uint64_t hash = kChecksumSeed;
   for (const ColumnStore* store : {&memory_, &pin_memory_, &outputs_}) {
     hash = hash * 31 + store->signature();
   }
   return hash;
 }
 
-std::vector<std::byte> VectorEnv::save_range(Range envs) const {
+std::size_t VectorEnv::snapshot_row_bytes() const {
+  return memory_.row_bytes() + pin_memory_.row_bytes() + outputs_.row_bytes();
+}
+
+std::size_t VectorEnv::snapshot_bytes(int count) const {
   if (!started_) throw Error(Error::kBadState, "save before the first reset; reset first");
-  const std::size_t row = memory_.row_bytes() + pin_memory_.row_bytes() + outputs_.row_bytes();
-  const auto count = static_cast<std::size_t>(envs.end - envs.begin);
-  std::vector<std::byte> bytes(sizeof(Header) + count * row);
-  std::span<std::byte> body = std::span(bytes).subspan(sizeof(Header));
-  for (std::size_t i = 0; i < count; ++i) {
-    const int env = envs.begin + static_cast<int>(i);
-    std::span<std::byte> rest = body.subspan(i * row, row);
+  return sizeof(Header) + snapshot_label().size() +
+         static_cast<std::size_t>(count) * snapshot_row_bytes();
+}
+
+std::vector<std::byte> VectorEnv::save_range(Range envs) const {
+  const std::string label = snapshot_label();
+  std::vector<std::byte> bytes(snapshot_bytes(envs.end - envs.begin));
+  const std::span<std::byte> behind = std::span(bytes).subspan(sizeof(Header));
+  std::memcpy(behind.data(), label.data(), label.size());
+  std::span<std::byte> rest = behind.subspan(label.size());
+  for (int env = envs.begin; env < envs.end; ++env) {
     for (const ColumnStore* store : {&memory_, &pin_memory_, &outputs_}) {
       store->save_row(env, rest);
       rest = rest.subspan(store->row_bytes());
@@ -53,9 +110,11 @@ std::vector<std::byte> VectorEnv::save_range(Range envs) const {
   Header header{};
   std::memcpy(header.magic, kMagic, sizeof kMagic);
   header.version = kVersion;
-  header.num_envs = static_cast<std::uint32_t>(count);
-  header.layout = snapshot_layout();
-  header.checksum = checksum(body);
+  header.num_envs = static_cast<std::uint32_t>(envs.end - envs.begin);
+  header.bytes = bytes.size();
+  header.columns = snapshot_columns();
+  header.label_bytes = label.size();
+  header.checksum = snapshot_checksum(header, behind);
   std::memcpy(bytes.data(), &header, sizeof header);
   return bytes;
 }
@@ -74,44 +133,47 @@ void VectorEnv::check_content(std::span<const std::byte> row) const {
   }
 }
 
-void VectorEnv::restore_range(Range envs, std::span<const std::byte> bytes) {
-  const std::size_t row = memory_.row_bytes() + pin_memory_.row_bytes() + outputs_.row_bytes();
-  const auto count = static_cast<std::size_t>(envs.end - envs.begin);
-  Header header{};
-  if (bytes.size() < sizeof header) {
-    refuse(std::to_string(bytes.size()) + " bytes given, too short for a header");
+// Refuses bytes that are not `count` environments of what this batch is of.
+void VectorEnv::check_snapshot(std::span<const std::byte> bytes, int count) const {
+  const Header header = read_header(bytes);
+  const std::span<const std::byte> behind = bytes.subspan(sizeof header);
+  const std::string own = snapshot_label();
+  const std::string label(reinterpret_cast<const char*>(behind.data()),
+                          std::min<std::size_t>(header.label_bytes, behind.size()));
+  if (label != own) refuse("it is of " + label + "; this batch is of " + own);
+  if (header.columns != snapshot_columns()) {
+    refuse("it is of another build of engram, with other columns of " + label);
   }
-  std::memcpy(&header, bytes.data(), sizeof header);
-  if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) refuse("not a snapshot of engram");
-  if (header.version != kVersion) {
-    refuse("version " + std::to_string(header.version) + " given, " + std::to_string(kVersion) +
-           " needed");
-  }
-  if (header.layout != snapshot_layout()) {
-    refuse("it is of another task, control mode or build; this batch is of " + info().id + ", " +
-           control_mode_name(options_.control_mode));
-  }
-  if (header.num_envs != count) {
+  if (header.num_envs != static_cast<std::uint32_t>(count)) {
     refuse(std::to_string(header.num_envs) + " environments given, " + std::to_string(count) +
            " needed");
   }
-  const std::span<const std::byte> body = bytes.subspan(sizeof header);
-  if (body.size() != count * row) {
-    refuse(std::to_string(body.size()) + " bytes of content given, " + std::to_string(count * row) +
+  const std::size_t content = behind.size() - label.size();
+  const std::size_t needed = static_cast<std::size_t>(count) * snapshot_row_bytes();
+  if (content != needed) {
+    refuse(std::to_string(content) + " bytes of content given, " + std::to_string(needed) +
            " needed");
   }
-  if (checksum(body) != header.checksum) refuse("its content is damaged (checksum differs)");
+  for (int i = 0; i < count; ++i) {
+    check_content(behind.subspan(label.size() + static_cast<std::size_t>(i) * snapshot_row_bytes(),
+                                 snapshot_row_bytes()));
+  }
+}
 
-  for (std::size_t i = 0; i < count; ++i) check_content(body.subspan(i * row, row));
-
-  for (std::size_t i = 0; i < count; ++i) {
-    const int env = envs.begin + static_cast<int>(i);
-    std::span<const std::byte> rest = body.subspan(i * row, row);
+void VectorEnv::restore_range(Range envs, std::span<const std::byte> bytes) {
+  const int count = envs.end - envs.begin;
+  check_snapshot(bytes, count);
+  std::span<const std::byte> rest =
+      bytes.last(static_cast<std::size_t>(count) * snapshot_row_bytes());
+  for (int env = envs.begin; env < envs.end; ++env) {
     for (ColumnStore* store : {&memory_, &pin_memory_, &outputs_}) {
       store->load_row(env, rest);
       rest = rest.subspan(store->row_bytes());
     }
     final_mask_[static_cast<std::size_t>(env)] = 0;
+    // What is observed is up to this batch; the snapshot may be of one that observes otherwise.
+    std::fill_n(observation_.row(env), observation_.width(), 0.0F);
+    observe({env, env + 1});
     draw(0, env);
   }
 }
@@ -120,6 +182,13 @@ std::vector<std::byte> VectorEnv::save(int env) const {
   check_env(env);
   return save_range({env, env + 1});
 }
+
+std::size_t VectorEnv::save_size(int env) const {
+  check_env(env);
+  return snapshot_bytes(1);
+}
+
+std::size_t VectorEnv::save_size() const { return snapshot_bytes(num_envs()); }
 
 void VectorEnv::restore(int env, std::span<const std::byte> bytes) {
   check_env(env);

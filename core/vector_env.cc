@@ -253,7 +253,8 @@ void VectorEnv::step_range(int worker, Range envs, const float* actions) {
   while (env < envs.end) {
     final_mask_[static_cast<std::size_t>(env)] = 0;
     if (state_.finished[env] != 0) {
-      if (options_.auto_reset == AutoReset::kNextStep) {
+      // With same-step resets only a snapshot from elsewhere is found finished.
+      if (options_.auto_reset != AutoReset::kOff) {
         reset_env(env, state_.seed[env], state_.episode[env] + 1);
         mark(clock(worker), StepPart::kReset);
         draw(worker, env);

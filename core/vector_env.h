@@ -137,12 +137,16 @@ class VectorEnv {
   std::uint64_t unstable_count() const { return unstable_count_.load(); }
 
   // Saves or restores one environment, or all, bit-exactly. A snapshot may be restored into any
-  // slot of any batch of the same task and control mode. restore throws Error, changing nothing,
-  // if the bytes are damaged or of another task, version or number of environments.
+  // slot of any batch of the same task, control mode and task options; how it goes on and what is
+  // observed there is up to the other options of that batch. restore throws Error, changing
+  // nothing, if the bytes are damaged or of another task, version or number of environments.
   std::vector<std::byte> save(int env) const;
   void restore(int env, std::span<const std::byte> bytes);
   std::vector<std::byte> save() const;
   void restore(std::span<const std::byte> bytes);
+  // How many bytes save returns, always. Throws Error where save would.
+  std::size_t save_size(int env) const;
+  std::size_t save_size() const;
 
   // Counts where the time of further steps goes; null: no more. The clock must have threads()
   // workers and outlive its use.
@@ -176,9 +180,13 @@ class VectorEnv {
   }
   void compute_rewards(Range envs);
   void random_action(int env, float* action) const;
-  std::uint64_t snapshot_layout() const;
+  std::string snapshot_label() const;
+  std::uint64_t snapshot_columns() const;
+  std::size_t snapshot_row_bytes() const;
+  std::size_t snapshot_bytes(int count) const;
   std::vector<std::byte> save_range(Range envs) const;
   void check_content(std::span<const std::byte> row) const;
+  void check_snapshot(std::span<const std::byte> bytes, int count) const;
   void restore_range(Range envs, std::span<const std::byte> bytes);
   template <class T>
   std::span<const T> whole(const Column<T>& column) const;

@@ -267,9 +267,10 @@ class VectorEnv {
   // --- snapshots ---
   Snapshot save() const;
   Snapshot save(int env) const;
-  // Into a batch of the same task, control mode and size, or into any slot of any batch of the same
-  // task and control mode that has been reset. Throws Error (kInvalidArgument) for bytes that are
-  // damaged or of something else.
+  // Into a batch of the same size, or into any slot of any batch that has been reset; of the same
+  // task, control mode and task options. How it goes on and what is observed is up to the other
+  // options of that batch. Throws Error (kInvalidArgument) for bytes that are damaged or of
+  // something else.
   void restore(std::span<const std::byte> snapshot);
   void restore(int env, std::span<const std::byte> snapshot);
 

@@ -263,8 +263,9 @@ ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const cha
  * handle. */
 ENGRAM_API engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t capacity,
                                      size_t* size);
-/* Restores into environment `index` (which has been reset before) of any batch of the same task and
- * control mode, or ENGRAM_WHOLE_BATCH into a batch of the same size. Refused if the bytes are
+/* Restores into environment `index` (which has been reset before) of any batch of the same task,
+ * control mode and task options, or ENGRAM_WHOLE_BATCH into a batch of the same size. How it goes
+ * on and what is observed is up to the other options of that batch. Refused if the bytes are
  * damaged or of another task, version or number of environments. */
 ENGRAM_API engram_status engram_restore(engram_env* env, int32_t index, const void* bytes,
                                         size_t size);

@@ -356,8 +356,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
     def restore(self, data: bytes, index: int | None = None) -> tuple[Any, dict[str, Any]]:
         """Restores what ``save`` returned; returns the observation and infos at that point.
 
-        A saved environment may go into any place of any batch of the same task and control mode,
-        a saved batch into a batch of the same size.
+        A saved environment may go into any place of any batch of the same task, control mode and
+        task options, a saved batch into such a batch of the same size. How it goes on and what is
+        observed is up to the other options of the batch it goes into.
 
         Raises:
             InvalidArgumentError: The bytes are damaged, or of another task, version or size.

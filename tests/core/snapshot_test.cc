@@ -183,41 +183,51 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
     CHECK(test::batch_bytes(*env) == before);
   };
 
+  constexpr std::size_t kHeader = 48;  // and the label behind it
+  const std::string label = std::string(kId) + ", pd_ee_delta_pose";
   RandomStream random(5, 0, 0);
-  for (int i = 0; i < 200; ++i) {  // any damaged byte of the content
+  for (int i = 0; i < 500; ++i) {  // any damaged byte of the content
     std::vector<std::byte> bad = good;
-    const int at = random.integer(32, static_cast<int>(bad.size()) - 1);
+    const int at =
+        random.integer(static_cast<int>(kHeader + label.size()), static_cast<int>(bad.size()) - 1);
     bad[static_cast<std::size_t>(at)] ^=
         std::byte{static_cast<unsigned char>(random.integer(1, 255))};
     refuse(bad, "damaged");
   }
-  for (std::size_t at = 0; at < 32; ++at) {  // any of the header
-    std::vector<std::byte> bad = good;
-    bad[at] ^= std::byte{0x10};
-    refuse(bad, "");
+  for (std::size_t at = 0; at < kHeader + label.size(); ++at) {  // any bit of header and label
+    for (int bit = 0; bit < 8; ++bit) {
+      std::vector<std::byte> bad = good;
+      bad[at] ^= std::byte{static_cast<unsigned char>(1 << bit)};
+      refuse(bad, at < 8 ? "not a snapshot" : at < 12 ? "version" : "");
+    }
   }
-  for (const std::size_t size :
-       {std::size_t{0}, std::size_t{31}, std::size_t{32}, good.size() - 1}) {
-    refuse({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}, "");
+  for (std::size_t size = 0; size < good.size(); ++size) {  // cut off anywhere
+    refuse({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)},
+           size < kHeader ? "too short" : "needed by its header");
   }
   std::vector<std::byte> longer = good;
   longer.push_back(std::byte{0});
-  refuse(longer, "needed");
+  refuse(longer, "needed by its header");
+  std::vector<std::byte> older = good;
+  older[8] = std::byte{1};
+  refuse(older, "version 1 given, 2 needed");
   refuse(single, "1 environments given, 2 needed");
   CHECK_THROWS_WITH(env->restore(0, good), Catch::Contains("2 environments given, 1 needed"));
 
   const auto foreign = make_env("RememberColor5-VLA-v0", batch_of(2));
   foreign->reset();
-  refuse(foreign->save(), "another task");
+  refuse(foreign->save(),
+         "it is of RememberColor5-VLA-v0, pd_ee_delta_pose; this batch is of "
+         "RememberColor9-VLA-v0, pd_ee_delta_pose");
   // The same columns, but another task.
   const auto lengthy = make_env("RememberColor9-Long-VLA-v0", batch_of(2));
   lengthy->reset();
-  refuse(lengthy->save(), "another task");
+  refuse(lengthy->save(), "it is of RememberColor9-Long-VLA-v0, ");
   EnvOptions other_mode = batch_of(2);
   other_mode.control_mode = ControlMode::kPdEePose;  // the same columns here too
   const auto mode = make_env(kId, other_mode);
   mode->reset();
-  refuse(mode->save(), "control mode");
+  refuse(mode->save(), "it is of RememberColor9-VLA-v0, pd_ee_pose; ");
   CHECK(test::batch_bytes(*env) == before);
   env->restore(good);  // the good one still is
   CHECK(env->save() == good);
@@ -229,8 +239,13 @@ TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
   env->reset();
   const std::vector<std::byte> good = env->save();
   const Bytes before = test::batch_bytes(*env);
-  const auto position = [&env](const char* column) {
-    std::size_t at = 32;  // the header
+  constexpr std::size_t kHeader = 48;
+  constexpr std::size_t kChecksumAt = 16;
+  std::uint64_t label_bytes = 0;
+  std::memcpy(&label_bytes, good.data() + 40, sizeof label_bytes);
+  const std::size_t rows_at = kHeader + label_bytes;
+  const auto position = [&](const char* column) {
+    std::size_t at = rows_at;
     for (std::size_t i = 0; env->memory()[i].field->name != column; ++i) {
       const Field& field = *env->memory()[i].field;
       at += size_of(field.dtype) * static_cast<std::size_t>(field.width);
@@ -240,8 +255,9 @@ TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
   const auto with = [&good](std::size_t at, auto value) {
     std::vector<std::byte> bytes = good;
     std::memcpy(bytes.data() + at, &value, sizeof value);
-    const std::uint64_t sum = checksum(std::span<const std::byte>(bytes).subspan(32));
-    std::memcpy(bytes.data() + 24, &sum, sizeof sum);
+    std::memset(bytes.data() + kChecksumAt, 0, sizeof(std::uint64_t));
+    const std::uint64_t sum = checksum(std::span<const std::byte>(bytes));
+    std::memcpy(bytes.data() + kChecksumAt, &sum, sizeof sum);
     return bytes;
   };
   const auto refuse = [&](const std::vector<std::byte>& bytes, const char* why) {
@@ -256,17 +272,88 @@ TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
   refuse(with(position("elapsed"), env->info().horizon + 1), "'elapsed'");
   refuse(with(position("finished"), std::uint8_t{2}), "'finished'");
   refuse(with(position("prop_status"), std::uint8_t{3}), "'prop_status'");
-  const std::size_t pins = 32 + env->memory().row_bytes();
+  const std::size_t pins = rows_at + env->memory().row_bytes();
   refuse(with(pins, ~std::uint64_t{0}), "snapshot refused");
   env->restore(with(position("target"), std::int32_t{8}));  // what one can have is taken
   CHECK(*test::row<std::int32_t>(env->memory().find("target"), 0) == 8);
 }
 
+TEST_CASE("A snapshot goes only into batches of the same task options", "[snapshot]") {
+  constexpr const char* kRecall = "SeqOfColors3-VLA-v0";
+  EnvOptions options = batch_of(1);
+  options.task_options = {{"touch_radius", 0.031}};
+  const auto narrow = make_env(kRecall, options);
+  narrow->reset();
+  const auto usual = make_env(kRecall, batch_of(1));
+  usual->reset();
+  const Bytes before = env_bytes(*usual, 0);
+  CHECK_THROWS_WITH(usual->restore(narrow->save()),
+                    Catch::Contains("it is of SeqOfColors3-VLA-v0, pd_ee_delta_pose, "
+                                    "touch_radius=0.031, ") &&
+                        Catch::Contains("; this batch is of SeqOfColors3-VLA-v0, "
+                                        "pd_ee_delta_pose, touch_radius=0.05, "));
+  CHECK((env_bytes(*usual, 0) == before));
+  const auto same = make_env(kRecall, options);
+  same->restore(narrow->save());
+  CHECK((env_bytes(*same, 0) == env_bytes(*narrow, 0)));
+}
+
+TEST_CASE("What is observed of a snapshot is up to the batch it goes into", "[snapshot]") {
+  for (const std::string& id : test::implemented_ids()) {
+    EnvOptions blind = batch_of(1, 7);
+    blind.obs_mode = ObsMode::kNone;
+    const auto unseen = make_env(id, blind);
+    const auto seen = make_env(id, batch_of(1, 7));
+    unseen->reset();
+    seen->reset();
+    for (int i = 0; i < 12; ++i) {
+      test::step(*unseen, Policy::kOracle);
+      test::step(*seen, Policy::kOracle);
+    }
+    const Bytes bytes = env_bytes(*seen, 0);
+    const Bytes bytes_unseen = env_bytes(*unseen, 0);
+    INFO(id);
+    REQUIRE(bytes != bytes_unseen);
+    const std::vector<std::byte> saved = seen->save();
+    seen->restore(unseen->save());
+    CHECK((env_bytes(*seen, 0) == bytes));
+    unseen->restore(saved);
+    CHECK((env_bytes(*unseen, 0) == bytes_unseen));
+  }
+}
+
+TEST_CASE("A snapshot goes on by the rules of the batch it goes into", "[snapshot]") {
+  const auto env = make_env(kId, batch_of(1));
+  env->reset();
+  for (int i = 0; i < env->info().horizon; ++i) press(*env);
+  REQUIRE(env->truncated()[0] == 1);
+  const std::vector<std::byte> ended = env->save();
+
+  const auto episode_after_step = [&](AutoReset rule) {
+    EnvOptions options = batch_of(1, 40);
+    options.auto_reset = rule;
+    options.reward_mode = RewardMode::kSparse;
+    const auto other = make_env(kId, options);
+    other->restore(ended);
+    press(*other);
+    return std::pair(other->state().episode[0], other->state().elapsed[0]);
+  };
+  const auto horizon = env->info().horizon;
+  CHECK(episode_after_step(AutoReset::kNextStep) == std::pair(std::uint64_t{1}, 0));
+  CHECK(episode_after_step(AutoReset::kSameStep) == std::pair(std::uint64_t{1}, 0));
+  CHECK(episode_after_step(AutoReset::kOff) == std::pair(std::uint64_t{0}, horizon));
+}
+
 TEST_CASE("Saving needs a reset and an environment of the batch", "[snapshot]") {
   const auto env = make_env(kId, batch_of(2));
   CHECK_THROWS_WITH(env->save(), Catch::Contains("before the first reset"));
+  CHECK_THROWS_WITH(env->save_size(), Catch::Contains("before the first reset"));
   CHECK_THROWS_AS(env->save(0), Error);
+  CHECK_THROWS_AS(env->save_size(0), Error);
   env->reset();
+  CHECK(env->save().size() == env->save_size());
+  CHECK(env->save(0).size() == env->save_size(0));
+  CHECK_THROWS_WITH(env->save_size(2), Catch::Contains("environment 2 given, 0 to 1 allowed"));
   const std::vector<std::byte> saved = env->save(0);
   CHECK_THROWS_WITH(env->save(2), Catch::Contains("environment 2 given, 0 to 1 allowed"));
   CHECK_THROWS_AS(env->restore(-1, saved), Error);

