@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,12 @@ import engram
 
 TASK = "RememberColor3-VLA-v0"  # 25 steps; never ends before
 ENDING_TASK = "ShellGameTouch-VLA-v0"  # ends at success
+
+
+def registered_ids() -> list[str]:
+    """The ids of tests/data/registry.csv."""
+    table = Path(__file__).parents[2] / "tests" / "data" / "registry.csv"
+    return [line.split(";")[0] for line in table.read_text().splitlines()[1:]]
 
 
 @pytest.fixture

@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 import pytest
+from conftest import registered_ids
 
 import engram
 
 
 def test_list_names_all_tasks():
     tasks = engram.list()
-    assert len(tasks) == 97
+    assert [task["id"] for task in tasks] == registered_ids()
     assert sum(task["canonical"] for task in tasks) == 90
     assert {task["split"] for task in tasks} >= {"short", "medium", "long"}
     tasks[0]["id"] = "changed"
