@@ -1,4 +1,4 @@
-// A digest of everything that a run shows an agent. Only the header is needed: no library.
+// A digest of everything that a run shows an agent.
 #pragma once
 
 #include <array>
@@ -8,9 +8,7 @@
 #include <span>
 #include <vector>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
+#include "bench/row_hash.h"
 #include "protocol/make.h"
 
 namespace engram::apps {
@@ -25,31 +23,21 @@ class Digest {
   // Takes in the outputs of the last reset or step.
   void update(const VectorEnv& env) {
     for (std::size_t i = 0; i < hashes_.size(); ++i) {
-      add_row(env.observation(), i);
-      add_row(env.rgb(), i);
-      if (!env.rgb().empty()) add_row(env.proprio(), i);
+      std::uint64_t& hash = hashes_[i];
+      hash = bench::chain_row(hash, env.observation(), hashes_.size(), i);
+      hash = bench::chain_row(hash, env.rgb(), hashes_.size(), i);
+      if (!env.rgb().empty()) hash = bench::chain_row(hash, env.proprio(), hashes_.size(), i);
       std::array<unsigned char, sizeof(float) + 2> rest{};
       std::memcpy(rest.data(), &env.reward()[i], sizeof(float));
       rest[sizeof(float)] = env.terminated()[i];
       rest[sizeof(float) + 1] = env.truncated()[i];
-      hashes_[i] = XXH3_64bits_withSeed(rest.data(), rest.size(), hashes_[i]);
+      hash = bench::chain_row(hash, std::span<const unsigned char>(rest), 1, 0);
     }
   }
 
-  std::uint64_t value() const {
-    return XXH3_64bits(hashes_.data(), hashes_.size() * sizeof(std::uint64_t));
-  }
+  std::uint64_t value() const { return bench::hash_of(hashes_); }
 
  private:
-  // One environment's row of an output; nothing where the output is empty.
-  template <class T>
-  void add_row(std::span<const T> rows, std::size_t env) {
-    if (rows.empty()) return;
-    const std::size_t width = rows.size() / hashes_.size();
-    // The hash so far seeds that of the next piece.
-    hashes_[env] = XXH3_64bits_withSeed(rows.data() + env * width, width * sizeof(T), hashes_[env]);
-  }
-
   std::vector<std::uint64_t> hashes_;
 };
 

@@ -15,6 +15,7 @@
 #include "apps/record_command.h"
 #include "apps/rollout_command.h"
 #include "apps/soak_command.h"
+#include "apps/verify_command.h"
 #include "protocol/make.h"
 
 namespace engram::apps {
@@ -58,6 +59,7 @@ int run(int argc, char** argv) {
   add_record_command(app);
   add_bench_command(app);
   add_soak_command(app);
+  add_verify_command(app);
   add_doctor_command(app);
   try {
     app.parse(argc, argv);

@@ -187,6 +187,14 @@ CLI::Option* add_split(CLI::App& app, std::optional<Split>& split) {
   return add_choice(app, "--split", split, std::move(choices), "Tasks of this split only");
 }
 
+CLI::Option* add_obs_mode(CLI::App& app, std::optional<ObsMode>& mode) {
+  return add_choice(
+             app, "--obs", mode,
+             std::vector<Choice<ObsMode>>{{"state", ObsMode::kState}, {"rgb", ObsMode::kRgb}},
+             "This observation only")
+      ->default_str("both");
+}
+
 // --- groups ---
 
 CLI::Option* add_num_envs(CLI::App& app, int& num_envs) {
@@ -223,9 +231,9 @@ void add_renderer(CLI::App& app, ImageSourceOptions& options) {
       ->default_str("cpu");
 }
 
-const char* obs_name(const EnvOptions& options) {
-  return options.obs_mode == ObsMode::kRgb ? "rgb" : "state";
-}
+const char* obs_name(ObsMode mode) { return mode == ObsMode::kRgb ? "rgb" : "state"; }
+
+const char* obs_name(const EnvOptions& options) { return obs_name(options.obs_mode); }
 
 std::string renderer_name(const EnvOptions& options) {
   return options.obs_mode == ObsMode::kRgb ? options.image_options.renderer : "none";

@@ -39,6 +39,8 @@ CLI::Option* add_control_mode(CLI::App& app, ControlMode& mode);
 CLI::Option* add_reward(CLI::App& app, RewardMode& mode);
 CLI::Option* add_auto_reset(CLI::App& app, AutoReset& mode);
 CLI::Option* add_split(CLI::App& app, std::optional<Split>& split);
+// --obs, where both observations are meant unless one is named.
+CLI::Option* add_obs_mode(CLI::App& app, std::optional<ObsMode>& mode);
 
 // --- groups ---
 
@@ -53,6 +55,7 @@ CLI::Option* add_json(CLI::App& app, bool& json);
 void add_obs(CLI::App& app, EnvOptions& options);
 void add_renderer(CLI::App& app, ImageSourceOptions& options);
 // "state" or "rgb", and the renderer's name or "none".
+const char* obs_name(ObsMode mode);
 const char* obs_name(const EnvOptions& options);
 std::string renderer_name(const EnvOptions& options);
 

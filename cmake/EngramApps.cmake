@@ -1,10 +1,11 @@
 # The engram command, with the benchmarks behind `engram bench`.
 
+find_package(xxHash REQUIRED)
 engram_sources(bench_sources bench)
 if(bench_sources)
   add_library(engram_bench STATIC ${bench_sources})
   engram_configure_target(engram_bench)
-  target_link_libraries(engram_bench PUBLIC engram::engram)
+  target_link_libraries(engram_bench PUBLIC engram::engram xxHash::xxHash)
 endif()
 
 engram_sources(app_sources apps)
@@ -12,13 +13,12 @@ if(app_sources)
   find_package(CLI11 REQUIRED)
   find_package(fmt REQUIRED)
   find_package(nlohmann_json REQUIRED)
-  find_package(xxHash REQUIRED)
 
   add_executable(engram_cli ${app_sources})
   engram_configure_target(engram_cli)
   set_target_properties(engram_cli PROPERTIES OUTPUT_NAME engram)
   target_link_libraries(engram_cli PRIVATE
-    engram::engram engram_media CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json xxHash::xxHash)
+    engram::engram engram_media CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)
   if(TARGET engram_bench)
     target_link_libraries(engram_cli PRIVATE engram_bench)
   endif()

@@ -6,8 +6,8 @@ find_package(nlohmann_json REQUIRED)
 include(Catch)
 
 file(GLOB_RECURSE test_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/*_test.cc")
-if(NOT TARGET engram_cli)  # tests of the command need it
-  list(FILTER test_sources EXCLUDE REGEX "/tests/apps/")
+if(NOT TARGET engram_cli)  # tests of the command and its benchmarks need them
+  list(FILTER test_sources EXCLUDE REGEX "/tests/(apps|bench)/")
 endif()
 engram_sources(test_support tests)  # the main function and shared helpers
 if(TARGET engram_cli)  # fuzz targets, on their corpora; the command line's is of the command

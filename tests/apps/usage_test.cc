@@ -12,7 +12,7 @@ TEST_CASE("command: version and help go to standard output", "[apps]") {
   CHECK(version.out == "engram 0.1.0\n");
   CHECK(version.err.empty());
   for (const char* command :
-       {"", "list", "info", "rollout", "eval", "bench", "soak", "record", "doctor"}) {
+       {"", "list", "info", "rollout", "eval", "bench", "verify", "soak", "record", "doctor"}) {
     const CommandResult help = engram_command(std::string(command) + " --help");
     CHECK(help.code == 0);
     CHECK_THAT(help.out, Catch::Contains("--help") && Catch::Contains(command));
@@ -48,6 +48,9 @@ TEST_CASE("command: usage errors are one line and exit code 2", "[apps]") {
   require_refusal("eval", 2, "--all");
   require_refusal("eval RememberColor3-VLA-v0 --all", 2, "one or the other");
   require_refusal("bench nothing", 2, "overhead");
+  require_refusal("verify RememberColor3-VLA-v0 --split short", 2, "one or the other");
+  require_refusal("verify --obs depth", 2, "state|rgb");
+  require_refusal("verify --steps 0", 2, "1 to 10000");
 }
 
 TEST_CASE("command: unknown observations and renderers are named with those that exist", "[apps]") {

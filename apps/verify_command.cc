@@ -1,0 +1,131 @@
+#include "apps/verify_command.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "apps/options.h"
+#include "apps/output.h"
+#include "apps/progress.h"
+#include "apps/task_choice.h"
+#include "bench/bit_identity.h"
+#include "protocol/json.h"
+
+namespace engram::apps {
+namespace {
+
+constexpr int kMaxSteps = 10'000;
+
+struct VerifyOptions {
+  std::vector<std::string> ids;
+  TaskFilter filter;
+  std::optional<ObsMode> obs_mode;  // none: both
+  bench::IdentityOptions identity;
+  bool json = false;
+};
+
+struct Row {
+  std::string id;
+  ObsMode obs_mode = ObsMode::kState;
+  bench::IdentityResult result;
+};
+
+std::vector<Row> check_all(const VerifyOptions& options) {
+  std::vector<ObsMode> modes = {ObsMode::kState, ObsMode::kRgb};
+  if (options.obs_mode) modes = {*options.obs_mode};
+  const bool all = options.ids.empty() && !options.filter.any();
+  const std::vector<const RegistryEntry*> tasks = chosen_tasks(options.ids, options.filter, all);
+  std::vector<Row> rows;
+  for (const ObsMode mode : modes) {
+    for (const RegistryEntry* task : tasks) {
+      rows.push_back({std::string(task->id), mode, {}});
+    }
+  }
+  Progress progress("verify", "env steps");
+  bench::IdentityOptions identity = options.identity;
+  double done = 0;
+  double env_steps = 0;
+  identity.progress = [&](double fraction) {
+    progress.update((done + fraction) / static_cast<double>(rows.size()), env_steps);
+  };
+  for (Row& row : rows) {
+    identity.obs_mode = row.obs_mode;
+    row.result = bench::check_identity(row.id, identity);
+    ++done;
+    env_steps += static_cast<double>(row.result.env_steps);
+  }
+  return rows;
+}
+
+std::string hex(std::uint64_t number) { return fmt::format("{:016x}", number); }
+
+Json describe(const Row& row) {
+  return {{"id", row.id},
+          {"obs", obs_name(row.obs_mode)},
+          {"plays", row.result.plays},
+          {"episodes", row.result.episodes},
+          {"env_steps", row.result.env_steps},
+          {"different", row.result.different},
+          {"fingerprint", hex(row.result.fingerprint)}};
+}
+
+std::string to_words(const std::vector<Row>& rows) {
+  Table table({{"id"},
+               {"obs"},
+               {"plays", true},
+               {"episodes", true},
+               {"env steps", true},
+               {"different", true},
+               {"fingerprint"}});
+  for (const Row& row : rows) {
+    table.add({row.id, obs_name(row.obs_mode), std::to_string(row.result.plays),
+               with_thousands(static_cast<double>(row.result.episodes)),
+               with_thousands(static_cast<double>(row.result.env_steps)),
+               with_thousands(static_cast<double>(row.result.different)),
+               hex(row.result.fingerprint)});
+  }
+  return table.text();
+}
+
+void run(const VerifyOptions& options) {
+  const std::vector<Row> rows = check_all(options);
+  Json document = Json::array();
+  std::size_t different = 0;
+  for (const Row& row : rows) {
+    document.push_back(describe(row));
+    if (row.result.different > 0) ++different;
+  }
+  print(options.json ? to_text(document) : to_words(rows));
+  if (different > 0) {
+    throw Error(Error::kInternal, fmt::format("{} of {} checks found different bits; none allowed",
+                                              different, rows.size()));
+  }
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& app) {
+  const auto options = std::make_shared<VerifyOptions>();
+  CLI::App* command =
+      app.add_subcommand("verify", "Checks that the same seeds give the same bits, however run");
+  command->add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0; default: all")
+      ->type_name("ID");
+  add_filter(*command, options->filter);
+  add_obs_mode(*command, options->obs_mode);
+  add_int(*command, "--steps", options->identity.steps, 1, kMaxSteps,
+          "Control steps of each stretch")
+      ->type_name("T");
+  add_seed(*command, options->identity.seed, "The first of 64 seeds");
+  add_json(*command, options->json);
+  command->footer(fmt::format(
+      "Each task plays {} stretches of episodes, random actions and the oracle's, in one batch of "
+      "64 on one thread; then again in {} ways, with 1 to 8 threads, batches of 64, 7 and 1, other "
+      "chunks, and in shuffled slots. Every output, image and remembered value of every step must "
+      "be the same to the bit; otherwise the exit code is 1. docs/determinism.md tells more.",
+      bench::kStretches, bench::plays().size()));
+  command->final_callback([options] { run(*options); });
+}
+
+}  // namespace engram::apps

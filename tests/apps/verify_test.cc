@@ -1,0 +1,32 @@
+// `engram verify` as scripts use it.
+#include <catch2/catch.hpp>
+
+#include "tests/apps/command.h"
+
+namespace engram::tests {
+
+TEST_CASE("command: verify tells what was compared", "[apps]") {
+  const std::string arguments = "verify ShellGameTouch-VLA-v0 RememberColor3-VLA-v0 --steps 1";
+  const Json rows = engram_command(arguments + " --json").json();
+  REQUIRE(rows.size() == 4);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Json& row = rows[i];
+    CHECK(keys_of(row) == std::vector<std::string>{"id", "obs", "plays", "episodes", "env_steps",
+                                                   "different", "fingerprint"});
+    CHECK(row["id"] == (i % 2 == 0 ? "ShellGameTouch-VLA-v0" : "RememberColor3-VLA-v0"));
+    CHECK(row["obs"] == (i < 2 ? "state" : "rgb"));
+    CHECK(row["env_steps"] > 18 * 128);
+    CHECK(row["different"] == 0);
+    CHECK(row["fingerprint"].get<std::string>().size() == 16);
+    for (std::size_t other = 0; other < i; ++other) {
+      CHECK(row["fingerprint"] != rows[other]["fingerprint"]);
+    }
+  }
+  const CommandResult words = engram_command(arguments + " --obs state");
+  CHECK(words.code == 0);
+  CHECK_THAT(words.out, Catch::Contains("fingerprint") &&
+                            Catch::Contains(rows[0]["fingerprint"].get<std::string>()) &&
+                            !Catch::Contains("rgb"));
+}
+
+}  // namespace engram::tests
