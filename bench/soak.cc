@@ -353,7 +353,7 @@ SoakReport soak(const SoakOptions& options) {
   for (const std::string& id : ids) require_entry(id);
   if (ids.empty()) {
     for (const RegistryEntry& entry : registry()) {
-      if (is_implemented(entry)) ids.emplace_back(entry.id);
+      ids.emplace_back(entry.id);
     }
   }
   return Soak(options, std::move(ids)).run();
