@@ -10,6 +10,10 @@ namespace {
 // Values beyond this are a diverged state, as in MuJoCo's own checks.
 constexpr double kLargestValue = mjMAXVAL;
 
+// Free rotation is integrated explicitly: a slender prop that tumbles by a radian per substep would
+// gain energy from its own gyroscopic torque, without end. rad/s; PhysX's limit for rigid bodies.
+constexpr double kFastestSpin = 100;
+
 // Sleeping and hidden props wait above one another, far from everything.
 constexpr double kParkingSpacing = 100.0;  // m
 
@@ -48,6 +52,7 @@ bool Physics::Step::run() {
     } else {
       plain_substep();
     }
+    limit_spins();
     if (count_warnings(*data_) != 0) return false;
   }
   if (!all_plausible(data_->qpos, scene_->model->nq) ||
@@ -185,6 +190,15 @@ void Physics::Step::apply_weights() const {
     Eigen::Map<Eigen::Vector3d>(data_->qfrc_applied + where.dof) = weight;
     Eigen::Map<Eigen::Vector3d>(data_->qfrc_applied + where.dof + 3) =
         about.center_of_mass.cross(in_body);
+  }
+}
+
+void Physics::Step::limit_spins() const {
+  for (int prop = 0; prop < num_props(); ++prop) {
+    if (!is_awake(prop)) continue;
+    Eigen::Map<Eigen::Vector3d> spin(data_->qvel + slot_of(prop).dof + 3);
+    const double speed = spin.norm();
+    if (speed > kFastestSpin) spin *= kFastestSpin / speed;
   }
 }
 

@@ -66,6 +66,7 @@ class Physics::Step {
 
   // Weight of awake props, at their centres of mass. The robot is weightless.
   void apply_weights() const;
+  void limit_spins() const;
 
   void plain_substep() const;
 
