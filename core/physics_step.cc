@@ -194,6 +194,7 @@ void Physics::Step::apply_weights() const {
 }
 
 void Physics::Step::limit_spins() const {
+  if (scene_index_ <= PhysicsModel::kRobotScene) return;
   for (int prop = 0; prop < num_props(); ++prop) {
     if (!is_awake(prop)) continue;
     Eigen::Map<Eigen::Vector3d> spin(data_->qvel + slot_of(prop).dof + 3);
