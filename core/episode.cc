@@ -89,10 +89,10 @@ void PinTable::check_saved(std::span<const std::byte> row) const {
   for (std::size_t draw = 0; draw < draws_.size(); ++draw) {
     if ((pinned >> draw & 1) == 0) continue;
     std::vector<double> values(static_cast<std::size_t>(draws_[draw].width));
-    std::memcpy(values.data(),
-                row.data() + sizeof pinned +
-                    static_cast<std::size_t>(offsets_[draw]) * sizeof(double),
-                values.size() * sizeof(double));
+    std::memcpy(
+        values.data(),
+        row.data() + sizeof pinned + static_cast<std::size_t>(offsets_[draw]) * sizeof(double),
+        values.size() * sizeof(double));
     pins.push_back({draws_[draw].name, std::move(values)});
   }
   check(pins);

@@ -193,7 +193,7 @@ class VectorEnv {
 
   std::unique_ptr<Task> task_;
   EnvOptions options_;
-  std::vector<double> option_values_;  // of the task's own options
+  std::vector<double> option_values_;          // of the task's own options
   std::shared_ptr<const PhysicsModel> model_;  // of all batches of this task
   std::unique_ptr<Controller> controller_;
   ThreadPool pool_;

@@ -55,7 +55,6 @@ std::size_t bytes_per_element(NpyType type) {
   return 4;
 }
 
-
 std::string shape_text(std::span<const std::int64_t> shape) {
   std::string text = "(";
   for (const std::int64_t size : shape) text += std::to_string(size) + ", ";

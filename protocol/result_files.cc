@@ -142,8 +142,8 @@ EvaluationSettings EvaluationSettings::of(const Json& document, const fs::path& 
     for (const std::string& id : settings.tasks) (void)require_entry(id);
     settings.episodes = static_cast<int>(
         whole_number(document, "n_episodes", std::numeric_limits<int>::max(), file));
-    settings.start_seed = whole_number(document, "start_seed",
-                                       std::numeric_limits<std::uint64_t>::max(), file);
+    settings.start_seed =
+        whole_number(document, "start_seed", std::numeric_limits<std::uint64_t>::max(), file);
     document.at("obs_mode").get_to(settings.obs_mode);
     document.at("renderer").get_to(settings.renderer);
     document.at("policy").get_to(settings.policy);

@@ -221,8 +221,7 @@ void TraceDemo::light_lamp(int env) const {
 
 Contour TraceDemo::contour(int env, int element) const {
   const int shape = std::max(0, shapes_.row(env)[element]);  // -1 in made-up snapshots alone
-  return {shape, radii_.row(env)[element], rotations_.row(env)[element],
-          center(env)};
+  return {shape, radii_.row(env)[element], rotations_.row(env)[element], center(env)};
 }
 
 int TraceDemo::guessed_length(int env) const {

@@ -2,6 +2,10 @@
 // nothing, and the batch goes on.
 #include <functional>
 
+#include "core/error.h"
+#include "core/vector_env.h"
+#include "render/document_source.h"
+#include "tasks/registry.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/door.h"
 
@@ -60,10 +64,14 @@ bool fails_well(const Call& call, std::int64_t number) {
     const std::vector<float> actions = test::actions_of(batch, ENGRAM_POLICY_ORACLE);
     CHECK(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
   }
-  CHECK(test::outstanding_allocations() == before);
+  const std::int64_t leaked = test::outstanding_allocations() - before;  // INFO allocates
+  INFO(call.name << ", allocation " << number);
+  CHECK(leaked == 0);
   return happened;
 }
 
+// Documents are left out: destructors of the JSON library allocate, and end the program if they
+// cannot (docs/testing.md).
 TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][allocation]") {
   const Batch keeper = make_running(small_options());  // the scenes stay compiled
   const test::MujocoMemory counted;
@@ -71,7 +79,6 @@ TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][alloc
   const std::vector<float> actions(14);
   const double target = 1;
   const engram_pin pin = {"target", &target, 1};
-  std::vector<std::uint8_t> rgb(3 * 8 * 8);
   const Call calls[] = {
       {"reset", [](engram_env* env) { return engram_reset(env, nullptr); }},
       {"reset with pins",
@@ -82,8 +89,7 @@ TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][alloc
          request.has_pins = 1;
          return engram_reset(env, &request);
        }},
-      {"step",
-       [&](engram_env* env) { return engram_step(env, actions.data(), actions.size()); }},
+      {"step", [&](engram_env* env) { return engram_step(env, actions.data(), actions.size()); }},
       {"step_async",
        [&](engram_env* env) {
          const engram_status status = engram_step_async(env, actions.data(), actions.size());
@@ -100,14 +106,6 @@ TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][alloc
        [&](engram_env* env) {
          return engram_restore(env, ENGRAM_WHOLE_BATCH, state.data(), state.size());
        }},
-      {"describe",
-       [](engram_env* env) {
-         return engram_describe_json(env) != nullptr ? ENGRAM_OK : ENGRAM_UNAVAILABLE;
-       }},
-      {"render",
-       [&](engram_env* env) {
-         return engram_render(env, 0, "render_camera", 8, 8, rgb.data(), rgb.size());
-       }},
   };
   for (const Call& call : calls) {
     {
@@ -119,50 +117,57 @@ TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][alloc
   }
 }
 
-TEST_CASE("C door: a batch that there is no memory for is not made", "[api][allocation]") {
-  const Batch keeper = make_running(small_options());
-  const test::MujocoMemory counted;
-  engram_options options = small_options();
-  options.obs_mode = GENERATE(ENGRAM_OBS_STATE, ENGRAM_OBS_RGB);
-  options.image_width = options.image_height = 8;
-  options.threads = 2;
-  make_running(options).reset();
-  bool happened = true;
-  for (std::int64_t number = 1; happened; number = next(number)) {
-    const std::int64_t before = test::outstanding_allocations();
-    engram_env* env = nullptr;
-    engram_status status = ENGRAM_OK;
-    {
-      const FailingAllocation failing(number);
-      status = engram_make(test::kId, &options, &env);
-      happened = FailingAllocation::happened();
+// Makes a batch of a task that there is already, with the allocation of that number failing.
+// Returns whether it happened. (The description of a task itself is made before: destructors of
+// half-built initialiser lists are more than GCC 12 gets right.)
+bool make_fails_well(const EnvOptions& options, std::int64_t number, bool may_leak) {
+  const std::int64_t before = test::outstanding_allocations();
+  bool happened = false;
+  std::string failure;
+  {
+    std::unique_ptr<Task> task = make_task(test::kId);
+    const FailingAllocation failing(number);
+    try {
+      VectorEnv env(std::move(task), options, make_document_source);
+    } catch (const std::bad_alloc&) {
+      happened = true;
+    } catch (const Error& error) {
+      // MuJoCo's parser may take the failure for one of the scene's text.
+      const bool misread = may_leak && std::strstr(error.what(), "refused by MuJoCo") != nullptr;
+      if (error.kind() != Error::kUnavailable && !misread) failure = error.what();
+      happened = true;
     }
-    INFO("allocation " << number << ": " << engram_last_error());
-    CHECK((status == ENGRAM_UNAVAILABLE || status == ENGRAM_OK));
-    CHECK((env != nullptr) == (status == ENGRAM_OK));
-    engram_close(env);
-    CHECK(test::outstanding_allocations() == before);
+    happened = happened || FailingAllocation::happened();
   }
+  const std::int64_t leaked = test::outstanding_allocations() - before;  // INFO allocates
+  INFO("allocation " << number);
+  CHECK(failure == "");
+  if (!may_leak) CHECK(leaked == 0);
+  return happened;
+}
+
+TEST_CASE("A batch that there is no memory for is not made", "[api][allocation]") {
+  const Batch keeper = make_running(small_options());  // the scenes stay compiled
+  const test::MujocoMemory counted;
+  EnvOptions options;
+  options.num_envs = 4;
+  options.threads = 2;
+  std::int64_t number = 1;
+  make_fails_well(options, 1'000'000'000, true);  // what is made once for the whole process
+  while (make_fails_well(options, number, false)) number = next(number);
+  CHECK(number > 100);
 }
 
 // Compiling a scene is MuJoCo's work: what it leaks when memory runs out there is its own.
-TEST_CASE("C door: scenes that there is no memory for are not made", "[api][allocation]") {
+TEST_CASE("Scenes that there is no memory for end no program", "[api][allocation]") {
   const test::MujocoMemory counted;
-  bool happened = true;
-  for (std::int64_t number = 1; happened; number += 1 + number / 2) {
-    const engram_options options = small_options();
-    engram_env* env = nullptr;
-    engram_status status = ENGRAM_OK;
-    {
-      const FailingAllocation failing(number);
-      status = engram_make(test::kId, &options, &env);
-      happened = FailingAllocation::happened();
-    }
-    INFO("allocation " << number << ": " << engram_last_error());
-    CHECK((status == ENGRAM_UNAVAILABLE || status == ENGRAM_OK));
-    CHECK((env != nullptr) == (status == ENGRAM_OK));
-    engram_close(env);
-  }
+  EnvOptions options;
+  options.threads = 1;
+  options.obs_mode = ObsMode::kRgb;  // pictures compile the scene once more
+  options.images.width = options.images.height = 8;
+  std::int64_t number = 1;
+  while (make_fails_well(options, number, true)) number += 1 + number / 2;
+  CHECK(number > 1000);
 }
 
 }  // namespace

@@ -87,9 +87,9 @@ TEST_CASE("command: a file beyond the allowed size is an error, not the end by a
           "[apps]") {
   const TemporaryFolder folder;
   const std::string scene = (folder.path() / "scene.xml").string();
-  const std::string line = "ulimit -f 1; '" + std::string(ENGRAM_CLI) +
-                           "' info RememberColor3-VLA-v0 --mjcf '" + scene + "' 2>&1 >/dev/null | " +
-                           "grep -q 'engram: .*cannot be written: File too large'";
+  const std::string line =
+      "ulimit -f 1; '" + std::string(ENGRAM_CLI) + "' info RememberColor3-VLA-v0 --mjcf '" + scene +
+      "' 2>&1 >/dev/null | " + "grep -q 'engram: .*cannot be written: File too large'";
   CHECK(std::system(line.c_str()) == 0);
   CHECK(std::filesystem::is_empty(folder.path()));
 }
@@ -97,11 +97,10 @@ TEST_CASE("command: a file beyond the allowed size is an error, not the end by a
 TEST_CASE("command: a reader that goes away is an error of one line", "[apps]") {
   const TemporaryFolder folder;
   const std::string err = (folder.path() / "err").string();
-  for (const char* arguments :
-       {"list", "list --json", "info RememberColor3-VLA-v0 --json", "doctor --json",
-        "rollout RememberColor3-VLA-v0 --steps 2 --json",
-        "bench overhead --rounds 1 --num-envs 1 --json",
-        "eval RememberColor3-VLA-v0 --episodes 1 --json"}) {
+  for (const char* arguments : {"list", "list --json", "info RememberColor3-VLA-v0 --json",
+                                "doctor --json", "rollout RememberColor3-VLA-v0 --steps 2 --json",
+                                "bench overhead --rounds 1 --num-envs 1 --json",
+                                "eval RememberColor3-VLA-v0 --episodes 1 --json"}) {
     // The pipe's other end is closed before anything is written.
     const std::string line = "bash -c \"set -o pipefail; { sleep 0.2; '" + std::string(ENGRAM_CLI) +
                              "' " + arguments + " 2>'" + err + "'; } | true\"";

@@ -69,8 +69,7 @@ Place any_place(const VectorEnv& env, RandomStream& random, bool physical) {
     const ColumnView column = env.memory()[static_cast<std::size_t>(random.integer(0, last))];
     const Field& field = *column.field;
     if (field.dtype != DType::kFloat64 && field.dtype != DType::kFloat32) continue;
-    const bool named =
-        std::find(kPhysical.begin(), kPhysical.end(), field.name) != kPhysical.end();
+    const bool named = std::find(kPhysical.begin(), kPhysical.end(), field.name) != kPhysical.end();
     if (physical && !named) continue;
     return {column, random.integer(0, field.width - 1)};
   }
@@ -159,8 +158,7 @@ TEST_CASE("Any fault at any time stays where it is", "[fault][long]") {
 
 // Whatever finite numbers actions hold, in any mode.
 TEST_CASE("Absurd actions end an episode at worst, in every control mode", "[fault]") {
-  constexpr float kActions[] = {0,     0.3F,  -1,    1,     -7,   3e3F,
-                                -1e9F, 1e20F, -3e38F, 3.4e38F, 1e-40F};
+  constexpr float kActions[] = {0, 0.3F, -1, 1, -7, 3e3F, -1e9F, 1e20F, -3e38F, 3.4e38F, 1e-40F};
   RandomStream random(9, 0, 0);
   for (int mode = 0; mode < kControlModes; ++mode) {
     EnvOptions options;

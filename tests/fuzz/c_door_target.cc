@@ -12,12 +12,23 @@
 namespace engram::fuzz {
 namespace {
 
-constexpr const char* kNames[] = {"RememberColor3-VLA-v0", "RememberColour3-VLA-v0", "", "reward",
-                                  "observation", "rgb", "final_mask", "target", "robot_noise",
-                                  "base_camera", "render_camera", "pd_joint_pos",
-                                  "pd_ee_delta_pose", "cpu", "touch_radius"};
-constexpr std::int32_t kNumbers[] = {0, 1, 2, 3, -1, 4, 5, 7, 8, 14, 64, 1'000'001, INT32_MAX,
-                                     INT32_MIN};
+constexpr const char* kNames[] = {"RememberColor3-VLA-v0",
+                                  "RememberColour3-VLA-v0",
+                                  "",
+                                  "reward",
+                                  "observation",
+                                  "rgb",
+                                  "final_mask",
+                                  "target",
+                                  "robot_noise",
+                                  "base_camera",
+                                  "render_camera",
+                                  "pd_joint_pos",
+                                  "pd_ee_delta_pose",
+                                  "cpu",
+                                  "touch_radius"};
+constexpr std::int32_t kNumbers[] = {0, 1, 2,  3,  -1,        4,         5,
+                                     7, 8, 14, 64, 1'000'001, INT32_MAX, INT32_MIN};
 constexpr double kReals[] = {0, 1, 0.02, -1, 2, 1e300, NAN, INFINITY};
 
 std::int32_t number(Input& input) { return kNumbers[input.choice(std::size(kNumbers))]; }
@@ -100,7 +111,8 @@ struct Run {
   // As many values as are needed, mostly: numbers in -1..1, and now and then something else.
   std::vector<float> actions(const engram_env* of) {
     const int form = input.choice(16);
-    auto count = static_cast<std::size_t>(of == nullptr ? 7 : engram_num_envs(of) * engram_action_dim(of));
+    auto count =
+        static_cast<std::size_t>(of == nullptr ? 7 : engram_num_envs(of) * engram_action_dim(of));
     if (form == 0) count = input.take<std::uint8_t>();
     std::vector<float> values(count);
     for (std::size_t i = 0; i < count; ++i) values[i] = 0.1F * static_cast<float>(i % 7);
@@ -306,7 +318,8 @@ void save(Run& run) {
   const std::int32_t index = number(run.input);
   std::size_t size = 0;
   const int form = run.input.choice(8);
-  if (checked(engram_save(env, index, nullptr, 0, form == 0 ? nullptr : &size)) != ENGRAM_OK) return;
+  if (checked(engram_save(env, index, nullptr, 0, form == 0 ? nullptr : &size)) != ENGRAM_OK)
+    return;
   if (form == 1) size /= 2;
   std::vector<std::uint8_t> bytes(size);
   if (checked(engram_save(env, index, bytes.data(), bytes.size(), &size)) == ENGRAM_OK) {
@@ -376,9 +389,9 @@ void evaluate(Run& run) {
   engram_free_text(document);
 }
 
-constexpr void (*kCalls[])(Run&) = {step,   step, reset,       step_async, step_wait, act,
-                                    output, facts, instruction, save,       restore,   render,
-                                    make,   close, evaluate};
+constexpr void (*kCalls[])(Run&) = {step,    step,   reset, step_async,  step_wait,
+                                    act,     output, facts, instruction, save,
+                                    restore, render, make,  close,       evaluate};
 
 }  // namespace
 

@@ -44,8 +44,7 @@ void fuzz_demonstrations(Data data) {
   std::filesystem::create_directories(folder, ignored);
   Input input(data);
   const std::vector<std::byte> file = data_file(input);
-  put_file(folder / "train_data_0.npz",
-           {reinterpret_cast<const char*>(file.data()), file.size()});
+  put_file(folder / "train_data_0.npz", {reinterpret_cast<const char*>(file.data()), file.size()});
   if (input.choice(2) == 0) {
     std::filesystem::remove(folder / "metadata.json", ignored);
   } else {

@@ -96,7 +96,8 @@ void edit(const VectorEnv& env, Input& input, std::vector<std::byte>& bytes) {
       at += size_of(field.dtype) * static_cast<std::size_t>(field.width);
     }
     const Field& field = *store[column].field;
-    at += size_of(field.dtype) * (input.take<std::uint8_t>() % static_cast<std::size_t>(field.width));
+    at +=
+        size_of(field.dtype) * (input.take<std::uint8_t>() % static_cast<std::size_t>(field.width));
     put(bytes, at, input.take_bytes(size_of(field.dtype)));
   }
 }
