@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "tasks/registry.h"
+#include "protocol/make.h"
 
 namespace engram::apps {
 namespace {

@@ -68,9 +68,9 @@ Comparison compare_with_plain(const Options& options, Rollout& rollout, PlainLoo
 }
 
 std::vector<Row> run_physics(const Options& options) {
-  const std::vector<std::string> ids = ids_or(
-      options, {"RememberColor3-VLA-v0", kMainId, "RememberShapeAndColor5x3-VLA-v0",
-                "ChainOfColors7-VLA-v0"});
+  const std::vector<std::string> ids =
+      ids_or(options, {"RememberColor3-VLA-v0", kMainId, "RememberShapeAndColor5x3-VLA-v0",
+                       "ChainOfColors7-VLA-v0"});
   std::vector<Row> rows;
   const int total = 2 * static_cast<int>(ids.size());
   for (const std::string& id : ids) {

@@ -1,5 +1,6 @@
 #include "core/composed_step.h"
 
+#include <algorithm>
 #include <string>
 
 #include "core/error.h"
@@ -36,10 +37,20 @@ void compose_forces(const mjModel* m, mjData* d) {
   mj_solveM(m, d, d->qacc_smooth, d->qfrc_smooth, 1);
 }
 
-// mj_Euler solves for the acceleration again, with damping, from the forces. Here damping changes
-// no bit of the matrix (scene_model.cc), so the factor at hand serves; without constraint rows, the
-// acceleration at hand does too.
+// Whether a free prop is damped. The robot's damping changes no bit (scene_model.cc).
+bool has_damped_props(const mjModel* m) {
+  return std::any_of(m->dof_damping + m->nu, m->dof_damping + m->nv,
+                     [](mjtNum damping) { return damping != 0; });
+}
+
+// mj_Euler solves for the acceleration again from the forces, with the damping in the matrix. Where
+// that changes no bit of it the factor at hand serves; without constraint rows, the acceleration at
+// hand does too.
 void compose_integration(const mjModel* m, mjData* d) {
+  if (has_damped_props(m)) {
+    mj_Euler(m, d);
+    return;
+  }
   mjMARKSTACK const mjtNum* acceleration = d->qacc_smooth;
   if (d->nefc > 0) {
     mjtNum* solved = mj_stackAlloc(d, m->nv);

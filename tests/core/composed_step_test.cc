@@ -12,6 +12,7 @@
 #include "core/pair_sieve.h"
 #include "core/physics_model.h"
 #include "core/random.h"
+#include "mjcf/ball.h"
 #include "mjcf/scene.h"
 #include "mjcf/shapes.h"
 #include "tasks/task_info.h"
@@ -121,7 +122,7 @@ TEST_CASE("The composed step equals mj_step on the robot bit for bit", "[physics
 }
 
 // A heap that falls onto the table and onto itself, in reach of the hand.
-void check_heap(const Compiled& scene, int steps) {
+void check_heap(const Compiled& scene, int steps, int contacts_per_step = 5) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     RandomStream random(seed, 1, 0);
     Twins twins(scene.model.full());
@@ -139,7 +140,7 @@ void check_heap(const Compiled& scene, int steps) {
       twins.step(random, scene);
       REQUIRE(twins.equal());
     }
-    CHECK(twins.contacts > 5 * steps);
+    CHECK(twins.contacts > contacts_per_step * steps);
   }
 }
 
@@ -149,6 +150,14 @@ TEST_CASE("The composed step equals mj_step with falling and colliding cubes", "
 
 TEST_CASE("The composed step equals mj_step with falling and colliding shapes", "[physics]") {
   check_heap(Compiled(nine_shapes()), 300);
+}
+
+TEST_CASE("The composed step equals mj_step with balls, whose rolling is damped", "[physics]") {
+  mjcf::Scene scene;
+  for (int i = 0; i < 3; ++i) {
+    scene.props.push_back(mjcf::ball("ball_" + std::to_string(i), 0.03, {1, 0, 0, 1}));
+  }
+  check_heap(Compiled(scene), 400, 2);
 }
 
 // What the shortcut of stepping the robot alone rests on.

@@ -1,6 +1,8 @@
 // The same seeds give the same bits, whatever the threads, the batch size and the chunks.
 #include <catch2/catch.hpp>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/env_helpers.h"
@@ -34,8 +36,18 @@ History play(const std::string& id, const EnvOptions& options, Policy policy, in
 // Past the end of an episode for the short ids.
 constexpr int kSteps = 40;
 
-TEST_CASE("Results depend on neither threads nor chunks", "[determinism]") {
-  for (const std::string& id : test::implemented_ids()) {
+// The first id of every family.
+std::vector<std::string> one_of_each_family() {
+  std::vector<std::string> ids;
+  std::set<std::string_view> families;
+  for (const RegistryEntry& entry : registry()) {
+    if (families.insert(entry.family).second) ids.emplace_back(entry.id);
+  }
+  return ids;
+}
+
+void check_threads_and_chunks(const std::vector<std::string>& ids) {
+  for (const std::string& id : ids) {
     for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
       EnvOptions options;
       options.num_envs = 7;
@@ -54,8 +66,16 @@ TEST_CASE("Results depend on neither threads nor chunks", "[determinism]") {
   }
 }
 
-TEST_CASE("An environment of a batch equals the single one of its seed", "[determinism]") {
-  for (const std::string& id : test::implemented_ids()) {
+TEST_CASE("Results depend on neither threads nor chunks", "[determinism]") {
+  check_threads_and_chunks(one_of_each_family());
+}
+
+TEST_CASE("Results of every task depend on neither threads nor chunks", "[determinism][long]") {
+  check_threads_and_chunks(test::implemented_ids());
+}
+
+void check_singles(const std::vector<std::string>& ids) {
+  for (const std::string& id : ids) {
     for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
       EnvOptions options;
       options.num_envs = 64;
@@ -71,6 +91,14 @@ TEST_CASE("An environment of a batch equals the single one of its seed", "[deter
       }
     }
   }
+}
+
+TEST_CASE("An environment of a batch equals the single one of its seed", "[determinism]") {
+  check_singles(one_of_each_family());
+}
+
+TEST_CASE("An environment of a batch of any task equals the single one", "[determinism][long]") {
+  check_singles(test::implemented_ids());
 }
 
 TEST_CASE("Different seeds give different episodes", "[determinism]") {
