@@ -86,7 +86,9 @@ void require_writable_folder(const fs::path& folder) {
 
 void remove_temporary_files(const fs::path& folder) {
   for (const auto& item : fs::directory_iterator(folder)) {
-    if (item.path().filename().string().ends_with(kTemporarySuffix)) fs::remove(item.path());
+    if (!item.path().filename().string().ends_with(kTemporarySuffix)) continue;
+    std::error_code ignored;  // somebody else may have been faster
+    fs::remove(item.path(), ignored);
   }
 }
 

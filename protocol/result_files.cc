@@ -213,6 +213,7 @@ std::string common_split(const std::vector<std::string>& ids) {
 ResultFolder ResultFolder::create(const fs::path& output, const EvaluationSettings& settings) {
   const fs::path parent = output / common_split(settings.tasks);
   require_writable_folder(parent);
+  remove_temporary_files(parent);  // of a run that was killed before it had a folder
   while (true) {
     const fs::path folder = parent / local_time();
     std::error_code error;

@@ -38,7 +38,9 @@ std::map<std::string, std::string> results_in(const fs::path& folder) {
 fs::path run_in(const fs::path& output) {
   const fs::path split = output / "short";
   if (!fs::exists(split)) return {};
-  for (const auto& entry : fs::directory_iterator(split)) return entry.path();
+  for (const auto& entry : fs::directory_iterator(split)) {
+    if (entry.is_directory()) return entry.path();
+  }
   return {};
 }
 
