@@ -16,9 +16,9 @@ import numpy as np
 from engram import _arguments, _core, _infos, _options
 from engram._compat import GYMNASIUM_1, AutoresetMode
 from engram._spaces import Layout, action_spaces, copy_tree, take
-from engram.errors import BadStateError, InvalidArgumentError
-from engram.registry import NAMESPACE
 from engram._spec import spec_of
+from engram.errors import InvalidArgumentError
+from engram.registry import NAMESPACE
 from engram.sub_env import SubEnv
 
 _RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
