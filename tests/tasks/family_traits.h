@@ -16,16 +16,23 @@ struct FamilyTraits {
   bool settles = true;
   // The human view may tell what was hidden: it shows the goal.
   bool goal_for_people = false;
+  // Props are hidden at some time.
+  bool hides = false;
 };
 
 // The first row that fits an id counts.
 inline constexpr std::array kFamilyTraits = {
-    FamilyTraits{.ids = "FindImposter", .moves_untouched = true},
+    FamilyTraits{.ids = "Remember", .hides = true},
+    FamilyTraits{.ids = "FindImposter", .moves_untouched = true, .hides = true},
     // Outside the benchmark; its grasp leaves no step to spare.
-    FamilyTraits{.ids = "ShellGamePick", .oracle = 0.90, .goal_for_people = true},
-    FamilyTraits{.ids = "ShellGamePush", .goal_for_people = true},
-    FamilyTraits{.ids = "ShellGameTouch"},
-    FamilyTraits{.ids = "ShellGame", .settles = false},
+    FamilyTraits{.ids = "ShellGamePick", .oracle = 0.90, .goal_for_people = true, .hides = true},
+    FamilyTraits{.ids = "ShellGamePush", .goal_for_people = true, .hides = true},
+    FamilyTraits{.ids = "ShellGameTouch", .hides = true},
+    FamilyTraits{.ids = "ShellGame", .settles = false, .hides = true},
+    FamilyTraits{.ids = "BunchOfColors", .hides = true},
+    FamilyTraits{.ids = "SeqOfColors", .hides = true},
+    FamilyTraits{.ids = "ChainOfColors", .hides = true},
+    FamilyTraits{.ids = "TakeItBack", .hides = true},
     FamilyTraits{.ids = "BlinkCount", .settles = false},
     // Balls roll off, and get faster than the hand can follow.
     FamilyTraits{.ids = "InterceptSlow", .moves_untouched = true, .settles = false},

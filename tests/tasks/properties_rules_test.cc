@@ -14,6 +14,7 @@
 #include "protocol/make.h"
 #include "tests/api/door.h"
 #include "tests/env_helpers.h"
+#include "tests/tasks/family_traits.h"
 #include "tests/tasks/spectator.h"
 
 namespace engram {
@@ -144,15 +145,6 @@ int compare_with_dragged(const std::string& id, bool sleep) {
   return hidden;
 }
 
-// Families in which something is hidden at some time.
-bool hides(const std::string& id) {
-  for (const char* prefix : {"Remember", "FindImposter", "ShellGame", "BunchOfColors",
-                             "SeqOfColors", "ChainOfColors", "TakeItBack"}) {
-    if (id.starts_with(prefix)) return true;
-  }
-  return false;
-}
-
 TEST_CASE("Hidden props are neither felt nor seen", "[properties]") {
   std::string family;
   for (const std::string& id : test::implemented_ids()) {
@@ -160,15 +152,18 @@ TEST_CASE("Hidden props are neither felt nor seen", "[properties]") {
     family = require_entry(id).family;
     const int hidden = compare_with_dragged(id, true);
     INFO(id);
-    CHECK((hidden > 0) == hides(id));
+    CHECK((hidden > 0) == test::traits_of(id).hides);
   }
 }
 
 TEST_CASE("Hidden props of all tasks are neither felt nor seen, with and without sleep",
           "[properties][long]") {
   for (const std::string& id : test::implemented_ids()) {
-    for (const bool sleep : {true, false})
-      CHECK((compare_with_dragged(id, sleep) > 0) == hides(id));
+    for (const bool sleep : {true, false}) {
+      const int hidden = compare_with_dragged(id, sleep);
+      INFO(id);
+      CHECK((hidden > 0) == test::traits_of(id).hides);
+    }
   }
 }
 

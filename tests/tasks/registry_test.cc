@@ -28,27 +28,26 @@ std::vector<Row> read_table(const std::string& path) {
 
 TEST_CASE("The registry equals registry.csv in every column", "[registry]") {
   const std::vector<Row> table = read_table(ENGRAM_TEST_DATA "/registry.csv");
-  REQUIRE(table.size() == registry().size() + 1);
   REQUIRE(table[0] == Row{"id", "family", "horizon", "split", "memory_type", "canonical",
                           "language_instruction"});
   for (std::size_t i = 0; i < registry().size(); ++i) {
     const RegistryEntry& entry = registry()[i];
+    INFO("the row of registry.csv at the place of " << entry.id);
+    REQUIRE(i + 1 < table.size());
     CHECK(table[i + 1] == Row{std::string(entry.id), std::string(entry.family),
                               std::to_string(entry.horizon), std::string(split_name(entry.split)),
                               std::string(entry.memory_type), entry.canonical ? "yes" : "no",
                               std::string(entry.instruction)});
   }
+  CHECK(table.size() == registry().size() + 1);
 }
 
 TEST_CASE("The registry has the published number of tasks per split and memory type",
           "[registry]") {
-  using Counts = std::map<std::string_view, int>;
-  std::map<Split, Counts> counts;
-  std::map<Split, int> totals;
+  std::map<std::string, int> counts;
   std::set<std::string_view> ids;
   for (const RegistryEntry& entry : registry()) {
-    ++counts[entry.split][entry.memory_type];
-    ++totals[entry.split];
+    ++counts[std::string(split_name(entry.split)) + ' ' + std::string(entry.memory_type)];
     ids.insert(entry.id);
     CHECK(entry.canonical == (entry.split != Split::kExtended));
     if (entry.canonical) {
@@ -57,31 +56,19 @@ TEST_CASE("The registry has the published number of tasks per split and memory t
                                                    : Split::kLong));
     }
   }
-  CHECK(ids.size() == 97);
-  CHECK(totals ==
-        std::map<Split, int>{
-            {Split::kShort, 38}, {Split::kMedium, 30}, {Split::kLong, 22}, {Split::kExtended, 7}});
-  CHECK(counts[Split::kShort] == Counts{{"Spatial", 14},
-                                        {"Object", 9},
-                                        {"Negative", 9},
-                                        {"Temporal", 3},
-                                        {"Tracking", 2},
-                                        {"Prospective", 1}});
-  CHECK(counts[Split::kMedium] == Counts{{"Object", 9},
-                                         {"Capacity", 6},
-                                         {"Temporal", 4},
-                                         {"Sequential", 3},
-                                         {"Procedural", 3},
-                                         {"Tracking", 2},
-                                         {"Prospective", 2},
-                                         {"Checklist", 1}});
-  CHECK(counts[Split::kLong] == Counts{{"Capacity", 6},
-                                       {"Temporal", 5},
-                                       {"Checklist", 3},
-                                       {"Procedural", 3},
-                                       {"Sequential", 3},
-                                       {"Prospective", 2}});
-  CHECK(counts[Split::kExtended] == Counts{{"Checklist", 6}, {"Spatial", 1}});
+  CHECK(ids.size() == registry().size());
+  std::vector<std::string> lines;
+  for (const auto& [kind, count] : counts) lines.push_back(kind + ": " + std::to_string(count));
+  // In alphabetical order.
+  CHECK(lines == std::vector<std::string>{
+                     "extended Checklist: 6", "extended Spatial: 1",  "long Capacity: 6",
+                     "long Checklist: 3",     "long Procedural: 3",   "long Prospective: 2",
+                     "long Sequential: 3",    "long Temporal: 5",     "medium Capacity: 6",
+                     "medium Checklist: 1",   "medium Object: 9",     "medium Procedural: 3",
+                     "medium Prospective: 2", "medium Sequential: 3", "medium Temporal: 4",
+                     "medium Tracking: 2",    "short Negative: 9",    "short Object: 9",
+                     "short Prospective: 1",  "short Spatial: 14",    "short Temporal: 3",
+                     "short Tracking: 2"});
 }
 
 TEST_CASE("Tasks are found by their exact id", "[registry]") {
