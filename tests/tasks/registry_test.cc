@@ -58,6 +58,7 @@ TEST_CASE("The registry has the published number of tasks per split and memory t
   }
   CHECK(ids.size() == registry().size());
   std::vector<std::string> lines;
+  lines.reserve(counts.size());
   for (const auto& [kind, count] : counts) lines.push_back(kind + ": " + std::to_string(count));
   // In alphabetical order.
   CHECK(lines == std::vector<std::string>{
