@@ -65,6 +65,7 @@ void ShellGame::bind(const Bindings& bindings) {
   offset_ = memory.add<double>("obj_to_goal_pos", 3, "m");
 
   ColumnStore& info = *bindings.outputs;
+  info.limit("oracle_info", 0, kCups - 1);
   obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m");
   is_obj_placed_ = info.add<std::uint8_t>("is_obj_placed");
   is_robot_static_ = info.add<std::uint8_t>("is_robot_static");
