@@ -81,7 +81,7 @@ class Meter {
 
  private:
   static EnvOptions batch_of(ObsMode obs, const Options& options, int threads) {
-    EnvOptions result = batch(envs_or(options, 64), threads);
+    EnvOptions result = batch(envs_or(options, 256), threads);
     result.obs_mode = obs;
     return result;
   }

@@ -13,6 +13,10 @@ using Vec3 = Eigen::Vector3d;
 
 constexpr double kFarAway = 1e9;  // m
 
+// As far as points of the robot move in a control step: what is further apart need not be known
+// more precisely.
+constexpr double kFarEnough = 0.06;  // m
+
 struct Ball {
   Vec3 center;
   double radius;
@@ -219,11 +223,11 @@ RobotBounds::Clearance RobotBounds::clearance(const mjData& data,
 }
 
 double RobotBounds::self_clearance(const Placed& placed) const {
-  double least = kFarAway;
+  double least = kFarEnough;
   for (const auto& [first, second] : pairs_) {
     const auto i = static_cast<std::size_t>(first);
     const auto j = static_cast<std::size_t>(second);
-    // Most pairs are further apart than others: the balls around the capsules tell.
+    // Most pairs are far enough apart: the balls around the capsules tell.
     const double apart = capsules_[i].ball_radius + capsules_[j].ball_radius + least;
     if ((placed.middle[i] - placed.middle[j]).squaredNorm() > apart * apart) continue;
     const double squared = segments_squared(placed.a[i], placed.b[i], placed.a[j], placed.b[j]);
