@@ -6,7 +6,7 @@
 
 #include "bench/rollout.h"
 #include "core/step_clock.h"
-#include "tasks/registry_table.h"
+#include "tasks/family_samples.h"
 
 namespace engram::bench {
 namespace {
@@ -91,17 +91,6 @@ class Meter {
   StepClock clock_;
   Rollout rollout_;
 };
-
-std::vector<std::string> one_of_each_family() {
-  std::vector<std::string> ids;
-  std::vector<std::string_view> families;
-  for (const RegistryEntry& entry : registry()) {
-    if (std::find(families.begin(), families.end(), entry.family) != families.end()) continue;
-    families.push_back(entry.family);
-    ids.emplace_back(entry.id);
-  }
-  return ids;
-}
 
 void add_rows(std::vector<Row>& rows, const std::string& prefix,
               const std::vector<Budget>& rounds) {

@@ -1,10 +1,9 @@
 // The same seeds give the same bits, whatever the threads, the batch size and the chunks.
 #include <catch2/catch.hpp>
-#include <set>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "tasks/family_samples.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -35,16 +34,6 @@ History play(const std::string& id, const EnvOptions& options, Policy policy, in
 
 // Past the end of an episode for the short ids.
 constexpr int kSteps = 40;
-
-// The first id of every family.
-std::vector<std::string> one_of_each_family() {
-  std::vector<std::string> ids;
-  std::set<std::string_view> families;
-  for (const RegistryEntry& entry : registry()) {
-    if (families.insert(entry.family).second) ids.emplace_back(entry.id);
-  }
-  return ids;
-}
 
 void check_threads_and_chunks(const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "tasks/family_samples.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -20,16 +21,6 @@ constexpr double kValues[] = {std::numeric_limits<double>::quiet_NaN(),
                               std::numeric_limits<double>::infinity(),
                               -std::numeric_limits<double>::infinity(), 1e30, -1e200};
 constexpr int kEnvs = 3;
-
-std::vector<std::string> one_id_per_family() {
-  std::vector<std::string> ids;
-  std::string_view family;
-  for (const RegistryEntry& entry : registry()) {
-    if (entry.family != family) ids.emplace_back(entry.id);
-    family = entry.family;
-  }
-  return ids;
-}
 
 // Which of the numbers that policies and learners see of an environment is not finite, or "".
 std::string not_finite(const VectorEnv& env, int index) {
@@ -143,15 +134,15 @@ void run_trials(const std::string& id, int trials, bool physical) {
 }
 
 TEST_CASE("What physics cannot compute with ends that episode at once and alone", "[fault]") {
-  for (const std::string& id : one_id_per_family()) run_trials(id, 6, true);
+  for (const std::string& id : one_of_each_family()) run_trials(id, 6, true);
 }
 
 TEST_CASE("No output stops being finite without a flag, whatever is in memory", "[fault]") {
-  for (const std::string& id : one_id_per_family()) run_trials(id, 6, false);
+  for (const std::string& id : one_of_each_family()) run_trials(id, 6, false);
 }
 
 TEST_CASE("Any fault at any time stays where it is", "[fault][long]") {
-  for (const std::string& id : one_id_per_family()) {
+  for (const std::string& id : one_of_each_family()) {
     run_trials(id, 30, true);
     run_trials(id, 60, false);
   }

@@ -9,6 +9,7 @@
 
 #include "core/checksum.h"
 #include "protocol/make.h"
+#include "tasks/family_samples.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {
@@ -20,15 +21,7 @@ constexpr std::size_t kLabelBytesAt = 40;
 
 // One id of every family.
 const std::vector<std::string>& ids() {
-  static const std::vector<std::string> all = [] {
-    std::vector<std::string> chosen;
-    std::string_view family;
-    for (const RegistryEntry& entry : registry()) {
-      if (entry.family != family) chosen.emplace_back(entry.id);
-      family = entry.family;
-    }
-    return chosen;
-  }();
+  static const std::vector<std::string> all = one_of_each_family();
   return all;
 }
 

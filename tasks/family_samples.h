@@ -1,0 +1,25 @@
+// One task of every family, for what is checked or measured family by family.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tasks/registry_table.h"
+
+namespace engram {
+
+// The id of the first task of every family, in the benchmark's order.
+inline std::vector<std::string> one_of_each_family() {
+  std::vector<std::string> ids;
+  std::vector<std::string_view> families;
+  for (const RegistryEntry& entry : registry()) {
+    if (std::find(families.begin(), families.end(), entry.family) != families.end()) continue;
+    families.push_back(entry.family);
+    ids.emplace_back(entry.id);
+  }
+  return ids;
+}
+
+}  // namespace engram
