@@ -21,8 +21,10 @@ Interruption::~Interruption() {
   for (const int signal : kSignals) std::signal(signal, SIG_DFL);
 }
 
+bool Interruption::requested() const { return interrupted != 0; }
+
 void Interruption::check(std::string_view state) const {
-  if (interrupted != 0) throw Error(Error::kIo, "interrupted; " + std::string(state));
+  if (requested()) throw Error(Error::kIo, "interrupted; " + std::string(state));
 }
 
 }  // namespace engram::apps

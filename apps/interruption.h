@@ -13,6 +13,9 @@ class Interruption {
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
 
+  // Whether there was a signal.
+  bool requested() const;
+
   // Throws Error if there was a signal; `state` tells what has become of the work.
   void check(std::string_view state) const;
 };

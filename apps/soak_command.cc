@@ -76,6 +76,7 @@ Json to_document(const bench::SoakReport& report) {
   return {{"env_steps", report.env_steps},
           {"cycles", report.cycles},
           {"threads", report.threads},
+          {"stopped", report.stopped},
           {"step_seconds", report.step_seconds},
           {"cycle_seconds", report.cycle_seconds},
           {"passed", report.passed()},
@@ -102,6 +103,7 @@ std::string tasks_in_words(const std::vector<bench::SoakedTask>& tasks) {
                {"random succeeds", true},
                {"oracle", true}});
   for (const bench::SoakedTask& task : tasks) {
+    if (task.visits.empty()) continue;  // interrupted before
     std::array<int, 2> episodes{};
     std::array<int, 2> successes{};
     for (const bench::SoakVisit& visit : task.visits) {
@@ -170,19 +172,19 @@ void run(const SoakCommandOptions& given) {
   {
     const Interruption interruption;
     Progress progress("soak", "");
-    options.progress = [&](double fraction) {
-      interruption.check("nothing is reported");
-      progress.update(fraction);
-    };
+    options.progress = [&progress](double fraction) { progress.update(fraction); };
+    options.stop = [&interruption] { return interruption.requested(); };
     report = bench::soak(options);
   }
   print(given.json ? to_text(to_document(report)) : to_words(report));
-  if (report.passed()) return;
   std::string broken;
   for (const bench::SoakBound& bound : report.bounds) {
     if (!bound.kept()) broken += (broken.empty() ? "" : ", ") + bound.name;
   }
-  throw Error(Error::kInternal, "soak: bounds broken: " + broken);
+  if (!broken.empty()) throw Error(Error::kInternal, "soak: bounds broken: " + broken);
+  if (report.stopped) {
+    throw Error(Error::kIo, "interrupted; reported is what was done until then");
+  }
 }
 
 }  // namespace
@@ -208,6 +210,13 @@ void add_soak_command(CLI::App& app) {
           "Batches that are made and closed afterwards; 0: none");
   add_seed(*command, soak.seed, "Environment i begins with seed + i");
   add_threads(*command, soak.threads);
+  command
+      ->add_option("--max-drift", soak.max_drift,
+                   "How much longer a fixed piece of work may take in a task's last visit than in "
+                   "its first, beside a reference: the median over all tasks")
+      ->type_name("TIMES")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   add_json(*command, options->json);
   command->footer(
       "Every task is visited several times; its environments play random and oracle episodes in "

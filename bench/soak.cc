@@ -30,8 +30,6 @@ constexpr int kCycleSamples = 50;
 // it holds for another order of the same pieces.
 constexpr double kHeapSlack = 64.0 * 1024;
 constexpr double kResidentSlack = 1024.0 * 1024;
-// Of the median over all tasks; that of two identical runs is within a few percent.
-constexpr double kDriftAllowed = 1.10;
 
 // The samples from `low` to `high` of the work, both fractions.
 std::span<const SoakSample> part_of(const std::vector<SoakSample>& samples, double low,
@@ -73,11 +71,12 @@ void add_usage_bounds(const std::string& part, const std::vector<SoakSample>& sa
   add(".more_descriptors", growth(samples, &ProcessUsage::descriptors), 0, "descriptors");
 }
 
-void add_visit_bounds(const SoakReport& report, std::vector<SoakBound>& bounds) {
+void add_visit_bounds(const SoakReport& report, double max_drift, std::vector<SoakBound>& bounds) {
   double grown = 0;
   int changed = 0;
   std::vector<double> drifts;
   for (const SoakedTask& task : report.tasks) {
+    if (task.visits.empty()) continue;  // stopped before
     for (const SoakVisit& visit : task.visits) {
       grown = std::max(grown, visit.grown_bytes);
       if (visit.digest != task.visits.front().digest) ++changed;
@@ -86,7 +85,7 @@ void add_visit_bounds(const SoakReport& report, std::vector<SoakBound>& bounds) 
   }
   bounds.push_back({"steps.heap_growth_in_a_visit", grown, 0, "bytes"});
   bounds.push_back({"steps.changed_results", static_cast<double>(changed), 0, "visits"});
-  bounds.push_back({"steps.drift", median(drifts), kDriftAllowed, "times the first visit"});
+  bounds.push_back({"steps.drift", median(drifts), max_drift, "times the first visit"});
   bounds.push_back({"steps.unstable", static_cast<double>(report.unstable.size()), 0, "episodes"});
 }
 
@@ -245,9 +244,9 @@ class Soak {
     if (options_.env_steps > 0) {
       report_.step_seconds = seconds([this] { walk(); });
       add_usage_bounds("steps", report_.step_samples, report_.bounds);
-      add_visit_bounds(report_, report_.bounds);
+      add_visit_bounds(report_, options_.max_drift, report_.bounds);
     }
-    if (options_.cycles > 0) {
+    if (options_.cycles > 0 && !report_.stopped) {
       report_.cycle_seconds = seconds([this] { cycle(); });
       add_usage_bounds("cycles", report_.cycle_samples, report_.bounds);
     }
@@ -261,8 +260,9 @@ class Soak {
     report_.step_samples.reserve(ids_.size() * static_cast<std::size_t>(plan.visits));
     std::vector<Walker> walkers;
     for (const std::string& id : ids_) walkers.emplace_back(id, options_, plan.visits);
-    for (int visit = 0; visit < plan.visits; ++visit) {
+    for (int visit = 0; visit < plan.visits && !report_.stopped; ++visit) {
       for (Walker& walker : walkers) {
+        if (stop()) break;
         {
           ThreadPool reference(report_.threads);
           walker.visit(plan.steps, reference, report_.unstable);
@@ -282,7 +282,7 @@ class Soak {
     const int interval = options_.cycles / kCycleSamples | 1;
     report_.cycle_samples.reserve(static_cast<std::size_t>(options_.cycles / interval + 1));
     const double begun = options_.env_steps > 0 ? 0.5 : 0;
-    for (int done = 0; done < options_.cycles; ++done) {
+    for (int done = 0; done < options_.cycles && !stop(); ++done) {
       make_and_close(done);
       ++report_.cycles;
       if (report_.cycles % interval == 0 || report_.cycles == options_.cycles) {
@@ -325,6 +325,13 @@ class Soak {
     }
     throw Error(Error::kInternal,
                 "a batch of " + id + " was made with a pin that it does not have");
+  }
+
+  // Once something has been done, so that there is something to report.
+  bool stop() {
+    const bool begun = !report_.step_samples.empty() || !report_.cycle_samples.empty();
+    if (begun && options_.stop && options_.stop()) report_.stopped = true;
+    return report_.stopped;
   }
 
   void tell(double fraction) const {

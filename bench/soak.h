@@ -13,12 +13,16 @@
 namespace engram::bench {
 
 struct SoakOptions {
-  std::vector<std::string> ids;                   // empty: all tasks
-  std::int64_t env_steps = 10'000'000;            // in total, rounded up; 0: none
-  int cycles = 10'000;                            // batches that are made and closed; 0: none
-  int threads = 0;                                // of a batch; 0: one per core
-  std::uint64_t seed = 1;                         // environment i has seed + i
+  std::vector<std::string> ids;         // empty: all tasks
+  std::int64_t env_steps = 10'000'000;  // in total, rounded up; 0: none
+  int cycles = 10'000;                  // batches that are made and closed; 0: none
+  int threads = 0;                      // of a batch; 0: one per core
+  std::uint64_t seed = 1;               // environment i has seed + i
+  // What the median over all tasks of the last visit's drift may be; that of two identical runs on
+  // a quiet machine is within a few percent.
+  double max_drift = 1.10;
   std::function<void(double fraction)> progress;  // after every visit and cycle; may be empty
+  std::function<bool()> stop;  // asked as often; true: report what was done so far; may be empty
 };
 
 // What the process held when that much was done.
@@ -71,6 +75,7 @@ struct SoakReport {
   std::int64_t env_steps = 0;
   int cycles = 0;
   int threads = 0;
+  bool stopped = false;  // before all was done; bounds are of what was
   double step_seconds = 0;
   double cycle_seconds = 0;
   std::vector<SoakSample> step_samples;   // while no batch is alive

@@ -90,6 +90,35 @@ TEST_CASE("soak: a thread that stays is noticed", "[soak]") {
 
 // --- what is reported ---
 
+TEST_CASE("soak: one that is stopped reports what it did", "[soak]") {
+  bench::SoakOptions options;
+  options.ids = {kId, "TakeItBack-VLA-v0"};
+  options.env_steps = 2 * 3 * 10 * 32;
+  options.cycles = 5;
+  options.stop = [] { return true; };
+  const bench::SoakReport report = bench::soak(options);
+  CHECK(report.stopped);
+  CHECK(report.env_steps == 10 * 32);  // one visit
+  CHECK(report.step_samples.size() == 1);
+  REQUIRE(report.tasks.size() == 2);
+  CHECK(report.tasks[0].visits.size() == 1);
+  CHECK(report.tasks[1].visits.empty());
+  CHECK(bound(report, "steps.drift").value == 1);
+  CHECK(report.cycles == 0);
+}
+
+TEST_CASE("soak: an interrupted command tells what was done, and fails", "[apps][soak]") {
+  const CommandResult result =
+      engram_command(std::string("soak ") + kId + " --env-steps 100000000 --max-drift 1000 --json",
+                     "& sleep 2; kill -TERM $!; wait $!");
+  INFO(result.err);
+  CHECK(result.code == 1);
+  CHECK_THAT(result.err, Catch::Contains("interrupted; reported is what was done until then"));
+  const Json report = Json::parse(result.out);
+  CHECK(report["stopped"] == true);
+  CHECK(report["env_steps"].get<int>() > 0);
+}
+
 TEST_CASE("soak: visits go on where the last one ended, and repeat their fixed work", "[soak]") {
   // 3 visits of 60 steps: 7 episodes of 25 steps in each of 32 environments.
   const bench::SoakReport report = short_soak(3 * 60 * 32, 0, [] {});
@@ -122,9 +151,10 @@ TEST_CASE("soak: visits go on where the last one ended, and repeat their fixed w
 TEST_CASE("soak: the command's fields, and nothing lost in a few steps and cycles",
           "[apps][soak]") {
   const Json report = engram_command(std::string("soak ") + kId +
-                                     " TakeItBack-VLA-v0 --env-steps 600 --cycles 40 --json")
+                                     " TakeItBack-VLA-v0 --env-steps 600 --cycles 40 "
+                                     "--max-drift 1000 --json")
                           .json();
-  CHECK(keys_of(report) == std::vector<std::string>{"env_steps", "cycles", "threads",
+  CHECK(keys_of(report) == std::vector<std::string>{"env_steps", "cycles", "threads", "stopped",
                                                     "step_seconds", "cycle_seconds", "passed",
                                                     "bounds", "unstable", "tasks", "step_samples",
                                                     "cycle_samples"});
@@ -151,6 +181,7 @@ TEST_CASE("soak: the command's fields, and nothing lost in a few steps and cycle
 TEST_CASE("soak: refusals", "[apps][soak]") {
   require_refusal("soak RemembrColor3-VLA-v0", 2, kId);
   require_refusal("soak --env-steps -1", 2, "--env-steps");
+  require_refusal("soak --max-drift 0", 2, "--max-drift");
   require_refusal("soak --cycles many", 2, "--cycles");
 }
 
