@@ -205,7 +205,7 @@ struct NpzFile::Archive {
 // An open member, behind its header.
 struct NpzFile::Member {
   struct Close {
-    void operator()(zip_file_t* file) const { zip_fclose(file); }
+    void operator()(zip_file_t* open) const { zip_fclose(open); }
   };
   std::unique_ptr<zip_file_t, Close> file;
   std::vector<std::int64_t> shape;

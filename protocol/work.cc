@@ -151,7 +151,10 @@ ByteWriter say(Word word) {
 class Leader {
  public:
   Leader(Ranks& ranks, int threads, const WorkFunction& work, WorkSource& source)
-      : ranks_(ranks), source_(source), crew_(threads, work), members_(ranks.size()) {
+      : ranks_(ranks),
+        source_(source),
+        crew_(threads, work),
+        members_(static_cast<std::size_t>(ranks.size())) {
     members_[0].threads = threads;
   }
 

@@ -28,8 +28,8 @@ void Shuffle::reset(int env, int begin, int steps, int swaps, std::span<const in
   num_swaps_[env] = swaps;
   std::uint8_t* slots = slots_.row(env);
   for (int mug = 0; mug < kCups; ++mug) slots[mug] = static_cast<std::uint8_t>(mug);
-  for (int swap = 0; swap < swaps; ++swap) {
-    const auto [first, second] = kSwapPairs[static_cast<std::size_t>(pairs[swap])];
+  for (const int pair : pairs.first(static_cast<std::size_t>(swaps))) {
+    const auto [first, second] = kSwapPairs[static_cast<std::size_t>(pair)];
     for (int mug = 0; mug < kCups; ++mug, ++slots) {
       const int slot = *slots;
       const int next = slot == first ? second : slot == second ? first : slot;
