@@ -76,6 +76,12 @@ Arm::Arm(const mjModel& model) {
   tool_ = pending;
 }
 
+// rotation * (cosine, 0, 0, sine), without the products that are zero.
+Eigen::Quaterniond turned_about_z(const Eigen::Quaterniond& rotation, double cosine, double sine) {
+  return {rotation.w() * cosine - rotation.z() * sine, rotation.x() * cosine + rotation.y() * sine,
+          rotation.y() * cosine - rotation.x() * sine, rotation.z() * cosine + rotation.w() * sine};
+}
+
 // Follows the chain; visit(joint, pose) sees each joint's frame.
 template <class Visit>
 Pose Arm::walk(const double* q, const Visit& visit) const {
@@ -83,8 +89,7 @@ Pose Arm::walk(const double* q, const Visit& visit) const {
   for (std::size_t i = 0; i < kArmJoints; ++i) {
     pose.pos += pose.quat * links_[i].offset;
     const double half = 0.5 * q[i];
-    pose.quat =
-        pose.quat * links_[i].rotation * Eigen::Quaterniond(std::cos(half), 0, 0, std::sin(half));
+    pose.quat = turned_about_z(pose.quat * links_[i].rotation, std::cos(half), std::sin(half));
     visit(i, pose);
   }
   pose.pos += pose.quat * tool_.offset;
