@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "protocol/files.h"
 #include "protocol/npz.h"
@@ -161,14 +162,19 @@ DemonstrationFolder::Kept DemonstrationFolder::read(int index) const {
   const auto seed = static_cast<std::uint64_t>(kept.seed);
   const auto least =
       kept_.empty() ? plan_.start_seed : static_cast<std::uint64_t>(kept_.back().seed) + 1;
+  // Attempts are counted by int.
+  const std::uint64_t beyond =
+      plan_.start_seed + static_cast<std::uint64_t>(std::numeric_limits<int>::max()) *
+                             static_cast<std::uint64_t>(rule_.batch);
   const auto frames = npz.shape("rgb", NpyType::kUint8);
   if (kept.length < 1 || frames.empty() || frames[0] != kept.length) {
     fail(file(index), "is damaged: its arrays differ in length");
   }
-  if (kept.seed < 0 || seed < least) {
-    throw Error(Error::kInvalidArgument,
-                "'" + file(index).string() + "' has seed " + std::to_string(kept.seed) + ", " +
-                    std::to_string(least) + " or more expected by this plan");
+  if (kept.seed < 0 || seed < least || seed >= beyond) {
+    throw Error(Error::kInvalidArgument, "'" + file(index).string() + "' has seed " +
+                                             std::to_string(kept.seed) + ", " +
+                                             std::to_string(least) + " to " +
+                                             std::to_string(beyond - 1) + " expected by this plan");
   }
   return kept;
 }

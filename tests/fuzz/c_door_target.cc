@@ -71,7 +71,8 @@ struct Batch {
 };
 
 std::vector<Batch>& batches() {
-  static std::vector<Batch> all = [] {
+  // Never destroyed: they are in use until the process ends.
+  static std::vector<Batch>& all = *new std::vector<Batch>([] {
     std::vector<Batch> made;
     engram_options options;
     engram_options_init(&options);
@@ -91,7 +92,7 @@ std::vector<Batch>& batches() {
     options.substeps = 0;
     made.emplace_back(options);
     return made;
-  }();
+  }());
   return all;
 }
 

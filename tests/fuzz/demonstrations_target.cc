@@ -31,7 +31,7 @@ std::vector<std::byte> data_file(Input& input) {
     array.data = contents[i];
     arrays.push_back(std::move(array));
   }
-  return npz_bytes(arrays);
+  return arrays.empty() ? std::vector<std::byte>() : npz_bytes(arrays);
 }
 
 }  // namespace

@@ -26,7 +26,8 @@ void fuzz_results(Data data) {
     const EvaluationRun run(settings, ResultFolder::open(folder.path()));
     (void)run.open_tasks();
     (void)to_text(run.document());
-    run.finish("fuzz");
+    // Writing what was read takes much longer than reading it.
+    if (data.size() % 32 == 0) run.finish("fuzz");
   });
 }
 
