@@ -23,8 +23,9 @@ void apply_drive(const DriveLaw& law, const Drive& drive, mjData& data) {
   }
 }
 
-Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int workers)
-    : model_(model), options_(options) {
+Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int workers,
+                 int num_envs)
+    : model_(model), options_(options), clearances_(static_cast<std::size_t>(num_envs)) {
   const std::size_t props = model.props().size();
   workbenches_.resize(static_cast<std::size_t>(workers));
   for (Workbench& bench : workbenches_) {

@@ -38,7 +38,7 @@ struct PhysicsOptions {
 class Physics {
  public:
   // One workbench for each of `workers` threads. `model` must outlive this object.
-  Physics(const PhysicsModel& model, const PhysicsOptions& options, int workers);
+  Physics(const PhysicsModel& model, const PhysicsOptions& options, int workers, int num_envs);
 
   // One control step of environment `env` on the workbench of `worker`. Returns false, and leaves
   // the state as it was, if physics diverged (non-finite or huge values, or an error of MuJoCo).
@@ -78,6 +78,9 @@ class Physics {
   const PhysicsModel& model_;
   PhysicsOptions options_;
   std::vector<Workbench> workbenches_;
+  // Of each environment's robot, as last found. No part of the state: it is a fact about the qpos
+  // that it comes with, wherever the robot is by now.
+  std::vector<RobotBounds::Clearance> clearances_;
 };
 
 }  // namespace engram

@@ -100,6 +100,7 @@ void Physics::Step::begin() {
     }
   }
   any_awake |= wake_beside_gliding();
+  clearance_ = RobotBounds::among(clearance_, bench_.obstacles);
   int scene =
       any_awake ? model_.smallest_scene(bench_.awake_by_type, true) : PhysicsModel::kDynamicsScene;
   if (!options_.sleep) scene = model_.full_scene();

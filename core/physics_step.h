@@ -13,7 +13,7 @@ inline constexpr double kWakeGap = 0.002;  // m
 
 class Physics::Step {
  public:
-  Step(const Physics& physics, Workbench& bench, const State& state, int env, const Drive& drive,
+  Step(Physics& physics, Workbench& bench, const State& state, int env, const Drive& drive,
        StepClock::Worker* clock)
       : model_(physics.model_),
         options_(physics.options_),
@@ -21,7 +21,8 @@ class Physics::Step {
         state_(state),
         env_(env),
         drive_(drive),
-        clock_(clock) {}
+        clock_(clock),
+        clearance_(physics.clearances_[at(env)]) {}
 
   bool run();
 
@@ -149,7 +150,7 @@ class Physics::Step {
   int env_;
   const Drive& drive_;
   StepClock::Worker* clock_;
-  RobotBounds::Clearance clearance_;  // of the robot in kDynamicsScene, when last looked at
+  RobotBounds::Clearance& clearance_;  // of the robot, when last looked at in kDynamicsScene
   int scene_index_ = 0;
   const SceneModel* scene_ = nullptr;
   mjData* data_ = nullptr;

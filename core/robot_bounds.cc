@@ -215,9 +215,11 @@ RobotBounds::Clearance RobotBounds::clearance(const mjData& data,
     if (capsule.meets_props) lowest = std::min(lowest, low);
   }
   if (table <= 0) return result;
-  result.self = self_clearance(placed);
-  if (result.self <= 0) return result;
-  result.surroundings = std::min(table, obstacle_clearance(placed, obstacles, lowest));
+  result.own = self_clearance(placed);
+  if (result.own <= 0) return result;
+  result.own = std::min(result.own, table);
+  result.around = obstacle_clearance(placed, obstacles, lowest);
+  result.lowest = lowest;
   std::copy_n(data.qpos, arms_.size(), result.qpos.begin());
   return result;
 }
@@ -256,6 +258,17 @@ double RobotBounds::obstacle_clearance(const Placed& placed, std::span<const Obs
   return least;
 }
 
+RobotBounds::Clearance RobotBounds::among(const Clearance& before,
+                                          std::span<const Obstacle> obstacles) {
+  Clearance result = before;
+  result.around = kFarAway;
+  for (const Obstacle& obstacle : obstacles) {
+    const double below = before.lowest - obstacle.center.z() - obstacle.radius;
+    result.around = std::min(result.around, below);
+  }
+  return result;
+}
+
 bool RobotBounds::still_clear(const Clearance& before, const mjData& data) const {
   double moved = 0;
   for (std::size_t joint = 0; joint < arms_.size(); ++joint) {
@@ -263,7 +276,7 @@ bool RobotBounds::still_clear(const Clearance& before, const mjData& data) const
   }
   // Seen from one body, another moves with the joints on the way between them alone, so this bounds
   // how much nearer they come too.
-  return moved < std::min(before.self, before.surroundings);
+  return moved < std::min(before.own, before.around);
 }
 
 }  // namespace engram

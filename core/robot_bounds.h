@@ -16,7 +16,7 @@ class RobotBounds {
  public:
   // Most bodies and joints of a robot.
   static constexpr std::size_t kMaxBodies = 16;
-  static constexpr std::size_t kMaxJoints = 16;
+  static constexpr std::size_t kMaxJoints = 12;
 
   // A sphere that the robot may come near.
   struct Obstacle {
@@ -27,10 +27,11 @@ class RobotBounds {
   // What lies at least between the robot and its nearest contact, m; where one is possible, neither
   // is above zero.
   struct Clearance {
-    double self = 0;                        // between its own bodies
-    double surroundings = 0;                // to the table top (z = 0) and to obstacles
+    double own = 0;     // between its own bodies, and to the table top (z = 0)
+    double around = 0;  // to obstacles
+    double lowest = 0;  // height of what may meet obstacles, where `own` is above zero
     std::array<double, kMaxJoints> qpos{};  // where this was found
-    bool is_clear() const { return self > 0 && surroundings > 0; }
+    bool is_clear() const { return own > 0 && around > 0; }
   };
 
   RobotBounds() = default;
@@ -40,6 +41,8 @@ class RobotBounds {
 
   // With bodies posed as in `data`. Needs body poses only, no geometry.
   Clearance clearance(const mjData& data, std::span<const Obstacle> obstacles) const;
+  // The same clearance among other obstacles, seen by their height alone.
+  static Clearance among(const Clearance& before, std::span<const Obstacle> obstacles);
   // True only if the robot cannot have come to a contact on its way from there to data.qpos,
   // obstacles being the same: no point of it moves further than the joints' turns times the longest
   // arms that they have.

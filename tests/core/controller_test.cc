@@ -52,7 +52,7 @@ struct Bench {
   ColumnStore store{1};
   State state{store, 0};
   Controller controller;
-  Physics physics{robot_model(), PhysicsOptions{}, 1};
+  Physics physics{robot_model(), PhysicsOptions{}, 1, 1};
 };
 
 constexpr ControlMode kAllModes[] = {

@@ -18,7 +18,7 @@ const PhysicsModel& robot_model() {
 }
 
 struct Robot {
-  explicit Robot(int substeps = 5) : physics(robot_model(), PhysicsOptions{substeps, true}, 1) {
+  explicit Robot(int substeps = 5) : physics(robot_model(), PhysicsOptions{substeps, true}, 1, 1) {
     constexpr double kPi = std::numbers::pi;
     const double start[] = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
     std::copy_n(start, kRobotJoints, state.qpos.row(0));
