@@ -13,9 +13,9 @@ using Vec3 = Eigen::Vector3d;
 
 constexpr double kFarAway = 1e9;  // m
 
-// As far as points of the robot move in a control step: what is further apart need not be known
-// more precisely.
-constexpr double kFarEnough = 0.06;  // m
+// About as far as points of the robot move in two control steps: what is further apart need not be
+// known more precisely.
+constexpr double kFarEnough = 0.1;  // m
 
 struct Ball {
   Vec3 center;
