@@ -15,7 +15,8 @@ using ConstantTable = std::vector<std::pair<std::string, Constant>>;  // in orde
 
 // A number, a text, a list or a table of constants.
 struct Constant {
-  std::variant<int, double, std::string, ConstantList, ConstantTable> value;
+  using Value = std::variant<int, double, std::string, ConstantList, ConstantTable>;
+  Value value;
 
   Constant(int number) : value(number) {}                     // NOLINT: reads like data
   Constant(double number) : value(number) {}                  // NOLINT
@@ -23,6 +24,15 @@ struct Constant {
   Constant(std::string text) : value(std::move(text)) {}      // NOLINT
   Constant(ConstantList list) : value(std::move(list)) {}     // NOLINT
   Constant(ConstantTable table) : value(std::move(table)) {}  // NOLINT
+
+  // Copies what the variant holds, not the variant: where memory runs out halfway, libstdc++'s
+  // destroys a value that is not there.
+  Constant(const Constant& other)
+      : value(std::visit([](const auto& held) { return Value(held); }, other.value)) {}
+  Constant(Constant&& other) noexcept = default;
+  Constant& operator=(const Constant& other) = default;
+  Constant& operator=(Constant&& other) noexcept = default;
+  ~Constant() = default;
 };
 
 }  // namespace engram
