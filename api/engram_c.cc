@@ -77,9 +77,9 @@ const char* engram_list_json() {
   const char* text = nullptr;
   guarded([&text] {
     static const std::string list = [] {
-      engram::Json tasks = engram::Json::array();
+      engram::ConstantList tasks;
       for (const engram::RegistryEntry& entry : engram::registry()) {
-        tasks.push_back(engram::describe_entry(entry));
+        tasks.emplace_back(engram::describe_entry(entry));
       }
       return engram::to_text(tasks);
     }();

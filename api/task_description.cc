@@ -1,5 +1,8 @@
 #include "api/task_description.h"
 
+#include <charconv>
+#include <cmath>
+
 namespace engram {
 namespace {
 
@@ -15,77 +18,84 @@ const char* termination_name(Termination rule) {
   return "";
 }
 
-Json bounds(const std::vector<float>& values) {
-  Json array = Json::array();
-  for (const float value : values) array.push_back(to_json(value));
-  return array;
+// A float as its shortest decimal: 0.1, not 0.10000000149011612.
+double shortest(float value) {
+  if (!std::isfinite(value)) return value;
+  char text[32];
+  const char* end = std::to_chars(text, text + sizeof text, value).ptr;
+  double decimal = 0;
+  std::from_chars(text, end, decimal);
+  return decimal;
+}
+
+ConstantList bounds(const std::vector<float>& values) {
+  ConstantList list;
+  for (const float value : values) list.emplace_back(shortest(value));
+  return list;
 }
 
 // Per control mode; a bound of null is none.
-Json describe_actions(const VectorEnv& env) {
+ConstantTable describe_actions(const VectorEnv& env) {
   const PhysicsModel& model = env.physics_model();
-  Json modes = Json::object();
+  ConstantTable modes;
   for (int i = 0; i < kControlModes; ++i) {
     const auto mode = static_cast<ControlMode>(i);
     const Controller controller(mode, model.arm(), model.joint_ranges(),
                                 env.options().rotation_sign);
     const ActionSpace& space = controller.action_space();
-    modes[control_mode_name(mode)] = {{"dim", space.dim()},
-                                      {"low", bounds(space.low)},
-                                      {"high", bounds(space.high)},
-                                      {"normalized", space.normalized}};
+    modes.emplace_back(control_mode_name(mode), ConstantTable{{"dim", space.dim()},
+                                                              {"low", bounds(space.low)},
+                                                              {"high", bounds(space.high)},
+                                                              {"normalized", space.normalized}});
   }
   return modes;
 }
 
-Json bound(const Draw& draw, double value) {
-  return draw.integer ? Json(static_cast<std::int64_t>(value)) : to_json(value);
+Constant number(bool integer, double value) {
+  return integer ? Constant(static_cast<int>(value)) : Constant(value);
 }
 
-Json describe_draws(const std::vector<Draw>& draws) {
-  Json array = Json::array();
+ConstantList describe_draws(const std::vector<Draw>& draws) {
+  ConstantList list;
   for (const Draw& draw : draws) {
-    array.push_back({{"name", draw.name},
-                     {"width", draw.width},
-                     {"integer", draw.integer},
-                     {"low", bound(draw, draw.low)},
-                     {"high", bound(draw, draw.high)},
-                     {"unit", draw.unit},
-                     {"description", draw.description}});
+    list.emplace_back(ConstantTable{{"name", draw.name},
+                                    {"width", draw.width},
+                                    {"integer", draw.integer},
+                                    {"low", number(draw.integer, draw.low)},
+                                    {"high", number(draw.integer, draw.high)},
+                                    {"unit", draw.unit},
+                                    {"description", draw.description}});
   }
-  return array;
+  return list;
 }
 
-Json describe_options(const std::vector<TaskOption>& options) {
-  Json array = Json::array();
+ConstantList describe_options(const std::vector<TaskOption>& options) {
+  ConstantList list;
   for (const TaskOption& option : options) {
-    const auto number = [&option](double value) {
-      return option.integer ? Json(static_cast<std::int64_t>(value)) : to_json(value);
-    };
-    array.push_back({{"name", option.name},
-                     {"default", number(option.value)},
-                     {"integer", option.integer},
-                     {"low", number(option.low)},
-                     {"high", number(option.high)},
-                     {"unit", option.unit},
-                     {"description", option.description}});
+    list.emplace_back(ConstantTable{{"name", option.name},
+                                    {"default", number(option.integer, option.value)},
+                                    {"integer", option.integer},
+                                    {"low", number(option.integer, option.low)},
+                                    {"high", number(option.integer, option.high)},
+                                    {"unit", option.unit},
+                                    {"description", option.description}});
   }
-  return array;
+  return list;
 }
 
 // Parts of a row, one after the other.
-Json describe_layout(const std::vector<Field>& fields) {
-  Json array = Json::array();
+ConstantList describe_layout(const std::vector<Field>& fields) {
+  ConstantList list;
   int offset = 0;
   for (const Field& field : fields) {
-    array.push_back({{"name", field.name},
-                     {"offset", offset},
-                     {"width", field.width},
-                     {"unit", field.unit},
-                     {"description", field.description}});
+    list.emplace_back(ConstantTable{{"name", field.name},
+                                    {"offset", offset},
+                                    {"width", field.width},
+                                    {"unit", field.unit},
+                                    {"description", field.description}});
     offset += field.width;
   }
-  return array;
+  return list;
 }
 
 // The seven values of common 6.3.
@@ -97,36 +107,36 @@ std::vector<Field> proprio_fields() {
           {"gripper_opening", 1, DType::kFloat32, "m", "sum of both fingers, 0 to 0.08"}};
 }
 
-Json describe_outputs(const ColumnStore& outputs) {
-  Json array = Json::array();
+ConstantList describe_outputs(const ColumnStore& outputs) {
+  ConstantList list;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const Field& field = *outputs[i].field;
-    array.push_back({{"name", field.name},
-                     {"dtype", dtype_name(field.dtype)},
-                     {"width", field.width},
-                     {"unit", field.unit},
-                     {"description", field.description}});
+    list.emplace_back(ConstantTable{{"name", field.name},
+                                    {"dtype", dtype_name(field.dtype)},
+                                    {"width", field.width},
+                                    {"unit", field.unit},
+                                    {"description", field.description}});
   }
-  return array;
+  return list;
 }
 
-Json describe_phases(const TaskInfo& info) {
-  Json array = Json::array();
+ConstantList describe_phases(const TaskInfo& info) {
+  ConstantList list;
   for (const auto& [name, condition] : info.phases) {
-    array.push_back({{"name", name}, {"when", condition}});
+    list.emplace_back(ConstantTable{{"name", name}, {"when", condition}});
   }
-  return array;
+  return list;
 }
 
-Json describe_props(const PhysicsModel& model) {
-  Json array = Json::array();
+ConstantList describe_props(const PhysicsModel& model) {
+  ConstantList list;
   for (const PropModel& prop : model.props()) {
-    array.push_back({{"name", prop.name},
-                     {"motion", prop.free ? "free" : "kinematic"},
-                     {"mass", to_json(prop.mass)},
-                     {"bounding_radius", to_json(prop.bounding_radius)}});
+    list.emplace_back(ConstantTable{{"name", prop.name},
+                                    {"motion", prop.free ? "free" : "kinematic"},
+                                    {"mass", prop.mass},
+                                    {"bounding_radius", prop.bounding_radius}});
   }
-  return array;
+  return list;
 }
 
 constexpr int kCanonicalActionDim = 7;  // of pd_ee_delta_pose
@@ -141,22 +151,22 @@ int canonical_state_dim(const TaskInfo& info) {
 
 }  // namespace
 
-Json describe_entry(const RegistryEntry& entry) {
+ConstantTable describe_entry(const RegistryEntry& entry) {
   const std::unique_ptr<Task> task = make_task(entry.id);
   const TaskInfo& info = task->info();
-  return {{"id", entry.id},
-          {"family", entry.family},
-          {"split", split_name(entry.split)},
-          {"memory_type", entry.memory_type},
-          {"horizon", entry.horizon},
-          {"canonical", entry.canonical},
-          {"instruction", entry.instruction},
+  return {{"id", info.id},
+          {"family", info.family},
+          {"split", info.split},
+          {"memory_type", info.memory_type},
+          {"horizon", info.horizon},
+          {"canonical", info.canonical},
+          {"instruction", info.instruction},
           {"action_dim", kCanonicalActionDim},
           {"state_dim", canonical_state_dim(info)},
           {"candidates", info.candidates}};
 }
 
-Json describe_task(const VectorEnv& env) {
+ConstantTable describe_task(const VectorEnv& env) {
   const TaskInfo& info = env.info();
   return {{"id", info.id},
           {"family", info.family},
@@ -181,10 +191,10 @@ Json describe_task(const VectorEnv& env) {
           {"task_cue_dim", info.task_cue_dim},
           {"oracle_dim", info.oracle_dim},
           {"outputs", describe_outputs(env.outputs())},
-          {"success_reward", to_json(info.success_reward)},
-          {"reward_terms", info.reward_terms},
+          {"success_reward", info.success_reward},
+          {"reward_terms", ConstantList(info.reward_terms.begin(), info.reward_terms.end())},
           {"props", describe_props(env.physics_model())},
-          {"constants", to_json(info.constants)}};
+          {"constants", info.constants}};
 }
 
 }  // namespace engram

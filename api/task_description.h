@@ -1,4 +1,4 @@
-// Everything that users can know of a task before they run it, as JSON.
+// Everything that users can know of a task before they run it, as constants.
 #pragma once
 
 #include "protocol/json.h"
@@ -7,9 +7,9 @@
 namespace engram {
 
 // What a list of tasks says of one: registry, sizes in the canonical configuration, candidates.
-Json describe_entry(const RegistryEntry& entry);
+ConstantTable describe_entry(const RegistryEntry& entry);
 
-// One object: registry, actions, draws, observation, outputs, constants, rewards, phases, props.
-Json describe_task(const VectorEnv& env);
+// One table: registry, actions, draws, observation, outputs, constants, rewards, phases, props.
+ConstantTable describe_task(const VectorEnv& env);
 
 }  // namespace engram

@@ -31,8 +31,8 @@ void run(const InfoOptions& options) {
     return;
   }
   if (!options.mjcf.empty()) write_file(options.mjcf, env->document());
-  const Json description = describe_task(*env);
-  print(options.json ? to_text(description) : describe_in_words(description));
+  const ConstantTable description = describe_task(*env);
+  print(options.json ? to_text(description) : describe_in_words(to_json(description)));
 }
 
 }  // namespace

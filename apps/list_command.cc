@@ -17,8 +17,10 @@ struct ListOptions {
 };
 
 void run(const ListOptions& options) {
-  Json tasks = Json::array();
-  for (const RegistryEntry* entry : select(options.filter)) tasks.push_back(describe_entry(*entry));
+  ConstantList tasks;
+  for (const RegistryEntry* entry : select(options.filter)) {
+    tasks.emplace_back(describe_entry(*entry));
+  }
   if (options.json) {
     print(to_text(tasks));
     return;
@@ -29,7 +31,7 @@ void run(const ListOptions& options) {
                {"horizon", true},
                {"state", true},
                {"candidates", true}});
-  for (const Json& task : tasks) {
+  for (const Json& task : to_json(tasks)) {
     table.add({task["id"], task["split"], task["memory_type"], task["horizon"].dump(),
                task["state_dim"].dump(), task["candidates"].dump()});
   }

@@ -1,5 +1,5 @@
-// The class constants of a task, as named data: what `engram info` prints and what tests compare
-// with the specification.
+// Constants as named data: the class constants of a task, which tests compare with the
+// specification, and all that `engram info` prints.
 #pragma once
 
 #include <string>
@@ -13,12 +13,13 @@ struct Constant;
 using ConstantList = std::vector<Constant>;
 using ConstantTable = std::vector<std::pair<std::string, Constant>>;  // in order
 
-// A number, a text, a list or a table of constants.
+// A truth, a number, a text, a list or a table of constants.
 struct Constant {
-  using Value = std::variant<int, double, std::string, ConstantList, ConstantTable>;
+  using Value = std::variant<bool, int, double, std::string, ConstantList, ConstantTable>;
   Value value;
 
-  Constant(int number) : value(number) {}                     // NOLINT: reads like data
+  Constant(bool truth) : value(truth) {}                      // NOLINT: reads like data
+  Constant(int number) : value(number) {}                     // NOLINT
   Constant(double number) : value(number) {}                  // NOLINT
   Constant(const char* text) : value(std::string(text)) {}    // NOLINT
   Constant(std::string text) : value(std::move(text)) {}      // NOLINT

@@ -1,20 +1,43 @@
 #include "protocol/json.h"
 
-#include <charconv>
 #include <cmath>
 
 namespace engram {
+namespace {
+
+// The text of a value that nests no other.
+std::string scalar_text(const Json& value) {
+  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+void begin_line(int depth, std::string& text) {
+  constexpr int kIndentation = 2;
+  text += '\n';
+  text.append(static_cast<std::size_t>(kIndentation * depth), ' ');
+}
+
+void append(const Constant& constant, int depth, std::string& text) {
+  const auto* list = std::get_if<ConstantList>(&constant.value);
+  const auto* table = std::get_if<ConstantTable>(&constant.value);
+  if (list == nullptr && table == nullptr) {
+    text += scalar_text(to_json(constant));
+    return;
+  }
+  const std::size_t size = list != nullptr ? list->size() : table->size();
+  text += list != nullptr ? '[' : '{';
+  for (std::size_t i = 0; i < size; ++i) {
+    if (i > 0) text += ',';
+    begin_line(depth + 1, text);
+    if (table != nullptr) text += scalar_text((*table)[i].first) + ": ";
+    append(list != nullptr ? (*list)[i] : (*table)[i].second, depth + 1, text);
+  }
+  if (size > 0) begin_line(depth, text);
+  text += list != nullptr ? ']' : '}';
+}
+
+}  // namespace
 
 Json to_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json to_json(float value) {
-  if (!std::isfinite(value)) return nullptr;
-  char text[32];
-  const char* end = std::to_chars(text, text + sizeof text, value).ptr;
-  double shortest = 0;
-  std::from_chars(text, end, shortest);
-  return shortest;
-}
 
 Json to_json(const ConstantTable& table) {
   Json object = Json::object();
@@ -23,6 +46,7 @@ Json to_json(const ConstantTable& table) {
 }
 
 Json to_json(const Constant& constant) {
+  if (const auto* truth = std::get_if<bool>(&constant.value)) return *truth;
   if (const auto* number = std::get_if<int>(&constant.value)) return *number;
   if (const auto* number = std::get_if<double>(&constant.value)) return to_json(*number);
   if (const auto* text = std::get_if<std::string>(&constant.value)) return *text;
@@ -50,6 +74,12 @@ Json parse_json(std::string_view text) {
 
 std::string to_text(const Json& document) {
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string to_text(const Constant& document) {
+  std::string text;
+  append(document, 0, text);
+  return text + "\n";
 }
 
 }  // namespace engram

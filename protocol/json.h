@@ -13,9 +13,7 @@ using Json = nlohmann::ordered_json;
 
 // A number, or null where JSON has none for it (infinite, undefined).
 Json to_json(double value);
-// A float as its shortest decimal: 0.1, not 0.10000000149011612.
-Json to_json(float value);
-// Class constants: numbers, texts, arrays and objects.
+// Truths, numbers, texts, arrays and objects.
 Json to_json(const Constant& constant);
 Json to_json(const ConstantTable& table);
 
@@ -26,5 +24,8 @@ Json parse_json(std::string_view text);
 // The document as text: two-space indentation, newline at the end. What is not UTF-8 becomes
 // U+FFFD.
 std::string to_text(const Json& document);
+// The same of constants. Unlike Json, whose destructor allocates, this lives through running out of
+// memory.
+std::string to_text(const Constant& document);
 
 }  // namespace engram

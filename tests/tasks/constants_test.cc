@@ -16,6 +16,7 @@ using nlohmann::json;
 json to_json(const Constant& constant);
 
 struct Converter {
+  json operator()(bool value) const { return value; }
   json operator()(int value) const { return value; }
   json operator()(double value) const { return value; }
   json operator()(const std::string& value) const { return value; }
