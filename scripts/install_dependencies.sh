@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that the build needs, and only those that are missing.
+# Installs the Debian packages that the build needs, and those that are named, such as clang; only
+# those that are missing.
 set -euo pipefail
 
 packages=(
@@ -12,6 +13,7 @@ packages=(
   libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev
   libopenmpi-dev openmpi-bin
   catch2
+  "$@"
 )
 
 missing=()

@@ -12,6 +12,8 @@ case $preset in
     exit 2
     ;;
 esac
+# Clang builds both sanitizers together in half the time of GCC.
+[ "$preset" != asan-ubsan ] || scripts/install_dependencies.sh clang libclang-rt-dev
 scripts/build.sh "$preset" engram_tests engram_cli
 
 suppressions=$PWD/scripts/suppressions
