@@ -1,6 +1,7 @@
 #include "core/composed_step.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <string>
 
 #include "core/error.h"
@@ -8,14 +9,31 @@
 namespace engram {
 namespace {
 
-// Inertia, contacts, constraint rows. Without rows there is nothing to project.
+// Whether a joint is where its limit makes a constraint row.
+bool limit_reached(const mjModel* m, const mjData* d) {
+  for (int i = 0; i < m->njnt; ++i) {
+    if (m->jnt_limited[i] == 0) continue;
+    const mjtNum value = d->qpos[m->jnt_qposadr[i]];
+    const mjtNum* range = m->jnt_range + 2 * static_cast<std::ptrdiff_t>(i);
+    const mjtNum margin = m->jnt_margin[i];
+    if (value - range[0] < margin || range[1] - value < margin) return true;
+  }
+  return false;
+}
+
+// Inertia, contacts, constraint rows. Rows come from contacts and limits alone
+// (require_composable); without rows there is nothing to project.
 void compose_position(const mjModel* m, mjData* d, const mjModel* colliding) {
   mj_comPos(m, d);
   mj_tendon(m, d);
   mj_crb(m, d);
   mj_factorM(m, d);
   mj_collision(colliding, d);
-  mj_makeConstraint(m, d);
+  if (d->ncon > 0 || limit_reached(m, d)) {
+    mj_makeConstraint(m, d);
+  } else {
+    d->ne = d->nf = d->nefc = 0;
+  }
   if (d->nefc > 0) mj_projectConstraint(m, d);
 }
 
@@ -77,6 +95,16 @@ void require_composable(const mjModel& model) {
         model.jnt_dofadr[i] == i && model.actuator_gear[6 * i] == 1 &&
         model.actuator_gainprm[i * mjNGAIN] == 1 && model.actuator_biastype[i] == mjBIAS_NONE;
     if (!plain) refuse("an actuator is not a motor of gain one on the joint of its index");
+  }
+  if (model.neq > 0) refuse("there are equality constraints");
+  for (int i = 0; i < model.nv; ++i) {
+    if (model.dof_frictionloss[i] != 0) refuse("a joint has friction");
+  }
+  for (int i = 0; i < model.njnt; ++i) {
+    const int type = model.jnt_type[i];
+    if (model.jnt_limited[i] != 0 && type != mjJNT_HINGE && type != mjJNT_SLIDE) {
+      refuse("a limited joint neither turns nor slides");
+    }
   }
   for (int i = 0; i < model.ntendon; ++i) {
     if (model.tendon_damping[i] != 0 || model.tendon_limited[i] != 0 ||

@@ -9,7 +9,8 @@
 namespace engram {
 
 // Throws Error unless the model is one that the composed step is made for: motors of gain one, each
-// on the joint of its own index, no damped tendon, and joint damping that changes no bit.
+// on the joint of its own index, no damped tendon, no constraints but contacts and the limits of
+// hinges and slides, and joint damping that changes no bit.
 void require_composable(const mjModel& model);
 
 // Everything that follows from qpos alone up to where bodies are.
