@@ -8,7 +8,7 @@ constexpr std::array<mjcf::Rgba, kCups> kColors = {{{1, 0, 0, 1}, {0, 1, 0, 1}, 
 constexpr double kGlow = 2;
 
 // Slots of red, green and blue.
-constexpr std::array<std::array<std::uint8_t, kCups>, 6> kMappings = {
+constexpr std::array<std::array<std::uint8_t, kCups>, ShellLampCue::kMappingCount> kMappings = {
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
 
 }  // namespace
@@ -25,7 +25,7 @@ Draw ShellLampCue::mapping_draw() {
           1,
           true,
           0,
-          kMappings.size() - 1.0,
+          kMappingCount - 1,
           "",
           "slots of the red, green and blue ball: 012, 021, 102, 120, 201, 210"};
 }

@@ -17,6 +17,8 @@ class ShellLampCue {
   // Appends balls and lamp to the scene.
   explicit ShellLampCue(mjcf::Scene& scene);
 
+  // Orders of the three balls.
+  static constexpr int kMappingCount = 6;
   // The draw of which ball goes with which mug, and the option that keeps it constant.
   static Draw mapping_draw();
   static TaskOption fixed_mapping_option();

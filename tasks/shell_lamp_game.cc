@@ -34,8 +34,7 @@ void ShellLampGame::bind(const Bindings& bindings) {
 void ShellLampGame::reset_cue(const Episode& episode, int draw) const {
   const int env = episode.env();
   const bool fixed = engine_.options[0] != 0;
-  const int mapping =
-      fixed ? 0 : episode.integer(draw, 0, static_cast<int>(ShellLampCue::mapping_draw().high));
+  const int mapping = fixed ? 0 : episode.integer(draw, 0, ShellLampCue::kMappingCount - 1);
   std::array<Eigen::Vector3d, kCups> slots;
   for (int slot = 0; slot < kCups; ++slot) {
     slots[static_cast<std::size_t>(slot)] = slot_pos(env, slot, BALL_RADIUS);

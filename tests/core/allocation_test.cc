@@ -55,6 +55,28 @@ TEST_CASE("Steps do not allocate", "[allocation]") {
   }
 }
 
+// Without physics, whose scenes are the same for all.
+TEST_CASE("No task allocates in steps, automatic resets and policies", "[allocation]") {
+  for (const std::string& id : test::implemented_ids()) {
+    EnvOptions options;
+    options.num_envs = 2;
+    options.substeps = 0;
+    const auto env = make_env(id, options);
+    env->reset();
+    std::vector<float> actions = test::zeros(*env);
+    const std::int64_t before = test::allocation_count();
+    while (env->state().episode[0] < 2) {
+      for (const Policy policy : {Policy::kRandom, Policy::kBlind, Policy::kOracle}) {
+        env->act(policy, actions);
+      }
+      env->step(actions);
+    }
+    const std::int64_t allocated = test::allocation_count() - before;
+    INFO(id);
+    CHECK(allocated == 0);
+  }
+}
+
 TEST_CASE("The counter of allocations counts those of MuJoCo too", "[allocation]") {
   mujoco_allocations = 0;
   mju_user_malloc = counted;
