@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <vector>
 
 #include "engram/engram_c.h"
@@ -34,13 +35,15 @@ constexpr double kReals[] = {0, 1, 0.02, -1, 2, 1e300, NAN, INFINITY};
 std::int32_t number(Input& input) { return kNumbers[input.choice(std::size(kNumbers))]; }
 double real(Input& input) { return kReals[input.choice(std::size(kReals))]; }
 
+// Texts of an execution, which stay where they are.
+using Texts = std::deque<std::string>;
+
 // A name that means something, or any text, or none.
-const char* name(Input& input, std::string& text) {
+const char* name(Input& input, Texts& texts) {
   const int which = input.choice(std::size(kNames) + 2);
   if (which < static_cast<int>(std::size(kNames))) return kNames[which];
   if (which == static_cast<int>(std::size(kNames))) return nullptr;
-  text = input.text();
-  return text.c_str();
+  return texts.emplace_back(input.text()).c_str();
 }
 
 engram_status checked(engram_status status) {
@@ -101,7 +104,7 @@ struct Run {
   Input input;
   std::vector<engram_env*> made = {};  // by this execution, and closed at its end
   std::vector<std::uint8_t> snapshot = {};
-  std::string text = {};
+  Texts texts = {};
 
   engram_env* env() {
     const int which = input.choice(8);
@@ -153,7 +156,7 @@ engram_options any_options(Run& run, std::array<engram_pin, 2>& pins, std::array
         options.struct_size = input.take<std::uint8_t>();
         break;
       case 1:
-        options.control_mode = name(input, run.text);
+        options.control_mode = name(input, run.texts);
         break;
       case 2:
         options.robot_init_qpos_noise = real(input);
@@ -161,24 +164,24 @@ engram_options any_options(Run& run, std::array<engram_pin, 2>& pins, std::array
       case 3:
         for (double& value : values) value = real(input);
         for (engram_pin& pin : pins) {
-          pin = {name(input, run.text), input.choice(4) == 0 ? nullptr : values.data(),
+          pin = {name(input, run.texts), input.choice(4) == 0 ? nullptr : values.data(),
                  static_cast<std::size_t>(input.choice(9))};
         }
         options.pins = input.choice(8) == 0 ? nullptr : pins.data();
         options.num_pins = static_cast<std::size_t>(input.choice(3));
         break;
       case 4:
-        choice = {name(input, run.text), real(input)};
+        choice = {name(input, run.texts), real(input)};
         options.task_options = input.choice(8) == 0 ? nullptr : &choice;
         options.num_task_options = static_cast<std::size_t>(input.choice(2));
         break;
       case 5:
-        for (const char*& camera : cameras) camera = name(input, run.text);
+        for (const char*& camera : cameras) camera = name(input, run.texts);
         options.cameras = input.choice(8) == 0 ? nullptr : cameras.data();
         options.num_cameras = static_cast<std::size_t>(input.choice(4));
         break;
       default:
-        options.renderer = name(input, run.text);
+        options.renderer = name(input, run.texts);
     }
   }
   return options;
@@ -190,7 +193,7 @@ void make(Run& run) {
   engram_task_option choice{};
   std::array<const char*, 3> cameras{};
   const engram_options options = any_options(run, pins, values, choice, cameras);
-  const char* id = name(run.input, run.text);
+  const char* id = name(run.input, run.texts);
   engram_env* env = nullptr;
   const int form = run.input.choice(8);
   // One success per execution is enough.
@@ -219,7 +222,7 @@ void reset(Run& run) {
   std::array<std::uint64_t, 64> seeds{};
   std::array<double, 8> values{};
   for (double& value : values) value = real(input);
-  const engram_pin pin = {name(input, run.text), values.data(),
+  const engram_pin pin = {name(input, run.texts), values.data(),
                           static_cast<std::size_t>(input.choice(9))};
   mask[0] = input.take<std::uint8_t>();
   mask[1] = input.take<std::uint8_t>();
@@ -262,7 +265,7 @@ void output(Run& run) {
   engram_env* env = run.env();
   engram_array array{};
   const int form = run.input.choice(8);
-  const char* which = name(run.input, run.text);
+  const char* which = name(run.input, run.texts);
   engram_status status = ENGRAM_OK;
   if (form < 3) status = checked(engram_output(env, which, form == 0 ? nullptr : &array));
   if (form >= 3 && form < 6) status = checked(engram_final_output(env, which, &array));
@@ -308,7 +311,7 @@ void render(Run& run) {
   const int form = run.input.choice(8);
   const std::int32_t width = form == 0 ? number(run.input) : 8;
   const std::int32_t height = form == 1 ? number(run.input) : 7;
-  checked(engram_render(env, number(run.input), name(run.input, run.text), width, height,
+  checked(engram_render(env, number(run.input), name(run.input, run.texts), width, height,
                         form == 2 ? nullptr : rgb.data(), rgb.size()));
 }
 
@@ -357,8 +360,8 @@ void evaluate(Run& run) {
   Input& input = run.input;
   engram_evaluation_options options;
   engram_evaluation_options_init(&options);
-  const std::array<const char*, 2> ids = {name(input, run.text), kNames[0]};
-  engram_task_option choice = {name(input, run.text), real(input)};
+  const std::array<const char*, 2> ids = {name(input, run.texts), kNames[0]};
+  engram_task_option choice = {name(input, run.texts), real(input)};
   options.ids = ids.data();
   options.num_ids = static_cast<std::size_t>(input.choice(3));
   options.obs_mode = ENGRAM_OBS_STATE;
