@@ -7,6 +7,7 @@
 #include "tasks/registry.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/door.h"
+#include "tests/sanitizers.h"
 
 namespace engram {
 namespace {
@@ -175,6 +176,7 @@ TEST_CASE("A batch that there is no memory for is not made", "[api][allocation]"
 
 // Compiling a scene is MuJoCo's work: what it leaks when memory runs out there is its own.
 TEST_CASE("Scenes that there is no memory for end no program", "[api][allocation]") {
+  const test::ForgivenLeaks forgiven;
   const test::MujocoMemory counted;
   engram_options options = small_options();
   options.num_envs = 1;

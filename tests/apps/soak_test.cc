@@ -16,6 +16,7 @@
 
 #include "protocol/make.h"
 #include "tests/apps/command.h"
+#include "tests/sanitizers.h"
 
 namespace engram::tests {
 namespace {
@@ -40,17 +41,10 @@ const bench::SoakBound& bound(const bench::SoakReport& report, const std::string
   return *found;
 }
 
-// Sanitizers bring a heap of their own, which keeps what is freed.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kOwnHeap = false;
-#else
-constexpr bool kOwnHeap = true;
-#endif
-
 // --- what must be noticed ---
 
 TEST_CASE("soak: a leak of memory is noticed", "[soak]") {
-  if (!kOwnHeap) return;
+  if (test::kSanitized) return;
   std::vector<std::unique_ptr<std::vector<char>>> leaked;
   const bench::SoakReport report = short_soak(
       0, 20, [&leaked] { leaked.push_back(std::make_unique<std::vector<char>>(100'000, 'x')); });
@@ -145,11 +139,12 @@ TEST_CASE("soak: visits go on where the last one ended, and repeat their fixed w
   CHECK(report.unstable.empty());
   CHECK(bound(report, "steps.changed_results").kept());
   CHECK(bound(report, "steps.unstable").kept());
-  if (kOwnHeap) CHECK(bound(report, "steps.heap_growth_in_a_visit").value == 0);
+  if (!test::kSanitized) CHECK(bound(report, "steps.heap_growth_in_a_visit").value == 0);
 }
 
 TEST_CASE("soak: the command's fields, and nothing lost in a few steps and cycles",
           "[apps][soak]") {
+  if (test::kSanitized) return;  // the bounds are of the ordinary heap
   const Json report = engram_command(std::string("soak ") + kId +
                                      " TakeItBack-VLA-v0 --env-steps 600 --cycles 40 "
                                      "--max-drift 1000 --json")

@@ -18,15 +18,12 @@
 
 #include "core/error.h"
 #include "tests/allocation_counter.h"
+#include "tests/sanitizers.h"
 
 namespace engram {
 namespace {
 
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
+using test::kSanitized;
 
 // Runs a loop and checks that every item was handled once, in ranges as promised.
 void check_coverage(ThreadPool& pool, int items, int chunk) {

@@ -1,0 +1,43 @@
+// What tests must know of sanitizers.
+#pragma once
+
+#if defined(__SANITIZE_ADDRESS__)  // GCC
+#define ENGRAM_ADDRESS_SANITIZER
+#elif defined(__SANITIZE_THREAD__)
+#define ENGRAM_THREAD_SANITIZER
+#elif defined(__has_feature)  // Clang
+#if __has_feature(address_sanitizer)
+#define ENGRAM_ADDRESS_SANITIZER
+#elif __has_feature(thread_sanitizer)
+#define ENGRAM_THREAD_SANITIZER
+#endif
+#endif
+
+#ifdef ENGRAM_ADDRESS_SANITIZER
+#include <sanitizer/lsan_interface.h>
+#endif
+
+namespace engram::test {
+
+// With a heap of its own, which keeps what is freed.
+#if defined(ENGRAM_ADDRESS_SANITIZER) || defined(ENGRAM_THREAD_SANITIZER)
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
+// While one lives, nothing that is allocated counts as a leak: for what other libraries lose.
+class ForgivenLeaks {
+ public:
+#ifdef ENGRAM_ADDRESS_SANITIZER
+  ForgivenLeaks() { __lsan_disable(); }
+  ~ForgivenLeaks() { __lsan_enable(); }
+#else
+  ForgivenLeaks() = default;
+  ~ForgivenLeaks() {}  // so that it counts as used
+#endif
+  ForgivenLeaks(const ForgivenLeaks&) = delete;
+  ForgivenLeaks& operator=(const ForgivenLeaks&) = delete;
+};
+
+}  // namespace engram::test
