@@ -15,6 +15,7 @@ struct GuessedTrace {
   void bind(ColumnStore& memory) {
     element = memory.add<std::int32_t>("guess_element");
     visited = memory.add<std::int32_t>("guess_visited");
+    memory.limit("guess_visited", 0, kAllVisited);
   }
 };
 

@@ -51,6 +51,7 @@ class TraceShape final : public Task {
     map_.bind(*bindings.memory);
     reward_dict_.bind(bindings, kRewardTerms);
     visited_ = bindings.memory->add<std::int32_t>("visited", 1, "", "bits of checkpoints");
+    bindings.memory->limit("visited", 0, kAllVisited);
     masks_.bind(*bindings.outputs);
     ColumnStore& info = *bindings.outputs;
     visit_fraction_ = info.add<float>("visit_fraction", 1, "", "of the checkpoints");

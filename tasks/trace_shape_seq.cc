@@ -64,6 +64,7 @@ class TraceShapeSeq final : public Task {
     visited_ = memory.add<std::int32_t>("visited", 1, "", "bits of the active checkpoints");
     closed_ = memory.add<std::int32_t>("closed", 1, "", "closed contours");
     memory.limit("active", 0, kSequenceLength.high - 1);
+    memory.limit("visited", 0, kAllVisited);
     memory.limit("closed", 0, kSequenceLength.high);
     memory.limit("guess_element", 0, kSequenceLength.high);
     masks_.bind(*bindings.outputs);

@@ -233,33 +233,43 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   CHECK(env->save() == good);
 }
 
-// Bytes that somebody has made up, with a checksum that fits.
+// --- bytes that somebody has made up, with a checksum that fits ---
+
+// Where the first environment's columns begin.
+std::size_t rows_of(const std::vector<std::byte>& snapshot) {
+  constexpr std::size_t kHeader = 48;
+  std::uint64_t label_bytes = 0;
+  std::memcpy(&label_bytes, snapshot.data() + 40, sizeof label_bytes);
+  return kHeader + label_bytes;
+}
+
+std::size_t place_of(const VectorEnv& env, const std::vector<std::byte>& snapshot,
+                     const char* column) {
+  std::size_t at = rows_of(snapshot);
+  for (std::size_t i = 0; env.memory()[i].field->name != column; ++i) {
+    const Field& field = *env.memory()[i].field;
+    at += size_of(field.dtype) * static_cast<std::size_t>(field.width);
+  }
+  return at;
+}
+
+template <class T>
+std::vector<std::byte> made_up(std::vector<std::byte> bytes, std::size_t at, T value) {
+  constexpr std::size_t kChecksumAt = 16;
+  std::memcpy(bytes.data() + at, &value, sizeof value);
+  std::memset(bytes.data() + kChecksumAt, 0, sizeof(std::uint64_t));
+  const std::uint64_t sum = checksum(std::span<const std::byte>(bytes));
+  std::memcpy(bytes.data() + kChecksumAt, &sum, sizeof sum);
+  return bytes;
+}
+
 TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
   const auto env = make_env(kId, batch_of(1));
   env->reset();
   const std::vector<std::byte> good = env->save();
   const Bytes before = test::batch_bytes(*env);
-  constexpr std::size_t kHeader = 48;
-  constexpr std::size_t kChecksumAt = 16;
-  std::uint64_t label_bytes = 0;
-  std::memcpy(&label_bytes, good.data() + 40, sizeof label_bytes);
-  const std::size_t rows_at = kHeader + label_bytes;
-  const auto position = [&](const char* column) {
-    std::size_t at = rows_at;
-    for (std::size_t i = 0; env->memory()[i].field->name != column; ++i) {
-      const Field& field = *env->memory()[i].field;
-      at += size_of(field.dtype) * static_cast<std::size_t>(field.width);
-    }
-    return at;
-  };
-  const auto with = [&good](std::size_t at, auto value) {
-    std::vector<std::byte> bytes = good;
-    std::memcpy(bytes.data() + at, &value, sizeof value);
-    std::memset(bytes.data() + kChecksumAt, 0, sizeof(std::uint64_t));
-    const std::uint64_t sum = checksum(std::span<const std::byte>(bytes));
-    std::memcpy(bytes.data() + kChecksumAt, &sum, sizeof sum);
-    return bytes;
-  };
+  const auto position = [&](const char* column) { return place_of(*env, good, column); };
+  const auto with = [&good](std::size_t at, auto value) { return made_up(good, at, value); };
   const auto refuse = [&](const std::vector<std::byte>& bytes, const char* why) {
     CHECK_THROWS_WITH(env->restore(bytes), Catch::Contains(why));
     CHECK_THROWS_WITH(env->restore(0, bytes), Catch::Contains(why));
@@ -272,10 +282,27 @@ TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
   refuse(with(position("elapsed"), env->info().horizon + 1), "'elapsed'");
   refuse(with(position("finished"), std::uint8_t{2}), "'finished'");
   refuse(with(position("prop_status"), std::uint8_t{3}), "'prop_status'");
-  const std::size_t pins = rows_at + env->memory().row_bytes();
+  const std::size_t pins = rows_of(good) + env->memory().row_bytes();
   refuse(with(pins, ~std::uint64_t{0}), "snapshot refused");
   env->restore(with(position("target"), std::int32_t{8}));  // what one can have is taken
   CHECK(*test::row<std::int32_t>(env->memory().find("target"), 0) == 8);
+}
+
+// A further bit would be that of a checkpoint behind the last one.
+TEST_CASE("Snapshots with visits of checkpoints that there are not are refused", "[snapshot]") {
+  for (const char* id : {"TraceShapeEasy-VLA-v0", "TraceShapeSeqEasy-VLA-v0"}) {
+    const auto env = make_env(id, batch_of(1));
+    env->reset();
+    const std::vector<std::byte> good = env->save();
+    for (const char* column : {"visited", "guess_visited"}) {
+      for (const std::int32_t visits : {-1, INT32_MAX}) {
+        INFO(id << " " << column << " " << visits);
+        CHECK_THROWS_WITH(env->restore(made_up(good, place_of(*env, good, column), visits)),
+                          Catch::Contains(std::string("'") + column + "' has a value that no"));
+      }
+    }
+    CHECK(env->save() == good);
+  }
 }
 
 TEST_CASE("A snapshot goes only into batches of the same task options", "[snapshot]") {
