@@ -55,16 +55,23 @@ Constant number(bool integer, double value) {
   return integer ? Constant(static_cast<int>(value)) : Constant(value);
 }
 
+// A Draw or a TaskOption; `property` is what the other of them has not.
+template <class Quantity>
+ConstantTable describe_quantity(const Quantity& about, const char* property,
+                                const Constant& value) {
+  return {{"name", about.name},
+          {property, value},
+          {"integer", about.integer},
+          {"low", number(about.integer, about.low)},
+          {"high", number(about.integer, about.high)},
+          {"unit", about.unit},
+          {"description", about.description}};
+}
+
 ConstantList describe_draws(const std::vector<Draw>& draws) {
   ConstantList list;
   for (const Draw& draw : draws) {
-    list.emplace_back(ConstantTable{{"name", draw.name},
-                                    {"width", draw.width},
-                                    {"integer", draw.integer},
-                                    {"low", number(draw.integer, draw.low)},
-                                    {"high", number(draw.integer, draw.high)},
-                                    {"unit", draw.unit},
-                                    {"description", draw.description}});
+    list.emplace_back(describe_quantity(draw, "width", draw.width));
   }
   return list;
 }
@@ -72,13 +79,7 @@ ConstantList describe_draws(const std::vector<Draw>& draws) {
 ConstantList describe_options(const std::vector<TaskOption>& options) {
   ConstantList list;
   for (const TaskOption& option : options) {
-    list.emplace_back(ConstantTable{{"name", option.name},
-                                    {"default", number(option.integer, option.value)},
-                                    {"integer", option.integer},
-                                    {"low", number(option.integer, option.low)},
-                                    {"high", number(option.integer, option.high)},
-                                    {"unit", option.unit},
-                                    {"description", option.description}});
+    list.emplace_back(describe_quantity(option, "default", number(option.integer, option.value)));
   }
   return list;
 }
