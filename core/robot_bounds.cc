@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 #include "core/error.h"
 
@@ -144,7 +145,8 @@ void RobotBounds::add_capsule(const mjModel& robot, int body) {
 RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
   for (int body = 1; body < robot.nbody; ++body) add_capsule(robot, body);
   if (capsules_.size() > kMaxBodies) {
-    throw Error(Error::kInternal, "robot of more than 16 bodies with geometry");
+    throw Error(Error::kInternal,
+                "robot of more than " + std::to_string(kMaxBodies) + " bodies with geometry");
   }
   measure_arms(robot);
   for (int pair = 0; pair < whole.npair; ++pair) {
@@ -169,7 +171,7 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
 // joint's arm is that of its body.
 void RobotBounds::measure_arms(const mjModel& robot) {
   if (static_cast<std::size_t>(robot.njnt) > kMaxJoints) {
-    throw Error(Error::kInternal, "robot of more than 16 joints");
+    throw Error(Error::kInternal, "robot of more than " + std::to_string(kMaxJoints) + " joints");
   }
   std::vector<double> extent(static_cast<std::size_t>(robot.nbody), 0.0);
   for (const Capsule& capsule : capsules_) {
