@@ -244,8 +244,10 @@ class BatteryChecker final : public Task {
     return set;
   }
 
+  // Slots of working batteries; a made-up snapshot may claim more of them than there is room for.
   void list_working(int env, std::int32_t* out) const {
-    for (int battery = 0; battery < params_.ACTIVE_BATTERY_COUNT; ++battery) {
+    const std::int32_t* const end = out + params_.WORKING_BATTERY_COUNT;
+    for (int battery = 0; battery < params_.ACTIVE_BATTERY_COUNT && out < end; ++battery) {
       if (contains(working(env), battery)) *out++ = battery;
     }
   }
