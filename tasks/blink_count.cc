@@ -181,6 +181,7 @@ class BlinkCount final : public Task {
     start_ = bindings.memory->add<std::int32_t>("blink_start", most, "control steps");
     length_ = bindings.memory->add<std::int32_t>("blink_length", most, "control steps");
     bind_info(*bindings.outputs);
+    bindings.outputs->limit("target_blinks", 0, most);
     set_blink_color(bindings.options);
   }
 

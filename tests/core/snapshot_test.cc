@@ -243,11 +243,14 @@ std::size_t rows_of(const std::vector<std::byte>& snapshot) {
   return kHeader + label_bytes;
 }
 
+// Where a column of the memory or, at a snapshot's end, of the outputs lies.
 std::size_t place_of(const VectorEnv& env, const std::vector<std::byte>& snapshot,
                      const char* column) {
-  std::size_t at = rows_of(snapshot);
-  for (std::size_t i = 0; env.memory()[i].field->name != column; ++i) {
-    const Field& field = *env.memory()[i].field;
+  const bool remembered = env.memory().find(column).field != nullptr;
+  const ColumnStore& store = remembered ? env.memory() : env.outputs();
+  std::size_t at = remembered ? rows_of(snapshot) : snapshot.size() - store.row_bytes();
+  for (std::size_t i = 0; store[i].field->name != column; ++i) {
+    const Field& field = *store[i].field;
     at += size_of(field.dtype) * static_cast<std::size_t>(field.width);
   }
   return at;
@@ -303,6 +306,19 @@ TEST_CASE("Snapshots with visits of checkpoints that there are not are refused",
     }
     CHECK(env->save() == good);
   }
+}
+
+// Their beginnings would be read behind the last one.
+TEST_CASE("Snapshots of more blinks than there can be are refused", "[snapshot]") {
+  const auto env = make_env("BlinkCountButtonPressEasy-VLA-v0", batch_of(1));
+  env->reset();
+  const std::vector<std::byte> good = env->save();
+  const std::size_t target = place_of(*env, good, "target_blinks");
+  for (const std::int32_t count : {-1, 1000, INT32_MAX}) {
+    CHECK_THROWS_WITH(env->restore(made_up(good, target, count)),
+                      Catch::Contains("'target_blinks' has a value that no"));
+  }
+  CHECK(env->save() == good);
 }
 
 TEST_CASE("A snapshot goes only into batches of the same task options", "[snapshot]") {
