@@ -279,8 +279,9 @@ class ColorRecall final : public Task {
       for (const std::int32_t color : targets) place(env, color, bunch_cue_position(color));
       return;
     }
-    const int duration = clock_.cue_end(env) / params_.SEQUENCE_LENGTH;
-    const int item = elapsed / duration;
+    // In a made-up snapshot the cue need not be a multiple of its items.
+    const int duration = std::max(1, clock_.cue_end(env) / params_.SEQUENCE_LENGTH);
+    const int item = std::min(elapsed / duration, params_.SEQUENCE_LENGTH - 1);
     if (elapsed % duration == 0) hide_all(env, item);
     place(env, targets[static_cast<std::size_t>(item)], Vec2::Zero());
   }
