@@ -99,10 +99,11 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   settings.obs_mode = rgb ? "rgb" : "state";
   settings.renderer = !rgb ? "none" : options.renderer == nullptr ? "cpu" : options.renderer;
   settings.policy = options.name == nullptr ? "external" : options.name;
-  settings.policy_config = engram::Json::object();
+  settings.policy_config = engram::DocumentTable();
   if (options.config_json != nullptr) {
-    settings.policy_config = engram::parse_json(options.config_json);
-    if (!settings.policy_config.is_object()) refuse("config_json: a JSON object needed");
+    std::optional<engram::Document> config = engram::parse_document(options.config_json);
+    if (!config || !engram::is_table(*config)) refuse("config_json: a JSON object needed");
+    settings.policy_config = std::move(*config);
   }
   for (const engram::OptionChoice& choice :
        engram::c::to_choices(options.task_options, options.num_task_options)) {

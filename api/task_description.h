@@ -1,7 +1,7 @@
 // Everything that users can know of a task before they run it, as constants.
 #pragma once
 
-#include "protocol/json.h"
+#include "protocol/document.h"
 #include "protocol/make.h"
 
 namespace engram {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <memory>
 
+#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "bench/suites.h"
-#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "apps/joined_run.h"
+#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"

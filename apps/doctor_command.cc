@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "api/media.h"
+#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
-#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {

@@ -17,8 +17,8 @@
 namespace engram::apps {
 namespace {
 
-std::string to_words(const std::vector<Json>& tasks) {
-  Table table({{"task"},
+std::string to_words(const DocumentList& tasks) {
+  Table words({{"task"},
                {"split"},
                {"memory type"},
                {"success_once", true},
@@ -26,31 +26,34 @@ std::string to_words(const std::vector<Json>& tasks) {
                {"mean return", true},
                {"mean steps", true}});
   std::map<std::string, std::vector<double>> splits;
-  for (const Json& task : tasks) {
-    const auto lengths = task["episode_lengths"].get<std::vector<double>>();
+  for (const Document& task : tasks) {
+    const DocumentList& lengths = list(part(task, "episode_lengths"));
     double steps = 0;
-    for (const double length : lengths) steps += length / static_cast<double>(lengths.size());
-    const double rate = task["sr"].get<double>();
-    splits[task["split"].get<std::string>()].push_back(rate);
-    table.add({task["env_id"].get<std::string>(), task["split"].get<std::string>(),
-               task["memory_type"].get<std::string>(), fmt::format("{:.3f}", rate),
-               task.contains("chance") ? fmt::format("{:.3f}", task["chance"].get<double>()) : "",
-               fmt::format("{:.2f}", task["mean_return"].get<double>()),
+    for (const Document& length : lengths) {
+      steps += number(length) / static_cast<double>(lengths.size());
+    }
+    const double rate = number(part(task, "sr"));
+    const Document* chance = find(task, "chance");
+    splits[text(part(task, "split"))].push_back(rate);
+    words.add({text(part(task, "env_id")), text(part(task, "split")),
+               text(part(task, "memory_type")), fmt::format("{:.3f}", rate),
+               chance != nullptr ? fmt::format("{:.3f}", number(*chance)) : "",
+               fmt::format("{:.2f}", number(part(task, "mean_return"))),
                fmt::format("{:.1f}", steps)});
   }
-  const Json summary = summary_document(tasks);
-  std::string text = table.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
-                                                summary["sr_split"].get<double>());
+  const Document summary = summary_document(tasks);
+  std::string lines = words.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
+                                                 number(part(summary, "sr_split")));
   for (const auto& [split, rates] : splits) {
     double sum = 0;
     for (const double rate : rates) sum += rate;
-    text += fmt::format("  split {}: {:.3f} over {} tasks\n", split,
-                        sum / static_cast<double>(rates.size()), rates.size());
+    lines += fmt::format("  split {}: {:.3f} over {} tasks\n", split,
+                         sum / static_cast<double>(rates.size()), rates.size());
   }
-  for (const auto& [type, rate] : summary["sr_per_memory_type"].items()) {
-    text += fmt::format("  {}: {:.3f}\n", type, rate.get<double>());
+  for (const auto& [type, rate] : table(part(summary, "sr_per_memory_type"))) {
+    lines += fmt::format("  {}: {:.3f}\n", type, number(rate));
   }
-  return text;
+  return lines;
 }
 
 // --- the run ---
@@ -126,7 +129,7 @@ void lead(Ranks& ranks, const EvalOptions& options) {
 void follow(Ranks& ranks, const EvalOptions& options) {
   const Bytes bytes = share(ranks, {});
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const EvaluationSettings settings = EvaluationSettings::of(Json::parse(text), "settings");
+  const EvaluationSettings settings = EvaluationSettings::of(*parse_document(text), "settings");
   evaluate(ranks, {}, protocol_of(options, settings), {});
 }
 

@@ -45,7 +45,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
     settings.policy = policy_name(protocol.policy);
   } else {
     settings.policy = options.policy_name.empty() ? "external" : options.policy_name;
-    settings.policy_config = {{"command", options.policy_command}};
+    settings.policy_config = DocumentTable{{"command", options.policy_command}};
     // Images are what the benchmark allows.
     if (!options.given.contains("obs_mode")) environment.obs_mode = ObsMode::kRgb;
   }
@@ -62,13 +62,15 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
   if (!before) return settings_of(options);
   EvalOptions filled = options;
   if (!options.given.contains("tasks")) filled.ids = before->tasks;
-  const Json now = settings_of(filled).document();
-  const Json then = before->document();
+  const Document now = settings_of(filled).document();
+  const Document then = before->document();
   for (const std::string& key : options.given) {
-    if (now[key] == then[key]) continue;
+    const Document& given = part(now, key);
+    const Document& used = part(then, key);
+    if (given == used) continue;
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of {} {}; {} given now",
-                            folder.path().string(), key, then[key].dump(), now[key].dump()));
+                            folder.path().string(), key, to_line(used), to_line(given)));
   }
   return *before;
 }
@@ -84,7 +86,7 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
   for (const auto& [name, value] : settings.task_options) {
     environment.task_options.push_back({name, value});
   }
-  if (settings.policy_config.is_null()) {
+  if (settings.policy_config == Document()) {
     const auto own = std::find_if(kPolicies.begin(), kPolicies.end(), [&](Policy policy) {
       return settings.policy == policy_name(policy);
     });
@@ -96,13 +98,14 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
     protocol.policy = *own;
   } else {
     PolicyProcessOptions process;
-    if (!settings.policy_config.contains("command")) {
+    const Document* command = find(settings.policy_config, "command");
+    if (command == nullptr) {
       throw Error(Error::kInvalidArgument,
                   fmt::format("policy '{}' is not a command; only the program that began the run "
                               "can go on with it",
                               settings.policy));
     }
-    process.command = settings.policy_config.at("command").get<std::string>();
+    process.command = text(*command);
     process.timeout = std::chrono::seconds(options.policy_timeout);
     process.environment = environment;
     process.max_slots = std::min(protocol.num_envs, protocol.episodes);

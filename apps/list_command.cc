@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "api/task_description.h"
+#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 

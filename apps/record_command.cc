@@ -10,11 +10,11 @@
 
 #include "api/media.h"
 #include "apps/interruption.h"
+#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/record_view.h"
-#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {

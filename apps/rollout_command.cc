@@ -11,10 +11,10 @@
 
 #include "apps/digest.h"
 #include "apps/episode_log.h"
+#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
-#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {

@@ -7,11 +7,11 @@
 #include <memory>
 
 #include "apps/interruption.h"
+#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "bench/soak.h"
-#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "protocol/json.h"
+#include "apps/json.h"
 
 namespace engram::apps {
 

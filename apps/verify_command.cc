@@ -6,12 +6,12 @@
 #include <optional>
 #include <utility>
 
+#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
 #include "bench/bit_identity.h"
-#include "protocol/json.h"
 
 namespace engram::apps {
 namespace {

@@ -39,7 +39,7 @@ int file_number(const std::string& name) {
 }
 
 // How the episodes in a folder were made: what a run that goes on must share.
-Json provenance(const CollectionPlan& plan) {
+DocumentTable provenance(const CollectionPlan& plan) {
   const EnvOptions options = demonstration_options();
   return {{"version", version()},
           {"start_seed", plan.start_seed},
@@ -134,17 +134,19 @@ void DemonstrationFolder::check_metadata() const {
   const fs::path path = path_ / kMetadata;
   if (!fs::exists(path)) return;
   std::ifstream stream(path, std::ios::binary);
-  const Json document = parse_json(std::string(std::istreambuf_iterator<char>(stream), {}));
-  if (!document.is_object() || document.value("env_id", Json()) != entry_.id ||
-      !document.contains("engram") || !document["engram"].is_object()) {
+  const Document document =
+      parse_document(std::string(std::istreambuf_iterator<char>(stream), {})).value_or(Document());
+  const Document* id = find(document, "env_id");
+  const Document* before = find(document, "engram");
+  if (id == nullptr || *id != Document(entry_.id) || before == nullptr || !is_table(*before)) {
     fail(path, "is damaged or not engram's; without it, it is made anew from the data files");
   }
-  const Json planned = provenance(plan_);
-  for (const auto& [key, value] : planned.items()) {
-    const Json found = document["engram"].value(key, Json());
+  for (const auto& [key, value] : provenance(plan_)) {
+    const Document* entry = find(*before, key);
+    const Document found = entry != nullptr ? *entry : Document();
     if (found == value) continue;
     throw Error(Error::kInvalidArgument, "'" + path_.string() + "' was collected with " + key +
-                                             " " + found.dump() + ", " + value.dump() +
+                                             " " + to_line(found) + ", " + to_line(value) +
                                              " given; the same, or another folder, allowed");
   }
 }
@@ -231,7 +233,7 @@ std::int64_t DemonstrationFolder::steps() const {
 
 std::vector<int> DemonstrationFolder::lengths() const {
   std::vector<int> lengths;
-  for (const Kept& kept : kept_) lengths.push_back(kept.length);
+  for (const Kept& kept : kept_) lengths.emplace_back(kept.length);
   return lengths;
 }
 
@@ -250,28 +252,28 @@ int DemonstrationFolder::attempts_kept() const {
   return count;
 }
 
-Json DemonstrationFolder::metadata() const {
-  Json lengths = Json::array();
-  Json successes = Json::array();
-  Json rewards = Json::array();
-  Json seeds = Json::array();
+Document DemonstrationFolder::metadata() const {
+  DocumentList lengths;
+  DocumentList successes;
+  DocumentList rewards;
+  DocumentList seeds;
   for (const Kept& kept : kept_) {
-    lengths.push_back(kept.length);
-    successes.push_back(true);
-    rewards.push_back(kept.reward_sum);
-    seeds.push_back(kept.seed);
+    lengths.emplace_back(kept.length);
+    successes.emplace_back(true);
+    rewards.emplace_back(kept.reward_sum);
+    seeds.emplace_back(kept.seed);
   }
-  Json document = {{"env_id", entry_.id},
-                   {"num_episodes", episodes()},
-                   {"episode_lengths", lengths},
-                   {"success_once", successes},
-                   {"reward_sums", rewards},
-                   {"episode_seeds", seeds},
-                   {"batched_source_dir", nullptr},  // there never is one
-                   {"unbatched_dir", "data_npz/" + std::string(entry_.id)},
-                   {"engram", provenance(plan_)}};
-  document["engram"]["attempts"] = attempts();
-  return document;
+  DocumentTable made_how = provenance(plan_);
+  made_how.emplace_back("attempts", attempts());
+  return DocumentTable{{"env_id", entry_.id},
+                       {"num_episodes", episodes()},
+                       {"episode_lengths", lengths},
+                       {"success_once", successes},
+                       {"reward_sums", rewards},
+                       {"episode_seeds", seeds},
+                       {"batched_source_dir", nullptr},  // there never is one
+                       {"unbatched_dir", "data_npz/" + std::string(entry_.id)},
+                       {"engram", std::move(made_how)}};
 }
 
 }  // namespace engram

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "protocol/demonstrations.h"
-#include "protocol/json.h"
+#include "protocol/document.h"
 
 namespace engram {
 
@@ -74,7 +74,7 @@ class DemonstrationFolder {
   int attempts() const;
   int attempts_kept() const;
   // The content of metadata.json.
-  Json metadata() const;
+  Document metadata() const;
 
  private:
   struct Kept {

@@ -8,7 +8,7 @@
 namespace engram {
 namespace {
 
-std::string number(const char* format, double value) {
+std::string digits(const char* format, double value) {
   char text[48];
   std::snprintf(text, sizeof text, format, value);
   return text;
@@ -21,11 +21,11 @@ struct Group {
 };
 
 // Rates of the tasks that have the same value under `key`.
-std::map<std::string, Group> grouped(const std::vector<Json>& tasks, const char* key) {
+std::map<std::string, Group> grouped(const DocumentList& tasks, const char* key) {
   std::map<std::string, Group> groups;
-  for (const Json& task : tasks) {
-    Group& group = groups[task.at(key).get<std::string>()];
-    group.sum += task.at("sr").get<double>();
+  for (const Document& task : tasks) {
+    Group& group = groups[text(part(task, key))];
+    group.sum += number(part(task, "sr"));
     ++group.tasks;
   }
   return groups;
@@ -42,11 +42,11 @@ void add_rates(const std::map<std::string, Group>& groups, HtmlReport& report) {
 
 }  // namespace
 
-std::string evaluation_report(const EvaluationSettings& settings, const std::vector<Json>& tasks,
+std::string evaluation_report(const EvaluationSettings& settings, const DocumentList& tasks,
                               const std::map<std::string, double>& thread_seconds,
                               const std::map<std::string, Bytes>& samples,
                               const ReportContext& context) {
-  const Json summary = summary_document(tasks);
+  const Document summary = summary_document(tasks);
   HtmlReport report("Evaluation: " + settings.policy + ", " + std::to_string(tasks.size()) +
                     " tasks");
   double env_steps = 0;
@@ -54,31 +54,32 @@ std::string evaluation_report(const EvaluationSettings& settings, const std::vec
   int chunk_size = 1;
   std::vector<HtmlReport::Bar> bars;
   std::vector<std::vector<std::string>> rows;
-  for (const Json& task : tasks) {
-    const auto id = task.at("env_id").get<std::string>();
-    const double rate = task.at("sr").get<double>();
+  for (const Document& task : tasks) {
+    const std::string& id = text(part(task, "env_id"));
+    const double rate = number(part(task, "sr"));
     double steps = 0;
-    for (const Json& length : task.at("episode_lengths")) steps += length.get<double>();
-    const double episodes = static_cast<double>(task.at("episode_lengths").size());
+    for (const Document& length : list(part(task, "episode_lengths"))) steps += number(length);
+    const double episodes = static_cast<double>(list(part(task, "episode_lengths")).size());
     const auto timed = thread_seconds.find(id);
     const double own_seconds = timed == thread_seconds.end() ? 0 : timed->second;
     env_steps += steps;
     seconds += own_seconds;
-    chunk_size = std::max(chunk_size, task.at("action_chunk_size").get<int>());
-    const double chance = task.contains("chance") ? task.at("chance").get<double>() : -1;
-    bars.push_back({id, rate, chance, task.at("split").get<std::string>()});
-    rows.push_back({id, task.at("split").get<std::string>(),
-                    task.at("memory_type").get<std::string>(), number("%.3f", rate),
-                    chance < 0 ? "" : number("%.3f", chance),
-                    number("%.2f", task.at("mean_return").get<double>()),
-                    number("%.1f", episodes > 0 ? steps / episodes : 0),
-                    own_seconds > 0 ? number("%.2f", own_seconds) : "",
-                    own_seconds > 0 ? number("%.0f", steps / own_seconds) : ""});
+    chunk_size =
+        std::max(chunk_size, static_cast<int>(whole_number(part(task, "action_chunk_size"))));
+    const Document* guessing = find(task, "chance");
+    const double chance = guessing != nullptr ? number(*guessing) : -1;
+    bars.push_back({id, rate, chance, text(part(task, "split"))});
+    rows.push_back({id, text(part(task, "split")), text(part(task, "memory_type")),
+                    digits("%.3f", rate), chance < 0 ? "" : digits("%.3f", chance),
+                    digits("%.2f", number(part(task, "mean_return"))),
+                    digits("%.1f", episodes > 0 ? steps / episodes : 0),
+                    own_seconds > 0 ? digits("%.2f", own_seconds) : "",
+                    own_seconds > 0 ? digits("%.0f", steps / own_seconds) : ""});
   }
   const std::string first = std::to_string(settings.start_seed);
   report.table({"", ""},
-               {{"split", summary.at("split").get<std::string>()},
-                {"mean success rate", number("%.4f", summary.at("sr_split").get<double>())},
+               {{"split", text(part(summary, "split"))},
+                {"mean success rate", digits("%.4f", number(part(summary, "sr_split")))},
                 {"policy", settings.policy},
                 {"observations", settings.obs_mode},
                 {"renderer", settings.renderer},
@@ -88,9 +89,9 @@ std::string evaluation_report(const EvaluationSettings& settings, const std::vec
                 {"engram", version()},
                 {"compute", context.compute},
                 {"GPU", "none"},
-                {"environment steps", number("%.0f", env_steps)},
-                {"time of all threads, s", number("%.1f", seconds)},
-                {"wall time since begun or resumed, s", number("%.1f", context.wall_seconds)}});
+                {"environment steps", digits("%.0f", env_steps)},
+                {"time of all threads, s", digits("%.1f", seconds)},
+                {"wall time since begun or resumed, s", digits("%.1f", context.wall_seconds)}});
   report.heading("Success per split");
   add_rates(grouped(tasks, "split"), report);
   report.heading("Success per memory type");

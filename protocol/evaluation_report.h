@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "protocol/bytes.h"
-#include "protocol/json.h"
 #include "protocol/result_files.h"
 
 namespace engram {
@@ -17,7 +16,7 @@ struct ReportContext {
 };
 
 // An HTML document. thread_seconds, samples (PNG): by task id, where there are any.
-std::string evaluation_report(const EvaluationSettings& settings, const std::vector<Json>& tasks,
+std::string evaluation_report(const EvaluationSettings& settings, const DocumentList& tasks,
                               const std::map<std::string, double>& thread_seconds,
                               const std::map<std::string, Bytes>& samples,
                               const ReportContext& context);

@@ -20,7 +20,7 @@ std::vector<const RegistryEntry*> EvaluationRun::open_tasks() const {
 }
 
 void EvaluationRun::add(const TaskResult& result) {
-  Json document = task_document(result, settings_);
+  Document document = task_document(result, settings_);
   if (folder_) {
     // The result comes last: what has one has everything.
     folder_->write_sample(std::string(result.entry->id), result.sample);
@@ -41,8 +41,8 @@ void EvaluationRun::finish(const std::string& compute) const {
                                           {compute, wall.count()}));
 }
 
-std::vector<Json> EvaluationRun::tasks() const {
-  std::vector<Json> documents;
+DocumentList EvaluationRun::tasks() const {
+  DocumentList documents;
   for (const RegistryEntry& entry : registry()) {
     const auto found = finished_.find(std::string(entry.id));
     if (found != finished_.end()) documents.push_back(found->second);
@@ -50,9 +50,9 @@ std::vector<Json> EvaluationRun::tasks() const {
   return documents;
 }
 
-Json EvaluationRun::document() const {
-  const std::vector<Json> documents = tasks();
-  return {{"summary", summary_document(documents)}, {"tasks", documents}};
+Document EvaluationRun::document() const {
+  const DocumentList documents = tasks();
+  return DocumentTable{{"summary", summary_document(documents)}, {"tasks", documents}};
 }
 
 }  // namespace engram

@@ -27,15 +27,15 @@ class EvaluationRun {
   void finish(const std::string& compute) const;
 
   // Results in the registry's order, and {summary, tasks}.
-  std::vector<Json> tasks() const;
-  Json document() const;
+  DocumentList tasks() const;
+  Document document() const;
   // Steps in which physics diverged.
   std::uint64_t unstable() const { return unstable_; }
 
  private:
   EvaluationSettings settings_;
   std::optional<ResultFolder> folder_;
-  std::map<std::string, Json> finished_;
+  std::map<std::string, Document> finished_;
   std::uint64_t unstable_ = 0;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

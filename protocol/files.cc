@@ -1,11 +1,13 @@
 #include "protocol/files.h"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 #include <string>
 
 #include "core/error.h"
@@ -30,6 +32,10 @@ int write_all(int descriptor, std::span<const std::byte> bytes) {
   }
   return 0;
 }
+
+struct CloseFolder {
+  void operator()(DIR* folder) const { ::closedir(folder); }
+};
 
 fs::path temporary_name(const fs::path& path) {
   return path.string() + "." + std::to_string(::getpid()) + std::string(kTemporarySuffix);
@@ -84,11 +90,13 @@ void require_writable_folder(const fs::path& folder) {
   ::unlink(probe.c_str());
 }
 
+// libstdc++'s iterator through a folder ends the program if there is no memory for it.
 void remove_temporary_files(const fs::path& folder) {
-  for (const auto& item : fs::directory_iterator(folder)) {
-    if (!item.path().filename().string().ends_with(kTemporarySuffix)) continue;
-    std::error_code ignored;  // somebody else may have been faster
-    fs::remove(item.path(), ignored);
+  const std::unique_ptr<DIR, CloseFolder> opened(::opendir(folder.c_str()));
+  if (opened == nullptr) fail("folder '" + folder.string() + "' cannot be read", errno);
+  while (const dirent* item = ::readdir(opened.get())) {
+    if (!std::string_view(item->d_name).ends_with(kTemporarySuffix)) continue;
+    ::unlinkat(::dirfd(opened.get()), item->d_name, 0);  // somebody else may have been faster
   }
 }
 

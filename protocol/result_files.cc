@@ -59,147 +59,151 @@ std::string local_time() {
   return text;
 }
 
-// A number that may not be negative, have a fraction or be larger than `most`: conversions would
-// make it some other one.
-std::uint64_t whole_number(const Json& document, const char* key, std::uint64_t most,
-                           const fs::path& file) {
-  const Json& value = document.at(key);
-  if (value.is_number_unsigned() && value.get<std::uint64_t>() <= most) {
-    return value.get<std::uint64_t>();
-  }
-  throw Error(Error::kIo, "'" + file.string() + "' has " + key + " " + value.dump(-1, ' ', true) +
-                              ", a whole number up to " + std::to_string(most) + " needed");
+// What was asked for in a task document, and so is the same in all of a run.
+constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
+                                         "model"};
+
+template <class T>
+DocumentList to_list(const std::vector<T>& values) {
+  return DocumentList(values.begin(), values.end());
 }
 
-// The keys of a task document that hold what was asked for, and so are the same in all of a run.
-Json protocol_part(const Json& task) {
-  Json part = Json::object();
-  for (const char* key : {"start_seed", "n_episodes", "control_mode", "obs_mode", "model"}) {
-    part[key] = task.at(key);
-  }
-  return part;
+DocumentTable to_table(const std::map<std::string, double>& values) {
+  return DocumentTable(values.begin(), values.end());
 }
 
-bool is_list_of(const Json& list, std::size_t count, bool (*fits)(const Json&)) {
-  return list.is_array() && list.size() == count && std::all_of(list.begin(), list.end(), fits);
+// A list of that many documents, each of which `read` accepts.
+template <class Read>
+bool is_list_of(const Document& document, std::size_t count, Read&& read) {
+  const DocumentList& items = list(document);
+  for (const Document& item : items) (void)read(item);
+  return items.size() == count;
 }
 
 // Whether a document is a whole result of the task: everything that is read of one later is there,
 // and of its type.
-bool is_result(const Json& task, const std::string& id) {
-  const auto is_count = [](const Json& value) { return value.is_number_unsigned(); };
-  const auto is_number = [](const Json& value) { return value.is_number(); };
-  const auto is_truth = [](const Json& value) { return value.is_boolean(); };
+bool is_result(const Document& task, const std::string& id) {
+  const auto is_count = [](const Document& value) { return whole_number(value); };
   try {
-    if (task.at("env_id") != id || !is_count(task.at("n_episodes"))) return false;
-    const auto episodes = task.at("n_episodes").get<std::size_t>();
-    if (!is_list_of(task.at("successes"), episodes, is_truth) ||
-        !is_list_of(task.at("returns"), episodes, is_number) ||
-        !is_list_of(task.at("episode_lengths"), episodes, is_count) ||
-        !is_list_of(task.at("episode_seeds"), episodes, is_count)) {
+    if (text(part(task, "env_id")) != id) return false;
+    const std::size_t episodes = whole_number(part(task, "n_episodes"));
+    if (!is_list_of(part(task, "successes"), episodes, truth) ||
+        !is_list_of(part(task, "returns"), episodes, number) ||
+        !is_list_of(part(task, "episode_lengths"), episodes, is_count) ||
+        !is_list_of(part(task, "episode_seeds"), episodes, is_count)) {
       return false;
     }
-    const auto successes = task.at("successes").get<std::vector<bool>>();
-    const auto count = std::count(successes.begin(), successes.end(), true);
+    const DocumentList& successes = list(part(task, "successes"));
+    const auto count = std::count(successes.begin(), successes.end(), Document(true));
     const double rate =
         successes.empty() ? 0 : static_cast<double>(count) / static_cast<double>(episodes);
-    (void)protocol_part(task);
-    return is_number(task.at("sr")) && task.at("sr").get<double>() == rate &&
-           is_number(task.at("mean_return")) && task.at("split").is_string() &&
-           task.at("memory_type").is_string() && is_count(task.at("action_chunk_size")) &&
-           (!task.contains("chance") || is_number(task.at("chance")));
-  } catch (const Json::exception&) {
+    for (const char* key : kProtocolKeys) (void)part(task, key);
+    for (const char* key : {"split", "memory_type"}) (void)text(part(task, key));
+    (void)number(part(task, "mean_return"));
+    (void)whole_number(part(task, "action_chunk_size"), std::numeric_limits<int>::max());
+    if (const Document* chance = find(task, "chance")) (void)number(*chance);
+    return number(part(task, "sr")) == rate;
+  } catch (const Error&) {
     return false;
   }
 }
 
-Json model_document(const EvaluationSettings& settings) {
-  Json config = {{"library", "engram"}, {"version", version()}};
-  if (!settings.policy_config.is_null()) config = settings.policy_config;
-  if (!settings.task_options.empty()) config["task_options"] = settings.task_options;
-  return {{"name", settings.policy}, {"config", config}};
+DocumentTable model_document(const EvaluationSettings& settings) {
+  DocumentTable config = {{"library", "engram"}, {"version", version()}};
+  if (settings.policy_config != Document()) config = table(settings.policy_config);
+  if (!settings.task_options.empty()) {
+    config.emplace_back("task_options", to_table(settings.task_options));
+  }
+  return {{"name", settings.policy}, {"config", std::move(config)}};
+}
+
+EvaluationSettings read_settings(const Document& document) {
+  EvaluationSettings settings;
+  for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
+  settings.episodes =
+      static_cast<int>(whole_number(part(document, "n_episodes"), std::numeric_limits<int>::max()));
+  settings.start_seed = whole_number(part(document, "start_seed"));
+  settings.obs_mode = text(part(document, "obs_mode"));
+  settings.renderer = text(part(document, "renderer"));
+  settings.policy = text(part(document, "policy"));
+  settings.policy_config = part(document, "policy_config");
+  if (settings.policy_config != Document()) (void)table(settings.policy_config);
+  for (const auto& [name, value] : table(part(document, "task_options"))) {
+    settings.task_options[name] = number(value);
+  }
+  return settings;
 }
 
 }  // namespace
 
 // --- documents ---
 
-Json EvaluationSettings::document() const {
-  return {{"tasks", tasks},
-          {"n_episodes", episodes},
-          {"start_seed", start_seed},
-          {"obs_mode", obs_mode},
-          {"renderer", renderer},
-          {"policy", policy},
-          {"policy_config", policy_config},
-          {"task_options", task_options}};
+Document EvaluationSettings::document() const {
+  return DocumentTable{{"tasks", to_list(tasks)},        {"n_episodes", episodes},
+                       {"start_seed", start_seed},       {"obs_mode", obs_mode},
+                       {"renderer", renderer},           {"policy", policy},
+                       {"policy_config", policy_config}, {"task_options", to_table(task_options)}};
 }
 
-EvaluationSettings EvaluationSettings::of(const Json& document, const fs::path& file) {
+EvaluationSettings EvaluationSettings::of(const Document& document, const fs::path& file) {
+  EvaluationSettings settings;
   try {
-    EvaluationSettings settings;
-    document.at("tasks").get_to(settings.tasks);
-    for (const std::string& id : settings.tasks) (void)require_entry(id);
-    settings.episodes = static_cast<int>(
-        whole_number(document, "n_episodes", std::numeric_limits<int>::max(), file));
-    settings.start_seed =
-        whole_number(document, "start_seed", std::numeric_limits<std::uint64_t>::max(), file);
-    document.at("obs_mode").get_to(settings.obs_mode);
-    document.at("renderer").get_to(settings.renderer);
-    document.at("policy").get_to(settings.policy);
-    settings.policy_config = document.at("policy_config");
-    document.at("task_options").get_to(settings.task_options);
-    return settings;
-  } catch (const Json::exception& error) {
+    settings = read_settings(document);
+  } catch (const Error& error) {
     throw Error(Error::kIo, "'" + file.string() + "' is not what an evaluation wrote (" +
                                 error.what() + "); remove it to give the settings anew");
   }
+  for (const std::string& id : settings.tasks) (void)require_entry(id);
+  return settings;
 }
 
-Json task_document(const TaskResult& result, const EvaluationSettings& settings) {
+Document task_document(const TaskResult& result, const EvaluationSettings& settings) {
   const RegistryEntry& entry = *result.entry;
-  return {{"env_id", entry.id},
-          {"split", title(entry.split)},
-          {"memory_type", entry.memory_type},
-          {"start_seed", settings.start_seed},
-          {"n_episodes", settings.episodes},
-          {"successes", result.successes},
-          {"returns", result.returns},
-          {"sr", result.success_rate()},
-          {"mean_return", result.mean_return()},
-          {"chance", result.chance},
-          {"benchmark_commit", nullptr},
-          {"control_mode", control_mode_name(ControlMode::kPdEeDeltaPose)},
-          {"obs_mode", settings.obs_mode},
-          {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
-          {"action_chunk_size", result.chunk_size},
-          {"model", model_document(settings)},
-          {"episode_lengths", result.lengths},
-          {"episode_seeds", result.seeds}};
+  return DocumentTable{{"env_id", entry.id},
+                       {"split", title(entry.split)},
+                       {"memory_type", entry.memory_type},
+                       {"start_seed", settings.start_seed},
+                       {"n_episodes", settings.episodes},
+                       {"successes", to_list(result.successes)},
+                       {"returns", to_list(result.returns)},
+                       {"sr", result.success_rate()},
+                       {"mean_return", result.mean_return()},
+                       {"chance", result.chance},
+                       {"benchmark_commit", nullptr},
+                       {"control_mode", control_mode_name(ControlMode::kPdEeDeltaPose)},
+                       {"obs_mode", settings.obs_mode},
+                       {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
+                       {"action_chunk_size", result.chunk_size},
+                       {"model", model_document(settings)},
+                       {"episode_lengths", to_list(result.lengths)},
+                       {"episode_seeds", to_list(result.seeds)}};
 }
 
-Json summary_document(const std::vector<Json>& tasks) {
+Document summary_document(const DocumentList& tasks) {
   std::string split;
   std::vector<double> rates;
   std::map<std::string, std::vector<double>> rates_of_type;  // sorted by name
-  Json ids = Json::array();
-  Json per_task_rate = Json::object();
-  Json per_task_return = Json::object();
-  for (const Json& task : tasks) {
-    const auto id = task.at("env_id").get<std::string>();
-    const auto own = task.at("split").get<std::string>();
+  DocumentList ids;
+  DocumentTable per_task_rate;
+  DocumentTable per_task_return;
+  for (const Document& task : tasks) {
+    const std::string& id = text(part(task, "env_id"));
+    const std::string& own = text(part(task, "split"));
     split = split.empty() || split == own ? own : "Custom";
-    rates.push_back(task.at("sr").get<double>());
-    rates_of_type[task.at("memory_type").get<std::string>()].push_back(rates.back());
-    ids.push_back(id);
-    per_task_rate[id] = rates.back();
-    per_task_return[id] = task.at("mean_return");
+    rates.push_back(number(part(task, "sr")));
+    rates_of_type[text(part(task, "memory_type"))].push_back(rates.back());
+    ids.emplace_back(id);
+    per_task_rate.emplace_back(id, rates.back());
+    per_task_return.emplace_back(id, part(task, "mean_return"));
   }
-  Json per_type = Json::object();
-  for (const auto& [type, values] : rates_of_type) per_type[type] = mean(values);
-  return {
-      {"split", split}, {"sr_split", mean(rates)},      {"sr_per_memory_type", per_type},
-      {"tasks", ids},   {"per_task_sr", per_task_rate}, {"per_task_mean_return", per_task_return}};
+  DocumentTable per_type;
+  for (const auto& [type, values] : rates_of_type) per_type.emplace_back(type, mean(values));
+  return DocumentTable{{"split", split},
+                       {"sr_split", mean(rates)},
+                       {"sr_per_memory_type", std::move(per_type)},
+                       {"tasks", std::move(ids)},
+                       {"per_task_sr", std::move(per_task_rate)},
+                       {"per_task_mean_return", std::move(per_task_return)}};
 }
 
 std::string common_split(const std::vector<std::string>& ids) {
@@ -240,29 +244,30 @@ std::optional<EvaluationSettings> ResultFolder::settings() const {
   const fs::path file = path_ / kSettingsFile;
   const std::optional<std::string> text = content(file);
   if (!text) return std::nullopt;
-  return EvaluationSettings::of(parse_json(*text), file);
+  return EvaluationSettings::of(parse_document(*text).value_or(Document()), file);
 }
 
-std::map<std::string, Json> ResultFolder::finished(const EvaluationSettings& settings) const {
+std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings& settings) const {
   TaskResult none;
   none.entry = &registry().front();
-  const Json expected = protocol_part(task_document(none, settings));
-  std::map<std::string, Json> tasks;
+  const Document expected = task_document(none, settings);
+  std::map<std::string, Document> tasks;
   for (const RegistryEntry& entry : registry()) {
     const std::string id(entry.id);
     const fs::path file = path_ / (id + ".json");
     const std::optional<std::string> text = content(file);
     if (!text) continue;
-    Json task = parse_json(*text);
-    if (!is_result(task, id)) continue;
-    const Json part = protocol_part(task);
-    for (const auto& [key, value] : expected.items()) {
-      if (part.at(key) == value) continue;
+    std::optional<Document> task = parse_document(*text);
+    if (!task || !is_result(*task, id)) continue;
+    for (const char* key : kProtocolKeys) {
+      const Document& found = part(*task, key);
+      const Document& asked = part(expected, key);
+      if (found == asked) continue;
       throw Error(Error::kInvalidArgument, "'" + file.string() + "' has " + key + " " +
-                                               part.at(key).dump() + ", this run " + value.dump() +
+                                               to_line(found) + ", this run " + to_line(asked) +
                                                "; one folder holds results of one protocol");
     }
-    tasks.emplace(id, std::move(task));
+    tasks.emplace(id, std::move(*task));
   }
   return tasks;
 }
@@ -271,11 +276,11 @@ void ResultFolder::begin(const EvaluationSettings& settings) const {
   write_file(path_ / kSettingsFile, to_text(settings.document()));
 }
 
-void ResultFolder::write_task(const Json& task) const {
-  write_file(path_ / (task.at("env_id").get<std::string>() + ".json"), to_text(task));
+void ResultFolder::write_task(const Document& task) const {
+  write_file(path_ / (text(part(task, "env_id")) + ".json"), to_text(task));
 }
 
-void ResultFolder::write_summary(const std::vector<Json>& tasks) const {
+void ResultFolder::write_summary(const DocumentList& tasks) const {
   write_file(path_ / kSummaryFile, to_text(summary_document(tasks)));
 }
 
@@ -284,16 +289,17 @@ void ResultFolder::write_summary(const std::vector<Json>& tasks) const {
 void ResultFolder::add_timing(const std::string& id, double thread_seconds) const {
   std::map<std::string, double> seconds = timing();
   seconds[id] = thread_seconds;
-  write_file(path_ / kTimingFile, to_text(Json(seconds)));
+  write_file(path_ / kTimingFile, to_text(Document(to_table(seconds))));
 }
 
 std::map<std::string, double> ResultFolder::timing() const {
   std::map<std::string, double> seconds;
   const std::optional<std::string> text = content(path_ / kTimingFile);
-  const Json document = text ? parse_json(*text) : Json();
-  if (!document.is_object()) return seconds;
-  for (const auto& [id, value] : document.items()) {
-    if (value.is_number()) seconds[id] = value.get<double>();
+  const std::optional<Document> document = text ? parse_document(*text) : std::nullopt;
+  const auto* times = document ? std::get_if<DocumentTable>(&document->value) : nullptr;
+  if (times == nullptr) return seconds;
+  for (const auto& [id, value] : *times) {
+    if (is_number(value)) seconds[id] = number(value);
   }
   return seconds;
 }

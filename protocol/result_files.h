@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/document.h"
 #include "protocol/evaluation.h"
-#include "protocol/json.h"
 
 namespace engram {
 
@@ -21,18 +21,18 @@ struct EvaluationSettings {
   std::string obs_mode = "rgb";
   std::string renderer = "none";  // of rgb observations
   std::string policy;             // "oracle", or the name of an external one
-  Json policy_config;             // what else there is to say of it
+  Document policy_config;         // what else there is to say of it
   std::map<std::string, double> task_options;
 
-  Json document() const;
+  Document document() const;
   // Throws Error (kIo) if the document is not one of settings.
-  static EvaluationSettings of(const Json& document, const std::filesystem::path& file);
+  static EvaluationSettings of(const Document& document, const std::filesystem::path& file);
 };
 
 // The documents of common 12.2, with its keys in its order, and the chance level.
-Json task_document(const TaskResult& result, const EvaluationSettings& settings);
+Document task_document(const TaskResult& result, const EvaluationSettings& settings);
 // Of task documents, in the registry's order.
-Json summary_document(const std::vector<Json>& tasks);
+Document summary_document(const DocumentList& tasks);
 
 // The folder of a run. Files appear whole or not at all.
 class ResultFolder {
@@ -48,12 +48,12 @@ class ResultFolder {
   std::optional<EvaluationSettings> settings() const;
   // Finished tasks, by id. Damaged files count as not there. Throws Error (kInvalidArgument) for
   // results that are whole but of another protocol.
-  std::map<std::string, Json> finished(const EvaluationSettings& settings) const;
+  std::map<std::string, Document> finished(const EvaluationSettings& settings) const;
 
   // Settings, so that the run can be resumed.
   void begin(const EvaluationSettings& settings) const;
-  void write_task(const Json& task) const;
-  void write_summary(const std::vector<Json>& tasks) const;
+  void write_task(const Document& task) const;
+  void write_summary(const DocumentList& tasks) const;
 
   // What the report needs and results must not depend on: time, by task id, in timing.json, and
   // pictures in samples/<ID>.png.

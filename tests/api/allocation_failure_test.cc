@@ -1,6 +1,8 @@
 // Memory that runs out, at any allocation of a call: the call says so, changes nothing, leaks
 // nothing, and the batch goes on.
+#include <filesystem>
 #include <functional>
+#include <memory>
 
 #include "api/task_description.h"
 #include "tasks/family_samples.h"
@@ -8,6 +10,7 @@
 #include "tests/allocation_counter.h"
 #include "tests/api/door.h"
 #include "tests/sanitizers.h"
+#include "tests/temporary_folder.h"
 
 namespace engram {
 namespace {
@@ -70,8 +73,6 @@ bool fails_well(const Call& call, std::int64_t number) {
   return happened;
 }
 
-// Evaluations are left out: destructors of the JSON library allocate, and end the program if they
-// cannot (docs/testing.md).
 TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][allocation]") {
   const Batch keeper = make_running(small_options());  // the scenes stay compiled
   const test::MujocoMemory counted;
@@ -230,6 +231,117 @@ TEST_CASE("Descriptions that there is no memory for are not made", "[api][alloca
   CHECK(fails_well_everywhere([&env] { (void)to_text(describe_task(*env)); }) > 500);
 }
 
+// --- evaluations ---
+
+struct FreeText {
+  void operator()(char* text) const { engram_free_text(text); }
+};
+using Text = std::unique_ptr<char, FreeText>;
+
+// An evaluation of one episode that goes on in the folder, if there is one.
+struct Evaluation {
+  std::string resume = {};
+
+  // The document, or none and the status that says why.
+  Text run(engram_status& status) const {
+    static constexpr const char* kIds[] = {"RememberColor3-VLA-v0"};
+    const auto still = [](void*, const engram_policy_request* request,
+                          engram_policy_reply* reply) -> int {
+      constexpr float kZeros[7] = {};
+      constexpr std::int64_t kShape[] = {7};
+      for (std::int32_t row = 0; row < request->count; ++row) {
+        if (engram_policy_set(reply, row, kZeros, kShape, 1) != ENGRAM_OK) return 1;
+      }
+      return 0;
+    };
+    engram_evaluation_options options;
+    engram_evaluation_options_init(&options);
+    options.ids = kIds;
+    options.num_ids = 1;
+    options.episodes = options.num_envs = options.threads = 1;
+    options.obs_mode = ENGRAM_OBS_STATE;
+    options.config_json = R"({"weights": ["a", 1.5, null], "of": {"more": true}})";
+    options.resume = resume.empty() ? nullptr : resume.c_str();
+    char* text = nullptr;
+    status = engram_evaluate(&options, still, nullptr, &text);
+    return Text(text);
+  }
+};
+
+// What becomes of it with a failing allocation.
+Attempt try_to_evaluate(const Evaluation& evaluation, std::int64_t number,
+                        const std::string& expected) {
+  const std::int64_t before = test::outstanding_allocations();
+  Attempt attempt;
+  {
+    engram_status status = ENGRAM_OK;
+    Text document;
+    {
+      const FailingAllocation failing(number);
+      document = evaluation.run(status);
+      attempt.happened = FailingAllocation::happened();
+    }
+    const char* error = status == ENGRAM_OK ? "" : engram_last_error();
+    attempt.in_mujoco = std::strstr(error, "MuJoCo") != nullptr;
+    attempt.told = status == ENGRAM_OK ? document != nullptr && document.get() == expected
+                                       : document == nullptr && *error != '\0';
+    if (!attempt.happened) attempt.told = attempt.told && status == ENGRAM_OK;
+  }
+  attempt.leaked = test::outstanding_allocations() - before;  // INFO allocates
+  return attempt;
+}
+
+// Every allocation of it fails in turn; returns how many there are.
+std::int64_t fails_well_everywhere(const Evaluation& evaluation, const std::string& expected) {
+  std::int64_t number = 1;
+  int lost = 0;
+  for (Attempt attempt{.happened = true}; attempt.happened; ++number) {
+    attempt = try_to_evaluate(evaluation, number, expected);
+    INFO("allocation " << number << ": " << engram_last_error());
+    CHECK(attempt.told);
+    // As of batches that are not made.
+    if (attempt.in_mujoco) CHECK(attempt.leaked <= 2);
+    if (!attempt.in_mujoco && attempt.leaked != 0) ++lost;
+  }
+  CHECK(lost <= 1);
+  return number;
+}
+
+TEST_CASE("C door: evaluations that there is no memory for", "[api][allocation]") {
+  const Batch keeper = make_running(small_options());  // the scenes stay compiled
+  engram_status status = ENGRAM_OK;
+  const std::string expected = Evaluation{}.run(status).get();
+  const test::MujocoMemory counted;
+  CHECK(fails_well_everywhere(Evaluation{}, expected) > 1000);
+}
+
+// Results are there, and are read, summed up and written again.
+TEST_CASE("C door: finished evaluations that there is no memory for", "[api][allocation]") {
+  const tests::TemporaryFolder folder;
+  const Evaluation evaluation{folder.path().string()};
+  engram_status status = ENGRAM_OK;
+  const std::string expected = evaluation.run(status).get();
+  CHECK(fails_well_everywhere(evaluation, expected) > 300);
+}
+
+// Pictures of what was seen go into the folder, and need a scene (see above).
+TEST_CASE("C door: evaluations into a folder that there is no memory for end no program",
+          "[api][allocation]") {
+  const test::ForgivenLeaks forgiven;
+  const Batch keeper = make_running(small_options());
+  engram_status status = ENGRAM_OK;
+  const std::string expected = Evaluation{}.run(status).get();
+  const test::MujocoMemory counted;
+  std::int64_t number = 1;
+  for (Attempt attempt{.happened = true}; attempt.happened; number = next(number)) {
+    const tests::TemporaryFolder folder;
+    attempt = try_to_evaluate({folder.path().string()}, number, expected);
+    INFO("allocation " << number << ": " << engram_last_error());
+    CHECK(attempt.told);
+  }
+  CHECK(number > 1000);
+}
+
 // The list is made once in a process.
 TEST_CASE("C door: the list of tasks is whole or not there", "[api][allocation]") {
   std::int64_t number = 1;
@@ -248,7 +360,7 @@ TEST_CASE("C door: the list of tasks is whole or not there", "[api][allocation]"
     }
     number = next(number);
   }
-  CHECK_FALSE(parse_json(engram_list_json()).is_discarded());
+  CHECK(parse_document(engram_list_json()));
 }
 
 }  // namespace

@@ -39,7 +39,12 @@ Demonstration made_up(std::uint64_t seed, int length = 12, bool success = true) 
 }
 
 std::vector<std::int64_t> seeds_in(const DemonstrationFolder& folder) {
-  return folder.metadata()["episode_seeds"].get<std::vector<std::int64_t>>();
+  const Document metadata = folder.metadata();
+  std::vector<std::int64_t> seeds;
+  for (const Document& seed : list(part(metadata, "episode_seeds"))) {
+    seeds.push_back(static_cast<std::int64_t>(whole_number(seed)));
+  }
+  return seeds;
 }
 
 // Name and content of everything in a folder.

@@ -16,10 +16,10 @@ using nlohmann::json;
 json to_json(const Constant& constant);
 
 struct Converter {
-  json operator()(bool value) const { return value; }
-  json operator()(int value) const { return value; }
-  json operator()(double value) const { return value; }
-  json operator()(const std::string& value) const { return value; }
+  template <class T>
+  json operator()(const T& value) const {
+    return value;
+  }
   json operator()(const ConstantList& list) const {
     json out = json::array();
     for (const Constant& element : list) out.push_back(to_json(element));
