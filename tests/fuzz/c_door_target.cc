@@ -103,6 +103,7 @@ std::vector<Batch>& batches() {
 struct Run {
   Input input;
   std::vector<engram_env*> made = {};  // by this execution, and closed at its end
+  int attempts = 0;                    // to make one
   std::vector<std::uint8_t> snapshot = {};
   Texts texts = {};
 
@@ -196,8 +197,8 @@ void make(Run& run) {
   const char* id = name(run.input, run.texts);
   engram_env* env = nullptr;
   const int form = run.input.choice(8);
-  // One success per execution is enough.
-  if (!run.made.empty() && form > 1) return;
+  // One success per execution is enough, and so are a few failures: both take long.
+  if ((!run.made.empty() && form > 1) || ++run.attempts > 4) return;
   const engram_status status =
       checked(engram_make(id, form == 7 ? nullptr : &options, form == 0 ? nullptr : &env));
   require((status == ENGRAM_OK) == (env != nullptr), "a handle without success, or none with it");
