@@ -19,6 +19,10 @@ else()
 endif()
 add_executable(engram_tests ${test_sources} ${test_support})
 engram_configure_target(engram_tests)
+if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+  # Its -Wconversion minds signs too, unlike GCC's, by which the tests go.
+  target_compile_options(engram_tests PRIVATE -Wno-sign-conversion)
+endif()
 target_compile_definitions(engram_tests PRIVATE
   ENGRAM_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
 target_link_libraries(engram_tests PRIVATE

@@ -12,8 +12,10 @@ case $preset in
     exit 2
     ;;
 esac
-# Clang builds both sanitizers together in half the time of GCC.
-[ "$preset" != asan-ubsan ] || scripts/install_dependencies.sh clang libclang-rt-dev
+# Clang builds these in half the time of GCC.
+case $preset in
+  asan-ubsan | tsan) scripts/install_dependencies.sh clang libclang-rt-dev ;;
+esac
 scripts/build.sh "$preset" engram_tests engram_cli
 
 suppressions=$PWD/scripts/suppressions
