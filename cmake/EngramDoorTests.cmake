@@ -8,6 +8,9 @@ endif()
 add_executable(engram_c_program "${PROJECT_SOURCE_DIR}/tests/api/c_program.c")
 set_target_properties(engram_c_program PROPERTIES
   C_STANDARD 11 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF LINKER_LANGUAGE C)
+if(ENGRAM_SANITIZE)  # which have a part for C++
+  set_target_properties(engram_c_program PROPERTIES LINKER_LANGUAGE CXX)
+endif()
 target_compile_options(engram_c_program PRIVATE -Wall -Wextra -Wpedantic -Werror)
 target_link_libraries(engram_c_program PRIVATE ${engram_door})
 add_test(NAME c_program COMMAND engram_c_program)

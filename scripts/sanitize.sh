@@ -16,7 +16,8 @@ esac
 case $preset in
   asan-ubsan | tsan) scripts/install_dependencies.sh clang libclang-rt-dev ;;
 esac
-scripts/build.sh "$preset" engram_tests engram_cli
+scripts/build.sh "$preset" engram_tests engram_cli engram_c_program engram_cross_entropy \
+  engram_half_batches
 
 suppressions=$PWD/scripts/suppressions
 # Tests of failing allocations need an allocator that returns null.

@@ -86,7 +86,7 @@ void compare(int hidden, int rounds) {
     }));
     halves[0].step_async(half_actions[0]);
     overlapped.push_back(rate([&] {
-      for (const std::size_t next : {1, 0}) {
+      for (const std::size_t next : {1U, 0U}) {
         network.act(halves[next], half_actions[next]);  // while the other half moves
         halves[1 - next].step_wait();
         halves[next].step_async(half_actions[next]);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/fuzz/input.h"
+#include "tests/sanitizers.h"
 
 namespace engram {
 namespace {
@@ -27,6 +28,8 @@ constexpr Target kTargets[] = {
 };
 
 TEST_CASE("Fuzz targets: their corpora", "[fuzz]") {
+  // Batches of the C door's target, and their threads, last until the process ends.
+  const test::ForgivenLeaks forgiven;
   for (const Target& target : kTargets) {
     const std::filesystem::path folder =
         std::filesystem::path(ENGRAM_TEST_DATA) / "fuzz" / target.name;
