@@ -129,7 +129,8 @@ void lead(Ranks& ranks, const EvalOptions& options) {
 void follow(Ranks& ranks, const EvalOptions& options) {
   const Bytes bytes = share(ranks, {});
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const EvaluationSettings settings = EvaluationSettings::of(*parse_document(text), "settings");
+  const EvaluationSettings settings =
+      EvaluationSettings::of(parse_document(text).value_or(Document()), "settings");
   evaluate(ranks, {}, protocol_of(options, settings), {});
 }
 

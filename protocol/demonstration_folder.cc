@@ -233,7 +233,7 @@ std::int64_t DemonstrationFolder::steps() const {
 
 std::vector<int> DemonstrationFolder::lengths() const {
   std::vector<int> lengths;
-  for (const Kept& kept : kept_) lengths.emplace_back(kept.length);
+  for (const Kept& kept : kept_) lengths.push_back(kept.length);
   return lengths;
 }
 
