@@ -14,6 +14,14 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kDeepest = 64;  // levels of tables and lists
 
+// The value under the key of a table, which may be const; null if there is none.
+template <class Table>
+auto* value_of(Table& table, std::string_view key) {
+  const auto found = std::find_if(table.begin(), table.end(),
+                                  [key](const auto& entry) { return entry.first == key; });
+  return found == table.end() ? nullptr : &found->second;
+}
+
 // --- reading ---
 
 // Takes a text from the JSON library's parser, piece by piece.
@@ -69,10 +77,8 @@ class Builder final : public nlohmann::json_sax<Json> {
       return true;
     }
     auto& table = std::get<DocumentTable>(level.document.value);
-    const auto same = std::find_if(table.begin(), table.end(),
-                                   [&](const auto& entry) { return entry.first == level.key; });
-    if (same != table.end()) {
-      same->second = std::move(value);  // the last one counts
+    if (Document* same = value_of(table, level.key)) {
+      *same = std::move(value);  // the last one counts
     } else {
       table.emplace_back(std::move(level.key), std::move(value));
     }
@@ -173,10 +179,7 @@ std::string to_line(const Document& document) {
 
 const Document* find(const Document& document, std::string_view key) {
   const auto* table = std::get_if<DocumentTable>(&document.value);
-  if (table == nullptr) return nullptr;
-  const auto found = std::find_if(table->begin(), table->end(),
-                                  [key](const auto& entry) { return entry.first == key; });
-  return found == table->end() ? nullptr : &found->second;
+  return table == nullptr ? nullptr : value_of(*table, key);
 }
 
 const Document& part(const Document& document, std::string_view key) {
