@@ -41,6 +41,7 @@ Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int w
     bench.frame_known.resize(props);
     bench.centers.resize(props);
     bench.obstacles.reserve(props);
+    bench.beyond.resize(props);
     bench.gliding.reserve(props);
   }
 }

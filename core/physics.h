@@ -71,6 +71,7 @@ class Physics {
     std::vector<std::uint8_t> frame_known;         // those of resting props come when needed
     std::vector<Eigen::Vector3d> centers;          // of their bounding spheres, world
     std::vector<RobotBounds::Obstacle> obstacles;  // props that are present
+    std::vector<double> beyond;                    // from the robot's reach to sleeping props, m
     std::vector<int> gliding;                      // kinematic props on their way
   };
   class Step;  // one control step under way (physics_step.h)

@@ -80,6 +80,7 @@ void Physics::Step::begin() {
   std::fill(bench_.awake_by_type.begin(), bench_.awake_by_type.end(), 0);
   bench_.obstacles.clear();
   bench_.gliding.clear();
+  std::fill(bench_.beyond.begin(), bench_.beyond.end(), 0.0);
   bool any_awake = false;
   for (int prop = 0; prop < num_props(); ++prop) {
     PropStatus status = state_.status_of(env_, prop);
@@ -100,9 +101,10 @@ void Physics::Step::begin() {
     }
   }
   any_awake |= wake_beside_gliding();
+  // A robot that was among things is taken to be there still; composed_substep() looks.
+  int scene = clearance_.is_clear() ? PhysicsModel::kDynamicsScene : PhysicsModel::kRobotScene;
   clearance_ = RobotBounds::among(clearance_, bench_.obstacles);
-  int scene =
-      any_awake ? model_.smallest_scene(bench_.awake_by_type, true) : PhysicsModel::kDynamicsScene;
+  if (any_awake) scene = model_.smallest_scene(bench_.awake_by_type, true);
   if (!options_.sleep) scene = model_.full_scene();
   enter(scene, state_.qpos.row(env_), state_.qvel.row(env_), state_.qacc_warmstart.row(env_));
 }
@@ -233,7 +235,10 @@ void Physics::Step::composed_substep() {
   if (scene_index_ == PhysicsModel::kDynamicsScene && !robot_is_clear()) {
     move_to(PhysicsModel::kRobotScene);
     compose_kinematics(scene_->model.get(), data_);
+  } else if (scene_index_ == PhysicsModel::kRobotScene && !looked_) {
+    robot_is_clear();  // for the next step
   }
+  looked_ = true;
   if (scene_index_ != PhysicsModel::kDynamicsScene) {
     while (wake_what_is_near()) compose_kinematics(scene_->model.get(), data_);
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 
 #include "core/physics.h"
 
@@ -73,7 +74,8 @@ class Physics::Step {
 
   void composed_substep();
 
-  // Whether the robot is clear of everything, so that it needs no geometry.
+  // Whether the robot is clear of everything, so that it needs no geometry; its environment
+  // remembers that.
   bool robot_is_clear();
 
   // --- waking and sleeping (physics_wake.cc) ---
@@ -81,6 +83,9 @@ class Physics::Step {
   // Wakes sleeping props that the robot or an awake prop could touch, and brings kinematic props
   // into the scene that the robot could touch. True if the scene changed.
   bool wake_what_is_near();
+
+  // Whether the robot is where it wakes a sleeping prop. `lowest` is found when first needed.
+  bool robot_reaches(int prop, std::optional<double>& lowest);
 
   void locate(int prop, const double* pos, const double* quat);
 
@@ -96,7 +101,9 @@ class Physics::Step {
   // the robot is above them most of the time.
   double lowest_reach() const;
 
-  bool robot_near(int prop, double lowest) const;
+  // By how much the robot is at least farther from a prop than where it would wake it, m; not above
+  // zero where it would.
+  double robot_beyond(int prop, double lowest) const;
 
   bool props_near(int prop, int other) const;
 
@@ -154,6 +161,8 @@ class Physics::Step {
   int scene_index_ = 0;
   const SceneModel* scene_ = nullptr;
   mjData* data_ = nullptr;
+  bool looked_ = false;  // at the robot's clearance, in this step
+  std::array<double, RobotBounds::kMaxJoints> seen_qpos_{};  // when sleeping props were looked at
 };
 
 }  // namespace engram

@@ -14,6 +14,8 @@ constexpr double kSleepLinearSpeed = 0.005;  // m/s
 constexpr double kSleepAngularSpeed = 0.05;  // rad/s
 constexpr int kSleepSteps = 5;
 
+constexpr double kFarAway = 1e9;  // m
+
 bool spheres_near(const Eigen::Vector3d& a, double radius_a, const Eigen::Vector3d& b,
                   double radius_b) {
   const double reach = radius_a + radius_b + kPropWakeGap;
@@ -67,27 +69,29 @@ double Physics::Step::lowest_reach() const {
   return lowest;
 }
 
-bool Physics::Step::robot_near(int prop, double lowest) const {
+double Physics::Step::robot_beyond(int prop, double lowest) const {
   const Eigen::Vector3d& center = bench_.centers[at(prop)];
   const double radius = reach_of(prop) + kWakeGap;
-  if (center.z() + radius < lowest) return false;
-  for (std::size_t i = 0; i < model_.reach_geoms().size(); ++i) {
+  const double below = lowest - center.z() - radius;
+  if (below > 0) return below;
+  double least = kFarAway;
+  for (std::size_t i = 0; i < model_.reach_geoms().size() && least > 0; ++i) {
     const int geom = model_.reach_geoms()[i];
-    if (!sphere_reaches_geom(*scene_->model, *data_, geom, center, radius)) continue;
-    if (is_gliding(prop) ||
-        parts_near(std::span(&model_.reach_boxes()[i], 1), geom_frame(*data_, geom),
-                   prop_model(prop).parts, frame_of(prop), kWakeGap)) {
-      return true;
+    double beyond = sphere_to_geom(*scene_->model, *data_, geom, center, radius);
+    if (beyond <= 0 && !is_gliding(prop)) {
+      beyond = parts_beyond(kWakeGap, std::span(&model_.reach_boxes()[i], 1),
+                            geom_frame(*data_, geom), prop_model(prop).parts, frame_of(prop));
     }
+    least = std::min(least, beyond);
   }
-  return false;
+  return least;
 }
 
 bool Physics::Step::props_near(int prop, int other) const {
   return spheres_near(bench_.centers[at(prop)], prop_model(prop).bounding_radius,
                       bench_.centers[at(other)], prop_model(other).bounding_radius) &&
-         parts_near(prop_model(prop).parts, frame_of(prop), prop_model(other).parts,
-                    frame_of(other), kPropWakeGap);
+         parts_beyond(kPropWakeGap, prop_model(prop).parts, frame_of(prop), prop_model(other).parts,
+                      frame_of(other)) <= 0;
 }
 
 bool Physics::Step::awake_prop_near(int prop) const {
@@ -99,16 +103,28 @@ bool Physics::Step::awake_prop_near(int prop) const {
 
 // --- waking and sleeping ---
 
+// A prop that was farther away than the robot has moved since need not be looked at again.
+bool Physics::Step::robot_reaches(int prop, std::optional<double>& lowest) {
+  double& beyond = bench_.beyond[at(prop)];
+  if (beyond > 0) return false;
+  if (!lowest) lowest = lowest_reach();
+  beyond = robot_beyond(prop, *lowest);
+  return beyond <= 0;
+}
+
 bool Physics::Step::wake_what_is_near() {
   locate_awake();
-  const double lowest = lowest_reach();
+  const double way = model_.robot_bounds().way_from(seen_qpos_, *data_);
+  std::copy_n(data_->qpos, kRobotJoints, seen_qpos_.begin());
+  std::optional<double> lowest;
   bool kinematic = scene_->has_kinematic_props;
   bool changed = false;
   for (int prop = 0; prop < num_props(); ++prop) {
     if (!is_status(prop, PropStatus::kAsleep) || !prop_model(prop).tangible()) continue;
     const bool free = prop_model(prop).free;
     if (!free && kinematic) continue;
-    if (!robot_near(prop, lowest) && !(free && awake_prop_near(prop))) continue;
+    bench_.beyond[at(prop)] -= way;
+    if (!robot_reaches(prop, lowest) && !(free && awake_prop_near(prop))) continue;
     if (!changed) harvest();
     changed = true;
     if (free) prepare_awake(prop);
@@ -128,7 +144,7 @@ void Physics::Step::put_to_sleep() {
     if (!is_awake(prop)) continue;
     const bool resting =
         prop_is_static(state_, env_, prop, kSleepLinearSpeed, kSleepAngularSpeed) &&
-        !robot_near(prop, lowest) && !gliding_near(prop);
+        robot_beyond(prop, lowest) > 0 && !gliding_near(prop);
     slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
                          : std::uint8_t{0};
   }

@@ -8,43 +8,49 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-// By the axes that can separate two boxes: of their faces, of pairs of edges, and that between
-// their centres. `offset` and `rotation` place the second in the frame of the first.
-bool boxes_near(const RoundedBox& a, const RoundedBox& b, const Vec3& offset,
-                const Eigen::Matrix3d& rotation, double gap) {
+constexpr double kFarAway = 1e9;  // m
+
+// How much farther apart than `gap` two boxes are, by the axes that can separate them: of their
+// faces, of pairs of edges, and that between their centres. `offset` and `rotation` place the
+// second in the frame of the first.
+double boxes_beyond(double gap, const RoundedBox& a, const RoundedBox& b, const Vec3& offset,
+                    const Eigen::Matrix3d& rotation) {
   const Eigen::Matrix3d spread = (rotation.array().abs() + 1e-12).matrix();
   const double reach = a.radius + b.radius + gap;
   const Vec3 across_a = a.half + spread * b.half;
-  if ((offset.array().abs() > across_a.array() + reach).any()) return false;
   const Vec3 across_b = b.half + spread.transpose() * a.half;
   const Vec3 seen_from_b = rotation.transpose() * offset;
-  if ((seen_from_b.array().abs() > across_b.array() + reach).any()) return false;
+  const double faces = std::max((offset.cwiseAbs() - across_a).maxCoeff(),
+                                (seen_from_b.cwiseAbs() - across_b).maxCoeff()) -
+                       reach;
+  if (faces > 0) return faces;
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3;
     const int i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
       const int j1 = (j + 1) % 3;
       const int j2 = (j + 2) % 3;
+      // Times the sine of the angle between the edges.
       const double apart = std::abs(offset[i2] * rotation(i1, j) - offset[i1] * rotation(i2, j));
       const double across = a.half[i1] * spread(i2, j) + a.half[i2] * spread(i1, j) +
                             b.half[j1] * spread(i, j2) + b.half[j2] * spread(i, j1);
-      if (apart > across + reach) return false;
+      if (apart > across + reach) return apart - across - reach;
     }
   }
-  const double apart = offset.squaredNorm();
-  const double across =
-      offset.cwiseAbs().dot(a.half) + seen_from_b.cwiseAbs().dot(b.half);  // times the distance
-  return apart <= across + reach * std::sqrt(apart) + 1e-15;
+  const double apart = offset.norm();
+  const double across = offset.cwiseAbs().dot(a.half) + seen_from_b.cwiseAbs().dot(b.half);
+  return apart > 0 ? apart - across / apart - reach - 1e-15 : -reach;
 }
 
 }  // namespace
 
-bool sphere_reaches_geom(const mjModel& model, const mjData& data, int geom,
-                         const Eigen::Vector3d& center, double radius) {
+double sphere_to_geom(const mjModel& model, const mjData& data, int geom,
+                      const Eigen::Vector3d& center, double radius) {
   const Eigen::Map<const Eigen::Vector3d> pos(data.geom_xpos + 3 * geom);
   const Eigen::Vector3d offset = center - pos;
   const double around = model.geom_rbound[geom] + radius;
-  if (offset.squaredNorm() > around * around) return false;
+  const double squared = offset.squaredNorm();
+  if (squared > around * around) return std::sqrt(squared) - around;
 
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.geom_xmat +
                                                                             9 * geom);
@@ -53,15 +59,14 @@ bool sphere_reaches_geom(const mjModel& model, const mjData& data, int geom,
   switch (model.geom_type[geom]) {
     case mjGEOM_BOX: {
       const Eigen::Vector3d half(size[0], size[1], size[2]);
-      return (local - local.cwiseMin(half).cwiseMax(-half)).squaredNorm() <= radius * radius;
+      return (local - local.cwiseMin(half).cwiseMax(-half)).norm() - radius;
     }
     case mjGEOM_CAPSULE: {
       const double along = std::clamp(local.z(), -size[1], size[1]);
-      const double reach = radius + size[0];
-      return (local - Eigen::Vector3d(0, 0, along)).squaredNorm() <= reach * reach;
+      return (local - Eigen::Vector3d(0, 0, along)).norm() - size[0] - radius;
     }
     default:
-      return true;  // inside the bounding sphere: take it as near
+      return 0;  // inside the bounding sphere: take it as touching
   }
 }
 
@@ -98,20 +103,28 @@ RoundedBox enclose_geom(const mjModel& model, int geom) {
   return box;
 }
 
-bool parts_near(std::span<const RoundedBox> a, const Frame& frame_a, std::span<const RoundedBox> b,
-                const Frame& frame_b, double gap) {
+double parts_beyond(double gap, std::span<const RoundedBox> a, const Frame& frame_a,
+                    std::span<const RoundedBox> b, const Frame& frame_b) {
+  double least = kFarAway;
   for (const RoundedBox& first : a) {
     const Vec3 center = frame_a.pos + frame_a.axes * first.frame.pos;
     const Eigen::Matrix3d axes = frame_a.axes * first.frame.axes;
     for (const RoundedBox& second : b) {
       const Vec3 apart = frame_b.pos + frame_b.axes * second.frame.pos - center;
       const double reach = first.ball_radius() + second.ball_radius() + gap;
-      if (apart.squaredNorm() > reach * reach) continue;
-      const Eigen::Matrix3d rotation = axes.transpose() * frame_b.axes * second.frame.axes;
-      if (boxes_near(first, second, axes.transpose() * apart, rotation, gap)) return true;
+      const double squared = apart.squaredNorm();
+      double beyond = 0;
+      if (squared > reach * reach) {
+        beyond = std::sqrt(squared) - reach;
+      } else {
+        const Eigen::Matrix3d rotation = axes.transpose() * frame_b.axes * second.frame.axes;
+        beyond = boxes_beyond(gap, first, second, axes.transpose() * apart, rotation);
+      }
+      if (beyond <= 0) return beyond;
+      least = std::min(least, beyond);
     }
   }
-  return false;
+  return least;
 }
 
 }  // namespace engram

@@ -8,10 +8,10 @@
 
 namespace engram {
 
-// True if the sphere may touch the geom, posed as `data` says. Exact for boxes, capsules and
-// spheres; never misses a touch for any other shape.
-bool sphere_reaches_geom(const mjModel& model, const mjData& data, int geom,
-                         const Eigen::Vector3d& center, double radius);
+// A distance, m, that the sphere has at least from the geom, posed as `data` says; above zero only
+// if they do not touch. Not above zero only if they touch, for boxes, capsules and spheres.
+double sphere_to_geom(const mjModel& model, const mjData& data, int geom,
+                      const Eigen::Vector3d& center, double radius);
 
 // Position and axes (columns) of a body or a geom.
 struct Frame {
@@ -33,8 +33,9 @@ struct RoundedBox {
 };
 RoundedBox enclose_geom(const mjModel& model, int geom);
 
-// False only if every part of one body is farther than `gap` from every part of the other.
-bool parts_near(std::span<const RoundedBox> a, const Frame& frame_a, std::span<const RoundedBox> b,
-                const Frame& frame_b, double gap);
+// By how much, m, every part of one body is at least farther than `gap` from every part of the
+// other; not above zero where one may be as near as that.
+double parts_beyond(double gap, std::span<const RoundedBox> a, const Frame& frame_a,
+                    std::span<const RoundedBox> b, const Frame& frame_b);
 
 }  // namespace engram

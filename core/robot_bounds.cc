@@ -271,14 +271,18 @@ RobotBounds::Clearance RobotBounds::among(const Clearance& before,
   return result;
 }
 
-bool RobotBounds::still_clear(const Clearance& before, const mjData& data) const {
-  double moved = 0;
+double RobotBounds::way_from(const std::array<double, kMaxJoints>& qpos, const mjData& data) const {
+  double way = 0;
   for (std::size_t joint = 0; joint < arms_.size(); ++joint) {
-    moved += arms_[joint] * std::abs(data.qpos[joint] - before.qpos[joint]);
+    way += arms_[joint] * std::abs(data.qpos[joint] - qpos[joint]);
   }
-  // Seen from one body, another moves with the joints on the way between them alone, so this bounds
-  // how much nearer they come too.
-  return moved < std::min(before.own, before.around);
+  return way;
+}
+
+// Seen from one body, another moves with the joints on the way between them alone, so that the way
+// bounds how much nearer they come too.
+bool RobotBounds::still_clear(const Clearance& before, const mjData& data) const {
+  return way_from(before.qpos, data) < std::min(before.own, before.around);
 }
 
 }  // namespace engram

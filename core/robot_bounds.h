@@ -43,9 +43,11 @@ class RobotBounds {
   Clearance clearance(const mjData& data, std::span<const Obstacle> obstacles) const;
   // The same clearance among other obstacles, seen by their height alone.
   static Clearance among(const Clearance& before, std::span<const Obstacle> obstacles);
+  // Most that a point of the robot can have moved from joint angles `qpos` to data.qpos, m: the
+  // joints' turns times the longest arms that they have.
+  double way_from(const std::array<double, kMaxJoints>& qpos, const mjData& data) const;
   // True only if the robot cannot have come to a contact on its way from there to data.qpos,
-  // obstacles being the same: no point of it moves further than the joints' turns times the longest
-  // arms that they have.
+  // obstacles being the same.
   bool still_clear(const Clearance& before, const mjData& data) const;
 
  private:

@@ -73,10 +73,10 @@ void ThreadPool::run_loop(const Loop& loop) {
   }
 
   // Publish the loop, work along, and wait for the others: each of them must have seen the end of
-  // this loop before the next one may overwrite it. One range is not worth waking anybody.
+  // this loop before the next one may overwrite it.
   loop_ = loop;
   next_.store(0, std::memory_order_relaxed);
-  const bool shared = !workers_.empty() && loop.items > loop.chunk;
+  const bool shared = is_shared(loop);
   if (shared) {
     pending_.store(static_cast<std::uint32_t>(workers_.size()), std::memory_order_relaxed);
     generation_.fetch_add(1);
@@ -94,14 +94,28 @@ void ThreadPool::run_loop(const Loop& loop) {
   if (error) std::rethrow_exception(error);
 }
 
+// One range is not worth waking anybody.
+bool ThreadPool::is_shared(const Loop& loop) const noexcept {
+  return !workers_.empty() && loop.items > loop.chunk;
+}
+
+// Of the range that begins there: at most half of every worker's share in what is left.
+int ThreadPool::length_at(const Loop& loop, int begin) const noexcept {
+  const int left = loop.items - begin;
+  if (!is_shared(loop)) return std::min(loop.chunk, left);
+  return std::clamp(left / (2 * threads()), 1, loop.chunk);
+}
+
 // Claims and runs ranges of the current loop until none is left.
 void ThreadPool::work(int worker) noexcept {
   const Loop loop = loop_;
+  int begin = next_.load(std::memory_order_relaxed);
   for (;;) {
-    const std::int64_t claimed = next_.fetch_add(loop.chunk, std::memory_order_relaxed);
-    if (claimed >= loop.items) return;
-    const int begin = static_cast<int>(claimed);
-    const int end = begin + std::min(loop.chunk, loop.items - begin);
+    int end = 0;
+    do {
+      if (begin >= loop.items) return;
+      end = begin + length_at(loop, begin);
+    } while (!next_.compare_exchange_weak(begin, end, std::memory_order_relaxed));
     try {
       loop.body(loop.context, worker, begin, end);
     } catch (...) {
@@ -111,6 +125,7 @@ void ThreadPool::work(int worker) noexcept {
         error_begin_ = begin;
       }
     }
+    begin = next_.load(std::memory_order_relaxed);
   }
 }
 

@@ -28,12 +28,16 @@ class ThreadPool {
 
   int threads() const noexcept { return static_cast<int>(workers_.size()) + 1; }
 
-  // Calls f(worker, begin, end) for the ranges [0, chunk), [chunk, 2 chunk), ... of [0, items),
-  // each range once, on whichever worker is free (0 <= worker < threads()), and returns when all
-  // are done. Does not allocate.
+  // Calls f(worker, begin, end) for neighbouring ranges of [0, items), each range once, on
+  // whichever worker is free (0 <= worker < threads()), and returns when all are done. Does not
+  // allocate.
+  //
+  // Ranges have `chunk` items. Where several threads share a loop, its last ranges get shorter and
+  // shorter, so that nobody waits long for the one who took the last of them. Which ranges there
+  // are depends on items, chunk and threads() alone.
   //
   // Where f throws, the other ranges are still run; then the exception of the lowest range is
-  // rethrown, so that the outcome does not depend on the number of threads.
+  // rethrown, so that the outcome does not depend on which worker was free.
   //
   // Throws Error if items < 0 or chunk < 1 (kInvalidArgument), or if a loop is running already
   // (kBadState): loops neither nest nor overlap.
@@ -57,6 +61,8 @@ class ThreadPool {
   };
 
   void run_loop(const Loop& loop);
+  bool is_shared(const Loop& loop) const noexcept;
+  int length_at(const Loop& loop, int begin) const noexcept;
   void work(int worker) noexcept;
   void serve(int worker) noexcept;
   void stop() noexcept;
@@ -72,7 +78,7 @@ class ThreadPool {
 
   // On cache lines of their own: what every worker polls, claims from and reports to.
   alignas(64) std::atomic<std::uint32_t> generation_ = 0;  // number of loops started
-  alignas(64) std::atomic<std::int64_t> next_ = 0;         // first item not yet claimed
+  alignas(64) std::atomic<int> next_ = 0;                  // first item not yet claimed
   alignas(64) std::atomic<std::uint32_t> pending_ = 0;     // workers not yet done with the loop
 };
 

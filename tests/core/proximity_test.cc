@@ -37,6 +37,7 @@ struct Counts {
   int touches = 0;
   int reached = 0;
   int missed = 0;
+  int promised = 0;  // still no touch when the sphere has come as near as it may
 };
 
 Counts probe(const std::string& shape) {
@@ -53,10 +54,19 @@ Counts probe(const std::string& shape) {
     mj_kinematics(model.get(), data.get());
     mj_collision(model.get(), data.get());
     const Eigen::Map<const Eigen::Vector3d> center(data->geom_xpos + 3);
-    const bool reaches = sphere_reaches_geom(*model, *data, 0, center, kRadius);
+    const double distance = sphere_to_geom(*model, *data, 0, center, kRadius);
+    const bool reaches = distance <= 0;
     counts.touches += data->ncon > 0 ? 1 : 0;
     counts.reached += reaches ? 1 : 0;
     counts.missed += data->ncon > 0 && !reaches ? 1 : 0;
+    if (reaches) continue;
+    Eigen::Map<Eigen::Vector3d> sphere(data->mocap_pos + 3);
+    sphere -=
+        (distance - 1e-9) * (sphere - Eigen::Map<Eigen::Vector3d>(data->mocap_pos)).normalized();
+    mj_kinematics(model.get(), data.get());
+    mj_collision(model.get(), data.get());
+    counts.missed += data->ncon > 0 ? 1 : 0;
+    counts.promised += data->ncon > 0 ? 0 : 1;
   }
   return counts;
 }
@@ -70,7 +80,7 @@ TEST_CASE("A sphere reaches boxes, capsules and spheres exactly when it touches 
     CHECK(counts.missed == 0);
     CHECK(counts.reached == counts.touches);
     CHECK(counts.touches > 500);
-    CHECK(counts.touches < 4500);
+    CHECK(counts.promised > 500);
   }
 }
 
@@ -82,16 +92,70 @@ TEST_CASE("A sphere that touches any other shape is never missed", "[proximity]"
     CHECK(counts.missed == 0);
     CHECK(counts.reached >= counts.touches);
     CHECK(counts.touches > 500);
+    CHECK(counts.promised > 500);
   }
 }
 
-TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity]") {
+// Where slots of a whole scene have a contact, as pairs of slots in order.
+std::set<std::pair<int, int>> touching_slots(const SceneModel& whole, const mjData& data) {
+  std::set<std::pair<int, int>> touches;
+  for (int i = 0; i < data.ncon; ++i) {
+    const auto slot_of = [&](int geom) {
+      return whole.slot_of_body[static_cast<std::size_t>(whole.model->geom_bodyid[geom])];
+    };
+    const int a = slot_of(data.contact[i].geom1);
+    const int b = slot_of(data.contact[i].geom2);
+    if (a >= 0 && b >= 0) touches.emplace(std::min(a, b), std::max(a, b));
+  }
+  return touches;
+}
+
+mjcf::Scene one_of_each_shape() {
   mjcf::Scene scene;
   for (int i = 0; i < mjcf::kObjectShapeCount; ++i) {
     scene.props.push_back(mjcf::shape_prop("shape_" + std::to_string(i),
                                            static_cast<mjcf::ObjectShape>(i), {0, 0, 1, 1}));
   }
-  const PhysicsModel physics(tasks::scene_source(scene));
+  return scene;
+}
+
+TEST_CASE("Shapes do not touch when they have come nearer by less than they were apart",
+          "[proximity]") {
+  const PhysicsModel physics(tasks::scene_source(one_of_each_shape()));
+  const SceneModel& whole = physics.scenes().back();
+  const DataPtr data = make_data(*whole.model);
+  for (const PropSlot& slot : whole.slots) data->qpos[slot.qpos] = 10.0 * (1 + slot.dof);  // apart
+  RandomStream random(5, 0, 0);
+  constexpr double kGap = 0.002;
+  int moved = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const int a = round % mjcf::kObjectShapeCount;
+    const int b = (a + 1 + round % (mjcf::kObjectShapeCount - 1)) % mjcf::kObjectShapeCount;
+    mjtNum* poses[2];
+    Frame frames[2];
+    for (int i = 0; i < 2; ++i) {
+      poses[i] = data->qpos + whole.slots[static_cast<std::size_t>(i == 0 ? a : b)].qpos;
+      random_pose(random, 0.06, poses[i], poses[i] + 3);
+      frames[i] = make_frame(poses[i], poses[i] + 3);
+    }
+    const double beyond =
+        parts_beyond(kGap, physics.props()[static_cast<std::size_t>(a)].parts, frames[0],
+                     physics.props()[static_cast<std::size_t>(b)].parts, frames[1]);
+    if (beyond > 0) {
+      Eigen::Map<Eigen::Vector3d> second(poses[1]);
+      second -= (beyond + kGap - 1e-9) * (second - frames[0].pos).normalized();
+      mj_kinematics(whole.model.get(), data.get());
+      mj_collision(whole.model.get(), data.get());
+      REQUIRE(touching_slots(whole, *data).count({std::min(a, b), std::max(a, b)}) == 0);
+      ++moved;
+    }
+    for (int i = 0; i < 2; ++i) poses[i][0] = 1000.0 + 10.0 * (i == 0 ? a : b);
+  }
+  CHECK(moved > 1000);
+}
+
+TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity]") {
+  const PhysicsModel physics(tasks::scene_source(one_of_each_shape()));
   const SceneModel& whole = physics.scenes().back();
   const DataPtr data = make_data(*whole.model);
   RandomStream random(4, 0, 0);
@@ -107,22 +171,14 @@ TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity
     }
     mj_kinematics(whole.model.get(), data.get());
     mj_collision(whole.model.get(), data.get());
-    std::set<std::pair<int, int>> touches;
-    for (int i = 0; i < data->ncon; ++i) {
-      const auto slot_of = [&](int geom) {
-        return whole.slot_of_body[static_cast<std::size_t>(whole.model->geom_bodyid[geom])];
-      };
-      const int a = slot_of(data->contact[i].geom1);
-      const int b = slot_of(data->contact[i].geom2);
-      if (a >= 0 && b >= 0) touches.emplace(std::min(a, b), std::max(a, b));
-    }
+    const std::set<std::pair<int, int>> touches = touching_slots(whole, *data);
     for (int a = 0; a < mjcf::kObjectShapeCount; ++a) {
       for (int b = a + 1; b < mjcf::kObjectShapeCount; ++b) {
         const PropModel& first = physics.props()[static_cast<std::size_t>(a)];
         const PropModel& second = physics.props()[static_cast<std::size_t>(b)];
         const Frame& frame_a = frames[static_cast<std::size_t>(a)];
         const Frame& frame_b = frames[static_cast<std::size_t>(b)];
-        const bool is_near = parts_near(first.parts, frame_a, second.parts, frame_b, 0);
+        const bool is_near = parts_beyond(0, first.parts, frame_a, second.parts, frame_b) <= 0;
         if (touches.count({a, b}) > 0) REQUIRE(is_near);
         touching += static_cast<int>(touches.count({a, b}));
         near += is_near ? 1 : 0;
@@ -189,7 +245,7 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
       const RobotBounds::Obstacle obstacle{tcp + random_point(random, 0.3), 0.036};
       const bool reaches =
           std::any_of(physics.reach_geoms().begin(), physics.reach_geoms().end(), [&](int geom) {
-            return sphere_reaches_geom(model, *data, geom, obstacle.center, obstacle.radius);
+            return sphere_to_geom(model, *data, geom, obstacle.center, obstacle.radius) <= 0;
           });
       const bool is_clear = physics.robot_bounds().clearance(*data, {&obstacle, 1}).is_clear();
       if (reaches) REQUIRE_FALSE(is_clear);
