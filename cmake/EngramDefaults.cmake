@@ -27,6 +27,17 @@ if(ENGRAM_SANITIZE)
     add_compile_options(-Wno-maybe-uninitialized)
   endif()
   add_link_options(-fsanitize=${ENGRAM_SANITIZE})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL Clang AND ENGRAM_SANITIZE STREQUAL thread)
+    # Clang's runtime for C++ has an operator new where the tests have theirs
+    # (tests/allocation_counter.cc), so the runtime for C is linked instead.
+    execute_process(
+      COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=libclang_rt.tsan-x86_64.a
+      OUTPUT_VARIABLE runtime OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+    set(is_executable $<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>)
+    add_link_options(-fno-sanitize-link-runtime
+      "$<${is_executable}:SHELL:-Wl,--whole-archive ${runtime} -Wl,--no-whole-archive>"
+      "$<${is_executable}:SHELL:-Wl,--export-dynamic -lm -ldl -lrt -lpthread>")
+  endif()
 endif()
 
 # Fuzz targets (tests/fuzz) need all code under test to report what it covers, and what it breaks.

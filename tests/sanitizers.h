@@ -26,6 +26,10 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
+// In front of commands that run under a limit of file sizes. Clang's thread sanitizer makes a file
+// in the temporary folder, if there is one, and crashes when it is cut short.
+inline constexpr const char* kNoTemporaryFolder = "TMPDIR=/nonexistent ";
+
 // While one lives, nothing that is allocated counts as a leak: for what other libraries lose.
 class ForgivenLeaks {
  public:

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tests/apps/command.h"
+#include "tests/sanitizers.h"
 
 namespace engram::tests {
 namespace {
@@ -155,9 +156,9 @@ TEST_CASE("collect: a full disk ends the run, and what was complete stays", "[ap
           0);
   const auto before = files_in(folder.path());
   // No file may exceed so many blocks of 1 KiB: enough for the metadata, not for an episode.
-  const std::string line = "trap '' XFSZ; ulimit -f 40; '" + std::string(ENGRAM_CLI) + "' " +
-                           collection(options, folder.path()) + " >/dev/null 2>'" +
-                           (folder.path() / "err").string() + "'";
+  const std::string line = std::string("trap '' XFSZ; ulimit -f 40; ") + test::kNoTemporaryFolder +
+                           "'" + ENGRAM_CLI + "' " + collection(options, folder.path()) +
+                           " >/dev/null 2>'" + (folder.path() / "err").string() + "'";
   const int status = std::system(("bash -c \"" + line + "\"").c_str());
   CHECK(WEXITSTATUS(status) == 1);
   CHECK_THAT(

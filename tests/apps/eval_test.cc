@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/apps/command.h"
+#include "tests/sanitizers.h"
 
 namespace engram::tests {
 namespace {
@@ -236,8 +237,8 @@ TEST_CASE("eval: a full disk is an error that loses nothing", "[apps]") {
   const auto before = results_in(run.path);
   std::filesystem::remove(run.path / "RememberColor3-VLA-v0.json");
   // No file may grow beyond 512 bytes, which no result fits into.
-  const std::string line = std::string("trap \"\" XFSZ; ulimit -f 1; '") + ENGRAM_CLI + "' " +
-                           run.resume() + " 2>&1 >/dev/null | cat > '" +
+  const std::string line = std::string("trap \"\" XFSZ; ulimit -f 1; ") + test::kNoTemporaryFolder +
+                           "'" + ENGRAM_CLI + "' " + run.resume() + " 2>&1 >/dev/null | cat > '" +
                            (run.folder.path() / "err").string() + "'";
   REQUIRE(std::system(("bash -c '" +
                        [](std::string text) {

@@ -4,6 +4,7 @@
 
 #include "tests/apps/command.h"
 #include "tests/render/video_reader.h"
+#include "tests/sanitizers.h"
 
 namespace engram::tests {
 namespace {
@@ -184,7 +185,8 @@ TEST_CASE("record: a full disk leaves the old file as it was", "[apps]") {
     const auto out = folder.path() / name;
     std::ofstream(out) << "old";
     // No file may grow beyond 8 blocks of 512 bytes.
-    const std::string line = std::string("(trap '' XFSZ; ulimit -f 8; '") + ENGRAM_CLI + "' " +
+    const std::string line = std::string("(trap '' XFSZ; ulimit -f 8; ") +
+                             test::kNoTemporaryFolder + "'" + ENGRAM_CLI + "' " +
                              arguments(out, "--size 128") + " 2>&1) | grep -q '" + name + "'";
     CHECK(std::system(line.c_str()) == 0);
     CHECK(read_file(out) == "old");

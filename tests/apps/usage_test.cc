@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tests/apps/command.h"
+#include "tests/sanitizers.h"
 
 namespace engram::tests {
 
@@ -87,9 +88,10 @@ TEST_CASE("command: a file beyond the allowed size is an error, not the end by a
           "[apps]") {
   const TemporaryFolder folder;
   const std::string scene = (folder.path() / "scene.xml").string();
-  const std::string line =
-      "ulimit -f 1; '" + std::string(ENGRAM_CLI) + "' info RememberColor3-VLA-v0 --mjcf '" + scene +
-      "' 2>&1 >/dev/null | " + "grep -q 'engram: .*cannot be written: File too large'";
+  const std::string line = std::string("ulimit -f 1; ") + test::kNoTemporaryFolder + "'" +
+                           ENGRAM_CLI + "' info RememberColor3-VLA-v0 --mjcf '" + scene +
+                           "' 2>&1 >/dev/null | " +
+                           "grep -q 'engram: .*cannot be written: File too large'";
   CHECK(std::system(line.c_str()) == 0);
   CHECK(std::filesystem::is_empty(folder.path()));
 }
