@@ -34,7 +34,7 @@ struct EnvOptions {
   int num_envs = 1;        // 1 to 1,000,000
   std::uint64_t seed = 0;  // environment i has seed + i
   int threads = 0;         // 1 to 1024, the caller included; 0: one per core
-  int chunk = 0;           // environments that a worker claims at a time; 0: chosen
+  int chunk = 0;           // most environments that a worker claims at a time; 0: chosen
   ObsMode obs_mode = ObsMode::kState;
   RewardMode reward_mode = RewardMode::kNormalizedDense;
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;

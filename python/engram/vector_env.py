@@ -76,7 +76,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         robot_init_qpos_noise: rad, standard deviation, 0 to 1.
         substeps: Physics steps of 0.01 s per control step, 0 to 1000.
         sleep: False switches off every shortcut of the physics.
-        chunk: Environments that a thread claims at a time; 0: chosen.
+        chunk: Most environments that a thread claims at a time; 0: chosen.
         language_in_info: False leaves "language_instruction" out of infos, for wrappers that know
             no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
         max_episode_steps: Gymnasium passes it on; it must be the task's own horizon.
