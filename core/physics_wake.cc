@@ -14,8 +14,6 @@ constexpr double kSleepLinearSpeed = 0.005;  // m/s
 constexpr double kSleepAngularSpeed = 0.05;  // rad/s
 constexpr int kSleepSteps = 5;
 
-constexpr double kFarAway = 1e9;  // m
-
 bool spheres_near(const Eigen::Vector3d& a, double radius_a, const Eigen::Vector3d& b,
                   double radius_b) {
   const double reach = radius_a + radius_b + kPropWakeGap;
@@ -62,7 +60,7 @@ void Physics::Step::locate_awake() {
 }
 
 double Physics::Step::lowest_reach() const {
-  double lowest = 1e9;
+  double lowest = kFarAway;
   for (const int geom : model_.reach_geoms()) {
     lowest = std::min(lowest, data_->geom_xpos[3 * geom + 2] - scene_->model->geom_rbound[geom]);
   }

@@ -8,8 +8,6 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-constexpr double kFarAway = 1e9;  // m
-
 // How much farther apart than `gap` two boxes are, by the axes that can separate them: of their
 // faces, of pairs of edges, and that between their centres. `offset` and `rotation` place the
 // second in the frame of the first.

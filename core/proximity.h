@@ -8,6 +8,9 @@
 
 namespace engram {
 
+// Farther than anything in a scene.
+inline constexpr double kFarAway = 1e9;  // m
+
 // A distance, m, that the sphere has at least from the geom, posed as `data` says; above zero only
 // if they do not touch. Not above zero only if they touch, for boxes, capsules and spheres.
 double sphere_to_geom(const mjModel& model, const mjData& data, int geom,

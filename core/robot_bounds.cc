@@ -6,13 +6,12 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/proximity.h"
 
 namespace engram {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
-
-constexpr double kFarAway = 1e9;  // m
 
 // About as far as points of the robot move in two control steps: what is further apart need not be
 // known more precisely.
