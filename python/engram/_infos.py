@@ -2,40 +2,120 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
+from engram import _core
+from engram._compat import GYMNASIUM_1
+from engram._spaces import Layout, take
+
+# Outputs that ``reset`` and ``step`` return themselves.
+_RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
 # Infos that are NaN throughout while there are none yet: then their mask is False.
 _SOMETIMES = frozenset(["reward_dict"])
 
 
-def masked(
-    views: dict[str, np.ndarray], instructions: np.ndarray | None, which: np.ndarray
-) -> dict[str, Any]:
-    """Every name beside a mask of the environments that it holds for."""
-    info: dict[str, Any] = {}
-    for name, view in views.items():
-        info[name] = view
-        info[f"_{name}"] = which & _is_known(view) if name in _SOMETIMES else which
-    if instructions is not None:
-        info["language_instruction"] = instructions
-        info["_language_instruction"] = which
-    return info
+class Infos:
+    """What a batch tells beside observations, rewards and endings.
 
+    Attributes:
+        views: Columns by name, views of engram's own buffers.
+        instructions: Instructions of the running episodes. Infos hold them, so that new ones go
+            into a new array.
+        final_views: Columns of episodes that have just ended; empty unless batches reset in the
+            same step.
+    """
 
-def row(
-    views: dict[str, np.ndarray], instructions: np.ndarray | None, index: int
-) -> dict[str, Any]:
-    """One environment's: scalars and copies."""
-    info: dict[str, Any] = {
-        name: view[index].copy() if view.ndim > 1 else _scalar(view[index])
-        for name, view in views.items()
-        if name not in _SOMETIMES or _is_known(view)[index]
-    }
-    if instructions is not None:
-        info["language_instruction"] = instructions[index]
-    return info
+    def __init__(
+        self,
+        batch: _core.Batch,
+        outputs: dict[str, np.ndarray],
+        layout: Layout,
+        *,
+        same_step: bool,
+        copy: bool,
+        language: bool,
+    ) -> None:
+        self._batch = batch
+        self._copy = copy
+        self._language = language
+        names = [n for n in outputs if n not in _RETURNED and n not in layout.keys]
+        self.views = {name: outputs[name] for name in names}
+        self.instructions = np.full(batch.num_envs, "", dtype=object)
+        self.final_views: dict[str, np.ndarray] = {}
+        if same_step:
+            finals: dict[str, Any] = {
+                name: batch.final_output(name) for name in (*names, *layout.keys)
+            }
+            self._final_mask = outputs["final_mask"]
+            self._final_observation = layout.views({**outputs, **finals})
+            self.final_views = {name: finals[name] for name in names}
+
+    def refresh_instructions(self, indices: Iterable[int]) -> None:
+        """Asks for the instructions of the environments that have begun an episode."""
+        fresh = self.instructions.copy()
+        for i in indices:
+            fresh[i] = self._batch.instruction(int(i))
+        self.instructions = fresh
+
+    def columns(self, which: np.ndarray) -> dict[str, Any]:
+        """The whole batch's: every name beside a mask of the environments that it holds for."""
+        return self._masked(self.views, self.instructions, which)
+
+    def row(self, index: int) -> dict[str, Any]:
+        """One environment's: scalars and copies."""
+        return self._row(self.views, self.instructions, index)
+
+    def finals(self) -> dict[str, Any] | None:
+        """Last observations and infos of the episodes that have just ended (same-step mode).
+
+        None if there are none. Instructions are those of the new episodes afterwards.
+        """
+        ended = np.flatnonzero(self._final_mask)
+        if not ended.size:
+            return None
+        which = self._final_mask.copy()
+        instructions = self.instructions
+        self.refresh_instructions(ended)
+        observations = np.full(len(which), None, dtype=object)
+        for i in ended:
+            observations[i] = take(self._final_observation, int(i))
+        if GYMNASIUM_1:
+            infos: Any = self._masked(self.final_views, instructions, which)
+        else:
+            infos = np.full(len(which), None, dtype=object)
+            for i in ended:
+                infos[i] = self._row(self.final_views, instructions, int(i))
+        result = {"final_obs": observations, "final_info": infos}
+        if not GYMNASIUM_1:
+            result["final_observation"] = observations
+        return {**result, **{f"_{name}": which for name in result}}
+
+    def _masked(
+        self, views: dict[str, np.ndarray], instructions: np.ndarray, which: np.ndarray
+    ) -> dict[str, Any]:
+        info: dict[str, Any] = {}
+        for name, view in views.items():
+            info[name] = view.copy() if self._copy else view
+            info[f"_{name}"] = which & _is_known(view) if name in _SOMETIMES else which
+        if self._language:
+            info["language_instruction"] = instructions
+            info["_language_instruction"] = which
+        return info
+
+    def _row(
+        self, views: dict[str, np.ndarray], instructions: np.ndarray, index: int
+    ) -> dict[str, Any]:
+        info: dict[str, Any] = {
+            name: view[index].copy() if view.ndim > 1 else _scalar(view[index])
+            for name, view in views.items()
+            if name not in _SOMETIMES or _is_known(view)[index]
+        }
+        if self._language:
+            info["language_instruction"] = instructions[index]
+        return info
 
 
 def _is_known(view: np.ndarray) -> np.ndarray:

@@ -110,7 +110,7 @@ class Env(gymnasium.Env):
         return take(self.batch._observation, 0)
 
     def _info(self) -> dict[str, Any]:
-        return self.batch._row(self.batch._info_views, self.batch._instructions, 0)
+        return self.batch._infos.row(0)
 
 
 def _remake(arguments: dict[str, Any]) -> Env:

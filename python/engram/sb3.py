@@ -61,7 +61,7 @@ class Sb3VecEnv(VecEnv):
         return observation, reward, dones, infos
 
     def _final_info(self, info: dict[str, Any], index: int, truncated: bool) -> dict[str, Any]:
-        views = self.batch._final_info_views
+        views = self.batch._infos.final_views
         result: dict[str, Any] = {name: view[index].copy() for name, view in views.items()}
         result["terminal_observation"] = info["final_obs"][index]
         result["TimeLimit.truncated"] = truncated

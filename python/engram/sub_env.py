@@ -62,7 +62,7 @@ class SubEnv:
     @property
     def language_instruction(self) -> str:
         """The instruction of the running episode."""
-        return str(self._batch._instructions[self.index])
+        return str(self._batch._infos.instructions[self.index])
 
     @property
     def task_description(self) -> str:

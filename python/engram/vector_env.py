@@ -13,15 +13,15 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from engram import _arguments, _core, _infos, _options
-from engram._compat import GYMNASIUM_1, AutoresetMode
-from engram._spaces import Layout, action_spaces, copy_tree, take
+from engram import _arguments, _core, _options
+from engram._compat import AutoresetMode
+from engram._infos import Infos
+from engram._spaces import Layout, action_spaces, copy_tree
 from engram._spec import spec_of
 from engram.errors import InvalidArgumentError
 from engram.registry import NAMESPACE
 from engram.sub_env import SubEnv
 
-_RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
 _open_batches: weakref.WeakSet[VectorEnv] = weakref.WeakSet()
 
 
@@ -163,9 +163,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._batch = _core.Batch(self.task_id, options)
         self._seed = options.seed
         self._copy = bool(copy)
-        self._language_in_info = bool(language_in_info)
         self._started = False
-        self._open(obs_mode)
+        self._open(obs_mode, bool(language_in_info))
         horizon = self.description["horizon"]
         if max_episode_steps not in (None, horizon):
             self.close()
@@ -175,7 +174,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             )
         self.spec = spec_of(self._arguments, _defaults())
 
-    def _open(self, obs_mode: str) -> None:
+    def _open(self, obs_mode: str, language_in_info: bool) -> None:
         """Everything that follows from an open batch: its description, spaces and views."""
         batch = self._batch
         self.closed = False
@@ -193,16 +192,14 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._observation = self._layout.views(self._views)
         self._ones = np.ones(self.num_envs, np.bool_)
         self._ones.flags.writeable = False
-        info_names = [n for n in self._views if n not in _RETURNED and n not in self._layout.keys]
-        self._info_views = {name: self._views[name] for name in info_names}
-        self._instructions = np.full(self.num_envs, "", dtype=object)
-        if self.autoreset_mode is AutoresetMode.SAME_STEP:
-            finals: dict[str, Any] = {
-                name: batch.final_output(name) for name in (*info_names, *self._layout.keys)
-            }
-            self._final_mask = self._views["final_mask"]
-            self._final_observation = self._layout.views({**self._views, **finals})
-            self._final_info_views = {name: finals[name] for name in info_names}
+        self._infos = Infos(
+            batch,
+            self._views,
+            self._layout,
+            same_step=self.autoreset_mode is AutoresetMode.SAME_STEP,
+            copy=self._copy,
+            language=language_in_info,
+        )
         # 0.29 looks for these.
         self.is_vector_env = True
         self.viewer = None
@@ -250,8 +247,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             self._batch.reset(mask, seeds, pins)
         self._started = True
         which = self._ones if mask is None else mask
-        self._refresh_instructions(np.flatnonzero(which))
-        return self._hand_out(self._observation), self._info(which)
+        self._infos.refresh_instructions(np.flatnonzero(which))
+        return self._hand_out(self._observation), self._infos.columns(which)
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step (0.05 s) of all environments.
@@ -367,8 +364,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             raise InvalidArgumentError(f"data: {_arguments.kind_of(data)} given, bytes needed")
         self._batch.restore(_arguments.place(index, self.num_envs), data)
         self._started = True
-        self._refresh_instructions(range(self.num_envs))
-        return self._hand_out(self._observation), self._info(self._ones)
+        self._infos.refresh_instructions(range(self.num_envs))
+        return self._hand_out(self._observation), self._infos.columns(self._ones)
 
     # --- the batch as Gymnasium's sub-environments ---
 
@@ -449,12 +446,12 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return copy_tree(value) if self._copy else value
 
     def _results(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        finals = self._finals() if self.autoreset_mode is AutoresetMode.SAME_STEP else None
+        finals = self._infos.finals() if self.autoreset_mode is AutoresetMode.SAME_STEP else None
         if finals is None:
             began = np.flatnonzero(self._views["elapsed_steps"] == 0)
             if began.size:
-                self._refresh_instructions(began)
-        info = self._info(self._ones)
+                self._infos.refresh_instructions(began)
+        info = self._infos.columns(self._ones)
         if finals is not None:
             info.update(finals)
         views = self._views
@@ -465,49 +462,6 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             self._hand_out(views["truncated"]),
             info,
         )
-
-    def _info(self, which: np.ndarray) -> dict[str, Any]:
-        return self._masked(self._info_views, self._instructions, which)
-
-    def _masked(
-        self, views: dict[str, np.ndarray], instructions: np.ndarray, which: np.ndarray
-    ) -> dict[str, Any]:
-        if self._copy:
-            views = {name: view.copy() for name, view in views.items()}
-        return _infos.masked(views, instructions if self._language_in_info else None, which)
-
-    def _row(
-        self, views: dict[str, np.ndarray], instructions: np.ndarray, index: int
-    ) -> dict[str, Any]:
-        return _infos.row(views, instructions if self._language_in_info else None, index)
-
-    def _finals(self) -> dict[str, Any] | None:
-        """The last observation and infos of the episodes that have just ended (same-step mode)."""
-        ended = np.flatnonzero(self._final_mask)
-        if not ended.size:
-            return None
-        which = self._final_mask.copy()
-        instructions = self._instructions
-        self._refresh_instructions(ended)
-        observations = np.full(self.num_envs, None, dtype=object)
-        for i in ended:
-            observations[i] = take(self._final_observation, int(i))
-        if GYMNASIUM_1:
-            infos: Any = self._masked(self._final_info_views, instructions, which)
-        else:
-            infos = np.full(self.num_envs, None, dtype=object)
-            for i in ended:
-                infos[i] = self._row(self._final_info_views, instructions, int(i))
-        result = {"final_obs": observations, "final_info": infos}
-        if not GYMNASIUM_1:
-            result["final_observation"] = observations
-        return {**result, **{f"_{name}": which for name in result}}
-
-    def _refresh_instructions(self, indices: Any) -> None:
-        fresh = self._instructions.copy()  # infos that were handed out keep theirs
-        for i in indices:
-            fresh[i] = self._batch.instruction(int(i))
-        self._instructions = fresh
 
 
 def _remake(arguments: dict[str, Any]) -> VectorEnv:

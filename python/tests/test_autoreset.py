@@ -8,7 +8,7 @@ import pytest
 from conftest import ENDING_TASK, TASK, assert_same, noisy_oracle
 
 import engram
-from engram.vector_env import GYMNASIUM_1
+from engram._compat import GYMNASIUM_1
 
 MODES = ["NEXT_STEP", "SAME_STEP", "DISABLED"]
 needs_1 = pytest.mark.skipif(not GYMNASIUM_1, reason="0.29 knows one mode only")

@@ -11,7 +11,7 @@ import pytest
 from conftest import TASK
 
 import engram
-from engram.vector_env import GYMNASIUM_1
+from engram._compat import GYMNASIUM_1
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[1] / "examples"
 

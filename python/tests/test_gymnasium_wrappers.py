@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import TASK
 
-from engram.vector_env import GYMNASIUM_1
+from engram._compat import GYMNASIUM_1
 
 if not GYMNASIUM_1:
     pytest.skip("the vector wrappers of Gymnasium 1.x", allow_module_level=True)

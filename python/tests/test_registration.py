@@ -11,7 +11,7 @@ from conftest import TASK, registered_ids
 from gymnasium.utils.env_checker import check_env
 
 import engram
-from engram.vector_env import GYMNASIUM_1
+from engram._compat import GYMNASIUM_1
 
 
 def make_vec(id: str, num_envs: int, **options):
