@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/mixed_actions.h"
 #include "bench/row_hash.h"
 
 namespace engram::bench {
@@ -52,30 +53,6 @@ struct Trace {
   int episodes = 0;  // that ended
 
   bool operator==(const Trace&) const = default;
-};
-
-// Random actions for even seeds, the oracle's for odd ones.
-class MixedPolicy {
- public:
-  void step(VectorEnv& env) {
-    const auto dim = static_cast<std::size_t>(env.action_dim());
-    const std::size_t size = static_cast<std::size_t>(env.num_envs()) * dim;
-    actions_.resize(size);
-    scripted_.resize(size);
-    env.act(Policy::kRandom, actions_);
-    env.act(Policy::kOracle, scripted_);
-    for (int i = 0; i < env.num_envs(); ++i) {
-      if (env.state().seed[i] % 2 == 0) continue;
-      const std::size_t at = static_cast<std::size_t>(i) * dim;
-      std::copy_n(scripted_.begin() + static_cast<std::ptrdiff_t>(at), dim,
-                  actions_.begin() + static_cast<std::ptrdiff_t>(at));
-    }
-    env.step(actions_);
-  }
-
- private:
-  std::vector<float> actions_;
-  std::vector<float> scripted_;
 };
 
 class Checker {
@@ -135,6 +112,7 @@ class Checker {
 
   Record run_episodes(const Play& play, std::vector<Beginning>* snapshots) {
     const auto env = batch(play, ObsMode::kState);
+    MixedActions actions(*env);
     const int horizon = env->info().horizon;
     Record record;
     record.stretches = order_of(kEpisodes, play.shuffled);
@@ -144,7 +122,7 @@ class Checker {
       // The last snapshots are near the end, so that stretches pass it.
       const int last = std::max(0, horizon - options_.steps / 2);
       const int at = std::min(last, horizon * part / kSnapshots);
-      for (; step < at; ++step) advance(*env, record.traces);
+      for (; step < at; ++step) advance(*env, actions, record.traces);
       for (int i = 0; i < kEpisodes && snapshots != nullptr; ++i) {
         (*snapshots)[static_cast<std::size_t>((part - 1) * kEpisodes + i)] = {env->state().seed[i],
                                                                               env->save(i)};
@@ -155,6 +133,7 @@ class Checker {
 
   Record run_stretches(const Play& play) {
     const auto env = batch(play, options_.obs_mode);
+    MixedActions actions(*env);
     const std::vector<int> order = order_of(kStretches, play.shuffled);
     const auto size = static_cast<std::size_t>(play.num_envs);
     Record record;
@@ -165,7 +144,7 @@ class Checker {
       std::vector<Trace> traces(size);
       begin(*env, stretches);
       note(*env, traces);
-      for (int step = 0; step < options_.steps; ++step) advance(*env, traces);
+      for (int step = 0; step < options_.steps; ++step) advance(*env, actions, traces);
       record.stretches.insert(record.stretches.end(), stretches.begin(), stretches.end());
       record.traces.insert(record.traces.end(), traces.begin(), traces.end());
     }
@@ -202,8 +181,9 @@ class Checker {
     return beginnings_[static_cast<std::size_t>(stretch)];
   }
 
-  void advance(VectorEnv& env, std::vector<Trace>& traces) {
-    policy_.step(env);
+  // Random actions for even seeds, the oracle's for odd ones.
+  void advance(VectorEnv& env, MixedActions& actions, std::vector<Trace>& traces) {
+    env.step(actions.choose(env, [&env](int i) { return env.state().seed[i] % 2 == 1; }));
     note(env, traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
       ++traces[i].steps;
@@ -234,7 +214,6 @@ class Checker {
   const IdentityOptions& options_;
   std::vector<Beginning> beginnings_;
   IdentityResult result_;
-  MixedPolicy policy_;
   std::vector<std::byte> row_;
   int played_ = 0;
 };

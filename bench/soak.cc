@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "bench/interleave.h"
+#include "bench/mixed_actions.h"
 #include "bench/rollout.h"
 #include "bench/spin.h"
 #include "core/checksum.h"
@@ -137,13 +138,15 @@ class Walker {
     SoakVisit visit;
     measure(rollout, reference, visit);
     resume(env);
-    std::vector<float> oracle_actions(rollout.actions.size());
+    MixedActions actions(env);
+    const auto solved = [&env](int i) {
+      return kSoakPolicies[turn_of(i, env.state().episode[i])] == Policy::kOracle;
+    };
     std::uint64_t diverged = env.unstable_count();
     const double heap = allocated_bytes();
     const double spent = seconds([&] {
       for (int step = 0; step < steps; ++step) {
-        choose(env, rollout.actions, oracle_actions);
-        env.step(rollout.actions);
+        env.step(actions.choose(env, solved));
         count_episodes(env, visit);
         if (env.unstable_count() == diverged) continue;
         diverged = env.unstable_count();
@@ -179,16 +182,6 @@ class Walker {
     std::vector<std::uint64_t> seeds;
     for (int i = 0; i < kEnvs; ++i) seeds.push_back(options_.seed + static_cast<std::uint64_t>(i));
     env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
-  }
-
-  static void choose(VectorEnv& env, std::vector<float>& actions, std::vector<float>& oracle) {
-    env.act(Policy::kRandom, actions);
-    env.act(Policy::kOracle, oracle);
-    const auto dim = static_cast<std::ptrdiff_t>(env.action_dim());
-    for (int i = 0; i < kEnvs; ++i) {
-      if (kSoakPolicies[turn_of(i, env.state().episode[i])] != Policy::kOracle) continue;
-      std::copy_n(oracle.begin() + i * dim, dim, actions.begin() + i * dim);
-    }
   }
 
   static void count_episodes(const VectorEnv& env, SoakVisit& visit) {

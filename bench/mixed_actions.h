@@ -1,0 +1,39 @@
+// Batches in which some environments act at random and others are solved.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/vector_env.h"
+
+namespace engram::bench {
+
+class MixedActions {
+ public:
+  explicit MixedActions(const VectorEnv& env)
+      : actions_(static_cast<std::size_t>(env.num_envs()) *
+                 static_cast<std::size_t>(env.action_dim())),
+        scripted_(actions_.size()) {}
+
+  // Actions for the batch's next step: the oracle's where `solved(i)` says so of environment i,
+  // random ones elsewhere. Valid until the next call.
+  template <class Solved>
+  std::span<const float> choose(VectorEnv& env, Solved&& solved) {
+    env.act(Policy::kRandom, actions_);
+    env.act(Policy::kOracle, scripted_);
+    const std::ptrdiff_t dim = env.action_dim();
+    for (int i = 0; i < env.num_envs(); ++i) {
+      if (!solved(i)) continue;
+      std::copy_n(scripted_.begin() + i * dim, dim, actions_.begin() + i * dim);
+    }
+    return actions_;
+  }
+
+ private:
+  std::vector<float> actions_;
+  std::vector<float> scripted_;
+};
+
+}  // namespace engram::bench
