@@ -35,6 +35,12 @@ if(TARGET engram_cli)
   target_link_libraries(engram_tests PRIVATE
     CLI11::CLI11 fmt::fmt PkgConfig::ENGRAM_MEDIA ${CMAKE_DL_LIBS})
   target_compile_definitions(engram_tests PRIVATE ENGRAM_CLI="$<TARGET_FILE:engram_cli>")
+  # What makes the command's results depend on the order of its work.
+  add_library(engram_restless_sine MODULE "${PROJECT_SOURCE_DIR}/tests/apps/restless_sine.cc")
+  engram_configure_target(engram_restless_sine)
+  add_dependencies(engram_tests engram_restless_sine)
+  target_compile_definitions(engram_tests PRIVATE
+    ENGRAM_RESTLESS_SINE="$<TARGET_FILE:engram_restless_sine>")
 endif()
 
 # A name that matches no test case fails instead of passing unnoticed. Square brackets and semicolons

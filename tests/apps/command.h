@@ -31,13 +31,13 @@ struct CommandResult {
 };
 
 // Runs `engram` with these arguments, as the shell splits them. `redirect` may send standard output
-// elsewhere.
-inline CommandResult engram_command(const std::string& arguments,
-                                    const std::string& redirect = "") {
+// elsewhere, `environment` set variables.
+inline CommandResult engram_command(const std::string& arguments, const std::string& redirect = "",
+                                    const std::string& environment = "") {
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "out").string();
   const std::string err = (folder.path() / "err").string();
-  const std::string line = std::string("'") + ENGRAM_CLI + "' " + arguments + " </dev/null >'" +
+  const std::string line = environment + " '" + ENGRAM_CLI + "' " + arguments + " </dev/null >'" +
                            out + "' 2>'" + err + "' " + redirect;
   const int status = std::system(line.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "tests/apps/command.h"
+#include "tests/sanitizers.h"
 
 namespace engram::tests {
 
@@ -27,6 +28,16 @@ TEST_CASE("command: verify tells what was compared", "[apps]") {
   CHECK_THAT(words.out, Catch::Contains("fingerprint") &&
                             Catch::Contains(rows[0]["fingerprint"].get<std::string>()) &&
                             !Catch::Contains("rgb"));
+}
+
+TEST_CASE("command: verify fails where the order of the work makes a difference", "[apps]") {
+  if (test::kSanitized) return;  // sanitizers want to be the first that is loaded
+  const std::string environment = std::string("LD_PRELOAD='") + ENGRAM_RESTLESS_SINE + "'";
+  const std::string arguments = "verify RememberColor3-VLA-v0 --obs state --steps 2 --json";
+  const CommandResult result = engram_command(arguments, "", environment);
+  CHECK(result.code == 1);
+  CHECK_THAT(result.err, Catch::Contains("1 of 1 checks found different bits"));
+  CHECK(Json::parse(result.out)[0]["different"] > 0);
 }
 
 }  // namespace engram::tests
