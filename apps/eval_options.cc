@@ -86,7 +86,7 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
   for (const auto& [name, value] : settings.task_options) {
     environment.task_options.push_back({name, value});
   }
-  if (settings.policy_config == Document()) {
+  if (is_null(settings.policy_config)) {
     const auto own = std::find_if(kPolicies.begin(), kPolicies.end(), [&](Policy policy) {
       return settings.policy == policy_name(policy);
     });

@@ -188,6 +188,8 @@ const Document& part(const Document& document, std::string_view key) {
   return *found;
 }
 
+bool is_null(const Document& document) { return document == Document(); }
+
 bool is_table(const Document& document) {
   return std::holds_alternative<DocumentTable>(document.value);
 }

@@ -30,6 +30,7 @@ const Document* find(const Document& document, std::string_view key);
 // The same; throws Error (kIo) if there is none.
 const Document& part(const Document& document, std::string_view key);
 
+bool is_null(const Document& document);
 bool is_table(const Document& document);
 bool is_number(const Document& document);
 

@@ -110,7 +110,7 @@ bool is_result(const Document& task, const std::string& id) {
 
 DocumentTable model_document(const EvaluationSettings& settings) {
   DocumentTable config = {{"library", "engram"}, {"version", version()}};
-  if (settings.policy_config != Document()) config = table(settings.policy_config);
+  if (!is_null(settings.policy_config)) config = table(settings.policy_config);
   if (!settings.task_options.empty()) {
     config.emplace_back("task_options", to_table(settings.task_options));
   }
@@ -127,7 +127,7 @@ EvaluationSettings read_settings(const Document& document) {
   settings.renderer = text(part(document, "renderer"));
   settings.policy = text(part(document, "policy"));
   settings.policy_config = part(document, "policy_config");
-  if (settings.policy_config != Document()) (void)table(settings.policy_config);
+  if (!is_null(settings.policy_config)) (void)table(settings.policy_config);
   for (const auto& [name, value] : table(part(document, "task_options"))) {
     settings.task_options[name] = number(value);
   }

@@ -40,6 +40,8 @@ TEST_CASE("Documents as text", "[document]") {
   CHECK(to_text(DocumentList{}) == "[]\n");
   CHECK(to_text(Document(3)) == "3\n");
   CHECK(to_text(Document()) == "null\n");
+  CHECK(is_null(Document()));
+  CHECK_FALSE(is_null(DocumentTable{}));
   CHECK(to_line(table) ==
         R"({"truths":[true,false],"numbers":[-7,1.0,0.1,1e-09,1e+30],"no number":null,)"
         R"("text":"a \"quoted\" line\nand �","nothing":[],"table":{"of nothing":{},"\t":2}})");
