@@ -8,9 +8,8 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <limits>
+#include <optional>
 
 #include "protocol/files.h"
 #include "protocol/npz.h"
@@ -80,7 +79,7 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
   lock_ = std::make_unique<FolderLock>(path_);
   remove_temporary_files(path_);
   const int files = count_files();
-  if (files > 0 || fs::exists(path_ / kMetadata)) check_metadata();
+  check_metadata();
   for (int i = 0; i < files; ++i) kept_.push_back(read(i));
   if (!kept_.empty()) next_ = static_cast<std::uint64_t>(kept_.back().seed) + 1;
   write_file(path_ / kMetadata, to_text(metadata()));
@@ -108,13 +107,12 @@ std::uint64_t DemonstrationFolder::end_seed() const {
 
 int DemonstrationFolder::count_files() const {
   std::vector<int> numbers;
-  for (const auto& item : fs::directory_iterator(path_)) {
-    const std::string name = item.path().filename().string();
+  for (const std::string& name : names_in(path_)) {
     if (!name.starts_with(kFilePrefix)) continue;
     const int number = file_number(name);
-    if (number < 0 || item.path() != file(number)) {
-      fail(item.path(), "is not a file of engram's: " + std::string(kFilePrefix) +
-                            "<number>.npz without leading zeros expected");
+    if (number < 0 || path_ / name != file(number)) {
+      fail(path_ / name, "is not a file of engram's: " + std::string(kFilePrefix) +
+                             "<number>.npz without leading zeros expected");
     }
     numbers.push_back(number);
   }
@@ -132,10 +130,9 @@ int DemonstrationFolder::count_files() const {
 // Episodes of different plans would mix. Without the file, those that are there are trusted.
 void DemonstrationFolder::check_metadata() const {
   const fs::path path = path_ / kMetadata;
-  if (!fs::exists(path)) return;
-  std::ifstream stream(path, std::ios::binary);
-  const Document document =
-      parse_document(std::string(std::istreambuf_iterator<char>(stream), {})).value_or(Document());
+  const std::optional<std::string> text = read_file(path);
+  if (!text) return;
+  const Document document = parse_document(*text).value_or(Document());
   const Document* id = find(document, "env_id");
   const Document* before = find(document, "engram");
   if (id == nullptr || *id != Document(entry_.id) || before == nullptr || !is_table(*before)) {

@@ -33,6 +33,17 @@ int write_all(int descriptor, std::span<const std::byte> bytes) {
   return 0;
 }
 
+struct OpenFile {
+  explicit OpenFile(int opened) : descriptor(opened) {}
+  ~OpenFile() {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  const int descriptor;
+};
+
 struct CloseFolder {
   void operator()(DIR* folder) const { ::closedir(folder); }
 };
@@ -90,13 +101,37 @@ void require_writable_folder(const fs::path& folder) {
   ::unlink(probe.c_str());
 }
 
+std::optional<std::string> read_file(const fs::path& path) {
+  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.descriptor < 0 && (errno == ENOENT || errno == ENOTDIR)) return std::nullopt;
+  const auto refuse = [&path](int error) { fail("'" + path.string() + "' cannot be read", error); };
+  if (file.descriptor < 0) refuse(errno);
+  std::string text;
+  char piece[16 * 1024];
+  while (true) {
+    const ssize_t got = ::read(file.descriptor, piece, sizeof piece);
+    if (got == 0) return text;
+    if (got > 0) text.append(piece, static_cast<std::size_t>(got));
+    if (got < 0 && errno != EINTR) refuse(errno);
+  }
+}
+
 // libstdc++'s iterator through a folder ends the program if there is no memory for it.
-void remove_temporary_files(const fs::path& folder) {
+std::vector<std::string> names_in(const fs::path& folder) {
   const std::unique_ptr<DIR, CloseFolder> opened(::opendir(folder.c_str()));
   if (opened == nullptr) fail("folder '" + folder.string() + "' cannot be read", errno);
+  std::vector<std::string> names;
   while (const dirent* item = ::readdir(opened.get())) {
-    if (!std::string_view(item->d_name).ends_with(kTemporarySuffix)) continue;
-    ::unlinkat(::dirfd(opened.get()), item->d_name, 0);  // somebody else may have been faster
+    const std::string_view name = item->d_name;
+    if (name != "." && name != "..") names.emplace_back(name);
+  }
+  return names;
+}
+
+void remove_temporary_files(const fs::path& folder) {
+  for (const std::string& name : names_in(folder)) {
+    if (!name.ends_with(kTemporarySuffix)) continue;
+    ::unlink((folder / name).c_str());  // somebody else may have been faster
   }
 }
 

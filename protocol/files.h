@@ -3,8 +3,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace engram {
 
@@ -13,6 +16,12 @@ namespace engram {
 // what was there before stays.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
+
+// The content of a file; nothing if there is none. Throws Error (kIo) if it cannot be read.
+std::optional<std::string> read_file(const std::filesystem::path& path);
+
+// The names of everything in a folder, in no order. Throws Error (kIo) if it cannot be read.
+std::vector<std::string> names_in(const std::filesystem::path& folder);
 
 // Makes the folder, if need be. Throws Error (kIo) if no file can be made in it.
 void require_writable_folder(const std::filesystem::path& folder);

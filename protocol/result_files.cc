@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -42,12 +40,6 @@ std::string title(Split split) {
 double mean(const std::vector<double>& values) {
   if (values.empty()) return 0;
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-std::optional<std::string> content(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
 std::string local_time() {
@@ -242,7 +234,7 @@ ResultFolder ResultFolder::open(const fs::path& folder) {
 
 std::optional<EvaluationSettings> ResultFolder::settings() const {
   const fs::path file = path_ / kSettingsFile;
-  const std::optional<std::string> text = content(file);
+  const std::optional<std::string> text = read_file(file);
   if (!text) return std::nullopt;
   return EvaluationSettings::of(parse_document(*text).value_or(Document()), file);
 }
@@ -255,7 +247,7 @@ std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings&
   for (const RegistryEntry& entry : registry()) {
     const std::string id(entry.id);
     const fs::path file = path_ / (id + ".json");
-    const std::optional<std::string> text = content(file);
+    const std::optional<std::string> text = read_file(file);
     if (!text) continue;
     std::optional<Document> task = parse_document(*text);
     if (!task || !is_result(*task, id)) continue;
@@ -294,7 +286,7 @@ void ResultFolder::add_timing(const std::string& id, double thread_seconds) cons
 
 std::map<std::string, double> ResultFolder::timing() const {
   std::map<std::string, double> seconds;
-  const std::optional<std::string> text = content(path_ / kTimingFile);
+  const std::optional<std::string> text = read_file(path_ / kTimingFile);
   const std::optional<Document> document = text ? parse_document(*text) : std::nullopt;
   const auto* times = document ? std::get_if<DocumentTable>(&document->value) : nullptr;
   if (times == nullptr) return seconds;
@@ -316,7 +308,7 @@ std::map<std::string, Bytes> ResultFolder::samples() const {
   std::map<std::string, Bytes> samples;
   for (const RegistryEntry& entry : registry()) {
     const std::string id(entry.id);
-    const std::optional<std::string> text = content(path_ / kSampleFolder / (id + ".png"));
+    const std::optional<std::string> text = read_file(path_ / kSampleFolder / (id + ".png"));
     if (!text) continue;
     const auto bytes = std::as_bytes(std::span(text->data(), text->size()));
     samples[id].assign(bytes.begin(), bytes.end());

@@ -13,6 +13,7 @@
 #include "protocol/demonstration_folder.h"
 #include "protocol/files.h"
 #include "protocol/npz.h"
+#include "tests/allocation_counter.h"
 #include "tests/temporary_folder.h"
 
 namespace engram::tests {
@@ -265,6 +266,38 @@ TEST_CASE("Demonstrations: what does not fit is refused and stays as it is", "[d
   fs::remove(path / "metadata.json");
   CHECK(DemonstrationFolder(root.path(), kPlanned, plan).complete());
   CHECK(content(path) == before);
+}
+
+TEST_CASE("Demonstrations: a folder that there is no memory for stays as it is",
+          "[demonstrations][allocation]") {
+  const TemporaryFolder root;
+  const CollectionPlan plan{.episodes = 2};
+  fs::path path;
+  {
+    DemonstrationFolder folder(root.path(), kPlanned, plan);
+    path = folder.path();
+    for (std::uint64_t seed = 0; seed < 2; ++seed) folder.accept(seed, made_up(seed));
+  }
+  const auto before = content(path);
+  std::int64_t number = 1;
+  for (bool happened = true; happened; ++number) {
+    const std::int64_t held = test::outstanding_allocations();
+    bool opened = false;
+    {
+      const test::FailingAllocation failing(number);
+      try {
+        opened = DemonstrationFolder(root.path(), kPlanned, plan).complete();
+      } catch (const std::bad_alloc&) {
+      }
+      happened = test::FailingAllocation::happened();
+    }
+    const std::int64_t leaked = test::outstanding_allocations() - held;  // INFO allocates
+    INFO("allocation " << number);
+    CHECK(opened != happened);
+    CHECK(leaked == 0);
+    CHECK((content(path) == before));
+  }
+  CHECK(number > 50);
 }
 
 }  // namespace engram::tests
