@@ -155,16 +155,14 @@ Attempt try_to_make(const engram_options& options, std::int64_t number) {
   return attempt;
 }
 
-TEST_CASE("A batch that there is no memory for is not made", "[api][allocation]") {
-  const test::ForgivenLeaks forgiven;                  // counted below
-  const Batch keeper = make_running(small_options());  // the scenes stay compiled
-  const test::MujocoMemory counted;
-  const engram_options options = test::default_options(4);
-  try_to_make(options, 1'000'000'000);  // what is made once for the whole process
+// Attempts, given as attempt(number), with each allocation failing in turn; all must tell and none
+// may leak. Returns how many allocations there are.
+template <class F>
+std::int64_t all_fail_well(F&& attempt_with) {
   std::int64_t number = 1;
   int lost = 0;
   for (Attempt attempt{.happened = true}; attempt.happened; ++number) {
-    attempt = try_to_make(options, number);
+    attempt = attempt_with(number);
     INFO("allocation " << number << ": " << engram_last_error());
     CHECK(attempt.told);
     // mj_makeData loses up to two blocks that it has already.
@@ -173,7 +171,17 @@ TEST_CASE("A batch that there is no memory for is not made", "[api][allocation]"
   }
   // A pool of tinyxml2 loses a block if its list of blocks cannot grow.
   CHECK(lost <= 1);
-  CHECK(number > 1000);
+  return number;
+}
+
+TEST_CASE("A batch that there is no memory for is not made", "[api][allocation]") {
+  const test::ForgivenLeaks forgiven;                  // counted below
+  const Batch keeper = make_running(small_options());  // the scenes stay compiled
+  const test::MujocoMemory counted;
+  const engram_options options = test::default_options(4);
+  const auto attempt = [&](std::int64_t number) { return try_to_make(options, number); };
+  attempt(1'000'000'000);  // what is made once for the whole process
+  CHECK(all_fail_well(attempt) > 1000);
 }
 
 // Compiling a scene is MuJoCo's work: what it leaks when memory runs out there is its own.
@@ -292,20 +300,9 @@ Attempt try_to_evaluate(const Evaluation& evaluation, std::int64_t number,
   return attempt;
 }
 
-// Every allocation of it fails in turn; returns how many there are.
-std::int64_t fails_well_everywhere(const Evaluation& evaluation, const std::string& expected) {
-  std::int64_t number = 1;
-  int lost = 0;
-  for (Attempt attempt{.happened = true}; attempt.happened; ++number) {
-    attempt = try_to_evaluate(evaluation, number, expected);
-    INFO("allocation " << number << ": " << engram_last_error());
-    CHECK(attempt.told);
-    // As of batches that are not made.
-    if (attempt.in_mujoco) CHECK(attempt.leaked <= 2);
-    if (!attempt.in_mujoco && attempt.leaked != 0) ++lost;
-  }
-  CHECK(lost <= 1);
-  return number;
+std::int64_t all_fail_well(const Evaluation& evaluation, const std::string& expected) {
+  return all_fail_well(
+      [&](std::int64_t number) { return try_to_evaluate(evaluation, number, expected); });
 }
 
 TEST_CASE("C door: evaluations that there is no memory for", "[api][allocation]") {
@@ -313,7 +310,7 @@ TEST_CASE("C door: evaluations that there is no memory for", "[api][allocation]"
   engram_status status = ENGRAM_OK;
   const std::string expected = Evaluation{}.run(status).get();
   const test::MujocoMemory counted;
-  CHECK(fails_well_everywhere(Evaluation{}, expected) > 1000);
+  CHECK(all_fail_well(Evaluation{}, expected) > 1000);
 }
 
 // Results are there, and are read, summed up and written again.
@@ -322,7 +319,7 @@ TEST_CASE("C door: finished evaluations that there is no memory for", "[api][all
   const Evaluation evaluation{folder.path().string()};
   engram_status status = ENGRAM_OK;
   const std::string expected = evaluation.run(status).get();
-  CHECK(fails_well_everywhere(evaluation, expected) > 300);
+  CHECK(all_fail_well(evaluation, expected) > 300);
 }
 
 // Pictures of what was seen go into the folder, and need a scene (see above).

@@ -221,10 +221,10 @@ TEST_CASE("Roll, pitch and yaw compose about fixed axes", "[arm]") {
 TEST_CASE("An arm needs a model with a TCP below seven hinges", "[arm]") {
   const ModelPtr empty = compile_model("<mujoco><worldbody><body/></worldbody></mujoco>");
   CHECK_THROWS_AS(Arm(*empty), Error);
-  const ModelPtr stub = compile_model(
+  const ModelPtr finger = compile_model(
       "<mujoco><worldbody><body><joint type='hinge'/><geom size='1' mass='1'/>"
       "<site name='tcp'/></body></worldbody></mujoco>");
-  CHECK_THROWS_WITH(Arm(*stub), Catch::Contains("seven hinges"));
+  CHECK_THROWS_WITH(Arm(*finger), Catch::Contains("seven hinges"));
 }
 
 }  // namespace
