@@ -18,13 +18,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const RegistryEntry& kTask = require_entry("ShellGamePick-VLA-v0");
+constexpr const char* kId = "ShellGamePick-VLA-v0";
 
 // Content of every file of the task's folder, by name.
 std::map<std::string, std::string> files_in(const fs::path& root) {
   std::map<std::string, std::string> files;
-  if (!fs::exists(root / "data_npz" / kTask.id)) return files;
-  for (const auto& item : fs::directory_iterator(root / "data_npz" / kTask.id)) {
+  const fs::path folder = root / "data_npz" / kId;
+  if (!fs::exists(folder)) return files;
+  for (const auto& item : fs::directory_iterator(folder)) {
     files[item.path().filename().string()] = read_file(item.path());
   }
   return files;
@@ -32,7 +33,7 @@ std::map<std::string, std::string> files_in(const fs::path& root) {
 
 void collect_into(const fs::path& root) {
   Ranks alone;
-  const RegistryEntry* const tasks[] = {&kTask};
+  const RegistryEntry* const tasks[] = {&require_entry(kId)};
   CollectionOptions options;
   options.plan.episodes = 1;
   options.out = root;
@@ -73,7 +74,7 @@ TEST_CASE("A collection that there is no memory for goes on later", "[collection
   // What physics needs is compiled once.
   EnvOptions options = demonstration_options();
   options.num_envs = 1;
-  const auto keeper = make(kTask.id, options);
+  const auto keeper = make(kId, options);
   const TemporaryFolder whole;
   collect_into(whole.path());
   const auto expected = files_in(whole.path());

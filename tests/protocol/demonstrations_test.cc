@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const RegistryEntry& kBatched = require_entry("RememberColor3-VLA-v0");
-const RegistryEntry& kPlanned = require_entry("TraceShapeEasy-VLA-v0");
+const RegistryEntry& batched_task = require_entry("RememberColor3-VLA-v0");
+const RegistryEntry& planned_task = require_entry("TraceShapeEasy-VLA-v0");
 
 // As if played: `length` steps with reward 1/4 each.
 Demonstration made_up(std::uint64_t seed, int length = 12, bool success = true) {
@@ -159,7 +159,7 @@ TEST_CASE("Demonstrations: a recorded episode can be played again", "[demonstrat
 
 TEST_CASE("Demonstrations: a batch is kept whole or not at all", "[demonstrations]") {
   const TemporaryFolder root;
-  DemonstrationFolder folder(root.path(), kBatched, {.episodes = 15, .start_seed = 100});
+  DemonstrationFolder folder(root.path(), batched_task, {.episodes = 15, .start_seed = 100});
   CHECK(folder.next_seed() == 100);
   CHECK(folder.attempt_end(104) == 110);
   // The second batch is known before the first; one of its episodes failed.
@@ -185,7 +185,7 @@ TEST_CASE("Demonstrations: a batch is kept whole or not at all", "[demonstration
 
 TEST_CASE("Demonstrations: planned families take every success", "[demonstrations]") {
   const TemporaryFolder root;
-  DemonstrationFolder folder(root.path(), kPlanned, {.episodes = 3, .max_attempts = 4});
+  DemonstrationFolder folder(root.path(), planned_task, {.episodes = 3, .max_attempts = 4});
   folder.accept(1, made_up(1, 1));
   folder.accept(0, made_up(0, 5, false));
   CHECK(seeds_in(folder) == std::vector<std::int64_t>{1});
@@ -200,22 +200,22 @@ TEST_CASE("Demonstrations: an interrupted folder is taken up again", "[demonstra
   const CollectionPlan plan{.episodes = 17, .start_seed = 7};
   const TemporaryFolder whole;
   {
-    DemonstrationFolder folder(whole.path(), kBatched, plan);
+    DemonstrationFolder folder(whole.path(), batched_task, plan);
     for (std::uint64_t seed = 7; !folder.finished(); ++seed) folder.accept(seed, made_up(seed));
   }
-  const fs::path expected = whole.path() / "data_npz" / kBatched.id;
+  const fs::path expected = whole.path() / "data_npz" / batched_task.id;
   REQUIRE(content(expected).size() == 18);
   // Interrupted after any number of files, the metadata one behind, with a half-written file.
   for (int files = 0; files <= 17; ++files) {
     const TemporaryFolder root;
-    const fs::path path = root.path() / "data_npz" / kBatched.id;
+    const fs::path path = root.path() / "data_npz" / batched_task.id;
     fs::create_directories(path);
     for (int i = 0; i < files; ++i) {
       const std::string name = "train_data_" + std::to_string(i) + ".npz";
       fs::copy_file(expected / name, path / name);
     }
     write_file(path / ("train_data_" + std::to_string(files) + ".npz.77.engram-tmp"), "half");
-    DemonstrationFolder folder(root.path(), kBatched, plan);
+    DemonstrationFolder folder(root.path(), batched_task, plan);
     CHECK(folder.episodes() == files);
     CHECK(folder.next_seed() == 7U + static_cast<unsigned>(files));
     const std::uint64_t first = folder.next_seed();
@@ -229,14 +229,16 @@ TEST_CASE("Demonstrations: what does not fit is refused and stays as it is", "[d
   const CollectionPlan plan{.episodes = 3};
   fs::path path;
   {
-    DemonstrationFolder folder(root.path(), kPlanned, plan);
+    DemonstrationFolder folder(root.path(), planned_task, plan);
     path = folder.path();
     for (std::uint64_t seed = 0; seed < 3; ++seed) folder.accept(seed, made_up(seed));
-    CHECK_THROWS_WITH(DemonstrationFolder(root.path(), kPlanned, plan), Catch::Contains("in use"));
+    CHECK_THROWS_WITH(DemonstrationFolder(root.path(), planned_task, plan),
+                      Catch::Contains("in use"));
   }
   const auto before = content(path);
   const auto refuses = [&](const CollectionPlan& other, const std::string& words) {
-    CHECK_THROWS_WITH(DemonstrationFolder(root.path(), kPlanned, other), Catch::Contains(words));
+    CHECK_THROWS_WITH(DemonstrationFolder(root.path(), planned_task, other),
+                      Catch::Contains(words));
   };
   refuses({.episodes = 3, .start_seed = 1}, "start_seed 0, 1 given");
   refuses({.episodes = 3, .renderer = "egl"}, "renderer \"cpu\", \"egl\" given");
@@ -264,7 +266,7 @@ TEST_CASE("Demonstrations: what does not fit is refused and stays as it is", "[d
   CHECK(content(path) == before);
   // Without metadata the files themselves tell.
   fs::remove(path / "metadata.json");
-  CHECK(DemonstrationFolder(root.path(), kPlanned, plan).complete());
+  CHECK(DemonstrationFolder(root.path(), planned_task, plan).complete());
   CHECK(content(path) == before);
 }
 
@@ -274,7 +276,7 @@ TEST_CASE("Demonstrations: a folder that there is no memory for stays as it is",
   const CollectionPlan plan{.episodes = 2};
   fs::path path;
   {
-    DemonstrationFolder folder(root.path(), kPlanned, plan);
+    DemonstrationFolder folder(root.path(), planned_task, plan);
     path = folder.path();
     for (std::uint64_t seed = 0; seed < 2; ++seed) folder.accept(seed, made_up(seed));
   }
@@ -286,7 +288,7 @@ TEST_CASE("Demonstrations: a folder that there is no memory for stays as it is",
     {
       const test::FailingAllocation failing(number);
       try {
-        opened = DemonstrationFolder(root.path(), kPlanned, plan).complete();
+        opened = DemonstrationFolder(root.path(), planned_task, plan).complete();
       } catch (const std::bad_alloc&) {
       }
       happened = test::FailingAllocation::happened();
