@@ -104,7 +104,7 @@ Pose Arm::forward(const double* q) const {
 Pose Arm::forward(const double* q, ArmJacobian& jacobian) const {
   std::array<Eigen::Vector3d, kArmJoints> origins;
   std::array<Eigen::Vector3d, kArmJoints> axes;
-  const Pose tool = walk(q, [&](std::size_t i, const Pose& joint) {
+  Pose tool = walk(q, [&](std::size_t i, const Pose& joint) {
     origins[i] = joint.pos;
     axes[i] = joint.quat * Eigen::Vector3d::UnitZ();
   });

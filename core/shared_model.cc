@@ -58,7 +58,7 @@ std::shared_ptr<const PhysicsModel> shared_model(const SceneSource& source) {
   // Others may compile the same meanwhile: the first to be done is shared.
   auto compiled = std::make_unique<const PhysicsModel>(source);
   Forget forget{key};
-  const std::shared_ptr<const PhysicsModel> made(compiled.release(), std::move(forget));
+  std::shared_ptr<const PhysicsModel> made(compiled.release(), std::move(forget));
   Registry& all = registry();
   const std::lock_guard lock(all.mutex);
   std::weak_ptr<const PhysicsModel>& entry = all.models[key];

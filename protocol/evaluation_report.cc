@@ -33,6 +33,7 @@ std::map<std::string, Group> grouped(const DocumentList& tasks, const char* key)
 
 void add_rates(const std::map<std::string, Group>& groups, HtmlReport& report) {
   std::vector<HtmlReport::Bar> bars;
+  bars.reserve(groups.size());
   for (const auto& [name, group] : groups) {
     bars.push_back(
         {name + " (" + std::to_string(group.tasks) + ")", group.rate(), -1, "mean of task rates"});

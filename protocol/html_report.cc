@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <initializer_list>
 
 namespace engram {
 namespace {
@@ -20,6 +21,10 @@ img { max-width: 100%; image-rendering: pixelated } svg { max-width: 100%; heigh
 
 constexpr std::array<const char*, 6> kColors = {"#4878a8", "#c8803c", "#5c9c5c",
                                                 "#a05c98", "#98864c", "#8c8c8c"};
+
+void append(std::string& text, std::initializer_list<std::string_view> pieces) {
+  for (const std::string_view piece : pieces) text += piece;
+}
 
 std::string escaped(std::string_view text) {
   std::string out;
@@ -113,29 +118,28 @@ void HtmlReport::bars(const std::vector<Bar>& bars) {
            " " + std::to_string(height) + "\" font-family=\"sans-serif\" font-size=\"12\">\n";
   for (int tick = 0; tick <= 4; ++tick) {
     const std::string x = format("%.0f", kLabels + kLength * tick / 4.0);
-    body_ += "<line x1=\"" + x + "\" y1=\"0\" x2=\"" + x + "\" y2=\"" +
-             std::to_string(height - kRow) + "\" stroke=\"#ddd\"/><text x=\"" + x + "\" y=\"" +
-             std::to_string(height - 4) + "\" text-anchor=\"middle\" fill=\"#555\">" +
-             format("%.2f", tick / 4.0) + "</text>\n";
+    append(body_,
+           {"<line x1=\"", x, "\" y1=\"0\" x2=\"", x, "\" y2=\"", std::to_string(height - kRow),
+            "\" stroke=\"#ddd\"/><text x=\"", x, "\" y=\"", std::to_string(height - 4),
+            "\" text-anchor=\"middle\" fill=\"#555\">", format("%.2f", tick / 4.0), "</text>\n"});
   }
   int y = 0;
   for (const Bar& bar : bars) {
     const auto group = static_cast<std::size_t>(std::find(groups.begin(), groups.end(), bar.group) -
                                                 groups.begin());
     const double length = kLength * std::clamp(bar.value, 0.0, 1.0);
-    body_ += "<text x=\"" + std::to_string(kLabels - 8) + "\" y=\"" + std::to_string(y + 13) +
-             "\" text-anchor=\"end\">" + escaped(bar.label) + "</text><rect x=\"" +
-             std::to_string(kLabels) + "\" y=\"" + std::to_string(y + 3) + "\" width=\"" +
-             format("%.1f", length) + "\" height=\"" + std::to_string(kRow - 6) + "\" fill=\"" +
-             kColors[group % kColors.size()] + "\"/>";
+    append(body_, {"<text x=\"", std::to_string(kLabels - 8), "\" y=\"", std::to_string(y + 13),
+                   "\" text-anchor=\"end\">", escaped(bar.label), "</text><rect x=\"",
+                   std::to_string(kLabels), "\" y=\"", std::to_string(y + 3), "\" width=\"",
+                   format("%.1f", length), "\" height=\"", std::to_string(kRow - 6), "\" fill=\"",
+                   kColors[group % kColors.size()], "\"/>"});
     if (bar.mark >= 0) {
       const std::string x = format("%.1f", kLabels + kLength * std::clamp(bar.mark, 0.0, 1.0));
-      body_ += "<line x1=\"" + x + "\" y1=\"" + std::to_string(y + 1) + "\" x2=\"" + x +
-               "\" y2=\"" + std::to_string(y + kRow - 1) +
-               "\" stroke=\"#c00\" stroke-width=\"2\"/>";
+      append(body_, {"<line x1=\"", x, "\" y1=\"", std::to_string(y + 1), "\" x2=\"", x, "\" y2=\"",
+                     std::to_string(y + kRow - 1), "\" stroke=\"#c00\" stroke-width=\"2\"/>"});
     }
-    body_ += "<text x=\"" + std::to_string(kLabels + kLength + 8) + "\" y=\"" +
-             std::to_string(y + 13) + "\">" + format("%.3f", bar.value) + "</text>\n";
+    append(body_, {"<text x=\"", std::to_string(kLabels + kLength + 8), "\" y=\"",
+                   std::to_string(y + 13), "\">", format("%.3f", bar.value), "</text>\n"});
     y += kRow;
   }
   body_ += "</svg>\n<p>";

@@ -1,9 +1,9 @@
 // `engram eval` killed at any moment, and under mpirun.
-#include <signal.h>
 #include <spawn.h>
 
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <map>
 #include <random>
