@@ -18,7 +18,9 @@ constexpr double kNear = 0.08;      // m between the centres of batteries that m
 
 // Of a slot, relative to the tray's centre, in the world's axes.
 Vec2 slot_offset(int slot) {
-  return {-(slot % TRAY_COLS - 1) * SLOT_SPACING_Y, (slot / TRAY_COLS - 2) * SLOT_SPACING_X};
+  const int column = slot % TRAY_COLS;
+  const int row = slot / TRAY_COLS;
+  return {-(column - 1) * SLOT_SPACING_Y, (row - 2) * SLOT_SPACING_X};
 }
 
 }  // namespace
