@@ -162,6 +162,7 @@ class Checker {
 
   static std::vector<int> order_of(int count, bool shuffled) {
     std::vector<int> order;
+    order.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) order.push_back(shuffled ? (i * 37 + 5) % count : i);
     return order;
   }
