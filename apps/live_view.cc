@@ -39,6 +39,7 @@ void LiveView::draw(const std::vector<Bar>& bars, const std::vector<Row>& rows) 
   next_ = now + kRedraw;
   const double seconds = std::chrono::duration<double>(now - start_).count();
   std::vector<std::string> lines;
+  lines.reserve(bars.size() + rows.size());
   for (const Bar& bar : bars) {
     lines.push_back(fmt::format("{:<9} {}  {}", bar.label, bar_text(bar.fraction, 32), bar.note));
   }

@@ -96,6 +96,7 @@ void add_rows(std::vector<Row>& rows, const std::string& prefix,
               const std::vector<Budget>& rounds) {
   const auto median_of = [&rounds](auto&& value) {
     std::vector<double> values;
+    values.reserve(rounds.size());
     for (const Budget& budget : rounds) values.push_back(value(budget));
     return median(std::move(values));
   };
@@ -125,6 +126,7 @@ std::vector<Row> run_budget(const Options& options) {
       Meter meter(id, obs, options, threads);
       meter.measure(steps);
       std::vector<Budget> rounds;
+      rounds.reserve(static_cast<std::size_t>(options.rounds));
       for (int round = 0; round < options.rounds; ++round) rounds.push_back(meter.measure(steps));
       add_rows(rows, "budget." + id + (pictures ? ".rgb." : ".state."), rounds);
       ++done;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <thread>
 
@@ -99,11 +100,16 @@ struct Probe {
   std::uint64_t digest = kChecksumSeed;
 };
 
+// Environment i begins episode 0 of seed + i.
+void reset_from(VectorEnv& env, std::uint64_t seed) {
+  std::vector<std::uint64_t> seeds(static_cast<std::size_t>(env.num_envs()));
+  std::iota(seeds.begin(), seeds.end(), seed);
+  env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+}
+
 Probe probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
   VectorEnv& env = *rollout.env;
-  std::vector<std::uint64_t> seeds;
-  for (int i = 0; i < env.num_envs(); ++i) seeds.push_back(seed + static_cast<std::uint64_t>(i));
-  env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+  reset_from(env, seed);
   Probe result;
   for (int step = 0; step < kProbeSteps; ++step) {
     env.act(Policy::kRandom, rollout.actions);
@@ -175,13 +181,11 @@ class Walker {
 
   // Goes on where the last visit ended; the first one begins with episode 0 of its seeds.
   void resume(VectorEnv& env) const {
-    if (!snapshot_.empty()) {
+    if (snapshot_.empty()) {
+      reset_from(env, options_.seed);
+    } else {
       env.restore(snapshot_);
-      return;
     }
-    std::vector<std::uint64_t> seeds;
-    for (int i = 0; i < kEnvs; ++i) seeds.push_back(options_.seed + static_cast<std::uint64_t>(i));
-    env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
   }
 
   static void count_episodes(const VectorEnv& env, SoakVisit& visit) {
