@@ -44,6 +44,7 @@ inline const char* control_mode_name(ControlMode mode) {
 
 inline std::vector<engram_pin> to_c(const std::vector<Pin>& pins) {
   std::vector<engram_pin> all;
+  all.reserve(pins.size());
   for (const Pin& pin : pins)
     all.push_back({pin.name.c_str(), pin.values.data(), pin.values.size()});
   return all;
