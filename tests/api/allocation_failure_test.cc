@@ -9,6 +9,7 @@
 #include "tasks/registry.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/door.h"
+#include "tests/failing_allocations.h"
 #include "tests/sanitizers.h"
 #include "tests/temporary_folder.h"
 
@@ -17,6 +18,7 @@ namespace {
 
 using test::Batch;
 using test::FailingAllocation;
+using test::fails_well_everywhere;
 using test::make_running;
 
 // Every allocation at first, then ever fewer of them.
@@ -199,28 +201,6 @@ TEST_CASE("Scenes that there is no memory for end no program", "[api][allocation
     CHECK(attempt.told);
   }
   CHECK(number > 1000);
-}
-
-// Runs the function with each of its allocations failing in turn; returns how many there are.
-template <class F>
-std::int64_t fails_well_everywhere(F&& run) {
-  for (std::int64_t number = 1;; ++number) {
-    const std::int64_t before = test::outstanding_allocations();
-    bool refused = false;
-    bool happened = false;
-    try {
-      const FailingAllocation failing(number);
-      run();
-      happened = FailingAllocation::happened();
-    } catch (const std::bad_alloc&) {
-      refused = happened = true;
-    }
-    const std::int64_t leaked = test::outstanding_allocations() - before;  // INFO allocates
-    INFO("allocation " << number);
-    CHECK(refused == happened);
-    CHECK(leaked == 0);
-    if (!happened) return number - 1;
-  }
 }
 
 TEST_CASE("Tasks that there is no memory for are not made", "[api][allocation]") {

@@ -1,8 +1,6 @@
 // Files that are either whole or not there.
 #include "protocol/files.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 
