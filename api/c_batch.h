@@ -9,7 +9,7 @@
 #include "api/c_error.h"
 #include "api/step_driver.h"
 #include "engram/engram_c.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::c {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string>
 
-#include "core/controller.h"
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/physics/controller.h"
 
 namespace engram::c {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "engram/engram_c.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::c {
 

@@ -9,7 +9,7 @@
 #include "api/c_batch.h"
 #include "api/c_error.h"
 #include "api/c_options.h"
-#include "api/task_description.h"
+#include "protocol/batch/task_description.h"
 
 namespace {
 

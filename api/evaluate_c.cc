@@ -7,7 +7,7 @@
 #include "api/c_error.h"
 #include "api/c_options.h"
 #include "engram/engram_c.h"
-#include "protocol/evaluation_run.h"
+#include "protocol/evaluation/run.h"
 
 struct engram_policy_reply {
   engram::PolicyReply* reply;

@@ -7,7 +7,7 @@
 #include <span>
 #include <thread>
 
-#include "core/aligned_array.h"
+#include "core/base/aligned_array.h"
 #include "core/vector_env.h"
 
 namespace engram::c {

@@ -13,9 +13,9 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
-#include "protocol/collection.h"
-#include "protocol/collection_report.h"
-#include "protocol/files.h"
+#include "protocol/demonstrations/collection.h"
+#include "protocol/demonstrations/report.h"
+#include "protocol/formats/files.h"
 
 namespace engram::apps {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/row_hash.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 

@@ -12,7 +12,7 @@
 #include "apps/joined_run.h"
 #include "apps/live_view.h"
 #include "apps/output.h"
-#include "protocol/evaluation_run.h"
+#include "protocol/evaluation/run.h"
 
 namespace engram::apps {
 namespace {

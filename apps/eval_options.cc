@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "apps/task_choice.h"
-#include "protocol/policy_process.h"
+#include "protocol/evaluation/policy_process.h"
 
 namespace engram::apps {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "apps/options.h"
-#include "protocol/evaluation.h"
-#include "protocol/result_files.h"
+#include "protocol/evaluation/evaluate.h"
+#include "protocol/evaluation/result_files.h"
 
 namespace engram::apps {
 

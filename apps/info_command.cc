@@ -4,11 +4,11 @@
 
 #include <memory>
 
-#include "api/task_description.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/task_in_words.h"
-#include "protocol/files.h"
+#include "protocol/batch/task_description.h"
+#include "protocol/formats/files.h"
 
 namespace engram::apps {
 namespace {

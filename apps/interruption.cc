@@ -3,7 +3,7 @@
 #include <csignal>
 #include <string>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "protocol/ranks.h"
+#include "protocol/work/ranks.h"
 
 namespace engram::apps {
 

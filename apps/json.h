@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "protocol/document.h"
+#include "protocol/formats/document.h"
 
 namespace engram::apps {
 

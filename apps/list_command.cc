@@ -4,10 +4,10 @@
 
 #include <memory>
 
-#include "api/task_description.h"
 #include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
+#include "protocol/batch/task_description.h"
 
 namespace engram::apps {
 namespace {

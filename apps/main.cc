@@ -16,7 +16,7 @@
 #include "apps/rollout_command.h"
 #include "apps/soak_command.h"
 #include "apps/verify_command.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 namespace {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 

@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "api/media.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 

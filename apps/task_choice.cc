@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::bench {
 

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "bench/rollout.h"
-#include "core/step_clock.h"
+#include "core/base/step_clock.h"
 #include "tasks/family_samples.h"
 
 namespace engram::bench {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/mujoco_handle.h"
+#include "core/physics/mujoco_handle.h"
 #include "core/vector_env.h"
 
 namespace engram::bench {

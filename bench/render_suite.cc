@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "bench/rollout.h"
-#include "core/image_batch.h"
+#include "core/picture/image_batch.h"
 #include "render/document_source.h"
 #include "render/mujoco_reference.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench/interleave.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::bench {
 

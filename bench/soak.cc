@@ -12,9 +12,9 @@
 #include "bench/mixed_actions.h"
 #include "bench/rollout.h"
 #include "bench/spin.h"
-#include "core/checksum.h"
-#include "core/thread_pool.h"
-#include "protocol/make.h"
+#include "core/base/checksum.h"
+#include "core/base/thread_pool.h"
+#include "protocol/batch/make.h"
 
 namespace engram::bench {
 namespace {

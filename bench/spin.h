@@ -1,7 +1,7 @@
 // Work of a fixed size that touches no memory: what the machine's threads can give at most.
 #pragma once
 
-#include "core/thread_pool.h"
+#include "core/base/thread_pool.h"
 
 namespace engram::bench {
 

@@ -14,7 +14,7 @@
 #include "bench/render_suite.h"
 #include "bench/rollout.h"
 #include "bench/spin.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 
 namespace engram::bench {
 namespace {

@@ -23,8 +23,6 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
   # Its -Wconversion minds signs too, unlike GCC's, by which the tests go.
   target_compile_options(engram_tests PRIVATE -Wno-sign-conversion)
 endif()
-target_compile_definitions(engram_tests PRIVATE
-  ENGRAM_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
 target_link_libraries(engram_tests PRIVATE
   engram::engram engram_media Catch2::Catch2 nlohmann_json::nlohmann_json tinyxml2::tinyxml2)
 if(TARGET engram_bench)
@@ -34,14 +32,15 @@ if(TARGET engram_cli)
   add_dependencies(engram_tests engram_cli)
   target_link_libraries(engram_tests PRIVATE
     CLI11::CLI11 fmt::fmt PkgConfig::ENGRAM_MEDIA ${CMAKE_DL_LIBS})
-  target_compile_definitions(engram_tests PRIVATE ENGRAM_CLI="$<TARGET_FILE:engram_cli>")
   # What makes the command's results depend on the order of its work.
   add_library(engram_restless_sine MODULE "${PROJECT_SOURCE_DIR}/tests/apps/restless_sine.cc")
   engram_configure_target(engram_restless_sine)
   add_dependencies(engram_tests engram_restless_sine)
-  target_compile_definitions(engram_tests PRIVATE
-    ENGRAM_RESTLESS_SINE="$<TARGET_FILE:engram_restless_sine>")
 endif()
+set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/build_paths.cc" APPEND PROPERTY COMPILE_DEFINITIONS
+  ENGRAM_ROOT="${PROJECT_SOURCE_DIR}"
+  ENGRAM_CLI="$<$<TARGET_EXISTS:engram_cli>:$<TARGET_FILE:engram_cli>>"
+  ENGRAM_RESTLESS_SINE="$<$<TARGET_EXISTS:engram_restless_sine>:$<TARGET_FILE:engram_restless_sine>>")
 
 # A name that matches no test case fails instead of passing unnoticed. Square brackets and semicolons
 # in names of test cases make such names, because CMake reads them as lists.

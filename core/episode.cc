@@ -5,7 +5,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace engram {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/column.h"
-#include "core/random.h"
+#include "core/base/column.h"
+#include "core/base/random.h"
 
 namespace engram {
 

@@ -5,8 +5,8 @@
 #include <charconv>
 #include <cstring>
 
-#include "core/checksum.h"
-#include "core/error.h"
+#include "core/base/checksum.h"
+#include "core/base/error.h"
 #include "core/vector_env.h"
 
 namespace engram {

@@ -6,16 +6,16 @@
 #include <utility>
 #include <vector>
 
-#include "core/column.h"
-#include "core/constant.h"
+#include "core/base/column.h"
+#include "core/base/constant.h"
 #include "core/episode.h"
-#include "core/scene_source.h"
-#include "core/state.h"
+#include "core/physics/scene_source.h"
+#include "core/physics/state.h"
 #include "core/task_option.h"
 
 namespace engram {
 
-struct Overlay;  // core/overlay.h
+struct Overlay;  // core/picture/overlay.h
 
 // When an episode ends before its horizon (common 5.3).
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };

@@ -7,9 +7,9 @@
 #include <sstream>
 #include <thread>
 
-#include "core/error.h"
-#include "core/length.h"
-#include "core/shared_model.h"
+#include "core/base/error.h"
+#include "core/base/length.h"
+#include "core/physics/shared_model.h"
 
 namespace engram {
 namespace {

@@ -10,12 +10,12 @@
 #include <string_view>
 #include <vector>
 
-#include "core/controller.h"
-#include "core/image_batch.h"
-#include "core/overlay.h"
-#include "core/physics.h"
+#include "core/base/thread_pool.h"
+#include "core/physics/controller.h"
+#include "core/physics/simulator.h"
+#include "core/picture/image_batch.h"
+#include "core/picture/overlay.h"
 #include "core/task.h"
-#include "core/thread_pool.h"
 
 namespace engram {
 

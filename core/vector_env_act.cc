@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/length.h"
+#include "core/base/error.h"
+#include "core/base/length.h"
 #include "core/vector_env.h"
 
 namespace engram {

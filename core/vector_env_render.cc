@@ -1,6 +1,6 @@
 // Pictures of a batch.
-#include "core/error.h"
-#include "core/length.h"
+#include "core/base/error.h"
+#include "core/base/length.h"
 #include "core/vector_env.h"
 
 namespace engram {

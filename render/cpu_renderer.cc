@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/aligned_array.h"
-#include "core/error.h"
+#include "core/base/aligned_array.h"
+#include "core/base/error.h"
 #include "render/cpu_frame.h"
 #include "render/cpu_scene.h"
 #include "render/cpu_view.h"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "core/renderer.h"
+#include "core/picture/renderer.h"
 
 namespace engram {
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace engram::cpu {
 namespace {

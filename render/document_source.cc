@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/mujoco_handle.h"
+#include "core/base/error.h"
+#include "core/physics/mujoco_handle.h"
 #include "render/cpu_renderer.h"
 #include "render/egl_renderer.h"
 #include "render/scene_from_model.h"

@@ -1,7 +1,7 @@
 // Pictures of MJCF documents: the door through which the engine reaches the renderers.
 #pragma once
 
-#include "core/image_source.h"
+#include "core/picture/image_source.h"
 
 namespace engram {
 

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <vector>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace engram {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "render/cpu_scene.h"
 
 namespace engram::gl {

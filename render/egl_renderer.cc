@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "render/egl_context.h"
 #include "render/egl_painter.h"
 

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "core/renderer.h"
+#include "core/picture/renderer.h"
 
 namespace engram {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/renderer.h"
+#include "core/picture/renderer.h"
 #include "render/gl_functions.h"
 
 namespace engram::gl {

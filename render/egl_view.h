@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/renderer.h"
+#include "core/picture/renderer.h"
 #include "render/gl_shapes.h"
 
 namespace engram::gl {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/renderer.h"
+#include "core/picture/renderer.h"
 
 namespace engram::gl {
 

@@ -5,8 +5,8 @@
 #include <mutex>
 #include <vector>
 
-#include "core/error.h"
-#include "core/mujoco_handle.h"
+#include "core/base/error.h"
+#include "core/physics/mujoco_handle.h"
 #include "render/egl_context.h"
 
 namespace engram {

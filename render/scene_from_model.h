@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/renderer.h"
+#include "core/picture/renderer.h"
 
 namespace engram {
 

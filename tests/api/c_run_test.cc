@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/door.h"
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tests/apps/command.h"
+#include "tests/build_paths.h"
 #include "tests/sanitizers.h"
 
 namespace engram::tests {
@@ -124,7 +125,7 @@ TEST_CASE("collect: goes on wherever it was killed", "[apps][long]") {
       const int null = ::open("/dev/null", O_RDWR);
       ::dup2(null, 1);
       ::dup2(null, 2);
-      ::execl(ENGRAM_CLI, "engram", "collect", "RememberColor3-VLA-v0",
+      ::execl(test::kCommand, "engram", "collect", "RememberColor3-VLA-v0",
               "BlinkCountButtonPressEasy-VLA-v0", "--episodes", "10", "--out", out.c_str(),
               nullptr);
       ::_exit(127);
@@ -157,7 +158,7 @@ TEST_CASE("collect: a full disk ends the run, and what was complete stays", "[ap
   const auto before = files_in(folder.path());
   // No file may exceed so many blocks of 1 KiB: enough for the metadata, not for an episode.
   const std::string line = std::string("trap '' XFSZ; ulimit -f 40; ") + test::kNoTemporaryFolder +
-                           "'" + ENGRAM_CLI + "' " + collection(options, folder.path()) +
+                           "'" + test::kCommand + "' " + collection(options, folder.path()) +
                            " >/dev/null 2>'" + (folder.path() / "err").string() + "'";
   const int status = std::system(("bash -c \"" + line + "\"").c_str());
   CHECK(WEXITSTATUS(status) == 1);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/build_paths.h"
 #include "tests/temporary_folder.h"
 
 namespace engram::tests {
@@ -37,8 +38,8 @@ inline CommandResult engram_command(const std::string& arguments, const std::str
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "out").string();
   const std::string err = (folder.path() / "err").string();
-  const std::string line = environment + " '" + ENGRAM_CLI + "' " + arguments + " </dev/null >'" +
-                           out + "' 2>'" + err + "' " + redirect;
+  const std::string line = environment + " '" + test::kCommand + "' " + arguments +
+                           " </dev/null >'" + out + "' 2>'" + err + "' " + redirect;
   const int status = std::system(line.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
 }

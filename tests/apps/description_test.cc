@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 #include "tests/apps/command.h"
 #include "tests/sanitizers.h"
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/apps/command.h"
+#include "tests/build_paths.h"
 
 namespace engram::tests {
 namespace {
@@ -47,7 +48,7 @@ fs::path run_in(const fs::path& output) {
 // Starts the command and kills it after that time. Returns whether it was still running.
 bool kill_after(const std::string& arguments, std::chrono::microseconds time) {
   const std::string line =
-      std::string("exec '") + ENGRAM_CLI + "' " + arguments + " >/dev/null 2>&1 </dev/null";
+      std::string("exec '") + test::kCommand + "' " + arguments + " >/dev/null 2>&1 </dev/null";
   std::string shell = "sh";
   std::string option = "-c";
   std::string text = line;
@@ -110,7 +111,7 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][l
 
 TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps][long]") {
   if (std::system("command -v mpirun >/dev/null") != 0 ||
-      !fs::exists(fs::path(ENGRAM_CLI).parent_path() / "libengram_mpi.so")) {
+      !fs::exists(fs::path(test::kCommand).parent_path() / "libengram_mpi.so")) {
     WARN("no MPI in this build; nothing checked");
     return;
   }
@@ -122,7 +123,7 @@ TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps][long]") {
         "ASAN_OPTIONS=\"$ASAN_OPTIONS:detect_leaks=0\" OMPI_ALLOW_RUN_AS_ROOT=1 "
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 300 mpirun "
         "--oversubscribe -n " +
-        std::to_string(count) + " '" + ENGRAM_CLI + "' " + arguments + " </dev/null >'" + out +
+        std::to_string(count) + " '" + test::kCommand + "' " + arguments + " </dev/null >'" + out +
         "' 2>'" + out + ".err'";
     const int status = std::system(line.c_str());
     return CommandResult{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out),

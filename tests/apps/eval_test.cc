@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/apps/command.h"
+#include "tests/build_paths.h"
 #include "tests/sanitizers.h"
 
 namespace engram::tests {
@@ -62,9 +63,8 @@ std::string python_policy(const std::string& command) {
 }
 
 const std::string kPipePolicy =
-    "python3 " + (std::filesystem::path(ENGRAM_TEST_DATA).parent_path().parent_path() / "python" /
-                  "examples" / "pipe_policy.py")
-                     .string();
+    "python3 " +
+    (std::filesystem::path(test::kRoot) / "python" / "examples" / "pipe_policy.py").string();
 
 }  // namespace
 
@@ -238,8 +238,9 @@ TEST_CASE("eval: a full disk is an error that loses nothing", "[apps]") {
   std::filesystem::remove(run.path / "RememberColor3-VLA-v0.json");
   // No file may grow beyond 512 bytes, which no result fits into.
   const std::string line = std::string("trap \"\" XFSZ; ulimit -f 1; ") + test::kNoTemporaryFolder +
-                           "'" + ENGRAM_CLI + "' " + run.resume() + " 2>&1 >/dev/null | cat > '" +
-                           (run.folder.path() / "err").string() + "'";
+                           "'" + test::kCommand + "' " + run.resume() +
+                           " 2>&1 >/dev/null | cat > '" + (run.folder.path() / "err").string() +
+                           "'";
   REQUIRE(std::system(("bash -c '" +
                        [](std::string text) {
                          for (std::size_t i = 0; (i = text.find('\'', i)) != std::string::npos;

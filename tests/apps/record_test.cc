@@ -3,7 +3,8 @@
 #include <string>
 
 #include "tests/apps/command.h"
-#include "tests/render/video_reader.h"
+#include "tests/build_paths.h"
+#include "tests/media/video_reader.h"
 #include "tests/sanitizers.h"
 
 namespace engram::tests {
@@ -186,7 +187,7 @@ TEST_CASE("record: a full disk leaves the old file as it was", "[apps]") {
     std::ofstream(out) << "old";
     // No file may grow beyond 8 blocks of 512 bytes.
     const std::string line = std::string("(trap '' XFSZ; ulimit -f 8; ") +
-                             test::kNoTemporaryFolder + "'" + ENGRAM_CLI + "' " +
+                             test::kNoTemporaryFolder + "'" + test::kCommand + "' " +
                              arguments(out, "--size 128") + " 2>&1) | grep -q '" + name + "'";
     CHECK(std::system(line.c_str()) == 0);
     CHECK(read_file(out) == "old");

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/digest.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 #include "tests/apps/command.h"
 
 namespace engram::tests {

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 #include "tests/apps/command.h"
 #include "tests/sanitizers.h"
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tests/apps/command.h"
+#include "tests/build_paths.h"
 #include "tests/sanitizers.h"
 
 namespace engram::tests {
@@ -76,7 +77,7 @@ TEST_CASE("command: devices and pipes are written to, not replaced", "[apps]") {
   const auto pipe = folder.path() / "pipe.xml";
   const auto copy = folder.path() / "copy.xml";
   const std::string line = "mkfifo '" + pipe.string() + "' && { cat '" + pipe.string() + "' >'" +
-                           copy.string() + "' & '" + ENGRAM_CLI +
+                           copy.string() + "' & '" + test::kCommand +
                            "' info RememberColor3-VLA-v0 --mjcf '" + pipe.string() +
                            "' >/dev/null; wait; }";
   CHECK(std::system(line.c_str()) == 0);
@@ -89,7 +90,7 @@ TEST_CASE("command: a file beyond the allowed size is an error, not the end by a
   const TemporaryFolder folder;
   const std::string scene = (folder.path() / "scene.xml").string();
   const std::string line = std::string("ulimit -f 1; ") + test::kNoTemporaryFolder + "'" +
-                           ENGRAM_CLI + "' info RememberColor3-VLA-v0 --mjcf '" + scene +
+                           test::kCommand + "' info RememberColor3-VLA-v0 --mjcf '" + scene +
                            "' 2>&1 >/dev/null | " +
                            "grep -q 'engram: .*cannot be written: File too large'";
   CHECK(std::system(line.c_str()) == 0);
@@ -104,8 +105,9 @@ TEST_CASE("command: a reader that goes away is an error of one line", "[apps]") 
                                 "bench overhead --rounds 1 --num-envs 1 --json",
                                 "eval RememberColor3-VLA-v0 --episodes 1 --json"}) {
     // The pipe's other end is closed before anything is written.
-    const std::string line = "bash -c \"set -o pipefail; { sleep 0.2; '" + std::string(ENGRAM_CLI) +
-                             "' " + arguments + " 2>'" + err + "'; } | true\"";
+    const std::string line = "bash -c \"set -o pipefail; { sleep 0.2; '" +
+                             std::string(test::kCommand) + "' " + arguments + " 2>'" + err +
+                             "'; } | true\"";
     const int status = std::system(line.c_str());
     INFO(arguments << ": " << read_file(err));
     CHECK(WIFEXITED(status));

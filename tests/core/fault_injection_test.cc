@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/random.h"
+#include "core/base/random.h"
 #include "tasks/family_samples.h"
 #include "tests/env_helpers.h"
 

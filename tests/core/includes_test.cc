@@ -7,12 +7,14 @@
 #include <set>
 #include <string>
 
+#include "tests/build_paths.h"
+
 namespace engram {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kRoot = fs::path(ENGRAM_TEST_DATA).parent_path().parent_path();
+const fs::path kRoot = test::kRoot;
 
 // What each room may include of the others. "engram" are the public headers in api/.
 const std::map<std::string, std::set<std::string>> kMayInclude = {
@@ -20,8 +22,9 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"mjcf", {"mjcf"}},
     {"tasks", {"core", "mjcf", "tasks"}},
     {"render", {"core", "render"}},
-    {"protocol", {"core", "mjcf", "tasks", "render", "protocol"}},
-    {"api", {"core", "mjcf", "tasks", "render", "protocol", "api", "engram"}},
+    {"media", {"core", "media"}},
+    {"protocol", {"core", "mjcf", "tasks", "render", "media", "protocol"}},
+    {"api", {"core", "mjcf", "tasks", "render", "media", "protocol", "api", "engram"}},
     {"apps", {"protocol", "api", "engram", "bench", "apps"}},
 };
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/episode.h"
-#include "core/error.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

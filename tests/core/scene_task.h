@@ -11,8 +11,8 @@
 
 #include "core/vector_env.h"
 #include "mjcf/scene.h"
-#include "tasks/task_info.h"
-#include "tasks/tool_servo.h"
+#include "tasks/parts/task_info.h"
+#include "tasks/parts/tool_servo.h"
 
 namespace engram::test {
 

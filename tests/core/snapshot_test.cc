@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/checksum.h"
-#include "core/error.h"
-#include "core/random.h"
+#include "core/base/checksum.h"
+#include "core/base/error.h"
+#include "core/base/random.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

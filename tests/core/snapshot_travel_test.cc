@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "core/checksum.h"
-#include "core/random.h"
-#include "protocol/make.h"
+#include "core/base/checksum.h"
+#include "core/base/random.h"
+#include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
 #include "tests/env_helpers.h"
 #include "tests/temporary_folder.h"

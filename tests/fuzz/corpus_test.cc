@@ -6,6 +6,7 @@
 #include <iterator>
 #include <vector>
 
+#include "tests/build_paths.h"
 #include "tests/fuzz/input.h"
 #include "tests/sanitizers.h"
 
@@ -31,8 +32,7 @@ TEST_CASE("Fuzz targets: their corpora", "[fuzz]") {
   // Batches of the C door's target, and their threads, last until the process ends.
   const test::ForgivenLeaks forgiven;
   for (const Target& target : kTargets) {
-    const std::filesystem::path folder =
-        std::filesystem::path(ENGRAM_TEST_DATA) / "fuzz" / target.name;
+    const std::filesystem::path folder = std::filesystem::path(test::kData) / "fuzz" / target.name;
     int files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       std::ifstream file(entry.path(), std::ios::binary);

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace engram::fuzz {
 

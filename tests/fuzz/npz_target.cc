@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "protocol/npz.h"
+#include "protocol/demonstrations/npz.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

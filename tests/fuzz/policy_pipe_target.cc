@@ -2,7 +2,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "protocol/policy_process.h"
+#include "protocol/evaluation/policy_process.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

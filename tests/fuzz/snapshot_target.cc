@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/checksum.h"
-#include "protocol/make.h"
+#include "core/base/checksum.h"
+#include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
 #include "tests/fuzz/input.h"
 

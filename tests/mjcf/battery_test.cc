@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "tests/core/rig.h"
+#include "tests/core/physics/rig.h"
 
 namespace engram {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "mjcf/scene.h"
-#include "tests/core/rig.h"
+#include "tests/core/physics/rig.h"
 
 namespace engram {
 namespace {

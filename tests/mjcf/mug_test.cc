@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/core/rig.h"
+#include "tests/core/physics/rig.h"
 
 namespace engram {
 namespace {

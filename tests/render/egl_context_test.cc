@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "render/egl_renderer.h"
 #include "tests/render/has_egl.h"
 

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "render/cpu_renderer.h"
 #include "render/egl_context.h"
 #include "tests/render/has_egl.h"

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 #include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/family_traits.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/mujoco_handle.h"
+#include "core/base/error.h"
+#include "core/physics/mujoco_handle.h"
 #include "render/cpu_renderer.h"
 #include "render/egl_context.h"
 #include "render/egl_renderer.h"

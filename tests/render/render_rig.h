@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/renderer.h"
+#include "core/picture/renderer.h"
 #include "render/cpu_renderer.h"
 
 namespace engram::test {

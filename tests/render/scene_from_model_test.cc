@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "core/error.h"
-#include "core/mujoco_handle.h"
+#include "core/base/error.h"
+#include "core/physics/mujoco_handle.h"
 #include "render/cpu_renderer.h"
 #include "tests/allocation_counter.h"
 

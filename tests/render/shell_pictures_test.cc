@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 #include "tests/render/has_egl.h"
 

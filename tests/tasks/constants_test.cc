@@ -5,7 +5,8 @@
 #include <string>
 #include <variant>
 
-#include "core/constant.h"
+#include "core/base/constant.h"
+#include "tests/build_paths.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -35,7 +36,7 @@ struct Converter {
 json to_json(const Constant& constant) { return std::visit(Converter{}, constant.value); }
 
 TEST_CASE("Class constants equal the published ones", "[constants]") {
-  std::ifstream file(ENGRAM_TEST_DATA "/constants.json");
+  std::ifstream file(std::string(test::kData) + "/constants.json");
   const json published = json::parse(file);
   int compared = 0;
   for (const std::string& id : test::implemented_ids()) {

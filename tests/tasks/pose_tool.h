@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "tasks/tool_servo.h"
+#include "tasks/parts/tool_servo.h"
 #include "tests/env_helpers.h"
 
 namespace engram::test {

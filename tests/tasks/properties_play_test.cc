@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tasks/family_samples.h"
+#include "tests/build_paths.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/success_conditions.h"
 
@@ -109,7 +110,7 @@ struct RewardRange {
 
 // The table of docs/rewards.md.
 std::vector<RewardRange> documented_ranges() {
-  std::ifstream file(ENGRAM_TEST_DATA "/../../docs/rewards.md");
+  std::ifstream file(std::string(test::kRoot) + "/docs/rewards.md");
   std::vector<RewardRange> ranges;
   for (std::string line; std::getline(file, line);) {
     std::istringstream cells(line);

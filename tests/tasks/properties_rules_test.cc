@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "engram/engram_c.h"
-#include "protocol/make.h"
+#include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
 #include "tests/api/door.h"
 #include "tests/env_helpers.h"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tasks/registry_table.h"
+#include "tests/build_paths.h"
 
 namespace engram {
 namespace {
@@ -27,7 +28,7 @@ std::vector<Row> read_table(const std::string& path) {
 }
 
 TEST_CASE("The registry equals registry.csv in every column", "[registry]") {
-  const std::vector<Row> table = read_table(ENGRAM_TEST_DATA "/registry.csv");
+  const std::vector<Row> table = read_table(std::string(test::kData) + "/registry.csv");
   REQUIRE(table[0] == Row{"id", "family", "horizon", "split", "memory_type", "canonical",
                           "language_instruction"});
   for (std::size_t i = 0; i < registry().size(); ++i) {

@@ -1,0 +1,93 @@
+// The control modes of common 2.2: from an action row to what the drives follow.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/physics/arm.h"
+#include "core/physics/simulator.h"
+#include "core/physics/state.h"
+
+namespace engram {
+
+enum class ControlMode {
+  kPdJointDeltaPos,
+  kPdJointPos,
+  kPdEeDeltaPos,
+  kPdEeDeltaPose,  // canonical
+  kPdEePose,
+  kPdJointTargetDeltaPos,
+  kPdEeTargetDeltaPos,
+  kPdEeTargetDeltaPose,
+  kPdJointVel,
+  kPdJointPosVel,
+  kPdJointDeltaPosVel,
+};
+
+inline constexpr int kControlModes = 11;
+
+// "pd_ee_delta_pose" and so on; nullopt for an unknown name.
+const char* control_mode_name(ControlMode mode);
+std::optional<ControlMode> find_control_mode(std::string_view name);
+
+// Bounds of an action's components. Values beyond them are clipped where the mode is normalised
+// (the rotation of pd_ee_delta_pose by its norm), and taken as they are where it is not.
+struct ActionSpace {
+  std::vector<float> low;
+  std::vector<float> high;
+  bool normalized = true;
+
+  int dim() const { return static_cast<int>(low.size()); }
+};
+
+// Most components that an action of any mode has.
+inline constexpr int kMaxActionDim = 2 * kArmJoints + 1;
+
+class Controller {
+ public:
+  // rotation_sign: -1 as upstream, +1 for rotations that turn the way they say (common 2.3).
+  // joint_ranges: (9, 2). `arm` must outlive this object.
+  Controller(ControlMode mode, const Arm& arm, const double* joint_ranges, int rotation_sign);
+
+  ControlMode mode() const { return mode_; }
+  const ActionSpace& action_space() const { return action_space_; }
+
+  // Sets the controller's own targets to what is measured.
+  void reset(const State& state, int env) const;
+
+  // Works out one control step's drive targets from the measured state and an action row.
+  Drive drive(const State& state, int env, const float* action) const;
+
+  // The action that keeps the robot where it is: all zeros, or the measured position in the modes
+  // that take absolute ones. `action` has action_space().dim() elements.
+  void hold_action(const State& state, int env, float* action) const;
+
+  // The controller's part of the state observation: 0 or 7 values (target modes only).
+  int state_dim() const;
+  const char* state_name() const;
+  const double* state_row(const State& state, int env) const;
+
+ private:
+  Pose measured_pose(const State& state, int env) const;
+  ArmVector delta_pose_target(const State& state, int env, const float* action) const;
+  ArmVector delta_position_target(const State& state, int env, const float* action) const;
+  ArmVector pose_target(const State& state, int env, const Pose& target) const;
+  ArmVector absolute_pose_target(const State& state, int env, const float* action) const;
+  ArmVector tracked_pose_target(const State& state, int env, const float* action,
+                                bool rotates) const;
+  Eigen::Vector3d scaled_rotation(const float* action) const;
+
+  ControlMode mode_;
+  const Arm& arm_;
+  double rotation_sign_;
+  ActionSpace action_space_;
+};
+
+// Finger target for a gripper action in [-1, 1], m: 0.015 + 0.025 a, clipped (common 2.4).
+double gripper_target(double action);
+// The action whose target is `opening` m per finger, clipped to [-1, 1].
+double gripper_action(double opening);
+
+}  // namespace engram

@@ -1,0 +1,159 @@
+#include "core/physics/model.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/base/error.h"
+
+namespace engram {
+namespace {
+
+// Scenes between robot-alone and the whole: enough for any three of four types or so, few enough
+// to compile in some tens of milliseconds.
+constexpr std::size_t kMaxSmallScenes = 20;
+
+[[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInternal, why); }
+
+int body_named(const mjModel& model, const std::string& name) {
+  const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
+  if (body < 0) refuse("scene without a body named '" + name + "'");
+  return body;
+}
+
+// Sphere around the colliding geoms of a body, in its frame, about the centre of their box; and a
+// box around each of them.
+void bound_prop(const mjModel& model, int body, PropModel& prop) {
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9);
+  Eigen::Vector3d high = Eigen::Vector3d::Constant(-1e9);
+  const int first = model.body_geomadr[body];
+  const int last = first + model.body_geomnum[body];
+  for (int geom = first; geom < last; ++geom) {
+    const Eigen::Map<const Eigen::Vector3d> pos(model.geom_pos + 3 * geom);
+    low = low.cwiseMin((pos.array() - model.geom_rbound[geom]).matrix());
+    high = high.cwiseMax((pos.array() + model.geom_rbound[geom]).matrix());
+  }
+  prop.bounding_center.setZero();
+  if (first < last) prop.bounding_center = 0.5 * (low + high);
+  for (int geom = first; geom < last; ++geom) {
+    const Eigen::Map<const Eigen::Vector3d> pos(model.geom_pos + 3 * geom);
+    prop.bounding_radius = std::max(prop.bounding_radius,
+                                    (pos - prop.bounding_center).norm() + model.geom_rbound[geom]);
+    prop.parts.push_back(enclose_geom(model, geom));
+  }
+}
+
+// The law that all nine joints share; refuses scenes in which they differ.
+DriveLaw read_drive_law(const mjModel& model) {
+  const DriveLaw law{model.actuator_gainprm[0], model.dof_damping[0], model.actuator_forcerange[1]};
+  for (int i = 0; i < kRobotJoints; ++i) {
+    const bool same = model.actuator_gainprm[i * mjNGAIN] == law.stiffness &&
+                      model.dof_damping[i] == law.damping &&
+                      model.actuator_forcerange[2 * i + 1] == law.limit &&
+                      model.actuator_trnid[2 * i] == i;
+    if (!same) refuse("the robot's joints need one drive law and actuators in joint order");
+  }
+  return law;
+}
+
+std::vector<SceneModel> compile_scenes(const SceneSource& source, const std::vector<int>& all,
+                                       const std::vector<PropModel>& props) {
+  std::vector<int> free_props;
+  std::vector<int> kinematic_props;
+  for (const int prop : all) {
+    const PropModel& about = props[static_cast<std::size_t>(prop)];
+    if (about.tangible()) (about.free ? free_props : kinematic_props).push_back(prop);
+  }
+  std::vector<SceneModel> scenes;
+  const auto add = [&](std::vector<int> cast, RobotDetail detail) {
+    std::sort(cast.begin(), cast.end());
+    scenes.push_back(compile_scene(source, cast, detail));
+  };
+  add({}, RobotDetail::kDynamics);
+  add({}, RobotDetail::kCollision);
+  if (!kinematic_props.empty() && !free_props.empty()) {
+    add(kinematic_props, RobotDetail::kCollision);
+  }
+  for (std::vector<int>& cast : small_casts(source, free_props, kMaxSmallScenes)) {
+    cast.insert(cast.end(), kinematic_props.begin(), kinematic_props.end());
+    add(std::move(cast), RobotDetail::kCollision);
+  }
+  std::vector<int> whole = free_props;
+  whole.insert(whole.end(), kinematic_props.begin(), kinematic_props.end());
+  if (!whole.empty()) add(std::move(whole), RobotDetail::kCollision);
+  return scenes;
+}
+
+}  // namespace
+
+PhysicsModel::PhysicsModel(const SceneSource& source)
+    : drive_law_(), arm_(*compile_model(source.compose({}, RobotDetail::kDynamics))) {
+  std::vector<int> all(source.props.size());
+  std::iota(all.begin(), all.end(), 0);
+  read_text_model(source, all);
+  scenes_ = compile_scenes(source, all, props_);
+  robot_bounds_ = RobotBounds(robot(), full());
+}
+
+// What is read before the engine makes the models its own.
+void PhysicsModel::read_text_model(const SceneSource& source, const std::vector<int>& all) {
+  const ModelPtr whole = compile_model(source.compose(all, RobotDetail::kCollision));
+  gravity_ = -whole->opt.gravity[2];
+  if (whole->nu != kRobotJoints) refuse("scene without the nine driven joints of the robot");
+  drive_law_ = read_drive_law(*whole);
+  describe_props(source, *whole);
+  find_reach_geoms(*whole);
+  finger_bodies_[0] = body_named(*whole, "leftfinger");
+  finger_bodies_[1] = body_named(*whole, "rightfinger");
+}
+
+void PhysicsModel::describe_props(const SceneSource& source, const mjModel& whole) {
+  if (source.types.size() != source.props.size()) refuse("one type for each prop needed");
+  for (std::size_t i = 0; i < source.props.size(); ++i) {
+    const int body = body_named(whole, source.props[i]);
+    PropModel prop;
+    prop.name = source.props[i];
+    prop.type = source.types[i];
+    prop.free = whole.body_mocapid[body] < 0;
+    prop.mass = whole.body_mass[body];
+    prop.center_of_mass = Eigen::Map<const Eigen::Vector3d>(whole.body_ipos + 3 * body);
+    bound_prop(whole, body, prop);
+    num_types_ = std::max(num_types_, prop.type + 1);
+    props_.push_back(std::move(prop));
+  }
+}
+
+void PhysicsModel::find_reach_geoms(const mjModel& whole) {
+  std::vector<bool> is_prop(static_cast<std::size_t>(whole.nbody), false);
+  for (const PropModel& prop : props_) {
+    is_prop[static_cast<std::size_t>(body_named(whole, prop.name))] = true;
+  }
+  for (int pair = 0; pair < whole.npair; ++pair) {
+    const int geoms[2] = {whole.pair_geom1[pair], whole.pair_geom2[pair]};
+    for (int i = 0; i < 2; ++i) {
+      const int body = whole.geom_bodyid[geoms[i]];
+      const int other = whole.geom_bodyid[geoms[1 - i]];
+      if (body != 0 && !is_prop[static_cast<std::size_t>(body)] &&
+          is_prop[static_cast<std::size_t>(other)]) {
+        reach_geoms_.push_back(geoms[i]);
+      }
+    }
+  }
+  std::sort(reach_geoms_.begin(), reach_geoms_.end());
+  reach_geoms_.erase(std::unique(reach_geoms_.begin(), reach_geoms_.end()), reach_geoms_.end());
+  for (const int geom : reach_geoms_) {
+    reach_boxes_.push_back(enclose_geom(whole, geom));
+    reach_boxes_.back().frame = {};
+  }
+}
+
+int PhysicsModel::smallest_scene(std::span<const int> count_by_type, bool kinematic_props) const {
+  const bool needs_kinematic = kinematic_props && scenes_.back().has_kinematic_props;
+  for (int i = kRobotScene; i < full_scene(); ++i) {
+    const SceneModel& scene = scenes_[static_cast<std::size_t>(i)];
+    if (needs_kinematic && !scene.has_kinematic_props) continue;
+    if (scene.has_room(count_by_type)) return i;
+  }
+  return full_scene();
+}
+
+}  // namespace engram

@@ -1,0 +1,132 @@
+#include "core/physics/scene_model.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "core/base/error.h"
+#include "core/physics/arm.h"
+#include "core/physics/composed_step.h"
+
+namespace engram {
+namespace {
+
+constexpr double kNegligibleDamping = 1e-300;  // N m s/rad
+
+[[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInternal, why); }
+
+// From position drives to motors whose control is the force; no gravity.
+//
+// The drives' damping is taken implicitly. MuJoCo's Euler integrator does that after the contacts
+// are solved, so that they would be solved for accelerations that never happen, and a hand that
+// starts to move would throw what it holds. As armature, h times the damping is the same motion
+// and is there when contacts are solved. What is left of the damping changes no bit; it keeps the
+// integrator from taking the solver's acceleration instead of the forces, and so keeps the robot's
+// bits independent of the props that are awake.
+void make_motors(mjModel& model) {
+  model.opt.gravity[2] = 0;
+  for (int i = 0; i < kRobotJoints; ++i) {
+    model.actuator_gainprm[i * mjNGAIN] = 1;
+    std::fill_n(model.actuator_biasprm + i * mjNBIAS, mjNBIAS, 0.0);
+    model.actuator_biastype[i] = mjBIAS_NONE;
+    model.actuator_forcelimited[i] = 0;
+    model.dof_armature[i] += model.opt.timestep * model.dof_damping[i];
+    model.dof_damping[i] = kNegligibleDamping;
+  }
+}
+
+PropSlot find_slot(const mjModel& model, int body, int type) {
+  const int joint = model.body_jntadr[body];
+  if (joint < 0 || model.jnt_type[joint] != mjJNT_FREE) {
+    refuse(std::string("prop '") + mj_id2name(&model, mjOBJ_BODY, body) +
+           "' has neither a free joint nor a mocap body");
+  }
+  return {type, body, model.jnt_qposadr[joint], model.jnt_dofadr[joint]};
+}
+
+// Appends every choice of `count` more props of the types from `type` on.
+void choose(const std::vector<std::vector<int>>& by_type, std::size_t type, std::size_t count,
+            std::vector<int>& chosen, std::vector<std::vector<int>>& out) {
+  if (type == by_type.size()) {
+    if (count == 0) out.push_back(chosen);
+    return;
+  }
+  const std::size_t most = std::min(count, by_type[type].size());
+  for (std::size_t some = 0; some <= most; ++some) {
+    const std::size_t before = chosen.size();
+    chosen.insert(chosen.end(), by_type[type].begin(),
+                  by_type[type].begin() + static_cast<std::ptrdiff_t>(some));
+    choose(by_type, type + 1, count - some, chosen, out);
+    chosen.resize(before);
+  }
+}
+
+}  // namespace
+
+bool SceneModel::has_room(std::span<const int> count_by_type) const {
+  for (std::size_t type = 0; type < count_by_type.size(); ++type) {
+    const auto room = std::count_if(slots.begin(), slots.end(), [type](const PropSlot& slot) {
+      return slot.type == static_cast<int>(type);
+    });
+    if (room < count_by_type[type]) return false;
+  }
+  return true;
+}
+
+SceneModel compile_scene(const SceneSource& source, std::span<const int> props,
+                         RobotDetail detail) {
+  SceneModel scene;
+  scene.model = compile_model(source.compose(props, detail));
+  const mjModel& model = *scene.model;
+  if (model.nu != kRobotJoints || model.nv < kRobotJoints) {
+    refuse("scene without the nine driven joints of the robot");
+  }
+  make_motors(*scene.model);
+  require_composable(model);
+  scene.mocap.assign(source.props.size(), -1);
+  for (const int prop : props) {
+    const auto index = static_cast<std::size_t>(prop);
+    const int body = mj_name2id(&model, mjOBJ_BODY, source.props[index].c_str());
+    if (body < 0) refuse("scene without a body named '" + source.props[index] + "'");
+    scene.mocap[index] = model.body_mocapid[body];
+    if (scene.mocap[index] >= 0) {
+      scene.has_kinematic_props = true;
+    } else {
+      scene.slots.push_back(find_slot(model, body, source.types[index]));
+    }
+  }
+  std::stable_sort(scene.slots.begin(), scene.slots.end(),
+                   [](const PropSlot& a, const PropSlot& b) { return a.type < b.type; });
+  scene.slot_of_body.assign(static_cast<std::size_t>(model.nbody), -1);
+  for (std::size_t i = 0; i < scene.slots.size(); ++i) {
+    scene.slot_of_body[static_cast<std::size_t>(scene.slots[i].body)] = static_cast<int>(i);
+  }
+  return scene;
+}
+
+std::vector<std::vector<int>> small_casts(const SceneSource& source,
+                                          std::span<const int> free_props, std::size_t limit) {
+  std::map<int, std::vector<int>> grouped;
+  for (const int prop : free_props) {
+    grouped[source.types[static_cast<std::size_t>(prop)]].push_back(prop);
+  }
+  std::vector<std::vector<int>> by_type;
+  by_type.reserve(grouped.size());
+  for (auto& [type, members] : grouped) by_type.push_back(std::move(members));
+
+  std::vector<std::vector<int>> casts;
+  // Large scenes differ little, so their sizes may be further apart.
+  for (std::size_t count = 1; count < free_props.size(); count += 1 + count / 4) {
+    std::vector<std::vector<int>> more;
+    std::vector<int> chosen;
+    choose(by_type, 0, count, chosen, more);
+    if (casts.size() + more.size() > limit) break;
+    for (std::vector<int>& cast : more) {
+      std::sort(cast.begin(), cast.end());
+      casts.push_back(std::move(cast));
+    }
+  }
+  return casts;
+}
+
+}  // namespace engram

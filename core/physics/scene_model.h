@@ -1,0 +1,42 @@
+// A compiled scene with room for some of a task's props.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/physics/mujoco_handle.h"
+#include "core/physics/scene_source.h"
+
+namespace engram {
+
+// Room for one free prop of a type.
+struct PropSlot {
+  int type = 0;
+  int body = 0;
+  int qpos = 0;  // address of seven position coordinates
+  int dof = 0;   // address of six velocity coordinates
+};
+
+// Never written after construction, so all environments and threads share it. Weightless: the
+// engine applies the weight of props, and the robot's links have no gravity (common 2.1). Its
+// drives are motors: controls are forces.
+struct SceneModel {
+  ModelPtr model;
+  std::vector<PropSlot> slots;    // in ascending order of type
+  std::vector<int> slot_of_body;  // or -1
+  std::vector<int> mocap;         // of each prop of the task: its mocap body, or -1
+  bool has_kinematic_props = false;
+
+  // Whether there is a slot for each of these awake props, counted by type.
+  bool has_room(std::span<const int> count_by_type) const;
+};
+
+// Compiles a scene with the props of these indices. Throws Error if the text is refused.
+SceneModel compile_scene(const SceneSource& source, std::span<const int> props, RobotDetail detail);
+
+// Choices of free props, by index, for which smaller scenes are compiled: every combination of
+// types of 1 to 4 props and of some larger numbers, few props first, up to `limit` choices.
+std::vector<std::vector<int>> small_casts(const SceneSource& source,
+                                          std::span<const int> free_props, std::size_t limit);
+
+}  // namespace engram

@@ -1,0 +1,70 @@
+#include "core/physics/shared_model.h"
+
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <string>
+
+namespace engram {
+namespace {
+
+struct Registry {
+  std::mutex mutex;
+  std::map<std::string, std::weak_ptr<const PhysicsModel>> models;
+};
+
+// Never destroyed: batches may outlive everything that is static.
+Registry& registry() {
+  static Registry* const all = new Registry;
+  return *all;
+}
+
+// What distinguishes a source from others: the text of the whole scene, and how its props are used.
+std::string key_of(const SceneSource& source) {
+  std::vector<int> all(source.props.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::string key = source.compose(all, RobotDetail::kCollision);
+  for (const std::string& prop : source.props) key += prop + '\n';
+  for (const int type : source.types) key += std::to_string(type) + '\n';
+  return key;
+}
+
+// Forgets a model when its last user is gone; another one may have taken its place by then.
+struct Forget {
+  std::string key;
+  void operator()(const PhysicsModel* model) const noexcept {
+    {
+      Registry& all = registry();
+      const std::lock_guard lock(all.mutex);
+      const auto found = all.models.find(key);
+      if (found != all.models.end() && found->second.expired()) all.models.erase(found);
+    }
+    delete model;
+  }
+};
+
+std::shared_ptr<const PhysicsModel> find(const std::string& key) {
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  const auto found = all.models.find(key);
+  return found == all.models.end() ? nullptr : found->second.lock();
+}
+
+}  // namespace
+
+std::shared_ptr<const PhysicsModel> shared_model(const SceneSource& source) {
+  const std::string key = key_of(source);
+  if (auto model = find(key)) return model;
+  // Others may compile the same meanwhile: the first to be done is shared.
+  auto compiled = std::make_unique<const PhysicsModel>(source);
+  Forget forget{key};
+  std::shared_ptr<const PhysicsModel> made(compiled.release(), std::move(forget));
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  std::weak_ptr<const PhysicsModel>& entry = all.models[key];
+  if (auto model = entry.lock()) return model;
+  entry = made;
+  return made;
+}
+
+}  // namespace engram

@@ -1,0 +1,49 @@
+// Where pictures come from, as the engine sees it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/picture/renderer.h"
+
+namespace engram {
+
+// Where a body is and how it looks.
+struct BodyView {
+  double pos[3] = {0, 0, 0};      // m, world
+  double quat[4] = {1, 0, 0, 0};  // w, x, y, z
+  bool visible = true;
+  // Colour that replaces the document's, 0..1, where alpha is positive; and added emission.
+  float rgba[4] = {0, 0, 0, 0};
+  float emission = 0;
+};
+
+// Draws a scene document with its bodies put where they are in one environment.
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+  // Names, in the order in which RenderImage::camera counts them.
+  virtual const std::vector<std::string>& cameras() const = 0;
+  // `bodies` in the order that the source was made for. Does not allocate, lock or throw.
+  virtual void render(int worker, std::span<const BodyView> bodies,
+                      std::span<const RenderImage> images) = 0;
+};
+
+struct ImageSourceOptions {
+  std::string renderer = "cpu";  // "cpu" or "egl"
+  bool shadows = false;
+  bool antialias = false;  // 2 x 2 samples per pixel
+  int max_size = 128;      // pixels, of either side of an image
+  bool for_people = true;  // false: leaves out what is hidden from the robot's sensors
+};
+
+// Makes a source for an MJCF document; `bodies` names what BodyViews stand for. Throws Error if
+// the renderer does not exist or cannot work here.
+using ImageSourceFactory = std::function<std::unique_ptr<ImageSource>(
+    const std::string& document, const std::vector<std::string>& bodies,
+    const ImageSourceOptions& options, int workers)>;
+
+}  // namespace engram

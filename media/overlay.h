@@ -1,0 +1,21 @@
+// Overlays (core/picture/overlay.h) on pictures.
+#pragma once
+
+#include "core/picture/overlay.h"
+#include "media/canvas.h"
+
+namespace engram {
+
+// An empty overlay for a picture of that many pixels.
+Overlay make_overlay(int width, int height);
+
+// What all tasks show: the step and the reward, the latter unless the environment variable
+// MIKASA_DISABLE_REWARD_OVERLAY is set to anything but 0.
+void add_step(Overlay& overlay, int step);
+void add_reward(Overlay& overlay, double reward);
+
+// Draws over the picture that has its left top corner there; `overlay` was made for its size.
+// `side`: the picture's shorter side in pixels.
+void draw_overlay(const Overlay& overlay, Point corner, int side, Canvas& canvas);
+
+}  // namespace engram

@@ -1,0 +1,63 @@
+#include "media/png.h"
+
+#include <png.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+
+#include "core/base/error.h"
+
+namespace engram {
+
+namespace {
+
+// What libpng is to write. Throws Error if sizes do not fit.
+png_image describe(int width, int height, std::span<const std::uint8_t> rgb) {
+  constexpr int kLargestSide = 1 << 16;
+  if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide ||
+      rgb.size() !=
+          std::size_t{3} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
+    throw Error(Error::kInvalidArgument, "write_png: " + std::to_string(width) + " x " +
+                                             std::to_string(height) + " pixels do not fit " +
+                                             std::to_string(rgb.size()) + " bytes of rgb");
+  }
+  png_image image = {};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(width);
+  image.height = static_cast<png_uint_32>(height);
+  image.format = PNG_FORMAT_RGB;
+  return image;
+}
+
+}  // namespace
+
+void write_png(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb) {
+  png_image image = describe(width, height, rgb);
+  // Beside its place, so that it can be renamed into it.
+  const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
+  errno = 0;
+  const bool written =
+      png_image_write_to_file(&image, temporary.c_str(), 0, rgb.data(), 0, nullptr) != 0;
+  if (written && std::rename(temporary.c_str(), path.c_str()) == 0) return;
+
+  const int code = errno;
+  std::string why = written || code != 0 ? std::strerror(code) : image.message;
+  std::remove(temporary.c_str());
+  throw Error(Error::kIo, "cannot write '" + path + "': " + why);
+}
+
+std::vector<std::byte> png_bytes(int width, int height, std::span<const std::uint8_t> rgb) {
+  png_image image = describe(width, height, rgb);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<std::byte> bytes(size);
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0) {
+    throw Error(Error::kInternal, std::string("png_bytes: ") + image.message);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+}  // namespace engram

@@ -1,0 +1,89 @@
+// Plays the episodes of consecutive seeds in a batch of environments.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "protocol/batch/make.h"
+#include "protocol/work/scheduler.h"
+
+namespace engram {
+
+// Plays `count` episodes with seeds first_seed, first_seed + 1, ..., as many at a time as the batch
+// has environments: one whose episode has ended takes the next seed, or stands still if there is
+// none. The batch must have AutoReset::kOff and, if it has never been reset, no more environments
+// than `count`. Returns false if the context was stopped before the last episode had ended; then
+// the batch is of no further use.
+//
+// act(actions): writes the actions of all environments; those of ended ones are ignored.
+// watcher.start(slot, i): environment `slot` shows the first observation of episode i (0 to
+// count-1) watcher.before_step(slot, action): for every environment under way; it may change the
+// action watcher.after_step(slot): likewise watcher.finish(slot, i): episode i has ended
+template <class Act, class Watcher>
+bool play_episodes(VectorEnv& env, std::uint64_t first_seed, int count, const WorkContext& context,
+                   Act&& act, Watcher&& watcher) {
+  const int slots = env.num_envs();
+  const auto dim = static_cast<std::size_t>(env.action_dim());
+  std::vector<float> actions(static_cast<std::size_t>(slots) * dim);
+  std::vector<int> episode(static_cast<std::size_t>(slots), -1);  // -1: none
+  std::vector<std::uint8_t> mask(episode.size());
+  std::vector<std::uint64_t> seeds(episode.size());
+  int started = 0;
+  int finished = 0;
+  const auto start_waiting = [&] {
+    if (started == count) return;
+    std::fill(mask.begin(), mask.end(), std::uint8_t{0});
+    for (std::size_t slot = 0; slot < episode.size() && started < count; ++slot) {
+      if (episode[slot] >= 0) continue;
+      mask[slot] = 1;
+      seeds[slot] = first_seed + static_cast<std::uint64_t>(started);
+      episode[slot] = started++;
+    }
+    env.reset({.mask = mask, .seeds = seeds, .pins = nullptr});
+    for (int slot = 0; slot < slots; ++slot) {
+      const auto i = static_cast<std::size_t>(slot);
+      if (mask[i] != 0) watcher.start(slot, episode[i]);
+    }
+  };
+  start_waiting();
+  while (finished < count && !context.stopped()) {
+    act(std::span<float>(actions));
+    for (int slot = 0; slot < slots; ++slot) {
+      const auto i = static_cast<std::size_t>(slot);
+      if (episode[i] >= 0) watcher.before_step(slot, std::span(actions).subspan(i * dim, dim));
+    }
+    env.step(actions);
+    context.count_env_steps(static_cast<std::uint64_t>(started - finished));
+    bool vacancy = false;
+    for (int slot = 0; slot < slots; ++slot) {
+      const auto i = static_cast<std::size_t>(slot);
+      if (episode[i] < 0) continue;
+      watcher.after_step(slot);
+      if ((env.terminated()[i] | env.truncated()[i]) == 0) continue;
+      watcher.finish(slot, episode[i]);
+      episode[i] = -1;
+      ++finished;
+      vacancy = true;
+    }
+    if (vacancy) start_waiting();
+  }
+  return finished == count;
+}
+
+// The batch of one worker thread, kept from item to item while the task stays the same.
+class EpisodeBatch {
+ public:
+  // A single-threaded batch that can play `count` episodes, with at most `num_envs` at a time.
+  // options: of every batch; auto_reset, threads and num_envs are set here.
+  VectorEnv& of(std::string_view id, int count, int num_envs, const EnvOptions& options);
+  void clear() { env_.reset(); }
+
+ private:
+  std::string id_;
+  std::unique_ptr<VectorEnv> env_;
+};
+
+}  // namespace engram

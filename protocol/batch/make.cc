@@ -1,0 +1,13 @@
+#include "protocol/batch/make.h"
+
+#include "render/document_source.h"
+
+namespace engram {
+
+std::unique_ptr<VectorEnv> make(std::string_view id, const EnvOptions& options) {
+  return std::make_unique<VectorEnv>(make_task(id), options, make_document_source);
+}
+
+const char* version() { return ENGRAM_VERSION; }
+
+}  // namespace engram

@@ -1,0 +1,20 @@
+// From an id to a batch of environments, with everything that draws its pictures.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/vector_env.h"
+#include "tasks/registry.h"
+
+namespace engram {
+
+// A batch of environments of the task with that id. Throws Error: kUnknownId (with the nearest
+// id), kUnavailable if its family is not part of this version, kInvalidArgument for a bad option.
+std::unique_ptr<VectorEnv> make(std::string_view id, const EnvOptions& options = {});
+
+// Version of the library, "0.1.0".
+const char* version();
+
+}  // namespace engram

@@ -1,0 +1,201 @@
+#include "protocol/batch/task_description.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace engram {
+namespace {
+
+const char* termination_name(Termination rule) {
+  switch (rule) {
+    case Termination::kNever:
+      return "never";
+    case Termination::kSuccess:
+      return "success";
+    case Termination::kSuccessOrFailed:
+      return "success or failed";
+  }
+  return "";
+}
+
+// A float as its shortest decimal: 0.1, not 0.10000000149011612.
+double shortest(float value) {
+  if (!std::isfinite(value)) return value;
+  char text[32];
+  const char* end = std::to_chars(text, text + sizeof text, value).ptr;
+  double decimal = 0;
+  std::from_chars(text, end, decimal);
+  return decimal;
+}
+
+ConstantList bounds(const std::vector<float>& values) {
+  ConstantList list;
+  for (const float value : values) list.emplace_back(shortest(value));
+  return list;
+}
+
+// Per control mode; a bound of null is none.
+ConstantTable describe_actions(const VectorEnv& env) {
+  const PhysicsModel& model = env.physics_model();
+  ConstantTable modes;
+  for (int i = 0; i < kControlModes; ++i) {
+    const auto mode = static_cast<ControlMode>(i);
+    const Controller controller(mode, model.arm(), model.joint_ranges(),
+                                env.options().rotation_sign);
+    const ActionSpace& space = controller.action_space();
+    modes.emplace_back(control_mode_name(mode), ConstantTable{{"dim", space.dim()},
+                                                              {"low", bounds(space.low)},
+                                                              {"high", bounds(space.high)},
+                                                              {"normalized", space.normalized}});
+  }
+  return modes;
+}
+
+Constant number(bool integer, double value) {
+  return integer ? Constant(static_cast<int>(value)) : Constant(value);
+}
+
+// A Draw or a TaskOption; `property` is what the other of them has not.
+template <class Quantity>
+ConstantTable describe_quantity(const Quantity& about, const char* property,
+                                const Constant& value) {
+  return {{"name", about.name},
+          {property, value},
+          {"integer", about.integer},
+          {"low", number(about.integer, about.low)},
+          {"high", number(about.integer, about.high)},
+          {"unit", about.unit},
+          {"description", about.description}};
+}
+
+ConstantList describe_draws(const std::vector<Draw>& draws) {
+  ConstantList list;
+  for (const Draw& draw : draws) {
+    list.emplace_back(describe_quantity(draw, "width", draw.width));
+  }
+  return list;
+}
+
+ConstantList describe_options(const std::vector<TaskOption>& options) {
+  ConstantList list;
+  for (const TaskOption& option : options) {
+    list.emplace_back(describe_quantity(option, "default", number(option.integer, option.value)));
+  }
+  return list;
+}
+
+// Parts of a row, one after the other.
+ConstantList describe_layout(const std::vector<Field>& fields) {
+  ConstantList list;
+  int offset = 0;
+  for (const Field& field : fields) {
+    list.emplace_back(ConstantTable{{"name", field.name},
+                                    {"offset", offset},
+                                    {"width", field.width},
+                                    {"unit", field.unit},
+                                    {"description", field.description}});
+    offset += field.width;
+  }
+  return list;
+}
+
+// The seven values of common 6.3.
+std::vector<Field> proprio_fields() {
+  return {{"tcp_position", 3, DType::kFloat32, "m", "world frame"},
+          {"roll", 1, DType::kFloat32, "rad", "about the fixed x axis, first"},
+          {"pitch", 1, DType::kFloat32, "rad", "about the fixed y axis, second"},
+          {"yaw", 1, DType::kFloat32, "rad", "about the fixed z axis, third"},
+          {"gripper_opening", 1, DType::kFloat32, "m", "sum of both fingers, 0 to 0.08"}};
+}
+
+ConstantList describe_outputs(const ColumnStore& outputs) {
+  ConstantList list;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const Field& field = *outputs[i].field;
+    list.emplace_back(ConstantTable{{"name", field.name},
+                                    {"dtype", dtype_name(field.dtype)},
+                                    {"width", field.width},
+                                    {"unit", field.unit},
+                                    {"description", field.description}});
+  }
+  return list;
+}
+
+ConstantList describe_phases(const TaskInfo& info) {
+  ConstantList list;
+  for (const auto& [name, condition] : info.phases) {
+    list.emplace_back(ConstantTable{{"name", name}, {"when", condition}});
+  }
+  return list;
+}
+
+ConstantList describe_props(const PhysicsModel& model) {
+  ConstantList list;
+  for (const PropModel& prop : model.props()) {
+    list.emplace_back(ConstantTable{{"name", prop.name},
+                                    {"motion", prop.free ? "free" : "kinematic"},
+                                    {"mass", prop.mass},
+                                    {"bounding_radius", prop.bounding_radius}});
+  }
+  return list;
+}
+
+constexpr int kCanonicalActionDim = 7;  // of pd_ee_delta_pose
+
+// qpos, qvel, tcp_pose, then the task's fields: what a batch of the default options observes.
+int canonical_state_dim(const TaskInfo& info) {
+  constexpr int kTcpPoseDim = 7;
+  int dim = 2 * kRobotJoints + kTcpPoseDim;
+  for (const Field& field : info.state_fields) dim += field.width;
+  return dim;
+}
+
+}  // namespace
+
+ConstantTable describe_entry(const RegistryEntry& entry) {
+  const std::unique_ptr<Task> task = make_task(entry.id);
+  const TaskInfo& info = task->info();
+  return {{"id", info.id},
+          {"family", info.family},
+          {"split", info.split},
+          {"memory_type", info.memory_type},
+          {"horizon", info.horizon},
+          {"canonical", info.canonical},
+          {"instruction", info.instruction},
+          {"action_dim", kCanonicalActionDim},
+          {"state_dim", canonical_state_dim(info)},
+          {"candidates", info.candidates}};
+}
+
+ConstantTable describe_task(const VectorEnv& env) {
+  const TaskInfo& info = env.info();
+  return {{"id", info.id},
+          {"family", info.family},
+          {"split", info.split},
+          {"memory_type", info.memory_type},
+          {"horizon", info.horizon},
+          {"canonical", info.canonical},
+          {"instruction", info.instruction},
+          {"candidates", info.candidates},
+          {"chance", info.chance()},
+          {"termination", termination_name(info.termination)},
+          {"frozen_cue", info.frozen_cue},
+          {"action_dim", env.action_dim()},
+          {"control_mode", control_mode_name(env.options().control_mode)},
+          {"action_spaces", describe_actions(env)},
+          {"draws", describe_draws(env.draws())},
+          {"options", describe_options(info.options)},
+          {"phases", describe_phases(info)},
+          {"state_dim", env.state_dim()},
+          {"state_fields", describe_layout(env.state_fields())},
+          {"proprio", describe_layout(proprio_fields())},
+          {"task_cue_dim", info.task_cue_dim},
+          {"oracle_dim", info.oracle_dim},
+          {"outputs", describe_outputs(env.outputs())},
+          {"success_reward", info.success_reward},
+          {"reward_terms", ConstantList(info.reward_terms.begin(), info.reward_terms.end())},
+          {"props", describe_props(env.physics_model())},
+          {"constants", info.constants}};
+}
+
+}  // namespace engram

@@ -1,0 +1,276 @@
+#include "protocol/evaluation/evaluate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <numeric>
+#include <string>
+
+#include "protocol/batch/episodes.h"
+#include "protocol/evaluation/sample_pictures.h"
+
+namespace engram {
+namespace {
+
+template <class T>
+double mean(const std::vector<T>& values) {
+  if (values.empty()) return 0;
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+// --- a worker's part: the episodes of one item ---
+
+struct EpisodeResult {
+  std::uint8_t success = 0;
+  double episode_return = 0;
+  std::int32_t length = 0;
+};
+
+struct ItemResult {
+  double chance = 1;
+  std::vector<EpisodeResult> episodes;
+  std::int32_t chunk_size = 1;
+  std::uint64_t unstable = 0;
+  double seconds = 0;
+  Bytes sample;
+
+  Bytes pack() const {
+    ByteWriter out;
+    out.put(chance);
+    for (const EpisodeResult& episode : episodes) {
+      out.put(episode.success);
+      out.put(episode.episode_return);
+      out.put(episode.length);
+    }
+    out.put(chunk_size);
+    out.put(unstable);
+    out.put(seconds);
+    out.append(std::span<const std::byte>(sample));
+    return out.take();
+  }
+
+  static ItemResult unpack(std::span<const std::byte> bytes, int count) {
+    ByteReader in(bytes);
+    ItemResult result;
+    result.chance = in.get<double>();
+    for (int i = 0; i < count; ++i) {
+      EpisodeResult& episode = result.episodes.emplace_back();
+      episode.success = in.get<std::uint8_t>();
+      episode.episode_return = in.get<double>();
+      episode.length = in.get<std::int32_t>();
+    }
+    result.chunk_size = in.get<std::int32_t>();
+    result.unstable = in.get<std::uint64_t>();
+    result.seconds = in.get<double>();
+    result.sample.assign(in.rest().begin(), in.rest().end());
+    return result;
+  }
+};
+
+// Keeps books on the episodes of an item.
+class Watcher {
+ public:
+  Watcher(VectorEnv& env, ItemResult& result, ChunkedPolicy* policy, int first_episode,
+          bool samples)
+      : env_(env),
+        result_(result),
+        policy_(policy),
+        first_episode_(first_episode),
+        samples_(samples && first_episode == 0) {}
+
+  void start(int slot, int episode) {
+    if (policy_ != nullptr) policy_->start(slot, first_episode_ + episode);
+    if (samples_ && episode == 0) sample_slot_ = slot;
+    if (slot == sample_slot_) pictures_.look(env_, slot);
+  }
+  void before_step(int /*slot*/, std::span<float> /*action*/) {}
+  void after_step(int slot) {
+    if (slot == sample_slot_) pictures_.look(env_, slot);
+  }
+  void finish(int slot, int episode) {
+    const auto value = [this, slot]<class T>(const char* name, T) {
+      return *reinterpret_cast<const T*>(env_.output(name).row(slot));
+    };
+    EpisodeResult& result = result_.episodes.at(static_cast<std::size_t>(episode));
+    result.success = value("success_once", std::uint8_t{});
+    result.episode_return = value("episode_return", double{});
+    result.length = value("elapsed_steps", std::int32_t{});
+    if (policy_ != nullptr) policy_->finish(slot);
+    if (slot == sample_slot_) {
+      result_.sample = pictures_.png();
+      sample_slot_ = -1;
+    }
+  }
+
+ private:
+  VectorEnv& env_;
+  ItemResult& result_;
+  ChunkedPolicy* policy_;
+  int first_episode_;
+  bool samples_;
+  int sample_slot_ = -1;
+  SamplePictures pictures_;
+};
+
+class Player {
+ public:
+  Player(const Protocol& protocol, int workers)
+      : protocol_(protocol), desks_(static_cast<std::size_t>(workers)) {}
+
+  Bytes play(const WorkItem& item, const WorkContext& context) {
+    const auto start = std::chrono::steady_clock::now();
+    Desk& desk = desks_[static_cast<std::size_t>(context.worker())];
+    if (protocol_.external && !desk.policy) desk.policy = protocol_.external(context);
+    const RegistryEntry& entry = registry()[static_cast<std::size_t>(item.task)];
+    VectorEnv& env = desk.batch.of(entry.id, item.count, protocol_.num_envs, protocol_.environment);
+
+    ItemResult result;
+    result.chance = env.info().chance();
+    result.episodes.resize(static_cast<std::size_t>(item.count));
+    const std::uint64_t unstable = env.unstable_count();
+    std::optional<ChunkedPolicy> chunked;
+    if (desk.policy) chunked.emplace(env, *desk.policy, context);
+    Watcher watcher(env, result, chunked ? &*chunked : nullptr,
+                    static_cast<int>(item.first_seed - protocol_.start_seed), protocol_.samples);
+    const auto act = [&](std::span<float> actions) {
+      if (chunked) {
+        chunked->act(actions);
+      } else {
+        env.act(protocol_.policy, actions);
+      }
+    };
+    if (!play_episodes(env, item.first_seed, item.count, context, act, watcher)) {
+      desk.batch.clear();
+      return {};
+    }
+    if (chunked) result.chunk_size = chunked->longest_chunk();
+    result.unstable = env.unstable_count() - unstable;
+    result.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return result.pack();
+  }
+
+ private:
+  // What a worker thread has of its own.
+  struct Desk {
+    EpisodeBatch batch;
+    std::unique_ptr<ExternalPolicy> policy;
+  };
+
+  const Protocol& protocol_;
+  std::vector<Desk> desks_;
+};
+
+// --- rank 0's part ---
+
+class Evaluation final : public WorkSource {
+ public:
+  Evaluation(const std::vector<const RegistryEntry*>& tasks, const Protocol& protocol,
+             const EvaluationListener& listener, int block)
+      : protocol_(protocol), listener_(listener), block_(block), order_(tasks) {
+    // Long episodes first, so that the last items are short and all cores are busy to the end.
+    std::stable_sort(
+        order_.begin(), order_.end(),
+        [](const RegistryEntry* a, const RegistryEntry* b) { return a->horizon > b->horizon; });
+  }
+
+  std::optional<WorkItem> next() override {
+    if (task_ == order_.size()) return std::nullopt;
+    const RegistryEntry* entry = order_[task_];
+    const auto row = static_cast<int>(entry - registry().data());
+    if (episode_ == 0) results_[row] = blank(entry);
+    const WorkItem item{row, protocol_.start_seed + static_cast<std::uint64_t>(episode_),
+                        std::min(block_, protocol_.episodes - episode_)};
+    episode_ += item.count;
+    if (episode_ == protocol_.episodes) {
+      episode_ = 0;
+      ++task_;
+    }
+    return item;
+  }
+
+  void accept(const WorkItem& item, Bytes bytes) override {
+    const ItemResult part = ItemResult::unpack(bytes, item.count);
+    const auto found = results_.find(item.task);
+    TaskResult& result = found->second.result;
+    auto i = static_cast<std::size_t>(item.first_seed - protocol_.start_seed);
+    for (const EpisodeResult& episode : part.episodes) {
+      result.successes[i] = episode.success != 0;
+      result.returns[i] = episode.episode_return;
+      result.lengths[i] = episode.length;
+      ++i;
+    }
+    result.chance = part.chance;
+    result.chunk_size = std::max(result.chunk_size, static_cast<int>(part.chunk_size));
+    result.unstable += part.unstable;
+    result.thread_seconds += part.seconds;
+    if (!part.sample.empty()) result.sample = part.sample;
+    found->second.episodes += item.count;
+    status_.episodes += item.count;
+    if (found->second.episodes < protocol_.episodes) return;
+    ++status_.tasks;
+    TaskResult whole = std::move(result);
+    results_.erase(found);
+    listener_.finished(std::move(whole));
+  }
+
+  void tick(const WorkStatus& work) override {
+    if (!listener_.tick) return;
+    status_.env_steps = work.env_steps;
+    status_.running.clear();
+    for (const auto& [row, partial] : results_) {
+      status_.running.push_back({partial.result.entry, partial.episodes});
+    }
+    listener_.tick(status_);
+  }
+
+ private:
+  struct Partial {
+    TaskResult result;
+    int episodes = 0;  // finished
+  };
+
+  Partial blank(const RegistryEntry* entry) const {
+    Partial partial;
+    const auto count = static_cast<std::size_t>(protocol_.episodes);
+    partial.result.entry = entry;
+    partial.result.successes.resize(count);
+    partial.result.returns.resize(count);
+    partial.result.lengths.resize(count);
+    partial.result.seeds.resize(count);
+    std::iota(partial.result.seeds.begin(), partial.result.seeds.end(), protocol_.start_seed);
+    return partial;
+  }
+
+  const Protocol& protocol_;
+  const EvaluationListener& listener_;
+  int block_;  // episodes of an item
+  std::vector<const RegistryEntry*> order_;
+  std::size_t task_ = 0;  // the next item: task in `order_`, first episode
+  int episode_ = 0;
+  std::map<int, Partial> results_;  // of tasks under way
+  EvaluationStatus status_;
+};
+
+}  // namespace
+
+double TaskResult::success_rate() const { return mean(successes); }
+double TaskResult::mean_return() const { return mean(returns); }
+double TaskResult::mean_length() const { return mean(lengths); }
+std::int64_t TaskResult::env_steps() const {
+  return std::accumulate(lengths.begin(), lengths.end(), std::int64_t{0});
+}
+
+void evaluate(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
+              const Protocol& protocol, const EvaluationListener& listener) {
+  Player player(protocol, worker_threads(protocol.threads, ranks));
+  Evaluation evaluation(tasks, protocol, listener, std::min(protocol.num_envs, protocol.episodes));
+  share_work(
+      ranks, protocol.threads,
+      [&player](const WorkItem& item, const WorkContext& context) {
+        return player.play(item, context);
+      },
+      evaluation);
+}
+
+}  // namespace engram

@@ -1,0 +1,74 @@
+// The evaluation protocol of common 12.2: fixed seeds, one episode each, success at any step.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/batch/make.h"
+#include "protocol/evaluation/external_policy.h"
+#include "protocol/work/scheduler.h"
+
+namespace engram {
+
+// Makes the external policy of one worker thread; called by that thread, on every rank.
+using PolicyFactory = std::function<std::unique_ptr<ExternalPolicy>(const WorkContext&)>;
+
+struct Protocol {
+  Policy policy = Policy::kOracle;
+  PolicyFactory external;  // takes the place of `policy` if it is set
+  int episodes = 50;
+  std::uint64_t start_seed = 4242424242;  // episode i has seed start_seed + i
+  int num_envs = 8;                       // episodes that a thread plays together, at most
+  int threads = 0;
+  bool samples = false;    // pictures of each task's first episode
+  EnvOptions environment;  // obs_mode, image_options and task_options count
+};
+
+// What came out for one task; vectors have one element per episode. Up to the line, the same for
+// every number of environments, threads and ranks.
+struct TaskResult {
+  const RegistryEntry* entry = nullptr;
+  double chance = 1;  // success rate of guessing
+  std::vector<bool> successes;
+  std::vector<double> returns;
+  std::vector<int> lengths;  // control steps
+  std::vector<std::uint64_t> seeds;
+  int chunk_size = 1;
+  // ---
+  std::uint64_t unstable = 0;  // steps in which physics diverged
+  double thread_seconds = 0;   // wall time of all threads that played it
+  // A PNG of what the policy saw in the first episode, from its beginning to its end.
+  Bytes sample;
+
+  double success_rate() const;
+  double mean_return() const;
+  double mean_length() const;
+  std::int64_t env_steps() const;
+};
+
+struct EvaluationStatus {
+  struct Running {
+    const RegistryEntry* entry;
+    int episodes;  // finished
+  };
+  std::uint64_t env_steps = 0;
+  int episodes = 0;  // finished, of all
+  int tasks = 0;
+  std::vector<Running> running;
+};
+
+// Who hears of it on rank 0. Exceptions end the run.
+struct EvaluationListener {
+  std::function<void(TaskResult)> finished;           // a task, in whatever order
+  std::function<void(const EvaluationStatus&)> tick;  // several times a second
+};
+
+// Evaluates the tasks on all threads of all ranks, those with the longest episodes first. Every
+// rank calls it with the same protocol; tasks and listener count on rank 0 only.
+void evaluate(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
+              const Protocol& protocol, const EvaluationListener& listener);
+
+}  // namespace engram

@@ -1,0 +1,149 @@
+#include "protocol/evaluation/external_policy.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace engram {
+namespace {
+
+std::string shape_text(std::span<const std::int64_t> shape) {
+  std::string text;
+  for (const std::int64_t size : shape) text += (text.empty() ? "" : ", ") + std::to_string(size);
+  return "(" + text + ")";
+}
+
+// Appends row `index` of an array of the batch.
+template <class T>
+void append_row(std::vector<T>& to, std::span<const T> all, int num_envs, int index) {
+  const std::size_t width = all.size() / static_cast<std::size_t>(num_envs);
+  const std::span<const T> row = all.subspan(static_cast<std::size_t>(index) * width, width);
+  to.insert(to.end(), row.begin(), row.end());
+}
+
+}  // namespace
+
+// --- reply ---
+
+PolicyReply::PolicyReply(int count, int action_dim)
+    : action_dim_(action_dim), chunks_(static_cast<std::size_t>(count)) {}
+
+void PolicyReply::set(int row, std::span<const float> actions,
+                      std::span<const std::int64_t> shape) {
+  const auto refuse = [row](const std::string& what) {
+    throw Error(Error::kInvalidArgument, "policy, row " + std::to_string(row) + ": " + what);
+  };
+  const std::string dim = std::to_string(action_dim_);
+  if (row < 0 || row >= static_cast<int>(chunks_.size())) {
+    refuse("given, 0 to " + std::to_string(chunks_.size() - 1) + " asked for");
+  }
+  const bool known_shape =
+      shape.size() == 1 || shape.size() == 2 || (shape.size() == 3 && shape[0] == 1);
+  if (!known_shape || shape.back() != action_dim_) {
+    refuse("actions of shape " + shape_text(shape) + " given, (" + dim + "), (K, " + dim +
+           ") or (1, K, " + dim + ") allowed");
+  }
+  const std::int64_t count = shape.size() == 1 ? 1 : shape[shape.size() - 2];
+  if (count < 1) refuse("an empty chunk given, one action or more needed");
+  if (static_cast<std::size_t>(count) * static_cast<std::size_t>(action_dim_) != actions.size()) {
+    refuse(std::to_string(actions.size()) + " numbers given for shape " + shape_text(shape));
+  }
+  const auto bad =
+      std::find_if_not(actions.begin(), actions.end(), [](float x) { return std::isfinite(x); });
+  if (bad != actions.end()) {
+    refuse("component " + std::to_string((bad - actions.begin()) % action_dim_) + " of action " +
+           std::to_string((bad - actions.begin()) / action_dim_) + ": " + std::to_string(*bad) +
+           " given, a finite number needed");
+  }
+  chunks_[static_cast<std::size_t>(row)].assign(actions.begin(), actions.end());
+}
+
+std::span<const float> PolicyReply::chunk(int row) const {
+  const std::vector<float>& chunk = chunks_.at(static_cast<std::size_t>(row));
+  if (chunk.empty()) {
+    throw Error(Error::kInvalidArgument, "policy: no actions given for row " + std::to_string(row) +
+                                             " of " + std::to_string(chunks_.size()));
+  }
+  return chunk;
+}
+
+// --- queues ---
+
+ChunkedPolicy::ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy,
+                             const WorkContext& context)
+    : env_(env),
+      policy_(policy),
+      context_(context),
+      slots_(static_cast<std::size_t>(env.num_envs())) {}
+
+void ChunkedPolicy::start(int slot, int episode) {
+  slots_[static_cast<std::size_t>(slot)] = {episode, true, {}};
+}
+
+void ChunkedPolicy::finish(int slot) { slots_[static_cast<std::size_t>(slot)] = {}; }
+
+void ChunkedPolicy::act(std::span<float> actions) {
+  request();
+  const auto dim = static_cast<std::size_t>(env_.action_dim());
+  std::fill(actions.begin(), actions.end(), 0.0F);
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    std::deque<float>& queue = slots_[i].queue;
+    if (slots_[i].episode < 0) continue;
+    std::copy_n(queue.begin(), dim, actions.begin() + static_cast<std::ptrdiff_t>(i * dim));
+    queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(dim));
+  }
+}
+
+// Fills the empty queues of all episodes under way.
+void ChunkedPolicy::request() {
+  rows_.clear();
+  episodes_.clear();
+  steps_.clear();
+  first_.clear();
+  instructions_.clear();
+  proprio_.clear();
+  rgb_.clear();
+  state_.clear();
+  const int num_envs = env_.num_envs();
+  for (int env = 0; env < num_envs; ++env) {
+    Slot& slot = slots_[static_cast<std::size_t>(env)];
+    if (slot.episode < 0 || !slot.queue.empty()) continue;
+    rows_.push_back(env);
+    episodes_.push_back(slot.episode);
+    steps_.push_back(env_.state().elapsed[env]);
+    first_.push_back(slot.first ? 1 : 0);
+    slot.first = false;
+    instructions_.push_back(env_.instruction(env));
+    append_row(proprio_, env_.proprio(), num_envs, env);
+    if (env_.options().obs_mode == ObsMode::kRgb) append_row(rgb_, env_.rgb(), num_envs, env);
+    append_row(state_, env_.observation(), num_envs, env);
+  }
+  if (rows_.empty()) return;
+
+  PolicyRequest request;
+  request.env_id = env_.info().id;
+  request.count = static_cast<int>(rows_.size());
+  request.slots = rows_;
+  request.episodes = episodes_;
+  request.steps = steps_;
+  request.first = first_;
+  request.instructions = instructions_;
+  request.proprio = proprio_;
+  request.rgb = rgb_;
+  request.state = state_;
+  request.height = env_.options().images.height;
+  request.width = env_.options().images.width;
+  request.state_dim = state_.empty() ? 0 : env_.state_dim();
+  request.max_slots = num_envs;
+  request.context = &context_;
+  PolicyReply reply(request.count, env_.action_dim());
+  policy_.act(request, reply);
+  for (int row = 0; row < request.count; ++row) {
+    const std::span<const float> chunk = reply.chunk(row);
+    std::deque<float>& queue =
+        slots_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(row)])].queue;
+    queue.assign(chunk.begin(), chunk.end());
+    longest_chunk_ = std::max(longest_chunk_, static_cast<int>(chunk.size()) / env_.action_dim());
+  }
+}
+
+}  // namespace engram

@@ -1,0 +1,103 @@
+// Policies from outside: they see what the benchmark allows and answer with chunks of actions.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/batch/make.h"
+#include "protocol/work/scheduler.h"
+
+namespace engram {
+
+// Episodes that need actions, one row each in every array (common 6.3, 12.2).
+struct PolicyRequest {
+  std::string_view env_id;
+  int count = 0;
+  // The place of an episode in its batch: the same from its beginning to its end, then given to
+  // another one. Below max_slots.
+  std::span<const std::int32_t> slots;
+  std::span<const std::int32_t> episodes;  // 0 to n_episodes - 1
+  std::span<const std::int32_t> steps;     // control steps taken so far
+  std::span<const std::uint8_t> first;     // 1: the first request of this episode
+  std::span<const std::string> instructions;
+  std::span<const float> proprio;     // (count, 7)
+  std::span<const std::uint8_t> rgb;  // (count, height, width, 6); empty unless asked for
+  std::span<const float> state;       // (count, state_dim); empty unless asked for
+  int height = 0;
+  int width = 0;
+  int state_dim = 0;
+  int max_slots = 0;
+  // Tells a policy that waits for something when to give up: context->stopped().
+  const WorkContext* context = nullptr;
+};
+
+// Takes the answer to a request, one chunk per row.
+class PolicyReply {
+ public:
+  PolicyReply(int count, int action_dim);
+
+  // Actions of one row, of shape (action_dim), (K, action_dim) or (1, K, action_dim), K >= 1.
+  // Throws Error for other shapes, an unknown row or values that are not finite.
+  void set(int row, std::span<const float> actions, std::span<const std::int64_t> shape);
+
+  int action_dim() const { return action_dim_; }
+  // (K, action_dim) of one row. Throws Error if it has not been set.
+  std::span<const float> chunk(int row) const;
+
+ private:
+  int action_dim_;
+  std::vector<std::vector<float>> chunks_;
+};
+
+// Called by one thread at a time.
+class ExternalPolicy {
+ public:
+  virtual ~ExternalPolicy() = default;
+  virtual void act(const PolicyRequest& request, PolicyReply& reply) = 0;
+};
+
+// Plays a batch with an external policy: a queue of actions per episode, filled by a chunk when it
+// is empty and dropped at the end (common 12.2).
+class ChunkedPolicy {
+ public:
+  ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy, const WorkContext& context);
+
+  // An episode begins in the environment `slot`.
+  void start(int slot, int episode);
+  void finish(int slot);
+  // Actions of all environments; zeros for those without an episode.
+  void act(std::span<float> actions);
+  // Actions of the longest chunk so far.
+  int longest_chunk() const { return longest_chunk_; }
+
+ private:
+  struct Slot {
+    int episode = -1;  // none
+    bool first = false;
+    std::deque<float> queue;
+  };
+
+  void request();
+
+  const VectorEnv& env_;
+  ExternalPolicy& policy_;
+  const WorkContext& context_;
+  int longest_chunk_ = 1;
+  std::vector<Slot> slots_;
+  // Of the last request.
+  std::vector<std::int32_t> rows_;
+  std::vector<std::int32_t> episodes_;
+  std::vector<std::int32_t> steps_;
+  std::vector<std::uint8_t> first_;
+  std::vector<std::string> instructions_;
+  std::vector<float> proprio_;
+  std::vector<std::uint8_t> rgb_;
+  std::vector<float> state_;
+};
+
+}  // namespace engram

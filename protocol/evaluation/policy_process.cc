@@ -1,0 +1,291 @@
+#include "protocol/evaluation/policy_process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <thread>
+
+namespace engram {
+namespace {
+
+constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kMagic = 0x4d474e45;  // "ENGM" as it lies in memory
+constexpr std::uint32_t kMaxReply = std::uint32_t{1} << 28;
+constexpr std::uint32_t kObservesRgb = 1;
+constexpr std::uint32_t kObservesState = 2;
+
+void close(int& descriptor) {
+  if (descriptor >= 0) ::close(descriptor);
+  descriptor = -1;
+}
+
+// Both ends of a pipe, closed in other processes.
+std::array<int, 2> make_pipe() {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
+    throw Error(Error::kUnavailable, std::string("policy: no pipe: ") + std::strerror(errno));
+  }
+  return ends;
+}
+
+// Starts the command with those descriptors as its standard input and output, in a process group
+// of its own, so that it ends as a whole.
+pid_t spawn(const std::string& command, int input, int output) {
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t defaults;
+  sigemptyset(&defaults);
+  sigaddset(&defaults, SIGPIPE);
+  posix_spawnattr_setsigdefault(&attributes, &defaults);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  std::string shell = "sh";
+  std::string option = "-c";
+  std::string text = command;
+  char* arguments[] = {shell.data(), option.data(), text.data(), nullptr};
+  pid_t process = -1;
+  const int error = ::posix_spawn(&process, "/bin/sh", &files, &attributes, arguments, ::environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+  if (error != 0) {
+    throw Error(Error::kUnavailable,
+                "policy '" + command + "' cannot be started: " + std::strerror(error));
+  }
+  return process;
+}
+
+}  // namespace
+
+PolicyProcess::PolicyProcess(const PolicyProcessOptions& options, const WorkContext& context)
+    : options_(options), context_(&context) {
+  std::array<int, 2> input = make_pipe();
+  std::array<int, 2> output = make_pipe();
+  to_ = input[1];
+  from_ = output[0];
+  try {
+    process_ = spawn(options_.command, input[0], output[1]);
+    close(input[0]);
+    close(output[1]);
+    // So that a full pipe is waited for no longer than the timeout.
+    ::fcntl(to_, F_SETFL, O_NONBLOCK);
+    greet();
+  } catch (...) {
+    close(input[0]);
+    close(output[1]);
+    stop();
+    throw;
+  }
+}
+
+PolicyProcess::PolicyProcess(int to, int from, const PolicyProcessOptions& options,
+                             const WorkContext& context)
+    : options_(options), to_(to), from_(from), context_(&context) {
+  try {
+    greet();
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+PolicyProcess::~PolicyProcess() { stop(); }
+
+void PolicyProcess::stop() {
+  close(to_);
+  close(from_);
+  if (process_ < 0) return;
+  constexpr int kPatience = 200;  // times 10 ms
+  for (int i = 0; i < kPatience; ++i) {
+    if (::waitpid(process_, nullptr, WNOHANG) != 0) {
+      process_ = -1;
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ::kill(-process_, SIGKILL);
+  ::waitpid(process_, nullptr, 0);
+  process_ = -1;
+}
+
+// --- messages ---
+
+void PolicyProcess::greet() {
+  deadline_ = Clock::now() + options_.timeout;
+  const ImageShape& images = options_.environment.images;
+  const bool rgb = options_.environment.obs_mode == ObsMode::kRgb;
+  ByteWriter body;
+  body.put(kMagic);
+  body.put(kVersion);
+  body.put(rgb ? kObservesRgb : kObservesState);
+  body.put(static_cast<std::uint32_t>(rgb ? images.height : 0));
+  body.put(static_cast<std::uint32_t>(rgb ? images.width : 0));
+  body.put(static_cast<std::uint32_t>(rgb ? 3 * images.cameras.size() : 0));
+  body.put(std::uint32_t{7});  // proprio
+  body.put(std::uint32_t{7});  // action
+  body.put(static_cast<std::uint32_t>(options_.max_slots));
+  say(Message::kHello, body.bytes());
+  const Bytes answer = hear(Message::kHello);
+  ByteReader in(answer);
+  const bool understood = answer.size() == 2 * sizeof(std::uint32_t) &&
+                          in.get<std::uint32_t>() == kMagic && in.get<std::uint32_t>() == kVersion;
+  if (!understood) fail("answered the greeting with something else than version 1 of the protocol");
+}
+
+void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
+  context_ = request.context;
+  deadline_ = Clock::now() + options_.timeout;
+  if (task_ != request.env_id) {
+    task_ = request.env_id;
+    ByteWriter body;
+    body.put(request.env_id);
+    body.put(static_cast<std::uint32_t>(request.state_dim));
+    say(Message::kTask, body.bytes());
+  }
+  ByteWriter body;
+  body.put(static_cast<std::uint32_t>(request.count));
+  body.append(request.slots);
+  body.append(request.episodes);
+  body.append(request.steps);
+  body.append(request.first);
+  for (const std::string& instruction : request.instructions)
+    body.put(std::string_view(instruction));
+  body.append(request.proprio);
+  body.append(request.rgb);
+  body.append(request.state);
+  say(Message::kRequest, body.bytes());
+
+  const Bytes answer = hear(Message::kChunks);
+  try {
+    ByteReader in(answer);
+    const auto count = in.get<std::uint32_t>();
+    if (count != static_cast<std::uint32_t>(request.count)) {
+      fail("answered " + std::to_string(count) + " rows, " + std::to_string(request.count) +
+           " asked for");
+    }
+    for (int row = 0; row < request.count; ++row) {
+      const auto dims = in.get<std::uint32_t>();
+      if (dims > 3) fail("answered with " + std::to_string(dims) + " dimensions, 1 to 3 allowed");
+      std::array<std::int64_t, 3> shape{};
+      std::size_t size = 1;
+      for (std::uint32_t i = 0; i < dims; ++i) {
+        shape[i] = in.get<std::uint32_t>();
+        size *= static_cast<std::size_t>(std::min<std::int64_t>(shape[i], kMaxReply));
+        if (size > kMaxReply) fail("announced " + std::to_string(size) + " numbers");
+      }
+      const std::vector<float> actions = in.values<float>(size);
+      reply.set(row, actions, std::span<const std::int64_t>(shape.data(), dims));
+    }
+    if (!in.rest().empty()) fail("answered with bytes to spare");
+  } catch (const Error& error) {
+    if (error.kind() == Error::kUnavailable) throw;
+    fail(std::string("answered: ") + error.what());
+  }
+}
+
+void PolicyProcess::say(Message message, std::span<const std::byte> body) {
+  ByteWriter head;
+  head.put(static_cast<std::uint32_t>(message));
+  head.put(static_cast<std::uint32_t>(body.size()));
+  write(head.bytes());
+  write(body);
+}
+
+Bytes PolicyProcess::hear(Message expected) {
+  Bytes head(2 * sizeof(std::uint32_t));
+  read(head);
+  ByteReader in(head);
+  const auto message = in.get<std::uint32_t>();
+  const auto size = in.get<std::uint32_t>();
+  const bool known = message == static_cast<std::uint32_t>(expected) ||
+                     message == static_cast<std::uint32_t>(Message::kFailed);
+  if (!known || size > kMaxReply) {
+    fail("answered with message type " + std::to_string(message) + " of " + std::to_string(size) +
+         " bytes, type " + std::to_string(static_cast<std::uint32_t>(expected)) +
+         " expected; does it print to standard output?");
+  }
+  // Memory is taken as the bytes arrive, not on the word of a few of them.
+  constexpr std::size_t kSlice = std::size_t{1} << 20;
+  Bytes body;
+  while (body.size() < size) {
+    const std::size_t start = body.size();
+    body.resize(std::min<std::size_t>(size, start + kSlice));
+    read(std::span(body).subspan(start));
+  }
+  if (message == static_cast<std::uint32_t>(Message::kFailed)) {
+    fail("says: " + std::string(reinterpret_cast<const char*>(body.data()), body.size()));
+  }
+  return body;
+}
+
+// --- pipes ---
+
+void PolicyProcess::write(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(to_, bytes.data(), bytes.size());
+    if (written >= 0) {
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+    } else if (errno == EAGAIN) {
+      wait_for(to_, POLLOUT);
+    } else if (errno != EINTR) {
+      lost();
+    }
+  }
+}
+
+void PolicyProcess::read(std::span<std::byte> bytes) {
+  while (!bytes.empty()) {
+    wait_for(from_, POLLIN);
+    const ssize_t count = ::read(from_, bytes.data(), bytes.size());
+    if (count > 0) {
+      bytes = bytes.subspan(static_cast<std::size_t>(count));
+    } else if (count == 0 || errno != EINTR) {
+      lost();
+    }
+  }
+}
+
+void PolicyProcess::wait_for(int descriptor, short events) const {
+  constexpr int kSlice = 100;  // ms
+  while (true) {
+    pollfd one{descriptor, events, 0};
+    if (::poll(&one, 1, kSlice) > 0) return;
+    if (context_ != nullptr && context_->stopped()) fail("was not waited for");
+    if (Clock::now() < deadline_) continue;
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.timeout);
+    fail("has not answered within " + std::to_string(seconds.count()) + " s");
+  }
+}
+
+void PolicyProcess::lost() const {
+  // Its pipe may close a moment before the process itself is gone.
+  for (int i = 0; process_ >= 0 && i < 100; ++i) {
+    int status = 0;
+    if (::waitpid(process_, &status, WNOHANG) == process_) {
+      process_ = -1;
+      if (WIFEXITED(status)) {
+        fail("ended with exit code " + std::to_string(WEXITSTATUS(status)));
+      }
+      fail("was ended by signal " + std::to_string(WTERMSIG(status)));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  fail("closed its standard input or output");
+}
+
+void PolicyProcess::fail(const std::string& what) const {
+  throw Error(Error::kUnavailable, "policy '" + options_.command + "' " + what);
+}
+
+}  // namespace engram

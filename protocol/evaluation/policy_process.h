@@ -1,0 +1,64 @@
+// A policy in a process of its own, which reads requests from its standard input and writes answers
+// to its standard output (docs/evaluation.md has the protocol).
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "protocol/evaluation/external_policy.h"
+#include "protocol/formats/bytes.h"
+
+namespace engram {
+
+struct PolicyProcessOptions {
+  std::string command;                         // for /bin/sh
+  std::chrono::milliseconds timeout{300'000};  // for every answer
+  EnvOptions environment;                      // obs_mode and images count
+  int max_slots = 1;                           // episodes under way at the same time, at most
+};
+
+// Writing to a process that has ended raises SIGPIPE: programs that use this class ignore that
+// signal. Throws Error (kUnavailable) when the process cannot be started, ends, does not answer in
+// time, answers nonsense or says that it failed.
+class PolicyProcess final : public ExternalPolicy {
+ public:
+  // context: of the item at hand, which may be stopped before the process has answered.
+  PolicyProcess(const PolicyProcessOptions& options, const WorkContext& context);
+  // A policy that runs already, at the other end of these descriptors, which it takes over.
+  PolicyProcess(int to, int from, const PolicyProcessOptions& options, const WorkContext& context);
+  // Closes its input and, unless it then ends within two seconds, ends it.
+  ~PolicyProcess() override;
+  PolicyProcess(const PolicyProcess&) = delete;
+  PolicyProcess& operator=(const PolicyProcess&) = delete;
+
+  void act(const PolicyRequest& request, PolicyReply& reply) override;
+
+ private:
+  enum class Message : std::uint32_t { kHello = 1, kTask, kRequest, kChunks, kFailed };
+  using Clock = std::chrono::steady_clock;
+
+  void greet();
+  void say(Message message, std::span<const std::byte> body);
+  Bytes hear(Message expected);
+  void write(std::span<const std::byte> bytes);
+  void read(std::span<std::byte> bytes);
+  void wait_for(int descriptor, short events) const;
+  // Throws, telling what became of the process.
+  [[noreturn]] void lost() const;
+  [[noreturn]] void fail(const std::string& what) const;
+  void stop();
+
+  PolicyProcessOptions options_;
+  mutable pid_t process_ = -1;
+  int to_ = -1;    // its standard input
+  int from_ = -1;  // its standard output
+  std::string task_;
+  const WorkContext* context_;  // while an answer is waited for
+  Clock::time_point deadline_;
+};
+
+}  // namespace engram

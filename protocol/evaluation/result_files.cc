@@ -1,0 +1,323 @@
+#include "protocol/evaluation/result_files.h"
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <thread>
+
+#include "protocol/formats/files.h"
+
+namespace engram {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSettingsFile = "settings.json";
+constexpr const char* kSummaryFile = "summary.json";
+constexpr const char* kTimingFile = "timing.json";
+constexpr const char* kReportFile = "report.html";
+constexpr const char* kSampleFolder = "samples";
+
+// As result files spell it; tasks outside the benchmark's splits are "Custom".
+std::string title(Split split) {
+  switch (split) {
+    case Split::kShort:
+      return "Short";
+    case Split::kMedium:
+      return "Medium";
+    case Split::kLong:
+      return "Long";
+    case Split::kExtended:
+      break;
+  }
+  return "Custom";
+}
+
+double mean(const std::vector<double>& values) {
+  if (values.empty()) return 0;
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+std::string local_time() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm local{};
+  ::localtime_r(&now, &local);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d_%H-%M-%S", &local);
+  return text;
+}
+
+// What was asked for in a task document, and so is the same in all of a run.
+constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
+                                         "model"};
+
+template <class T>
+DocumentList to_list(const std::vector<T>& values) {
+  return DocumentList(values.begin(), values.end());
+}
+
+DocumentTable to_table(const std::map<std::string, double>& values) {
+  return DocumentTable(values.begin(), values.end());
+}
+
+// A list of that many documents, each of which `read` accepts.
+template <class Read>
+bool is_list_of(const Document& document, std::size_t count, Read&& read) {
+  const DocumentList& items = list(document);
+  for (const Document& item : items) (void)read(item);
+  return items.size() == count;
+}
+
+// Whether a document is a whole result of the task: everything that is read of one later is there,
+// and of its type.
+bool is_result(const Document& task, const std::string& id) {
+  const auto is_count = [](const Document& value) { return whole_number(value); };
+  try {
+    if (text(part(task, "env_id")) != id) return false;
+    const std::size_t episodes = whole_number(part(task, "n_episodes"));
+    if (!is_list_of(part(task, "successes"), episodes, truth) ||
+        !is_list_of(part(task, "returns"), episodes, number) ||
+        !is_list_of(part(task, "episode_lengths"), episodes, is_count) ||
+        !is_list_of(part(task, "episode_seeds"), episodes, is_count)) {
+      return false;
+    }
+    const DocumentList& successes = list(part(task, "successes"));
+    const auto count = std::count(successes.begin(), successes.end(), Document(true));
+    const double rate =
+        successes.empty() ? 0 : static_cast<double>(count) / static_cast<double>(episodes);
+    for (const char* key : kProtocolKeys) (void)part(task, key);
+    for (const char* key : {"split", "memory_type"}) (void)text(part(task, key));
+    (void)number(part(task, "mean_return"));
+    (void)whole_number(part(task, "action_chunk_size"), std::numeric_limits<int>::max());
+    if (const Document* chance = find(task, "chance")) (void)number(*chance);
+    return number(part(task, "sr")) == rate;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+DocumentTable model_document(const EvaluationSettings& settings) {
+  DocumentTable config = {{"library", "engram"}, {"version", version()}};
+  if (!is_null(settings.policy_config)) config = table(settings.policy_config);
+  if (!settings.task_options.empty()) {
+    config.emplace_back("task_options", to_table(settings.task_options));
+  }
+  return {{"name", settings.policy}, {"config", std::move(config)}};
+}
+
+EvaluationSettings read_settings(const Document& document) {
+  EvaluationSettings settings;
+  for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
+  settings.episodes =
+      static_cast<int>(whole_number(part(document, "n_episodes"), std::numeric_limits<int>::max()));
+  settings.start_seed = whole_number(part(document, "start_seed"));
+  settings.obs_mode = text(part(document, "obs_mode"));
+  settings.renderer = text(part(document, "renderer"));
+  settings.policy = text(part(document, "policy"));
+  settings.policy_config = part(document, "policy_config");
+  if (!is_null(settings.policy_config)) (void)table(settings.policy_config);
+  for (const auto& [name, value] : table(part(document, "task_options"))) {
+    settings.task_options[name] = number(value);
+  }
+  return settings;
+}
+
+}  // namespace
+
+// --- documents ---
+
+Document EvaluationSettings::document() const {
+  return DocumentTable{{"tasks", to_list(tasks)},        {"n_episodes", episodes},
+                       {"start_seed", start_seed},       {"obs_mode", obs_mode},
+                       {"renderer", renderer},           {"policy", policy},
+                       {"policy_config", policy_config}, {"task_options", to_table(task_options)}};
+}
+
+EvaluationSettings EvaluationSettings::of(const Document& document, const fs::path& file) {
+  EvaluationSettings settings;
+  try {
+    settings = read_settings(document);
+  } catch (const Error& error) {
+    throw Error(Error::kIo, "'" + file.string() + "' is not what an evaluation wrote (" +
+                                error.what() + "); remove it to give the settings anew");
+  }
+  for (const std::string& id : settings.tasks) (void)require_entry(id);
+  return settings;
+}
+
+Document task_document(const TaskResult& result, const EvaluationSettings& settings) {
+  const RegistryEntry& entry = *result.entry;
+  return DocumentTable{{"env_id", entry.id},
+                       {"split", title(entry.split)},
+                       {"memory_type", entry.memory_type},
+                       {"start_seed", settings.start_seed},
+                       {"n_episodes", settings.episodes},
+                       {"successes", to_list(result.successes)},
+                       {"returns", to_list(result.returns)},
+                       {"sr", result.success_rate()},
+                       {"mean_return", result.mean_return()},
+                       {"chance", result.chance},
+                       {"benchmark_commit", nullptr},
+                       {"control_mode", control_mode_name(ControlMode::kPdEeDeltaPose)},
+                       {"obs_mode", settings.obs_mode},
+                       {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
+                       {"action_chunk_size", result.chunk_size},
+                       {"model", model_document(settings)},
+                       {"episode_lengths", to_list(result.lengths)},
+                       {"episode_seeds", to_list(result.seeds)}};
+}
+
+Document summary_document(const DocumentList& tasks) {
+  std::string split;
+  std::vector<double> rates;
+  std::map<std::string, std::vector<double>> rates_of_type;  // sorted by name
+  DocumentList ids;
+  DocumentTable per_task_rate;
+  DocumentTable per_task_return;
+  for (const Document& task : tasks) {
+    const std::string& id = text(part(task, "env_id"));
+    const std::string& own = text(part(task, "split"));
+    split = split.empty() || split == own ? own : "Custom";
+    rates.push_back(number(part(task, "sr")));
+    rates_of_type[text(part(task, "memory_type"))].push_back(rates.back());
+    ids.emplace_back(id);
+    per_task_rate.emplace_back(id, rates.back());
+    per_task_return.emplace_back(id, part(task, "mean_return"));
+  }
+  DocumentTable per_type;
+  for (const auto& [type, values] : rates_of_type) per_type.emplace_back(type, mean(values));
+  return DocumentTable{{"split", split},
+                       {"sr_split", mean(rates)},
+                       {"sr_per_memory_type", std::move(per_type)},
+                       {"tasks", std::move(ids)},
+                       {"per_task_sr", std::move(per_task_rate)},
+                       {"per_task_mean_return", std::move(per_task_return)}};
+}
+
+std::string common_split(const std::vector<std::string>& ids) {
+  std::set<std::string_view> splits;
+  for (const std::string& id : ids) splits.insert(split_name(require_entry(id).split));
+  return splits.size() == 1 ? std::string(*splits.begin()) : "all";
+}
+
+// --- the folder ---
+
+ResultFolder ResultFolder::create(const fs::path& output, const EvaluationSettings& settings) {
+  const fs::path parent = output / common_split(settings.tasks);
+  require_writable_folder(parent);
+  remove_temporary_files(parent);  // of a run that was killed before it had a folder
+  while (true) {
+    const fs::path folder = parent / local_time();
+    std::error_code error;
+    if (fs::create_directory(folder, error)) return ResultFolder(folder);
+    if (error) {
+      throw Error(Error::kIo,
+                  "folder '" + folder.string() + "' cannot be made: " + error.message());
+    }
+    // Another run began in this very second.
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
+
+ResultFolder ResultFolder::open(const fs::path& folder) {
+  if (!fs::is_directory(folder)) {
+    throw Error(Error::kIo, "folder '" + folder.string() + "' does not exist; nothing to resume");
+  }
+  require_writable_folder(folder);
+  remove_temporary_files(folder);
+  return ResultFolder(folder);
+}
+
+std::optional<EvaluationSettings> ResultFolder::settings() const {
+  const fs::path file = path_ / kSettingsFile;
+  const std::optional<std::string> text = read_file(file);
+  if (!text) return std::nullopt;
+  return EvaluationSettings::of(parse_document(*text).value_or(Document()), file);
+}
+
+std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings& settings) const {
+  TaskResult none;
+  none.entry = &registry().front();
+  const Document expected = task_document(none, settings);
+  std::map<std::string, Document> tasks;
+  for (const RegistryEntry& entry : registry()) {
+    const std::string id(entry.id);
+    const fs::path file = path_ / (id + ".json");
+    const std::optional<std::string> text = read_file(file);
+    if (!text) continue;
+    std::optional<Document> task = parse_document(*text);
+    if (!task || !is_result(*task, id)) continue;
+    for (const char* key : kProtocolKeys) {
+      const Document& found = part(*task, key);
+      const Document& asked = part(expected, key);
+      if (found == asked) continue;
+      throw Error(Error::kInvalidArgument, "'" + file.string() + "' has " + key + " " +
+                                               to_line(found) + ", this run " + to_line(asked) +
+                                               "; one folder holds results of one protocol");
+    }
+    tasks.emplace(id, std::move(*task));
+  }
+  return tasks;
+}
+
+void ResultFolder::begin(const EvaluationSettings& settings) const {
+  write_file(path_ / kSettingsFile, to_text(settings.document()));
+}
+
+void ResultFolder::write_task(const Document& task) const {
+  write_file(path_ / (text(part(task, "env_id")) + ".json"), to_text(task));
+}
+
+void ResultFolder::write_summary(const DocumentList& tasks) const {
+  write_file(path_ / kSummaryFile, to_text(summary_document(tasks)));
+}
+
+// --- for the report ---
+
+void ResultFolder::add_timing(const std::string& id, double thread_seconds) const {
+  std::map<std::string, double> seconds = timing();
+  seconds[id] = thread_seconds;
+  write_file(path_ / kTimingFile, to_text(Document(to_table(seconds))));
+}
+
+std::map<std::string, double> ResultFolder::timing() const {
+  std::map<std::string, double> seconds;
+  const std::optional<std::string> text = read_file(path_ / kTimingFile);
+  const std::optional<Document> document = text ? parse_document(*text) : std::nullopt;
+  const auto* times = document ? std::get_if<DocumentTable>(&document->value) : nullptr;
+  if (times == nullptr) return seconds;
+  for (const auto& [id, value] : *times) {
+    if (is_number(value)) seconds[id] = number(value);
+  }
+  return seconds;
+}
+
+void ResultFolder::write_sample(const std::string& id, const Bytes& png) const {
+  if (png.empty()) return;
+  const fs::path folder = path_ / kSampleFolder;
+  std::error_code error;
+  fs::create_directory(folder, error);
+  write_file(folder / (id + ".png"), png);
+}
+
+std::map<std::string, Bytes> ResultFolder::samples() const {
+  std::map<std::string, Bytes> samples;
+  for (const RegistryEntry& entry : registry()) {
+    const std::string id(entry.id);
+    const std::optional<std::string> text = read_file(path_ / kSampleFolder / (id + ".png"));
+    if (!text) continue;
+    const auto bytes = std::as_bytes(std::span(text->data(), text->size()));
+    samples[id].assign(bytes.begin(), bytes.end());
+  }
+  return samples;
+}
+
+void ResultFolder::write_report(const std::string& html) const {
+  write_file(path_ / kReportFile, html);
+}
+
+}  // namespace engram

@@ -1,0 +1,34 @@
+// A few pictures of an episode whose length is not known before.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "protocol/batch/make.h"
+#include "protocol/formats/bytes.h"
+
+namespace engram {
+
+class SamplePictures {
+ public:
+  static constexpr int kSide = 128;    // pixels
+  static constexpr int kPictures = 5;  // in the strip
+
+  // After the reset and after every step.
+  void look(VectorEnv& env, int index);
+  // The strip: base camera from the first to the last look.
+  Bytes png() const;
+
+ private:
+  struct Picture {
+    int step;
+    std::vector<std::uint8_t> rgb;
+  };
+
+  void take(VectorEnv& env, int index);
+
+  std::vector<Picture> pictures_;
+  int stride_ = 1;  // steps between two of them
+};
+
+}  // namespace engram

@@ -1,0 +1,42 @@
+// Reports as one HTML file: headings, tables, bar charts and pictures, nothing loaded from
+// elsewhere.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/formats/bytes.h"
+
+namespace engram {
+
+class HtmlReport {
+ public:
+  explicit HtmlReport(std::string_view title);
+
+  void heading(std::string_view text);
+  void paragraph(std::string_view text);
+  // Cells that look like numbers are aligned to the right.
+  void table(const std::vector<std::string>& header,
+             const std::vector<std::vector<std::string>>& rows);
+
+  struct Bar {
+    std::string label;
+    double value = 0;  // 0 to 1
+    double mark = -1;  // a second value, shown as a line across the bar; below 0: none
+    std::string group;
+  };
+  // Horizontal bars of rates, colours by group.
+  void bars(const std::vector<Bar>& bars);
+  void picture(std::string_view caption, std::span<const std::byte> png);
+
+  // The whole document.
+  std::string text() const;
+
+ private:
+  std::string title_;
+  std::string body_;
+};
+
+}  // namespace engram

@@ -1,0 +1,48 @@
+// The processes of one run: one alone, or several under mpirun.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "protocol/formats/bytes.h"
+
+namespace engram {
+
+// Rank 0 decides and writes; the others work for it. This class is a process alone. Not for use
+// from two threads at once.
+class Ranks {
+ public:
+  struct Message {
+    int from = 0;
+    Bytes bytes;
+  };
+
+  Ranks() = default;
+  virtual ~Ranks() = default;
+  Ranks(const Ranks&) = delete;
+  Ranks& operator=(const Ranks&) = delete;
+
+  virtual int rank() const { return 0; }
+  virtual int size() const { return 1; }
+  // Ranks on this machine, which share its cores.
+  virtual int local_size() const { return 1; }
+
+  // Does not wait for the receiver. Messages from one rank to another arrive in their order.
+  virtual void send(int /*to*/, Bytes /*bytes*/) {}
+  // A message that has arrived, if there is one.
+  virtual std::optional<Message> receive() { return std::nullopt; }
+  // Ends all processes: the run has failed. Returns only where this process is alone.
+  virtual void abort() {}
+
+  bool alone() const { return size() == 1; }
+  bool leads() const { return rank() == 0; }
+};
+
+// The processes that were started together with this one. Throws Error (kUnavailable) if there are
+// several and this build cannot talk to them.
+std::unique_ptr<Ranks> join_ranks();
+
+// Gives every rank the bytes of rank 0. All ranks call it, before they do anything else together.
+Bytes share(Ranks& ranks, Bytes bytes);
+
+}  // namespace engram

@@ -1,0 +1,36 @@
+// Checks batteries one after another (procedural 5.8). Nothing is remembered between steps.
+#pragma once
+
+#include "tasks/batteries_checker/rack.h"
+#include "tasks/parts/press_button.h"
+
+namespace engram::tasks {
+
+// What an agent chooses in one round.
+struct BatteryChoice {
+  int battery = -1;  // to be tested, -1: none
+  int slot = -1;     // into which the active battery is returned
+};
+
+class BatteryOracle {
+ public:
+  BatteryOracle(const BatteryRack& rack, const PressButton& button)
+      : rack_(rack), button_(button) {}
+
+  // Writes the next action of the round that the stage is in.
+  void act(const State& state, int env, const CheckState& check, const BatteryChoice& choice,
+           float* action) const;
+
+ private:
+  void insert(const State& state, int env, int battery, float* action) const;
+  // True once the battery stands in the slot and the tool is clear of it.
+  bool put_back(const State& state, int env, int battery, int slot, float* action) const;
+  // True if nothing is between the fingers.
+  bool clear_tool(const State& state, int env, float* action) const;
+  void press(const State& state, int env, float* action) const;
+
+  const BatteryRack& rack_;
+  const PressButton& button_;
+};
+
+}  // namespace engram::tasks

@@ -1,0 +1,179 @@
+#include "tasks/batteries_checker/params.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "tasks/batteries_checker/rules.h"
+#include "tasks/parts/colors.h"
+#include "tasks/parts/variant.h"
+
+namespace engram::tasks {
+namespace {
+
+constexpr std::array<BatteryParams, 10> kVariants = {{
+    {"BatteriesCheckerEasy-3-VLA-v0", true, 3, 1},
+    {"BatteriesCheckerEasy-6-VLA-v0", true, 6, 3},
+    {"BatteriesCheckerEasy-9-VLA-v0", true, 9, 5},
+    {"BatteriesCheckerEasy-12-VLA-v0", true, 12, 7},
+    {"BatteriesCheckerEasy-15-VLA-v0", true, 15, 9},
+    {"BatteriesCheckerHard-3-VLA-v0", false, 3, 1},
+    {"BatteriesCheckerHard-6-VLA-v0", false, 6, 3},
+    {"BatteriesCheckerHard-9-VLA-v0", false, 9, 5},
+    {"BatteriesCheckerHard-12-VLA-v0", false, 12, 7},
+    {"BatteriesCheckerHard-15-VLA-v0", false, 15, 9},
+}};
+
+// Without memory of what it has tested, an agent that takes a battery at random as often as there
+// are batteries tests all of them once in n^n / n! cases. In the hard variants it puts every one
+// into a random empty slot of the tray, too.
+double count_guesses(const BatteryParams& params) {
+  const int batteries = params.ACTIVE_BATTERY_COUNT;
+  double ways = 1;
+  for (int i = 1; i <= batteries; ++i) {
+    ways *= static_cast<double>(batteries) / i;
+    if (!params.easy) ways *= NUM_BATTERIES - batteries + 1;
+  }
+  return ways;
+}
+
+ConstantList list(const mjcf::Vec3& values) { return {values[0], values[1], values[2]}; }
+
+ConstantTable constants(const BatteryParams& params) {
+  const mjcf::BatteryShape battery;
+  const mjcf::TrayShape tray;
+  const mjcf::SocketShape socket;
+  const PressButtonParams button = battery_button();
+  ConstantTable table = {
+      {"ACTIVE_BATTERY_COUNT", params.ACTIVE_BATTERY_COUNT},
+      {"WORKING_BATTERY_COUNT", params.WORKING_BATTERY_COUNT},
+      {"NUM_BATTERIES", NUM_BATTERIES},
+      {"TRAY_ROWS", TRAY_ROWS},
+      {"TRAY_COLS", TRAY_COLS},
+      {"SLOT_SPACING_X", SLOT_SPACING_X},
+      {"SLOT_SPACING_Y", SLOT_SPACING_Y},
+      {"BATTERY_RADIUS", battery.BATTERY_RADIUS},
+      {"BATTERY_HALF_HEIGHT", battery.BATTERY_HALF_HEIGHT},
+      {"BATTERY_COLOR", published_color(battery.BATTERY_COLOR)},
+      {"BATTERY_STATIC_FRICTION", battery.BATTERY_FRICTION},
+      {"BATTERY_DYNAMIC_FRICTION", battery.BATTERY_FRICTION},
+      {"BATTERY_RESTITUTION", 0.0},
+      {"TRAY_HALF_HEIGHT", tray.half_size[2]},
+      {"TRAY_PADDING_X", 0.028},
+      {"TRAY_PADDING_Y", 0.026},
+      {"TRAY_COLOR", published_color(tray.TRAY_COLOR)},
+      {"SLOT_VISUAL_COLOR", published_color(tray.SLOT_VISUAL_COLOR)},
+      {"SOCKET_HALF_SIZE", list(socket.SOCKET_HALF_SIZE)},
+      {"SOCKET_SLOT_RADIUS", socket.SOCKET_SLOT_RADIUS},
+      {"SOCKET_COLOR", published_color(socket.SOCKET_COLOR)},
+      {"SOCKET_SLOT_COLOR", published_color(socket.SOCKET_SLOT_COLOR)},
+      {"SOCKET_X_OFFSET_FROM_TRAY", SOCKET_X_OFFSET_FROM_TRAY},
+      {"SOCKET_INSERT_XY_TOL", SOCKET_INSERT_XY_TOL},
+      {"SOCKET_INSERT_Z_TOL", SOCKET_INSERT_Z_TOL},
+      {"SLOT_RETURN_XY_TOL", SLOT_RETURN_XY_TOL},
+      {"SLOT_RETURN_Z_TOL", SLOT_RETURN_Z_TOL},
+      {"BUTTON_X_OFFSET_FROM_TRAY", BUTTON_X_OFFSET_FROM_TRAY},
+      {"BUTTON_Y_OFFSET_FROM_TRAY", BUTTON_Y_OFFSET_FROM_TRAY},
+      {"BUTTON_RELEASE_READY_RATIO", button.BUTTON_RELEASE_READY_RATIO},
+      {"LAMP_X_OFFSET_FROM_SOCKET", LAMP_X_OFFSET_FROM_SOCKET},
+      {"LAMP_Y_OFFSET_FROM_SOCKET", LAMP_Y_OFFSET_FROM_SOCKET},
+      {"LAMP_HEIGHT", 0.0},
+      {"LAMP_BASE_RADIUS", 0.018},
+      {"LAMP_BASE_HALF_HEIGHT", 0.008},
+      {"LAMP_STEM_RADIUS", 0.004},
+      {"LAMP_STEM_HALF_HEIGHT", 0.020},
+      {"LAMP_BULB_RADIUS", 0.012},
+      {"LAMP_OFF_COLOR", published_color(LAMP_OFF_COLOR)},
+      {"LAMP_ON_COLOR", published_color(LAMP_ON_COLOR)},
+      {"LAMP_AFTERGLOW_STEPS", LAMP_AFTERGLOW_STEPS},
+      {"STAGE_INSERT", STAGE_INSERT},
+      {"STAGE_RETURN", STAGE_RETURN},
+      {"STAGE_CONFIRM", STAGE_CONFIRM},
+      {"HEIGHT_OFFSET", kHiddenOffset},
+      {"SUCCESS_BONUS", kBatterySuccessReward},
+      {"ACTION_L2_COEF", kBatterySmoothness.ACTION_L2_COEF},
+      {"ACTION_DELTA_L2_COEF", kBatterySmoothness.ACTION_DELTA_L2_COEF},
+      {"QVEL_L2_COEF", kBatterySmoothness.QVEL_L2_COEF},
+  };
+  add_press_constants(button, table);
+  return table;
+}
+
+std::vector<Field> state_fields(int working) {
+  const auto pose = [](const char* name) { return Field{name, 7, DType::kFloat32, "m", ""}; };
+  return {
+      {"battery_pose", 7 * NUM_BATTERIES, DType::kFloat32, "m", "pose of every battery"},
+      pose("tray_pose"),
+      pose("socket_pose"),
+      pose("button_base_pose"),
+      pose("button_cap_pose"),
+      {"lamp_off_pose", 7, DType::kFloat32, "m", "z = 1000 while the lamp is on"},
+      {"lamp_on_pose", 7, DType::kFloat32, "m", "z = 1000 while the lamp is off"},
+      {"action_stage", 1, DType::kFloat32, "", "0: insert, 1: return, 2: confirm"},
+      {"action_mask", 1, DType::kFloat32, "", "always 1"},
+      {"active_mask", NUM_BATTERIES, DType::kFloat32, "", "batteries that take part"},
+      {"oracle_info", working, DType::kFloat32, "", "slots of the working batteries, ascending"}};
+}
+
+std::vector<std::string> reward_terms() {
+  return {"stage_insert",
+          "stage_return",
+          "stage_confirm",
+          "reach_unchecked_reward",
+          "carry_to_socket_reward",
+          "return_reward",
+          "button_reach_reward",
+          "button_press_reward",
+          "new_insert_event",
+          "new_return_event",
+          "new_confirm_event",
+          "newly_found_working",
+          "wrong_phase_press",
+          "checked_count",
+          "found_working_count",
+          "target_working_count",
+          "action_l2",
+          "delta_action_l2",
+          "qvel_l2",
+          "smooth_penalty"};
+}
+
+}  // namespace
+
+PressButtonParams battery_button() {
+  PressButtonParams params;
+  params.shape.BUTTON_BASE_HALF_SIZE = {0.075, 0.075, 0.015};
+  params.shape.BUTTON_CAP_RADIUS = 0.033;
+  params.shape.base_rgba = {58 / 255.0, 66 / 255.0, 80 / 255.0, 1};
+  params.shape.cap_rgba = {205 / 255.0, 110 / 255.0, 110 / 255.0, 1};
+  params.BUTTON_PRESS_XY_RADIUS = 0.075;
+  params.radius_counts = true;
+  return params;
+}
+
+const BatteryParams& battery_params(std::string_view id) { return find_variant(kVariants, id); }
+
+void describe_batteries(const BatteryParams& params, TaskInfo& info) {
+  const double guesses = count_guesses(params);
+  info.candidates = static_cast<int>(std::min(guesses, double{std::numeric_limits<int>::max()}));
+  info.guess_rate = 1 / guesses;
+  info.termination = Termination::kSuccess;
+  info.success_reward = kBatterySuccessReward;
+  info.oracle_dim = params.WORKING_BATTERY_COUNT;
+  info.draws = {{"tray_x", 1, false, kTrayX[0], kTrayX[1], "m", "centre of the tray"},
+                {"tray_y", 1, false, kTrayY[0], kTrayY[1], "m", "centre of the tray"},
+                {"working", params.WORKING_BATTERY_COUNT, true, 0,
+                 params.ACTIVE_BATTERY_COUNT - 1.0, "", "slots of the batteries that work", true}};
+  info.hidden_draw = "working";
+  info.options = {{"upstream_rewards", 0, true, 0, 1, "",
+                   "1: button reach, found bonus and press penalty as in upstream's code"}};
+  info.constants = constants(params);
+  info.reward_terms = reward_terms();
+  info.phases = {{"insert", "until a battery stands in the socket"},
+                 {"return", params.easy ? "over at once: the battery returns by itself"
+                                        : "until that battery stands in its own slot again"},
+                 {"confirm", "until the button is pressed"}};
+  info.state_fields = state_fields(params.WORKING_BATTERY_COUNT);
+}
+
+}  // namespace engram::tasks

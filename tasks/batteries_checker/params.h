@@ -1,0 +1,53 @@
+// What BatteriesChecker is made of: constants, variants and how they describe themselves
+// (procedural 5.1 to 5.3, 5.6).
+#pragma once
+
+#include <string_view>
+
+#include "core/task.h"
+#include "mjcf/battery.h"
+#include "tasks/parts/press_button.h"
+
+namespace engram::tasks {
+
+struct BatteryParams {
+  std::string_view id;
+  bool easy;  // an inserted battery returns by itself
+  int ACTIVE_BATTERY_COUNT;
+  int WORKING_BATTERY_COUNT;
+};
+
+inline constexpr int TRAY_ROWS = 5;
+inline constexpr int TRAY_COLS = 3;
+inline constexpr int NUM_BATTERIES = TRAY_ROWS * TRAY_COLS;
+inline constexpr double SLOT_SPACING_X = 0.052;            // m, from row to row: the world's y
+inline constexpr double SLOT_SPACING_Y = 0.050;            // m, from column to column
+inline constexpr double SOCKET_X_OFFSET_FROM_TRAY = 0.2;   // m
+inline constexpr double SOCKET_INSERT_XY_TOL = 0.010;      // m
+inline constexpr double SOCKET_INSERT_Z_TOL = 0.025;       // m
+inline constexpr double SLOT_RETURN_XY_TOL = 0.023;        // m
+inline constexpr double SLOT_RETURN_Z_TOL = 0.024;         // m
+inline constexpr double BUTTON_X_OFFSET_FROM_TRAY = 0.0;   // m
+inline constexpr double BUTTON_Y_OFFSET_FROM_TRAY = 0.24;  // m
+inline constexpr double LAMP_X_OFFSET_FROM_SOCKET = 0.08;  // m
+inline constexpr double LAMP_Y_OFFSET_FROM_SOCKET = 0.0;   // m
+inline constexpr double kTrayX[2] = {-0.09, -0.01};        // m
+inline constexpr double kTrayY[2] = {-0.05, 0.05};         // m
+inline constexpr double kHiddenOffset = 1000;              // m
+inline constexpr mjcf::Rgba LAMP_OFF_COLOR = {1, 1, 1, 1};
+inline constexpr mjcf::Rgba LAMP_ON_COLOR = {1, 236 / 255.0, 110 / 255.0, 1};
+inline constexpr int kBatteryRewardTerms = 20;
+
+PressButtonParams battery_button();
+
+// What an episode samples (5.3), in the order of TaskInfo::draws, and the options.
+enum BatteryDraw { kTrayXDraw, kTrayYDraw, kWorking };
+enum BatteryOption { kUpstreamRewards };
+
+// The variant of that id.
+const BatteryParams& battery_params(std::string_view id);
+
+// Fills in all that TaskInfo says of the variant, apart from what the registry knows.
+void describe_batteries(const BatteryParams& params, TaskInfo& info);
+
+}  // namespace engram::tasks

@@ -1,0 +1,96 @@
+// How batteries are checked off, and what that is worth (procedural 5.5, 5.7).
+#pragma once
+
+#include <Eigen/Dense>
+#include <bit>
+#include <cstdint>
+
+#include "tasks/parts/smoothness.h"
+
+namespace engram::tasks {
+
+// Sets of batteries: a bit per slot.
+using BatterySet = std::uint32_t;
+
+inline BatterySet battery_bit(int battery) { return BatterySet{1} << battery; }
+inline bool contains(BatterySet set, int battery) { return (set & battery_bit(battery)) != 0; }
+inline int count(BatterySet set) { return std::popcount(set); }
+// The lowest index, -1 of an empty set.
+inline int lowest(BatterySet set) { return set == 0 ? -1 : std::countr_zero(set); }
+
+inline constexpr int LAMP_AFTERGLOW_STEPS = 7;
+
+// Stages, named by what has to be done next.
+inline constexpr int STAGE_INSERT = 0;
+inline constexpr int STAGE_RETURN = 1;
+inline constexpr int STAGE_CONFIRM = 2;
+
+// What is remembered between evaluations.
+struct CheckState {
+  int stage = STAGE_INSERT;
+  int active = -1;  // the battery that began this round, -1: none
+  int afterglow = 0;
+  BatterySet checked = 0;
+  BatterySet found = 0;  // checked ones that work
+};
+
+// What an evaluation sees.
+struct CheckInputs {
+  BatterySet in_socket = 0;  // released there
+  BatterySet home = 0;       // released in their own slots
+  BatterySet working = 0;
+  bool pressed = false;  // a press of the button begins
+};
+
+struct CheckEvents {
+  bool insert = false;
+  bool returned = false;
+  bool confirm = false;
+  bool newly_found = false;  // a working battery has been confirmed for the first time
+  int socket_battery = -1;   // -1: none
+  bool socket_works = false;
+  bool lamp = false;
+};
+
+// One evaluation of the stage machine.
+CheckEvents check_step(const CheckInputs& inputs, CheckState& state);
+
+// Easy: the battery that was inserted is back in its slot in the same evaluation. True if so; it is
+// then no longer in the socket.
+bool return_by_itself(CheckState& state, CheckEvents& events);
+
+inline constexpr double kBatterySuccessReward = 40;
+inline constexpr SmoothnessParams kBatterySmoothness = {
+    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.02, .QVEL_L2_COEF = 0.01};
+
+// Distances in m; negative where there is nothing to measure.
+struct BatteryRewardInputs {
+  int stage = STAGE_INSERT;        // after this step's transitions
+  double unchecked_distance = -1;  // TCP to the nearest unchecked battery
+  double carry_distance = -1;      // battery in the hand to the socket
+  double home_distance = 0;        // active battery to its slot
+  double button_distance = 0;      // TCP to the point above the button
+  double socket_distance = 0;      // TCP to the socket
+  double press_depth = 0;          // of the button, as a fraction of its travel
+  bool pressed = false;
+  CheckEvents events;
+  Haste haste;
+  bool success = false;
+};
+
+struct BatteryRewardTerms {
+  double reach = 0;
+  double carry = 0;
+  double back = 0;
+  double button_reach = 0;
+  double press = 0;
+  bool newly_found = false;
+  bool wrong_press = false;
+  SmoothnessTerms smooth;
+  double reward = 0;
+};
+
+// upstream: with the three terms that differ from what is meant (5.7).
+BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs, bool upstream);
+
+}  // namespace engram::tasks

@@ -1,0 +1,170 @@
+#include "tasks/colors/params.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tasks/parts/colors.h"
+#include "tasks/parts/touch_target.h"
+#include "tasks/parts/variant.h"
+
+namespace engram::tasks {
+namespace {
+
+constexpr StepRange kShortCue{1, 5};
+constexpr StepRange kLongCue{10, 100};
+constexpr StepRange kShortEmpty{1, 5};
+constexpr StepRange kLongEmpty{50, 400};
+
+constexpr std::array<ColorRecallParams, 18> kVariants = {{
+    {"BunchOfColors3-VLA-v0", ColorRule::kBunch, 3, kShortCue, kShortEmpty},
+    {"BunchOfColors5-VLA-v0", ColorRule::kBunch, 5, kShortCue, kShortEmpty},
+    {"BunchOfColors7-VLA-v0", ColorRule::kBunch, 7, kShortCue, kShortEmpty},
+    {"BunchOfColors3-Long-VLA-v0", ColorRule::kBunch, 3, kLongCue, kLongEmpty},
+    {"BunchOfColors5-Long-VLA-v0", ColorRule::kBunch, 5, kLongCue, kLongEmpty},
+    {"BunchOfColors7-Long-VLA-v0", ColorRule::kBunch, 7, kLongCue, kLongEmpty},
+    {"SeqOfColors3-VLA-v0", ColorRule::kSeq, 3, kShortCue, kShortEmpty},
+    {"SeqOfColors5-VLA-v0", ColorRule::kSeq, 5, kShortCue, kShortEmpty},
+    {"SeqOfColors7-VLA-v0", ColorRule::kSeq, 7, kShortCue, kShortEmpty},
+    {"SeqOfColors3-Long-VLA-v0", ColorRule::kSeq, 3, kLongCue, kLongEmpty},
+    {"SeqOfColors5-Long-VLA-v0", ColorRule::kSeq, 5, kLongCue, kLongEmpty},
+    {"SeqOfColors7-Long-VLA-v0", ColorRule::kSeq, 7, kLongCue, kLongEmpty},
+    {"ChainOfColors3-VLA-v0", ColorRule::kChain, 3, kShortCue, kShortEmpty},
+    {"ChainOfColors5-VLA-v0", ColorRule::kChain, 5, kShortCue, kShortEmpty},
+    {"ChainOfColors7-VLA-v0", ColorRule::kChain, 7, kShortCue, kShortEmpty},
+    {"ChainOfColors3-Long-VLA-v0", ColorRule::kChain, 3, kLongCue, kLongEmpty},
+    {"ChainOfColors5-Long-VLA-v0", ColorRule::kChain, 5, kLongCue, kLongEmpty},
+    {"ChainOfColors7-Long-VLA-v0", ColorRule::kChain, 7, kLongCue, kLongEmpty},
+}};
+
+// Ways to choose a set, or a sequence, of that many colours.
+int count_answers(const ColorRecallParams& params) {
+  int ways = 1;
+  for (int i = 0; i < params.SEQUENCE_LENGTH; ++i) {
+    ways *= COLORS - i;
+    if (params.rule != ColorRule::kChain) ways /= i + 1;
+  }
+  return ways;
+}
+
+std::vector<Draw> draws_of(const ColorRecallParams& params) {
+  const auto steps = [](const char* name, StepRange range, const char* what) {
+    return Draw{name,
+                1,
+                true,
+                static_cast<double>(range.low),
+                static_cast<double>(range.high),
+                "control steps",
+                what};
+  };
+  const bool bunch = params.rule == ColorRule::kBunch;
+  return {
+      {"sequence", params.SEQUENCE_LENGTH, true, 0, COLORS - 1.0, "",
+       "colours of the cue, in its order", true},
+      {"positions", 2 * COLORS, false, -0.5, 0.5, "m", "x, y of every cube in the action phase"},
+      bunch ? steps("cue_steps", params.cue, "length of the cue phase")
+            : steps("cue_step_duration", params.cue, "length of every item of the cue"),
+      steps("empty_steps", params.EMPTY_PHASE_STEPS, "length of the empty phase"),
+  };
+}
+
+ConstantTable constants_of(const ColorRecallParams& params) {
+  const bool bunch = params.rule == ColorRule::kBunch;
+  ConstantTable table = {
+      {"COLORS", COLORS},
+      {"COLOR_MAPPING", color_mapping_constant()},
+      {"SEQUENCE_LENGTH", params.SEQUENCE_LENGTH},
+      {"GOAL_THRESH", GOAL_THRESH},
+      {"CUBE_HALFSIZE", CUBE_HALFSIZE},
+      {bunch ? "CUE_PHASE_STEPS" : "CUE_STEP_DURATION", params.cue.constant()},
+      {"EMPTY_PHASE_STEPS", params.EMPTY_PHASE_STEPS.constant()},
+      {"ACTION_L2_COEF", kColorSmoothness.ACTION_L2_COEF},
+      {"ACTION_DELTA_L2_COEF", kColorSmoothness.ACTION_DELTA_L2_COEF},
+      {"QVEL_L2_COEF", kColorSmoothness.QVEL_L2_COEF},
+      {"CUBE_DISPLACEMENT_PENALTY_COEF", CUBE_DISPLACEMENT_PENALTY_COEF},
+      {"MAX_ALLOWED_CUBE_DISPLACEMENT", MAX_ALLOWED_CUBE_DISPLACEMENT},
+      {"BUTTON_HIDDEN_Z", kHiddenHeight},
+      {"BUTTON_X_SHIFT_TOWARD_ROBOT", BUTTON_X_SHIFT_TOWARD_ROBOT},
+  };
+  add_constants(params.button, table);
+  return table;
+}
+
+std::vector<std::string> reward_terms_of(ColorRule rule) {
+  return {"reaching_reward",
+          rule == ColorRule::kChain ? "correct_touches_in_order" : "correct_touches",
+          "wrong_touches",
+          "is_robot_static",
+          "touched_cubes",
+          "sequence_cubes_mask",
+          "all_seq_touched",
+          "no_extra_touched",
+          "action_l2",
+          "delta_action_l2",
+          "qvel_l2",
+          "smooth_penalty",
+          "mean_cube_displacement_xy",
+          "max_cube_displacement_xy",
+          "cube_displacement_penalty",
+          "strong_cube_displacement"};
+}
+
+std::vector<Field> state_fields_of(int length) {
+  std::vector<Field> fields = {
+      {"obj_to_goal_pos", 3, DType::kFloat32, "m", "touch point of the next target minus TCP"},
+      {"oracle_info", length, DType::kFloat32, "", "colours of the cue, in its order"},
+      {"button_xy", 2, DType::kFloat32, "m", ""},
+      {"button_pressed", 1, DType::kFloat32, "", "the button has been pressed and released"}};
+  for (int color = 0; color < COLORS; ++color) {
+    const std::string cube = "cube_" + std::to_string(color);
+    const std::string number = std::to_string(color);
+    fields.push_back({cube + "_pose", 3, DType::kFloat32, "m", "position"});
+    fields.push_back({"touched_" + number, 1, DType::kFloat32, "", "has been touched"});
+    fields.push_back({cube + "_in_seq", 1, DType::kFloat32, "", "is one of the cue's"});
+    fields.push_back({"next_target_" + number, 1, DType::kFloat32, "", "is to be touched next"});
+  }
+  return fields;
+}
+
+}  // namespace
+
+const ColorRecallParams& color_recall_params(std::string_view id) {
+  return find_variant(kVariants, id);
+}
+
+Layout arc_slots() {
+  Layout slots;
+  for (int slot = 0; slot < COLORS; ++slot) {
+    const double angle = 1.15 * std::numbers::pi * (slot - 4) / COLORS;
+    slots.push_back({0.3 * std::cos(angle) + kArcX, 0.3 * std::sin(angle) + 0.018 * (slot - 4)});
+  }
+  return slots;
+}
+
+Vec2 bunch_cue_position(int color) {
+  const double angle = std::numbers::pi * (color - 4) / COLORS;
+  return {0.22 * std::cos(angle), 0.22 * std::sin(angle) - 0.015 * (color - 4)};
+}
+
+void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
+  info.candidates = count_answers(params);
+  info.termination = Termination::kNever;
+  info.success_reward = kColorSuccessReward;
+  info.oracle_dim = params.SEQUENCE_LENGTH;
+  info.draws = draws_of(params);
+  info.hidden_draw = "sequence";
+  info.options = {{"touch_radius", GOAL_THRESH, false, 0.001, 0.2, "m",
+                   "how near its touch point a cube is touched; upstream's code has 0.02"}};
+  if (params.rule == ColorRule::kSeq) {
+    info.options.push_back({"strict_order", 0, true, 0, 1, "",
+                            "1: the order of the cue counts, as in upstream's code"});
+  }
+  info.constants = constants_of(params);
+  info.reward_terms = reward_terms_of(params.rule);
+  info.phases = {{"cue", "elapsed < C"},
+                 {"empty", "C <= elapsed < C + E"},
+                 {"action", "elapsed >= C + E; cubes are put back up to C + E + 4"}};
+  info.state_fields = state_fields_of(params.SEQUENCE_LENGTH);
+}
+
+}  // namespace engram::tasks

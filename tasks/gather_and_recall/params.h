@@ -1,0 +1,53 @@
+// GatherAndRecall in numbers: parameters, draws, constants and fields (procedural 4.1 to 4.3).
+#pragma once
+
+#include <array>
+
+#include "core/task.h"
+#include "mjcf/prop.h"
+#include "tasks/parts/phase_clock.h"
+#include "tasks/parts/press_button.h"
+
+namespace engram::tasks {
+
+inline constexpr int kMaxCubes = 9;
+inline constexpr int kColors = 3;
+inline constexpr std::array<mjcf::Rgba, kColors> FLASH_COLORS = {
+    {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}}};
+inline constexpr double CUBE_HALF_SIZE = 0.02;                 // m
+inline constexpr double DISC_RADIUS = 0.12;                    // m
+inline constexpr double DISC_HALF_HEIGHT = 0.003;              // m
+inline constexpr double BUTTON_SPACING = 0.14;                 // m
+inline constexpr double BUTTON_X_OFFSET_FROM_DISC = -0.22;     // m
+inline constexpr double DISC_X_MIN = 0.00, DISC_X_MAX = 0.08;  // m
+inline constexpr double DISC_Y_MIN = 0.10, DISC_Y_MAX = 0.18;  // m
+inline constexpr double LAMP_X_OFFSET_FROM_DISC = 0.24;        // m
+inline constexpr double LAMP_Y_OFFSET_FROM_DISC = 0.06;        // m
+inline constexpr double GRASP_THRESH = 0.05;                   // m
+inline constexpr StepRange FLASH_DURATION_STEPS{8, 14};
+inline constexpr double kJitter = 0.005;  // m
+inline constexpr double kOnDisc =
+    2 * DISC_HALF_HEIGHT + CUBE_HALF_SIZE;  // m: height of a placed cube
+inline constexpr mjcf::Rgba kDiscColor = {160 / 255.0, 160 / 255.0, 170 / 255.0, 1};
+inline constexpr mjcf::Rgba kBulbOff = {245 / 255.0, 245 / 255.0, 245 / 255.0, 1};
+inline constexpr double kFlashEmission = 1;
+inline constexpr double kUpright[4] = {1, 0, 0, 0};
+
+// What an episode samples (4.3).
+enum DrawIndex { kFlashColor, kTriggerCount, kDuration, kDiscX, kDiscY, kCubeJitter };
+
+inline constexpr int kRewardTerms = 8;
+
+// Number of cubes of a variant. Throws Error for an id of another family.
+int gather_cubes(std::string_view id);
+
+// Parameters of the button of one colour.
+PressButtonParams gather_button(int color);
+
+// The largest number of placed cubes that may begin the flash.
+int most_triggers(int cubes);
+
+// Fills in all that is constant about a variant.
+void describe_gather(int cubes, TaskInfo& info);
+
+}  // namespace engram::tasks

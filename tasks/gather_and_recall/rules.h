@@ -1,0 +1,58 @@
+// When cubes count, the lamp flashes and rewards are paid in GatherAndRecall (procedural 4.4 to
+// 4.7).
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "tasks/parts/layout.h"
+#include "tasks/parts/smoothness.h"
+
+namespace engram::tasks {
+
+inline constexpr double DISC_ON_THRESH = 0.10;   // m from the disc's centre
+inline constexpr double CUBE_VEL_THRESH = 0.15;  // m/s
+inline constexpr double CUBE_CLUSTER_SPACING_SCALE = 4.5;
+inline constexpr double CUBE_CLUSTER_X_OFFSET = -0.08;  // m from the disc
+inline constexpr double CUBE_CLUSTER_CENTER_Y = -0.26;  // m
+inline constexpr double kGatherSuccessReward = 50;
+inline constexpr double FAILURE_PENALTY = 25;
+inline constexpr SmoothnessParams kGatherSmoothness = {
+    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
+
+// Where a cube of the cluster stands, jitter aside.
+Vec2 cluster_place(int cube, int cubes, double half_size, const Vec2& disc);
+
+// Whether a cube counts as on the disc. One that is carried slowly above it does too.
+bool is_on_disc(const Eigen::Vector3d& pos, const Eigen::Vector3d& velocity, const Vec2& disc);
+
+// The one flash of an episode.
+struct Flash {
+  bool triggered = false;
+  int start = 0;  // value of elapsed
+};
+
+// Begins the flash once enough cubes have been on the disc. True while it lasts.
+bool update_flash(Flash& flash, int cubes_on_disc, int trigger_count, int duration, int elapsed);
+
+struct GatherRewardInputs {
+  double goal_distance = 0;  // norm of obj_to_goal_pos, m
+  double cubes_on_disc = 0;  // fraction
+  bool all_on_disc = false;
+  double correct_depth = 0;  // of the correct button, as a fraction of its travel
+  Haste haste;
+  bool failed = false;
+  bool success = false;
+};
+
+struct GatherRewardTerms {
+  double reaching = 0;
+  double progress = 0;
+  double press = 0;
+  SmoothnessTerms smooth;
+  double reward = 0;
+};
+
+GatherRewardTerms gather_reward(const GatherRewardInputs& inputs);
+
+}  // namespace engram::tasks

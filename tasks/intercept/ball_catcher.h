@@ -1,0 +1,15 @@
+// How oracles catch the rolling ball: meet it, run along above it, come down over it and close the
+// fingers, one before and one behind it (intercept 1.6).
+#pragma once
+
+#include "tasks/intercept/ball_launch.h"
+
+namespace engram::tasks {
+
+// True while the closed fingers have the ball between them.
+bool holds_ball(const State& state, int env);
+
+// Writes the next action towards a catch; it keeps the ball once it is held, moving on with it.
+void catch_ball(const State& state, int env, float* action);
+
+}  // namespace engram::tasks

@@ -1,0 +1,83 @@
+#include "tasks/intercept/ball_launch.h"
+
+#include <algorithm>
+
+#include "mjcf/ball.h"
+
+namespace engram::tasks {
+namespace {
+
+struct Interval {
+  double low, high;
+};
+constexpr Interval kStartX = {-0.35, -0.05};  // m
+constexpr Interval kStartY = {-0.9, -0.65};
+constexpr Interval kDrift = {0, 0.05};  // m/s
+
+using Vector = Eigen::Vector3d;
+
+}  // namespace
+
+mjcf::Prop launched_ball() { return mjcf::ball("ball", BALL_RADIUS, {1, 0, 0, 1}); }
+
+std::vector<Draw> ball_draws(VelocityRange speed) {
+  return {
+      {"ball_x", 1, false, kStartX.low, kStartX.high, "m", "where the ball starts"},
+      {"ball_y", 1, false, kStartY.low, kStartY.high, "m", "where the ball starts"},
+      {"velocity_x", 1, false, kDrift.low, kDrift.high, "m/s", "of the ball's launch"},
+      {"velocity_y", 1, false, speed.low, speed.high, "m/s", "of the ball's launch"},
+  };
+}
+
+void BallLaunch::bind(const Bindings& bindings) {
+  engine_ = bindings;
+  initial_velocity_ = bindings.memory->add<double>("initial_velocity", 3, "m/s");
+}
+
+void BallLaunch::reset(const Episode& episode) const {
+  const int env = episode.env();
+  const State& state = *engine_.state;
+  const double pos[3] = {episode.real(kBallX, kStartX.low, kStartX.high),
+                         episode.real(kBallY, kStartY.low, kStartY.high), height_};
+  static constexpr double kUpright[4] = {1, 0, 0, 0};
+  state.place_prop(env, kBallProp, pos, kUpright, PropStatus::kAwake);
+  double* velocity = initial_velocity_.row(env);
+  velocity[0] = episode.real(kVelocityX, kDrift.low, kDrift.high);
+  velocity[1] = episode.real(kVelocityY, speed_.low, speed_.high);
+  velocity[2] = 0;
+  std::copy_n(velocity, 3, state.prop_qvel_of(env, kBallProp));
+}
+
+void BallLaunch::tell_velocity(int env) const {
+  RowWriter(engine_.oracle_values.row(env)).add(initial_velocity_.row(env), 3);
+}
+
+Vector BallLaunch::ball(int env) const {
+  return Eigen::Map<const Vector>(engine_.state->prop_pos_of(env, kBallProp));
+}
+
+Vector BallLaunch::linear_velocity(int env) const {
+  return Eigen::Map<const Vector>(engine_.state->prop_qvel_of(env, kBallProp));
+}
+
+// Free joints keep the angular velocity in the body's axes.
+Vector BallLaunch::angular_velocity(int env) const {
+  const double* q = engine_.state->prop_quat_of(env, kBallProp);
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]) *
+         Eigen::Map<const Vector>(engine_.state->prop_qvel_of(env, kBallProp) + 3);
+}
+
+Vector BallLaunch::initial_velocity(int env) const {
+  return Eigen::Map<const Vector>(initial_velocity_.row(env));
+}
+
+Vector BallLaunch::tcp(int env) const {
+  return Eigen::Map<const Vector>(engine_.state->tcp_pos.row(env));
+}
+
+void BallLaunch::observe_pose(int env, RowWriter& out) const {
+  out.add(engine_.state->prop_pos_of(env, kBallProp), 3);
+  out.add(engine_.state->prop_quat_of(env, kBallProp), 4);
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,57 @@
+// The ball that rolls past the robot, and what Intercept and InterceptGrab know of it
+// (intercept 1.2).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/task.h"
+#include "mjcf/prop.h"
+#include "tasks/parts/row_writer.h"
+
+namespace engram::tasks {
+
+inline constexpr double BALL_RADIUS = 0.02;  // m
+
+struct VelocityRange {
+  double low = 0;  // m/s
+  double high = 0;
+
+  Constant constant() const { return ConstantList{low, high}; }
+};
+
+// The ball is the scene's first prop.
+inline constexpr int kBallProp = 0;
+mjcf::Prop launched_ball();
+
+// A task's first draws are those of the launch.
+enum BallDraw { kBallX, kBallY, kVelocityX, kVelocityY, kBallDraws };
+std::vector<Draw> ball_draws(VelocityRange speed);
+
+class BallLaunch {
+ public:
+  // `height`: of the ball's centre when it is let go, m.
+  BallLaunch(VelocityRange speed, double height) : speed_(speed), height_(height) {}
+
+  void bind(const Bindings& bindings);
+  // Samples a launch and lets the ball go.
+  void reset(const Episode& episode) const;
+  // Shows the initial velocity as oracle_info.
+  void tell_velocity(int env) const;
+
+  Eigen::Vector3d ball(int env) const;
+  Eigen::Vector3d linear_velocity(int env) const;   // m/s, world
+  Eigen::Vector3d angular_velocity(int env) const;  // rad/s, world
+  Eigen::Vector3d initial_velocity(int env) const;  // m/s
+  Eigen::Vector3d tcp(int env) const;
+
+  void observe_pose(int env, RowWriter& out) const;
+
+ private:
+  VelocityRange speed_;
+  double height_;
+  Bindings engine_;
+  Column<double> initial_velocity_;  // (3) m/s
+};
+
+}  // namespace engram::tasks

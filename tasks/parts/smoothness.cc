@@ -1,0 +1,32 @@
+#include "tasks/parts/smoothness.h"
+
+#include <cmath>
+
+namespace engram::tasks {
+
+Haste measure_haste(const Bindings& engine, int env, FirstChange first) {
+  const State& state = *engine.state;
+  using Vector = Eigen::Map<const Eigen::VectorXf>;
+  const int dim = engine.action.width();
+  const Vector action(engine.action.row(env), dim);
+  const Vector previous(engine.previous_action.row(env), dim);
+  Haste haste;
+  haste.action_norm = static_cast<double>(action.norm());
+  const bool change = state.elapsed[env] > 1 || first == FirstChange::kFromZero;
+  haste.action_delta_norm = change ? static_cast<double>((action - previous).norm()) : 0.0;
+  haste.arm_speed = Eigen::Map<const ArmVector>(state.qvel.row(env)).norm();
+  return haste;
+}
+
+SmoothnessTerms smoothness(const Haste& haste, const SmoothnessParams& params) {
+  SmoothnessTerms terms;
+  terms.action_l2 = std::tanh(2 * haste.action_norm);
+  terms.action_delta_l2 = std::tanh(5 * haste.action_delta_norm);
+  terms.qvel_l2 = std::tanh(2 * haste.arm_speed);
+  terms.penalty = params.ACTION_L2_COEF * terms.action_l2 +
+                  params.ACTION_DELTA_L2_COEF * terms.action_delta_l2 +
+                  params.QVEL_L2_COEF * terms.qvel_l2;
+  return terms;
+}
+
+}  // namespace engram::tasks

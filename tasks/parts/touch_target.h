@@ -1,0 +1,64 @@
+// Success, info and reward of the families in which the robot touches the right object: bring the
+// TCP within GOAL_THRESH of its origin and stand still (remember 9 and 10).
+#pragma once
+
+#include <array>
+
+#include "core/task.h"
+#include "tasks/parts/reward_dict.h"
+#include "tasks/parts/smoothness.h"
+
+namespace engram::tasks {
+
+inline constexpr double GOAL_THRESH = 0.05;         // m
+inline constexpr double kTouchSuccessReward = 3.0;  // dense reward of a success step
+
+// What the reward is made of.
+struct TouchRewardInputs {
+  double distance = 0;           // TCP to target, m
+  double arm_speed = 0;          // norm of the arm joint velocities, rad/s
+  double action_norm = 0;        // of the action as received
+  double action_delta_norm = 0;  // of its change; taken as 0 up to elapsed = 1
+  bool robot_static = false;
+  bool placed = false;
+  bool success = false;
+};
+
+struct TouchRewardTerms {
+  double reaching = 0;
+  double stillness = 0;
+  double action_l2 = 0;
+  double action_delta_l2 = 0;
+  double qvel_l2 = 0;
+  double penalty = 0;
+  double reward = 0;
+};
+
+// The dense reward; a success step is worth exactly 3.
+TouchRewardTerms touch_reward(const TouchRewardInputs& inputs, const SmoothnessParams& params);
+
+class TouchTarget {
+ public:
+  // Names of the values in info "reward_dict"; they are those of the step before (remember 9).
+  static std::vector<std::string> reward_term_names();
+
+  explicit TouchTarget(const SmoothnessParams& params) : params_(params) {}
+
+  void bind(const Bindings& bindings);
+  // `acting`: the manipulation phase has begun.
+  void evaluate(int env, const double* target_pos, bool acting) const;
+  double dense_reward(int env) const;
+
+ private:
+  static constexpr int kRewardTerms = 12;
+
+  SmoothnessParams params_;
+  Bindings engine_;
+  Column<float> obj_to_goal_pos_;  // (3) m
+  Column<std::uint8_t> is_obj_placed_;
+  Column<std::uint8_t> is_robot_static_;
+  RewardDict reward_dict_;
+  Column<double> offset_;  // (3) obj_to_goal_pos in full precision
+};
+
+}  // namespace engram::tasks

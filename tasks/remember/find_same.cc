@@ -1,0 +1,122 @@
+#include "tasks/remember/find_same.h"
+
+#include <array>
+
+#include "tasks/parts/variant.h"
+#include "tasks/remember/object_recall.h"
+
+namespace engram::tasks {
+namespace {
+
+// --- parameters (remember 1, 2 and 6.2) ---
+
+using enum Vocabulary;
+
+constexpr StepRange kShortCue{1, 5};
+constexpr StepRange kShortEmpty{1, 5};
+constexpr StepRange kLongCue{10, 100};
+constexpr StepRange kFixedCue{100, 100};
+constexpr StepRange kLongEmpty{50, 450};
+constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
+
+constexpr std::array<ObjectRecallParams, 18> kVariants = {{
+    {"RememberColor3-VLA-v0", kColor, 3, kShortCue, kShortEmpty},
+    {"RememberColor5-VLA-v0", kColor, 5, kShortCue, kShortEmpty},
+    {"RememberColor9-VLA-v0", kColor, 9, kShortCue, kShortEmpty},
+    {"RememberColor3-Long-VLA-v0", kColor, 3, kLongCue, kLongEmpty},
+    {"RememberColor5-Long-VLA-v0", kColor, 5, kFixedCue, kLongEmpty},
+    {"RememberColor9-Long-VLA-v0", kColor, 9, kFixedCue, kLongEmpty},
+    {"RememberShape3-VLA-v0", kShape, 3, kShortCue, kShortEmpty},
+    {"RememberShape5-VLA-v0", kShape, 5, kShortCue, kShortEmpty},
+    {"RememberShape9-VLA-v0", kShape, 9, kShortCue, kShortEmpty},
+    {"RememberShape3-Long-VLA-v0", kShape, 3, kLongCue, kLongEmpty},
+    {"RememberShape5-Long-VLA-v0", kShape, 5, kLongCue, kLongEmpty},
+    {"RememberShape9-Long-VLA-v0", kShape, 9, kLongCue, kLongEmpty},
+    {"RememberShapeAndColor3x2-VLA-v0", kShapeAndColor, 6, kShortCue, kShortEmpty, kRound},
+    {"RememberShapeAndColor3x3-VLA-v0", kShapeAndColor, 9, kShortCue, kShortEmpty},
+    {"RememberShapeAndColor5x3-VLA-v0", kShapeAndColor, 15, kShortCue, kShortEmpty, kRound},
+    {"RememberShapeAndColor3x2-Long-VLA-v0", kShapeAndColor, 6, kLongCue, kLongEmpty, kRound},
+    {"RememberShapeAndColor3x3-Long-VLA-v0", kShapeAndColor, 9, kLongCue, kLongEmpty},
+    {"RememberShapeAndColor5x3-Long-VLA-v0", kShapeAndColor, 15, kLongCue, kLongEmpty, kRound},
+}};
+
+// Control steps from the appearance on in which objects are put back to where they appeared.
+constexpr int APPEAR_SETTLE_STEPS = 3;
+
+class Remember final : public ObjectRecall {
+ public:
+  Remember(const RegistryEntry& entry, const ObjectRecallParams& params)
+      : ObjectRecall(entry, params,
+                     {.target = "target",
+                      .target_text = "key of the object to touch",
+                      .positions_text = "x, y of every object in the manipulation phase"}),
+        settles_(params.vocabulary != kColor),
+        spread_(params.count == 3) {
+    if (settles_) add_constant("APPEAR_SETTLE_STEPS", APPEAR_SETTLE_STEPS);
+  }
+
+  // --- sampling (remember 6) ---
+
+  void reset(const Episode& episode) override {
+    begin_episode(episode);
+    set_positions(episode.env(), draw_layout(episode, spread_));
+  }
+
+  // --- phases (remember 8.2) ---
+
+  void advance(Range envs) override {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      const int elapsed = engine().state->elapsed[env];
+      const bool begins = clock().begins(env, elapsed);
+      switch (clock().phase(env, elapsed)) {
+        case Phase::kCue:
+          show_cue(env, begins);
+          break;
+        case Phase::kEmpty:
+          if (begins) hide_all(env);
+          break;
+        case Phase::kManipulation:
+          if (elapsed < clock().manipulation_start(env) + settle_steps()) show_all(env);
+          break;
+      }
+    }
+  }
+
+ private:
+  int settle_steps() const { return settles_ ? APPEAR_SETTLE_STEPS : 1; }
+
+  // Only the target, pinned at the origin.
+  void show_cue(int env, bool begins) const {
+    if (begins) hide_all(env);
+    const int key = target(env);
+    const double center[3] = {0, 0, objects().resting_height(key)};
+    engine().state->place_prop(env, key, center, objects().quat(key));
+  }
+
+  // Nothing on the table; during the empty phase the target is reported above the origin, the
+  // others above where they will stand.
+  void hide_all(int env) const {
+    for (int key = 0; key < count(); ++key) {
+      double pos[3] = {position(env, key)[0], position(env, key)[1], kHiddenHeight};
+      if (key == target(env)) pos[0] = pos[1] = 0;
+      engine().state->hide_prop(env, key, pos);
+    }
+  }
+
+  void show_all(int env) const {
+    for (int key = 0; key < count(); ++key) {
+      engine().state->place_prop(env, key, position(env, key), objects().quat(key));
+    }
+  }
+
+  bool settles_;
+  bool spread_;
+};
+
+}  // namespace
+
+std::unique_ptr<Task> make_remember(const RegistryEntry& entry) {
+  return std::make_unique<Remember>(entry, find_variant(kVariants, entry.id));
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,205 @@
+#include "tasks/remember/object_recall.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "tasks/parts/overlap_guard.h"
+#include "tasks/parts/task_info.h"
+#include "tasks/parts/tool_servo.h"
+
+namespace engram::tasks {
+namespace {
+
+constexpr SpreadParams kSpread;
+
+constexpr double kTouchGap = 0.034;  // m above the object's origin
+// What would roll away from a touch is approached more slowly, up to a gap.
+constexpr double kRollingGap = 0.040;   // m
+constexpr double kGently = 0.65;        // of the usual speed
+constexpr double kTravelGap = 0.06;     // m more while on the way
+constexpr double kCloseEnough = 0.010;  // m
+// The farthest slots of all are out of a vertical tool's reach.
+constexpr Lean kLean{.reach = 0.78, .per_metre = 5.0, .most = 0.4};
+
+Draw steps_draw(const char* name, StepRange range, const char* what) {
+  return {.name = name,
+          .integer = true,
+          .low = static_cast<double>(range.low),
+          .high = static_cast<double>(range.high),
+          .unit = "control steps",
+          .description = what};
+}
+
+}  // namespace
+
+ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams& params,
+                           const Wording& wording)
+    : params_(params),
+      objects_(params.vocabulary, params.count),
+      slots_(nominal_slots(params.count, params.arc)),
+      info_(describe(entry)),
+      touch_(objects_.smoothness()) {
+  info_.candidates = count();
+  info_.termination = Termination::kNever;
+  // The canonical chain freezes the short ids only (remember 8.1).
+  info_.frozen_cue = entry.split == Split::kShort;
+  info_.success_reward = kTouchSuccessReward;
+  info_.reward_terms = TouchTarget::reward_term_names();
+  info_.phases = cue_empty_manipulation_phases();
+  describe_episode(wording);
+  describe_constants();
+  describe_state();
+  for (int key = 0; key < count(); ++key) {
+    mjcf::Prop prop = objects_.prop(key);
+    const Vec2& slot = slots_[static_cast<std::size_t>(key)];
+    prop.pos = {slot.x(), slot.y(), objects_.resting_height(key)};
+    scene_.props.push_back(std::move(prop));
+  }
+}
+
+void ObjectRecall::describe_episode(const Wording& wording) {
+  info_.hidden_draw = wording.target;
+  info_.draws = {
+      {wording.target, 1, true, 0, count() - 1.0, "", wording.target_text},
+      {"positions", 2 * count(), false, -0.5, 0.5, "m", wording.positions_text},
+      steps_draw("cue_steps", params_.CUE_PHASE_STEPS, "length of the cue phase"),
+      steps_draw("empty_steps", params_.EMPTY_PHASE_STEPS, "length of the empty phase"),
+  };
+}
+
+void ObjectRecall::describe_constants() {
+  const SmoothnessParams& smoothness = objects_.smoothness();
+  info_.constants = objects_.constants();
+  add_constant("GOAL_THRESH", GOAL_THRESH);
+  add_constant("CUE_PHASE_STEPS", params_.CUE_PHASE_STEPS.constant());
+  add_constant("EMPTY_PHASE_STEPS", params_.EMPTY_PHASE_STEPS.constant());
+  add_constant("MANIP_WIDTH_AXIS", kSpread.MANIP_WIDTH_AXIS);
+  add_constant("MANIP_WIDTH_SCALE", kSpread.MANIP_WIDTH_SCALE);
+  add_constant("MANIP_WIDTH_CLAMP", kSpread.MANIP_WIDTH_CLAMP);
+  add_constant("ACTION_L2_COEF", smoothness.ACTION_L2_COEF);
+  add_constant("ACTION_DELTA_L2_COEF", smoothness.ACTION_DELTA_L2_COEF);
+  add_constant("QVEL_L2_COEF", smoothness.QVEL_L2_COEF);
+}
+
+void ObjectRecall::describe_state() {
+  info_.oracle_dim = static_cast<int>(objects_.identity(0).size());
+  info_.state_fields = {
+      {"oracle_info", info_.oracle_dim, DType::kFloat32, "",
+       info_.oracle_dim == 1 ? "key of the object to touch" : "ids of its shape and colour"}};
+  for (int key = 0; key < count(); ++key) {
+    info_.state_fields.push_back({"goal_" + std::to_string(key) + "_pose", 3, DType::kFloat32, "m",
+                                  "position of this object if it is the one, else zeros"});
+  }
+}
+
+SceneSource ObjectRecall::scene() const { return scene_source(scene_); }
+
+void ObjectRecall::bind(const Bindings& bindings) {
+  engine_ = bindings;
+  clock_.bind(*bindings.memory);
+  touch_.bind(bindings);
+  target_ = bindings.memory->add<std::int32_t>("target");
+  bindings.memory->limit("target", 0, count() - 1);
+  positions_ = bindings.memory->add<double>("positions", 3 * count(), "m");
+}
+
+// --- sampling (remember 6) ---
+
+void ObjectRecall::begin_episode(const Episode& episode) const {
+  const int env = episode.env();
+  const auto steps = [&episode](int draw, StepRange range) {
+    return episode.integer(draw, range.low, range.high);
+  };
+  target_[env] = episode.integer(kTarget, 0, count() - 1);
+  clock_.reset(env, steps(kCueSteps, params_.CUE_PHASE_STEPS),
+               steps(kEmptySteps, params_.EMPTY_PHASE_STEPS));
+  if (info_.frozen_cue) engine_.freeze_steps[env] = clock_.manipulation_start(env);
+}
+
+Layout ObjectRecall::draw_layout(const Episode& episode, bool spread) const {
+  if (const double* pinned = episode.pinned(kPositions)) {
+    Layout layout;
+    for (int key = 0; key < count(); ++key) {
+      layout.push_back({pinned[2 * key], pinned[2 * key + 1]});
+    }
+    return layout;
+  }
+  const bool whole = params_.vocabulary == Vocabulary::kShapeAndColor;
+  RandomStream random = episode.stream(kPositions);
+  const auto draw = [&] {
+    const Layout slots = whole ? jitter_layout(slots_, random) : jitter_slots(slots_, random);
+    Layout layout = assign_slots(slots, random);
+    if (spread) spread_and_stretch(layout, kSpread, random);
+    return layout;
+  };
+  return draw_clear_layout(draw, clearance());
+}
+
+void ObjectRecall::set_positions(int env, const Layout& layout) const {
+  for (int key = 0; key < count(); ++key) {
+    const Vec2& point = layout[static_cast<std::size_t>(key)];
+    double* pos = position(env, key);
+    pos[0] = point.x();
+    pos[1] = point.y();
+    pos[2] = objects_.resting_height(key);
+  }
+}
+
+// --- success and reward (remember 9 and 10) ---
+
+void ObjectRecall::evaluate(Range envs) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    std::ranges::copy(objects_.identity(target_[env]), engine_.oracle_info.row(env));
+    touch_.evaluate(env, target_pos(env), is_manipulation(env));
+  }
+}
+
+void ObjectRecall::dense_reward(Range envs, FloatRows out) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    *out.row(env) = static_cast<float>(touch_.dense_reward(env));
+  }
+}
+
+// --- observation (remember 9) ---
+
+void ObjectRecall::observe(Range envs, FloatRows out) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    const std::span<const int> identity = objects_.identity(target_[env]);
+    const auto to_float = [](auto value) { return static_cast<float>(value); };
+    float* goals = std::ranges::transform(identity, out.row(env), to_float).out;
+    std::fill_n(goals, 3 * count(), 0.0F);
+    std::transform(target_pos(env), target_pos(env) + 3, goals + 3 * target_[env], to_float);
+  }
+}
+
+// --- oracle (remember 11) ---
+
+// Keeps above the target's stored place until it is nearly overhead, then comes down to touch.
+void ObjectRecall::act(Range envs, bool blind, FloatRows actions) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    const State& state = *engine_.state;
+    float* action = actions.row(env);
+    const int key = blind ? guess(env) : target_[env];
+    const bool rolls = objects_.rolls(key);
+    const Eigen::Vector3d touch = Eigen::Map<const Eigen::Vector3d>(position(env, key)) +
+                                  Eigen::Vector3d(0, 0, rolls ? kRollingGap : kTouchGap);
+    const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+    if (!is_manipulation(env) || (tcp - touch).norm() < kCloseEnough) {
+      hold_tool(kGripperClosed, action);
+      continue;
+    }
+    Eigen::Vector3d goal = approach_from_above(state, env, touch, kTravelGap);
+    if (rolls) goal.z() = std::lerp(tcp.z(), goal.z(), kGently);
+    servo_tool(state, env, goal, lean_outwards(kToolDown, touch, kLean), kGripperClosed, action);
+  }
+}
+
+// What an agent without memory would touch.
+int ObjectRecall::guess(int env) const {
+  const State& state = *engine_.state;
+  RandomStream random(state.seed[env], state.episode[env], kPurposeBlindGuess);
+  return random.integer(0, count() - 1);
+}
+
+}  // namespace engram::tasks

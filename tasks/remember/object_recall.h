@@ -1,0 +1,110 @@
+// What the Remember and Find-Imposter families share: objects of which some are shown, an empty
+// table, then all objects, of which one has to be touched (remember_and_find_imposter.md).
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/task.h"
+#include "mjcf/scene.h"
+#include "tasks/parts/layout.h"
+#include "tasks/parts/phase_clock.h"
+#include "tasks/parts/touch_target.h"
+#include "tasks/registry_table.h"
+#include "tasks/remember/object_set.h"
+
+namespace engram::tasks {
+
+// One row of a family's table (remember 1, 2 and 6.2).
+struct ObjectRecallParams {
+  std::string_view id;
+  Vocabulary vocabulary;
+  int count;  // COLORS or SHAPES
+  StepRange CUE_PHASE_STEPS;
+  StepRange EMPTY_PHASE_STEPS;
+  ArcParams arc = {};  // where the slots lie
+};
+
+class ObjectRecall : public Task {
+ public:
+  const TaskInfo& info() const override { return info_; }
+  SceneSource scene() const override;
+  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
+
+  void bind(const Bindings& bindings) override;
+  int cue_end(int env) const override { return clock_.cue_end(env); }
+  void evaluate(Range envs) override;
+  void dense_reward(Range envs, FloatRows out) override;
+  void observe(Range envs, FloatRows out) override;
+  void act(Range envs, bool blind, FloatRows actions) override;
+  void overlay(int env, Overlay& out) const override { objects_.overlay(target_[env], out); }
+
+ protected:
+  // What every episode samples (remember 6.1). Families add their own draws after these.
+  enum DrawIndex { kTarget, kPositions, kCueSteps, kEmptySteps, kFamilyDraws };
+
+  static constexpr double kHiddenHeight = 1000;  // reported while an object is hidden
+
+  // How a family words its draws.
+  struct Wording {
+    std::string target;       // name of the draw of the object to touch
+    std::string target_text;  // that draw in words
+    std::string positions_text;
+  };
+
+  ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams& params,
+               const Wording& wording);
+
+  const ObjectRecallParams& params() const { return params_; }
+  const ObjectSet& objects() const { return objects_; }
+  const Bindings& engine() const { return engine_; }
+  const PhaseClock& clock() const { return clock_; }
+  int count() const { return params_.count; }
+  int target(int env) const { return target_[env]; }
+  // Where an object rests in the manipulation phase, m.
+  double* position(int env, int key) const { return positions_.row(env) + 3 * key; }
+
+  void add_draw(Draw draw) { info_.draws.push_back(std::move(draw)); }
+  void add_constant(const char* name, Constant value) {
+    info_.constants.emplace_back(name, std::move(value));
+  }
+
+  // Samples target and phase lengths.
+  void begin_episode(const Episode& episode) const;
+  // Samples where objects stand, by key: slots, jitter, permutation and guard (remember 6.2 to
+  // 6.5, 6.8), or the positions that the user fixed. `spread`: remember 6.5 applies.
+  Layout draw_layout(const Episode& episode, bool spread) const;
+  // The gap between two keys, for the guard.
+  auto clearance() const {
+    return [this](std::size_t first, std::size_t second, const Vec2& offset) {
+      return objects_.clearance(static_cast<int>(first), static_cast<int>(second), offset);
+    };
+  }
+  // Stores where the objects rest in the manipulation phase.
+  void set_positions(int env, const Layout& layout) const;
+
+ private:
+  const double* target_pos(int env) const { return engine_.state->prop_pos_of(env, target_[env]); }
+  bool is_manipulation(int env) const {
+    return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
+  }
+  void describe_episode(const Wording& wording);
+  void describe_constants();
+  void describe_state();
+  int guess(int env) const;
+
+  ObjectRecallParams params_;
+  ObjectSet objects_;
+  Layout slots_;
+  TaskInfo info_;
+  mjcf::Scene scene_;
+  Bindings engine_;
+  PhaseClock clock_;
+  TouchTarget touch_;
+  Column<std::int32_t> target_;
+  Column<double> positions_;  // (count * 3) m
+};
+
+}  // namespace engram::tasks

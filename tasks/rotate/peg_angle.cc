@@ -1,0 +1,56 @@
+#include "tasks/rotate/peg_angle.h"
+
+#include <Eigen/Core>
+#include <cmath>
+#include <numbers>
+
+namespace engram::tasks {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+}  // namespace
+
+double round_to_half(double value) {
+  return static_cast<double>(static_cast<float>(Eigen::half(static_cast<float>(value))));
+}
+
+double target_angle(RotateMode mode, double u) {
+  const bool both = mode == RotateMode::kPosNegAngle;
+  const double largest = both ? kPi / 4 : kPi / 2;
+  const double magnitude = kAngleThreshold + u * (largest - kAngleThreshold);
+  return round_to_half(both && u <= 0.5 ? -magnitude : magnitude);
+}
+
+double wrap_angle(double angle) {
+  const double turned = angle + kPi;
+  const double wrapped = turned - 2 * kPi * std::floor(turned / (2 * kPi)) - kPi;
+  return wrapped < kPi ? wrapped : -kPi;
+}
+
+double peg_angle(const double* quat) {
+  const double w = quat[0];
+  const double x = quat[1];
+  const double y = quat[2];
+  const double z = quat[3];
+  const double scale = 2 / (w * w + x * x + y * y + z * z);
+  const double r00 = 1 - scale * (y * y + z * z);
+  const double r01 = scale * (x * y - w * z);
+  return std::atan2(-r01, r00);
+}
+
+PegTurn peg_turn(double angle, double initial_angle, double target) {
+  const double relative = wrap_angle(angle - initial_angle);
+  return {relative, wrap_angle(target - relative)};
+}
+
+std::string rotate_instruction(const std::string& text, double target) {
+  const std::string place = "{angle_deg}";
+  const auto degrees =
+      static_cast<double>(static_cast<float>(target) * 180.0F / static_cast<float>(kPi));
+  std::string result = text;
+  return result.replace(result.find(place), place.size(),
+                        std::to_string(std::lrint(degrees)));  // halves to even
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,52 @@
+// The shuffle: pairs of mugs swap slots along arcs, one pair after another (shell 6).
+#pragma once
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "core/base/column.h"
+
+namespace engram::tasks {
+
+inline constexpr double SWAP_ARC_HEIGHT = 0.06;  // m
+
+// The slots that swap s = 0, 1, 2 exchanges.
+inline constexpr std::array<std::array<int, 2>, 3> kSwapPairs = {{{0, 1}, {0, 2}, {1, 2}}};
+
+class Shuffle {
+ public:
+  // At most `max_swaps` swaps in an episode.
+  void bind(ColumnStore& memory, int max_swaps);
+
+  // A shuffle of `steps` control steps that begins at elapsed = begin; each pair is an index into
+  // kSwapPairs, and only the first `swaps` of them count.
+  void reset(int env, int begin, int steps, int swaps, std::span<const int> pairs) const;
+
+  int begin(int env) const { return begin_[env]; }
+  int end(int env) const { return begin_[env] + steps_[env]; }
+  bool is_running(int env, int elapsed) const {
+    return elapsed >= begin(env) && elapsed < end(env);
+  }
+
+  // The slot of a mug, named after its first one, after so many swaps; all of them if there were
+  // fewer.
+  int slot_of(int env, int swaps, int mug) const {
+    return slots_.row(env)[3 * std::min(swaps, num_swaps_[env]) + mug];
+  }
+  int final_slot(int env, int mug) const { return slot_of(env, num_swaps_[env], mug); }
+
+  // Where a mug is while the shuffle runs: its offset from where it would stand in the center slot.
+  // The mugs of a pair turn about their midpoint, counter-clockwise seen from above; all three are
+  // lifted. Steps that are left over after the last swap show the final slots.
+  Eigen::Vector3d offset(int env, int mug, int elapsed) const;
+
+ private:
+  Column<std::int32_t> begin_;  // control steps
+  Column<std::int32_t> steps_;  // control steps
+  Column<std::int32_t> num_swaps_;
+  Column<std::uint8_t> slots_;  // ((max_swaps + 1) * 3): slot of each mug after 0, 1, ... swaps
+};
+
+}  // namespace engram::tasks

@@ -1,0 +1,329 @@
+#include "tasks/take_it_back/task.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "mjcf/scene.h"
+#include "mjcf/target_disc.h"
+#include "tasks/parts/reward_dict.h"
+#include "tasks/parts/row_writer.h"
+#include "tasks/parts/smoothness.h"
+#include "tasks/parts/task_info.h"
+#include "tasks/parts/tool_servo.h"
+
+namespace engram::tasks {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+using Vector = Eigen::Vector3d;
+
+// --- parameters (section 5) ---
+
+constexpr double GOAL_RADIUS = 0.08;    // m
+constexpr double CUBE_HALFSIZE = 0.02;  // m
+constexpr SmoothnessParams kSmoothness = {
+    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.08, .QVEL_L2_COEF = 0.01};
+constexpr double kSuccessReward = 30;
+constexpr double kRegionHeight = 0.001;  // m
+constexpr double kHiddenHeight = 1000;   // reported while a region is hidden
+constexpr double kUpright[4] = {1, 0, 0, 0};
+
+// Slots of the cube lie side by side; the agent has to remember which one it was.
+constexpr int kSlots = 3;
+constexpr double kSlotPitch = 0.1;  // m
+constexpr double kSlotWidth = 0.05;
+
+constexpr mjcf::Rgba kLime = {0, 1, 0, 1};
+constexpr mjcf::Rgba kBlue = {0, 0, 1, 1};
+constexpr mjcf::Rgba kRed = {194 / 255.0, 19 / 255.0, 22 / 255.0, 1};
+constexpr mjcf::Rgba kViolet = {147 / 255.0, 0, 211 / 255.0, 1};
+
+enum PropIndex { kCube, kInitialRegion, kGoalRegion, kChangedGoalRegion };
+
+// What an episode samples (section 5.2).
+enum DrawIndex { kSlot, kInitialX, kInitialShift, kGoalX, kGoalY, kDraws };
+
+std::vector<Draw> draws() {
+  return {
+      {"slot", 1, true, -1, 1, "", "where the cube starts: right, middle or left"},
+      {"initial_x", 1, false, -0.05, 0.05, "m", "where the cube starts"},
+      {"initial_shift", 1, false, 0, kSlotWidth, "m", "where the cube starts, in y in its slot"},
+      {"goal_x", 1, false, 0.2, 0.25, "m", "where the target lies"},
+      {"goal_y", 1, false, -0.025, 0.025, "m", "where the target lies"},
+  };
+}
+
+constexpr int kRewardTerms = 15;
+
+class TakeItBack final : public Task {
+ public:
+  explicit TakeItBack(const RegistryEntry& entry) {
+    info_ = describe(entry);
+    info_.candidates = kSlots;
+    info_.termination = Termination::kNever;
+    info_.success_reward = kSuccessReward;
+    info_.oracle_dim = 3;
+    info_.oracle_is_real = true;
+    info_.draws = draws();
+    info_.constants = {{"GOAL_RADIUS", GOAL_RADIUS},
+                       {"CUBE_HALFSIZE", CUBE_HALFSIZE},
+                       {"ACTION_L2_COEF", kSmoothness.ACTION_L2_COEF},
+                       {"ACTION_DELTA_L2_COEF", kSmoothness.ACTION_DELTA_L2_COEF},
+                       {"QVEL_L2_COEF", kSmoothness.QVEL_L2_COEF}};
+    info_.reward_terms = {"reached_push",         "reached_pull",
+                          "tcp_push_dist",        "tcp_pull_dist",
+                          "reaching_reward_push", "reaching_reward_pull",
+                          "keep_contact_reward",  "goal_achieved",
+                          "goal_reached_status",  "place_in_goal_reward",
+                          "place_back_reward",    "action_l2",
+                          "delta_action_l2",      "qvel_l2",
+                          "smooth_penalty"};
+    info_.phases = {{"there", "the cube has not been on the target"},
+                    {"back", "the cube has been on the target"}};
+    constexpr DType kFloat = DType::kFloat32;
+    info_.state_fields = {{"goal_pos", 3, kFloat, "m", "centre of the target"},
+                          {"cube_pose", 7, kFloat, "m", "position, quaternion (w, x, y, z)"},
+                          {"oracle_info", 3, kFloat, "m", "where the cube started"},
+                          {"goal_reached_status", 1, kFloat, "", "it has been on the target"}};
+    // People see where the cube started; the robot's cameras do not.
+    scene_.props = {
+        mjcf::cube("cube", CUBE_HALFSIZE, kLime),
+        mjcf::target_disc("initial_region", GOAL_RADIUS, kBlue, /*hidden_from_sensors=*/true),
+        mjcf::target_disc("goal_region", GOAL_RADIUS, kRed),
+        mjcf::target_disc("changed_goal_region", GOAL_RADIUS, kViolet)};
+  }
+
+  const TaskInfo& info() const override { return info_; }
+  SceneSource scene() const override { return scene_source(scene_); }
+  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
+
+  void bind(const Bindings& bindings) override {
+    engine_ = bindings;
+    goal_achieved_ =
+        bindings.outputs->add<std::uint8_t>("goal_achieved", 1, "", "the cube is on the target");
+    goal_reached_status_ = bindings.outputs->add<std::uint8_t>("goal_reached_status", 1, "",
+                                                               "it has been on the target");
+    reward_dict_.bind(bindings, kRewardTerms);
+    reached_ = bindings.memory->add<std::uint8_t>("reached");
+    initial_ = bindings.memory->add<double>("initial", 2, "m");
+    goal_ = bindings.memory->add<double>("goal", 2, "m");
+  }
+
+  // The cube shows where it started until it is moved, which is up to the agent.
+  int cue_end(int /*env*/) const override { return 0; }
+
+  // --- sampling (section 5.2) ---
+
+  void reset(const Episode& episode) override {
+    const int env = episode.env();
+    draw_positions(episode);
+    const double cube[3] = {initial_.row(env)[0], initial_.row(env)[1], CUBE_HALFSIZE};
+    engine_.state->place_prop(env, kCube, cube, kUpright);
+    show_region(env, kInitialRegion, initial_.row(env));
+    show_region(env, kGoalRegion, goal_.row(env));
+    hide_region(env, kChangedGoalRegion, goal_.row(env));
+  }
+
+  // --- stages (section 5.3) ---
+
+  // The target changes colour one step after the cube has reached it, for good.
+  void advance(Range envs) override {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      if (reached_[env] == 0) continue;
+      hide_region(env, kGoalRegion, goal_.row(env));
+      show_region(env, kChangedGoalRegion, goal_.row(env));
+    }
+  }
+
+  void evaluate(Range envs) override {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      const bool achieved = (cube(env).head<2>() - goal(env)).norm() < GOAL_RADIUS;
+      const bool returned = (cube(env).head<2>() - initial(env)).norm() < GOAL_RADIUS;
+      if (achieved) reached_[env] = 1;
+      goal_achieved_[env] = achieved ? 1 : 0;
+      goal_reached_status_[env] = reached_[env];
+      engine_.success[env] = returned && reached_[env] != 0 ? 1 : 0;
+      RowWriter(engine_.oracle_values.row(env)).add(region_position(initial(env)));
+      reward_dict_.publish(env);
+    }
+  }
+
+  // --- reward (section 5.6) ---
+
+  void dense_reward(Range envs, FloatRows out) override {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      const SmoothnessTerms smooth = smoothness(measure_haste(engine_, env), kSmoothness);
+      const TakeItBackRewardTerms terms =
+          take_it_back_reward({cube(env), tcp(env), goal(env), initial(env), smooth.penalty,
+                               reached_[env] != 0, engine_.success[env] != 0});
+      note_terms(env, terms, smooth);
+      *out.row(env) = static_cast<float>(terms.reward);
+    }
+  }
+
+  // --- observation (section 5.4) ---
+
+  void observe(Range envs, FloatRows out) override {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      RowWriter row(out.row(env));
+      row.add(region_position(goal(env)));
+      row.add(engine_.state->prop_pos_of(env, kCube), 3);
+      row.add(engine_.state->prop_quat_of(env, kCube), 4);
+      row.add(region_position(initial(env)));
+      row.add(reached_[env]);
+    }
+  }
+
+  // --- oracle (section 5.7): grasp the cube, carry it there and back ---
+
+  void act(Range envs, bool blind, FloatRows actions) override {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      const Vec2 home = blind ? guess(env) : initial(env);
+      float* action = actions.row(env);
+      const bool returned =
+          reached_[env] != 0 && (cube(env).head<2>() - home).norm() < kCloseEnough;
+      if (!is_grasping(*engine_.state, env, kCube)) {
+        grasp_cube(env, returned, action);
+      } else if (returned) {
+        hold_tool(kGripperOpen, action);
+      } else {
+        carry_cube(env, home, action);
+      }
+    }
+  }
+
+ private:
+  static constexpr double kCloseEnough = 0.03;   // m: of the start, for letting go
+  static constexpr double kTravelGap = 0.06;     // m above the cube while on the way
+  static constexpr double kCarryHeight = 0.035;  // m
+  static constexpr double kAimInside = 0.068;    // m from the target's centre: its near part
+
+  Vector cube(int env) const {
+    return Eigen::Map<const Vector>(engine_.state->prop_pos_of(env, kCube));
+  }
+  Vector tcp(int env) const { return Eigen::Map<const Vector>(engine_.state->tcp_pos.row(env)); }
+  Vec2 initial(int env) const { return Eigen::Map<const Vec2>(initial_.row(env)); }
+  Vec2 goal(int env) const { return Eigen::Map<const Vec2>(goal_.row(env)); }
+  static Vector region_position(const Vec2& center) {
+    return {center.x(), center.y(), kRegionHeight};
+  }
+
+  void show_region(int env, int prop, const double* center) const {
+    const double pos[3] = {center[0], center[1], kRegionHeight};
+    engine_.state->place_prop(env, prop, pos, kUpright);
+  }
+  void hide_region(int env, int prop, const double* center) const {
+    const double pos[3] = {center[0], center[1], kHiddenHeight};
+    engine_.state->hide_prop(env, prop, pos);
+  }
+
+  // Start and target; drawn again, the slot aside, while their discs overlap.
+  void draw_positions(const Episode& episode) const {
+    constexpr int kMostDraws = 100;  // pins may leave no choice
+    const std::vector<Draw>& about = info_.draws;
+    const int slot = episode.integer(kSlot, -1, 1);
+    std::array<double, kDraws> values{};
+    std::array<RandomStream, kDraws> streams = {episode.stream(kSlot), episode.stream(kInitialX),
+                                                episode.stream(kInitialShift),
+                                                episode.stream(kGoalX), episode.stream(kGoalY)};
+    double* start = initial_.row(episode.env());
+    double* target = goal_.row(episode.env());
+    for (int attempt = 0; attempt < kMostDraws; ++attempt) {
+      for (std::size_t draw = kInitialX; draw < kDraws; ++draw) {
+        const double* pinned = episode.pinned(static_cast<int>(draw));
+        values[draw] =
+            pinned != nullptr ? *pinned : streams[draw].uniform(about[draw].low, about[draw].high);
+      }
+      start[0] = values[kInitialX];
+      start[1] = kSlotPitch * slot + values[kInitialShift];
+      target[0] = values[kGoalX];
+      target[1] = values[kGoalY];
+      if (std::hypot(target[0] - start[0], target[1] - start[1]) >= 2 * GOAL_RADIUS) return;
+    }
+  }
+
+  void grasp_cube(int env, bool let_go, float* action) const {
+    const State& state = *engine_.state;
+    const Vector at = cube(env);
+    const Vector offset = at - tcp(env);
+    const bool around = offset.norm() < 0.012;
+    if (let_go) {
+      hold_tool(kGripperOpen, action);
+      return;
+    }
+    servo_tool(state, env, approach_from_above(state, env, at, kTravelGap),
+               lean_outwards(kToolDown, at), around ? kGripperSqueezing : kGripperOpen, action);
+  }
+
+  void carry_cube(int env, const Vec2& home, float* action) const {
+    const State& state = *engine_.state;
+    const bool changed = state.status_of(env, kChangedGoalRegion) != PropStatus::kHidden;
+    if (reached_[env] != 0 && !changed) {  // wait for the target to change colour
+      hold_tool(kGripperSqueezing, action);
+      return;
+    }
+    const Vec2 near_part = goal(env) + kAimInside * (initial(env) - goal(env)).normalized();
+    const Vec2 aim = reached_[env] != 0 ? home : near_part;
+    const Vector way(aim.x(), aim.y(), kCarryHeight);
+    servo_tool(state, env, way, lean_outwards(kToolDown, way), kGripperSqueezing, action);
+  }
+
+  // Where an agent that has not seen the cube at first would return it to.
+  Vec2 guess(int env) const {
+    const State& state = *engine_.state;
+    RandomStream random(state.seed[env], state.episode[env], kPurposeBlindGuess);
+    return {0, kSlotPitch * random.integer(-1, 1) + kSlotWidth / 2};
+  }
+
+  void note_terms(int env, const TakeItBackRewardTerms& terms,
+                  const SmoothnessTerms& smooth) const {
+    const auto flag = [](bool value) { return value ? 1.0 : 0.0; };
+    reward_dict_.note<kRewardTerms>(
+        env,
+        {flag(terms.push_distance < 0.03), flag(terms.pull_distance < 0.03), terms.push_distance,
+         terms.pull_distance, terms.reaching_push, terms.reaching_pull, terms.contact,
+         flag(goal_achieved_[env] != 0), flag(reached_[env] != 0), terms.in_goal, terms.back,
+         smooth.action_l2, smooth.action_delta_l2, smooth.qvel_l2, smooth.penalty});
+  }
+
+  TaskInfo info_;
+  mjcf::Scene scene_;
+  Bindings engine_;
+  RewardDict reward_dict_;
+  Column<std::uint8_t> goal_achieved_;
+  Column<std::uint8_t> goal_reached_status_;
+  Column<std::uint8_t> reached_;  // latched: the stage switch
+  Column<double> initial_;        // (2) m
+  Column<double> goal_;           // (2) m
+};
+
+}  // namespace
+
+TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
+  constexpr double kInPlace = 0.03;  // m
+  TakeItBackRewardTerms terms;
+  terms.push_distance = (in.cube + Vector(-0.025, 0, 0) - in.tcp).norm();
+  terms.pull_distance = (in.cube + Vector(0.03, 0, 0) - in.tcp).norm();
+  terms.reaching_push = 1 - std::tanh(5 * terms.push_distance);
+  terms.reaching_pull = 1 - std::tanh(5 * terms.pull_distance);
+  terms.contact = 1 - std::tanh(6 * (in.cube - in.tcp).norm());
+  terms.in_goal = 1 - std::tanh(5 * (in.cube.head<2>() - in.goal).norm());
+  terms.back = 1 - std::tanh(5 * (in.cube.head<2>() - in.initial).norm());
+  if (in.success) {
+    terms.reward = kSuccessReward;
+  } else if (in.reached) {
+    terms.reward = 10 * terms.reaching_pull + 4 * terms.contact - in.penalty;
+    if (terms.pull_distance < kInPlace) terms.reward += 15 * terms.back;
+  } else {
+    terms.reward = 2 * terms.reaching_push + 1.5 * terms.in_goal - in.penalty;
+    if (terms.push_distance < kInPlace) terms.reward += 5 * terms.in_goal;
+  }
+  return terms;
+}
+
+std::unique_ptr<Task> make_take_it_back(const RegistryEntry& entry) {
+  return std::make_unique<TakeItBack>(entry);
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,37 @@
+#include "tasks/timed_transfer/rules.h"
+
+#include <cmath>
+
+namespace engram::tasks {
+
+TimeWindow time_window(int signal_step, int delay_steps) {
+  return {signal_step + static_cast<int>(delay_steps * (1 - TOLERANCE_FRAC)),
+          signal_step + static_cast<int>(delay_steps * (1 + TOLERANCE_FRAC))};
+}
+
+CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window) {
+  CountPhase phase;
+  phase.signal_on = elapsed >= signal_step;
+  phase.before_window = phase.signal_on && elapsed < window.start;
+  phase.in_window = elapsed >= window.start && elapsed <= window.end;
+  phase.past_window = elapsed > window.end;
+  return phase;
+}
+
+TransferRewardTerms transfer_reward(const TransferRewardInputs& in) {
+  TransferRewardTerms terms;
+  terms.reaching = 1 - std::tanh(10 * in.tcp_to_cube);
+  terms.place = 1 - std::tanh(5 * in.cube_to_goal);
+  terms.stillness = 1 - std::tanh(5 * in.arm_speed);
+  if (in.count.signal_on) {
+    terms.reward = 2 * terms.reaching + (in.grasped ? 3 : 0) - in.smooth_penalty;
+    if (in.grasped && in.count.in_window) terms.reward += 20 * terms.place;
+    if (in.on_red && in.count.in_window) terms.reward += 5 + 3 * terms.stillness;
+    if (in.on_red && in.count.before_window) terms.reward -= 5;
+  }
+  if (in.success) terms.reward = kTimedTransferSuccessReward;
+  if (in.failed) terms.reward = -FAILURE_PENALTY;
+  return terms;
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,51 @@
+// When TimedTransfer counts, and what it is worth (procedural 3.4, 3.7).
+#pragma once
+
+#include "tasks/parts/smoothness.h"
+
+namespace engram::tasks {
+
+inline constexpr double TOLERANCE_FRAC = 0.05;
+inline constexpr double kTimedTransferSuccessReward = 30;
+inline constexpr double FAILURE_PENALTY = 25;
+inline constexpr SmoothnessParams kTimedTransferSmoothness = {
+    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
+
+// Values of elapsed, both ends included, in which the cube has to arrive.
+struct TimeWindow {
+  int start = 0;
+  int end = 0;
+};
+TimeWindow time_window(int signal_step, int delay_steps);
+
+// Where a step lies in the count.
+struct CountPhase {
+  bool signal_on = false;
+  bool before_window = false;  // since the signal
+  bool in_window = false;
+  bool past_window = false;
+};
+CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window);
+
+struct TransferRewardInputs {
+  double tcp_to_cube = 0;   // m
+  double cube_to_goal = 0;  // m
+  double arm_speed = 0;     // rad/s
+  double smooth_penalty = 0;
+  CountPhase count;
+  bool grasped = false;
+  bool on_red = false;
+  bool success = false;
+  bool failed = false;
+};
+
+struct TransferRewardTerms {
+  double reaching = 0;
+  double place = 0;
+  double stillness = 0;
+  double reward = 0;
+};
+
+TransferRewardTerms transfer_reward(const TransferRewardInputs& inputs);
+
+}  // namespace engram::tasks

@@ -1,0 +1,250 @@
+#include "tasks/trace_shape/demo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace engram::tasks {
+namespace {
+
+constexpr double kShortestRadius = 0.078;  // m: SHAPE_RADIUS_RANGE
+constexpr double kLongestRadius = 0.13;
+constexpr double kCenterX[2] = {-0.15, -0.05};  // m: SHAPE_CENTER_X_RANGE
+constexpr double kCenterY[2] = {-0.10, 0.10};   // m: SHAPE_CENTER_Y_RANGE
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr StepRange PRE_DEMO_STEPS{3, 8};
+constexpr int STEPS_PER_WAYPOINT = 1;
+constexpr double CUBE_HALFSIZE = TraceDemo::CUBE_HALFSIZE;
+constexpr double GREEN_CUBE_OFFSET_X = -0.16;  // m
+constexpr double LAMP_OFFSET_X = 0.25;         // m
+constexpr double HEIGHT_OFFSET = 1000.0;       // m: reported height of what is hidden
+constexpr double kUpright[4] = {1, 0, 0, 0};
+
+constexpr mjcf::Rgba kRed = {220 / 255.0, 50 / 255.0, 50 / 255.0, 1};
+constexpr mjcf::Rgba kGreen = {50 / 255.0, 220 / 255.0, 50 / 255.0, 1};
+constexpr LampLight kOff = {{245 / 255.0, 245 / 255.0, 245 / 255.0, 1}, 0};
+constexpr LampLight kRedLight = {{1, 0, 0, 1}, 20};
+constexpr LampLight kGreenLight = {{0, 1, 0, 1}, 20};
+
+// In the order of TraceDemo::draws.
+enum TraceDraw { kShapes, kRadii, kCenterXDraw, kCenterYDraw, kRotations, kPreDemo, kLength };
+
+mjcf::Prop red_cube_prop() {
+  mjcf::Prop cube = mjcf::cube("red_cube", CUBE_HALFSIZE, kRed);
+  cube.motion = mjcf::Motion::kKinematic;
+  cube.pos = {0.1, 0, CUBE_HALFSIZE};
+  return cube;
+}
+
+mjcf::Prop green_cube_prop() {
+  mjcf::Prop cube = mjcf::cube("green_cube", CUBE_HALFSIZE, kGreen);
+  cube.pos = {-0.26, 0, CUBE_HALFSIZE};
+  return cube;
+}
+
+// Pinned values, or values of the draw's stream.
+template <class Sample, class T>
+void draw_values(const Episode& episode, int draw, T* values, int count, Sample sample) {
+  if (const double* pinned = episode.pinned(draw)) {
+    std::transform(pinned, pinned + count, values, [](double v) { return static_cast<T>(v); });
+    return;
+  }
+  RandomStream random = episode.stream(draw);
+  std::generate_n(values, count, [&] { return sample(random); });
+}
+
+int draw_shape(RandomStream& random, int shapes) { return random.integer(0, shapes - 1); }
+double draw_radius(RandomStream& random) { return random.uniform(kShortestRadius, kLongestRadius); }
+double draw_rotation(RandomStream& random) { return random.uniform(0, kTurn); }
+
+}  // namespace
+
+Vec2 clear_of_red(const Vec2& green, const Vec2& red) {
+  constexpr double kOverlap = 2 * CUBE_HALFSIZE;
+  constexpr double kClear = 0.0405;  // m
+  const Vec2 offset = green - red;
+  if (std::abs(offset.x()) >= kOverlap || std::abs(offset.y()) >= kOverlap) return green;
+  return {green.x(), red.y() + (offset.y() >= 0 ? kClear : -kClear)};
+}
+
+TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceDemoParams& params)
+    : params_(params), red_(static_cast<int>(scene.props.size())), green_(red_ + 1) {
+  scene.render_camera = mjcf::RenderCamera::kB;
+  scene.props.push_back(red_cube_prop());
+  scene.props.push_back(green_cube_prop());
+  lamp_ = Lamp(scene, "lamp");
+}
+
+std::vector<Draw> TraceDemo::draws() const {
+  const int most = params_.sequence_length.high;
+  const bool one = most == 1;
+  std::vector<Draw> draws = {
+      {one ? "shape" : "shapes", most, true, 0, params_.shapes - 1.0, "",
+       "0 circle, 1 square, 2 triangle"},
+      {one ? "radius" : "radii", most, false, kShortestRadius, kLongestRadius, "m", ""},
+      {"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "of every shape"},
+      {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "of every shape"},
+      {one ? "rotation" : "rotations", most, false, 0, kTurn, "rad", ""},
+      {"pre_demo_steps", 1, true, static_cast<double>(PRE_DEMO_STEPS.low),
+       static_cast<double>(PRE_DEMO_STEPS.high), "control steps", "before the demonstration"},
+  };
+  if (!one) {
+    draws.push_back({"sequence_length", 1, true, static_cast<double>(params_.sequence_length.low),
+                     static_cast<double>(most), "", "how many of the shapes are shown"});
+  }
+  return draws;
+}
+
+ConstantTable TraceDemo::constants() const {
+  ConstantList shapes;
+  for (int shape = 0; shape < params_.shapes; ++shape) shapes.emplace_back(shape);
+  return {
+      {"AVAILABLE_SHAPES", shapes},
+      {"SHAPE_CIRCLE", SHAPE_CIRCLE},
+      {"SHAPE_SQUARE", SHAPE_SQUARE},
+      {"SHAPE_TRIANGLE", SHAPE_TRIANGLE},
+      {"NUM_WAYPOINTS", NUM_WAYPOINTS},
+      {"NUM_CHECKPOINTS", NUM_CHECKPOINTS},
+      {"CHECKPOINT_THRESH", CHECKPOINT_THRESH},
+      {"PRE_DEMO_STEPS", PRE_DEMO_STEPS.constant()},
+      {"STEPS_PER_WAYPOINT", STEPS_PER_WAYPOINT},
+      {"CUBE_HALFSIZE", CUBE_HALFSIZE},
+      {"SHAPE_RADIUS_RANGE", ConstantList{kShortestRadius, kLongestRadius}},
+      {"SHAPE_CENTER_X_RANGE", ConstantList{kCenterX[0], kCenterX[1]}},
+      {"SHAPE_CENTER_Y_RANGE", ConstantList{kCenterY[0], kCenterY[1]}},
+      {"GREEN_CUBE_OFFSET_X", GREEN_CUBE_OFFSET_X},
+      {"LAMP_OFFSET_X", LAMP_OFFSET_X},
+      {"HEIGHT_OFFSET", HEIGHT_OFFSET},
+  };
+}
+
+void TraceDemo::bind(const Bindings& bindings) {
+  engine_ = bindings;
+  ColumnStore& memory = *bindings.memory;
+  const int most = params_.sequence_length.high;
+  length_ = memory.add<std::int32_t>("sequence_length");
+  shapes_ = memory.add<std::int32_t>("shapes", most);
+  memory.limit("sequence_length", 1, most);
+  memory.limit("shapes", -1, kContourShapes - 1);  // -1: beyond the sequence's end
+  radii_ = memory.add<double>("radii", most, "m");
+  rotations_ = memory.add<double>("rotations", most, "rad");
+  center_ = memory.add<double>("center", 2, "m");
+  pre_demo_steps_ = memory.add<std::int32_t>("pre_demo_steps", 1, "control steps");
+}
+
+// --- sampling (1.3, 2.3) ---
+
+void TraceDemo::reset(const Episode& episode) const {
+  const int env = episode.env();
+  const int most = params_.sequence_length.high;
+  draw_values(episode, kShapes, shapes_.row(env), most,
+              [this](RandomStream& random) { return draw_shape(random, params_.shapes); });
+  draw_values(episode, kRadii, radii_.row(env), most, draw_radius);
+  draw_values(episode, kRotations, rotations_.row(env), most, draw_rotation);
+  center_.row(env)[0] = episode.real(kCenterXDraw, kCenterX[0], kCenterX[1]);
+  center_.row(env)[1] = episode.real(kCenterYDraw, kCenterY[0], kCenterY[1]);
+  pre_demo_steps_[env] = episode.integer(kPreDemo, PRE_DEMO_STEPS.low, PRE_DEMO_STEPS.high);
+  length_[env] = most == 1 ? 1 : episode.integer(kLength, params_.sequence_length.low, most);
+  std::fill(shapes_.row(env) + length_[env], shapes_.row(env) + most, -1);
+
+  const Vec2 stand = lamp_at(env);
+  const double lamp_pos[3] = {stand.x(), stand.y(), 0};
+  lamp_.place(*engine_.state, env, lamp_pos);
+  put_red(env, {});
+  put_green(env);
+}
+
+// --- phases (1.5, 2.4) ---
+
+TracePhase TraceDemo::phase(int env) const {
+  const int elapsed = engine_.state->elapsed[env];
+  if (elapsed < pre_demo_steps_[env]) return TracePhase::kPreDemo;
+  return elapsed < demo_end(env) ? TracePhase::kDemo : TracePhase::kAction;
+}
+
+// The red cube makes its way evenly, except for the jump from one shape to the next.
+void TraceDemo::before_physics(int env) const {
+  const int next = engine_.state->elapsed[env] + 1;
+  if (next <= pre_demo_steps_[env] || next >= demo_end(env)) return;
+  const Place to = place_at(env, next);
+  if (to.waypoint == 0) return;
+  const Vec2 at = contour(env, to.element).waypoint(to.waypoint);
+  const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
+  engine_.state->glide_prop(env, red_, pos);
+}
+
+void TraceDemo::advance(int env) const {
+  const int elapsed = engine_.state->elapsed[env];
+  const int end = demo_end(env);
+  light_lamp(env);
+  if (elapsed < end) {
+    put_red(env, place_at(env, elapsed));
+  } else if (elapsed == end) {
+    const double* last = engine_.state->prop_pos_of(env, red_);
+    const double hidden[3] = {last[0], last[1], CUBE_HALFSIZE + HEIGHT_OFFSET};
+    engine_.state->hide_prop(env, red_, hidden);
+  }
+}
+
+TraceDemo::Place TraceDemo::place_at(int env, int elapsed) const {
+  const int shown = std::max(0, elapsed - pre_demo_steps_[env]);
+  const int element = std::min(shown / NUM_WAYPOINTS, length(env) - 1);
+  return {element, std::min(shown - element * NUM_WAYPOINTS, NUM_WAYPOINTS - 1)};
+}
+
+void TraceDemo::put_red(int env, const Place& place) const {
+  const Vec2 at = contour(env, place.element).waypoint(place.waypoint);
+  const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
+  engine_.state->place_prop(env, red_, pos, kUpright);
+}
+
+void TraceDemo::put_green(int env) const {
+  const double* red = engine_.state->prop_pos_of(env, red_);
+  const Vec2 nominal = center(env) + Vec2(GREEN_CUBE_OFFSET_X, 0);
+  const Vec2 at = clear_of_red(nominal, {red[0], red[1]});
+  const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
+  engine_.state->place_prop(env, green_, pos, kUpright);
+}
+
+void TraceDemo::light_lamp(int env) const {
+  switch (phase(env)) {
+    case TracePhase::kPreDemo:
+      return lamp_.shine(*engine_.state, env, kOff);
+    case TracePhase::kDemo:
+      return lamp_.shine(*engine_.state, env, kRedLight);
+    case TracePhase::kAction:
+      return lamp_.shine(*engine_.state, env, kGreenLight);
+  }
+}
+
+// --- contours ---
+
+Contour TraceDemo::contour(int env, int element) const {
+  const int shape = std::max(0, shapes_.row(env)[element]);  // -1 in made-up snapshots alone
+  return {shape, radii_.row(env)[element], rotations_.row(env)[element], center(env)};
+}
+
+int TraceDemo::guessed_length(int env) const {
+  RandomStream random(engine_.state->seed[env], engine_.state->episode[env], kPurposeBlindGuess);
+  return random.integer(params_.sequence_length.low, params_.sequence_length.high);
+}
+
+Contour TraceDemo::guessed_contour(int env, int element) const {
+  RandomStream random(engine_.state->seed[env], engine_.state->episode[env], kPurposeBlindGuess);
+  random.integer(params_.sequence_length.low, params_.sequence_length.high);
+  for (int earlier = 0;; ++earlier) {
+    const int shape = draw_shape(random, params_.shapes);
+    const double radius = draw_radius(random);
+    const double rotation = draw_rotation(random);
+    if (earlier == element) return {shape, radius, rotation, center(env)};
+  }
+}
+
+Vec2 TraceDemo::lamp_at(int env) const { return center(env) + Vec2(LAMP_OFFSET_X, 0); }
+
+Vec2 TraceDemo::green_at(int env) const {
+  const double* pos = engine_.state->prop_pos_of(env, green_);
+  return {pos[0], pos[1]};
+}
+
+}  // namespace engram::tasks

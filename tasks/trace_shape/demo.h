@@ -1,0 +1,92 @@
+// What TraceShape and TraceShapeSeq share: a red cube traces one shape or several, one after the
+// other, while a lamp glows red; then the lamp turns green, the red cube is gone and a green cube
+// waits to be moved (procedural 1.1 to 1.5, 2.2 to 2.4).
+#pragma once
+
+#include <vector>
+
+#include "core/task.h"
+#include "mjcf/scene.h"
+#include "tasks/parts/lamp.h"
+#include "tasks/parts/phase_clock.h"
+#include "tasks/trace_shape/contour.h"
+
+namespace engram::tasks {
+
+inline constexpr int kMostElements = 5;
+
+enum class TracePhase { kPreDemo, kDemo, kAction };
+
+struct TraceDemoParams {
+  int shapes = 1;                   // AVAILABLE_SHAPES: 0, ..., shapes - 1
+  StepRange sequence_length{1, 1};  // shapes in the demonstration
+};
+
+class TraceDemo {
+ public:
+  static constexpr double CUBE_HALFSIZE = 0.02;  // m
+
+  // Appends red cube, green cube and lamp to a scene.
+  TraceDemo(mjcf::Scene& scene, const TraceDemoParams& params);
+
+  // What an episode samples (1.3, 2.3), in the order of TraceDraw. The sequence's length is drawn
+  // only where it varies.
+  std::vector<Draw> draws() const;
+  // The class constants that both families have.
+  ConstantTable constants() const;
+
+  void bind(const Bindings& bindings);
+  void reset(const Episode& episode) const;
+  void before_physics(int env) const;
+  void advance(int env) const;
+
+  TracePhase phase(int env) const;
+  bool is_acting(int env) const { return phase(env) == TracePhase::kAction; }
+  // The number of steps after which the demonstration is over.
+  int demo_end(int env) const { return pre_demo_steps_[env] + NUM_WAYPOINTS * length(env); }
+
+  // Shapes of the demonstration.
+  int length(int env) const { return length_[env]; }
+  // Their ids, then -1.
+  const std::int32_t* shapes(int env) const { return shapes_.row(env); }
+  Contour contour(int env, int element) const;
+  // What somebody who has not seen the demonstration would take it to be.
+  int guessed_length(int env) const;
+  Contour guessed_contour(int env, int element) const;
+
+  // Position on the table of the shapes' common centre, of the lamp and of the green cube.
+  Vec2 center(int env) const { return {center_.row(env)[0], center_.row(env)[1]}; }
+  Vec2 lamp_at(int env) const;
+  Vec2 green_at(int env) const;
+
+  int red_cube() const { return red_; }
+  int green_cube() const { return green_; }
+
+ private:
+  // Where the red cube is when `elapsed` steps have passed, before the action phase.
+  struct Place {
+    int element = 0;
+    int waypoint = 0;
+  };
+  Place place_at(int env, int elapsed) const;
+  void put_red(int env, const Place& place) const;
+  void put_green(int env) const;
+  void light_lamp(int env) const;
+
+  TraceDemoParams params_;
+  int red_;
+  int green_;
+  Lamp lamp_;
+  Bindings engine_;
+  Column<std::int32_t> length_;
+  Column<std::int32_t> shapes_;  // (most elements)
+  Column<double> radii_;         // (most elements) m
+  Column<double> rotations_;     // (most elements) rad
+  Column<double> center_;        // (2) m
+  Column<std::int32_t> pre_demo_steps_;
+};
+
+// Moves the green cube in y away from the red one until the two do not overlap (1.10).
+Vec2 clear_of_red(const Vec2& green, const Vec2& red);
+
+}  // namespace engram::tasks

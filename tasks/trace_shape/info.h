@@ -1,0 +1,43 @@
+// How TraceShape and TraceShapeSeq describe themselves (procedural 1.1, 1.5, 1.7).
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/task.h"
+#include "tasks/trace_shape/demo.h"
+
+namespace engram::tasks {
+
+// How many shapes the variant of that id has: Easy 1, Medium 2, Hard 3.
+int trace_shapes_of(std::string_view id);
+
+// TaskInfo::phases; `demo_end` is the formula of that step.
+std::vector<std::pair<std::string, std::string>> trace_phases(const std::string& demo_end);
+
+// Adds the class constants that are not of the demonstration.
+void add_trace_constants(double success_bonus, ConstantTable& table);
+
+// Info fields that name the phase.
+class TraceMasks {
+ public:
+  void bind(ColumnStore& info) {
+    action_ = info.add<std::uint8_t>("action_mask", 1, "", "the action phase");
+    demo_ = info.add<std::uint8_t>("demo_mask", 1, "", "the demonstration");
+    pre_demo_ = info.add<std::uint8_t>("pre_demo_mask", 1, "", "before the demonstration");
+  }
+  void show(int env, TracePhase phase) const {
+    action_[env] = phase == TracePhase::kAction ? 1 : 0;
+    demo_[env] = phase == TracePhase::kDemo ? 1 : 0;
+    pre_demo_[env] = phase == TracePhase::kPreDemo ? 1 : 0;
+  }
+
+ private:
+  Column<std::uint8_t> action_;
+  Column<std::uint8_t> demo_;
+  Column<std::uint8_t> pre_demo_;
+};
+
+}  // namespace engram::tasks

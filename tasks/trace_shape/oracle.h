@@ -1,0 +1,29 @@
+// How the oracles of TraceShape and TraceShapeSeq trace a contour (procedural 1.9): take the green
+// cube and carry it low over the table, from one checkpoint to the next.
+#pragma once
+
+#include "core/task.h"
+#include "tasks/trace_shape/contour.h"
+
+namespace engram::tasks {
+
+// The tracing of an agent that goes by a guess: what it believes to have visited.
+struct GuessedTrace {
+  Column<std::int32_t> element;
+  Column<std::int32_t> visited;
+
+  void bind(ColumnStore& memory) {
+    element = memory.add<std::int32_t>("guess_element");
+    visited = memory.add<std::int32_t>("guess_visited");
+    memory.limit("guess_visited", 0, kAllVisited);
+  }
+};
+
+// Writes the next action towards the first checkpoint that was not visited, or back to the start.
+void trace_contour(const State& state, int env, int cube, const Contour& contour, int visited,
+                   float* action);
+
+// The action while there is nothing to do yet: the tool stays, open.
+void await_demo(float* action);
+
+}  // namespace engram::tasks

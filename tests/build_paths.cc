@@ -1,0 +1,10 @@
+#include "tests/build_paths.h"
+
+namespace engram::test {
+
+const char* const kRoot = ENGRAM_ROOT;
+const char* const kData = ENGRAM_ROOT "/tests/data";
+const char* const kCommand = ENGRAM_CLI;
+const char* const kRestlessSine = ENGRAM_RESTLESS_SINE;
+
+}  // namespace engram::test

@@ -1,0 +1,59 @@
+// Files that are either whole or not there.
+#include "protocol/formats/files.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "core/base/error.h"
+#include "tests/temporary_folder.h"
+
+namespace engram {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST_CASE("Files are read as they were written", "[files]") {
+  const tests::TemporaryFolder folder;
+  const fs::path file = folder.path() / "file";
+  CHECK_FALSE(read_file(file));
+  CHECK_FALSE(read_file(file / "below a file"));
+  std::string text = "first";
+  write_file(file, text);
+  CHECK(read_file(file) == text);
+  for (int i = 0; i < 100'000; ++i) text += static_cast<char>(i % 256);  // more than a page
+  write_file(file, text);
+  CHECK((read_file(file) == text));
+  write_file(file, "");
+  CHECK(read_file(file) == "");
+  CHECK_FALSE(read_file(file / "below a file"));
+}
+
+TEST_CASE("What cannot be read is not taken for missing", "[files]") {
+  const tests::TemporaryFolder folder;
+  CHECK_THROWS_WITH(read_file(folder.path()), Catch::Contains("cannot be read: Is a directory"));
+  const fs::path loop = folder.path() / "loop";
+  fs::create_symlink(loop, loop);
+  CHECK_THROWS_WITH(read_file(loop), Catch::Contains("loop' cannot be read"));
+  CHECK_THROWS_WITH(names_in(folder.path() / "none"), Catch::Contains("none' cannot be read"));
+}
+
+TEST_CASE("Folders tell all their names, and lose what was half-written", "[files]") {
+  const tests::TemporaryFolder folder;
+  const auto names = [&folder] {
+    std::vector<std::string> all = names_in(folder.path());
+    std::sort(all.begin(), all.end());
+    return all;
+  };
+  CHECK(names().empty());
+  write_file(folder.path() / ".hidden", "");
+  write_file(folder.path() / "whole", "");
+  write_file(folder.path() / "whole.7.engram-tmp", "ha");
+  fs::create_directory(folder.path() / "within");
+  const std::vector<std::string> all = {".hidden", "whole", "whole.7.engram-tmp", "within"};
+  CHECK(names() == all);
+  remove_temporary_files(folder.path());
+  CHECK(names() == std::vector<std::string>{".hidden", "whole", "within"});
+}
+
+}  // namespace
+}  // namespace engram

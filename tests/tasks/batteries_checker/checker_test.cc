@@ -1,0 +1,296 @@
+// BatteriesChecker as users see it: scene, stages, teleports, success and observations.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "mjcf/battery.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+using test::row;
+
+const double* const kUpright = mjcf::kBatteryQuat.data();
+const std::vector<Pin> kLayout = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}};
+
+std::unique_ptr<VectorEnv> start(const std::string& id, std::vector<double> working,
+                                 std::vector<OptionChoice> choices = {}) {
+  EnvOptions options;
+  options.auto_reset = AutoReset::kOff;
+  options.pins = kLayout;
+  options.pins.push_back({"working", std::move(working)});
+  options.task_options = std::move(choices);
+  auto env = make_env("BatteriesChecker" + id + "-VLA-v0", options);
+  env->reset();
+  return env;
+}
+
+Eigen::Vector3d pos(const VectorEnv& env, int battery) {
+  return Eigen::Map<const Eigen::Vector3d>(env.state().prop_pos_of(0, battery));
+}
+bool flag(const VectorEnv& env, const char* name) {
+  return *row<std::uint8_t>(env.output(name), 0) != 0;
+}
+int number(const VectorEnv& env, const char* name) {
+  return *row<std::int32_t>(env.output(name), 0);
+}
+void idle(VectorEnv& env, int steps = 1) {
+  for (int i = 0; i < steps; ++i) test::step(env, Policy::kZero);
+}
+void put(const VectorEnv& env, int battery, const Eigen::Vector3d& where,
+         PropStatus status = PropStatus::kAsleep) {
+  env.state().place_prop(0, battery, where.data(), kUpright, status);
+}
+// The first value of a field of the state observation.
+const float* observed(const VectorEnv& env, const std::string& name) {
+  int offset = 0;
+  for (const Field& field : env.state_fields()) {
+    if (field.name == name) return env.observation().data() + offset;
+    offset += field.width;
+  }
+  FAIL("no field " << name);
+  return nullptr;
+}
+
+const Eigen::Vector3d kSocketFloor(0.15, 0.02, 0.0405);
+
+TEST_CASE("Batteries stand in their slots, inactive ones are away", "[battery]") {
+  const auto env = start("Hard-3", {1});
+  for (int battery = 0; battery < 3; ++battery) {
+    CHECK((pos(*env, battery) - Eigen::Vector3d(-0.05 * battery, -0.084, 0.03)).norm() < 1e-12);
+  }
+  const float* poses = observed(*env, "battery_pose");
+  for (int battery = 3; battery < 15; ++battery) {
+    CHECK(poses[7 * battery + 2] == 1000);
+    CHECK(poses[7 * battery + 3] == Approx(0.70710678));
+    CHECK(poses[7 * battery + 5] == Approx(0.70710678));
+  }
+  const auto whole = start("Easy-15", {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  for (int battery = 0; battery < 15; ++battery) {
+    const Eigen::Vector3d expected(-0.05 * (battery % 3), -0.084 + 0.052 * (battery / 3), 0.03);
+    CHECK((pos(*whole, battery) - expected).norm() < 1e-12);
+  }
+  const float* socket = observed(*env, "socket_pose");
+  const std::vector<double> expected = {0.15, 0.02, 0.015, 0.70710678, 0, 0, 0.70710678};
+  for (std::size_t i = 0; i < 7; ++i) CHECK(socket[i] == Approx(expected[i]).margin(1e-6));
+  CHECK(observed(*env, "button_base_pose")[1] == Approx(0.26));
+  CHECK(observed(*env, "button_cap_pose")[2] == Approx(0.044));
+}
+
+TEST_CASE("The state observation has the specified widths", "[battery]") {
+  const int working[] = {1, 3, 5, 7, 9};
+  for (const std::string mode : {"Easy-", "Hard-"}) {
+    for (int i = 0; i < 5; ++i) {
+      const std::string id = "BatteriesChecker" + mode + std::to_string(3 * (i + 1)) + "-VLA-v0";
+      CHECK(make_env(id)->state_dim() == 189 + working[i]);
+    }
+  }
+}
+
+TEST_CASE("Working batteries are distinct active slots, in ascending order", "[battery]") {
+  EnvOptions options;
+  options.num_envs = 40;
+  const auto env = make_env("BatteriesCheckerEasy-6-VLA-v0", options);
+  env->reset();
+  std::vector<int> seen(6);
+  for (int i = 0; i < 40; ++i) {
+    const std::int32_t* slots = row<std::int32_t>(env->output("oracle_info"), i);
+    CHECK(std::is_sorted(slots, slots + 3, std::less_equal<>()));
+    for (int k = 0; k < 3; ++k) {
+      REQUIRE((slots[k] >= 0 && slots[k] < 6));
+      ++seen[static_cast<std::size_t>(slots[k])];
+    }
+  }
+  for (const int times : seen) CHECK(times > 5);
+  CHECK_THROWS_AS(start("Easy-6", {1, 1, 2}), Error);
+  CHECK_THROWS_AS(start("Easy-6", {1, 2, 6}), Error);
+}
+
+TEST_CASE("Hard: an inserted battery is snapped onto the socket's floor", "[battery]") {
+  const auto env = start("Hard-3", {1});
+  put(*env, 1, kSocketFloor + Eigen::Vector3d(0.006, -0.004, 0));
+  idle(*env);
+  CHECK(flag(*env, "new_insert_event"));
+  CHECK(flag(*env, "socket_has_working"));
+  CHECK(number(*env, "socket_battery_idx") == 1);
+  CHECK(number(*env, "action_stage") == 1);
+  CHECK(number(*env, "active_battery_idx") == 1);
+  CHECK((pos(*env, 1) - kSocketFloor).norm() < 1e-9);
+  CHECK(observed(*env, "lamp_on_pose")[2] == 0);
+  CHECK(observed(*env, "lamp_off_pose")[2] == 1000);
+  idle(*env, 30);
+  CHECK((pos(*env, 1) - kSocketFloor).norm() < 1e-3);  // stays, and stays lit
+  CHECK(observed(*env, "lamp_on_pose")[2] == 0);
+  CHECK_FALSE(flag(*env, "new_insert_event"));
+
+  put(*env, 1, {-0.05, -0.032, 0.03});  // another slot: nothing happens
+  idle(*env, 10);
+  CHECK(number(*env, "action_stage") == 1);
+  CHECK(observed(*env, "lamp_off_pose")[2] == 0);
+  put(*env, 1, {-0.05, -0.084, 0.03});
+  idle(*env);
+  CHECK(flag(*env, "new_return_event"));
+  CHECK(number(*env, "action_stage") == 2);
+}
+
+TEST_CASE("A battery 10 mm off the socket's centre is inserted, further off it is not",
+          "[battery]") {
+  for (const double offset : {0.0099, 0.0101}) {
+    const auto env = start("Hard-3", {1});
+    put(*env, 0, kSocketFloor + Eigen::Vector3d(0, offset, 0));
+    idle(*env);
+    CHECK(flag(*env, "new_insert_event") == (offset < 0.010));
+  }
+}
+
+TEST_CASE("Easy: an inserted battery returns in the same step and the lamp glows on", "[battery]") {
+  const auto env = start("Easy-3", {2});
+  put(*env, 2, kSocketFloor);
+  idle(*env);
+  CHECK(flag(*env, "new_insert_event"));
+  CHECK(flag(*env, "new_return_event"));
+  CHECK_FALSE(flag(*env, "socket_has_battery"));
+  CHECK(number(*env, "socket_battery_idx") == -1);
+  CHECK(number(*env, "action_stage") == 2);
+  CHECK((pos(*env, 2) - Eigen::Vector3d(-0.10, -0.084, 0.03)).norm() < 1e-12);
+  for (int step = 1; step < 10; ++step) {
+    CHECK((observed(*env, "lamp_on_pose")[2] == 0) == (step <= 7));
+    idle(*env);
+  }
+}
+
+TEST_CASE("A returning battery makes way for what stands in its slot", "[battery]") {
+  const auto env = start("Easy-3", {2});
+  const Eigen::Vector3d slot(0, -0.084, 0.03);
+  put(*env, 1, slot + Eigen::Vector3d(0.008, 0, 0));
+  put(*env, 0, kSocketFloor);
+  idle(*env);
+  REQUIRE(flag(*env, "new_return_event"));
+  CHECK((pos(*env, 0) - slot).head<2>().norm() <= 0.023);
+  CHECK((pos(*env, 0) - pos(*env, 1)).norm() >= 0.020);
+  idle(*env, 20);
+  CHECK(pos(*env, 0).z() == Approx(0.03).margin(1e-3));  // nobody was thrown
+  CHECK(pos(*env, 1).z() == Approx(0.03).margin(1e-3));
+}
+
+TEST_CASE("What stood on a battery falls when that is sent home", "[battery][sleep]") {
+  const auto env = start("Easy-3", {2});
+  put(*env, 0, kSocketFloor);
+  put(*env, 1, kSocketFloor + Eigen::Vector3d(0.001, 0, 0.06));
+  idle(*env, 25);
+  CHECK(pos(*env, 1).z() < 0.06);
+}
+
+TEST_CASE("The tray's neighbours sleep while a battery is handled", "[battery][sleep]") {
+  const auto env = start("Hard-15", {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  int most = 0;
+  for (int step = 0; step < 60; ++step) {
+    test::step(*env, Policy::kOracle);
+    int awake = 0;
+    for (int battery = 0; battery < 15; ++battery) {
+      awake += env->state().status_of(0, battery) == PropStatus::kAwake ? 1 : 0;
+    }
+    most = std::max(most, awake);
+  }
+  CHECK(most >= 1);
+  CHECK(most <= 3);
+}
+
+// Plays the oracle until `done`; false if that does not happen in time.
+template <class Done>
+bool play(VectorEnv& env, int most, const Done& done) {
+  for (int i = 0; i < most; ++i) {
+    if (done()) return true;
+    test::step(env, Policy::kOracle);
+  }
+  return done();
+}
+
+TEST_CASE("Success needs every battery checked and none lost", "[battery]") {
+  const auto env = start("Easy-3", {0});
+  REQUIRE(play(*env, 200, [&] { return number(*env, "checked_count") == 2; }));
+  CHECK(number(*env, "found_working_count") == 1);
+  CHECK_FALSE(flag(*env, "success"));  // all that work are found, but not all are checked
+  put(*env, 0, {0.0, -0.084 - 0.075, 0.03});
+  REQUIRE(play(*env, 200, [&] { return number(*env, "checked_count") == 3; }));
+  CHECK(flag(*env, "all_checked"));
+  CHECK_FALSE(flag(*env, "success"));
+  put(*env, 0, {0.0, -0.084 - 0.065, 0.03});
+  idle(*env);
+  CHECK(flag(*env, "success"));
+  CHECK(*row<std::uint8_t>(env->output("terminated"), 0) == 1);
+  CHECK(env->reward()[0] == 1);
+}
+
+TEST_CASE("upstream_rewards pays no bonus for a find", "[battery][reward]") {
+  const auto reward_of_confirm = [](double option) {
+    const auto env = start("Easy-3", {0}, {{"upstream_rewards", option}});
+    REQUIRE(play(*env, 200, [&] { return flag(*env, "new_confirm_event"); }));
+    return env->reward()[0];
+  };
+  // 19 against 5, both of 40.
+  CHECK(reward_of_confirm(0) - reward_of_confirm(1) == Approx(14.0 / 40).margin(1e-6));
+}
+
+TEST_CASE("Only the lamp tells which batteries work", "[battery]") {
+  // What is shown of a prop is its pose, its colour and its light.
+  const auto one = start("Hard-3", {0});
+  const auto other = start("Hard-3", {1});
+  const auto same = [&] {
+    const State& a = one->state();
+    const State& b = other->state();
+    const auto equal = [](const auto& x, const auto& y) {
+      return std::equal(x.row(0), x.row(0) + x.width(), y.row(0));
+    };
+    return equal(a.prop_rgba, b.prop_rgba) && equal(a.prop_emission, b.prop_emission) &&
+           equal(a.prop_pos, b.prop_pos) && equal(a.qpos, b.qpos);
+  };
+  const auto lit = [](const VectorEnv& env) { return observed(env, "lamp_on_pose")[2] == 0; };
+  int told = 0;
+  for (int i = 0; i < 200; ++i) {
+    const std::vector<float> actions = test::act(*one, Policy::kOracle);
+    one->step(actions);
+    other->step(actions);
+    CHECK(same() == (lit(*one) == lit(*other)));
+    told += lit(*one) == lit(*other) ? 0 : 1;
+  }
+  CHECK(number(*one, "checked_count") == 2);
+  CHECK(told >= 14);
+}
+
+TEST_CASE("Snapshots in the middle of grasps and insertions go on bit for bit",
+          "[battery][snapshot]") {
+  for (const std::string id : {"Easy-3", "Hard-3"}) {
+    const auto env = start(id, {0});
+    int taken = 0;
+    const auto check = [&] {
+      const std::vector<std::byte> saved = env->save();
+      std::vector<test::Bytes> expected;
+      for (int i = 0; i < 8; ++i) {
+        test::step(*env, Policy::kOracle);
+        expected.push_back(test::env_bytes(*env, 0));
+      }
+      const auto fresh = start(id, {1});
+      fresh->restore(saved);
+      for (const test::Bytes& bytes : expected) {
+        test::step(*fresh, Policy::kOracle);
+        CHECK(test::env_bytes(*fresh, 0) == bytes);
+      }
+      ++taken;
+    };
+    REQUIRE(play(*env, 100, [&] { return is_grasping(env->state(), 0, 0); }));
+    check();
+    REQUIRE(play(*env, 100, [&] { return flag(*env, "new_insert_event"); }));
+    check();
+    REQUIRE(play(*env, 150, [&] { return flag(*env, "new_confirm_event"); }));
+    check();
+    CHECK(taken == 3);
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,391 @@
+// BunchOfColors, SeqOfColors and ChainOfColors in their environments.
+#include "tasks/colors/task.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/env_helpers.h"
+#include "tests/tasks/pose_tool.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+using test::row;
+using test::step_at;
+
+const Eigen::Vector3d kFarAway(-0.1, 0, 0.4);
+
+Eigen::Vector3d cube(const VectorEnv& env, int color, int index = 0) {
+  return Eigen::Map<Eigen::Vector3d>(env.state().prop_pos_of(index, color));
+}
+
+Eigen::Vector2d slot(const VectorEnv& env, int color, int index = 0) {
+  return Eigen::Map<const Eigen::Vector2d>(row<double>(env.memory().find("positions"), index) +
+                                           2 * color);
+}
+
+int target(const VectorEnv& env, int item, int index = 0) {
+  return row<std::int32_t>(env.memory().find("sequence"), index)[item];
+}
+
+template <class T>
+T value(const VectorEnv& env, const char* name) {
+  return *row<T>(env.output(name), 0);
+}
+
+bool flag(const VectorEnv& env, const char* name) { return value<std::uint8_t>(env, name) != 0; }
+
+bool touched(const VectorEnv& env, int color) {
+  return row<std::uint8_t>(env.memory().find("touched"), 0)[color] != 0;
+}
+
+Eigen::Vector2d button(const VectorEnv& env) {
+  return Eigen::Map<const Eigen::Vector2d>(row<double>(env.memory().find("center_button_xy"), 0));
+}
+
+// An environment without physics in the first step of its action phase.
+std::unique_ptr<VectorEnv> acting(const std::string& id, std::vector<double> sequence = {4, 1, 7},
+                                  EnvOptions options = {}) {
+  options.substeps = 0;
+  options.reward_mode = RewardMode::kDense;
+  const char* cue = id.find("Bunch") == 0 ? "cue_steps" : "cue_step_duration";
+  options.pins = {{"sequence", std::move(sequence)}, {cue, {1}}, {"empty_steps", {1}}};
+  auto env = make_env(id, options);
+  env->reset();
+  const int start = env->cue_end(0) + 1;
+  for (int t = 0; t < start; ++t) step_at(*env, kFarAway);
+  CHECK(env->state().elapsed[0] == start);
+  return env;
+}
+
+void touch(VectorEnv& env, int color) {
+  step_at(env, cube(env, color) + Eigen::Vector3d(0, 0, 0.035));
+  step_at(env, kFarAway);
+}
+
+// Positions over the button at some height.
+void step_over_button(VectorEnv& env, double height) {
+  step_at(env, {button(env).x(), button(env).y(), height});
+}
+
+void press_button(VectorEnv& env) {
+  for (const double height : {0.1, 0.08, 0.09, 0.17}) step_over_button(env, height);
+}
+
+TEST_CASE("The cue is shown as the worked examples say", "[color_recall]") {
+  EnvOptions options;
+  options.substeps = 0;
+  options.pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}};
+  for (const char* id : {"SeqOfColors3-VLA-v0", "ChainOfColors3-VLA-v0"}) {
+    const auto env = make_env(id, options);
+    env->reset();
+    CHECK(env->cue_end(0) == 6);
+    for (int t = 0; t <= 20; ++t) {
+      INFO(id << ", elapsed " << t);
+      const int item = t / 2;
+      for (int color = 0; color < 9; ++color) {
+        const bool shown = t < 6 && color == target(*env, item);
+        const bool free = t >= 8;
+        CHECK((env->state().status_of(0, color) != PropStatus::kHidden) == (shown || free));
+        const int* cue = row<std::int32_t>(env->memory().find("sequence"), 0);
+        const bool past = std::find(cue, cue + std::min(item, 3), color) != cue + std::min(item, 3);
+        Eigen::Vector3d expected(slot(*env, color).x(), slot(*env, color).y(), free ? 0.02 : 1000);
+        if (!free && (shown || past)) expected.head<2>().setZero();
+        if (shown) expected.z() = 0.02;
+        CHECK(cube(*env, color) == expected);
+      }
+      step_at(*env, kFarAway);
+    }
+  }
+}
+
+TEST_CASE("Bunch shows all colours at once, each in its place", "[color_recall]") {
+  EnvOptions options;
+  options.substeps = 0;
+  options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}, {"sequence", {8, 0, 3}}};
+  const auto env = make_env("BunchOfColors3-VLA-v0", options);
+  env->reset();
+  const std::map<int, Eigen::Vector3d> places = {{0, {0.038203, -0.156658, 0.02}},
+                                                 {3, {0.206732, -0.060244, 0.02}},
+                                                 {8, {0.038203, 0.156658, 0.02}}};
+  for (int color = 0; color < 9; ++color) {
+    const auto place = places.find(color);
+    const Eigen::Vector3d expected =
+        place != places.end() ? place->second : Eigen::Vector3d(0, 0, 1000);
+    CHECK((cube(*env, color) - expected).norm() < 1e-6);
+    CHECK((env->state().status_of(0, color) != PropStatus::kHidden) == (place != places.end()));
+  }
+  CHECK(value<float>(*env, "max_cube_displacement_xy") > 0.05F);
+  step_at(*env, kFarAway);
+  for (int color = 0; color < 9; ++color) {
+    CHECK(env->state().status_of(0, color) == PropStatus::kHidden);
+    CHECK(cube(*env, color) == Eigen::Vector3d(0, 0, 1000));
+  }
+  step_at(*env, kFarAway);
+  CHECK(value<float>(*env, "max_cube_displacement_xy") == 0);
+  for (int color = 0; color < 9; ++color) CHECK(cube(*env, color).z() == 0.02);
+}
+
+TEST_CASE("Cubes are put back in the first five steps of the action phase", "[color_recall]") {
+  const auto env = acting("SeqOfColors3-VLA-v0");
+  const int start = env->state().elapsed[0];
+  for (int t = start; t < start + 8; ++t) {
+    env->state().prop_pos_of(0, 2)[0] += 0.03;
+    env->state().prop_qvel_of(0, 2)[0] = 0.1;
+    step_at(*env, kFarAway);
+    const bool put_back = env->state().elapsed[0] <= start + 4;
+    INFO("elapsed " << env->state().elapsed[0]);
+    CHECK((cube(*env, 2).head<2>() == slot(*env, 2)) == put_back);
+    CHECK((env->state().prop_qvel_of(0, 2)[0] == 0) == put_back);
+  }
+}
+
+TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle",
+          "[color_recall]") {
+  EnvOptions options;
+  options.num_envs = 4000;
+  const auto env = make_env("ChainOfColors7-VLA-v0", options);
+  env->reset();
+  std::array<std::array<int, 9>, 9> counts{};
+  std::array<int, 9> first{};
+  Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
+  for (int i = 0; i < options.num_envs; ++i) {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    std::set<int> taken;
+    for (int color = 0; color < 9; ++color) {
+      const Eigen::Vector2d at = slot(*env, color, i);
+      mean += at / 9;
+      // The nominal slot that is nearest.
+      int nearest = 0;
+      double least = 1;
+      Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+      for (int k = 0; k < 9; ++k) {
+        const double angle = 1.15 * std::numbers::pi * (k - 4) / 9;
+        const Eigen::Vector2d nominal(0.3 * std::cos(angle) - 0.25,
+                                      0.3 * std::sin(angle) + 0.018 * (k - 4));
+        if ((at - nominal).norm() >= least) continue;
+        least = (at - nominal).norm();
+        nearest = k;
+        offset = at - nominal;
+      }
+      taken.insert(nearest);
+      ++counts[static_cast<std::size_t>(color)][static_cast<std::size_t>(nearest)];
+      deviation += offset.cwiseProduct(offset);
+    }
+    CHECK(taken.size() == 9);
+    const double* xy = row<double>(env->memory().find("center_button_xy"), i);
+    CHECK(xy[0] == Approx(mean.x() - 0.04));
+    CHECK(xy[1] == Approx(mean.y()).margin(1e-12));
+    std::set<int> colors;
+    for (int item = 0; item < 7; ++item) colors.insert(target(*env, item, i));
+    CHECK(colors.size() == 7);
+    ++first[static_cast<std::size_t>(target(*env, 0, i))];
+  }
+  const double expected = options.num_envs / 9.0;
+  const double tolerance = 5 * std::sqrt(expected);
+  for (std::size_t a = 0; a < 9; ++a) {
+    CHECK(std::abs(first[a] - expected) < tolerance);
+    for (std::size_t b = 0; b < 9; ++b) CHECK(std::abs(counts[a][b] - expected) < tolerance);
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    CHECK(std::sqrt(deviation[axis] / (9 * options.num_envs)) == Approx(0.01).epsilon(0.03));
+  }
+}
+
+TEST_CASE("A touch asks for the phase, stillness and the radius", "[color_recall]") {
+  const auto env = acting("BunchOfColors3-VLA-v0");
+  const Eigen::Vector3d over = cube(*env, 4);
+  step_at(*env, over + Eigen::Vector3d(0, 0, 0.080));  // 0.055 from the touch point
+  CHECK_FALSE(touched(*env, 4));
+  test::pose_tool(*env, over + Eigen::Vector3d(0, 0, 0.07));
+  env->state().qvel.row(0)[2] = 0.25;
+  test::step(*env, Policy::kZero);
+  CHECK_FALSE(touched(*env, 4));
+  step_at(*env, over + Eigen::Vector3d(0, 0, 0.07));
+  CHECK(touched(*env, 4));
+  step_at(*env, kFarAway);
+  CHECK(touched(*env, 4));
+
+  // With upstream's radius a touch is nearer.
+  EnvOptions narrow;
+  narrow.task_options = {{"touch_radius", 0.02}};
+  const auto strict = acting("BunchOfColors3-VLA-v0", {4, 1, 7}, narrow);
+  step_at(*strict, cube(*strict, 4) + Eigen::Vector3d(0, 0, 0.07));
+  CHECK_FALSE(touched(*strict, 4));
+  step_at(*strict, cube(*strict, 4) + Eigen::Vector3d(0, 0, 0.035));
+  CHECK(touched(*strict, 4));
+  EnvOptions wrong;
+  wrong.task_options = {{"touch_radius", 0}};
+  CHECK_THROWS_WITH(make_env("BunchOfColors3-VLA-v0", wrong), Catch::Contains("0.001 to 0.2"));
+
+  // Not during the cue.
+  EnvOptions options;
+  options.substeps = 0;
+  options.pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}};
+  const auto early = make_env("ChainOfColors3-VLA-v0", options);
+  early->reset();
+  for (int t = 1; t < 8; ++t) {
+    step_at(*early, {0, 0, 0.055});
+    for (int color = 0; color < 9; ++color) CHECK_FALSE(touched(*early, color));
+  }
+}
+
+TEST_CASE("The button opens when the colours are touched, and success needs all of it",
+          "[color_recall]") {
+  for (const char* id : {"BunchOfColors3-VLA-v0", "SeqOfColors3-VLA-v0", "ChainOfColors3-VLA-v0"}) {
+    INFO(id);
+    const bool chain = id[0] == 'C';
+    // In the cue's order, and in another.
+    for (const std::vector<int>& order : {std::vector<int>{4, 1, 7}, std::vector<int>{7, 4, 1}}) {
+      const bool right = !chain || order[0] == 4;
+      const auto env = acting(id);
+      press_button(*env);  // too early: it stays shut
+      CHECK_FALSE(flag(*env, "button_pressed"));
+      for (int i = 0; i < 3; ++i) {
+        CHECK_FALSE(flag(*env, "button_pressable"));
+        touch(*env, order[static_cast<std::size_t>(i)]);
+      }
+      CHECK(flag(*env, "button_pressable") == right);
+      CHECK_FALSE(env->success()[0]);
+      press_button(*env);
+      CHECK(flag(*env, "button_pressed") == right);
+      CHECK(env->success()[0] == (right ? 1 : 0));
+      CHECK(env->terminated()[0] == 0);
+      if (!right) continue;
+      CHECK(env->reward()[0] == 400);
+      // Stillness and displacement are asked for in every step, and a wrong touch spoils it.
+      test::pose_tool(*env, kFarAway);
+      env->state().qvel.row(0)[0] = 0.3;
+      test::step(*env, Policy::kZero);
+      CHECK(env->success()[0] == 0);
+      step_at(*env, kFarAway);
+      CHECK(env->success()[0] == 1);
+      env->state().prop_pos_of(0, 8)[1] += 0.0601;
+      step_at(*env, kFarAway);
+      CHECK(env->success()[0] == 0);
+      CHECK(flag(*env, "strong_cube_displacement"));
+      env->state().prop_pos_of(0, 8)[1] -= 0.0602 - 0.06;
+      step_at(*env, kFarAway);
+      CHECK(env->success()[0] == 1);
+      touch(*env, 5);
+      CHECK(env->success()[0] == 0);
+      CHECK(flag(*env, "button_pressed"));
+    }
+  }
+}
+
+TEST_CASE("With strict order Seq demands the cue's order", "[color_recall]") {
+  EnvOptions strict;
+  strict.task_options = {{"strict_order", 1}};
+  for (const bool right : {true, false}) {
+    const auto env = acting("SeqOfColors3-VLA-v0", {4, 1, 7}, strict);
+    for (const int color : right ? std::vector<int>{4, 1, 7} : std::vector<int>{4, 7, 1}) {
+      touch(*env, color);
+    }
+    CHECK(flag(*env, "button_pressable") == right);
+  }
+  CHECK_THROWS_WITH(acting("ChainOfColors3-VLA-v0", {4, 1, 7}, strict),
+                    Catch::Contains("no option named 'strict_order'"));
+}
+
+TEST_CASE("A press waits while the button is shut", "[color_recall]") {
+  const auto env = acting("SeqOfColors3-VLA-v0");
+  for (int t = 0; t < 6; ++t) step_at(*env, kFarAway);
+  for (const int color : {4, 1, 7}) touch(*env, color);
+  step_over_button(*env, 0.08);
+  env->state().prop_pos_of(0, 0)[0] += 0.1;  // something was pushed meanwhile
+  step_over_button(*env, 0.17);
+  CHECK_FALSE(flag(*env, "button_pressed"));
+  env->state().prop_pos_of(0, 0)[0] -= 0.1;
+  step_over_button(*env, 0.17);
+  CHECK(flag(*env, "button_pressed"));
+}
+
+TEST_CASE("The goal vector leads from colour to colour and to the button", "[color_recall]") {
+  for (const char* id : {"BunchOfColors3-VLA-v0", "SeqOfColors3-VLA-v0", "ChainOfColors3-VLA-v0"}) {
+    INFO(id);
+    const auto env = acting(id);
+    const std::vector<int> order =
+        id[0] == 'B' ? std::vector<int>{1, 4, 7} : std::vector<int>{4, 1, 7};
+    const auto check = [&env](const Eigen::Vector3d& goal) {
+      const float* shown = row<float>(env->output("obj_to_goal_pos"), 0);
+      for (int i = 0; i < 3; ++i) {
+        CHECK(shown[i] == Approx(goal[i] - kFarAway[i]).margin(1e-6));
+      }
+    };
+    step_at(*env, kFarAway);
+    for (const int color : order) {
+      check(cube(*env, color) + Eigen::Vector3d(0, 0, 0.025));
+      for (int i = 0; i < 9; ++i) {
+        CHECK(env->observation()[static_cast<std::size_t>(18 + 7 + 9 + 6 * i + 5)] ==
+              (i == color ? 1 : 0));
+      }
+      touch(*env, color);
+    }
+    check({button(*env).x(), button(*env).y(), 0.063});
+    press_button(*env);
+    step_at(*env, kFarAway);
+    check(kFarAway);  // no goal is left
+  }
+}
+
+TEST_CASE("The cap sinks in the action phase only", "[color_recall]") {
+  EnvOptions options;
+  options.substeps = 0;
+  options.pins = {{"cue_steps", {2}}, {"empty_steps", {2}}};
+  const auto env = make_env("BunchOfColors5-VLA-v0", options);
+  env->reset();
+  const auto& props = env->physics_model().props();
+  const auto index = [&props](const char* name) {
+    return static_cast<int>(
+        std::find_if(props.begin(), props.end(),
+                     [name](const PropModel& prop) { return prop.name == name; }) -
+        props.begin());
+  };
+  const int cap = index("center_button_cap");
+  const int base = index("center_button_base");
+  REQUIRE(cap < env->state().num_props);
+  for (int t = 1; t <= 6; ++t) {
+    step_over_button(*env, 0.08);
+    const double* pos = env->state().prop_pos_of(0, cap);
+    CHECK(pos[2] == Approx(t < 4 ? 0.044 : 0.036));
+    CHECK(pos[0] == button(*env).x());
+    CHECK(env->state().prop_quat_of(0, cap)[2] == Approx(0.70711).margin(1e-5));
+    CHECK(env->state().prop_pos_of(0, base)[2] == 0.015);
+    CHECK(value<float>(*env, "button_press_depth") == Approx(t < 4 ? 0 : 0.008).margin(1e-6));
+  }
+}
+
+TEST_CASE("Colour tasks have the published sizes", "[color_recall]") {
+  for (const auto& [length, dim] : std::map<int, int>{{3, 88}, {5, 90}, {7, 92}}) {
+    for (const char* family : {"BunchOfColors", "SeqOfColors", "ChainOfColors"}) {
+      const std::string id = family + std::to_string(length) + "-VLA-v0";
+      const auto env = make_env(id);
+      CHECK(env->state_dim() == dim);
+      CHECK(env->info().oracle_dim == length);
+    }
+  }
+  const std::map<std::string, int> answers = {
+      {"BunchOfColors3-VLA-v0", 84},    {"BunchOfColors5-VLA-v0", 126},
+      {"SeqOfColors7-VLA-v0", 36},      {"ChainOfColors3-VLA-v0", 504},
+      {"ChainOfColors5-VLA-v0", 15120}, {"ChainOfColors7-VLA-v0", 181440}};
+  for (const auto& [id, count] : answers) CHECK(make_task(id)->info().candidates == count);
+}
+
+TEST_CASE("Colours that are pinned twice are refused", "[color_recall]") {
+  EnvOptions options;
+  options.pins = {{"sequence", {4, 1, 4}}};
+  CHECK_THROWS_WITH(make_env("ChainOfColors3-VLA-v0", options), Catch::Contains("4 given twice"));
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,217 @@
+// GatherAndRecall as users see it: scene, flash, buttons and observations.
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "tasks/gather_and_recall/rules.h"
+#include "tasks/parts/tool_servo.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+using test::row;
+
+const Eigen::Vector3d kDisc(0.04, 0.14, 0.026);
+constexpr double kUpright[4] = {1, 0, 0, 0};
+
+std::unique_ptr<VectorEnv> start(int cubes, double color, double trigger, double duration = 8) {
+  EnvOptions options;
+  options.auto_reset = AutoReset::kOff;
+  options.pins = {{"disc_x", {0.04}},
+                  {"disc_y", {0.14}},
+                  {"flash_color", {color}},
+                  {"flash_trigger_count", {trigger}},
+                  {"flash_duration", {duration}},
+                  {"cube_jitter", std::vector<double>(static_cast<std::size_t>(2 * cubes))}};
+  auto env = make_env("GatherAndRecall" + std::to_string(cubes) + "-VLA-v0", options);
+  env->reset();
+  return env;
+}
+
+bool flag(const VectorEnv& env, const char* name) {
+  return *row<std::uint8_t>(env.output(name), 0) != 0;
+}
+int number(const VectorEnv& env, const char* name) {
+  return *row<std::int32_t>(env.output(name), 0);
+}
+Eigen::Vector3d goal(const VectorEnv& env) {
+  return Eigen::Map<const Eigen::Vector3f>(row<float>(env.output("obj_to_goal_pos"), 0))
+      .cast<double>();
+}
+Eigen::Vector3d tcp(const VectorEnv& env) {
+  return Eigen::Map<const Eigen::Vector3d>(env.state().tcp_pos.row(0));
+}
+void idle(VectorEnv& env, int steps = 1) {
+  for (int i = 0; i < steps; ++i) test::step(env, Policy::kZero);
+}
+void put_on_disc(const VectorEnv& env, int cube) {
+  const Eigen::Vector3d place = kDisc + Eigen::Vector3d(0.06 * (cube - 1), 0, 0);
+  env.state().place_prop(0, cube, place.data(), kUpright);
+}
+void move(VectorEnv& env, const Eigen::Vector3d& to, int steps) {
+  std::vector<float> action(7);
+  for (int i = 0; i < steps && env.state().finished[0] == 0; ++i) {
+    tasks::servo_tool(env.state(), 0, to, tasks::kToolDown, tasks::kGripperClosed, action.data());
+    env.step(action);
+  }
+}
+
+TEST_CASE("Cubes, disc and buttons stand where they should", "[gather]") {
+  const auto env = start(5, 0, 1);
+  const State& state = env->state();
+  CHECK(Eigen::Map<const Eigen::Vector3d>(state.prop_pos_of(0, 3))
+            .isApprox(Eigen::Vector3d(-0.085, -0.215, 0.02)));
+  CHECK(Eigen::Map<const Eigen::Vector3d>(state.prop_pos_of(0, 5))
+            .isApprox(Eigen::Vector3d(0.04, 0.14, 0.003)));
+  // red, green and blue: base and cap each
+  for (int color = 0; color < 3; ++color) {
+    const double* cap = state.prop_pos_of(0, 7 + 2 * color);
+    CHECK(cap[0] == Approx(-0.18));
+    CHECK(cap[1] == Approx(0.14 * color).margin(1e-12));
+    CHECK(cap[2] == Approx(0.044));
+  }
+  CHECK(number(*env, "pressed_button") == -1);
+  const int dims[] = {49, 65, 81, 97, 113};
+  for (int i = 0; i < 5; ++i) {
+    CHECK(make_env("GatherAndRecall" + std::to_string(2 * i + 1) + "-VLA-v0")->state_dim() ==
+          dims[i]);
+  }
+}
+
+TEST_CASE("The flash lasts its steps, begins with the cube that triggers it and comes once",
+          "[gather]") {
+  const auto env = start(3, 2, 2, 9);
+  CHECK(env->cue_end(0) == env->info().horizon);
+  idle(*env, 3);
+  put_on_disc(*env, 0);
+  idle(*env, 3);
+  CHECK(number(*env, "n_on_disc") == 1);
+  CHECK_FALSE(flag(*env, "flash_triggered"));
+  put_on_disc(*env, 1);
+  std::vector<int> lit;
+  const int bulb = env->state().num_props - 1;
+  for (int i = 0; i < 20; ++i) {
+    idle(*env);
+    const bool active = flag(*env, "flash_active");
+    if (active) lit.push_back(env->state().elapsed[0]);
+    CHECK((env->state().prop_emission.row(0)[bulb] > 0) == active);
+    const float* rgba = env->state().prop_rgba.row(0) + 4 * bulb;
+    CHECK((rgba[0] == 0) == active);  // blue against white
+  }
+  CHECK(lit == std::vector<int>{7, 8, 9, 10, 11, 12, 13, 14, 15});
+  CHECK(env->cue_end(0) == 16);
+}
+
+TEST_CASE("Cubes that left the disc stay counted, but no longer all are there", "[gather]") {
+  const auto env = start(3, 0, 1);
+  for (int cube = 0; cube < 3; ++cube) put_on_disc(*env, cube);
+  idle(*env);
+  CHECK(flag(*env, "all_on_disc"));
+  const double away[3] = {-0.2, -0.3, 0.02};
+  env->state().place_prop(0, 1, away, kUpright);
+  idle(*env);
+  CHECK(number(*env, "n_on_disc") == 3);
+  CHECK_FALSE(flag(*env, "all_on_disc"));
+  CHECK(goal(*env).norm() == 0);
+}
+
+TEST_CASE("The goal vector leads from cube to disc to button", "[gather]") {
+  const auto env = start(3, 1, 1);
+  Eigen::Vector3d nearest(0, 0, 0);
+  double least = 10;
+  for (int cube = 0; cube < 3; ++cube) {
+    const Eigen::Map<const Eigen::Vector3d> at(env->state().prop_pos_of(0, cube));
+    if ((at - tcp(*env)).norm() < least) {
+      least = (at - tcp(*env)).norm();
+      nearest = at;
+    }
+  }
+  CHECK((goal(*env) - (nearest - tcp(*env))).norm() < 1e-6);
+  const Eigen::Vector3d beside = tcp(*env) + Eigen::Vector3d(0, 0.03, 0);
+  env->state().place_prop(0, 0, beside.data(), kUpright, PropStatus::kAwake);
+  idle(*env);
+  CHECK((goal(*env) - (kDisc - tcp(*env))).norm() < 1e-6);
+  for (int cube = 0; cube < 3; ++cube) put_on_disc(*env, cube);
+  idle(*env);
+  CHECK((goal(*env) - (Eigen::Vector3d(-0.18, 0.14, 0.063) - tcp(*env))).norm() < 1e-6);
+}
+
+TEST_CASE("The right button solves it, a wrong one fails and ends the episode", "[gather]") {
+  for (int color = 0; color < 3; ++color) {
+    const auto env = start(3, color, 1);
+    // Too early: nothing happens.
+    const Eigen::Vector3d over(-0.18, 0.14, 0.12);
+    const Eigen::Vector3d down(-0.18, 0.14, 0.072);
+    move(*env, over, 25);
+    move(*env, down, 15);
+    CHECK(number(*env, "pressed_button") == -1);
+    CHECK(env->state().prop_pos_of(0, 7)[2] == Approx(0.030).margin(2e-3));  // the cap gives way
+    move(*env, over, 15);
+    for (int cube = 0; cube < 3; ++cube) put_on_disc(*env, cube);
+    idle(*env, 2);
+    move(*env, down, 15);
+    CHECK(number(*env, "pressed_button") == 1);
+    CHECK(flag(*env, "success") == (color == 1));
+    CHECK(flag(*env, "failed") == (color != 1));
+    CHECK(*row<std::uint8_t>(env->output("terminated"), 0) == 1);
+    CHECK(env->reward()[0] == (color == 1 ? 1.0F : -0.5F));
+  }
+}
+
+TEST_CASE("Cubes that were carried onto the disc lie still on it", "[gather]") {
+  const auto env = start(3, 0, 1);
+  for (int i = 0; i < env->info().horizon && env->state().finished[0] == 0; ++i) {
+    test::step(*env, Policy::kOracle);
+  }
+  CHECK(flag(*env, "success"));
+  for (int cube = 0; cube < 3; ++cube) {
+    CHECK(env->state().prop_pos_of(0, cube)[2] == Approx(0.026).margin(1e-3));
+    CHECK(env->state().status_of(0, cube) == PropStatus::kAsleep);
+  }
+}
+
+TEST_CASE("Pictures tell the colour during the flash only", "[gather][snapshot]") {
+  // What is shown of a prop is its pose, its colour and its light.
+  const auto red = start(3, 0, 1, 10);
+  const auto blue = start(3, 2, 1, 10);
+  const auto same = [&] {
+    const State& a = red->state();
+    const State& b = blue->state();
+    const auto equal = [](const auto& x, const auto& y) {
+      return std::equal(x.row(0), x.row(0) + x.width(), y.row(0));
+    };
+    return equal(a.prop_rgba, b.prop_rgba) && equal(a.prop_emission, b.prop_emission) &&
+           equal(a.prop_pos, b.prop_pos) && equal(a.qpos, b.qpos);
+  };
+  int told = 0;
+  for (int i = 0; i < 150; ++i) {
+    const std::vector<float> actions = test::act(*red, Policy::kOracle);
+    red->step(actions);
+    blue->step(actions);
+    CHECK(same() != flag(*red, "flash_active"));
+    told += flag(*red, "flash_active") ? 1 : 0;
+    if (flag(*red, "all_on_disc")) break;
+  }
+  CHECK(told == 10);
+}
+
+TEST_CASE("A snapshot in the middle of a grasp goes on bit for bit - gathering",
+          "[gather][snapshot]") {
+  const auto env = start(3, 0, 1);
+  int steps = 0;
+  while (!is_grasping(env->state(), 0, 0) && ++steps < 60) test::step(*env, Policy::kOracle);
+  REQUIRE(is_grasping(env->state(), 0, 0));
+  const std::vector<std::byte> saved = env->save();
+  const auto fresh = start(3, 1, 2);
+  fresh->restore(saved);
+  for (int i = 0; i < 30; ++i) {
+    test::step(*env, Policy::kOracle);
+    test::step(*fresh, Policy::kOracle);
+    REQUIRE(test::env_bytes(*fresh, 0) == test::env_bytes(*env, 0));
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,245 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "tasks/intercept/deflect.h"
+#include "tasks/intercept/grab.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+using test::row;
+using Vector = Eigen::Vector3d;
+
+const std::map<std::string, std::pair<double, double>> kSpeeds = {
+    {"InterceptSlow-VLA-v0", {0.25, 0.5}},       {"InterceptMedium-VLA-v0", {0.5, 0.75}},
+    {"InterceptFast-VLA-v0", {0.75, 1.0}},       {"InterceptGrabSlow-VLA-v0", {0.25, 0.5}},
+    {"InterceptGrabMedium-VLA-v0", {0.5, 0.75}}, {"InterceptGrabFast-VLA-v0", {0.75, 1.0}}};
+
+bool is_grab(const std::string& id) { return id.find("Grab") != std::string::npos; }
+
+TEST_CASE("The reward of Intercept equals the worked examples", "[intercept]") {
+  tasks::InterceptRewardInputs in;
+  in.ball = {-0.2, -0.5, 0.02};
+  in.goal = {0, 0, 0.001};
+  in.tcp = {-0.07, 0, 0.318};
+  tasks::InterceptRewardTerms terms = tasks::intercept_reward(in);
+  CHECK(terms.tcp_to_hit_pose_dist == Approx(0.656385).margin(1e-6));
+  CHECK(terms.reward == Approx(0.270051).margin(1e-6));
+  CHECK_FALSE(terms.reached);
+  in.reached = true;
+  terms = tasks::intercept_reward(in);
+  CHECK(terms.reward == Approx(2.540679).margin(1e-6));
+  CHECK(terms.reached);
+
+  in.reached = false;
+  in.ball = {-0.1, -0.2, 0.02};
+  in.goal = {0.1, 0, 0.001};
+  in.tcp = {-0.15, -0.25, 0.025};
+  terms = tasks::intercept_reward(in);
+  CHECK(terms.tcp_to_hit_pose_dist == Approx(0.000921).margin(1e-6));
+  CHECK(terms.reached);
+  CHECK(terms.reward == Approx(3.622330).margin(1e-6));
+  in.success = true;
+  CHECK(tasks::intercept_reward(in).reward == 30);
+}
+
+TEST_CASE("The reward of InterceptGrab equals the worked examples", "[intercept]") {
+  tasks::GrabRewardInputs in;
+  in.ball = {-0.2, -0.5, 0.02};
+  in.tcp = {-0.07, 0, 0.318};
+  in.gripper_width = 0.08;
+  CHECK(tasks::grab_reward(in).reward == Approx(0.543210).margin(1e-6));
+  in.ball = {-0.2, -0.1, 0.02};
+  in.tcp = {-0.2, -0.09, 0.03};
+  CHECK(tasks::grab_reward(in).reward == Approx(123.940290).margin(1e-5));
+  in.tcp = in.ball;
+  in.gripper_width = 0.05;
+  CHECK(tasks::grab_reward(in).reward == Approx(230));
+  in.grasped = true;
+  in.gripper_width = 0.0401;
+  CHECK(tasks::grab_reward(in).reward == Approx(430));
+  in.gripper_width = 0.0399;
+  CHECK(tasks::grab_reward(in).reward == Approx(240));
+  in.success = true;
+  CHECK(tasks::grab_reward(in).reward == 300);
+}
+
+TEST_CASE("Launches cover their ranges", "[intercept]") {
+  for (const auto& [id, speed] : kSpeeds) {
+    EnvOptions options;
+    options.num_envs = 2000;
+    const auto env = make_env(id, options);
+    env->reset();
+    Vector low = Vector::Constant(9);
+    Vector high = -low;
+    Vector slow = low;
+    Vector quick = -low;
+    for (int i = 0; i < options.num_envs; ++i) {
+      const Vector pos = Eigen::Map<Vector>(env->state().prop_pos_of(i, 0));
+      const Vector velocity = Eigen::Map<Vector>(env->state().prop_qvel_of(i, 0));
+      low = low.cwiseMin(pos);
+      high = high.cwiseMax(pos);
+      slow = slow.cwiseMin(velocity);
+      quick = quick.cwiseMax(velocity);
+      const float* told = row<float>(env->output("oracle_info"), i);
+      for (int k = 0; k < 3; ++k) REQUIRE(told[k] == static_cast<float>(velocity[k]));
+      if (is_grab(id)) continue;
+      const double* goal = env->state().prop_pos_of(i, 1);
+      REQUIRE(goal[0] == Approx(pos.x() + 0.2));
+      REQUIRE(std::abs(goal[1]) <= 0.2);
+      REQUIRE(goal[2] == 0.001);
+    }
+    INFO(id);
+    const double height = is_grab(id) ? 0.02 : 0.04;
+    CHECK((low - Vector(-0.35, -0.9, height)).norm() < 0.002);
+    CHECK((high - Vector(-0.05, -0.65, height)).norm() < 0.002);
+    CHECK((slow - Vector(0, speed.first, 0)).norm() < 0.002);
+    CHECK((quick - Vector(0.05, speed.second, 0)).norm() < 0.002);
+    CHECK((low - Vector(-0.35, -0.9, height)).minCoeff() >= 0);
+    CHECK(env->state_dim() == (is_grab(id) ? 49 : 50));
+  }
+}
+
+TEST_CASE("The first observation shows the ball where it starts", "[intercept]") {
+  EnvOptions options;
+  options.pins = {{"ball_x", {-0.1}},
+                  {"ball_y", {-0.7}},
+                  {"velocity_x", {0.02}},
+                  {"velocity_y", {0.3}},
+                  {"goal_y", {0.1}}};
+  const auto env = make_env("InterceptSlow-VLA-v0", options);
+  env->reset();
+  const auto observation = env->observation();
+  const std::vector<double> expected = {0.1,  0.1, 0.001, -0.1, -0.7, 0.04, 1, 0, 0, 0,
+                                        0.02, 0.3, 0,     0.02, 0.3,  0,    0, 0, 0};
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    INFO(i);
+    CHECK(static_cast<double>(observation[25 + i]) == Approx(expected[i]).margin(1e-6));
+  }
+  for (std::size_t k = 0; k < 3; ++k) {  // ball minus TCP, goal minus ball
+    CHECK(observation[44 + k] == Approx(observation[28 + k] - observation[18 + k]).margin(1e-6));
+    CHECK(observation[47 + k] == Approx(observation[25 + k] - observation[28 + k]).margin(1e-6));
+  }
+  test::step(*env, Policy::kZero);
+  CHECK(env->observation()[29] == Approx(-0.685).margin(0.001));
+}
+
+TEST_CASE("A ball inside the target succeeds, at any speed and height", "[intercept]") {
+  EnvOptions options;
+  options.substeps = 0;
+  options.reward_mode = RewardMode::kDense;
+  options.pins = {{"ball_x", {-0.2}}, {"goal_y", {0.0}}};
+  const auto env = make_env("InterceptFast-VLA-v0", options);
+  env->reset();
+  const auto succeeds = [&](double x, double y, double z) {
+    double* pos = env->state().prop_pos_of(0, 0);
+    pos[0] = x;
+    pos[1] = y;
+    pos[2] = z;
+    test::step(*env, Policy::kZero);
+    return env->success()[0] != 0;
+  };
+  CHECK(succeeds(0.05, 0, 0.02));
+  CHECK(env->reward()[0] == 30);
+  CHECK(succeeds(0, -0.0999, 0.3));
+  CHECK_FALSE(succeeds(0, -0.1001, 0.02));
+  CHECK_FALSE(succeeds(0.08, 0.08, 0.02));
+  CHECK(env->terminated()[0] == 0);
+  CHECK(*row<std::uint8_t>(env->output("success_once"), 0) == 1);
+}
+
+TEST_CASE("Having been behind the ball is remembered for the episode", "[intercept]") {
+  EnvOptions options;
+  options.substeps = 0;
+  options.reward_mode = RewardMode::kDense;
+  const auto env = make_env("InterceptSlow-VLA-v0", options);
+  env->reset();
+  double* ball = env->state().prop_pos_of(0, 0);
+  const Vector start = Eigen::Map<Vector>(ball);
+  test::step(*env, Policy::kZero);
+  CHECK(env->reward()[0] < 2);
+  // The ball where the hand is right behind it, then far away again.
+  const Vector goal = Eigen::Map<Vector>(env->state().prop_pos_of(0, 1));
+  const Vector tcp = Eigen::Map<Vector>(env->state().tcp_pos.row(0));
+  const Vector there = tcp - 0.07 * (tcp - goal).normalized();
+  std::copy_n(there.data(), 3, ball);
+  test::step(*env, Policy::kZero);
+  CHECK(env->reward()[0] > 2);
+  std::copy_n(start.data(), 3, ball);
+  test::step(*env, Policy::kZero);
+  CHECK(env->reward()[0] > 2);
+  CHECK(row<float>(env->output("reward_dict"), 0)[1] == 1);  // of the step before
+  env->reset();
+  test::step(*env, Policy::kZero);
+  CHECK(env->reward()[0] < 2);
+}
+
+TEST_CASE("The TCP's velocity is that of its motion", "[intercept]") {
+  const auto env = make_env("InterceptGrabFast-VLA-v0");
+  env->reset();
+  for (int i = 0; i < 3; ++i) env->step(std::vector<float>{1, 0.5F, -0.5F, 0, 0, 0, 1});
+  const auto observation = env->observation();
+  Vector velocity;  // of the TCP: the ball's minus the relative one
+  for (int k = 0; k < 3; ++k) {
+    velocity[k] = static_cast<double>(observation[static_cast<std::size_t>(36 + k)] -
+                                      observation[static_cast<std::size_t>(46 + k)]);
+  }
+  ArmJacobian jacobian;
+  const double* qpos = env->state().qpos.row(0);
+  ArmVector ahead = Eigen::Map<const ArmVector>(qpos);
+  constexpr double kMoment = 1e-6;
+  ahead += kMoment * Eigen::Map<const ArmVector>(env->state().qvel.row(0));
+  const Arm& arm = env->physics_model().arm();
+  const Vector moved = (arm.forward(ahead.data()).pos - arm.forward(qpos).pos) / kMoment;
+  CHECK(velocity.norm() > 0.3);
+  CHECK((velocity - moved).norm() < 1e-4);
+  CHECK(observation[45] == Approx(0.08).margin(1e-3));
+}
+
+TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[intercept]") {
+  for (const auto& [id, speed] : kSpeeds) {
+    if (!is_grab(id)) continue;
+    EnvOptions options;
+    options.num_envs = 8;
+    const auto env = make_env(id, options);
+    env->reset();
+    int held = 0;
+    for (int step = 0; step < 58; ++step) {
+      test::step(*env, Policy::kOracle);
+      for (int i = 0; i < options.num_envs; ++i) {
+        if (env->success()[static_cast<std::size_t>(i)] == 0 || step < 50) continue;
+        ++held;
+        const double* fingers = env->state().qpos.row(i) + kArmJoints;
+        const double* qvel = env->state().prop_qvel_of(i, 0);
+        CHECK(fingers[0] + fingers[1] > 0.036);
+        CHECK(std::hypot(qvel[0], qvel[1], qvel[2]) < 0.01);
+      }
+    }
+    INFO(id);
+    CHECK(held >= 40);
+  }
+}
+
+TEST_CASE("Who does nothing hardly ever succeeds", "[intercept][long]") {
+  const auto share = [](const char* id) {
+    EnvOptions options;
+    options.num_envs = 4000;
+    const auto env = make_env(id, options);
+    env->reset();
+    for (int i = 0; i < 60; ++i) test::step(*env, Policy::kZero);
+    const std::uint8_t* once = row<std::uint8_t>(env->output("success_once"), 0);
+    return static_cast<double>(std::count(once, once + options.num_envs, 1)) / options.num_envs;
+  };
+  const double slow = share("InterceptSlow-VLA-v0");  // 0.56 % (intercept 1.3)
+  CHECK(slow > 0.002);
+  CHECK(slow < 0.010);
+  CHECK(share("InterceptMedium-VLA-v0") == 0);
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,181 @@
+#include "tasks/remember/find_imposter.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/tasks/remember/recall_env.h"
+
+namespace engram {
+namespace {
+
+using test::count_of;
+using test::make_env;
+using test::memory_int;
+using test::object_pos;
+using test::row;
+using test::stored_pos;
+
+Eigen::Vector3d cue_pos(const VectorEnv& env, int key, double z, int index = 0) {
+  const double* pos = row<double>(env.memory().find("cue_positions"), index) + 2 * key;
+  return {pos[0], pos[1], z};
+}
+
+// Checks who is where in the phase of the present step; nobody has touched anything.
+void check_phase(const VectorEnv& env) {
+  const tasks::ObjectSet objects = test::objects_of(env);
+  const int t = env.state().elapsed[0];
+  const int since_appearance = t - test::appearance_of(env);
+  const int imposter = memory_int(env, "target");
+  const bool cue = t < memory_int(env, "cue_steps");
+  INFO(env.info().id << ", t " << t << ", " << since_appearance << " since the appearance");
+  for (int key = 0; key < count_of(env); ++key) {
+    const bool visible = since_appearance >= 0 || (cue && key != imposter);
+    CHECK(test::is_visible(env, key) == visible);
+    if (since_appearance < 0) {
+      CHECK(object_pos(env, key) == cue_pos(env, key, visible ? 0.02 : 1000));
+      CHECK(prop_is_static(env.state(), 0, key, 0, 0));
+    } else {
+      // They drop where they appear, sink in a little as they land, and lie still soon after.
+      const Eigen::Vector3d moved = object_pos(env, key) - stored_pos(env, key);
+      const double unrest = since_appearance == 0 ? 0.003 : since_appearance == 1 ? 0.002 : 0.001;
+      CHECK(moved.head<2>().norm() < 5e-4);
+      CHECK(std::abs(moved.z()) < unrest);
+    }
+    CHECK(env.state().prop_quat_of(0, key)[0] == Approx(1).margin(1e-3));
+  }
+  test::check_outputs(env, objects);
+}
+
+TEST_CASE("FindImposter runs through the phases of the worked example", "[find_imposter]") {
+  EnvOptions options;
+  options.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}};
+  for (const std::string& id : test::ids_of("FindImposter")) {
+    const auto env = make_env(id, options);
+    CHECK(env->info().frozen_cue);
+    env->reset();
+    CHECK(memory_int(*env, "freeze_steps") == 5);
+    check_phase(*env);
+    double opening = static_cast<double>(env->proprio()[6]);
+    for (int t = 1; t <= 8; ++t) {
+      env->step(std::vector<float>{0, 0, 0.2F, 0, 0, 0, 1});
+      check_phase(*env);
+      const double now = static_cast<double>(env->proprio()[6]);
+      CHECK((now < opening) == (t <= 5));
+      opening = now;
+    }
+    const int horizon = id == "FindImposterShapeAndColor5x3-VLA-v0" ? 40 : 25;
+    for (int t = 9; t <= horizon; ++t) {
+      env->step(test::zeros(*env));
+      CHECK(env->truncated()[0] == (t == horizon ? 1 : 0));
+      CHECK(env->terminated()[0] == 0);
+    }
+  }
+}
+
+TEST_CASE("Objects that are shown hang in the air, awake or not", "[find_imposter]") {
+  for (const bool sleep : {true, false}) {
+    EnvOptions options;
+    options.sleep = sleep;
+    options.pins = {{"cue_steps", {5}}, {"empty_steps", {2}}};
+    const auto env = make_env("FindImposterShape9-VLA-v0", options);
+    env->reset();
+    for (int t = 1; t < 5; ++t) {
+      // Somebody has displaced and turned an object during the step.
+      const int key = memory_int(*env, "target") == 3 ? 4 : 3;
+      const double away[3] = {0.3, 0.3, 0.02};
+      const double turned[4] = {0, 0, 0, 1};
+      env->state().place_prop(0, key, away, turned);
+      test::step(*env, Policy::kZero);
+      check_phase(*env);
+    }
+  }
+}
+
+TEST_CASE("Low shapes drop from the step of their appearance on", "[find_imposter]") {
+  EnvOptions options;
+  options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
+  const auto env = make_env("FindImposterShape9-VLA-v0", options);
+  env->reset();
+  test::step(*env, Policy::kZero);
+  test::step(*env, Policy::kZero);
+  const tasks::ObjectSet objects = test::objects_of(*env);
+  const auto height = [&](int key) {
+    return object_pos(*env, key).z() - objects.resting_height(key);
+  };
+  // Cross, torus, star and t_shape have landed; pyramide and crescent have fallen for five
+  // substeps.
+  constexpr double kFall = 15 * 9.81 * 1e-4;
+  for (const int key : {3, 4, 5, 7}) CHECK(std::abs(height(key)) < 3e-3);
+  for (const int key : {6, 8})
+    CHECK(object_pos(*env, key).z() == Approx(0.02 - kFall).margin(1e-4));
+  test::step(*env, Policy::kZero);
+  for (int key = 0; key < 9; ++key) CHECK(std::abs(height(key)) < 2e-3);
+  for (int t = 4; t <= 8; ++t) test::step(*env, Policy::kZero);
+  for (int key = 0; key < 9; ++key) CHECK(std::abs(height(key)) < 2e-4);
+}
+
+TEST_CASE("A pinned permutation deals the places as in the example", "[find_imposter]") {
+  EnvOptions options;
+  options.pins = {{"permutation", {1, 2, 0}}};
+  const auto env = make_env("FindImposterShape3-VLA-v0", options);
+  env->reset();
+  for (const auto& [key, place] : {std::pair{0, 1}, {1, 2}, {2, 0}}) {
+    CHECK(stored_pos(*env, key).head<2>() == cue_pos(*env, place, 0).head<2>());
+  }
+  options.pins = {{"permutation", {1, 1, 0}}};
+  CHECK_THROWS_WITH(make_env("FindImposterShape3-VLA-v0", options),
+                    "pin 'permutation': value 1 given twice, different values allowed");
+  options.pins = {{"imposter", {3}}};
+  CHECK_THROWS_WITH(make_env("FindImposterShape3-VLA-v0", options), Catch::Contains("0 to 2"));
+}
+
+// The place of the cue phase in which a key appears.
+int dealt(const VectorEnv& env, int key, int index) {
+  int place = 0;
+  while (cue_pos(env, place, 0, index).head<2>() != stored_pos(env, key, index).head<2>()) ++place;
+  return place;
+}
+
+TEST_CASE("Places are dealt anew, each way as likely, but never as before", "[find_imposter]") {
+  EnvOptions options;
+  options.num_envs = 3000;
+  const auto env = make_env("FindImposterColor3-VLA-v0", options);
+  env->reset();
+  std::map<std::array<int, 3>, int> seen;
+  for (int i = 0; i < options.num_envs; ++i) {
+    ++seen[{dealt(*env, 0, i), dealt(*env, 1, i), dealt(*env, 2, i)}];
+  }
+  CHECK(seen.size() == 5);
+  CHECK(seen.count({0, 1, 2}) == 0);
+  for (const auto& [permutation, count] : seen) CHECK(std::abs(count - 600) < 110);
+}
+
+TEST_CASE("FindImposter draws imposters and phase lengths uniformly", "[find_imposter]") {
+  for (const std::string& id : test::ids_of("FindImposter")) {
+    EnvOptions options;
+    options.num_envs = 3000;
+    options.threads = 2;
+    const auto env = make_env(id, options);
+    env->reset();
+    std::map<int, int> imposters;
+    std::map<int, int> cues;
+    std::map<int, int> empties;
+    for (int i = 0; i < options.num_envs; ++i) {
+      ++imposters[memory_int(*env, "target", i)];
+      ++cues[memory_int(*env, "cue_steps", i)];
+      ++empties[memory_int(*env, "empty_steps", i)];
+    }
+    INFO(id);
+    test::check_uniform(imposters, 0, count_of(*env) - 1);
+    test::check_uniform(cues, 1, 5);
+    test::check_uniform(empties, 1, 5);
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,178 @@
+// What holds for every id of the Remember and Find-Imposter families.
+#include "tasks/remember/object_recall.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <string>
+
+#include "core/physics/mujoco_handle.h"
+#include "tasks/parts/overlap_guard.h"
+#include "tests/tasks/remember/recall_env.h"
+
+namespace engram {
+namespace {
+
+using tasks::Layout;
+using test::count_of;
+using test::Lengths;
+using test::make_env;
+using test::memory_int;
+using test::row;
+using test::stored_pos;
+
+TEST_CASE("State observations have the published lengths", "[object_recall]") {
+  const std::map<int, int> lengths = {{3, 35}, {5, 41}, {6, 45}, {9, 53}, {15, 72}};
+  for (const std::string& id : test::recall_ids()) {
+    const auto env = make_env(id);
+    const bool nine = count_of(*env) == 9 && id.find("ShapeAndColor") != std::string::npos;
+    INFO(id);
+    CHECK(env->state_dim() == (nine ? 54 : lengths.at(count_of(*env))));
+  }
+}
+
+// The layouts of an episode by key: that of the cue where all objects have a place in it, and that
+// of the manipulation phase.
+Layout layout_of(const VectorEnv& env, const char* column, int width, int index) {
+  const double* pos = row<double>(env.memory().find(column), index);
+  Layout layout;
+  for (int key = 0; key < count_of(env); ++key) {
+    layout.push_back({pos[width * key], pos[width * key + 1]});
+  }
+  return layout;
+}
+
+double least_clearance(const tasks::ObjectSet& objects, const Layout& layout) {
+  double least = 1;
+  for (int i = 0; i < objects.count(); ++i) {
+    for (int j = 0; j < i; ++j) {
+      const tasks::Vec2 offset =
+          layout[static_cast<std::size_t>(i)] - layout[static_cast<std::size_t>(j)];
+      least = std::min(least, objects.clearance(j, i, offset));
+    }
+  }
+  return least;
+}
+
+TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]") {
+  for (const std::string& id : test::recall_ids(Lengths::kShort)) {
+    EnvOptions options;
+    options.num_envs = 1000;
+    options.threads = 2;
+    const auto env = make_env(id, options);
+    env->reset();
+    const tasks::ObjectSet objects = test::objects_of(*env);
+    const bool imposter = env->memory().find("cue_positions").field != nullptr;
+    CHECK(imposter == (id.find("Imposter") != std::string::npos));
+    double least = 1;
+    for (int i = 0; i < options.num_envs; ++i) {
+      least = std::min(least, least_clearance(objects, layout_of(*env, "positions", 3, i)));
+      if (!imposter) continue;
+      least = std::min(least, least_clearance(objects, layout_of(*env, "cue_positions", 2, i)));
+    }
+    INFO(id);
+    CHECK(least >= tasks::kMinClearance);
+  }
+}
+
+// The depth to which props are inside one another, according to MuJoCo, m.
+double overlap(const mjModel& model, mjData& data, const VectorEnv& env, int index) {
+  const State& state = env.state();
+  int first_prop = model.nbody;
+  for (int prop = 0; prop < state.num_props; ++prop) {
+    const std::string& name = env.physics_model().props()[static_cast<std::size_t>(prop)].name;
+    const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
+    first_prop = std::min(first_prop, body);
+    mjtNum* qpos = data.qpos + model.jnt_qposadr[model.body_jntadr[body]];
+    std::copy_n(state.prop_pos_of(index, prop), 3, qpos);
+    std::copy_n(state.prop_quat_of(index, prop), 4, qpos + 3);
+  }
+  mj_kinematics(&model, &data);
+  mj_collision(&model, &data);
+  double deepest = 0;
+  for (int i = 0; i < data.ncon; ++i) {
+    const mjContact& contact = data.contact[i];
+    const int bodies[] = {model.geom_bodyid[contact.geom1], model.geom_bodyid[contact.geom2]};
+    if (*std::min_element(bodies, bodies + 2) >= first_prop) {
+      deepest = std::max(deepest, -contact.dist);
+    }
+  }
+  return deepest;
+}
+
+TEST_CASE("No prop is inside another when all have appeared", "[object_recall]") {
+  for (const std::string& id : test::recall_ids(Lengths::kShort)) {
+    EnvOptions options;
+    options.num_envs = 40;
+    options.threads = 2;
+    const auto env = make_env(id, options);
+    env->reset();
+    const ModelPtr model = compile_model(make_task(id)->document());
+    const DataPtr data = make_data(*model);
+    double deepest = 0;
+    for (int t = 1; t <= 10; ++t) {
+      test::step(*env, Policy::kZero);
+      for (int i = 0; i < options.num_envs; ++i) {
+        if (t != test::appearance_of(*env, i)) continue;
+        deepest = std::max(deepest, overlap(*model, *data, *env, i));
+      }
+    }
+    INFO(id);
+    CHECK(deepest == 0);
+    // The test would see it.
+    std::copy_n(env->state().prop_pos_of(0, 0), 3, env->state().prop_pos_of(0, 1));
+    CHECK(overlap(*model, *data, *env, 0) > 0.001);
+  }
+}
+
+TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall][oracle]") {
+  for (const std::string& id : test::recall_ids(Lengths::kShort)) {
+    EnvOptions options;
+    options.num_envs = 30;
+    options.threads = 2;
+    options.auto_reset = AutoReset::kOff;
+    const auto env = make_env(id, options);
+    env->reset();
+    for (int t = 0; t < env->info().horizon; ++t) test::step(*env, Policy::kOracle);
+    int moved = 0;
+    for (int i = 0; i < options.num_envs; ++i) {
+      for (int key = 0; key < count_of(*env); ++key) {
+        if (key == memory_int(*env, "target", i)) continue;
+        const Eigen::Vector3d away = test::object_pos(*env, key, i) - stored_pos(*env, key, i);
+        moved += away.norm() > 0.002 ? 1 : 0;
+      }
+    }
+    INFO(id);
+    CHECK(moved == 0);
+  }
+}
+
+TEST_CASE("Episodes differ in nothing else if only what is hidden differs", "[object_recall]") {
+  for (const std::string& id : test::recall_ids(Lengths::kShort)) {
+    EnvOptions options;
+    options.seed = 5;
+    const auto play = [&](double hidden) {
+      options.pins = {{make_task(id)->info().hidden_draw, {hidden}}};
+      auto env = make_env(id, options);
+      env->reset();
+      const int appearance = test::appearance_of(*env);
+      for (int t = 0; t < appearance + 5; ++t) test::step(*env, Policy::kZero);
+      return env;
+    };
+    const auto one = play(0);
+    const auto other = play(2);
+    INFO(id);
+    CHECK(memory_int(*one, "target") != memory_int(*other, "target"));
+    for (const char* column : {"qpos", "qvel", "prop_pos", "prop_quat", "prop_qvel", "prop_status",
+                               "prop_slow_steps", "positions"}) {
+      const ColumnView a = one->memory().find(column);
+      const ColumnView b = other->memory().find(column);
+      const std::size_t bytes = static_cast<std::size_t>(a.field->width) * size_of(a.field->dtype);
+      INFO(column);
+      CHECK(std::equal(a.row(0), a.row(0) + bytes, b.row(0)));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,277 @@
+#include "tasks/rotate/task.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string>
+
+#include "tasks/rotate/peg_angle.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using tasks::RotateMode;
+using test::make_env;
+using test::row;
+
+constexpr double kPi = std::numbers::pi;
+
+const std::vector<std::string> kIds = {"RotateLenientPos-VLA-v0", "RotateLenientPosNeg-VLA-v0",
+                                       "RotateStrictPos-VLA-v0", "RotateStrictPosNeg-VLA-v0"};
+
+TEST_CASE("Targets are half-precision numbers", "[rotate]") {
+  CHECK(tasks::round_to_half(0.1) == Approx(0.0999756).margin(1e-7));
+  CHECK(tasks::round_to_half(0.467699) == Approx(0.4677734).margin(1e-7));
+  CHECK(tasks::round_to_half(0.835398) == Approx(0.8354492).margin(1e-7));
+  CHECK(tasks::round_to_half(1.203097) == 1.203125);
+  CHECK(tasks::round_to_half(1.570795) == 1.5703125);
+  CHECK(tasks::round_to_half(-0.442699) == Approx(-0.4426270).margin(1e-7));
+}
+
+TEST_CASE("Targets and their degrees follow from the draw", "[rotate]") {
+  struct Row {
+    double u, pos;
+    const char* pos_degrees;
+    double pos_neg;
+    const char* pos_neg_degrees;
+  };
+  const Row table[] = {{0, 0.0999756, "6", -0.0999756, "-6"},
+                       {0.25, 0.4677734, "27", -0.2712402, "-16"},
+                       {0.5, 0.8354492, "48", -0.4426270, "-25"},
+                       {0.75, 1.203125, "69", 0.6142578, "35"},
+                       {0.999999, 1.5703125, "90", 0.78515625, "45"}};
+  const std::string text = "Rotate the peg by {angle_deg} degrees to match the target angle.";
+  for (const Row& row : table) {
+    const double pos = tasks::target_angle(RotateMode::kPosAngle, row.u);
+    const double both = tasks::target_angle(RotateMode::kPosNegAngle, row.u);
+    CHECK(pos == Approx(row.pos).margin(1e-7));
+    CHECK(both == Approx(row.pos_neg).margin(1e-7));
+    CHECK(tasks::rotate_instruction(text, pos) == "Rotate the peg by " +
+                                                      std::string(row.pos_degrees) +
+                                                      " degrees to match the target angle.");
+    CHECK(tasks::rotate_instruction(text, both) == "Rotate the peg by " +
+                                                       std::string(row.pos_neg_degrees) +
+                                                       " degrees to match the target angle.");
+  }
+}
+
+TEST_CASE("Angles wrap to half-open turns", "[rotate]") {
+  CHECK(tasks::wrap_angle(kPi) == -kPi);
+  CHECK(tasks::wrap_angle(-kPi) == -kPi);
+  CHECK(tasks::wrap_angle(0.3) == Approx(0.3));
+  CHECK(tasks::wrap_angle(7) == Approx(7 - 2 * kPi));
+  CHECK(tasks::wrap_angle(-7) == Approx(2 * kPi - 7));
+
+  struct Row {
+    double initial, angle, target, relative, error;
+  };
+  const Row table[] = {{6.0, 0.2, 0.8, 0.483185, 0.316619}, {1.0, 0.5, 0.3, -0.5, 0.800049},
+                       {3.0, 3.3, -0.4, 0.3, -0.699902},    {0.1, 6.2, -0.3, -0.183185, -0.116864},
+                       {0, -2.5, 1.5, -2.5, -2.283185},     {0, 3.0, -0.4, 3.0, 2.883283}};
+  for (const Row& row : table) {
+    const tasks::PegTurn turn =
+        tasks::peg_turn(row.angle, row.initial, tasks::round_to_half(row.target));
+    INFO(row.initial << " " << row.angle);
+    CHECK(turn.relative == Approx(row.relative).margin(2e-6));
+    CHECK(turn.error == Approx(row.error).margin(2e-6));
+  }
+}
+
+TEST_CASE("The angle is that of the X-Y-Z decomposition", "[rotate]") {
+  using Eigen::AngleAxisd;
+  using Eigen::Quaterniond;
+  using Eigen::Vector3d;
+  const auto angle = [](const Quaterniond& q, double length = 1) {
+    const double quat[4] = {length * q.w(), length * q.x(), length * q.y(), length * q.z()};
+    return tasks::peg_angle(quat);
+  };
+  const Quaterniond yaw(AngleAxisd(0.7, Vector3d::UnitZ()));
+  CHECK(angle(yaw) == Approx(0.7));
+  CHECK(angle(yaw, 3) == Approx(0.7));  // of any length
+  CHECK(angle(AngleAxisd(0.3, Vector3d::UnitX()) * AngleAxisd(-0.2, Vector3d::UnitY()) * yaw) ==
+        Approx(0.7));
+  const auto rolled = [&](double degrees) {
+    return angle(yaw * AngleAxisd(degrees * kPi / 180, Vector3d::UnitX()));
+  };
+  CHECK(rolled(20) == Approx(0.6695).margin(5e-5));
+  CHECK(rolled(90) == Approx(0).margin(1e-9));
+  CHECK(rolled(180) == Approx(-0.7));
+}
+
+TEST_CASE("The lenient reward equals the worked examples", "[rotate]") {
+  const auto reward = [](double distance, double error, bool still) {
+    tasks::RotateRewardInputs in;
+    in.distance = distance;
+    in.error = error;
+    in.robot_static = still;
+    in.success = std::abs(error) < 0.1 && still;
+    return tasks::rotate_lenient_reward(in).reward;
+  };
+  CHECK(reward(0.30, 0.8, true) == Approx(0.223130).margin(1e-6));
+  CHECK(reward(0.05, 0.8, false) == Approx(5.296714).margin(1e-6));
+  CHECK(reward(0.05, 0.05, false) == Approx(19.694953).margin(1e-6));
+  CHECK(reward(0.30, 0.05, false) == Approx(5.223130).margin(1e-6));
+  CHECK(reward(0.05, 0.05, true) == 60);
+  CHECK(reward(0.30, -0.05, true) == 60);
+}
+
+TEST_CASE("The strict reward equals the worked examples", "[rotate]") {
+  const auto reward = [](double distance, double x, double y, double error, bool still) {
+    tasks::RotateRewardInputs in;
+    in.distance = distance;
+    in.error = error;
+    in.x_pos_error = x;
+    in.y_pos_error = y;
+    in.robot_static = still;
+    in.success = std::abs(error) < 0.1 && still && std::max(std::abs(x), std::abs(y)) < 0.05;
+    return tasks::rotate_strict_reward(in).reward;
+  };
+  CHECK(reward(0.30, 0, 0, 0.8, true) == Approx(0.203285).margin(1e-6));
+  CHECK(reward(0.03, 0.01, -0.02, 0.8, false) == Approx(25.463814).margin(1e-6));
+  CHECK(reward(0.03, 0.06, 0, 0.05, true) == Approx(9.161057).margin(1e-6));
+  CHECK(reward(0.03, 0.01, 0.01, 0.05, false) == Approx(53.262290).margin(1e-6));
+  CHECK(reward(0.2, 0.01, 0.01, 0.05, false) == Approx(0.274406).margin(1e-6));
+  CHECK(reward(0.2, 0.01, 0.01, 0.05, true) == 100);
+}
+
+TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
+  for (const std::string& id : kIds) {
+    EnvOptions options;
+    options.num_envs = 3000;
+    const auto env = make_env(id, options);
+    env->reset();
+    const bool both = id.find("PosNeg") != std::string::npos;
+    int positive = 0;
+    double least = 10;
+    double most = -10;
+    double most_yaw = 0;
+    for (int i = 0; i < options.num_envs; ++i) {
+      const double target = *row<double>(env->memory().find("target_angle"), i);
+      CHECK(*row<float>(env->output("task_cue"), i) == static_cast<float>(target));
+      CHECK(*row<float>(env->output("oracle_info"), i) == Approx(target).margin(1e-6));
+      positive += target > 0 ? 1 : 0;
+      if (both) {
+        CHECK((target > 0 ? target > 0.442 : target > -0.443));
+      }
+      least = std::min(least, target);
+      most = std::max(most, target);
+      most_yaw = std::max(most_yaw, *row<double>(env->memory().find("initial_yaw"), i));
+      const double* pos = env->state().prop_pos_of(i, 0);
+      CHECK(std::max(std::abs(pos[0]), std::abs(pos[1])) <= 0.1);
+      CHECK(pos[2] == 0.025);
+      CHECK(env->success()[static_cast<std::size_t>(i)] == 0);
+    }
+    INFO(id);
+    CHECK(most_yaw > 6.2);
+    CHECK(std::abs(least) < (both ? 0.443 : 0.102));
+    CHECK(most > (both ? 0.784 : 1.565));
+    if (both) CHECK(std::abs(positive - 1500) < 150);
+    if (!both) CHECK(positive == 3000);
+  }
+}
+
+TEST_CASE("Every environment is told its own angle", "[rotate]") {
+  EnvOptions options;
+  options.num_envs = 2;
+  const auto env = make_env("RotateStrictPosNeg-VLA-v0", options);
+  env->reset();
+  const std::vector<std::uint8_t> second = {0, 1};
+  const std::vector<Pin> pins = {{"target_angle", {-0.2712}}};
+  const std::string before = env->instruction(0);
+  env->reset({.mask = second, .seeds = {}, .pins = &pins});
+  CHECK(env->instruction(0) == before);
+  CHECK(env->instruction(1) ==
+        "Rotate the peg by -16 degrees to match the target angle while keeping the center of the "
+        "peg in place.");
+  CHECK(env->info().instruction.find("{angle_deg}") != std::string::npos);
+}
+
+// Puts the peg somewhere and lets one step pass without physics.
+bool succeeds(VectorEnv& env, double x, double y, double yaw, double joint_speed) {
+  const State& state = env.state();
+  double* pos = state.prop_pos_of(0, 0);
+  pos[0] = x;
+  pos[1] = y;
+  double* quat = state.prop_quat_of(0, 0);
+  quat[0] = std::cos(yaw / 2);
+  quat[3] = std::sin(yaw / 2);
+  state.qvel.row(0)[2] = joint_speed;
+  test::step(env, Policy::kZero);
+  return env.success()[0] != 0;
+}
+
+TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]") {
+  for (const bool strict : {false, true}) {
+    EnvOptions options;
+    options.substeps = 0;
+    options.pins = {
+        {"target_angle", {0.5}}, {"initial_yaw", {6.0}}, {"peg_x", {0.02}}, {"peg_y", {-0.03}}};
+    const auto env =
+        make_env(strict ? "RotateStrictPos-VLA-v0" : "RotateLenientPos-VLA-v0", options);
+    env->reset();
+    INFO("strict " << strict);
+    CHECK_FALSE(succeeds(*env, 0.02, -0.03, 6.0, 0));
+    CHECK(*row<float>(env->output("y_angle_error"), 0) == Approx(0.5));
+    CHECK(succeeds(*env, 0.02, -0.03, 6.5, 0));
+    CHECK(*row<float>(env->output("relative_angle"), 0) == Approx(0.5));
+    CHECK(succeeds(*env, 0.02, -0.03, 6.5 - 2 * kPi, 0.2));
+    CHECK_FALSE(succeeds(*env, 0.02, -0.03, 6.5, 0.201));
+    CHECK(succeeds(*env, 0.02, -0.03, 6.5 + 0.099, 0));
+    CHECK_FALSE(succeeds(*env, 0.02, -0.03, 6.5 + 0.1001, 0));
+    CHECK_FALSE(succeeds(*env, 0.02, -0.03, 6.5 - 0.1001, 0));
+    CHECK(succeeds(*env, 0.02 + 0.0499, -0.03 - 0.0499, 6.5, 0));  // a square, not a circle
+    CHECK(succeeds(*env, 0.02 + 0.0501, -0.03, 6.5, 0) == !strict);
+    CHECK(succeeds(*env, 0.02, -0.03 - 0.0501, 6.5, 0) == !strict);
+    if (strict) CHECK(*row<float>(env->output("y_pos_error"), 0) == Approx(-0.0501).margin(1e-6));
+    CHECK(env->terminated()[0] == 0);
+    CHECK(env->state_dim() == 33);
+    CHECK(env->observation()[25] == *row<float>(env->output("oracle_info"), 0));
+  }
+}
+
+TEST_CASE("A peg that lies still does not creep", "[rotate]") {
+  for (const bool sleep : {true, false}) {
+    EnvOptions options;
+    options.sleep = sleep;
+    const auto env = make_env("RotateStrictPos-VLA-v0", options);
+    env->reset();
+    const Eigen::Vector3d start = Eigen::Map<Eigen::Vector3d>(env->state().prop_pos_of(0, 0));
+    for (int i = 0; i < 80; ++i) test::step(*env, Policy::kZero);
+    const Eigen::Vector3d end = Eigen::Map<Eigen::Vector3d>(env->state().prop_pos_of(0, 0));
+    CHECK((end - start).head<2>().norm() < 1e-5);
+    CHECK(std::abs((end - start).z()) < 2e-4);
+    CHECK(std::abs(*row<float>(env->output("relative_angle"), 0)) < 1e-5F);
+  }
+}
+
+TEST_CASE("A grasped peg turns with the hand", "[rotate]") {
+  EnvOptions options;
+  options.pins = {{"target_angle", {1.5}},
+                  {"initial_yaw", {0}},
+                  {"peg_x", {0}},
+                  {"peg_y", {0}},
+                  {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}};
+  const auto env = make_env("RotateStrictPos-VLA-v0", options);
+  env->reset();
+  const State& state = env->state();
+  const auto hand_yaw = [&] { return static_cast<double>(env->proprio()[5]); };
+  int turned = 0;
+  double lag = 0;
+  double offset = 0;
+  for (int i = 0; i < 85; ++i) {
+    test::step(*env, Policy::kOracle);
+    if (!is_grasping(state, 0, 0)) continue;
+    const double between = hand_yaw() - tasks::peg_angle(state.prop_quat_of(0, 0));
+    if (++turned == 3) offset = between;
+    if (turned > 3) lag = std::max(lag, std::abs(tasks::wrap_angle(between - offset)));
+  }
+  CHECK(turned > 25);
+  CHECK(std::abs(*row<float>(env->output("y_angle_error"), 0)) < 0.1F);
+  CHECK(lag < 0.03);
+  CHECK(state.prop_pos_of(0, 0)[2] == Approx(0.025).margin(0.004));
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,181 @@
+// The shell games in motion: snapshots in the middle of a swap, robots in the way of mugs, mugs
+// that are pushed, picked up and put back.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "mjcf/mug.h"
+#include "tasks/parts/tool_servo.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using Eigen::Vector3d;
+using test::make_env;
+using test::row;
+
+Vector3d pos(const VectorEnv& env, int prop, int index = 0) {
+  return Eigen::Map<Vector3d>(env.state().prop_pos_of(index, prop));
+}
+Vector3d tcp(const VectorEnv& env) { return Eigen::Map<Vector3d>(env.state().tcp_pos.row(0)); }
+
+// One step of the tool towards a point.
+void move(VectorEnv& env, const Vector3d& goal, double gripper) {
+  std::vector<float> action(7);
+  tasks::servo_tool(env.state(), 0, goal, tasks::kToolDown, gripper, action.data());
+  env.step(action);
+}
+
+TEST_CASE("A snapshot of a shell game goes on bit for bit, in the middle of a swap too",
+          "[shell][snapshot]") {
+  for (const RegistryEntry& entry : registry()) {
+    if (entry.family.substr(0, 9) != "ShellGame") continue;
+    INFO(entry.id);
+    EnvOptions options;
+    options.num_envs = 2;
+    options.freeze_cue = false;
+    options.pins = {{"cue_steps", {static_cast<double>(entry.split == Split::kMedium ? 10 : 3)}}};
+    const auto env = make_env(entry.id, options);
+    env->reset();
+    // Down to where the mugs pass, so that contacts are saved as well.
+    const auto disturb = [](VectorEnv& batch) {
+      std::vector<float> actions(14);
+      for (int i = 0; i < 2; ++i) {
+        const Vector3d goal(-0.02, 0.1, 0.06);
+        tasks::servo_tool(batch.state(), i, goal, tasks::kToolDown, 0, actions.data() + 7 * i);
+      }
+      batch.step(actions);
+    };
+    const auto other = make_env(entry.id, options);
+    const auto twin = make_env(entry.id, options);
+    other->reset();
+    twin->reset();
+    for (int t = 0; t < 26; ++t) {
+      if (t % 3 == 0) {
+        const std::vector<std::byte> saved = env->save(1);
+        other->restore(0, saved);
+        twin->restore(1, saved);
+      }
+      // The original and two copies, in other slots and batches.
+      for (VectorEnv* batch : {env.get(), other.get(), twin.get()}) disturb(*batch);
+      REQUIRE(test::env_bytes(*other, 0) == test::env_bytes(*env, 1));
+      REQUIRE(test::env_bytes(*twin, 1) == test::env_bytes(*env, 1));
+    }
+  }
+}
+
+TEST_CASE("A shell game that is reset equals a fresh one", "[shell]") {
+  for (const RegistryEntry& entry : registry()) {
+    if (entry.family.substr(0, 9) != "ShellGame") continue;
+    INFO(entry.id);
+    EnvOptions options;
+    options.num_envs = 2;
+    const auto used = make_env(entry.id, options);
+    used->reset();
+    for (int i = 0; i < 50; ++i) test::step(*used, Policy::kOracle);
+    const std::vector<std::uint64_t> seeds = {70, 71};
+    used->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+    options.seed = 70;
+    const auto fresh = make_env(entry.id, options);
+    fresh->reset();
+    for (int i = 0; i < 12; ++i) {
+      REQUIRE(test::batch_bytes(*used) == test::batch_bytes(*fresh));
+      test::step(*used, Policy::kOracle);
+      test::step(*fresh, Policy::kOracle);
+    }
+  }
+}
+
+// The hand waits where mugs come by at up to four metres a second.
+TEST_CASE("Mugs that meet the robot nudge it and go on their way", "[shell]") {
+  for (const double height : {0.02, 0.06, 0.10}) {
+    EnvOptions options;
+    options.pins = {{"base", {0.0, 0.0}},
+                    {"cue_steps", {100}},
+                    {"shuffle_steps", {100}},
+                    {"num_swaps", {15}},
+                    {"cup_with_ball_number", {0}},
+                    {"swap_pairs", {1, 0, 2, 1, 1, 0, 0, 2, 1, 0, 2, 2, 1, 1, 0}}};
+    const auto env = make_env("ShellGameShuffleTouch-Long-VLA-v0", options);
+    const auto free = make_env("ShellGameShuffleTouch-Long-VLA-v0", options);
+    env->reset();
+    free->reset();
+    double fastest = 0;
+    double farthest = 0;
+    for (int t = 0; t < 260; ++t) {
+      const Vector3d spot(0.1, 0.1, height);
+      move(*env, spot, -0.6);
+      test::step(*free, Policy::kZero);
+      if (t < 60) continue;
+      const double* velocity = env->state().qvel.row(0);
+      for (int i = 0; i < kRobotJoints; ++i) fastest = std::max(fastest, std::abs(velocity[i]));
+      farthest = std::max(farthest, (tcp(*env) - spot).norm());
+      for (int mug = 0; mug < 3; ++mug) CHECK(pos(*env, mug) == pos(*free, mug));
+      CHECK(env->unstable()[0] == 0);
+    }
+    INFO("height " << height << ": TCP strays " << farthest << " m, joints reach " << fastest);
+    CHECK(farthest > 1e-4);  // they did meet
+    CHECK(farthest < 0.05);
+    CHECK(fastest < 2);
+  }
+}
+
+TEST_CASE("Mugs that are put back cannot be carried away", "[shell]") {
+  EnvOptions options;
+  options.pins = {{"base", {0.0, 0.0}}, {"cue_steps", {1}}};
+  options.freeze_cue = false;
+  const auto env = make_env("ShellGameColorLampTouch-VLA-v0", options);
+  env->reset();
+  double slowest = 1;
+  for (int t = 1; t < 30; ++t) {
+    const double before = tcp(*env).x();
+    move(*env, t < 16 ? Vector3d(-0.15, 0, 0.06) : Vector3d(0.15, 0, 0.06), -0.6);
+    if (t > 18) slowest = std::min(slowest, tcp(*env).x() - before);
+    CHECK((pos(*env, 1) - Vector3d(0, 0, mjcf::kMugRestingHeight)).norm() < 1e-12);
+    CHECK(env->unstable()[0] == 0);
+  }
+  CHECK(tcp(*env).x() > 0);  // through the mug, which gives way and comes back
+  CHECK(slowest < 0.03);
+}
+
+TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]") {
+  for (const char* id : {"ShellGamePush-VLA-v0", "ShellGamePick-VLA-v0"}) {
+    EnvOptions options;
+    options.num_envs = 20;
+    options.terminate_on_success = false;
+    options.auto_reset = AutoReset::kOff;
+    const auto env = make_env(id, options);
+    env->reset();
+    int lifted = 0;
+    int pushed = 0;
+    for (int t = 1; t <= 30; ++t) {
+      test::step(*env, Policy::kOracle);
+      for (int i = 0; i < options.num_envs; ++i) {
+        if (t < *row<std::int32_t>(env->memory().find("cue_steps"), i)) continue;
+        for (int mug = 0; mug < 3; ++mug) {
+          CHECK(pos(*env, mug, i).z() > mjcf::kMugRestingHeight - 0.003);
+          CHECK(pos(*env, mug, i).z() < 0.2);
+        }
+      }
+    }
+    for (int i = 0; i < options.num_envs; ++i) {
+      const int cup = *row<std::int32_t>(env->memory().find("cup_with_ball_number"), i);
+      const double* base = row<double>(env->memory().find("base"), i);
+      lifted += pos(*env, cup, i).z() > mjcf::kMugRestingHeight + 0.012 ? 1 : 0;
+      pushed += pos(*env, cup, i).x() > base[0] + 0.03 ? 1 : 0;
+      if (std::string_view(id) != "ShellGamePick-VLA-v0") continue;
+      // Reward, observation and a real grasp agree (README.md).
+      if (*row<std::uint8_t>(env->output("is_grasped"), i) == 0) continue;
+      const Vector3d handle = pos(*env, cup, i) + Vector3d(-0.045, 0.043, 0);
+      CHECK((handle - Eigen::Map<Vector3d>(env->state().tcp_pos.row(i))).norm() < 0.04);
+    }
+    INFO(id);
+    CHECK((std::string_view(id) == "ShellGamePick-VLA-v0" ? lifted : pushed) >= 18);
+  }
+}
+
+}  // namespace
+}  // namespace engram

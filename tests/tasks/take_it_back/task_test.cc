@@ -1,0 +1,208 @@
+#include "tasks/take_it_back/task.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "protocol/batch/make.h"
+#include "tests/differing_pixels.h"
+#include "tests/env_helpers.h"
+
+namespace {
+
+using namespace engram;
+using test::differing_pixels;
+using test::make_env;
+using test::row;
+
+constexpr const char* kId = "TakeItBack-VLA-v0";
+constexpr int kCube = 0;
+constexpr int kInitialRegion = 1;
+constexpr int kGoalRegion = 2;
+constexpr int kChangedRegion = 3;
+
+std::vector<Pin> pins(double slot = 0, double x = 0) {
+  return {{"slot", {slot}},
+          {"initial_x", {x}},
+          {"initial_shift", {0.02}},
+          {"goal_x", {0.22}},
+          {"goal_y", {0}}};
+}
+
+void put_cube(const VectorEnv& env, double x, double y) {
+  double* pos = env.state().prop_pos_of(0, kCube);
+  pos[0] = x;
+  pos[1] = y;
+}
+
+bool visible(const VectorEnv& env, int prop) {
+  return env.state().status_of(0, prop) != PropStatus::kHidden;
+}
+
+TEST_CASE("The reward of TakeItBack equals the worked examples", "[take_it_back]") {
+  const auto reward = [](Eigen::Vector3d cube, Eigen::Vector3d tcp, bool reached, bool success) {
+    tasks::TakeItBackRewardInputs in;
+    in.cube = cube;
+    in.tcp = tcp;
+    in.goal = {0.22, 0};
+    in.initial = {0, 0.1};
+    in.reached = reached;
+    in.success = success;
+    return tasks::take_it_back_reward(in).reward;
+  };
+  const auto near = [](double value) { return Approx(value).margin(1e-6); };
+  CHECK(reward({0, 0.1, 0.02}, {-0.0707, 0, 0.318}, false, false) == near(0.406005));
+  CHECK(reward({0.1, 0.05, 0.02}, {0.07, 0.05, 0.02}, false, false) == near(4.734156));
+  CHECK(reward({0.16, 0.02, 0.02}, {0.155, 0.02, 0.02}, true, false) == near(12.147684));
+  CHECK(reward({0.12, 0.04, 0.02}, {0.15, 0.04, 0.02}, true, false) == near(19.504887));
+  CHECK(reward({0.05, 0.08, 0.02}, {0.08, 0.08, 0.02}, false, false) == near(1.861028));
+  CHECK(reward({0.05, 0.08, 0.02}, {0.08, 0.08, 0.02}, true, true) == 30);
+}
+
+TEST_CASE("The target changes colour one step after the cube was there, for good",
+          "[take_it_back]") {
+  EnvOptions options;
+  options.substeps = 0;
+  options.pins = pins();
+  const auto env = make_env(kId, options);
+  env->reset();
+  const auto check = [&](bool achieved, bool reached, bool changed, bool success) {
+    CHECK(*row<std::uint8_t>(env->output("goal_achieved"), 0) == (achieved ? 1 : 0));
+    CHECK(*row<std::uint8_t>(env->output("goal_reached_status"), 0) == (reached ? 1 : 0));
+    CHECK(visible(*env, kGoalRegion) == !changed);
+    CHECK(visible(*env, kChangedRegion) == changed);
+    CHECK(env->state().prop_pos_of(0, kGoalRegion)[2] == (changed ? 1000 : 0.001));
+    CHECK(env->state().prop_pos_of(0, kChangedRegion)[2] == (changed ? 0.001 : 1000));
+    CHECK(env->success()[0] == (success ? 1 : 0));
+    const auto observation = env->observation();
+    CHECK(observation[25] == 0.22F);  // the target's place, whichever disc shows it
+    CHECK(observation[27] == 0.001F);
+    CHECK(observation[38] == (reached ? 1.0F : 0.0F));
+    CHECK(env->terminated()[0] == 0);
+  };
+  const auto step = [&](double x, double y) {
+    put_cube(*env, x, y);
+    test::step(*env, Policy::kZero);
+  };
+  check(false, false, false, false);
+  step(0.1, 0.0);
+  check(false, false, false, false);
+  step(0, 0.02);  // where it began, but it has not been there yet
+  check(false, false, false, false);
+  step(0.22 - 0.0801, 0);
+  check(false, false, false, false);
+  step(0.22 - 0.0799, 0);
+  check(true, true, false, false);
+  step(0.22, 0);
+  check(true, true, true, false);
+  step(0.1, 0);  // away again: the stage stays
+  check(false, true, true, false);
+  step(0, 0.02 + 0.0801);
+  check(false, true, true, false);
+  step(0, 0.02 + 0.0799);
+  check(false, true, true, true);
+  step(0.1, 0.05);
+  check(false, true, true, false);
+  CHECK(*row<std::uint8_t>(env->output("success_once"), 0) == 1);
+  env->reset();
+  check(false, false, false, false);
+  CHECK(env->state_dim() == 39);
+}
+
+TEST_CASE("A cube that passes the target in one step changes it in the next", "[take_it_back]") {
+  EnvOptions options;
+  options.substeps = 0;
+  options.pins = pins();
+  const auto env = make_env(kId, options);
+  env->reset();
+  put_cube(*env, 0.2, 0);
+  test::step(*env, Policy::kZero);
+  CHECK(visible(*env, kGoalRegion));
+  put_cube(*env, 0, 0.02);
+  test::step(*env, Policy::kZero);
+  CHECK(visible(*env, kChangedRegion));
+  CHECK(env->success()[0] == 1);
+}
+
+TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_back]") {
+  EnvOptions options;
+  options.num_envs = 6000;
+  const auto env = make_env(kId, options);
+  env->reset();
+  double nearest = 1;
+  std::vector<int> slots(3);
+  for (int i = 0; i < options.num_envs; ++i) {
+    const double* start = env->state().prop_pos_of(i, kInitialRegion);
+    const double* goal = env->state().prop_pos_of(i, kGoalRegion);
+    nearest = std::min(nearest, std::hypot(start[0] - goal[0], start[1] - goal[1]));
+    const int slot = static_cast<int>(std::floor((start[1] + 0.1) / 0.1));
+    REQUIRE(slot >= 0);
+    REQUIRE(slot <= 2);
+    ++slots[static_cast<std::size_t>(slot)];
+    REQUIRE(start[1] + 0.1 - 0.1 * slot < 0.05);
+    REQUIRE(std::abs(start[0]) <= 0.05);
+    REQUIRE(std::abs(goal[0] - 0.225) <= 0.025);
+    REQUIRE(std::abs(goal[1]) <= 0.025);
+    const double* cube = env->state().prop_pos_of(i, kCube);
+    REQUIRE(std::equal(cube, cube + 2, start));
+    REQUIRE(row<float>(env->output("oracle_info"), i)[1] == static_cast<float>(start[1]));
+  }
+  CHECK(nearest >= 0.16);
+  CHECK(nearest < 0.165);
+  for (const int count : slots) CHECK(std::abs(count - 2000) < 200);
+
+  // Pins that leave no choice are obeyed.
+  options.num_envs = 1;
+  options.pins = {{"slot", {0}},
+                  {"initial_x", {0.05}},
+                  {"initial_shift", {0}},
+                  {"goal_x", {0.2}},
+                  {"goal_y", {0}}};
+  const auto pinned = make_env(kId, options);
+  pinned->reset();
+  CHECK(pinned->state().prop_pos_of(0, kGoalRegion)[0] == 0.2);
+}
+
+TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
+  const auto start_at = [](double slot, double x) {
+    EnvOptions options;
+    options.substeps = 0;
+    auto env = make(kId, options);
+    const std::vector<Pin> where = pins(slot, x);
+    env->reset({.mask = {}, .seeds = {}, .pins = &where});
+    return env;
+  };
+  const auto one = start_at(-1, -0.05);
+  const auto other = start_at(1, 0.03);
+  CHECK(differing_pixels(*one, *other, "base_camera") > 10);  // the cube itself
+  for (const auto* env : {&one, &other}) put_cube(**env, 0.12, 0.01);
+  CHECK(differing_pixels(*one, *other, "base_camera") == 0);
+  CHECK(differing_pixels(*one, *other, "hand_camera") == 0);
+  CHECK(differing_pixels(*one, *other, "render_camera") > 100);  // people see the blue disc
+
+  EnvOptions options;
+  options.obs_mode = ObsMode::kRgb;
+  options.substeps = 0;
+  const auto rgb = [&](double slot) {
+    auto env = make(kId, options);
+    const std::vector<Pin> where = pins(slot);
+    env->reset({.mask = {}, .seeds = {}, .pins = &where});
+    put_cube(*env, 0.12, 0.01);
+    test::step(*env, Policy::kZero);
+    return std::vector<std::uint8_t>(env->rgb().begin(), env->rgb().end());
+  };
+  CHECK((rgb(-1) == rgb(1)));
+}
+
+TEST_CASE("Regions cost nothing in physics and are in nobody's way", "[take_it_back]") {
+  const auto env = make_env(kId);
+  const mjModel& whole = env->physics_model().full();
+  CHECK(mj_name2id(&whole, mjOBJ_BODY, "cube") > 0);
+  for (const char* name : {"initial_region", "goal_region", "changed_goal_region"}) {
+    CHECK(mj_name2id(&whole, mjOBJ_BODY, name) < 0);
+  }
+  CHECK(whole.nmocap == 0);
+}
+
+}  // namespace

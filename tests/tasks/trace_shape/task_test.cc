@@ -1,0 +1,236 @@
+// TraceShape and TraceShapeSeq as their users see them.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tasks/parts/tool_servo.h"
+#include "tasks/trace_shape/demo.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using tasks::Contour;
+using tasks::Vec2;
+using test::make_env;
+using test::row;
+
+constexpr int kRed = 0;
+constexpr int kGreen = 1;
+constexpr int kBulb = 3;
+
+template <class T>
+T info(const VectorEnv& env, const char* name, int index = 0) {
+  return *row<T>(env.output(name), index);
+}
+
+Vec2 place(const VectorEnv& env, int prop, int index = 0) {
+  const double* pos = env.state().prop_pos_of(index, prop);
+  return {pos[0], pos[1]};
+}
+
+std::string lamp(const VectorEnv& env, int index = 0) {
+  const float* rgba = env.state().prop_rgba.row(index) + 4 * kBulb;
+  const float glow = env.state().prop_emission.row(index)[kBulb];
+  if (glow == 0) return rgba[0] == rgba[1] ? "white" : "?";
+  return rgba[0] == 1 && rgba[1] == 0 ? "red" : rgba[1] == 1 && rgba[0] == 0 ? "green" : "?";
+}
+
+EnvOptions pinned(std::vector<Pin> pins) {
+  EnvOptions options;
+  options.pins = std::move(pins);
+  options.auto_reset = AutoReset::kOff;
+  options.threads = 1;
+  return options;
+}
+
+// Steps without action to that step count.
+void wait_until(VectorEnv& env, int elapsed) {
+  const std::vector<float> rest = test::zeros(env);
+  while (env.state().elapsed[0] < elapsed) env.step(rest);
+}
+
+TEST_CASE("TraceShape keeps to the timeline of the example: P = 5, C = 69", "[trace]") {
+  const auto env = make_env("TraceShapeHard-VLA-v0", pinned({{"shape", {2}},
+                                                             {"radius", {0.1}},
+                                                             {"rotation", {0.3}},
+                                                             {"center_x", {-0.10}},
+                                                             {"center_y", {0.05}},
+                                                             {"pre_demo_steps", {5}}}));
+  env->reset();
+  const Contour contour(2, 0.1, 0.3, {-0.10, 0.05});
+  CHECK(env->cue_end(0) == 69);
+  CHECK((place(*env, kGreen) - Vec2(-0.26, 0.05)).norm() < 1e-12);
+  for (int elapsed = 0; elapsed < 75; ++elapsed) {
+    wait_until(*env, elapsed);
+    INFO(elapsed);
+    CHECK(lamp(*env) == (elapsed < 5 ? "white" : elapsed < 69 ? "red" : "green"));
+    CHECK(info<std::uint8_t>(*env, "pre_demo_mask") == (elapsed < 5 ? 1 : 0));
+    CHECK(info<std::uint8_t>(*env, "demo_mask") == (elapsed >= 5 && elapsed < 69 ? 1 : 0));
+    CHECK(info<std::uint8_t>(*env, "action_mask") == (elapsed >= 69 ? 1 : 0));
+    const int waypoint = std::clamp(elapsed - 5, 0, 63);
+    CHECK((place(*env, kRed) - contour.waypoint(waypoint)).norm() < 1e-12);
+    const double height = env->state().prop_pos_of(0, kRed)[2];
+    CHECK(height == Approx(elapsed < 69 ? 0.02 : 1000.02));
+    CHECK((env->state().status_of(0, kRed) == PropStatus::kHidden) == (elapsed >= 69));
+    CHECK(info<std::int32_t>(*env, "oracle_info") == 2);
+    CHECK(info<std::uint8_t>(*env, "success") == 0);
+  }
+  CHECK(env->state_dim() == 42);
+}
+
+TEST_CASE("The demonstration pushes the green cube gently out of its way", "[trace]") {
+  // A circle that passes through the green cube's place.
+  const bool sleep = GENERATE(true, false);
+  EnvOptions options = pinned({{"shape", {0}}, {"radius", {0.13}}, {"rotation", {0}}});
+  options.sleep = sleep;
+  const auto env = make_env("TraceShapeHard-VLA-v0", options);
+  env->reset();
+  const Vec2 before = place(*env, kGreen);
+  double fastest = 0;
+  const std::vector<float> rest = test::zeros(*env);
+  while (env->state().elapsed[0] < 90) {
+    env->step(rest);
+    const Eigen::Map<const Eigen::Vector3d> velocity(env->state().prop_qvel_of(0, kGreen));
+    fastest = std::max(fastest, velocity.norm());
+    REQUIRE(std::abs(env->state().prop_pos_of(0, kGreen)[2] - 0.02) < 0.006);
+  }
+  const double pushed = (place(*env, kGreen) - before).norm();
+  CHECK(pushed > 0.005);
+  CHECK(pushed < 0.10);
+  CHECK(fastest < 0.6);
+}
+
+TEST_CASE("Cubes never overlap at reset", "[trace]") {
+  using tasks::clear_of_red;
+  CHECK(clear_of_red({0, 0}, {0.041, 0}) == Vec2(0, 0));
+  CHECK(clear_of_red({0, 0}, {0.039, 0.041}) == Vec2(0, 0));
+  CHECK((clear_of_red({0, 0}, {0.039, 0.01}) - Vec2(0, 0.01 - 0.0405)).norm() < 1e-15);
+  CHECK((clear_of_red({0, 0}, {-0.01, -0.03}) - Vec2(0, -0.03 + 0.0405)).norm() < 1e-15);
+  CHECK(clear_of_red({0, 0}, {0.02, 0}) == Vec2(0, 0.0405));  // level: towards +y
+
+  EnvOptions options;
+  options.num_envs = 2000;
+  const auto env = make_env("TraceShapeHard-VLA-v0", options);
+  env->reset();
+  int shifted = 0;
+  for (int i = 0; i < options.num_envs; ++i) {
+    const Vec2 offset = place(*env, kGreen, i) - place(*env, kRed, i);
+    REQUIRE((std::abs(offset.x()) >= 0.04 || std::abs(offset.y()) >= 0.04));
+    const double* center = row<double>(env->memory().find("center"), i);
+    shifted += place(*env, kGreen, i) == Vec2(center[0] - 0.16, center[1]) ? 0 : 1;
+  }
+  CHECK(shifted > 0.015 * options.num_envs);
+  CHECK(shifted < 0.055 * options.num_envs);
+}
+
+TEST_CASE("TraceShape ends with the contour closed", "[trace]") {
+  EnvOptions options;
+  options.num_envs = 4;
+  options.auto_reset = AutoReset::kOff;
+  const auto env = make_env("TraceShapeHard-VLA-v0", options);
+  env->reset();
+  for (int i = 0; i < 200; ++i) test::step(*env, Policy::kOracle);
+  for (int i = 0; i < options.num_envs; ++i) {
+    CHECK(env->terminated()[static_cast<std::size_t>(i)] == 1);
+    CHECK(info<std::uint8_t>(*env, "success", i) == 1);
+    CHECK(info<std::uint8_t>(*env, "all_visited", i) == 1);
+    CHECK(info<float>(*env, "visit_fraction", i) == 1);
+    CHECK(info<float>(*env, "start_checkpoint_dist", i) < 0.035F);
+    for (int k = 0; k < 12; ++k) CHECK(row<std::uint8_t>(env->output("checkpoint_visited"), i)[k]);
+  }
+}
+
+TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C = 132", "[trace]") {
+  const auto env = make_env(
+      "TraceShapeSeqHard-VLA-v0",
+      pinned({{"sequence_length", {2}}, {"shapes", {1, 2, 0, 0, 0}}, {"pre_demo_steps", {4}}}));
+  env->reset();
+  const double* radii = row<double>(env->memory().find("radii"), 0);
+  const double* turns = row<double>(env->memory().find("rotations"), 0);
+  const double* center = row<double>(env->memory().find("center"), 0);
+  const auto contour = [&](int element) {
+    return Contour(element == 0 ? 1 : 2, radii[element], turns[element], {center[0], center[1]});
+  };
+  CHECK(env->cue_end(0) == 132);
+  CHECK(env->state_dim() == 52);
+  const std::int32_t expected[] = {1, 2, -1, -1, -1};
+  CHECK(std::equal(expected, expected + 5, row<std::int32_t>(env->output("oracle_info"), 0)));
+  CHECK(std::equal(expected, expected + 5, row<std::int32_t>(env->output("task_cue"), 0)));
+  const auto red_is_at = [&](int elapsed, int element, int waypoint) {
+    wait_until(*env, elapsed);
+    INFO(elapsed);
+    CHECK((place(*env, kRed) - contour(element).waypoint(waypoint)).norm() < 1e-12);
+  };
+  red_is_at(4, 0, 0);
+  red_is_at(5, 0, 1);
+  red_is_at(67, 0, 63);
+  red_is_at(68, 1, 0);
+  red_is_at(131, 1, 63);
+  CHECK(lamp(*env) == "red");
+  wait_until(*env, 132);
+  CHECK(lamp(*env) == "green");
+  CHECK(env->state().status_of(0, kRed) == PropStatus::kHidden);
+}
+
+// The button's centre and the press height of the example in 0.9.
+void press_button(VectorEnv& env, double height) {
+  const double* center = row<double>(env.memory().find("trace_shape_seq_button_xy"), 0);
+  const Vec2 base(tasks::kRobotBaseX, 0);
+  const Vec2 outward = Vec2(center[0], center[1]) - base;
+  const Vec2 at = base + outward * (1 - 0.05 / outward.norm());
+  std::vector<float> action = test::zeros(env);
+  const Eigen::Vector3d goal(at.x(), at.y(), height);
+  tasks::servo_tool(env.state(), 0, goal, tasks::lean_outwards(tasks::kToolDown, goal), 1,
+                    action.data());
+  env.step(action);
+}
+
+TEST_CASE("A press before all contours are closed ends TraceShapeSeq in failure", "[trace]") {
+  EnvOptions options = pinned({{"sequence_length", {2}}, {"center_x", {-0.15}}});
+  options.reward_mode = RewardMode::kDense;
+  const auto env = make_env("TraceShapeSeqEasy-VLA-v0", options);
+  env->reset();
+  // During the demonstration the button does not react.
+  while (env->state().elapsed[0] < 60) press_button(*env, 0.07);
+  CHECK(env->state().tcp_pos.row(0)[2] < 0.08);
+  CHECK(info<float>(*env, "button_press_depth") == 0);
+  CHECK(env->terminated()[0] == 0);
+  while (env->state().elapsed[0] < env->cue_end(0)) press_button(*env, 0.20);
+  for (int i = 0; i < 40 && env->terminated()[0] == 0; ++i) press_button(*env, 0.07);
+  CHECK(env->terminated()[0] == 1);
+  CHECK(info<std::uint8_t>(*env, "submitted") == 1);
+  CHECK(info<std::uint8_t>(*env, "failed_submit") == 1);
+  CHECK(info<std::uint8_t>(*env, "success") == 0);
+  CHECK(info<std::uint8_t>(*env, "button_pressed") == 1);
+  CHECK(env->reward()[0] == -2);
+}
+
+TEST_CASE("Contours count one after the other, and the submission ends the episode", "[trace]") {
+  EnvOptions options = pinned({{"sequence_length", {3}}});
+  options.reward_mode = RewardMode::kDense;
+  const auto env = make_env("TraceShapeSeqHard-VLA-v0", options);
+  env->reset();
+  int active = 0;
+  float progress = 0;
+  while (env->state().finished[0] == 0) {
+    test::step(*env, Policy::kOracle);
+    const std::int32_t now = info<std::int32_t>(*env, "active_shape_idx");
+    REQUIRE((now == active || now == active + 1));
+    if (now == active + 1) CHECK(info<float>(*env, "active_visit_fraction") == 0);
+    active = now;
+    REQUIRE(info<float>(*env, "sequence_progress") >= progress);
+    progress = info<float>(*env, "sequence_progress");
+    CHECK(info<std::uint8_t>(*env, "button_pressable") == (progress == 1 ? 1 : 0));
+  }
+  CHECK(active == 2);
+  CHECK(env->terminated()[0] == 1);
+  CHECK(info<std::uint8_t>(*env, "successful_submit_event") == 1);
+  CHECK(info<std::uint8_t>(*env, "success") == 1);
+  CHECK(env->reward()[0] == 40);
+}
+
+}  // namespace
+}  // namespace engram
