@@ -12,7 +12,7 @@
 #include "tasks/batteries_checker/rules.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/row_writer.h"
+#include "tasks/parts/state_row.h"
 #include "tasks/parts/task_info.h"
 
 namespace engram::tasks {

@@ -13,7 +13,7 @@
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/press_button.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/row_writer.h"
+#include "tasks/parts/state_row.h"
 #include "tasks/parts/task_info.h"
 
 namespace engram::tasks {

@@ -7,7 +7,7 @@
 
 #include "core/task.h"
 #include "mjcf/prop.h"
-#include "tasks/parts/row_writer.h"
+#include "tasks/parts/state_row.h"
 
 namespace engram::tasks {
 

@@ -1,4 +1,4 @@
-// The nine colours that families share (remember 3.1, colors 1.1).
+// The nine colours that families share.
 #pragma once
 
 #include <array>

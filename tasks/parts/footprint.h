@@ -1,4 +1,4 @@
-// What objects cover of the table, and how far apart two of them stand (remember 6.8).
+// What objects cover of the table, and how far apart two of them stand.
 #pragma once
 
 #include <vector>

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 constexpr double kFirmForce = 5.0;       // N on each finger
 constexpr double kFingerRest = 0.01;     // m/s: fingers this slow have closed
-constexpr double kFingerTarget = 0.015;  // m per finger at command 0 (common 2.4)
+constexpr double kFingerTarget = 0.015;  // m per finger at command 0
 constexpr double kFingerScale = 0.025;   // m per unit of command
 constexpr double kOpenEnough = 0.004;    // m: what a finger may lack of its opening
 constexpr double kEmpty = 0.002;         // m: fingers this close have nothing in between

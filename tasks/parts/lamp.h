@@ -16,7 +16,7 @@ struct LampLight {
   double emission = 0;
 };
 
-// Adds the lamp's measures, as class constants (procedural 0.8).
+// Adds the lamp's measures, as class constants.
 void add_lamp_constants(ConstantTable& table);
 
 class Lamp {

@@ -1,4 +1,4 @@
-// Where objects stand on the table: nominal slots and jitter (remember 6). Episodes are drawn
+// Where objects stand on the table: nominal slots and jitter. Episodes are drawn
 // inside steps, so nothing here allocates.
 #pragma once
 
@@ -37,15 +37,15 @@ struct ArcParams {
   double compression = 0.025;  // m in y per slot from the middle
 };
 
-// Slots of three objects in a row, of more on an arc (remember 6.2).
+// Slots of three objects in a row, of more on an arc.
 Layout nominal_slots(int count, const ArcParams& arc = {});
 
 // Moves every slot by N(0, 0.01^2) in x and y, up to 50 times each until it keeps 0.06 m from the
-// slots before it; the nominal slot stays if all fail (remember 6.3).
+// slots before it; the nominal slot stays if all fail.
 Layout jitter_slots(const Layout& nominal, RandomStream& random);
 
 // Moves all slots by N(0, 0.01^2) in x and y, up to 20 times until all pairs keep 0.06 m; the most
-// spacious attempt stays if none does (remember 6.4).
+// spacious attempt stays if none does.
 Layout jitter_layout(const Layout& nominal, RandomStream& random);
 
 // Gives key k the slot permutation[k], the permutation drawn uniformly.
@@ -60,7 +60,7 @@ struct SpreadParams {
 };
 
 // Pushes keys apart at random until they keep the minimum distance, then widens the row about its
-// mean (remember 6.5; three objects only).
+// mean (three objects only).
 void spread_and_stretch(Layout& layout, const SpreadParams& params, RandomStream& random);
 
 }  // namespace engram::tasks

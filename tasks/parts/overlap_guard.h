@@ -1,4 +1,4 @@
-// The guard against objects that would appear inside one another (remember 6.8).
+// The guard against objects that would appear inside one another.
 //
 // `clearance(first, second, offset)` is the smallest horizontal gap between two objects, m, given
 // the vector from the first to the second; negative where they overlap.

@@ -16,7 +16,7 @@ struct StepRange {
 
 enum class Phase { kCue, kEmpty, kManipulation };
 
-// Cue while elapsed < C, empty while elapsed < C + E, then manipulation (remember 8).
+// Cue while elapsed < C, empty while elapsed < C + E, then manipulation.
 class PhaseClock {
  public:
   void bind(ColumnStore& memory) {

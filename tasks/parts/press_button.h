@@ -1,4 +1,4 @@
-// The press button of several families (buttons 3). A press is a matter of where the TCP is, never
+// The press button of several families. A press is a matter of where the TCP is, never
 // of contact: the cap sinks ahead of the finger.
 #pragma once
 

@@ -1,23 +1,65 @@
-// Info "reward_dict": what the dense reward is made of. Upstream computes the reward after it
+// Info "reward_dict": what the dense reward is made of. The original computes the reward after it
 // exports the info, so the values are those of the step before; NaN where there are none.
+//
+// A family lists its terms once, name beside value:
+//   template <class Row>
+//   void list_terms(Row& row, const Inputs& in, const Terms& terms) {
+//     row.term("tcp_to_obj_dist", "m", in.distance);
+//   }
+// reward_terms_of() reads the names, RewardDict::note() the values.
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/task.h"
 
 namespace engram::tasks {
 
+// Reads the names of terms; values do not count.
+class TermLister {
+ public:
+  void term(const char* name, const char* /*unit*/, double /*value*/) { names_.emplace_back(name); }
+  std::vector<std::string> take() { return std::move(names_); }
+
+ private:
+  std::vector<std::string> names_;
+};
+
+// Writes the values of terms, one behind the other.
+class TermWriter {
+ public:
+  explicit TermWriter(float* out) : out_(out) {}
+  void term(const char* /*name*/, const char* /*unit*/, double value) {
+    *out_++ = static_cast<float>(value);
+  }
+
+ private:
+  float* out_;
+};
+
+// The terms that `list`, a callable with a row, names.
+template <class List>
+std::vector<std::string> reward_terms_of(const List& list) {
+  TermLister lister;
+  list(lister);
+  return lister.take();
+}
+
 class RewardDict {
  public:
-  void bind(const Bindings& bindings, int terms) {
+  void bind(const Bindings& bindings, std::size_t terms) {
+    const int width = static_cast<int>(terms);
     elapsed_ = bindings.state->elapsed;
-    shown_ = bindings.outputs->add<float>("reward_dict", terms, "",
+    shown_ = bindings.outputs->add<float>("reward_dict", width, "",
                                           "reward terms of the step before; NaN where there are "
                                           "none");
-    next_ = bindings.memory->add<float>("reward_dict", terms);
+    next_ = bindings.memory->add<float>("reward_dict", width);
   }
 
   // Shows the terms of the step before; once per evaluation.
@@ -36,6 +78,14 @@ class RewardDict {
   void note(int env, const std::array<double, Terms>& terms) const {
     std::transform(terms.begin(), terms.end(), next_.row(env),
                    [](double value) { return static_cast<float>(value); });
+  }
+
+  // Notes the terms of this step; `list` is the one that TaskInfo::reward_terms came from.
+  template <class List>
+  requires std::invocable<const List&, TermWriter&>
+  void note(int env, const List& list) const {
+    TermWriter writer(next_.row(env));
+    list(writer);
   }
 
  private:

@@ -1,4 +1,4 @@
-// The penalty on hasty actions that dense rewards subtract (remember 10, rotate 3.7, take 5.6).
+// The penalty on hasty actions that dense rewards subtract.
 #pragma once
 
 #include "core/task.h"

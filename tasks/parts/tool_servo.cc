@@ -8,7 +8,7 @@
 namespace engram::tasks {
 namespace {
 
-constexpr double kRotationScale = 0.1;  // rad, full scale of the action (common 2.3)
+constexpr double kRotationScale = 0.1;  // rad, full scale of the action
 // Commands beyond the remaining way, since one step covers only part of a command. Below
 // 1 / kStepResponse, so that the tool does not overshoot.
 constexpr double kGain = 1.6;
@@ -26,7 +26,7 @@ void turn_tool(const State& state, int env, const Eigen::Quaterniond& orientatio
                float* action) {
   const double* quat = state.tcp_quat.row(env);
   const Eigen::Quaterniond measured(quat[0], quat[1], quat[2], quat[3]);
-  // Upstream negates rotation actions (common 2.3).
+  // Upstream negates rotation actions.
   const Vector3d rotation =
       -kGain / kRotationScale * rotation_vector(orientation * measured.conjugate());
   for (int i = 0; i < 3; ++i) {

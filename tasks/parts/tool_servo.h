@@ -7,7 +7,7 @@
 
 namespace engram::tasks {
 
-// TCP orientation of the start pose: pointing straight down, fingers open along y (common 1.5).
+// TCP orientation of the start pose: pointing straight down, fingers open along y.
 inline const Eigen::Quaterniond kToolDown(0, 1, 0, 0);
 
 inline constexpr double kRobotBaseX = -0.615;  // m: of the robot's base axis; its y is 0
@@ -17,10 +17,10 @@ inline constexpr double kGripperClosed = -0.6;  // exactly closed, no squeeze
 
 inline constexpr double kGripperSqueezing = -1.0;  // closed, and pressing on what is in between
 
-// Fraction of a commanded change that the drives cover in one control step (common 2.1).
+// Fraction of a commanded change that the drives cover in one control step.
 inline constexpr double kStepResponse = 0.38;
 
-// Full scale of the action's translation, m (common 2.3).
+// Full scale of the action's translation, m.
 inline constexpr double kTranslationScale = 0.1;
 
 // Writes an action that brings the TCP towards a pose, as fast as the drives allow and without
@@ -41,7 +41,7 @@ Eigen::Quaterniond tool_down(double yaw);
 // The yaw of the tool, -pi to pi, wherever it points more or less down.
 double tool_yaw(const State& state, int env);
 
-// How far the tool leans outwards, by distance from the base's axis (common 1.5).
+// How far the tool leans outwards, by distance from the base's axis.
 struct Lean {
   double reach = 0.74;     // m: from there on
   double per_metre = 4.0;  // rad/m
@@ -50,7 +50,7 @@ struct Lean {
 };
 
 // `orientation`, leaned outwards as far as a point demands that a vertical tool cannot reach
-// (procedural 0.11).
+//.
 Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
                                  const Eigen::Vector3d& point, const Lean& lean = {});
 

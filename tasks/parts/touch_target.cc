@@ -1,9 +1,27 @@
 #include "tasks/parts/touch_target.h"
 
-#include <array>
 #include <cmath>
 
 namespace engram::tasks {
+namespace {
+
+template <class Row>
+void list_terms(Row& row, const TouchRewardInputs& in, const TouchRewardTerms& terms) {
+  row.term("tcp_to_obj_dist", "m", in.distance);
+  row.term("reaching_reward", "", terms.reaching);
+  row.term("is_robot_static", "", in.robot_static);
+  row.term("reached", "", in.distance < GOAL_THRESH);
+  row.term("success", "", in.success);
+  row.term("static_reward", "", terms.stillness);
+  row.term("action_l2", "", terms.action_l2);
+  row.term("delta_action_l2", "", terms.action_delta_l2);
+  row.term("qvel_l2", "", terms.qvel_l2);
+  row.term("smooth_penalty", "", terms.penalty);
+  row.term("obj_to_goal_pos_y", "m", in.offset_y);
+  row.term("obj_to_goal_pos_x", "m", in.offset_x);
+}
+
+}  // namespace
 
 TouchRewardTerms touch_reward(const TouchRewardInputs& in, const SmoothnessParams& params) {
   TouchRewardTerms terms;
@@ -21,10 +39,8 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& in, const SmoothnessParam
   return terms;
 }
 
-std::vector<std::string> TouchTarget::reward_term_names() {
-  return {"tcp_to_obj_dist", "reaching_reward", "is_robot_static",   "reached",
-          "success",         "static_reward",   "action_l2",         "delta_action_l2",
-          "qvel_l2",         "smooth_penalty",  "obj_to_goal_pos_y", "obj_to_goal_pos_x"};
+std::vector<std::string> TouchTarget::reward_terms() {
+  return reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
 }
 
 void TouchTarget::bind(const Bindings& bindings) {
@@ -35,7 +51,7 @@ void TouchTarget::bind(const Bindings& bindings) {
   is_obj_placed_ = info.add<std::uint8_t>("is_obj_placed", 1, "", "TCP within GOAL_THRESH");
   is_robot_static_ = info.add<std::uint8_t>("is_robot_static");
   offset_ = bindings.memory->add<double>("obj_to_goal_pos", 3, "m");
-  reward_dict_.bind(bindings, kRewardTerms);
+  reward_dict_.bind(bindings, reward_terms().size());
 }
 
 void TouchTarget::evaluate(int env, const double* target_pos, bool acting) const {
@@ -58,6 +74,8 @@ double TouchTarget::dense_reward(int env) const {
   TouchRewardInputs in;
   const double* offset = offset_.row(env);
   in.distance = Eigen::Map<const Eigen::Vector3d>(offset).norm();
+  in.offset_x = offset[0];
+  in.offset_y = offset[1];
   in.arm_speed = haste.arm_speed;
   in.action_norm = haste.action_norm;
   in.action_delta_norm = haste.action_delta_norm;
@@ -65,20 +83,7 @@ double TouchTarget::dense_reward(int env) const {
   in.placed = is_obj_placed_[env] != 0;
   in.success = engine_.success[env] != 0;
   const TouchRewardTerms terms = touch_reward(in, params_);
-
-  const std::array<double, kRewardTerms> row = {in.distance,
-                                                terms.reaching,
-                                                in.robot_static ? 1.0 : 0.0,
-                                                in.distance < GOAL_THRESH ? 1.0 : 0.0,
-                                                in.success ? 1.0 : 0.0,
-                                                terms.stillness,
-                                                terms.action_l2,
-                                                terms.action_delta_l2,
-                                                terms.qvel_l2,
-                                                terms.penalty,
-                                                offset[1],
-                                                offset[0]};
-  reward_dict_.note(env, row);
+  reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
   return terms.reward;
 }
 

@@ -1,8 +1,9 @@
 // Success, info and reward of the families in which the robot touches the right object: bring the
-// TCP within GOAL_THRESH of its origin and stand still (remember 9 and 10).
+// TCP within GOAL_THRESH of its origin and stand still (docs/tasks/remember.md).
 #pragma once
 
-#include <array>
+#include <string>
+#include <vector>
 
 #include "core/task.h"
 #include "tasks/parts/reward_dict.h"
@@ -19,6 +20,8 @@ struct TouchRewardInputs {
   double arm_speed = 0;          // norm of the arm joint velocities, rad/s
   double action_norm = 0;        // of the action as received
   double action_delta_norm = 0;  // of its change; taken as 0 up to elapsed = 1
+  double offset_x = 0;           // TCP to target along each axis, m; for reward_dict alone
+  double offset_y = 0;
   bool robot_static = false;
   bool placed = false;
   bool success = false;
@@ -39,8 +42,8 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& inputs, const SmoothnessP
 
 class TouchTarget {
  public:
-  // Names of the values in info "reward_dict"; they are those of the step before (remember 9).
-  static std::vector<std::string> reward_term_names();
+  // Names of the values in info "reward_dict".
+  static std::vector<std::string> reward_terms();
 
   explicit TouchTarget(const SmoothnessParams& params) : params_(params) {}
 
@@ -50,8 +53,6 @@ class TouchTarget {
   double dense_reward(int env) const;
 
  private:
-  static constexpr int kRewardTerms = 12;
-
   SmoothnessParams params_;
   Bindings engine_;
   Column<float> obj_to_goal_pos_;  // (3) m

@@ -11,7 +11,7 @@
 namespace engram::tasks {
 namespace {
 
-// --- parameters (remember 1, 2 and 6.2) ---
+// --- parameters ---
 
 using enum Vocabulary;
 
@@ -32,7 +32,7 @@ constexpr std::array<ObjectRecallParams, 9> kVariants = {{
     {"FindImposterShapeAndColor5x3-VLA-v0", kShapeAndColor, 15, kCue, kEmpty, kWide},
 }};
 
-// Height of every origin when it is shown; low shapes hover and drop (remember 8.4).
+// Height of every origin when it is shown; low shapes hover and drop.
 constexpr double kShownHeight = 0.02;  // m
 
 class FindImposter final : public ObjectRecall {
@@ -57,7 +57,7 @@ class FindImposter final : public ObjectRecall {
     cue_positions_ = bindings.memory->add<double>("cue_positions", 2 * count(), "m");
   }
 
-  // --- sampling (remember 6) ---
+  // --- sampling ---
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
@@ -70,12 +70,12 @@ class FindImposter final : public ObjectRecall {
     set_positions(env, shuffled(episode, cue));
   }
 
-  // --- phases (remember 8.3) ---
+  // --- phases ---
 
   // Objects appear and vanish before the physics of the step that leads to the phase.
   void before_physics(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const int next = engine().state->elapsed[env] + 1;
+      const int next = engine_.state->elapsed[env] + 1;
       if (!clock().begins(env, next)) continue;
       if (clock().phase(env, next) == Phase::kEmpty) hide_all(env);
       if (clock().phase(env, next) == Phase::kManipulation) release_all(env);
@@ -85,14 +85,14 @@ class FindImposter final : public ObjectRecall {
   // What is shown stays in the air, whatever happens to it.
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      if (clock().phase(env, engine().state->elapsed[env]) == Phase::kCue) show_cue(env);
+      if (clock().phase(env, engine_.state->elapsed[env]) == Phase::kCue) show_cue(env);
     }
   }
 
  private:
   static constexpr int kPermutation = kFamilyDraws;
 
-  // The places of the cue phase dealt anew: key k appears where key q[k] was (remember 6.6, 6.8).
+  // The places of the cue phase dealt anew: key k appears where key q[k] was.
   Layout shuffled(const Episode& episode, const Layout& cue) const {
     std::array<int, Layout::kCapacity> storage{};
     const std::span q(storage.data(), cue.size());
@@ -126,9 +126,9 @@ class FindImposter final : public ObjectRecall {
       const bool shown = key != target(env);
       pos_in_cue(env, key, shown ? kShownHeight : kHiddenHeight, pos);
       if (shown) {
-        engine().state->place_prop(env, key, pos, objects().quat(key));
+        engine_.state->place_prop(env, key, pos, objects().quat(key));
       } else {
-        engine().state->hide_prop(env, key, pos);
+        engine_.state->hide_prop(env, key, pos);
       }
     }
   }
@@ -137,7 +137,7 @@ class FindImposter final : public ObjectRecall {
     double pos[3];
     for (int key = 0; key < count(); ++key) {
       pos_in_cue(env, key, kHiddenHeight, pos);
-      engine().state->hide_prop(env, key, pos);
+      engine_.state->hide_prop(env, key, pos);
     }
   }
 
@@ -145,7 +145,7 @@ class FindImposter final : public ObjectRecall {
   void release_all(int env) const {
     for (int key = 0; key < count(); ++key) {
       const double pos[3] = {position(env, key)[0], position(env, key)[1], kShownHeight};
-      engine().state->place_prop(env, key, pos, objects().quat(key), PropStatus::kAwake);
+      engine_.state->place_prop(env, key, pos, objects().quat(key), PropStatus::kAwake);
     }
   }
 

@@ -1,6 +1,6 @@
 // FindImposterColor, FindImposterShape and FindImposterShapeAndColor: all objects but one are
 // shown, they vanish, then all appear in other places and the one that was not shown has to be
-// touched (remember_and_find_imposter.md).
+// touched (docs/tasks/remember.md).
 #pragma once
 
 #include <memory>

@@ -8,7 +8,7 @@
 namespace engram::tasks {
 namespace {
 
-// --- parameters (remember 1, 2 and 6.2) ---
+// --- parameters ---
 
 using enum Vocabulary;
 
@@ -55,18 +55,18 @@ class Remember final : public ObjectRecall {
     if (settles_) add_constant("APPEAR_SETTLE_STEPS", APPEAR_SETTLE_STEPS);
   }
 
-  // --- sampling (remember 6) ---
+  // --- sampling ---
 
   void reset(const Episode& episode) override {
     begin_episode(episode);
     set_positions(episode.env(), draw_layout(episode, spread_));
   }
 
-  // --- phases (remember 8.2) ---
+  // --- phases ---
 
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const int elapsed = engine().state->elapsed[env];
+      const int elapsed = engine_.state->elapsed[env];
       const bool begins = clock().begins(env, elapsed);
       switch (clock().phase(env, elapsed)) {
         case Phase::kCue:
@@ -90,7 +90,7 @@ class Remember final : public ObjectRecall {
     if (begins) hide_all(env);
     const int key = target(env);
     const double center[3] = {0, 0, objects().resting_height(key)};
-    engine().state->place_prop(env, key, center, objects().quat(key));
+    engine_.state->place_prop(env, key, center, objects().quat(key));
   }
 
   // Nothing on the table; during the empty phase the target is reported above the origin, the
@@ -99,13 +99,13 @@ class Remember final : public ObjectRecall {
     for (int key = 0; key < count(); ++key) {
       double pos[3] = {position(env, key)[0], position(env, key)[1], kHiddenHeight};
       if (key == target(env)) pos[0] = pos[1] = 0;
-      engine().state->hide_prop(env, key, pos);
+      engine_.state->hide_prop(env, key, pos);
     }
   }
 
   void show_all(int env) const {
     for (int key = 0; key < count(); ++key) {
-      engine().state->place_prop(env, key, position(env, key), objects().quat(key));
+      engine_.state->place_prop(env, key, position(env, key), objects().quat(key));
     }
   }
 

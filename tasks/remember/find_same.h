@@ -1,6 +1,6 @@
 // RememberColor, RememberShape and RememberShapeAndColor: one object shows its colour, its shape or
 // both, it vanishes, then K objects appear and the one that was shown has to be touched
-// (remember_and_find_imposter.md).
+// (docs/tasks/remember.md).
 #pragma once
 
 #include <memory>

@@ -35,21 +35,22 @@ Draw steps_draw(const char* name, StepRange range, const char* what) {
 
 ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams& params,
                            const Wording& wording)
-    : params_(params),
+    : FamilyBase(entry),
+      params_(params),
       objects_(params.vocabulary, params.count),
       slots_(nominal_slots(params.count, params.arc)),
-      info_(describe(entry)),
       touch_(objects_.smoothness()) {
   info_.candidates = count();
   info_.termination = Termination::kNever;
-  // The canonical chain freezes the short ids only (remember 8.1).
+  // The canonical chain freezes the short ids only.
   info_.frozen_cue = entry.split == Split::kShort;
   info_.success_reward = kTouchSuccessReward;
-  info_.reward_terms = TouchTarget::reward_term_names();
+  info_.reward_terms = TouchTarget::reward_terms();
   info_.phases = cue_empty_manipulation_phases();
   describe_episode(wording);
   describe_constants();
-  describe_state();
+  info_.oracle_dim = static_cast<int>(objects_.identity(0).size());
+  declare_state(*this);
   for (int key = 0; key < count(); ++key) {
     mjcf::Prop prop = objects_.prop(key);
     const Vec2& slot = slots_[static_cast<std::size_t>(key)];
@@ -82,21 +83,8 @@ void ObjectRecall::describe_constants() {
   add_constant("QVEL_L2_COEF", smoothness.QVEL_L2_COEF);
 }
 
-void ObjectRecall::describe_state() {
-  info_.oracle_dim = static_cast<int>(objects_.identity(0).size());
-  info_.state_fields = {
-      {"oracle_info", info_.oracle_dim, DType::kFloat32, "",
-       info_.oracle_dim == 1 ? "key of the object to touch" : "ids of its shape and colour"}};
-  for (int key = 0; key < count(); ++key) {
-    info_.state_fields.push_back({"goal_" + std::to_string(key) + "_pose", 3, DType::kFloat32, "m",
-                                  "position of this object if it is the one, else zeros"});
-  }
-}
-
-SceneSource ObjectRecall::scene() const { return scene_source(scene_); }
-
 void ObjectRecall::bind(const Bindings& bindings) {
-  engine_ = bindings;
+  FamilyBase::bind(bindings);
   clock_.bind(*bindings.memory);
   touch_.bind(bindings);
   target_ = bindings.memory->add<std::int32_t>("target");
@@ -104,7 +92,7 @@ void ObjectRecall::bind(const Bindings& bindings) {
   positions_ = bindings.memory->add<double>("positions", 3 * count(), "m");
 }
 
-// --- sampling (remember 6) ---
+// --- sampling ---
 
 void ObjectRecall::begin_episode(const Episode& episode) const {
   const int env = episode.env();
@@ -146,7 +134,7 @@ void ObjectRecall::set_positions(int env, const Layout& layout) const {
   }
 }
 
-// --- success and reward (remember 9 and 10) ---
+// --- success and reward ---
 
 void ObjectRecall::evaluate(Range envs) {
   for (int env = envs.begin; env < envs.end; ++env) {
@@ -161,19 +149,22 @@ void ObjectRecall::dense_reward(Range envs, FloatRows out) {
   }
 }
 
-// --- observation (remember 9) ---
+// --- observation ---
 
-void ObjectRecall::observe(Range envs, FloatRows out) {
-  for (int env = envs.begin; env < envs.end; ++env) {
-    const std::span<const int> identity = objects_.identity(target_[env]);
-    const auto to_float = [](auto value) { return static_cast<float>(value); };
-    float* goals = std::ranges::transform(identity, out.row(env), to_float).out;
-    std::fill_n(goals, 3 * count(), 0.0F);
-    std::transform(target_pos(env), target_pos(env) + 3, goals + 3 * target_[env], to_float);
+template <class Row>
+void ObjectRecall::state_row(Row& row, int env) const {
+  row.field("oracle_info", info_.oracle_dim, "",
+            info_.oracle_dim == 1 ? "key of the object to touch" : "ids of its shape and colour",
+            [&] { return objects_.identity(target_[env]).data(); });
+  static constexpr double kNowhere[3] = {0, 0, 0};
+  for (int key = 0; key < count(); ++key) {
+    row.field(NumberedName{"goal_", key, "_pose"}, 3, "m",
+              "position of this object if it is the one, else zeros",
+              [&] { return key == target_[env] ? target_pos(env) : kNowhere; });
   }
 }
 
-// --- oracle (remember 11) ---
+// --- oracle ---
 
 // Keeps above the target's stored place until it is nearly overhead, then comes down to touch.
 void ObjectRecall::act(Range envs, bool blind, FloatRows actions) {

@@ -1,5 +1,5 @@
 // What the Remember and Find-Imposter families share: objects of which some are shown, an empty
-// table, then all objects, of which one has to be touched (remember_and_find_imposter.md).
+// table, then all objects, of which one has to be touched (docs/tasks/remember.md).
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/task.h"
-#include "mjcf/scene.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/layout.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/touch_target.h"
@@ -17,7 +17,7 @@
 
 namespace engram::tasks {
 
-// One row of a family's table (remember 1, 2 and 6.2).
+// One row of a family's table.
 struct ObjectRecallParams {
   std::string_view id;
   Vocabulary vocabulary;
@@ -27,22 +27,18 @@ struct ObjectRecallParams {
   ArcParams arc = {};  // where the slots lie
 };
 
-class ObjectRecall : public Task {
+class ObjectRecall : public FamilyBase {
  public:
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override;
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override;
   int cue_end(int env) const override { return clock_.cue_end(env); }
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
-  void observe(Range envs, FloatRows out) override;
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
   void act(Range envs, bool blind, FloatRows actions) override;
   void overlay(int env, Overlay& out) const override { objects_.overlay(target_[env], out); }
 
  protected:
-  // What every episode samples (remember 6.1). Families add their own draws after these.
+  // What every episode samples. Families add their own draws after these.
   enum DrawIndex { kTarget, kPositions, kCueSteps, kEmptySteps, kFamilyDraws };
 
   static constexpr double kHiddenHeight = 1000;  // reported while an object is hidden
@@ -59,7 +55,6 @@ class ObjectRecall : public Task {
 
   const ObjectRecallParams& params() const { return params_; }
   const ObjectSet& objects() const { return objects_; }
-  const Bindings& engine() const { return engine_; }
   const PhaseClock& clock() const { return clock_; }
   int count() const { return params_.count; }
   int target(int env) const { return target_[env]; }
@@ -73,8 +68,8 @@ class ObjectRecall : public Task {
 
   // Samples target and phase lengths.
   void begin_episode(const Episode& episode) const;
-  // Samples where objects stand, by key: slots, jitter, permutation and guard (remember 6.2 to
-  // 6.5, 6.8), or the positions that the user fixed. `spread`: remember 6.5 applies.
+  // Samples where objects stand, by key: slots, jitter, permutation and guard, or the positions
+  // that the user fixed. `spread`: three objects are spread and stretched.
   Layout draw_layout(const Episode& episode, bool spread) const;
   // The gap between two keys, for the guard.
   auto clearance() const {
@@ -92,15 +87,14 @@ class ObjectRecall : public Task {
   }
   void describe_episode(const Wording& wording);
   void describe_constants();
-  void describe_state();
+  friend class FamilyBase;
+  template <class Row>
+  void state_row(Row& row, int env) const;
   int guess(int env) const;
 
   ObjectRecallParams params_;
   ObjectSet objects_;
   Layout slots_;
-  TaskInfo info_;
-  mjcf::Scene scene_;
-  Bindings engine_;
   PhaseClock clock_;
   TouchTarget touch_;
   Column<std::int32_t> target_;

@@ -70,7 +70,6 @@ void ObjectSet::add(mjcf::Prop prop, std::vector<int> identity, const ObjectLabe
   objects_.push_back({std::move(prop), std::move(identity), label, std::move(footprint)});
 }
 
-// remember 3.1
 void ObjectSet::add_cubes(int count) {
   for (int key = 0; key < count; ++key) {
     const mjcf::Rgba color = to_rgba(COLOR_MAPPING[static_cast<std::size_t>(key)].rgba);
@@ -83,7 +82,6 @@ void ObjectSet::add_cubes(int count) {
                 {"MANIP_MIN_CUBE_DISTANCE", SpreadParams{}.MANIP_MIN_DISTANCE}};
 }
 
-// remember 3.2
 void ObjectSet::add_shapes(int count) {
   std::array<ObjectShape, mjcf::kObjectShapeCount> all{};
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<ObjectShape>(i);
@@ -100,7 +98,7 @@ void ObjectSet::add_shapes(int count) {
                 {"MANIP_MIN_SHAPE_DISTANCE", SpreadParams{}.MANIP_MIN_DISTANCE}};
 }
 
-// remember 3.3: all three colours of a shape before the next shape
+// All three colours of a shape before the next shape
 void ObjectSet::add_colored_shapes(int count) {
   for (int key = 0; key < count; ++key) {
     const int shape_id = key / kPaletteSize;

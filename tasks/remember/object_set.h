@@ -1,4 +1,4 @@
-// The objects of the Remember and Find-Imposter families (remember 3 and 4). A key stands for the
+// The objects of the Remember and Find-Imposter families. A key stands for the
 // same shape and colour in every episode.
 #pragma once
 
@@ -21,7 +21,7 @@ enum class Vocabulary {
   kShapeAndColor,  // five shapes in three colours each
 };
 
-// An object as the overlay names it (common 11); what all objects of the set share is left out.
+// An object as the overlay names it; what all objects of the set share is left out.
 struct ObjectLabel {
   bool has_color = false;
   mjcf::Rgba color{};
@@ -37,9 +37,9 @@ class ObjectSet {
   const mjcf::Prop& prop(int key) const { return at(key).prop; }
   // Nominal orientation.
   const double* quat(int key) const { return at(key).prop.quat.data(); }
-  // Height of the origin of an object that rests on the table, m (remember 5.3).
+  // Height of the origin of an object that rests on the table, m.
   double resting_height(int key) const { return at(key).prop.pos[2]; }
-  // oracle_info: the key, or the ids of shape and colour (remember 9).
+  // oracle_info: the key, or the ids of shape and colour.
   std::span<const int> identity(int key) const { return at(key).identity; }
   // Whether a push makes it roll.
   bool rolls(int key) const {
@@ -52,7 +52,7 @@ class ObjectSet {
   // Writes "Target:" and the object's label over a picture.
   void overlay(int key, Overlay& out) const;
 
-  // The class constants in which the vocabularies differ (remember 2).
+  // The class constants in which the vocabularies differ.
   const ConstantTable& constants() const { return constants_; }
   const SmoothnessParams& smoothness() const { return smoothness_; }
 

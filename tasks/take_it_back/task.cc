@@ -7,8 +7,8 @@
 #include "mjcf/scene.h"
 #include "mjcf/target_disc.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/row_writer.h"
 #include "tasks/parts/smoothness.h"
+#include "tasks/parts/state_row.h"
 #include "tasks/parts/task_info.h"
 #include "tasks/parts/tool_servo.h"
 

@@ -12,7 +12,7 @@
 #include "tasks/parts/layout.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/row_writer.h"
+#include "tasks/parts/state_row.h"
 #include "tasks/parts/task_info.h"
 #include "tasks/parts/variant.h"
 #include "tasks/timed_transfer/rules.h"

@@ -9,7 +9,7 @@
 #include "tasks/parts/grasp_servo.h"
 #include "tasks/parts/press_button.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/row_writer.h"
+#include "tasks/parts/state_row.h"
 #include "tasks/parts/task_info.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/info.h"

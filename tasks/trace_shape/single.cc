@@ -5,7 +5,7 @@
 #include "mjcf/scene.h"
 #include "tasks/parts/grasp_servo.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/row_writer.h"
+#include "tasks/parts/state_row.h"
 #include "tasks/parts/task_info.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/info.h"

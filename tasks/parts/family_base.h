@@ -1,0 +1,46 @@
+// What every family is built on: it owns the description, the scene and the engine's columns.
+#pragma once
+
+#include <string>
+
+#include "core/task.h"
+#include "mjcf/scene.h"
+#include "tasks/parts/state_row.h"
+#include "tasks/registry_table.h"
+
+namespace engram::tasks {
+
+class FamilyBase : public Task {
+ public:
+  const TaskInfo& info() const final { return info_; }
+  SceneSource scene() const final;
+  std::string document() const final { return mjcf::compose(scene_, mjcf::Detail::kFull); }
+  void bind(const Bindings& bindings) override { engine_ = bindings; }
+
+ protected:
+  // The description begins with what the registry knows.
+  explicit FamilyBase(const RegistryEntry& entry);
+
+  // A family lists its state observation once, field beside value, in a member template
+  //   template <class Row> void state_row(Row& row, int env) const;
+  // (tasks/parts/state_row.h). Its constructor declares the fields, its observe() writes them.
+  template <class Family>
+  void declare_state(const Family& family) {
+    FieldLister lister;
+    family.state_row(lister, 0);
+    info_.state_fields = lister.take();
+  }
+  template <class Family>
+  static void write_state(const Family& family, Range envs, FloatRows out) {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      RowWriter row(out.row(env));
+      family.state_row(row, env);
+    }
+  }
+
+  TaskInfo info_;
+  mjcf::Scene scene_;
+  Bindings engine_;
+};
+
+}  // namespace engram::tasks
