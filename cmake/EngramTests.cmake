@@ -48,3 +48,11 @@ catch_discover_tests(engram_tests TEST_SPEC "~[long]~[.]" TEST_LIST engram_quick
   EXTRA_ARGS --warn NoTests PROPERTIES TIMEOUT 300)
 catch_discover_tests(engram_tests TEST_SPEC "[long]" TEST_LIST engram_long_tests
   EXTRA_ARGS --warn NoTests PROPERTIES LABELS long TIMEOUT 3600)
+
+# Tables in docs/ are what the command says.
+find_package(Python3 COMPONENTS Interpreter)
+if(TARGET engram_cli AND Python3_Interpreter_FOUND)
+  add_test(NAME docs_tables COMMAND Python3::Interpreter
+    "${PROJECT_SOURCE_DIR}/scripts/docs_tables.py" --check --engram $<TARGET_FILE:engram_cli>)
+  set_tests_properties(docs_tables PROPERTIES TIMEOUT 300)
+endif()

@@ -1,0 +1,443 @@
+#!/usr/bin/env python3
+"""Fills the tables of facts in docs/ from `engram list --json` and `engram info ID --json`.
+
+A page marks where a table goes, each mark on a line of its own:
+
+    <!-- table: KIND FAMILY -->
+    <!-- end -->
+
+What stands between the marks is replaced. KIND is one of ids, phases, draws, constants, state,
+info, rewards, options. FAMILY is a family of tasks, such as RememberColor. `table: all_ids`,
+without a family, is an index of all ids by page: a task's page is the one with the family's `ids`
+table.
+
+In cells where ids differ, a value stands behind the part of the id that tells them apart: of
+RememberColor, `3` means RememberColor3-VLA-v0 and RememberColor3-Long-VLA-v0 alike, `3-Long` the
+latter only.
+"""
+
+import argparse
+import functools
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+BEGIN = re.compile(r"<!-- table: (\w+)(?: (\w+))? -->")
+END = "<!-- end -->"
+SUFFIX = "-VLA-v0"
+RANKS = {"Easy": 0, "Slow": 0, "Medium": 1, "Hard": 2, "Fast": 2}
+
+
+class TableError(Exception):
+    """What the user has to mend; its text goes to standard error."""
+
+
+class Engram:
+    """The command: asks for every task once."""
+
+    def __init__(self, command):
+        self.command = command
+        self.infos = {}
+        self.entries = self.ask("list", "--json")
+        self.families = {}
+        for entry in self.entries:
+            self.families.setdefault(entry["family"], []).append(entry["id"])
+        for ids in self.families.values():
+            ids.sort(key=in_reading_order)
+
+    def ask(self, *arguments):
+        call = [self.command, *arguments]
+        try:
+            done = subprocess.run(call, capture_output=True, text=True, check=True)
+        except OSError as error:
+            raise TableError(
+                f"{self.command}: {error.strerror}; --engram FILE names the command"
+            ) from error
+        except subprocess.CalledProcessError as error:
+            raise TableError(f"{' '.join(map(str, call))}: {error.stderr.strip()}") from error
+        return json.loads(done.stdout)
+
+    def info(self, task_id):
+        if task_id not in self.infos:
+            self.infos[task_id] = self.ask("info", task_id, "--json")
+        return self.infos[task_id]
+
+    @functools.cached_property
+    def common_outputs(self):
+        """Names of what every task puts out: tables of one family leave them out."""
+        one_of_each = [self.info(ids[0])["outputs"] for ids in self.families.values()]
+        names = [{output["name"] for output in outputs} for outputs in one_of_each]
+        return set.intersection(*names) - {"oracle_info"}  # a different thing in every family
+
+
+def in_reading_order(task_id):
+    """Easy before hard, 3 before 12, short before long."""
+    difficulty = next((rank for word, rank in RANKS.items() if word in task_id), 0)
+    numbers = [int(number) for number in re.findall(r"\d+", task_id.removesuffix(SUFFIX))]
+    return "-Long" in task_id, difficulty, numbers, task_id
+
+
+# --- cells ---
+
+
+def number(value):
+    return str(value) if isinstance(value, int) else f"{value:.6g}"
+
+
+def code(text):
+    return f"`{text}`"
+
+
+def text_of(value):
+    """A constant as a cell has it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (int, float)):
+        return number(value)
+    if isinstance(value, list):
+        return "[" + ", ".join(text_of(item) for item in value) + "]"
+    if isinstance(value, dict):
+        return "<br>".join(f"{key}: {words(item)}" for key, item in value.items())
+    return str(value)
+
+
+def words(value):
+    """An entry of a mapping: a list with a name in front is the name, then the rest."""
+    if isinstance(value, list) and value and isinstance(value[0], str):
+        return " ".join(text_of(item) for item in value)
+    return text_of(value)
+
+
+def table(head, rows):
+    """Columns that are empty in every row are left out."""
+    kept = [i for i in range(len(head)) if any(row[i] for row in rows)]
+    lines = [[head[i] for i in kept], ["---"] * len(kept)]
+    lines += [[row[i].replace("|", r"\|") for i in kept] for row in rows]
+    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+
+
+class Family:
+    """Several ids; says what is the same in all of them, and what is not, in few words."""
+
+    def __init__(self, engram, name):
+        self.name = name
+        self.infos = [engram.info(task_id) for task_id in engram.families[name]]
+        self.tags = [self.tag(info["id"]) for info in self.infos]
+
+    def tag(self, task_id):
+        return task_id.removesuffix(SUFFIX).removeprefix(self.name).removeprefix("-") or self.name
+
+    def label(self, tags):
+        """The shortest list of tags: X stands for X and X-Long, Long for all that are."""
+        long = [tag for tag in self.tags if tag.endswith("Long")]
+        if tags == self.tags or (long and tags == [tag for tag in self.tags if tag not in long]):
+            return ""
+        if long and tags == long:
+            return code("Long")
+        if all(f"{tag}-Long" in tags for tag in tags if f"{tag}-Long" in self.tags):
+            tags = [
+                tag
+                for tag in tags
+                if tag.removesuffix("-Long") == tag or tag.removesuffix("-Long") not in tags
+            ]
+        return ", ".join(map(code, tags))
+
+    def cell(self, values, separator="<br>"):
+        """One text for a value per id (None: none); values that differ have the ids' tags."""
+        groups = {}
+        for tag, value in zip(self.tags, values):
+            groups.setdefault(value, []).append(tag)
+        groups.pop(None, None)
+        if len(groups) == 1 and "" not in groups:
+            return next(iter(groups))
+        texts = [(self.label(tags), value) for value, tags in groups.items() if value]
+        return separator.join(f"{label}: {value}" if label else value for label, value in texts)
+
+    def rows(self, lists, *columns):
+        """A row per name in `lists` (one list per id), a cell per function in `columns`."""
+        names = list(dict.fromkeys(item["name"] for items in lists for item in items))
+        found = [{item["name"]: item for item in items} for items in lists]
+        return [
+            [code(name)]
+            + [
+                self.cell([column(items[name]) if name in items else None for items in found])
+                for column in columns
+            ]
+            for name in names
+        ]
+
+
+# --- kinds of tables ---
+
+
+def ids_table(family):
+    rows = [
+        [
+            code(info["id"]),
+            info["split"],
+            number(info["horizon"]),
+            number(info["candidates"]),
+            f"{info['chance']:.3g}",
+            info["termination"],
+            text_of(info["frozen_cue"]),
+            number(info["state_dim"]),
+        ]
+        for info in family.infos
+    ]
+    head = [
+        "id",
+        "split",
+        "horizon",
+        "candidates",
+        "chance",
+        "ends early at",
+        "cue frozen",
+        "state width",
+    ]
+    instruction = family.cell([f"“{info['instruction']}”" for info in family.infos], "\n* ")
+    several = "\n* " in instruction
+    return table(head, rows) + "\nInstruction: " + ("\n* " if several else "") + instruction + "\n"
+
+
+def phases_table(family):
+    rows = family.rows([info["phases"] for info in family.infos], lambda phase: phase["when"])
+    return table(["phase", "when"], rows)
+
+
+def span(draw):
+    low, high = number(draw["low"]), number(draw["high"])
+    return low if low == high else f"{low} to {high}"
+
+
+def draws_table(family):
+    rows = family.rows(
+        [info["draws"] for info in family.infos],
+        lambda draw: number(draw["width"]),
+        span,
+        lambda draw: draw["unit"] or ("integer" if draw["integer"] else ""),
+        lambda draw: draw["description"],
+    )
+    return table(["draw", "width", "range", "unit", "what"], rows)
+
+
+def constants_table(family):
+    names = dict.fromkeys(name for info in family.infos for name in info["constants"])
+    rows = [
+        [
+            code(name),
+            family.cell(
+                [
+                    text_of(info["constants"][name]) if name in info["constants"] else None
+                    for info in family.infos
+                ]
+            ),
+        ]
+        for name in names
+    ]
+    return table(["constant", "value"], rows)
+
+
+def merge_numbered(fields):
+    """Fields alike but for a number in their names, counted from 0, become one: goal_<i>_pose."""
+    merged = []
+    for field in fields:
+        digits = re.search(r"\d+", field["name"])
+        if not digits:
+            merged.append(dict(field, count=1))
+            continue
+        name = field["name"][: digits.start()] + "<i>" + field["name"][digits.end() :]
+        alike = dict(field, name=name)
+        last = merged[-1] if merged else {}
+        if digits[0] == "0":
+            merged.append(dict(alike, count=1))
+        elif digits[0] == str(last.get("count")) and all(
+            last[key] == alike[key] for key in ("name", "width", "unit", "description")
+        ):
+            last["count"] += 1
+        else:
+            merged.append(dict(field, count=1))
+    return merged
+
+
+def state_table(family):
+    rows = family.rows(
+        [merge_numbered(info["state_fields"]) for info in family.infos],
+        lambda field: number(field["offset"]),
+        lambda field: (
+            (f"{field['count']} x " if field["count"] > 1 else "") + number(field["width"])
+        ),
+        lambda field: field["unit"],
+        lambda field: field["description"],
+    )
+    return table(["field", "from", "width", "unit", "what"], rows)
+
+
+def info_table(family, common):
+    rows = family.rows(
+        [
+            [output for output in info["outputs"] if output["name"] not in common]
+            for info in family.infos
+        ],
+        lambda output: output["dtype"],
+        lambda output: number(output["width"]),
+        lambda output: output["unit"],
+        lambda output: output["description"],
+    )
+    return table(["info", "type", "width", "unit", "what"], rows)
+
+
+def rewards_table(family):
+    worth = family.cell([number(info["success_reward"]) for info in family.infos], "; ")
+    terms = family.cell([", ".join(map(code, info["reward_terms"])) for info in family.infos], "; ")
+    return f"Success is worth {worth}. Terms of `reward_dict`, in this order: {terms}.\n"
+
+
+def options_table(family):
+    rows = family.rows(
+        [info["options"] for info in family.infos],
+        lambda option: number(option["default"]),
+        span,
+        lambda option: option["unit"],
+        lambda option: option["description"],
+    )
+    return table(["option", "default", "range", "unit", "what"], rows) if rows else "No options.\n"
+
+
+KINDS = {
+    "ids": ids_table,
+    "phases": phases_table,
+    "draws": draws_table,
+    "constants": constants_table,
+    "state": state_table,
+    "info": info_table,
+    "rewards": rewards_table,
+    "options": options_table,
+}
+
+
+def all_ids_table(engram, page):
+    """By page in the registry's order; families without a page come last."""
+    homes = {}
+    for home in sorted(DOCS.rglob("*.md")):
+        for kind, family in BEGIN.findall(home.read_text()):
+            if kind == "ids":
+                homes[family] = home
+    head = ["id", "split", "horizon", "memory", "chance"]
+    sections = {}
+    for entry in engram.entries:
+        sections.setdefault(homes.get(entry["family"]), []).append(entry)
+    text = ""
+    for home, entries in sorted(sections.items(), key=lambda section: section[0] is None):
+        title = "No page yet"
+        if home:
+            heading = home.read_text().splitlines()[0].removeprefix("# ")
+            title = f"[{heading}]({os.path.relpath(home, page.parent)})"
+        families = list(dict.fromkeys(entry["family"] for entry in entries))
+        ids = [task_id for family in families for task_id in engram.families[family]]
+        infos = [engram.info(task_id) for task_id in ids]
+        rows = [
+            [
+                code(info["id"]),
+                info["split"],
+                number(info["horizon"]),
+                info["memory_type"],
+                f"{info['chance']:.3g}",
+            ]
+            for info in infos
+        ]
+        text += f"### {title}\n\n" + table(head, rows) + "\n"
+    return text.rstrip("\n") + "\n"
+
+
+def make_table(engram, page, kind, family):
+    if kind == "all_ids" and not family:
+        return all_ids_table(engram, page)
+    if kind not in KINDS or family not in engram.families:
+        raise TableError(
+            f"no table '{kind} {family}'; kinds: {', '.join(KINDS)}, or all_ids alone; "
+            f"families: {', '.join(engram.families)}"
+        )
+    further = [engram.common_outputs] if kind == "info" else []
+    return KINDS[kind](Family(engram, family), *further)
+
+
+# --- pages ---
+
+
+def renewed(engram, page, text):
+    """The page's text with all its tables as they should be, and which of them were not."""
+    out, stale = [], []
+    lines = iter(text.splitlines(keepends=True))
+    in_code = False
+    for line in lines:
+        out.append(line)
+        in_code ^= line.startswith("```")
+        mark = None if in_code else BEGIN.fullmatch(line.rstrip("\n"))
+        if not mark:
+            continue
+        old = []
+        for line in lines:
+            if line.rstrip("\n") == END:
+                break
+            old.append(line)
+        else:
+            raise TableError(f"{mark[0]} has no {END}")
+        new = "\n" + make_table(engram, page, *mark.groups()) + "\n"
+        if "".join(old) != new:
+            stale.append(" ".join(filter(None, mark.groups())))
+        out += [new, line]
+    return "".join(out), stale
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--engram",
+        metavar="FILE",
+        default=ROOT / "build/release/engram",
+        type=pathlib.Path,
+        help="the command (default: build/release/engram)",
+    )
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="change nothing; fail, naming them, if tables are stale",
+    )
+    parser.add_argument(
+        "pages", metavar="PAGE", nargs="*", type=pathlib.Path, help="default: all of docs/"
+    )
+    arguments = parser.parse_args()
+
+    engram = Engram(arguments.engram)
+    stale_pages = 0
+    for page in [page.resolve() for page in arguments.pages] or sorted(DOCS.rglob("*.md")):
+        name = os.path.relpath(page)
+        try:
+            text = page.read_text()
+            new_text, stale = renewed(engram, page, text)
+        except OSError as error:
+            raise TableError(f"{name}: {error.strerror}") from error
+        except TableError as error:
+            raise TableError(f"{name}: {error}") from error
+        if stale:
+            stale_pages += 1
+            print(f"{name}: {'stale' if arguments.check else 'renewed'}: {', '.join(stale)}")
+            if not arguments.check:
+                page.write_text(new_text)
+    if arguments.check and stale_pages:
+        script = os.path.relpath(__file__)
+        raise TableError(f"renew with: {script} --engram {os.path.relpath(arguments.engram)}")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except TableError as error:
+        sys.exit(f"docs_tables.py: {error}")
