@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# Draws the sheets of docs/tasks again, or those that are named: docs_pictures.sh [NAME...].
+# ENGRAM names the command, default build/release/engram.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+engram=${ENGRAM:-build/release/engram}
+wanted=" $* "
+
+# sheet NAME ID ARGS...: docs/pictures/tasks/NAME.png, an episode of ID that the oracle plays.
+sheet() {
+  local name=$1
+  shift
+  if [ "$wanted" = "  " ] || [[ $wanted == *" $name "* ]]; then
+    "$engram" record "$@" --out "docs/pictures/tasks/$name.png"
+  fi
+}
+
+table=(--camera base --size 195)                            # what policies see, larger
+human=(--camera render --size 190 --overlays --no-shadows)  # the view for people
+
+mkdir -p docs/pictures/tasks
+sheet remember RememberShapeAndColor3x3-VLA-v0 "${table[@]}" --seed 3 --pin cue_steps=3 --pin empty_steps=3 --pin target=2 --at 0,4,6,9,12,25
+sheet find_imposter FindImposterColor5-VLA-v0 "${table[@]}" --seed 2 --pin cue_steps=3 --pin empty_steps=3 --at 0,6,25
+sheet shell_game ShellGameShuffleTouch-VLA-v0 "${human[@]}" --seed 3 --pin cue_steps=3 --pin shuffle_steps=24 --pin num_swaps=3 --pin swap_pairs=0,2,1,0 --pin cup_with_ball_number=0 --at 0,3,7,15,23,50
+sheet shell_game_lamp ShellGameColorLampTouch-VLA-v0 "${human[@]}" --seed 3 --pin cue_steps=3 --at 0,3,20
+sheet colors SeqOfColors3-VLA-v0 "${table[@]}" --seed 1 --pin cue_step_duration=3 --pin empty_steps=3 --at 0,3,6,12,22,32,42,54,60
+sheet blink_count BlinkCountButtonPressEasy-VLA-v0 "${human[@]}" --seed 1 --pin target_blinks=2 --at 0,10,17,32,42,50
+sheet intercept InterceptMedium-VLA-v0 "${human[@]}" --seed 1 --at 0,10,20,24,30,40
+sheet intercept_grab InterceptGrabMedium-VLA-v0 "${human[@]}" --seed 1 --at 0,16,30
+sheet rotate RotateStrictPos-VLA-v0 "${human[@]}" --seed 1 --at 0,18,36,48,60,80
