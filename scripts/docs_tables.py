@@ -3,17 +3,17 @@
 
 A page marks where a table goes, each mark on a line of its own:
 
-    <!-- table: KIND FAMILY -->
+    <!-- table: KIND FAMILY... -->
     <!-- end -->
 
 What stands between the marks is replaced. KIND is one of ids, phases, draws, constants, state,
-info, rewards, options. FAMILY is a family of tasks, such as RememberColor. `table: all_ids`,
-without a family, is an index of all ids by page: a task's page is the one with the family's `ids`
-table.
+info, rewards, options. FAMILY is a family of tasks, such as RememberColor; several share a table.
+`table: all_ids`, without a family, is an index of all ids by page: a task's page is the one with
+the family's `ids` table.
 
 In cells where ids differ, a value stands behind the part of the id that tells them apart: of
 RememberColor, `3` means RememberColor3-VLA-v0 and RememberColor3-Long-VLA-v0 alike, `3-Long` the
-latter only.
+latter only. A value without a name is that of the ids without Long.
 """
 
 import argparse
@@ -27,7 +27,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-BEGIN = re.compile(r"<!-- table: (\w+)(?: (\w+))? -->")
+BEGIN = re.compile(r"<!-- table: (\w+)((?: \w+)*) -->")
 END = "<!-- end -->"
 SUFFIX = "-VLA-v0"
 RANKS = {"Easy": 0, "Slow": 0, "Medium": 1, "Hard": 2, "Fast": 2}
@@ -121,61 +121,104 @@ def table(head, rows):
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
-class Family:
-    """Several ids; says what is the same in all of them, and what is not, in few words."""
+class Ids:
+    """Ids of one family or of several; says in few words what they share and where they differ.
 
-    def __init__(self, engram, name):
-        self.name = name
-        self.infos = [engram.info(task_id) for task_id in engram.families[name]]
-        self.tags = [self.tag(info["id"]) for info in self.infos]
+    A tag is the part of an id that tells it from others of its family: 3, or 3-Long.
+    """
 
-    def tag(self, task_id):
-        return task_id.removesuffix(SUFFIX).removeprefix(self.name).removeprefix("-") or self.name
+    def __init__(self, infos):
+        self.infos = infos
+        self.names = [info["id"].removesuffix(SUFFIX) for info in infos]
+        self.families = [info["family"] for info in infos]
+        self.tags = [
+            name.removeprefix(family).removeprefix("-") or name
+            for name, family in zip(self.names, self.families)
+        ]
 
-    def label(self, tags):
-        """The shortest list of tags: X stands for X and X-Long, Long for all that are."""
-        long = [tag for tag in self.tags if tag.endswith("Long")]
-        if tags == self.tags or (long and tags == [tag for tag in self.tags if tag not in long]):
-            return ""
-        if long and tags == long:
-            return code("Long")
-        if all(f"{tag}-Long" in tags for tag in tags if f"{tag}-Long" in self.tags):
-            tags = [
-                tag
-                for tag in tags
-                if tag.removesuffix("-Long") == tag or tag.removesuffix("-Long") not in tags
-            ]
-        return ", ".join(map(code, tags))
-
-    def cell(self, values, separator="<br>"):
-        """One text for a value per id (None: none); values that differ have the ids' tags."""
+    def groups(self, values, shorten=True):
+        """Labels of the ids with the same value, and the value; no label: all, or all but Long."""
+        by_tag = dict(zip(self.tags, values))
+        by_family = dict(zip(self.families, values))
+        whole_families = len(by_family) > 1 and self.spread(by_family, self.families) == values
+        if not whole_families and self.spread(by_tag, self.tags) == values:
+            tags, label = self.tags, functools.partial(label_of, tags=list(by_tag))
+        else:
+            tags, label = self.names, self.label_of_names
         groups = {}
-        for tag, value in zip(self.tags, values):
-            groups.setdefault(value, []).append(tag)
-        groups.pop(None, None)
-        if len(groups) == 1 and "" not in groups:
-            return next(iter(groups))
-        texts = [(self.label(tags), value) for value, tags in groups.items() if value]
-        return separator.join(f"{label}: {value}" if label else value for label, value in texts)
+        for tag, value in zip(tags, values):
+            groups.setdefault(value, {})[tag] = True
+        labels = {value: label(list(group)) for value, group in groups.items()}
+        longest = max(labels, key=lambda value: labels[value].count(","))
+        if shorten and len(by_family) > 1 and labels[longest].count(",") >= 2:
+            several_long = "" in labels.values()  # the other ids have the value without a label
+            labels.pop(longest)
+            labels[longest] = "other `Long`" if several_long else "others"
+        return [(label, value) for value, label in labels.items()]
+
+    @staticmethod
+    def spread(values, keys):
+        return [values[key] for key in keys]
+
+    def label_of_names(self, group):
+        """Families of which all ids are in the group are called by the family's name."""
+        if not label_of(group, self.names):
+            return ""
+        parts = []
+        for family in dict.fromkeys(self.families):
+            members = [name for name, other in zip(self.names, self.families) if other == family]
+            mine = [name for name in group if name in members]
+            if mine == members:
+                parts.append(code(family))
+            elif mine and mine == [name for name in members if name.endswith("Long")]:
+                parts.append(code(f"{family}*-Long"))
+            elif mine:
+                parts.append(label_of(mine, members) or ", ".join(map(code, mine)))
+        return ", ".join(parts)
+
+    def cell(self, values):
+        """One text for a value per id."""
+        groups = self.groups(values)
+        if len(groups) == 1:
+            return groups[0][1]
+        groups = [(label, value) for label, value in groups if value]
+        return "<br>".join(f"{label}: {value}" if label else value for label, value in groups)
 
     def rows(self, lists, *columns):
         """A row per name in `lists` (one list per id), a cell per function in `columns`."""
         names = list(dict.fromkeys(item["name"] for items in lists for item in items))
         found = [{item["name"]: item for item in items} for items in lists]
-        return [
-            [code(name)]
-            + [
-                self.cell([column(items[name]) if name in items else None for items in found])
-                for column in columns
-            ]
-            for name in names
+        rows = []
+        for name in names:
+            having = Ids([info for info, items in zip(self.infos, found) if name in items])
+            items = [items[name] for items in found if name in items]
+            presence = self.groups([name in items for items in found], shorten=False)
+            label = next(label for label, present in presence if present)
+            rows.append([code(name) + (f"<br>of {label}" if label else "")])
+            rows[-1] += [having.cell([column(item) for item in items]) for column in columns]
+        return rows
+
+
+def label_of(group, tags):
+    """The shortest list of tags: X stands for X and X-Long, Long for all that are."""
+    long = [tag for tag in tags if tag.endswith("Long")]
+    if group == tags or (long and group == [tag for tag in tags if tag not in long]):
+        return ""
+    if long and group == long:
+        return code("Long")
+    if all(f"{tag}-Long" in group for tag in group if f"{tag}-Long" in tags):
+        group = [
+            tag
+            for tag in group
+            if not tag.endswith("-Long") or tag.removesuffix("-Long") not in group
         ]
+    return ", ".join(map(code, group))
 
 
 # --- kinds of tables ---
 
 
-def ids_table(family):
+def ids_table(ids):
     rows = [
         [
             code(info["id"]),
@@ -187,7 +230,7 @@ def ids_table(family):
             text_of(info["frozen_cue"]),
             number(info["state_dim"]),
         ]
-        for info in family.infos
+        for info in ids.infos
     ]
     head = [
         "id",
@@ -199,13 +242,16 @@ def ids_table(family):
         "cue frozen",
         "state width",
     ]
-    instruction = family.cell([f"“{info['instruction']}”" for info in family.infos], "\n* ")
-    several = "\n* " in instruction
-    return table(head, rows) + "\nInstruction: " + ("\n* " if several else "") + instruction + "\n"
+    instructions = ids.groups([f"“{info['instruction']}”" for info in ids.infos])
+    if len(instructions) == 1:
+        told = f" {instructions[0][1]}\n"
+    else:
+        told = "\n\n" + "".join(f"* {label}: {text}\n" for label, text in instructions)
+    return table(head, rows) + "\nInstruction:" + told
 
 
-def phases_table(family):
-    rows = family.rows([info["phases"] for info in family.infos], lambda phase: phase["when"])
+def phases_table(ids):
+    rows = ids.rows([info["phases"] for info in ids.infos], lambda phase: phase["when"])
     return table(["phase", "when"], rows)
 
 
@@ -214,9 +260,9 @@ def span(draw):
     return low if low == high else f"{low} to {high}"
 
 
-def draws_table(family):
-    rows = family.rows(
-        [info["draws"] for info in family.infos],
+def draws_table(ids):
+    rows = ids.rows(
+        [info["draws"] for info in ids.infos],
         lambda draw: number(draw["width"]),
         span,
         lambda draw: draw["unit"] or ("integer" if draw["integer"] else ""),
@@ -225,63 +271,54 @@ def draws_table(family):
     return table(["draw", "width", "range", "unit", "what"], rows)
 
 
-def constants_table(family):
-    names = dict.fromkeys(name for info in family.infos for name in info["constants"])
-    rows = [
-        [
-            code(name),
-            family.cell(
-                [
-                    text_of(info["constants"][name]) if name in info["constants"] else None
-                    for info in family.infos
-                ]
-            ),
-        ]
-        for name in names
+def constants_table(ids):
+    lists = [
+        [{"name": name, "value": value} for name, value in info["constants"].items()]
+        for info in ids.infos
     ]
+    rows = ids.rows(lists, lambda constant: text_of(constant["value"]))
     return table(["constant", "value"], rows)
 
 
 def merge_numbered(fields):
     """Fields alike but for a number in their names, counted from 0, become one: goal_<i>_pose."""
-    merged = []
+    merged = {}
     for field in fields:
-        digits = re.search(r"\d+", field["name"])
-        if not digits:
-            merged.append(dict(field, count=1))
-            continue
-        name = field["name"][: digits.start()] + "<i>" + field["name"][digits.end() :]
-        alike = dict(field, name=name)
-        last = merged[-1] if merged else {}
-        if digits[0] == "0":
-            merged.append(dict(alike, count=1))
-        elif digits[0] == str(last.get("count")) and all(
-            last[key] == alike[key] for key in ("name", "width", "unit", "description")
-        ):
-            last["count"] += 1
+        name, *number_found = re.split(r"(\d+)", field["name"], maxsplit=1)
+        if number_found:
+            name += "<i>" + number_found[1]
+        alike = (name, field["width"], field["unit"], field["description"])
+        if number_found and number_found[0] == str(len(merged.get(alike, []))):
+            merged.setdefault(alike, []).append(field)
         else:
-            merged.append(dict(field, count=1))
-    return merged
+            merged[field["name"]] = [field]
+    for key, group in merged.items():
+        first = group[0]
+        width = number(first["width"])
+        if len(group) > 1:
+            width = f"{len(group)} x {width}"
+            if group[1]["offset"] != first["offset"] + first["width"]:
+                width += f", {group[1]['offset'] - first['offset']} apart"
+        name = key if isinstance(key, str) else key[0]
+        yield dict(first, name=name, width=width)
 
 
-def state_table(family):
-    rows = family.rows(
-        [merge_numbered(info["state_fields"]) for info in family.infos],
+def state_table(ids):
+    rows = ids.rows(
+        [list(merge_numbered(info["state_fields"])) for info in ids.infos],
         lambda field: number(field["offset"]),
-        lambda field: (
-            (f"{field['count']} x " if field["count"] > 1 else "") + number(field["width"])
-        ),
+        lambda field: field["width"],
         lambda field: field["unit"],
         lambda field: field["description"],
     )
     return table(["field", "from", "width", "unit", "what"], rows)
 
 
-def info_table(family, common):
-    rows = family.rows(
+def info_table(ids, common):
+    rows = ids.rows(
         [
             [output for output in info["outputs"] if output["name"] not in common]
-            for info in family.infos
+            for info in ids.infos
         ],
         lambda output: output["dtype"],
         lambda output: number(output["width"]),
@@ -291,15 +328,23 @@ def info_table(family, common):
     return table(["info", "type", "width", "unit", "what"], rows)
 
 
-def rewards_table(family):
-    worth = family.cell([number(info["success_reward"]) for info in family.infos], "; ")
-    terms = family.cell([", ".join(map(code, info["reward_terms"])) for info in family.infos], "; ")
-    return f"Success is worth {worth}. Terms of `reward_dict`, in this order: {terms}.\n"
+def rewards_table(ids):
+    groups = ids.groups(
+        [
+            (number(info["success_reward"]), ", ".join(map(code, info["reward_terms"])))
+            for info in ids.infos
+        ]
+    )
+    if len(groups) == 1:
+        worth, terms = groups[0][1]
+        return f"Success is worth {worth}. Terms of `reward_dict`, in this order: {terms}.\n"
+    rows = [[label, worth, terms] for label, (worth, terms) in groups]
+    return table(["ids", "success is worth", "terms of `reward_dict`, in this order"], rows)
 
 
-def options_table(family):
-    rows = family.rows(
-        [info["options"] for info in family.infos],
+def options_table(ids):
+    rows = ids.rows(
+        [info["options"] for info in ids.infos],
         lambda option: number(option["default"]),
         span,
         lambda option: option["unit"],
@@ -324,9 +369,9 @@ def all_ids_table(engram, page):
     """By page in the registry's order; families without a page come last."""
     homes = {}
     for home in sorted(DOCS.rglob("*.md")):
-        for kind, family in BEGIN.findall(home.read_text()):
+        for kind, families in BEGIN.findall(home.read_text()):
             if kind == "ids":
-                homes[family] = home
+                homes.update(dict.fromkeys(families.split(), home))
     head = ["id", "split", "horizon", "memory", "chance"]
     sections = {}
     for entry in engram.entries:
@@ -354,16 +399,17 @@ def all_ids_table(engram, page):
     return text.rstrip("\n") + "\n"
 
 
-def make_table(engram, page, kind, family):
-    if kind == "all_ids" and not family:
+def make_table(engram, page, kind, families):
+    if kind == "all_ids" and not families:
         return all_ids_table(engram, page)
-    if kind not in KINDS or family not in engram.families:
+    if kind not in KINDS or not families or not set(families) <= set(engram.families):
         raise TableError(
-            f"no table '{kind} {family}'; kinds: {', '.join(KINDS)}, or all_ids alone; "
-            f"families: {', '.join(engram.families)}"
+            f"no table '{' '.join([kind, *families])}'; kinds: {', '.join(KINDS)}, or all_ids "
+            f"alone; families: {', '.join(engram.families)}"
         )
+    ids = Ids([engram.info(task_id) for family in families for task_id in engram.families[family]])
     further = [engram.common_outputs] if kind == "info" else []
-    return KINDS[kind](Family(engram, family), *further)
+    return KINDS[kind](ids, *further)
 
 
 # --- pages ---
@@ -387,9 +433,9 @@ def renewed(engram, page, text):
             old.append(line)
         else:
             raise TableError(f"{mark[0]} has no {END}")
-        new = "\n" + make_table(engram, page, *mark.groups()) + "\n"
+        new = "\n" + make_table(engram, page, mark[1], mark[2].split()) + "\n"
         if "".join(old) != new:
-            stale.append(" ".join(filter(None, mark.groups())))
+            stale.append(mark[1] + mark[2])
         out += [new, line]
     return "".join(out), stale
 
