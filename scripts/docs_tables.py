@@ -186,7 +186,7 @@ class Ids:
 
     def rows(self, lists, *columns):
         """A row per name in `lists` (one list per id), a cell per function in `columns`."""
-        names = list(dict.fromkeys(item["name"] for items in lists for item in items))
+        names = merged_names(lists)
         found = [{item["name"]: item for item in items} for items in lists]
         rows = []
         for name in names:
@@ -197,6 +197,20 @@ class Ids:
             rows.append([code(name) + (f"<br>of {label}" if label else "")])
             rows[-1] += [having.cell([column(item) for item in items]) for column in columns]
         return rows
+
+
+def merged_names(lists):
+    """All names, each where its own list has it."""
+    names = []
+    for items in lists:
+        place = 0
+        for item in items:
+            if item["name"] in names:
+                place = names.index(item["name"]) + 1
+            else:
+                names.insert(place, item["name"])
+                place += 1
+    return names
 
 
 def label_of(group, tags):
