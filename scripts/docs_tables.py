@@ -478,7 +478,7 @@ def main():
     engram = Engram(arguments.engram)
     stale_pages = 0
     for page in [page.resolve() for page in arguments.pages] or sorted(DOCS.rglob("*.md")):
-        name = os.path.relpath(page)
+        name = os.path.relpath(page, ROOT)
         try:
             text = page.read_text()
             new_text, stale = renewed(engram, page, text)
@@ -492,8 +492,8 @@ def main():
             if not arguments.check:
                 page.write_text(new_text)
     if arguments.check and stale_pages:
-        script = os.path.relpath(__file__)
-        raise TableError(f"renew with: {script} --engram {os.path.relpath(arguments.engram)}")
+        engram = os.path.relpath(arguments.engram, ROOT)
+        raise TableError(f"renew with: scripts/docs_tables.py --engram {engram}")
 
 
 if __name__ == "__main__":
