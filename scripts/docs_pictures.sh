@@ -29,3 +29,10 @@ sheet blink_count BlinkCountButtonPressEasy-VLA-v0 "${human[@]}" --seed 1 --pin 
 sheet intercept InterceptMedium-VLA-v0 "${human[@]}" --seed 1 --at 0,10,20,24,30,40
 sheet intercept_grab InterceptGrabMedium-VLA-v0 "${human[@]}" --seed 1 --at 0,16,30
 sheet rotate RotateStrictPos-VLA-v0 "${human[@]}" --seed 1 --at 0,18,36,48,60,80
+sheet take_it_back TakeItBack-VLA-v0 "${human[@]}" --seed 1 --at 0,12,15,19,24,28
+sheet trace_shape TraceShapeHard-VLA-v0 "${human[@]}" --seed 5 --pin shape=2 --pin pre_demo_steps=4 --at 10,40,66,80,98,107
+sheet trace_shape_seq TraceShapeSeqHard-VLA-v0 "${human[@]}" --seed 5 --pin sequence_length=2 --pin shapes=1,2,0,0,0 --pin pre_demo_steps=3 --at 35,100,155,175,196,225
+sheet timed_transfer TimedTransferEasy-VLA-v0 "${human[@]}" --seed 0 --at 0,2,17,60,97,99
+sheet gather_and_recall GatherAndRecall3-VLA-v0 "${human[@]}" --seed 0 --pin flash_trigger_count=2 --pin flash_color=1 --at 0,51,119,150,190,206
+sheet batteries_checker BatteriesCheckerHard-3-VLA-v0 "${human[@]}" --seed 0 --pin working=1 --at 0,30,153,170,178,199
+sheet cameras GatherAndRecall3-VLA-v0 --camera all --size 256 --seed 0 --at 30
