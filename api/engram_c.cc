@@ -9,6 +9,7 @@
 #include "api/c_batch.h"
 #include "api/c_error.h"
 #include "api/c_options.h"
+#include "core/base/join.h"
 #include "protocol/batch/task_description.h"
 
 namespace {
@@ -33,20 +34,13 @@ T fact(const engram_env* env, T otherwise, F&& f) noexcept {
   return otherwise;
 }
 
-std::string all_names(const std::vector<engram_array>& arrays) {
-  std::string names;
-  for (const engram_array& array : arrays)
-    names += (names.empty() ? "" : ", ") + std::string(array.name);
-  return names;
-}
-
 const engram_array& named(const std::vector<engram_array>& arrays, const char* name) {
   const auto found = std::find_if(arrays.begin(), arrays.end(), [name](const engram_array& array) {
     return std::strcmp(array.name, name) == 0;
   });
   if (found != arrays.end()) return *found;
-  throw Error(Error::kUnknownId,
-              "no output named '" + std::string(name) + "'; this batch has: " + all_names(arrays));
+  throw Error(Error::kUnknownId, "no output named '" + std::string(name) + "'; this batch has: " +
+                                     engram::join(arrays, &engram_array::name));
 }
 
 void copy_text(const std::string& from, char* text, size_t capacity) {

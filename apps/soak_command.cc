@@ -177,11 +177,13 @@ void run(const SoakCommandOptions& given) {
     report = bench::soak(options);
   }
   print(given.json ? to_text(to_document(report)) : to_words(report));
-  std::string broken;
+  std::vector<std::string> broken;
   for (const bench::SoakBound& bound : report.bounds) {
-    if (!bound.kept()) broken += (broken.empty() ? "" : ", ") + bound.name;
+    if (!bound.kept()) broken.push_back(bound.name);
   }
-  if (!broken.empty()) throw Error(Error::kInternal, "soak: bounds broken: " + broken);
+  if (!broken.empty()) {
+    throw Error(Error::kInternal, fmt::format("soak: bounds broken: {}", fmt::join(broken, ", ")));
+  }
   if (report.stopped) {
     throw Error(Error::kIo, "interrupted; reported is what was done until then");
   }

@@ -14,6 +14,7 @@
 #include "bench/render_suite.h"
 #include "bench/rollout.h"
 #include "bench/spin.h"
+#include "core/base/join.h"
 #include "protocol/batch/make.h"
 
 namespace engram::bench {
@@ -226,11 +227,8 @@ std::vector<Row> run_suite(std::string_view suite, const Options& options) {
   const auto* found = std::find_if(kSuites.begin(), kSuites.end(),
                                    [suite](const Suite& entry) { return entry.name == suite; });
   if (found == kSuites.end()) {
-    std::string names;
-    for (const std::string_view name : kNames)
-      names += (names.empty() ? "" : ", ") + std::string(name);
     throw Error(Error::kUnknownId,
-                "no benchmark suite '" + std::string(suite) + "'; there are: " + names);
+                "no benchmark suite '" + std::string(suite) + "'; there are: " + join(kNames));
   }
   return found->run(options);
 }

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/join.h"
+
 namespace engram {
 namespace {
 
 std::string shape_text(std::span<const std::int64_t> shape) {
-  std::string text;
-  for (const std::int64_t size : shape) text += (text.empty() ? "" : ", ") + std::to_string(size);
-  return "(" + text + ")";
+  return "(" + join(shape, [](std::int64_t size) { return std::to_string(size); }) + ")";
 }
 
 // Appends row `index` of an array of the batch.
