@@ -7,16 +7,11 @@
 #include <string>
 
 #include "protocol/batch/episodes.h"
+#include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/sample_pictures.h"
 
 namespace engram {
 namespace {
-
-template <class T>
-double mean(const std::vector<T>& values) {
-  if (values.empty()) return 0;
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
 
 // --- a worker's part: the episodes of one item ---
 

@@ -1,4 +1,5 @@
-// The evaluation protocol of common 12.2: fixed seeds, one episode each, success at any step.
+// The benchmark's evaluation protocol (docs/protocol.md): fixed seeds, one episode each, success in
+// any step.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +17,17 @@ namespace engram {
 // Makes the external policy of one worker thread; called by that thread, on every rank.
 using PolicyFactory = std::function<std::unique_ptr<ExternalPolicy>(const WorkContext&)>;
 
+// What the benchmark's results are made with.
+inline constexpr int kBenchmarkEpisodes = 50;  // per task
+inline constexpr std::uint64_t kBenchmarkSeed = 4242424242;
+inline constexpr int kEvaluationEnvs = 8;  // by default
+
 struct Protocol {
   Policy policy = Policy::kOracle;
   PolicyFactory external;  // takes the place of `policy` if it is set
-  int episodes = 50;
-  std::uint64_t start_seed = 4242424242;  // episode i has seed start_seed + i
-  int num_envs = 8;                       // episodes that a thread plays together, at most
+  int episodes = kBenchmarkEpisodes;
+  std::uint64_t start_seed = kBenchmarkSeed;  // episode i has seed start_seed + i
+  int num_envs = kEvaluationEnvs;             // episodes that a thread plays together, at most
   int threads = 0;
   bool samples = false;    // pictures of each task's first episode
   EnvOptions environment;  // obs_mode, image_options and task_options count

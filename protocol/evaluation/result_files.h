@@ -1,5 +1,5 @@
-// The result files of an evaluation (common 12.2): <ID>.json of every finished task, summary.json,
-// settings.json, with which an interrupted run is resumed, and a report.
+// The result files of an evaluation (docs/protocol.md): <ID>.json of every finished task,
+// summary.json, settings.json, with which an interrupted run is resumed, and a report.
 #pragma once
 
 #include <filesystem>
@@ -8,28 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "protocol/evaluation/evaluate.h"
-#include "protocol/formats/document.h"
+#include "protocol/evaluation/settings.h"
 
 namespace engram {
 
-// What a run was asked for, as far as results depend on it.
-struct EvaluationSettings {
-  std::vector<std::string> tasks;  // ids, in the registry's order
-  int episodes = 50;
-  std::uint64_t start_seed = 4242424242;
-  std::string obs_mode = "rgb";
-  std::string renderer = "none";  // of rgb observations
-  std::string policy;             // "oracle", or the name of an external one
-  Document policy_config;         // what else there is to say of it
-  std::map<std::string, double> task_options;
-
-  Document document() const;
-  // Throws Error (kIo) if the document is not one of settings.
-  static EvaluationSettings of(const Document& document, const std::filesystem::path& file);
-};
-
-// The documents of common 12.2, with its keys in its order, and the chance level.
+// What the benchmark writes of a task, with its keys in its order, and the chance level.
 Document task_document(const TaskResult& result, const EvaluationSettings& settings);
 // Of task documents, in the registry's order.
 Document summary_document(const DocumentList& tasks);
