@@ -6,7 +6,6 @@
 #include <memory>
 #include <numeric>
 #include <span>
-#include <thread>
 
 #include "bench/interleave.h"
 #include "bench/mixed_actions.h"
@@ -15,6 +14,7 @@
 #include "core/base/checksum.h"
 #include "core/base/thread_pool.h"
 #include "protocol/batch/make.h"
+#include "protocol/batch/rows.h"
 
 namespace engram::bench {
 namespace {
@@ -189,25 +189,23 @@ class Walker {
   }
 
   static void count_episodes(const VectorEnv& env, SoakVisit& visit) {
-    const auto* succeeded =
-        reinterpret_cast<const std::uint8_t*>(env.final_output("success_once").row(0));
+    const ColumnView succeeded = env.final_output("success_once");
     for (int i = 0; i < kEnvs; ++i) {
       if (env.final_mask()[static_cast<std::size_t>(i)] == 0) continue;
       const std::size_t turn = turn_of(i, env.state().episode[i] - 1);
       ++visit.episodes[turn];
-      visit.successes[turn] += succeeded[i];
+      visit.successes[turn] += value_of<std::uint8_t>(succeeded, i);
     }
   }
 
   // The episode that diverged has ended; its successor has begun.
   void note_unstable(const VectorEnv& env, std::vector<UnstableEpisode>& unstable) const {
-    const auto* elapsed =
-        reinterpret_cast<const std::int32_t*>(env.final_output("elapsed_steps").row(0));
+    const ColumnView elapsed = env.final_output("elapsed_steps");
     for (int i = 0; i < kEnvs; ++i) {
       if (env.unstable()[static_cast<std::size_t>(i)] == 0) continue;
       const std::uint64_t episode = env.state().episode[i] - 1;
-      unstable.push_back(
-          {task_.id, env.state().seed[i], episode, kSoakPolicies[turn_of(i, episode)], elapsed[i]});
+      unstable.push_back({task_.id, env.state().seed[i], episode,
+                          kSoakPolicies[turn_of(i, episode)], value_of<std::int32_t>(elapsed, i)});
     }
   }
 
@@ -233,8 +231,7 @@ class Soak {
  public:
   Soak(const SoakOptions& options, std::vector<std::string> ids)
       : options_(options), ids_(std::move(ids)) {
-    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    report_.threads = options.threads > 0 ? options.threads : cores;
+    report_.threads = threads_or_all(options.threads);
   }
 
   SoakReport run() {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
-#include <thread>
 
 #include "bench/budget_suite.h"
 #include "bench/interleave.h"
@@ -94,8 +93,7 @@ std::vector<Row> run_physics(const Options& options) {
 
 std::vector<Row> run_scaling(const Options& options) {
   constexpr int kSteps = 25;
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int most = options.threads > 0 ? options.threads : cores;
+  const int most = threads_or_all(options.threads);
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
   Rollout single(id, batch(n, 1), options.policy);

@@ -11,6 +11,9 @@
 
 namespace engram {
 
+// Writes all bytes to an open descriptor. Returns 0, or the system's error number.
+int write_all(int descriptor, std::span<const std::byte> bytes);
+
 // Writes a file that is never seen half-written, not even after a power cut: under a temporary name
 // first, then renamed. A device or pipe is written to as it is. Throws Error (kIo) if that fails;
 // what was there before stays.
