@@ -25,8 +25,8 @@ using engram::c::Use;
 using engram::c::with_batch;
 using engram::c::with_claim;
 
-// What a getter tells of a batch, or `otherwise` for NULL. Such facts never change, so that they
-// can be asked for at any time.
+// A constant of a batch, or `otherwise` for NULL. Constants can be read at any time, even while
+// another call is at work.
 template <class T, class F>
 T fact(const engram_env* env, T otherwise, F&& f) noexcept {
   if (env != nullptr) return f(*env->batch);
@@ -106,8 +106,7 @@ engram_status engram_make(const char* id, const engram_options* options, engram_
 
 void engram_close(engram_env* env) {
   if (env == nullptr) return;
-  // A call in another thread is let finish; a step_async that nobody waited for ends with its
-  // driver.
+  // Waits for a call in another thread. A step_async that nobody waited for ends with its driver.
   Use found = env->use.load();
   while (found == Use::kBusy || !env->use.compare_exchange_weak(found, Use::kBusy)) {
     if (found == Use::kBusy) std::this_thread::sleep_for(std::chrono::microseconds(100));

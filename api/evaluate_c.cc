@@ -22,7 +22,7 @@ using engram::c::guarded;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
 
-// The callback as a policy; one of them serves all threads, one after another.
+// The callback as a policy. Threads share the callback; one at a time calls it.
 class CallbackPolicy final : public engram::ExternalPolicy {
  public:
   CallbackPolicy(engram_policy_callback callback, void* user, std::mutex& mutex, int worker)
@@ -172,7 +172,7 @@ engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const f
     if (ndim < 1 || ndim > 3) {
       refuse("engram_policy_set: " + std::to_string(ndim) + " dimensions given, 1 to 3 allowed");
     }
-    // More than that would be no answer, but a size that overflows.
+    // Larger sizes are mistakes, and their product could overflow.
     constexpr std::int64_t kMost = 1 << 24;
     std::int64_t count = 1;
     for (int i = 0; i < ndim; ++i) {

@@ -74,7 +74,7 @@ std::string to_words(const Folders& folders) {
   return table.text();
 }
 
-// A plan whose attempts did not suffice has failed, whatever it has collected.
+// Too few episodes are a failure, although those collected are kept.
 void require_complete(const Folders& folders, const CollectionPlan& plan) {
   for (const auto& folder : folders) {
     if (folder->complete()) continue;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array kPolicies = {Policy::kOracle, Policy::kBlind, Policy::kZero, Policy::kRandom};
 
-// Which options speak of which settings.
+// Which setting each option sets.
 constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"ids", "tasks"},
     {"--split", "tasks"},

@@ -186,7 +186,7 @@ void complete_size(RecordOptions& options) {
   view.width = view.height / 2 * 3;
 }
 
-// Fills in what was not given, in terms of what was.
+// Fills in the options that were not given.
 RecordOptions completed(RecordOptions options) {
   const std::string extension = extension_of(options.out);
   const bool picture = extension == ".png";

@@ -135,7 +135,7 @@ std::string to_words(const VectorEnv& env, const RolloutOptions& options, const 
   return text;
 }
 
-// Fills in what was not given, in terms of what was.
+// Fills in the options that were not given.
 RolloutOptions completed(RolloutOptions options) {
   if (options.num_envs > 0) {
     options.env.num_envs = options.num_envs;

@@ -10,8 +10,8 @@
 namespace engram {
 namespace {
 
-// Families whose demonstrations upstream plans, episode by episode, as it does those of all -Long
-// tasks; the other tasks' come from a trained policy, batch by batch.
+// Families whose demonstrations come from a motion planner in the benchmark, one episode at a time;
+// so do those of all -Long tasks. Those of the other tasks come from a trained policy, in batches.
 constexpr std::array<std::string_view, 10> kPlannedFamilies = {
     "BatteriesCheckerEasy", "BatteriesCheckerHard", "BlinkCountButtonPress",
     "BunchOfColors",        "SeqOfColors",          "ChainOfColors",

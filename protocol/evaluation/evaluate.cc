@@ -63,7 +63,7 @@ struct ItemResult {
   }
 };
 
-// Keeps books on the episodes of an item.
+// Notes how the episodes of an item end, and takes pictures of the task's first one.
 class Watcher {
  public:
   Watcher(VectorEnv& env, ItemResult& result, ChunkedPolicy* policy, int first_episode,

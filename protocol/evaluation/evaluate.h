@@ -30,11 +30,11 @@ struct Protocol {
   int num_envs = kEvaluationEnvs;             // episodes that a thread plays together, at most
   int threads = 0;
   bool samples = false;    // pictures of each task's first episode
-  EnvOptions environment;  // obs_mode, image_options and task_options count
+  EnvOptions environment;  // only obs_mode, image_options and task_options are used
 };
 
-// What came out for one task; vectors have one element per episode. Up to the line, the same for
-// every number of environments, threads and ranks.
+// The result of one task; vectors have one element per episode. What stands above the line does not
+// depend on the numbers of environments, threads and ranks.
 struct TaskResult {
   const RegistryEntry* entry = nullptr;
   double chance = 1;  // success rate of guessing
@@ -66,14 +66,14 @@ struct EvaluationStatus {
   std::vector<Running> running;
 };
 
-// Who hears of it on rank 0. Exceptions end the run.
+// Callbacks on rank 0. An exception from one of them ends the run.
 struct EvaluationListener {
-  std::function<void(TaskResult)> finished;           // a task, in whatever order
+  std::function<void(TaskResult)> finished;           // tasks, in any order
   std::function<void(const EvaluationStatus&)> tick;  // several times a second
 };
 
 // Evaluates the tasks on all threads of all ranks, those with the longest episodes first. Every
-// rank calls it with the same protocol; tasks and listener count on rank 0 only.
+// rank calls it with the same protocol; only rank 0's tasks and listener are used.
 void evaluate(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
               const Protocol& protocol, const EvaluationListener& listener);
 

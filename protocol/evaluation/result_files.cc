@@ -46,7 +46,7 @@ std::string local_time() {
   return text;
 }
 
-// What was asked for in a task document, and so is the same in all of a run.
+// Keys of a task document that say what was asked for: the same in all documents of a run.
 constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
                                          "model"};
 
@@ -63,8 +63,8 @@ bool is_list_of(const Document& document, std::size_t count, Read&& read) {
   return items.size() == count;
 }
 
-// Whether a document is a whole result of the task: everything that is read of one later is there,
-// and of its type.
+// Whether a document is a complete result of the task: everything that is read from it later is
+// there and has the right type.
 bool is_result(const Document& task, const std::string& id) {
   const auto is_count = [](const Document& value) { return whole_number(value); };
   try {

@@ -23,23 +23,23 @@ class ResultFolder {
   // Makes <output>/<split>/<date and time>/. Throws Error (kIo) if that fails.
   static ResultFolder create(const std::filesystem::path& output,
                              const EvaluationSettings& settings);
-  // Opens one to go on with. Throws Error (kIo) if there is none.
+  // Opens the folder of an interrupted run. Throws Error (kIo) if it does not exist.
   static ResultFolder open(const std::filesystem::path& folder);
 
   const std::filesystem::path& path() const { return path_; }
-  // The settings with which it was begun, if there are any.
+  // The settings that the run began with; nothing if their file is missing.
   std::optional<EvaluationSettings> settings() const;
-  // Finished tasks, by id. Damaged files count as not there. Throws Error (kInvalidArgument) for
-  // results that are whole but of another protocol.
+  // Finished tasks, by id. Damaged files are ignored. Throws Error (kInvalidArgument) for intact
+  // results of another protocol.
   std::map<std::string, Document> finished(const EvaluationSettings& settings) const;
 
-  // Settings, so that the run can be resumed.
+  // Writes the settings, so that the run can be resumed.
   void begin(const EvaluationSettings& settings) const;
   void write_task(const Document& task) const;
   void write_summary(const DocumentList& tasks) const;
 
-  // What the report needs and results must not depend on: time, by task id, in timing.json, and
-  // pictures in samples/<ID>.png.
+  // For the report alone, beside the results: time by task id, in timing.json, and pictures, in
+  // samples/<ID>.png.
   void add_timing(const std::string& id, double thread_seconds) const;
   std::map<std::string, double> timing() const;
   void write_sample(const std::string& id, const Bytes& png) const;

@@ -18,7 +18,7 @@ struct EvaluationSettings {
   std::string obs_mode = "rgb";
   std::string renderer = "none";  // of rgb observations
   std::string policy;             // "oracle", or the name of an external one
-  Document policy_config;         // what else there is to say of it
+  Document policy_config;         // what else the results say of it
   std::map<std::string, double> task_options;
 
   // Takes over the observations, the renderer and the task options.

@@ -1,4 +1,4 @@
-// Files that are either whole or not there.
+// Files that are written completely or not at all.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@ namespace engram {
 int write_all(int descriptor, std::span<const std::byte> bytes);
 
 // Writes a file that is never seen half-written, not even after a power cut: under a temporary name
-// first, then renamed. A device or pipe is written to as it is. Throws Error (kIo) if that fails;
-// what was there before stays.
+// first, then renamed. Devices and pipes are written to directly. Throws Error (kIo) if that
+// fails; an older file is then unchanged.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 
