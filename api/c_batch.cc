@@ -68,7 +68,7 @@ std::vector<engram_array> list_columns(const VectorEnv& env, At&& at) {
   for (std::size_t i = 0; i < env.outputs().size(); ++i) {
     const ColumnView column = env.outputs()[i];
     arrays.push_back(column_array(at(column), env.num_envs()));
-    // Without a state observation its row is nothing.
+    // Without a state observation its rows are empty.
     if (column.field->name == "observation" && env.observation().empty()) {
       arrays.back().ndim = 2;
       arrays.back().shape[1] = 0;

@@ -1,4 +1,4 @@
-// What stands behind a handle of the C door.
+// The object behind a handle of the C door.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@
 
 namespace engram::c {
 
-// Who uses a handle. Everything but kIdle refuses further calls.
+// How a handle is in use. Calls are refused unless it is kIdle.
 enum class Use : int {
   kIdle,
   kBusy,      // a call is at work

@@ -1,4 +1,4 @@
-// How calls of the C door fail: a status, and a message that this thread can ask for.
+// Failures of the C door: a status, and a message for engram_last_error.
 #pragma once
 
 #include <string_view>

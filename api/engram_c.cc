@@ -9,6 +9,7 @@
 #include "api/c_batch.h"
 #include "api/c_error.h"
 #include "api/c_options.h"
+#include "core/base/join.h"
 #include "protocol/batch/task_description.h"
 
 namespace {
@@ -24,8 +25,8 @@ using engram::c::Use;
 using engram::c::with_batch;
 using engram::c::with_claim;
 
-// What a getter tells of a batch, or `otherwise` for NULL. Such facts never change, so that they
-// can be asked for at any time.
+// A constant of a batch, or `otherwise` for NULL. Constants can be read at any time, even while
+// another call is at work.
 template <class T, class F>
 T fact(const engram_env* env, T otherwise, F&& f) noexcept {
   if (env != nullptr) return f(*env->batch);
@@ -33,20 +34,13 @@ T fact(const engram_env* env, T otherwise, F&& f) noexcept {
   return otherwise;
 }
 
-std::string all_names(const std::vector<engram_array>& arrays) {
-  std::string names;
-  for (const engram_array& array : arrays)
-    names += (names.empty() ? "" : ", ") + std::string(array.name);
-  return names;
-}
-
 const engram_array& named(const std::vector<engram_array>& arrays, const char* name) {
   const auto found = std::find_if(arrays.begin(), arrays.end(), [name](const engram_array& array) {
     return std::strcmp(array.name, name) == 0;
   });
   if (found != arrays.end()) return *found;
-  throw Error(Error::kUnknownId,
-              "no output named '" + std::string(name) + "'; this batch has: " + all_names(arrays));
+  throw Error(Error::kUnknownId, "no output named '" + std::string(name) + "'; this batch has: " +
+                                     engram::join(arrays, &engram_array::name));
 }
 
 void copy_text(const std::string& from, char* text, size_t capacity) {
@@ -112,8 +106,7 @@ engram_status engram_make(const char* id, const engram_options* options, engram_
 
 void engram_close(engram_env* env) {
   if (env == nullptr) return;
-  // A call in another thread is let finish; a step_async that nobody waited for ends with its
-  // driver.
+  // Waits for a call in another thread. A step_async that nobody waited for ends with its driver.
   Use found = env->use.load();
   while (found == Use::kBusy || !env->use.compare_exchange_weak(found, Use::kBusy)) {
     if (found == Use::kBusy) std::this_thread::sleep_for(std::chrono::microseconds(100));

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "api/c_error.h"
 #include "api/c_options.h"
@@ -21,7 +22,7 @@ using engram::c::guarded;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
 
-// The callback as a policy; one of them serves all threads, one after another.
+// The callback as a policy. Threads share the callback; one at a time calls it.
 class CallbackPolicy final : public engram::ExternalPolicy {
  public:
   CallbackPolicy(engram_policy_callback callback, void* user, std::mutex& mutex, int worker)
@@ -73,14 +74,12 @@ class CallbackPolicy final : public engram::ExternalPolicy {
 engram::EvaluationSettings settings_of(const engram_evaluation_options& options) {
   engram::EvaluationSettings settings;
   if (options.num_ids == 0 || options.ids == nullptr) refuse("ids: none given, 1 or more needed");
-  for (const engram::RegistryEntry& entry : engram::registry()) {
-    for (std::size_t i = 0; i < options.num_ids; ++i) {
-      if (options.ids[i] == nullptr) refuse("ids: a null pointer given");
-      if (&engram::require_entry(options.ids[i]) != &entry) continue;
-      settings.tasks.emplace_back(entry.id);
-      break;
-    }
+  std::set<const engram::RegistryEntry*> tasks;
+  for (std::size_t i = 0; i < options.num_ids; ++i) {
+    if (options.ids[i] == nullptr) refuse("ids: a null pointer given");
+    tasks.insert(&engram::require_entry(options.ids[i]));
   }
+  settings.tasks = engram::ids_in_order({tasks.begin(), tasks.end()});
   for (const std::string& id : settings.tasks) (void)engram::make_task(id);
   if (options.episodes < 1) {
     refuse("episodes: " + std::to_string(options.episodes) + " given, 1 or more allowed");
@@ -96,8 +95,6 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   }
   settings.episodes = options.episodes;
   settings.start_seed = options.seed;
-  settings.obs_mode = rgb ? "rgb" : "state";
-  settings.renderer = !rgb ? "none" : options.renderer == nullptr ? "cpu" : options.renderer;
   settings.policy = options.name == nullptr ? "external" : options.name;
   settings.policy_config = engram::DocumentTable();
   if (options.config_json != nullptr) {
@@ -105,10 +102,11 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
     if (!config || !engram::is_table(*config)) refuse("config_json: a JSON object needed");
     settings.policy_config = std::move(*config);
   }
-  for (const engram::OptionChoice& choice :
-       engram::c::to_choices(options.task_options, options.num_task_options)) {
-    settings.task_options[choice.name] = choice.value;
-  }
+  engram::EnvOptions environment;
+  environment.obs_mode = rgb ? engram::ObsMode::kRgb : engram::ObsMode::kState;
+  if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
+  environment.task_options = engram::c::to_choices(options.task_options, options.num_task_options);
+  settings.set_environment(environment);
   return settings;
 }
 
@@ -131,21 +129,13 @@ std::string evaluate(const engram_evaluation_options& options, engram_policy_cal
                      void* user) {
   engram::EvaluationRun run = begin(options);
   std::mutex mutex;
-  engram::Protocol protocol;
+  engram::Protocol protocol = engram::protocol_of(run.settings());
   protocol.external = [&](const engram::WorkContext& context) {
     return std::make_unique<CallbackPolicy>(policy, user, mutex, context.worker());
   };
-  protocol.episodes = run.settings().episodes;
-  protocol.start_seed = run.settings().start_seed;
   protocol.num_envs = options.num_envs;
   protocol.threads = options.threads;
   protocol.samples = run.folder().has_value();
-  const bool rgb = run.settings().obs_mode == "rgb";
-  protocol.environment.obs_mode = rgb ? engram::ObsMode::kRgb : engram::ObsMode::kState;
-  if (rgb) protocol.environment.image_options.renderer = run.settings().renderer;
-  for (const auto& [name, value] : run.settings().task_options) {
-    protocol.environment.task_options.push_back({name, value});
-  }
   const std::vector<const engram::RegistryEntry*> tasks = run.open_tasks();
   const int episodes = static_cast<int>(tasks.size()) * protocol.episodes;
   const auto tick = [&](const engram::EvaluationStatus& status) {
@@ -167,10 +157,10 @@ void engram_evaluation_options_init(engram_evaluation_options* options) {
   if (options == nullptr) return;
   *options = {};
   options->struct_size = sizeof *options;
-  options->episodes = 50;
-  options->num_envs = 8;
+  options->episodes = engram::kBenchmarkEpisodes;
+  options->num_envs = engram::kEvaluationEnvs;
   options->obs_mode = ENGRAM_OBS_RGB;
-  options->seed = 4242424242;
+  options->seed = engram::kBenchmarkSeed;
 }
 
 engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const float* actions,
@@ -182,7 +172,7 @@ engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const f
     if (ndim < 1 || ndim > 3) {
       refuse("engram_policy_set: " + std::to_string(ndim) + " dimensions given, 1 to 3 allowed");
     }
-    // More than that would be no answer, but a size that overflows.
+    // Larger sizes are mistakes, and their product could overflow.
     constexpr std::int64_t kMost = 1 << 24;
     std::int64_t count = 1;
     for (int i = 0; i < ndim; ++i) {

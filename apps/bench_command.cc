@@ -5,11 +5,11 @@
 #include <cmath>
 #include <memory>
 
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "bench/suites.h"
+#include "protocol/formats/document.h"
 
 namespace engram::apps {
 namespace {
@@ -43,16 +43,16 @@ std::vector<bench::Row> run_suites(const BenchOptions& options) {
 }
 
 // Rows that are compared with nothing have null where the comparison would be.
-Json describe(const bench::Row& row) {
-  Json object = {{"name", row.name},    {"value", to_json(row.value)}, {"unit", row.unit},
-                 {"baseline", nullptr}, {"baseline_value", nullptr},   {"ratio", nullptr},
-                 {"rounds", row.rounds}};
-  if (!row.baseline.empty()) {
-    object["baseline"] = row.baseline;
-    object["baseline_value"] = to_json(row.baseline_value);
-    object["ratio"] = to_json(row.ratio);
-  }
-  return object;
+DocumentTable describe(const bench::Row& row) {
+  const bool compared = !row.baseline.empty();
+  const auto or_null = [compared](auto value) { return compared ? Document(value) : Document(); };
+  return {{"name", row.name},
+          {"value", row.value},
+          {"unit", row.unit},
+          {"baseline", or_null(row.baseline)},
+          {"baseline_value", or_null(row.baseline_value)},
+          {"ratio", or_null(row.ratio)},
+          {"rounds", row.rounds}};
 }
 
 std::string number(double value) {
@@ -82,8 +82,8 @@ void run(const BenchOptions& options) {
     print(to_words(rows));
     return;
   }
-  Json document = Json::array();
-  for (const bench::Row& row : rows) document.push_back(describe(row));
+  DocumentList document;
+  for (const bench::Row& row : rows) document.emplace_back(describe(row));
   print(to_text(document));
 }
 

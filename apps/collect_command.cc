@@ -8,13 +8,13 @@
 #include <numeric>
 
 #include "apps/joined_run.h"
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
 #include "protocol/demonstrations/collection.h"
 #include "protocol/demonstrations/report.h"
+#include "protocol/formats/document.h"
 #include "protocol/formats/files.h"
 
 namespace engram::apps {
@@ -31,7 +31,7 @@ struct CollectOptions {
   bool json = false;
 };
 
-Json task_document(const DemonstrationFolder& folder) {
+DocumentTable task_document(const DemonstrationFolder& folder) {
   return {{"env_id", folder.entry().id},   {"out", folder.path().string()},
           {"episodes", folder.episodes()}, {"steps", folder.steps()},
           {"attempts", folder.attempts()}, {"keep_rate", keep_rate(folder)}};
@@ -39,14 +39,14 @@ Json task_document(const DemonstrationFolder& folder) {
 
 using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
 
-Json document(const Folders& folders, const CollectOptions& options) {
+DocumentTable document(const Folders& folders, const CollectOptions& options) {
   int episodes = 0;
   std::int64_t steps = 0;
-  Json tasks = Json::array();
+  DocumentList tasks;
   for (const auto& folder : folders) {
     episodes += folder->episodes();
     steps += folder->steps();
-    tasks.push_back(task_document(*folder));
+    tasks.emplace_back(task_document(*folder));
   }
   return {{"out", options.collection.out.string()},
           {"format", "npz"},
@@ -74,7 +74,7 @@ std::string to_words(const Folders& folders) {
   return table.text();
 }
 
-// A plan whose attempts did not suffice has failed, whatever it has collected.
+// Too few episodes are a failure, although those collected are kept.
 void require_complete(const Folders& folders, const CollectionPlan& plan) {
   for (const auto& folder : folders) {
     if (folder->complete()) continue;

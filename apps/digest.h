@@ -14,8 +14,8 @@
 namespace engram::apps {
 
 // One running 64-bit hash per environment over its observation rows, rewards, terminations and
-// truncations, combined in environment order at the end. Depends on what was computed alone, not on
-// the threads and chunks that computed it.
+// truncations, combined in environment order at the end. Does not depend on
+// threads and chunks.
 class Digest {
  public:
   explicit Digest(int num_envs) : hashes_(static_cast<std::size_t>(num_envs)) {}

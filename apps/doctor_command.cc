@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "api/media.h"
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
+#include "protocol/formats/document.h"
 
 namespace engram::apps {
 namespace {
@@ -40,15 +40,15 @@ const char* build_kind() {
 }
 
 // Instruction sets of this machine that matter for speed, the plain one left out.
-Json instruction_sets() {
-  Json sets = Json::array();
+DocumentList instruction_sets() {
+  DocumentList sets;
 #if defined(__x86_64__)
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("sse4.2")) sets.push_back("sse4.2");
-  if (__builtin_cpu_supports("avx")) sets.push_back("avx");
-  if (__builtin_cpu_supports("avx2")) sets.push_back("avx2");
-  if (__builtin_cpu_supports("fma")) sets.push_back("fma");
-  if (__builtin_cpu_supports("avx512f")) sets.push_back("avx512f");
+  if (__builtin_cpu_supports("sse4.2")) sets.emplace_back("sse4.2");
+  if (__builtin_cpu_supports("avx")) sets.emplace_back("avx");
+  if (__builtin_cpu_supports("avx2")) sets.emplace_back("avx2");
+  if (__builtin_cpu_supports("fma")) sets.emplace_back("fma");
+  if (__builtin_cpu_supports("avx512f")) sets.emplace_back("avx512f");
 #endif
   return sets;
 }
@@ -95,34 +95,32 @@ std::string describe(const EglInfo& egl) {
   return fmt::format("{} on {}", egl.software ? "software" : "hardware", egl.platform);
 }
 
-Json examine() {
+Document examine() {
   const EglInfo egl = query_egl();
   const auto env = make(kMeasuredTask, batch_options(kMaxThreads, 0));
-  return {{"version", version()},
-          {"mujoco_compiled", compiled_mujoco()},
-          {"mujoco_runtime", mj_versionString()},
-          {"compiler", compiler()},
-          {"build", build_kind()},
-          {"instruction_sets", instruction_sets()},
-          {"cores", std::thread::hardware_concurrency()},
-          {"threads", env->threads()},
-          {"memory_bytes", ::sysconf(_SC_PHYS_PAGES) * page_size()},
-          {"memory_task", kMeasuredTask},
-          {"bytes_per_env", env->bytes_per_env()},
-          {"resident_bytes_per_env", measured_bytes_per_env()},
-          {"egl", describe(egl)},
-          {"egl_available", egl.available},
-          {"egl_vendor", egl.vendor},
-          {"egl_renderer", egl.renderer}};
+  return DocumentTable{{"version", version()},
+                       {"mujoco_compiled", compiled_mujoco()},
+                       {"mujoco_runtime", mj_versionString()},
+                       {"compiler", compiler()},
+                       {"build", build_kind()},
+                       {"instruction_sets", instruction_sets()},
+                       {"cores", std::thread::hardware_concurrency()},
+                       {"threads", env->threads()},
+                       {"memory_bytes", ::sysconf(_SC_PHYS_PAGES) * page_size()},
+                       {"memory_task", kMeasuredTask},
+                       {"bytes_per_env", env->bytes_per_env()},
+                       {"resident_bytes_per_env", measured_bytes_per_env()},
+                       {"egl", describe(egl)},
+                       {"egl_available", egl.available},
+                       {"egl_vendor", egl.vendor},
+                       {"egl_renderer", egl.renderer}};
 }
 
-std::string to_words(const Json& facts) {
-  std::string sets;
-  for (const Json& set : facts["instruction_sets"]) {
-    sets += fmt::format("{}{}", sets.empty() ? "" : " ", set.get<std::string>());
-  }
-  const auto text = [&facts](const char* key) { return facts[key].get<std::string>(); };
-  const auto count = [&facts](const char* key) { return with_thousands(facts[key].get<double>()); };
+std::string to_words(const Document& facts) {
+  std::vector<std::string> sets;
+  for (const Document& set : list(part(facts, "instruction_sets"))) sets.push_back(text(set));
+  const auto fact = [&facts](const char* key) { return text(part(facts, key)); };
+  const auto count = [&facts](const char* key) { return with_thousands(number(part(facts, key))); };
   return fmt::format(
       "engram            {}, {}, {}\n"
       "MuJoCo            {} (compiled against {})\n"
@@ -131,14 +129,14 @@ std::string to_words(const Json& facts) {
       "memory            {} bytes\n"
       "per environment   {} bytes of columns, {} bytes resident ({})\n"
       "EGL               {}; {}\n",
-      text("version"), text("compiler"), text("build"), text("mujoco_runtime"),
-      text("mujoco_compiled"), sets, count("cores"), count("threads"), count("memory_bytes"),
-      count("bytes_per_env"), count("resident_bytes_per_env"), text("memory_task"), text("egl"),
-      text("egl_renderer"));
+      fact("version"), fact("compiler"), fact("build"), fact("mujoco_runtime"),
+      fact("mujoco_compiled"), fmt::join(sets, " "), count("cores"), count("threads"),
+      count("memory_bytes"), count("bytes_per_env"), count("resident_bytes_per_env"),
+      fact("memory_task"), fact("egl"), fact("egl_renderer"));
 }
 
 void run(bool json) {
-  const Json facts = examine();
+  const Document facts = examine();
   print(json ? to_text(facts) : to_words(facts));
 }
 

@@ -1,5 +1,7 @@
 #include "apps/episode_log.h"
 
+#include "protocol/batch/rows.h"
+
 namespace engram::apps {
 
 EpisodeLog::EpisodeLog(const VectorEnv& env, int episodes)
@@ -40,8 +42,8 @@ void EpisodeLog::finish_episode(const VectorEnv& env, int index) {
                                                             : env.output(name);
   };
   ++episodes_;
-  if (*reinterpret_cast<const std::uint8_t*>(ended("success_once").row(index)) != 0) ++successes_;
-  return_sum_ += *reinterpret_cast<const double*>(ended("episode_return").row(index));
+  if (value_of<std::uint8_t>(ended("success_once"), index) != 0) ++successes_;
+  return_sum_ += value_of<double>(ended("episode_return"), index);
 }
 
 }  // namespace engram::apps

@@ -18,9 +18,9 @@ class EpisodeLog {
   // Takes in the outputs of the last step; to be called after every step.
   void update(const VectorEnv& env);
 
-  // Whether as many episodes as were asked for are counted, or no environment moves any more.
+  // Whether all episodes that were asked for are counted, or no environment moves any more.
   bool complete() const { return moving_ == 0 || (wanted_ > 0 && episodes_ == wanted_); }
-  // Of the episodes that were asked for; 0 if none were.
+  // The share that is counted of the episodes asked for; 0 if no number was given.
   double fraction() const {
     return wanted_ > 0 ? static_cast<double>(episodes_) / static_cast<double>(wanted_) : 0;
   }

@@ -12,6 +12,7 @@
 #include "apps/joined_run.h"
 #include "apps/live_view.h"
 #include "apps/output.h"
+#include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/run.h"
 
 namespace engram::apps {
@@ -45,10 +46,7 @@ std::string to_words(const DocumentList& tasks) {
   std::string lines = words.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
                                                  number(part(summary, "sr_split")));
   for (const auto& [split, rates] : splits) {
-    double sum = 0;
-    for (const double rate : rates) sum += rate;
-    lines += fmt::format("  split {}: {:.3f} over {} tasks\n", split,
-                         sum / static_cast<double>(rates.size()), rates.size());
+    lines += fmt::format("  split {}: {:.3f} over {} tasks\n", split, mean(rates), rates.size());
   }
   for (const auto& [type, rate] : table(part(summary, "sr_per_memory_type"))) {
     lines += fmt::format("  {}: {:.3f}\n", type, number(rate));

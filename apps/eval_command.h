@@ -1,4 +1,4 @@
-// `engram eval`: the evaluation protocol (common 12.2) with the built-in policies.
+// `engram eval`: the evaluation protocol (docs/protocol.md), with built-in or external policies.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array kPolicies = {Policy::kOracle, Policy::kBlind, Policy::kZero, Policy::kRandom};
 
-// Which options speak of which settings.
+// Which setting each option sets.
 constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"ids", "tasks"},
     {"--split", "tasks"},
@@ -34,9 +34,7 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
 
 EvaluationSettings settings_of(const EvalOptions& options) {
   EvaluationSettings settings;
-  std::vector<const RegistryEntry*> tasks = chosen_tasks(options.ids, options.filter, options.all);
-  std::sort(tasks.begin(), tasks.end());  // as they lie in the registry
-  for (const RegistryEntry* task : tasks) settings.tasks.emplace_back(task->id);
+  settings.tasks = ids_in_order(chosen_tasks(options.ids, options.filter, options.all));
   const Protocol& protocol = options.protocol;
   settings.episodes = protocol.episodes;
   settings.start_seed = protocol.start_seed;
@@ -49,11 +47,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
     // Images are what the benchmark allows.
     if (!options.given.contains("obs_mode")) environment.obs_mode = ObsMode::kRgb;
   }
-  settings.obs_mode = obs_name(environment);
-  settings.renderer = renderer_name(environment);
-  for (const OptionChoice& choice : environment.task_options) {
-    settings.task_options[choice.name] = choice.value;
-  }
+  settings.set_environment(environment);
   return settings;
 }
 
@@ -76,16 +70,9 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
 }
 
 Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings) {
-  Protocol protocol = options.protocol;
-  protocol.episodes = settings.episodes;
-  protocol.start_seed = settings.start_seed;
-  EnvOptions& environment = protocol.environment;
-  environment.obs_mode = settings.obs_mode == "rgb" ? ObsMode::kRgb : ObsMode::kState;
-  if (settings.renderer != "none") environment.image_options.renderer = settings.renderer;
-  environment.task_options.clear();
-  for (const auto& [name, value] : settings.task_options) {
-    environment.task_options.push_back({name, value});
-  }
+  Protocol protocol = engram::protocol_of(settings);
+  protocol.num_envs = options.protocol.num_envs;
+  protocol.threads = options.protocol.threads;
   if (is_null(settings.policy_config)) {
     const auto own = std::find_if(kPolicies.begin(), kPolicies.end(), [&](Policy policy) {
       return settings.policy == policy_name(policy);
@@ -107,7 +94,7 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
     }
     process.command = text(*command);
     process.timeout = std::chrono::seconds(options.policy_timeout);
-    process.environment = environment;
+    process.environment = protocol.environment;
     process.max_slots = std::min(protocol.num_envs, protocol.episodes);
     protocol.external = [process](const WorkContext& context) {
       return std::make_unique<PolicyProcess>(process, context);

@@ -23,16 +23,16 @@ struct EvalOptions {
   std::string out;
   std::string resume;
   bool json = false;
-  std::set<std::string> given;  // keys of the settings that the command line speaks of
+  std::set<std::string> given;  // keys of the settings that the command line sets
 };
 
 void add_eval_options(CLI::App& command, EvalOptions& options);
 
-// What the command line asks for. Throws Error unless tasks are chosen, in one way.
+// What the command line asks for. Throws Error unless tasks are chosen in exactly one way.
 EvaluationSettings settings_of(const EvalOptions& options);
 
-// The same for a run that goes on in a folder: what the command line does not speak of is as in the
-// folder. Throws Error where the two differ.
+// The settings of the run that is resumed in a folder. Throws Error if the command line asks for
+// others.
 EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFolder& folder);
 
 // The protocol with those settings.

@@ -32,7 +32,7 @@ void run(const InfoOptions& options) {
   }
   if (!options.mjcf.empty()) write_file(options.mjcf, env->document());
   const ConstantTable description = describe_task(*env);
-  print(options.json ? to_text(description) : describe_in_words(to_json(description)));
+  print(options.json ? to_text(description) : describe_in_words(description));
 }
 
 }  // namespace

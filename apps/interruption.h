@@ -1,11 +1,11 @@
-// Ctrl-C and termination, told at points where the program can stop in good order.
+// Ctrl-C and SIGTERM, noticed where the program can stop cleanly.
 #pragma once
 
 #include <string_view>
 
 namespace engram::apps {
 
-// While one lives, both signals wait for a check.
+// While an object lives, both signals are only noted.
 class Interruption {
  public:
   Interruption();
@@ -16,7 +16,7 @@ class Interruption {
   // Whether there was a signal.
   bool requested() const;
 
-  // Throws Error if there was a signal; `state` tells what has become of the work.
+  // Throws Error if there was a signal; `state` says what has been saved.
   void check(std::string_view state) const;
 };
 

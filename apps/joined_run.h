@@ -7,8 +7,8 @@
 
 namespace engram::apps {
 
-// Calls `body` with the processes that were started together with this one. Where it throws and
-// there are others, the message is told and all of them are ended.
+// Calls `body` with the processes that were started together with this one. If it throws and
+// there are other processes, prints the message and ends them all.
 void run_joined(const std::function<void(Ranks&)>& body);
 
 }  // namespace engram::apps

@@ -4,7 +4,6 @@
 
 #include <memory>
 
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "protocol/batch/task_description.h"
@@ -32,9 +31,11 @@ void run(const ListOptions& options) {
                {"horizon", true},
                {"state", true},
                {"candidates", true}});
-  for (const Json& task : to_json(tasks)) {
-    table.add({task["id"], task["split"], task["memory_type"], task["horizon"].dump(),
-               task["state_dim"].dump(), task["candidates"].dump()});
+  for (const Document& task : tasks) {
+    const auto cell = [&task](const char* key) { return text(part(task, key)); };
+    const auto count = [&task](const char* key) { return to_line(part(task, key)); };
+    table.add({cell("id"), cell("split"), cell("memory_type"), count("horizon"), count("state_dim"),
+               count("candidates")});
   }
   print(table.text() + fmt::format("{} tasks\n", tasks.size()));
 }

@@ -1,4 +1,4 @@
-// What people see on a terminal while many tasks are worked on.
+// Progress of many tasks, for people at a terminal.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,7 @@
 namespace engram::apps {
 
 // Some lines on standard error that are drawn again and again: two bars, and a table of tasks.
-// Appears after two seconds, and only if standard error is a terminal; gone when the object is.
+// Appears after two seconds, if standard error is a terminal; the destructor erases it.
 class LiveView {
  public:
   struct Row {
@@ -29,7 +29,7 @@ class LiveView {
 
   // Whether it is time to draw.
   bool due() const;
-  // The first bar is the one that the time left is told from.
+  // The time left is worked out from the first bar.
   void draw(const std::vector<Bar>& bars, const std::vector<Row>& rows);
 
  private:

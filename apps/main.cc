@@ -1,4 +1,4 @@
-// The `engram` command: subcommands, each in files of its own, and how failures are told.
+// The `engram` command: subcommands, each in its own files, and how failures are reported.
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <new>
@@ -25,13 +25,13 @@ constexpr int kSuccess = 0;
 constexpr int kFailure = 1;
 constexpr int kUsageError = 2;
 
-// What the user asked for wrongly, or what went wrong while doing it.
+// Usage errors are those that the user can avoid by asking for something else.
 int exit_code(const Error& error) {
   const bool usage = error.kind() == Error::kInvalidArgument || error.kind() == Error::kUnknownId;
   return usage ? kUsageError : kFailure;
 }
 
-// What the parser has refused, in our words where its own say too little.
+// The parser's message, or a clearer one of ours.
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   std::string what = error.what();
   std::string program = "engram";

@@ -5,13 +5,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 
 #include "protocol/batch/make.h"
+#include "protocol/formats/files.h"
 
 namespace engram::apps {
 namespace {
@@ -20,15 +20,8 @@ namespace {
   throw Error(Error::kIo, fmt::format("{}: {}", what, std::strerror(error)));
 }
 
-// Writes everything to a descriptor; returns 0 or the error number.
-int write_all(int descriptor, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = ::write(descriptor, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return 0;
+int write_text(int descriptor, std::string_view text) {
+  return write_all(descriptor, std::as_bytes(std::span(text.data(), text.size())));
 }
 
 }  // namespace
@@ -43,7 +36,7 @@ void guard_standard_streams() {
 }
 
 void print(std::string_view text) {
-  if (const int error = write_all(STDOUT_FILENO, text); error != 0) {
+  if (const int error = write_text(STDOUT_FILENO, text); error != 0) {
     fail("standard output cannot be written", error);
   }
 }
@@ -52,7 +45,7 @@ void print_error(std::string_view text) {
   std::string line = "engram: ";
   for (const char c : text) line += (c == '\n' || c == '\r') ? ' ' : c;
   while (line.back() == ' ') line.pop_back();
-  (void)write_all(STDERR_FILENO, line + "\n");
+  (void)write_text(STDERR_FILENO, line + "\n");
 }
 
 std::string Table::text(std::string_view indent) const {

@@ -7,13 +7,13 @@
 
 namespace engram::apps {
 
-// Makes sure that descriptors 0 to 2 are taken, so that no file of ours ever becomes a standard
-// stream that the caller has closed, and that a closed pipe is an error instead of a signal.
+// Opens /dev/null in place of standard streams that the caller has closed, so that no file of ours
+// takes their descriptors. A closed pipe becomes an error instead of a signal.
 void guard_standard_streams();
 
 // Writes to standard output. Throws Error if that fails.
 void print(std::string_view text);
-// Writes one line to standard error, whatever line breaks the text has.
+// Writes the text to standard error as one line.
 void print_error(std::string_view text);
 
 // Rows of text in aligned columns.

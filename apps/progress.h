@@ -6,7 +6,7 @@
 
 namespace engram::apps {
 
-// Appears after two seconds, and only if standard error is a terminal; gone when the object is.
+// Appears after two seconds, if standard error is a terminal; the destructor erases it.
 class Progress {
  public:
   // unit: what `count` counts, such as "steps"; may be empty, then no rate is shown.

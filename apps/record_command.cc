@@ -10,11 +10,11 @@
 
 #include "api/media.h"
 #include "apps/interruption.h"
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/record_view.h"
+#include "protocol/formats/document.h"
 
 namespace engram::apps {
 namespace {
@@ -186,7 +186,7 @@ void complete_size(RecordOptions& options) {
   view.width = view.height / 2 * 3;
 }
 
-// Fills in what was not given, in terms of what was.
+// Fills in the options that were not given.
 RecordOptions completed(RecordOptions options) {
   const std::string extension = extension_of(options.out);
   const bool picture = extension == ".png";
@@ -217,7 +217,7 @@ void run(const RecordOptions& given) {
   const bool picture = extension_of(options.out) == ".png";
   const Report report = picture ? record_pictures(options) : record_video(options);
   if (options.json) {
-    print(to_text(Json{
+    print(to_text(DocumentTable{
         {"out", options.out}, {"frames", report.frames}, {"success_once", report.success_once}}));
     return;
   }

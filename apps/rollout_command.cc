@@ -11,10 +11,10 @@
 
 #include "apps/digest.h"
 #include "apps/episode_log.h"
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "protocol/formats/document.h"
 
 namespace engram::apps {
 namespace {
@@ -84,27 +84,26 @@ double images_per_step(const EnvOptions& options) {
 
 double rate(double count, double time) { return time > 0 ? count / time : 0; }
 
-Json to_document(const VectorEnv& env, const RolloutOptions& options, const EpisodeLog& log,
-                 const Report& report) {
+DocumentTable to_document(const VectorEnv& env, const RolloutOptions& options,
+                          const EpisodeLog& log, const Report& report) {
   const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
-  Json document = {{"id", env.info().id},
-                   {"num_envs", env.num_envs()},
-                   {"steps", report.steps},
-                   {"threads", env.threads()},
-                   {"obs", obs_name(env.options())},
-                   {"policy", policy_name(options.policy)},
-                   {"renderer", renderer_name(env.options())},
-                   {"env_steps_per_second", env_rate},
-                   {"physics_steps_per_second", env_rate * env.options().substeps},
-                   {"images_per_second", env_rate * images_per_step(env.options())},
-                   {"episodes", log.episodes()},
-                   {"success_once", to_json(log.success_rate())},
-                   {"mean_return", to_json(log.mean_return())},
-                   {"unstable", env.unstable_count()},
-                   {"hash", nullptr},
-                   {"wall_seconds", report.wall_seconds}};
-  if (report.hash) document["hash"] = fmt::format("{:016x}", *report.hash);
-  return document;
+  const Document hash = report.hash ? Document(fmt::format("{:016x}", *report.hash)) : Document();
+  return {{"id", env.info().id},
+          {"num_envs", env.num_envs()},
+          {"steps", report.steps},
+          {"threads", env.threads()},
+          {"obs", obs_name(env.options())},
+          {"policy", policy_name(options.policy)},
+          {"renderer", renderer_name(env.options())},
+          {"env_steps_per_second", env_rate},
+          {"physics_steps_per_second", env_rate * env.options().substeps},
+          {"images_per_second", env_rate * images_per_step(env.options())},
+          {"episodes", log.episodes()},
+          {"success_once", log.success_rate()},
+          {"mean_return", log.mean_return()},
+          {"unstable", env.unstable_count()},
+          {"hash", hash},
+          {"wall_seconds", report.wall_seconds}};
 }
 
 std::string to_words(const VectorEnv& env, const RolloutOptions& options, const EpisodeLog& log,
@@ -136,7 +135,7 @@ std::string to_words(const VectorEnv& env, const RolloutOptions& options, const 
   return text;
 }
 
-// Fills in what was not given, in terms of what was.
+// Fills in the options that were not given.
 RolloutOptions completed(RolloutOptions options) {
   if (options.num_envs > 0) {
     options.env.num_envs = options.num_envs;

@@ -7,11 +7,11 @@
 #include <memory>
 
 #include "apps/interruption.h"
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "bench/soak.h"
+#include "protocol/formats/document.h"
 
 namespace engram::apps {
 namespace {
@@ -21,35 +21,34 @@ struct SoakCommandOptions {
   bool json = false;
 };
 
-Json describe(const std::vector<bench::SoakSample>& samples) {
-  Json list = Json::array();
-  for (const bench::SoakSample& sample : samples) {
-    list.push_back({{"done", sample.done},
-                    {"resident_bytes", sample.usage.resident_bytes},
-                    {"allocated_bytes", sample.usage.allocated_bytes},
-                    {"threads", sample.usage.threads},
-                    {"descriptors", sample.usage.descriptors}});
-  }
-  return list;
+DocumentTable describe(const bench::SoakSample& sample) {
+  return {{"done", sample.done},
+          {"resident_bytes", sample.usage.resident_bytes},
+          {"allocated_bytes", sample.usage.allocated_bytes},
+          {"threads", sample.usage.threads},
+          {"descriptors", sample.usage.descriptors}};
 }
 
-Json describe(const bench::SoakedTask& task) {
-  Json visits = Json::array();
-  for (const bench::SoakVisit& visit : task.visits) {
-    Json object = {{"env_steps_per_second", to_json(visit.env_steps_per_second)},
-                   {"drift", to_json(visit.drift)},
-                   {"digest", fmt::format("{:016x}", visit.digest)},
-                   {"grown_bytes", visit.grown_bytes}};
-    for (std::size_t i = 0; i < bench::kSoakPolicies.size(); ++i) {
-      object[policy_name(bench::kSoakPolicies[i])] = {{"episodes", visit.episodes[i]},
-                                                      {"success_once", visit.successes[i]}};
-    }
-    visits.push_back(std::move(object));
+DocumentTable describe(const bench::SoakVisit& visit) {
+  DocumentTable table = {{"env_steps_per_second", visit.env_steps_per_second},
+                         {"drift", visit.drift},
+                         {"digest", fmt::format("{:016x}", visit.digest)},
+                         {"grown_bytes", visit.grown_bytes}};
+  for (std::size_t i = 0; i < bench::kSoakPolicies.size(); ++i) {
+    table.emplace_back(
+        policy_name(bench::kSoakPolicies[i]),
+        DocumentTable{{"episodes", visit.episodes[i]}, {"success_once", visit.successes[i]}});
   }
+  return table;
+}
+
+DocumentTable describe(const bench::SoakedTask& task) {
+  DocumentList visits;
+  for (const bench::SoakVisit& visit : task.visits) visits.emplace_back(describe(visit));
   return {{"id", task.id}, {"visits", std::move(visits)}};
 }
 
-Json describe(const bench::UnstableEpisode& episode) {
+DocumentTable describe(const bench::UnstableEpisode& episode) {
   return {{"id", episode.id},
           {"seed", episode.seed},
           {"episode", episode.episode},
@@ -57,22 +56,22 @@ Json describe(const bench::UnstableEpisode& episode) {
           {"elapsed", episode.elapsed}};
 }
 
-Json describe(const bench::SoakBound& bound) {
+DocumentTable describe(const bench::SoakBound& bound) {
   return {{"name", bound.name},
-          {"value", to_json(bound.value)},
-          {"allowed", to_json(bound.allowed)},
+          {"value", bound.value},
+          {"allowed", bound.allowed},
           {"unit", bound.unit},
           {"kept", bound.kept()}};
 }
 
 template <class T>
-Json describe_all(const std::vector<T>& items) {
-  Json list = Json::array();
-  for (const T& item : items) list.push_back(describe(item));
+DocumentList describe_all(const std::vector<T>& items) {
+  DocumentList list;
+  for (const T& item : items) list.emplace_back(describe(item));
   return list;
 }
 
-Json to_document(const bench::SoakReport& report) {
+DocumentTable to_document(const bench::SoakReport& report) {
   return {{"env_steps", report.env_steps},
           {"cycles", report.cycles},
           {"threads", report.threads},
@@ -83,8 +82,8 @@ Json to_document(const bench::SoakReport& report) {
           {"bounds", describe_all(report.bounds)},
           {"unstable", describe_all(report.unstable)},
           {"tasks", describe_all(report.tasks)},
-          {"step_samples", describe(report.step_samples)},
-          {"cycle_samples", describe(report.cycle_samples)}};
+          {"step_samples", describe_all(report.step_samples)},
+          {"cycle_samples", describe_all(report.cycle_samples)}};
 }
 
 // --- in words ---
@@ -177,11 +176,13 @@ void run(const SoakCommandOptions& given) {
     report = bench::soak(options);
   }
   print(given.json ? to_text(to_document(report)) : to_words(report));
-  std::string broken;
+  std::vector<std::string> broken;
   for (const bench::SoakBound& bound : report.bounds) {
-    if (!bound.kept()) broken += (broken.empty() ? "" : ", ") + bound.name;
+    if (!bound.kept()) broken.push_back(bound.name);
   }
-  if (!broken.empty()) throw Error(Error::kInternal, "soak: bounds broken: " + broken);
+  if (!broken.empty()) {
+    throw Error(Error::kInternal, fmt::format("soak: bounds broken: {}", fmt::join(broken, ", ")));
+  }
   if (report.stopped) {
     throw Error(Error::kIo, "interrupted; reported is what was done until then");
   }

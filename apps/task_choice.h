@@ -1,4 +1,4 @@
-// Which tasks a command is about.
+// The tasks that a command works on.
 #pragma once
 
 #include <string>

@@ -2,70 +2,81 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "apps/output.h"
 
 namespace engram::apps {
 namespace {
 
-std::string plain(const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
-  return value.is_null() ? "-" : value.dump();
+std::string plain(const Document& value) {
+  if (const auto* text = std::get_if<std::string>(&value.value)) return *text;
+  if (const auto* number = std::get_if<double>(&value.value)) {
+    return std::isfinite(*number) ? fmt::format("{:.6g}", *number) : "-";
+  }
+  return is_null(value) ? "-" : to_line(value);
 }
 
+std::string plain(const Document& table, std::string_view key) { return plain(part(table, key)); }
+
 // A table of objects: one column per key, under a heading.
-std::string section(const std::string& title, const Json& rows,
+std::string section(const std::string& title, const Document& rows,
                     const std::vector<Table::Column>& columns) {
-  if (rows.empty()) return "";
+  if (list(rows).empty()) return "";
   Table table(columns);
-  for (const Json& row : rows) {
+  for (const Document& row : list(rows)) {
     std::vector<std::string> cells;
     cells.reserve(columns.size());
-    for (const Table::Column& column : columns) cells.push_back(plain(row[column.name]));
+    for (const Table::Column& column : columns) cells.push_back(plain(row, column.name));
     table.add(std::move(cells));
   }
   return fmt::format("\n{}\n{}", title, table.text("  "));
 }
 
-std::string head(const Json& task) {
+std::string head(const Document& task) {
   return fmt::format(
       "{}: \"{}\"\n"
       "  family {}, split {}, memory type {}, {}\n"
       "  horizon {} control steps; ends early: {}; actions frozen until the cue is over: {}\n"
       "  {} candidates; a guess succeeds with probability {:.3f}\n",
-      plain(task["id"]), plain(task["instruction"]), plain(task["family"]), plain(task["split"]),
-      plain(task["memory_type"]), task["canonical"] ? "canonical" : "not canonical",
-      plain(task["horizon"]), plain(task["termination"]), task["frozen_cue"] ? "yes" : "no",
-      plain(task["candidates"]), task["chance"].get<double>());
+      plain(task, "id"), plain(task, "instruction"), plain(task, "family"), plain(task, "split"),
+      plain(task, "memory_type"), truth(part(task, "canonical")) ? "canonical" : "not canonical",
+      plain(task, "horizon"), plain(task, "termination"),
+      truth(part(task, "frozen_cue")) ? "yes" : "no", plain(task, "candidates"),
+      number(part(task, "chance")));
 }
 
-std::string action_section(const Json& modes) {
-  Table table({{"mode"}, {"dim", true}, {"low"}, {"high"}});
-  const auto shortened = [](const Json& values) {
-    bool same = true;
-    for (const Json& value : values) same = same && value == values[0];
-    return same ? fmt::format("{} each", plain(values[0])) : values.dump();
+std::string action_section(const Document& modes) {
+  Table rows({{"mode"}, {"dim", true}, {"low"}, {"high"}});
+  const auto shortened = [](const Document& bounds) {
+    const DocumentList& values = list(bounds);
+    const bool same = std::all_of(values.begin(), values.end(),
+                                  [&](const Document& value) { return value == values[0]; });
+    return same ? fmt::format("{} each", plain(values[0])) : to_line(bounds);
   };
-  for (const auto& [mode, space] : modes.items()) {
-    table.add({mode, space["dim"].dump(), shortened(space["low"]), shortened(space["high"])});
+  for (const auto& [mode, space] : table(modes)) {
+    rows.add(
+        {mode, plain(space, "dim"), shortened(part(space, "low")), shortened(part(space, "high"))});
   }
-  return "\nActions by control mode\n" + table.text("  ");
+  return "\nActions by control mode\n" + rows.text("  ");
 }
 
-std::string constant_section(const Json& constants) {
+std::string constant_section(const Document& constants) {
   std::string text = "\nConstants\n";
-  for (const auto& [name, value] : constants.items()) {
+  for (const auto& [name, value] : table(constants)) {
     text += fmt::format("  {} = {}\n", name, plain(value));
   }
-  return constants.empty() ? "" : text;
+  return table(constants).empty() ? "" : text;
 }
 
-std::string reward_section(const Json& task) {
+std::string reward_section(const Document& task) {
   std::string text = fmt::format("\nReward\n  dense reward of a success step: {}\n",
-                                 plain(task["success_reward"]));
-  if (!task["reward_terms"].empty()) {
+                                 plain(task, "success_reward"));
+  const DocumentList& terms = list(part(task, "reward_terms"));
+  if (!terms.empty()) {
     text += "  terms (info reward_dict):";
-    for (const Json& term : task["reward_terms"]) text += fmt::format(" {}", plain(term));
+    for (const Document& term : terms) text += fmt::format(" {}", plain(term));
     text += "\n";
   }
   return text;
@@ -73,16 +84,16 @@ std::string reward_section(const Json& task) {
 
 }  // namespace
 
-std::string describe_in_words(const Json& task) {
+std::string describe_in_words(const Document& task) {
   const Table::Column name{"name"};
   const Table::Column width{"width", true};
   const Table::Column unit{"unit"};
   const Table::Column description{"description"};
   const Table::Column offset{"offset", true};
-  return head(task) + section("Phases", task["phases"], {name, {"when"}}) +
-         section("Drawn per episode, can be pinned", task["draws"],
+  return head(task) + section("Phases", part(task, "phases"), {name, {"when"}}) +
+         section("Drawn per episode, can be pinned", part(task, "draws"),
                  {name, width, {"integer"}, {"low", true}, {"high", true}, unit, description}) +
-         section("Options of the task", task["options"],
+         section("Options of the task", part(task, "options"),
                  {name,
                   {"default", true},
                   {"integer"},
@@ -90,14 +101,14 @@ std::string describe_in_words(const Json& task) {
                   {"high", true},
                   unit,
                   description}) +
-         section("Props", task["props"],
+         section("Props", part(task, "props"),
                  {name, {"motion"}, {"mass", true}, {"bounding_radius", true}}) +
-         action_section(task["action_spaces"]) +
-         section(fmt::format("State observation, {} values", plain(task["state_dim"])),
-                 task["state_fields"], {name, offset, width, unit, description}) +
-         section("Proprio", task["proprio"], {name, offset, width, unit, description}) +
-         section("Outputs", task["outputs"], {name, {"dtype"}, width, unit, description}) +
-         reward_section(task) + constant_section(task["constants"]);
+         action_section(part(task, "action_spaces")) +
+         section(fmt::format("State observation, {} values", plain(task, "state_dim")),
+                 part(task, "state_fields"), {name, offset, width, unit, description}) +
+         section("Proprio", part(task, "proprio"), {name, offset, width, unit, description}) +
+         section("Outputs", part(task, "outputs"), {name, {"dtype"}, width, unit, description}) +
+         reward_section(task) + constant_section(part(task, "constants"));
 }
 
 }  // namespace engram::apps

@@ -3,11 +3,11 @@
 
 #include <string>
 
-#include "apps/json.h"
+#include "protocol/formats/document.h"
 
 namespace engram::apps {
 
 // What describe_task tells, in sections.
-std::string describe_in_words(const Json& task);
+std::string describe_in_words(const Document& task);
 
 }  // namespace engram::apps

@@ -6,12 +6,12 @@
 #include <optional>
 #include <utility>
 
-#include "apps/json.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
 #include "bench/bit_identity.h"
+#include "protocol/formats/document.h"
 
 namespace engram::apps {
 namespace {
@@ -61,7 +61,7 @@ std::vector<Row> check_all(const VerifyOptions& options) {
 
 std::string hex(std::uint64_t number) { return fmt::format("{:016x}", number); }
 
-Json describe(const Row& row) {
+DocumentTable describe(const Row& row) {
   return {{"id", row.id},
           {"obs", obs_name(row.obs_mode)},
           {"plays", row.result.plays},
@@ -91,10 +91,10 @@ std::string to_words(const std::vector<Row>& rows) {
 
 void run(const VerifyOptions& options) {
   const std::vector<Row> rows = check_all(options);
-  Json document = Json::array();
+  DocumentList document;
   std::size_t different = 0;
   for (const Row& row : rows) {
-    document.push_back(describe(row));
+    document.emplace_back(describe(row));
     if (row.result.different > 0) ++different;
   }
   print(options.json ? to_text(document) : to_words(rows));

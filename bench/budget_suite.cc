@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <thread>
 
 #include "bench/rollout.h"
 #include "core/base/step_clock.h"
@@ -115,8 +114,7 @@ void add_rows(std::vector<Row>& rows, const std::string& prefix,
 
 std::vector<Row> run_budget(const Options& options) {
   const std::vector<std::string> ids = options.ids.empty() ? one_of_each_family() : options.ids;
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int threads = options.threads > 0 ? options.threads : cores;
+  const int threads = threads_or_all(options.threads);
   std::vector<Row> rows;
   std::size_t done = 0;
   for (const std::string& id : ids) {

@@ -1,4 +1,4 @@
-// Timing of two variants in turn, so that both meet the same noise of the machine.
+// Times two variants in turn, so that both see the same noise of the machine.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@ double seconds(const F& call) {
 
 double median(std::vector<double> values);
 
-// What the rounds gave: medians of both, and the median of their quotients.
+// The result: medians of both, and the median of their ratios.
 struct Comparison {
   double value = 0;
   double baseline = 0;

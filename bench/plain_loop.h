@@ -16,8 +16,8 @@ class PlainLoop {
 
   PlainLoop(const VectorEnv& twin, SceneKind kind);
 
-  // Takes over what the twin's tasks did to the scene since the last step: new episodes, hidden
-  // and revealed props. Not part of what is timed.
+  // Copies what the twin's task changed in the scene since the last step: new episodes, hidden and
+  // revealed props. Not timed.
   void follow();
   // One control step of all environments.
   void step(std::span<const float> actions);

@@ -1,4 +1,4 @@
-// What this process holds of the machine.
+// Memory, threads and descriptors of this process.
 #pragma once
 
 namespace engram::bench {

@@ -1,7 +1,6 @@
 #include "bench/render_suite.h"
 
 #include <algorithm>
-#include <thread>
 
 #include "bench/rollout.h"
 #include "core/picture/image_batch.h"
@@ -159,8 +158,7 @@ std::vector<Row> run_render(const Options& options) {
   constexpr int kSteps = 25;
   const std::string id = ids_or(options, {kMainId}).front();
   const int n = envs_or(options, 32);
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int most = options.threads > 0 ? options.threads : cores;
+  const int most = threads_or_all(options.threads);
   const int total = 8 + most;
   int done = 0;
 

@@ -1,8 +1,10 @@
 // What the suites share: batches that run.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "bench/interleave.h"
@@ -19,6 +21,12 @@ inline std::vector<std::string> ids_or(const Options& options,
 
 inline int envs_or(const Options& options, int usual) {
   return options.num_envs > 0 ? options.num_envs : usual;
+}
+
+// 0: one per core.
+inline int threads_or_all(int threads) {
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return threads > 0 ? threads : cores;
 }
 
 inline Row make_row(std::string name, std::string unit, std::string baseline,

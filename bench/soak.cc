@@ -6,7 +6,6 @@
 #include <memory>
 #include <numeric>
 #include <span>
-#include <thread>
 
 #include "bench/interleave.h"
 #include "bench/mixed_actions.h"
@@ -15,6 +14,7 @@
 #include "core/base/checksum.h"
 #include "core/base/thread_pool.h"
 #include "protocol/batch/make.h"
+#include "protocol/batch/rows.h"
 
 namespace engram::bench {
 namespace {
@@ -28,8 +28,8 @@ constexpr int kCycleSamples = 50;
 
 // --- bounds ---
 
-// What may remain of growth where nothing should grow: the heap's own bookkeeping, and pages that
-// it holds for another order of the same pieces.
+// Growth that is allowed where nothing should grow: the heap's own bookkeeping, and pages that it
+// keeps because the same pieces were freed in another order.
 constexpr double kHeapSlack = 64.0 * 1024;
 constexpr double kResidentSlack = 1024.0 * 1024;
 
@@ -54,9 +54,9 @@ double least(std::span<const SoakSample> samples, Member member) {
   return value;
 }
 
-// How much of something there is at the end beyond what there was in the middle, when every task
-// has had its turn and caches are full. The heap keeps pieces for reuse and counts them as used:
-// hence the least of several samples on either side, which a leak raises all the same.
+// Growth from the middle of the run, when every task has had its turn and caches are full, to its
+// end. The heap keeps pieces for reuse and counts them as used, so the least of several samples is
+// taken on both sides. A leak raises that too.
 template <class Member>
 double growth(const std::vector<SoakSample>& samples, Member member) {
   return least(part_of(samples, 0.8, 1.0), member) - least(part_of(samples, 0.4, 0.6), member);
@@ -179,7 +179,7 @@ class Walker {
     visit.digest = probed.digest;
   }
 
-  // Goes on where the last visit ended; the first one begins with episode 0 of its seeds.
+  // Restores the end of the last visit; the first visit begins with episode 0 of its seeds.
   void resume(VectorEnv& env) const {
     if (snapshot_.empty()) {
       reset_from(env, options_.seed);
@@ -189,25 +189,23 @@ class Walker {
   }
 
   static void count_episodes(const VectorEnv& env, SoakVisit& visit) {
-    const auto* succeeded =
-        reinterpret_cast<const std::uint8_t*>(env.final_output("success_once").row(0));
+    const ColumnView succeeded = env.final_output("success_once");
     for (int i = 0; i < kEnvs; ++i) {
       if (env.final_mask()[static_cast<std::size_t>(i)] == 0) continue;
       const std::size_t turn = turn_of(i, env.state().episode[i] - 1);
       ++visit.episodes[turn];
-      visit.successes[turn] += succeeded[i];
+      visit.successes[turn] += value_of<std::uint8_t>(succeeded, i);
     }
   }
 
   // The episode that diverged has ended; its successor has begun.
   void note_unstable(const VectorEnv& env, std::vector<UnstableEpisode>& unstable) const {
-    const auto* elapsed =
-        reinterpret_cast<const std::int32_t*>(env.final_output("elapsed_steps").row(0));
+    const ColumnView elapsed = env.final_output("elapsed_steps");
     for (int i = 0; i < kEnvs; ++i) {
       if (env.unstable()[static_cast<std::size_t>(i)] == 0) continue;
       const std::uint64_t episode = env.state().episode[i] - 1;
-      unstable.push_back(
-          {task_.id, env.state().seed[i], episode, kSoakPolicies[turn_of(i, episode)], elapsed[i]});
+      unstable.push_back({task_.id, env.state().seed[i], episode,
+                          kSoakPolicies[turn_of(i, episode)], value_of<std::int32_t>(elapsed, i)});
     }
   }
 
@@ -233,8 +231,7 @@ class Soak {
  public:
   Soak(const SoakOptions& options, std::vector<std::string> ids)
       : options_(options), ids_(std::move(ids)) {
-    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    report_.threads = options.threads > 0 ? options.threads : cores;
+    report_.threads = threads_or_all(options.threads);
   }
 
   SoakReport run() {
@@ -311,7 +308,7 @@ class Soak {
     env->step(actions);
   }
 
-  // What fails half way must leave nothing behind either.
+  // A batch that fails halfway must leave nothing behind either.
   static void refuse(const std::string& id, EnvOptions batch_options) {
     batch_options.pins = {{"no such draw", {0}}};
     try {
@@ -324,7 +321,7 @@ class Soak {
                 "a batch of " + id + " was made with a pin that it does not have");
   }
 
-  // Once something has been done, so that there is something to report.
+  // Only after the first sample, so that there is something to report.
   bool stop() {
     const bool begun = !report_.step_samples.empty() || !report_.cycle_samples.empty();
     if (begun && options_.stop && options_.stop()) report_.stopped = true;

@@ -1,4 +1,4 @@
-// Long runs over many tasks: does anything grow, slow down or break in the course of them?
+// Long runs over many tasks: does anything grow, slow down or break?
 #pragma once
 
 #include <array>
@@ -18,14 +18,14 @@ struct SoakOptions {
   int cycles = 10'000;                  // batches that are made and closed; 0: none
   int threads = 0;                      // of a batch; 0: one per core
   std::uint64_t seed = 1;               // environment i has seed + i
-  // What the median over all tasks of the last visit's drift may be; that of two identical runs on
-  // a quiet machine is within a few percent.
+  // The most that the median drift of the tasks' last visits may be. Two identical runs on a quiet
+  // machine differ by a few percent.
   double max_drift = 1.10;
   std::function<void(double fraction)> progress;  // after every visit and cycle; may be empty
   std::function<bool()> stop;  // asked as often; true: report what was done so far; may be empty
 };
 
-// What the process held when that much was done.
+// The memory and other resources of the process at one moment.
 struct SoakSample {
   std::int64_t done = 0;  // environment steps or cycles
   ProcessUsage usage;
@@ -34,11 +34,11 @@ struct SoakSample {
 // Environments play random and oracle episodes in turn.
 inline constexpr std::array kSoakPolicies = {Policy::kRandom, Policy::kOracle};
 
-// Some steps of one task; the next visit goes on where this one ended.
+// Some steps of one task; the next visit continues from its last state.
 struct SoakVisit {
   double env_steps_per_second = 0;
-  // Time of a fixed piece of work of this task, each step beside a reference: the quotient over
-  // that of the first visit. 1: as fast as at first.
+  // How many times longer a fixed piece of work took than in the first visit, where time is
+  // measured in units of a reference that runs beside it.
   double drift = 1;
   std::uint64_t digest = 0;  // of the results of that work
   double grown_bytes = 0;    // of the heap, while stepping

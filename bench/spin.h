@@ -1,4 +1,4 @@
-// Work of a fixed size that touches no memory: what the machine's threads can give at most.
+// Work of a fixed size that touches no memory: the best that threads can scale on this machine.
 #pragma once
 
 #include "core/base/thread_pool.h"

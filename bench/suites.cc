@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
-#include <thread>
 
 #include "bench/budget_suite.h"
 #include "bench/interleave.h"
@@ -14,6 +13,7 @@
 #include "bench/render_suite.h"
 #include "bench/rollout.h"
 #include "bench/spin.h"
+#include "core/base/join.h"
 #include "protocol/batch/make.h"
 
 namespace engram::bench {
@@ -93,8 +93,7 @@ std::vector<Row> run_physics(const Options& options) {
 
 std::vector<Row> run_scaling(const Options& options) {
   constexpr int kSteps = 25;
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int most = options.threads > 0 ? options.threads : cores;
+  const int most = threads_or_all(options.threads);
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
   Rollout single(id, batch(n, 1), options.policy);
@@ -226,11 +225,8 @@ std::vector<Row> run_suite(std::string_view suite, const Options& options) {
   const auto* found = std::find_if(kSuites.begin(), kSuites.end(),
                                    [suite](const Suite& entry) { return entry.name == suite; });
   if (found == kSuites.end()) {
-    std::string names;
-    for (const std::string_view name : kNames)
-      names += (names.empty() ? "" : ", ") + std::string(name);
     throw Error(Error::kUnknownId,
-                "no benchmark suite '" + std::string(suite) + "'; there are: " + names);
+                "no benchmark suite '" + std::string(suite) + "'; there are: " + join(kNames));
   }
   return found->run(options);
 }

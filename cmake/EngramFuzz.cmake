@@ -19,6 +19,6 @@ foreach(source ${fuzz_targets})
   engram_configure_target(fuzz_${name})
   target_compile_definitions(fuzz_${name} PRIVATE ENGRAM_FUZZ_TARGET=fuzz_${name})
   target_link_libraries(fuzz_${name} PRIVATE
-    engram::engram engram_media PkgConfig::ENGRAM_MEDIA CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)
+    engram::engram engram_media PkgConfig::ENGRAM_MEDIA CLI11::CLI11 fmt::fmt)
   target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
 endforeach()

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/join.h"
 
 namespace engram {
 namespace {
@@ -59,10 +60,8 @@ void PinTable::check(const std::vector<Pin>& pins) const {
   for (const Pin& pin : pins) {
     const int index = find(pin.name);
     if (index < 0) {
-      std::string names;
-      for (const Draw& draw : draws_) names += (names.empty() ? "" : ", ") + draw.name;
-      throw Error(Error::kUnknownId,
-                  "no draw named '" + pin.name + "' to pin; this task has: " + names);
+      throw Error(Error::kUnknownId, "no draw named '" + pin.name +
+                                         "' to pin; this task has: " + join(draws_, &Draw::name));
     }
     if ((seen >> index & 1) != 0) {
       throw Error(Error::kInvalidArgument, "pin '" + pin.name + "' given twice, once allowed");

@@ -5,15 +5,14 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/join.h"
 
 namespace engram {
 namespace {
 
 [[noreturn]] void refuse_name(std::span<const TaskOption> options, const std::string& name) {
-  std::string names;
-  for (const TaskOption& option : options) names += (names.empty() ? "" : ", ") + option.name;
-  throw Error(Error::kUnknownId,
-              "no option named '" + name + "'; this task has: " + (names.empty() ? "none" : names));
+  const std::string names = options.empty() ? "none" : join(options, &TaskOption::name);
+  throw Error(Error::kUnknownId, "no option named '" + name + "'; this task has: " + names);
 }
 
 void check_value(const TaskOption& option, double value) {

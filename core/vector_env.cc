@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "core/base/join.h"
 #include "core/base/length.h"
 #include "core/physics/shared_model.h"
 
@@ -448,12 +449,10 @@ namespace {
 ColumnView named(const ColumnStore& store, std::string_view name) {
   const ColumnView view = store.find(name);
   if (view.field != nullptr) return view;
-  std::string names;
-  for (std::size_t i = 0; i < store.size(); ++i) {
-    names += (names.empty() ? "" : ", ") + store[i].field->name;
-  }
+  std::vector<std::string_view> names;
+  for (std::size_t i = 0; i < store.size(); ++i) names.push_back(store[i].field->name);
   throw Error(Error::kUnknownId,
-              "no output named '" + std::string(name) + "'; this task has: " + names);
+              "no output named '" + std::string(name) + "'; this task has: " + join(names));
 }
 
 }  // namespace

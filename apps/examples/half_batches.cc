@@ -1,4 +1,4 @@
-// What it brings to let a policy think about one half of the batch while the other half moves:
+// How much is gained if a policy works on one half of the batch while the other half is stepped:
 //
 //   half_batches [HIDDEN [ROUNDS]]
 //

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/base/join.h"
 
 namespace engram {
 void check_image_size(int width, int height) {
@@ -16,9 +17,8 @@ int find_camera(const ImageSource& source, std::string_view name) {
   const std::vector<std::string>& cameras = source.cameras();
   const auto found = std::find(cameras.begin(), cameras.end(), name);
   if (found != cameras.end()) return static_cast<int>(found - cameras.begin());
-  std::string names;
-  for (const std::string& camera : cameras) names += (names.empty() ? "" : ", ") + camera;
-  throw Error(Error::kUnknownId, "no camera '" + std::string(name) + "'; this scene has: " + names);
+  throw Error(Error::kUnknownId,
+              "no camera '" + std::string(name) + "'; this scene has: " + join(cameras));
 }
 
 SceneViews::SceneViews(const PhysicsModel& model, int workers)

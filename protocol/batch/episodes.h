@@ -16,12 +16,15 @@ namespace engram {
 // has environments: one whose episode has ended takes the next seed, or stands still if there is
 // none. The batch must have AutoReset::kOff and, if it has never been reset, no more environments
 // than `count`. Returns false if the context was stopped before the last episode had ended; then
-// the batch is of no further use.
+// the batch cannot be used any more.
 //
-// act(actions): writes the actions of all environments; those of ended ones are ignored.
-// watcher.start(slot, i): environment `slot` shows the first observation of episode i (0 to
-// count-1) watcher.before_step(slot, action): for every environment under way; it may change the
-// action watcher.after_step(slot): likewise watcher.finish(slot, i): episode i has ended
+// act(actions) writes the actions of all environments; those of ended ones are ignored. The watcher
+// is called
+//
+// - start(slot, i): when environment `slot` shows the first observation of episode i < count
+// - before_step(slot, action): for every environment under way; it may change the action
+// - after_step(slot): for the same ones, when the step is done
+// - finish(slot, i): when episode i has ended
 template <class Act, class Watcher>
 bool play_episodes(VectorEnv& env, std::uint64_t first_seed, int count, const WorkContext& context,
                    Act&& act, Watcher&& watcher) {

@@ -99,7 +99,7 @@ ConstantList describe_layout(const std::vector<Field>& fields) {
   return list;
 }
 
-// The seven values of common 6.3.
+// The seven values of proprioception.
 std::vector<Field> proprio_fields() {
   return {{"tcp_position", 3, DType::kFloat32, "m", "world frame"},
           {"roll", 1, DType::kFloat32, "rad", "about the fixed x axis, first"},
@@ -150,25 +150,8 @@ int canonical_state_dim(const TaskInfo& info) {
   return dim;
 }
 
-}  // namespace
-
-ConstantTable describe_entry(const RegistryEntry& entry) {
-  const std::unique_ptr<Task> task = make_task(entry.id);
-  const TaskInfo& info = task->info();
-  return {{"id", info.id},
-          {"family", info.family},
-          {"split", info.split},
-          {"memory_type", info.memory_type},
-          {"horizon", info.horizon},
-          {"canonical", info.canonical},
-          {"instruction", info.instruction},
-          {"action_dim", kCanonicalActionDim},
-          {"state_dim", canonical_state_dim(info)},
-          {"candidates", info.candidates}};
-}
-
-ConstantTable describe_task(const VectorEnv& env) {
-  const TaskInfo& info = env.info();
+// What a description begins with: what holds of the task in every batch.
+ConstantTable describe_rules(const TaskInfo& info) {
   return {{"id", info.id},
           {"family", info.family},
           {"split", info.split},
@@ -179,23 +162,49 @@ ConstantTable describe_task(const VectorEnv& env) {
           {"candidates", info.candidates},
           {"chance", info.chance()},
           {"termination", termination_name(info.termination)},
-          {"frozen_cue", info.frozen_cue},
-          {"action_dim", env.action_dim()},
-          {"control_mode", control_mode_name(env.options().control_mode)},
-          {"action_spaces", describe_actions(env)},
-          {"draws", describe_draws(env.draws())},
-          {"options", describe_options(info.options)},
-          {"phases", describe_phases(info)},
-          {"state_dim", env.state_dim()},
-          {"state_fields", describe_layout(env.state_fields())},
-          {"proprio", describe_layout(proprio_fields())},
-          {"task_cue_dim", info.task_cue_dim},
-          {"oracle_dim", info.oracle_dim},
-          {"outputs", describe_outputs(env.outputs())},
-          {"success_reward", info.success_reward},
-          {"reward_terms", ConstantList(info.reward_terms.begin(), info.reward_terms.end())},
-          {"props", describe_props(env.physics_model())},
-          {"constants", info.constants}};
+          {"frozen_cue", info.frozen_cue}};
+}
+
+// What of a description is said in lists.
+constexpr const char* kListed[] = {"id",        "family",    "split",       "memory_type",
+                                   "horizon",   "canonical", "instruction", "action_dim",
+                                   "state_dim", "candidates"};
+
+}  // namespace
+
+ConstantTable describe_entry(const RegistryEntry& entry) {
+  const std::unique_ptr<Task> task = make_task(entry.id);
+  ConstantTable known = describe_rules(task->info());
+  known.emplace_back("action_dim", kCanonicalActionDim);
+  known.emplace_back("state_dim", canonical_state_dim(task->info()));
+  const Document description = std::move(known);
+  ConstantTable listed;
+  for (const char* key : kListed) listed.emplace_back(key, part(description, key));
+  return listed;
+}
+
+ConstantTable describe_task(const VectorEnv& env) {
+  const TaskInfo& info = env.info();
+  ConstantTable description = describe_rules(info);
+  const ConstantTable rest = {
+      {"action_dim", env.action_dim()},
+      {"control_mode", control_mode_name(env.options().control_mode)},
+      {"action_spaces", describe_actions(env)},
+      {"draws", describe_draws(env.draws())},
+      {"options", describe_options(info.options)},
+      {"phases", describe_phases(info)},
+      {"state_dim", env.state_dim()},
+      {"state_fields", describe_layout(env.state_fields())},
+      {"proprio", describe_layout(proprio_fields())},
+      {"task_cue_dim", info.task_cue_dim},
+      {"oracle_dim", info.oracle_dim},
+      {"outputs", describe_outputs(env.outputs())},
+      {"success_reward", info.success_reward},
+      {"reward_terms", ConstantList(info.reward_terms.begin(), info.reward_terms.end())},
+      {"props", describe_props(env.physics_model())},
+      {"constants", info.constants}};
+  description.insert(description.end(), rest.begin(), rest.end());
+  return description;
 }
 
 }  // namespace engram

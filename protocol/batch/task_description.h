@@ -6,10 +6,11 @@
 
 namespace engram {
 
-// What a list of tasks says of one: registry, sizes in the canonical configuration, candidates.
-ConstantTable describe_entry(const RegistryEntry& entry);
-
 // One table: registry, actions, draws, observation, outputs, constants, rewards, phases, props.
 ConstantTable describe_task(const VectorEnv& env);
+
+// The part of it that lists show: registry, sizes in the canonical configuration, candidates. Needs
+// no batch, so that a list of all tasks is quick.
+ConstantTable describe_entry(const RegistryEntry& entry);
 
 }  // namespace engram

@@ -11,7 +11,7 @@ namespace {
 
 using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
 
-// Records the episodes of one item; what play_episodes tells.
+// Records the episodes of one item, as play_episodes plays them.
 struct Watcher {
   const VectorEnv& env;
   std::vector<DemonstrationRecorder> recorders;  // one per environment
@@ -28,8 +28,8 @@ struct Watcher {
   DemonstrationRecorder& recorder(int slot) { return recorders[static_cast<std::size_t>(slot)]; }
 };
 
-// Gives out seeds, attempt by attempt, as long as they may be needed, and passes on what comes
-// back.
+// Hands out seeds, attempt by attempt, while episodes are missing, and passes results to the
+// folders.
 class Source : public WorkSource {
  public:
   Source(Folders& folders, const CollectionOptions& options,
@@ -75,7 +75,7 @@ class Source : public WorkSource {
   bool obsolete(const WorkItem& item) override { return queue_of(item).folder->finished(); }
 
   void tick(const WorkStatus& status) override { tell(status.env_steps); }
-  // The last word, when all work is done.
+  // Reports the final numbers, when all work is done.
   void finish() const { tell(played_); }
 
  private:

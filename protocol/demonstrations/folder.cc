@@ -37,7 +37,7 @@ int file_number(const std::string& name) {
   return error == std::errc() && last == end ? number : -1;
 }
 
-// How the episodes in a folder were made: what a run that goes on must share.
+// How the episodes in a folder were made. A run that continues a folder must agree.
 DocumentTable provenance(const CollectionPlan& plan) {
   const EnvOptions options = demonstration_options();
   return {{"version", version()},
@@ -127,7 +127,7 @@ int DemonstrationFolder::count_files() const {
   return static_cast<int>(numbers.size());
 }
 
-// Episodes of different plans would mix. Without the file, those that are there are trusted.
+// Refuses to mix episodes of different plans. Without the file, those in the folder are trusted.
 void DemonstrationFolder::check_metadata() const {
   const fs::path path = path_ / kMetadata;
   const std::optional<std::string> text = read_file(path);

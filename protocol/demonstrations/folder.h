@@ -17,7 +17,7 @@ namespace engram {
 // would overwrite each other's.
 class FolderLock {
  public:
-  // Throws Error (kIo) if somebody else has it.
+  // Throws Error (kIo) if another process has it.
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
@@ -34,14 +34,14 @@ struct CollectionPlan {
   std::string renderer = "cpu";
 };
 
-// Takes what became of each seed and writes what is to be kept, always in the order of seeds: the
-// files do not depend on who played which seed when. Every file appears at once and complete, so
-// that the folder can be opened again, with the same plan, after any interruption.
+// Takes the result of each seed and writes the episodes to keep in the order of their seeds. So the
+// files do not depend on which thread played a seed, or when. Every file appears at once and
+// complete: after any interruption the folder can be opened again with the same plan.
 class DemonstrationFolder {
  public:
   // Makes or opens <root>/data_npz/<id>. Throws Error: kIo if it cannot be written, is in use by
   // another run, or holds damaged files or numbers with gaps; kInvalidArgument if what it holds was
-  // collected otherwise than planned.
+  // collected with another plan.
   DemonstrationFolder(const std::filesystem::path& root, const RegistryEntry& entry,
                       const CollectionPlan& plan);
 
@@ -59,18 +59,18 @@ class DemonstrationFolder {
   // The end of the seeds of an attempt, and of those that may be played at all.
   std::uint64_t attempt_end(std::uint64_t seed) const;
   std::uint64_t end_seed() const;
-  // What became of a seed, next_seed() or later, each once. Writes files once all seeds before are
-  // known. Ignored when finished. Throws Error (kIo) if a file cannot be written.
+  // Takes the result of a seed from next_seed() on, each once. Writes files when the results of all
+  // seeds before are known. Ignored when finished. Throws Error (kIo) if a file cannot be written.
   void accept(std::uint64_t seed, Demonstration demonstration);
 
-  // Successes that wait for what becomes of earlier seeds.
+  // Successes that wait for the results of earlier seeds.
   int waiting() const;
 
-  // What is kept: episodes and their control steps.
+  // Kept episodes and their control steps.
   int episodes() const { return static_cast<int>(kept_.size()); }
   std::int64_t steps() const;
   std::vector<int> lengths() const;
-  // Attempts from the first to the last that anything was kept of, and how many of them were kept.
+  // Attempts up to the last one with a kept episode, and how many of them were kept.
   int attempts() const;
   int attempts_kept() const;
   // The content of metadata.json.

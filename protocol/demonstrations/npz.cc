@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/base/join.h"
 
 namespace engram {
 namespace {
@@ -55,15 +56,10 @@ std::size_t bytes_per_element(NpyType type) {
   return 4;
 }
 
+// As Python writes a tuple: "()", "(3,)", "(3, 4)".
 std::string shape_text(std::span<const std::int64_t> shape) {
-  std::string text = "(";
-  for (const std::int64_t size : shape) text += std::to_string(size) + ", ";
-  if (shape.size() == 1) {
-    text.pop_back();
-  } else if (!shape.empty()) {
-    text.erase(text.size() - 2);
-  }
-  return text + ")";
+  const std::string sizes = join(shape, [](std::int64_t size) { return std::to_string(size); });
+  return "(" + sizes + (shape.size() == 1 ? "," : "") + ")";
 }
 
 // Version 1.0 of the format: magic, length, a Python dictionary padded with spaces.

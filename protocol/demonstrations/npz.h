@@ -40,8 +40,8 @@ std::u32string code_points(std::string_view text);
 // bytes, at any time and on any machine.
 std::vector<std::byte> npz_bytes(std::span<const NpyArray> arrays);
 
-// A file that was written by npz_bytes, but for its texts. Throws Error (kIo) if it is not one or
-// is damaged.
+// Reads the arrays of a file that npz_bytes wrote, except texts. Throws Error (kIo) if it is not
+// one or is damaged.
 class NpzFile {
  public:
   explicit NpzFile(const std::filesystem::path& path);

@@ -4,29 +4,19 @@
 #include <array>
 #include <numeric>
 
+#include "protocol/batch/rows.h"
 #include "protocol/demonstrations/npz.h"
 
 namespace engram {
 namespace {
 
-// Families whose demonstrations upstream plans, episode by episode, as it does those of all -Long
-// tasks; the other tasks' come from a trained policy, batch by batch.
+// Families whose demonstrations come from a motion planner in the benchmark, one episode at a time;
+// so do those of all -Long tasks. Those of the other tasks come from a trained policy, in batches.
 constexpr std::array<std::string_view, 10> kPlannedFamilies = {
     "BatteriesCheckerEasy", "BatteriesCheckerHard", "BlinkCountButtonPress",
     "BunchOfColors",        "SeqOfColors",          "ChainOfColors",
     "TraceShape",           "TraceShapeSeq",        "TimedTransfer",
     "GatherAndRecall"};
-
-template <class T>
-T value(const VectorEnv& env, const char* name, int index) {
-  return *reinterpret_cast<const T*>(env.output(name).row(index));
-}
-
-template <class T>
-std::span<const T> row(std::span<const T> all, const VectorEnv& env, int index) {
-  const std::size_t width = all.size() / static_cast<std::size_t>(env.num_envs());
-  return all.subspan(static_cast<std::size_t>(index) * width, width);
-}
 
 template <class T>
 void append(std::vector<T>& to, std::span<const T> values) {
@@ -68,8 +58,8 @@ void DemonstrationRecorder::start(const VectorEnv& env, int index) {
 
 void DemonstrationRecorder::before_step(const VectorEnv& env, int index, std::span<float> action) {
   for (float& component : action) component = std::clamp(component, -1.0F, 1.0F);
-  append(rgb_, row(env.rgb(), env, index));
-  append(proprio_, row(env.proprio(), env, index));
+  append(rgb_, row_of(env.rgb(), env, index));
+  append(proprio_, row_of(env.proprio(), env, index));
   append(actions_, std::span<const float>(action));
 }
 

@@ -1,4 +1,4 @@
-// Demonstrations of the oracle, as files to learn from (common 12.3).
+// Demonstrations of the oracle, as files to learn from (docs/datasets.md).
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ EnvOptions demonstration_options();
 // Seeds are stored as int64.
 inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
 
-// What became of one episode.
+// The result of one episode.
 struct Demonstration {
   bool success = false;
   std::int32_t length = 0;  // control steps
@@ -37,7 +37,7 @@ struct Demonstration {
   double reward_sum = 0;
   std::vector<std::byte> file;  // the .npz file's content
 
-  // For the way to another process.
+  // To bytes and back, for the way to another process.
   void pack(ByteWriter& out) const;
   static Demonstration unpack(ByteReader& in);
 };
@@ -52,7 +52,7 @@ class DemonstrationRecorder {
   void before_step(const VectorEnv& env, int index, std::span<float> action);
   // After it.
   void after_step(const VectorEnv& env, int index);
-  // Once it has ended.
+  // The result, once the episode has ended.
   Demonstration finish() const;
 
  private:

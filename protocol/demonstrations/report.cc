@@ -1,22 +1,16 @@
 #include "protocol/demonstrations/report.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "media/png.h"
 #include "protocol/demonstrations/npz.h"
+#include "protocol/formats/decimal.h"
 #include "protocol/formats/html.h"
 
 namespace engram {
 namespace {
 
 constexpr std::size_t kPictures = 6;  // of an episode
-
-std::string number(double value, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
 
 double mebibytes(const DemonstrationFolder& folder) {
   double bytes = 0;
@@ -63,9 +57,9 @@ std::string collection_report(std::span<const std::unique_ptr<DemonstrationFolde
                     (folders.size() == 1 ? " task" : " tasks"));
   const double seconds = std::max(timing.seconds, 1e-9);
   report.paragraph("This run added " + std::to_string(timing.episodes) + " episodes in " +
-                   number(timing.seconds, 1) + " s: " + number(60 * timing.episodes / seconds, 0) +
-                   " episodes per minute, " +
-                   number(static_cast<double>(timing.env_steps) / seconds, 0) +
+                   decimal(timing.seconds, 1) +
+                   " s: " + decimal(60 * timing.episodes / seconds, 0) + " episodes per minute, " +
+                   decimal(static_cast<double>(timing.env_steps) / seconds, 0) +
                    " environment steps per second, with images.");
   std::vector<HtmlReport::Bar> bars;
   std::vector<std::vector<std::string>> rows;
@@ -77,10 +71,10 @@ std::string collection_report(std::span<const std::unique_ptr<DemonstrationFolde
                     .group = std::string(split_name(entry.split))});
     rows.push_back({std::string(entry.id), std::to_string(folder->episodes()),
                     std::to_string(folder->attempts()),
-                    std::to_string(collection_rule(entry).batch), number(keep_rate(*folder), 3),
+                    std::to_string(collection_rule(entry).batch), decimal(keep_rate(*folder), 3),
                     std::to_string(folder->steps()),
-                    number(static_cast<double>(folder->steps()) / episodes, 1),
-                    number(mebibytes(*folder), 1)});
+                    decimal(static_cast<double>(folder->steps()) / episodes, 1),
+                    decimal(mebibytes(*folder), 1)});
   }
   report.heading("Attempts kept");
   report.bars(bars);

@@ -1,4 +1,4 @@
-// What `engram collect` has done, for people: one HTML file.
+// The report of `engram collect`: one HTML file.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct CollectionTiming {
   std::uint64_t env_steps = 0;  // that it played, failed episodes included
 };
 
-// Attempts that were kept, of those made.
+// The share of attempts that were kept.
 double keep_rate(const DemonstrationFolder& folder);
 
 // The document: rates, lengths, sizes, timing, and pictures of every task's first episode.

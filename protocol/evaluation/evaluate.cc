@@ -7,16 +7,12 @@
 #include <string>
 
 #include "protocol/batch/episodes.h"
+#include "protocol/batch/rows.h"
+#include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/sample_pictures.h"
 
 namespace engram {
 namespace {
-
-template <class T>
-double mean(const std::vector<T>& values) {
-  if (values.empty()) return 0;
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
 
 // --- a worker's part: the episodes of one item ---
 
@@ -67,7 +63,7 @@ struct ItemResult {
   }
 };
 
-// Keeps books on the episodes of an item.
+// Notes how the episodes of an item end, and takes pictures of the task's first one.
 class Watcher {
  public:
   Watcher(VectorEnv& env, ItemResult& result, ChunkedPolicy* policy, int first_episode,
@@ -88,13 +84,10 @@ class Watcher {
     if (slot == sample_slot_) pictures_.look(env_, slot);
   }
   void finish(int slot, int episode) {
-    const auto value = [this, slot]<class T>(const char* name, T) {
-      return *reinterpret_cast<const T*>(env_.output(name).row(slot));
-    };
     EpisodeResult& result = result_.episodes.at(static_cast<std::size_t>(episode));
-    result.success = value("success_once", std::uint8_t{});
-    result.episode_return = value("episode_return", double{});
-    result.length = value("elapsed_steps", std::int32_t{});
+    result.success = value_of<std::uint8_t>(env_.output("success_once"), slot);
+    result.episode_return = value_of<double>(env_.output("episode_return"), slot);
+    result.length = value_of<std::int32_t>(env_.output("elapsed_steps"), slot);
     if (policy_ != nullptr) policy_->finish(slot);
     if (slot == sample_slot_) {
       result_.sample = pictures_.png();

@@ -1,4 +1,5 @@
-// The evaluation protocol of common 12.2: fixed seeds, one episode each, success at any step.
+// The benchmark's evaluation protocol (docs/protocol.md): fixed seeds, one episode each, success in
+// any step.
 #pragma once
 
 #include <cstdint>
@@ -16,19 +17,24 @@ namespace engram {
 // Makes the external policy of one worker thread; called by that thread, on every rank.
 using PolicyFactory = std::function<std::unique_ptr<ExternalPolicy>(const WorkContext&)>;
 
+// What the benchmark's results are made with.
+inline constexpr int kBenchmarkEpisodes = 50;  // per task
+inline constexpr std::uint64_t kBenchmarkSeed = 4242424242;
+inline constexpr int kEvaluationEnvs = 8;  // by default
+
 struct Protocol {
   Policy policy = Policy::kOracle;
   PolicyFactory external;  // takes the place of `policy` if it is set
-  int episodes = 50;
-  std::uint64_t start_seed = 4242424242;  // episode i has seed start_seed + i
-  int num_envs = 8;                       // episodes that a thread plays together, at most
+  int episodes = kBenchmarkEpisodes;
+  std::uint64_t start_seed = kBenchmarkSeed;  // episode i has seed start_seed + i
+  int num_envs = kEvaluationEnvs;             // episodes that a thread plays together, at most
   int threads = 0;
   bool samples = false;    // pictures of each task's first episode
-  EnvOptions environment;  // obs_mode, image_options and task_options count
+  EnvOptions environment;  // only obs_mode, image_options and task_options are used
 };
 
-// What came out for one task; vectors have one element per episode. Up to the line, the same for
-// every number of environments, threads and ranks.
+// The result of one task; vectors have one element per episode. What stands above the line does not
+// depend on the numbers of environments, threads and ranks.
 struct TaskResult {
   const RegistryEntry* entry = nullptr;
   double chance = 1;  // success rate of guessing
@@ -60,14 +66,14 @@ struct EvaluationStatus {
   std::vector<Running> running;
 };
 
-// Who hears of it on rank 0. Exceptions end the run.
+// Callbacks on rank 0. An exception from one of them ends the run.
 struct EvaluationListener {
-  std::function<void(TaskResult)> finished;           // a task, in whatever order
+  std::function<void(TaskResult)> finished;           // tasks, in any order
   std::function<void(const EvaluationStatus&)> tick;  // several times a second
 };
 
 // Evaluates the tasks on all threads of all ranks, those with the longest episodes first. Every
-// rank calls it with the same protocol; tasks and listener count on rank 0 only.
+// rank calls it with the same protocol; only rank 0's tasks and listener are used.
 void evaluate(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
               const Protocol& protocol, const EvaluationListener& listener);
 

@@ -3,21 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/join.h"
+#include "protocol/batch/rows.h"
+
 namespace engram {
 namespace {
 
 std::string shape_text(std::span<const std::int64_t> shape) {
-  std::string text;
-  for (const std::int64_t size : shape) text += (text.empty() ? "" : ", ") + std::to_string(size);
-  return "(" + text + ")";
+  return "(" + join(shape, [](std::int64_t size) { return std::to_string(size); }) + ")";
 }
 
-// Appends row `index` of an array of the batch.
 template <class T>
-void append_row(std::vector<T>& to, std::span<const T> all, int num_envs, int index) {
-  const std::size_t width = all.size() / static_cast<std::size_t>(num_envs);
-  const std::span<const T> row = all.subspan(static_cast<std::size_t>(index) * width, width);
-  to.insert(to.end(), row.begin(), row.end());
+void append(std::vector<T>& to, std::span<const T> values) {
+  to.insert(to.end(), values.begin(), values.end());
 }
 
 }  // namespace
@@ -113,9 +111,9 @@ void ChunkedPolicy::request() {
     first_.push_back(slot.first ? 1 : 0);
     slot.first = false;
     instructions_.push_back(env_.instruction(env));
-    append_row(proprio_, env_.proprio(), num_envs, env);
-    if (env_.options().obs_mode == ObsMode::kRgb) append_row(rgb_, env_.rgb(), num_envs, env);
-    append_row(state_, env_.observation(), num_envs, env);
+    append(proprio_, row_of(env_.proprio(), env_, env));
+    if (env_.options().obs_mode == ObsMode::kRgb) append(rgb_, row_of(env_.rgb(), env_, env));
+    append(state_, row_of(env_.observation(), env_, env));
   }
   if (rows_.empty()) return;
 

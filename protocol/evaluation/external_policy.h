@@ -14,7 +14,7 @@
 
 namespace engram {
 
-// Episodes that need actions, one row each in every array (common 6.3, 12.2).
+// Episodes that need actions, one row each in every array.
 struct PolicyRequest {
   std::string_view env_id;
   int count = 0;
@@ -32,7 +32,7 @@ struct PolicyRequest {
   int width = 0;
   int state_dim = 0;
   int max_slots = 0;
-  // Tells a policy that waits for something when to give up: context->stopped().
+  // A policy that waits for something must give up when context->stopped().
   const WorkContext* context = nullptr;
 };
 
@@ -62,7 +62,7 @@ class ExternalPolicy {
 };
 
 // Plays a batch with an external policy: a queue of actions per episode, filled by a chunk when it
-// is empty and dropped at the end (common 12.2).
+// is empty and dropped at the end of the episode.
 class ChunkedPolicy {
  public:
   ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy, const WorkContext& context);

@@ -28,7 +28,7 @@ class PolicyProcess final : public ExternalPolicy {
  public:
   // context: of the item at hand, which may be stopped before the process has answered.
   PolicyProcess(const PolicyProcessOptions& options, const WorkContext& context);
-  // A policy that runs already, at the other end of these descriptors, which it takes over.
+  // Talks to a policy that is already running, and closes these descriptors at the end.
   PolicyProcess(int to, int from, const PolicyProcessOptions& options, const WorkContext& context);
   // Closes its input and, unless it then ends within two seconds, ends it.
   ~PolicyProcess() override;
@@ -47,7 +47,7 @@ class PolicyProcess final : public ExternalPolicy {
   void write(std::span<const std::byte> bytes);
   void read(std::span<std::byte> bytes);
   void wait_for(int descriptor, short events) const;
-  // Throws, telling what became of the process.
+  // Throws an Error that says how the process ended.
   [[noreturn]] void lost() const;
   [[noreturn]] void fail(const std::string& what) const;
   void stop();

@@ -1,18 +1,12 @@
 #include "protocol/evaluation/report.h"
 
 #include <algorithm>
-#include <cstdio>
 
+#include "protocol/formats/decimal.h"
 #include "protocol/formats/html.h"
 
 namespace engram {
 namespace {
-
-std::string digits(const char* format, double value) {
-  char text[48];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 struct Group {
   double sum = 0;
@@ -71,16 +65,16 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
     const double chance = guessing != nullptr ? number(*guessing) : -1;
     bars.push_back({id, rate, chance, text(part(task, "split"))});
     rows.push_back({id, text(part(task, "split")), text(part(task, "memory_type")),
-                    digits("%.3f", rate), chance < 0 ? "" : digits("%.3f", chance),
-                    digits("%.2f", number(part(task, "mean_return"))),
-                    digits("%.1f", episodes > 0 ? steps / episodes : 0),
-                    own_seconds > 0 ? digits("%.2f", own_seconds) : "",
-                    own_seconds > 0 ? digits("%.0f", steps / own_seconds) : ""});
+                    decimal(rate, 3), chance < 0 ? "" : decimal(chance, 3),
+                    decimal(number(part(task, "mean_return")), 2),
+                    decimal(episodes > 0 ? steps / episodes : 0, 1),
+                    own_seconds > 0 ? decimal(own_seconds, 2) : "",
+                    own_seconds > 0 ? decimal(steps / own_seconds, 0) : ""});
   }
   const std::string first = std::to_string(settings.start_seed);
   report.table({"", ""},
                {{"split", text(part(summary, "split"))},
-                {"mean success rate", digits("%.4f", number(part(summary, "sr_split")))},
+                {"mean success rate", decimal(number(part(summary, "sr_split")), 4)},
                 {"policy", settings.policy},
                 {"observations", settings.obs_mode},
                 {"renderer", settings.renderer},
@@ -90,9 +84,9 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
                 {"engram", version()},
                 {"compute", context.compute},
                 {"GPU", "none"},
-                {"environment steps", digits("%.0f", env_steps)},
-                {"time of all threads, s", digits("%.1f", seconds)},
-                {"wall time since begun or resumed, s", digits("%.1f", context.wall_seconds)}});
+                {"environment steps", decimal(env_steps, 0)},
+                {"time of all threads, s", decimal(seconds, 1)},
+                {"wall time since begun or resumed, s", decimal(context.wall_seconds, 1)}});
   report.heading("Success per split");
   add_rates(grouped(tasks, "split"), report);
   report.heading("Success per memory type");

@@ -12,7 +12,7 @@ namespace engram {
 
 struct ReportContext {
   std::string compute;      // what the run was made on
-  double wall_seconds = 0;  // since it was last begun
+  double wall_seconds = 0;  // since the run began or was resumed
 };
 
 // An HTML document. thread_seconds, samples (PNG): by task id, where there are any.

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <ctime>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <thread>
 
+#include "protocol/evaluation/mean.h"
 #include "protocol/formats/files.h"
 
 namespace engram {
@@ -37,11 +37,6 @@ std::string title(Split split) {
   return "Custom";
 }
 
-double mean(const std::vector<double>& values) {
-  if (values.empty()) return 0;
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 std::string local_time() {
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   std::tm local{};
@@ -51,17 +46,13 @@ std::string local_time() {
   return text;
 }
 
-// What was asked for in a task document, and so is the same in all of a run.
+// Keys of a task document that say what was asked for: the same in all documents of a run.
 constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
                                          "model"};
 
 template <class T>
 DocumentList to_list(const std::vector<T>& values) {
   return DocumentList(values.begin(), values.end());
-}
-
-DocumentTable to_table(const std::map<std::string, double>& values) {
-  return DocumentTable(values.begin(), values.end());
 }
 
 // A list of that many documents, each of which `read` accepts.
@@ -72,8 +63,8 @@ bool is_list_of(const Document& document, std::size_t count, Read&& read) {
   return items.size() == count;
 }
 
-// Whether a document is a whole result of the task: everything that is read of one later is there,
-// and of its type.
+// Whether a document is a complete result of the task: everything that is read from it later is
+// there and has the right type.
 bool is_result(const Document& task, const std::string& id) {
   const auto is_count = [](const Document& value) { return whole_number(value); };
   try {
@@ -104,50 +95,15 @@ DocumentTable model_document(const EvaluationSettings& settings) {
   DocumentTable config = {{"library", "engram"}, {"version", version()}};
   if (!is_null(settings.policy_config)) config = table(settings.policy_config);
   if (!settings.task_options.empty()) {
-    config.emplace_back("task_options", to_table(settings.task_options));
+    config.emplace_back("task_options",
+                        DocumentTable(settings.task_options.begin(), settings.task_options.end()));
   }
   return {{"name", settings.policy}, {"config", std::move(config)}};
-}
-
-EvaluationSettings read_settings(const Document& document) {
-  EvaluationSettings settings;
-  for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
-  settings.episodes =
-      static_cast<int>(whole_number(part(document, "n_episodes"), std::numeric_limits<int>::max()));
-  settings.start_seed = whole_number(part(document, "start_seed"));
-  settings.obs_mode = text(part(document, "obs_mode"));
-  settings.renderer = text(part(document, "renderer"));
-  settings.policy = text(part(document, "policy"));
-  settings.policy_config = part(document, "policy_config");
-  if (!is_null(settings.policy_config)) (void)table(settings.policy_config);
-  for (const auto& [name, value] : table(part(document, "task_options"))) {
-    settings.task_options[name] = number(value);
-  }
-  return settings;
 }
 
 }  // namespace
 
 // --- documents ---
-
-Document EvaluationSettings::document() const {
-  return DocumentTable{{"tasks", to_list(tasks)},        {"n_episodes", episodes},
-                       {"start_seed", start_seed},       {"obs_mode", obs_mode},
-                       {"renderer", renderer},           {"policy", policy},
-                       {"policy_config", policy_config}, {"task_options", to_table(task_options)}};
-}
-
-EvaluationSettings EvaluationSettings::of(const Document& document, const fs::path& file) {
-  EvaluationSettings settings;
-  try {
-    settings = read_settings(document);
-  } catch (const Error& error) {
-    throw Error(Error::kIo, "'" + file.string() + "' is not what an evaluation wrote (" +
-                                error.what() + "); remove it to give the settings anew");
-  }
-  for (const std::string& id : settings.tasks) (void)require_entry(id);
-  return settings;
-}
 
 Document task_document(const TaskResult& result, const EvaluationSettings& settings) {
   const RegistryEntry& entry = *result.entry;
@@ -281,7 +237,7 @@ void ResultFolder::write_summary(const DocumentList& tasks) const {
 void ResultFolder::add_timing(const std::string& id, double thread_seconds) const {
   std::map<std::string, double> seconds = timing();
   seconds[id] = thread_seconds;
-  write_file(path_ / kTimingFile, to_text(Document(to_table(seconds))));
+  write_file(path_ / kTimingFile, to_text(DocumentTable(seconds.begin(), seconds.end())));
 }
 
 std::map<std::string, double> ResultFolder::timing() const {

@@ -22,7 +22,7 @@ std::vector<const RegistryEntry*> EvaluationRun::open_tasks() const {
 void EvaluationRun::add(const TaskResult& result) {
   Document document = task_document(result, settings_);
   if (folder_) {
-    // The result comes last: what has one has everything.
+    // The result comes last: a task that has one is complete.
     folder_->write_sample(std::string(result.entry->id), result.sample);
     folder_->add_timing(std::string(result.entry->id), result.thread_seconds);
     folder_->write_task(document);
@@ -34,7 +34,7 @@ void EvaluationRun::add(const TaskResult& result) {
 
 void EvaluationRun::finish(const std::string& compute) const {
   if (!folder_) return;
-  // Once more: it may be older than the last result, if the process was killed between the two.
+  // Again: an earlier process may have been killed between a result and its summary.
   folder_->write_summary(tasks());
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
   folder_->write_report(evaluation_report(settings_, tasks(), folder_->timing(), folder_->samples(),

@@ -1,4 +1,4 @@
-// An evaluation as rank 0 sees it: what is to be done, what has been, and its files.
+// An evaluation on rank 0: its open tasks, its results and its files.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ namespace engram {
 
 class EvaluationRun {
  public:
-  // Goes on with what the folder holds, if there is one.
+  // Takes over the results that the folder already holds, if a folder is given.
   EvaluationRun(EvaluationSettings settings, std::optional<ResultFolder> folder);
 
   const EvaluationSettings& settings() const { return settings_; }

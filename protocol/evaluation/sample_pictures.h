@@ -1,4 +1,4 @@
-// A few pictures of an episode whose length is not known before.
+// A few pictures of an episode whose length is not known beforehand.
 #pragma once
 
 #include <cstdint>

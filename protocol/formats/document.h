@@ -1,5 +1,6 @@
-// Documents as the data of JSON. Unlike the JSON library's own, whose destructors allocate and
-// whose constructors leak, they live through running out of memory.
+// JSON documents. All JSON that the project writes comes from here. The JSON library's own
+// documents are not used, because their destructors allocate and their constructors leak where
+// memory runs out.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +16,8 @@ using Document = Constant;
 using DocumentList = ConstantList;
 using DocumentTable = ConstantTable;
 
-// The document that a text is. Nothing if it is none, or nests deeper than any that engram writes:
-// programs that walk through documents call themselves at every level.
+// Reads a text. Nothing if it is not JSON, or is nested deeper than anything that engram writes:
+// functions that walk through documents are recursive.
 std::optional<Document> parse_document(std::string_view text);
 
 // As JSON: two-space indentation, newline at the end. What is not UTF-8 becomes U+FFFD; numbers
@@ -25,9 +26,9 @@ std::string to_text(const Document& document);
 // The same without line breaks and spaces.
 std::string to_line(const Document& document);
 
-// The part of a table; null if there is none of that name, or it is no table.
+// The value under a key of a table; null if the key is missing or the document is not a table.
 const Document* find(const Document& document, std::string_view key);
-// The same; throws Error (kIo) if there is none.
+// The same, but throws Error (kIo) instead.
 const Document& part(const Document& document, std::string_view key);
 
 bool is_null(const Document& document);

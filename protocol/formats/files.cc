@@ -23,16 +23,6 @@ constexpr std::string_view kTemporarySuffix = ".engram-tmp";
   throw Error(Error::kIo, what + ": " + std::strerror(error));
 }
 
-int write_all(int descriptor, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return 0;
-}
-
 struct OpenFile {
   explicit OpenFile(int opened) : descriptor(opened) {}
   ~OpenFile() {
@@ -68,6 +58,16 @@ bool is_special(const fs::path& path) {
 }
 
 }  // namespace
+
+int write_all(int descriptor, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
 
 void write_file(const fs::path& path, std::span<const std::byte> bytes) {
   if (is_special(path)) {

@@ -1,4 +1,4 @@
-// Files that are either whole or not there.
+// Files that are written completely or not at all.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +11,12 @@
 
 namespace engram {
 
+// Writes all bytes to an open descriptor. Returns 0, or the system's error number.
+int write_all(int descriptor, std::span<const std::byte> bytes);
+
 // Writes a file that is never seen half-written, not even after a power cut: under a temporary name
-// first, then renamed. A device or pipe is written to as it is. Throws Error (kIo) if that fails;
-// what was there before stays.
+// first, then renamed. Devices and pipes are written to directly. Throws Error (kIo) if that
+// fails; an older file is then unchanged.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <initializer_list>
+
+#include "protocol/formats/decimal.h"
 
 namespace engram {
 namespace {
@@ -67,12 +68,6 @@ std::string base64(std::span<const std::byte> bytes) {
   return out;
 }
 
-std::string format(const char* pattern, double value) {
-  char text[48];
-  std::snprintf(text, sizeof text, pattern, value);
-  return text;
-}
-
 bool looks_like_number(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789.,-+%") == std::string_view::npos;
 }
@@ -117,11 +112,11 @@ void HtmlReport::bars(const std::vector<Bar>& bars) {
            "\" height=\"" + std::to_string(height) + "\" viewBox=\"0 0 " + std::to_string(kWidth) +
            " " + std::to_string(height) + "\" font-family=\"sans-serif\" font-size=\"12\">\n";
   for (int tick = 0; tick <= 4; ++tick) {
-    const std::string x = format("%.0f", kLabels + kLength * tick / 4.0);
+    const std::string x = decimal(kLabels + kLength * tick / 4.0, 0);
     append(body_,
            {"<line x1=\"", x, "\" y1=\"0\" x2=\"", x, "\" y2=\"", std::to_string(height - kRow),
             "\" stroke=\"#ddd\"/><text x=\"", x, "\" y=\"", std::to_string(height - 4),
-            "\" text-anchor=\"middle\" fill=\"#555\">", format("%.2f", tick / 4.0), "</text>\n"});
+            "\" text-anchor=\"middle\" fill=\"#555\">", decimal(tick / 4.0, 2), "</text>\n"});
   }
   int y = 0;
   for (const Bar& bar : bars) {
@@ -131,15 +126,15 @@ void HtmlReport::bars(const std::vector<Bar>& bars) {
     append(body_, {"<text x=\"", std::to_string(kLabels - 8), "\" y=\"", std::to_string(y + 13),
                    "\" text-anchor=\"end\">", escaped(bar.label), "</text><rect x=\"",
                    std::to_string(kLabels), "\" y=\"", std::to_string(y + 3), "\" width=\"",
-                   format("%.1f", length), "\" height=\"", std::to_string(kRow - 6), "\" fill=\"",
+                   decimal(length, 1), "\" height=\"", std::to_string(kRow - 6), "\" fill=\"",
                    kColors[group % kColors.size()], "\"/>"});
     if (bar.mark >= 0) {
-      const std::string x = format("%.1f", kLabels + kLength * std::clamp(bar.mark, 0.0, 1.0));
+      const std::string x = decimal(kLabels + kLength * std::clamp(bar.mark, 0.0, 1.0), 1);
       append(body_, {"<line x1=\"", x, "\" y1=\"", std::to_string(y + 1), "\" x2=\"", x, "\" y2=\"",
                      std::to_string(y + kRow - 1), "\" stroke=\"#c00\" stroke-width=\"2\"/>"});
     }
     append(body_, {"<text x=\"", std::to_string(kLabels + kLength + 8), "\" y=\"",
-                   std::to_string(y + 13), "\">", format("%.3f", bar.value), "</text>\n"});
+                   std::to_string(y + 13), "\">", decimal(bar.value, 3), "</text>\n"});
     y += kRow;
   }
   body_ += "</svg>\n<p>";

@@ -8,8 +8,8 @@
 
 namespace engram {
 
-// Rank 0 decides and writes; the others work for it. This class is a process alone. Not for use
-// from two threads at once.
+// Rank 0 decides and writes files; the others work for it. This base class is for a process on its
+// own. Not for use from two threads at once.
 class Ranks {
  public:
   struct Message {

@@ -67,7 +67,8 @@ class Crew {
     if (const auto found = stops_.find(number); found != stops_.end()) *found->second = true;
   }
 
-  // What has been done since the last call; waits for something, but not for long.
+  // Items done since the last call. If there are none, waits for one, but not longer than
+  // `at_most`.
   std::vector<Done> wait(std::chrono::milliseconds at_most) {
     std::unique_lock lock(mutex_);
     finished_.wait_for(lock, at_most, [this] { return !done_.empty(); });
@@ -273,7 +274,7 @@ class Leader {
     source_.tick(status);
   }
 
-  // Waits until every rank has said its last word, so that no message is left behind.
+  // Waits for the last message of every rank, so that none is left unread.
   void dismiss() {
     for (int rank = 1; rank < ranks_.size(); ++rank) ranks_.send(rank, say(Word::kEnd).take());
     members_[0].left = true;

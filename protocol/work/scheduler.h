@@ -18,7 +18,7 @@ struct WorkItem {
   int count = 0;
 };
 
-// What a thread at work on an item can know and tell.
+// How a thread that works on an item learns that it should stop, and reports progress.
 class WorkContext {
  public:
   WorkContext(int worker, const std::atomic<bool>& stopped, std::atomic<std::uint64_t>& env_steps)
@@ -52,23 +52,23 @@ struct WorkStatus {
 class WorkSource {
  public:
   virtual ~WorkSource() = default;
-  // The next item, the longest work first; nullopt: nothing at this moment. The run is over when
-  // there is nothing and no item is under way.
+  // The next item, the longest work first; nullopt if there is none at the moment. The run is over
+  // when there is none and no item is under way.
   virtual std::optional<WorkItem> next() = 0;
-  // The result of an item, in whatever order they come.
+  // Takes the result of an item. Results come in any order.
   virtual void accept(const WorkItem& item, Bytes result) = 0;
-  // Whether the result of an item under way is no longer of use; it is stopped and not accepted.
+  // Whether the result of an item under way is no longer needed; then it is stopped, not accepted.
   virtual bool obsolete(const WorkItem& /*item*/) { return false; }
   // Several times a second.
   virtual void tick(const WorkStatus& /*status*/) {}
 };
 
-// Threads that the number means; 0: one per core, shared among the ranks of this machine.
+// How many threads `threads` stands for; 0: one per core, shared among this machine's ranks.
 int worker_threads(int threads, const Ranks& ranks);
 
 // Runs all work of the source on `threads` threads of every rank, each with one item at a time.
-// All ranks call it; only rank 0's source counts. The first failure of a worker, on any rank, stops
-// the other threads of rank 0 and is thrown there; the caller says so and calls Ranks::abort.
+// All ranks call it; only rank 0's source is used. The first failure of a worker, on any rank,
+// stops the other threads of rank 0 and is thrown there; the caller says so and calls Ranks::abort.
 void share_work(Ranks& ranks, int threads, const WorkFunction& work, WorkSource& source);
 
 }  // namespace engram

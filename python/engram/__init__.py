@@ -57,8 +57,8 @@ __all__ = [
 __version__: str = _core.version()
 
 
-# What is built on Gymnasium, and where. Loaded when it is first asked for, because Gymnasium itself
-# imports this package, to register its tasks, before it is complete.
+# Names that need Gymnasium, and their modules. They are loaded on first use, because Gymnasium
+# imports this package, to register its tasks, while it is itself being imported.
 _HOMES = {"AutoresetMode": "_compat", "Env": "env", "VectorEnv": "vector_env"}
 
 

@@ -20,5 +20,5 @@ else:
         DISABLED = "Disabled"
 
 
-# What vector environments of the installed Gymnasium do where nothing else is asked for.
+# The default of the installed Gymnasium's vector environments.
 DEFAULT_AUTORESET = AutoresetMode.NEXT_STEP if GYMNASIUM_1 else AutoresetMode.SAME_STEP

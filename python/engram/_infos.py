@@ -13,12 +13,12 @@ from engram._spaces import Layout, take
 
 # Outputs that ``reset`` and ``step`` return themselves.
 _RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_mask")
-# Infos that are NaN throughout while there are none yet: then their mask is False.
+# Infos that are NaN until there are any; until then their mask is False.
 _SOMETIMES = frozenset(["reward_dict"])
 
 
 class Infos:
-    """What a batch tells beside observations, rewards and endings.
+    """The infos of a batch: its outputs beside observations, rewards and endings.
 
     Attributes:
         views: Columns by name, views of engram's own buffers.

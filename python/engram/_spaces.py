@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
 
-FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict (common 6.1); those before it are "agent"
+FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict; those before it are "agent"
 
 
 class Layout:
@@ -25,7 +25,7 @@ class Layout:
         self.obs_mode = obs_mode
         self._fields = description["state_fields"]
         self._keys = ["rgb", "proprio"]
-        if description["family"].startswith("Rotate"):  # common 6.3: nowhere else
+        if description["family"].startswith("Rotate"):  # only they show a cue
             self._keys.append("task_cue")
         self.single = self._space(outputs)
         num_envs = len(outputs["reward"])

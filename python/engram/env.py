@@ -14,7 +14,7 @@ from engram.vector_env import VectorEnv
 
 
 class Env(gymnasium.Env):
-    """One environment: a batch of one, for code that has no use for batches.
+    """One environment: a batch of one, for code that cannot use batches.
 
     What ``reset`` and ``step`` return are copies. Episodes end where the task says (``terminated``)
     or at its horizon (``truncated``); then call ``reset``.

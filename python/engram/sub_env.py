@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class SubEnv:
-    """What can be asked of one environment of a ``VectorEnv``: it cannot be stepped on its own.
+    """One environment of a ``VectorEnv``, to read from: it cannot be stepped on its own.
 
     Attributes:
         index: Its place in the batch.

@@ -89,7 +89,7 @@ def serialize(episode: Episode, env_id: str) -> bytes:
     )
 
 
-# --- what tensorflow_datasets wants to know ---
+# --- metadata for tensorflow_datasets ---
 
 
 def _dataset_info(shard_lengths: list[int], payload_bytes: int) -> dict:

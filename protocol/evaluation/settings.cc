@@ -1,0 +1,86 @@
+#include "protocol/evaluation/settings.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace engram {
+namespace {
+
+constexpr const char* kRgb = "rgb";
+
+EvaluationSettings read(const Document& document) {
+  EvaluationSettings settings;
+  for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
+  settings.episodes =
+      static_cast<int>(whole_number(part(document, "n_episodes"), std::numeric_limits<int>::max()));
+  settings.start_seed = whole_number(part(document, "start_seed"));
+  settings.obs_mode = text(part(document, "obs_mode"));
+  settings.renderer = text(part(document, "renderer"));
+  settings.policy = text(part(document, "policy"));
+  settings.policy_config = part(document, "policy_config");
+  if (!is_null(settings.policy_config)) (void)table(settings.policy_config);
+  for (const auto& [name, value] : table(part(document, "task_options"))) {
+    settings.task_options[name] = number(value);
+  }
+  return settings;
+}
+
+}  // namespace
+
+void EvaluationSettings::set_environment(const EnvOptions& environment) {
+  const bool rgb = environment.obs_mode == ObsMode::kRgb;
+  obs_mode = rgb ? kRgb : "state";
+  renderer = rgb ? environment.image_options.renderer : "none";
+  task_options.clear();
+  for (const OptionChoice& choice : environment.task_options) {
+    task_options[choice.name] = choice.value;
+  }
+}
+
+Document EvaluationSettings::document() const {
+  return DocumentTable{{"tasks", DocumentList(tasks.begin(), tasks.end())},
+                       {"n_episodes", episodes},
+                       {"start_seed", start_seed},
+                       {"obs_mode", obs_mode},
+                       {"renderer", renderer},
+                       {"policy", policy},
+                       {"policy_config", policy_config},
+                       {"task_options", DocumentTable(task_options.begin(), task_options.end())}};
+}
+
+EvaluationSettings EvaluationSettings::of(const Document& document,
+                                          const std::filesystem::path& file) {
+  EvaluationSettings settings;
+  try {
+    settings = read(document);
+  } catch (const Error& error) {
+    throw Error(Error::kIo, "'" + file.string() + "' is not what an evaluation wrote (" +
+                                error.what() + "); remove it to give the settings anew");
+  }
+  for (const std::string& id : settings.tasks) (void)require_entry(id);
+  return settings;
+}
+
+std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks) {
+  std::sort(tasks.begin(), tasks.end());  // as they lie in the registry
+  std::vector<std::string> ids;
+  for (const RegistryEntry* task : tasks) ids.emplace_back(task->id);
+  return ids;
+}
+
+Protocol protocol_of(const EvaluationSettings& settings) {
+  Protocol protocol;
+  protocol.episodes = settings.episodes;
+  protocol.start_seed = settings.start_seed;
+  EnvOptions& environment = protocol.environment;
+  environment.obs_mode = settings.obs_mode == kRgb ? ObsMode::kRgb : ObsMode::kState;
+  if (environment.obs_mode == ObsMode::kRgb) {
+    environment.image_options.renderer = settings.renderer;
+  }
+  for (const auto& [name, value] : settings.task_options) {
+    environment.task_options.push_back({name, value});
+  }
+  return protocol;
+}
+
+}  // namespace engram

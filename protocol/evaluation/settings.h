@@ -1,0 +1,39 @@
+// What an evaluation is asked for, as far as its results depend on it.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "protocol/evaluation/evaluate.h"
+#include "protocol/formats/document.h"
+
+namespace engram {
+
+struct EvaluationSettings {
+  std::vector<std::string> tasks;  // ids, in the registry's order
+  int episodes = kBenchmarkEpisodes;
+  std::uint64_t start_seed = kBenchmarkSeed;
+  std::string obs_mode = "rgb";
+  std::string renderer = "none";  // of rgb observations
+  std::string policy;             // "oracle", or the name of an external one
+  Document policy_config;         // what else the results say of it
+  std::map<std::string, double> task_options;
+
+  // Takes over the observations, the renderer and the task options.
+  void set_environment(const EnvOptions& environment);
+
+  Document document() const;
+  // Throws Error (kIo) if the document is not one of settings.
+  static EvaluationSettings of(const Document& document, const std::filesystem::path& file);
+};
+
+// The ids of these tasks in the registry's order.
+std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks);
+
+// The protocol with these settings: episodes, seeds and environments. Policy, threads and what else
+// does not change the results are the caller's to set.
+Protocol protocol_of(const EvaluationSettings& settings);
+
+}  // namespace engram

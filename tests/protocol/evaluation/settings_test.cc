@@ -1,0 +1,66 @@
+#include "protocol/evaluation/settings.h"
+
+#include <catch2/catch.hpp>
+
+namespace engram {
+namespace {
+
+EvaluationSettings example() {
+  EvaluationSettings settings;
+  settings.tasks = {"RememberColor3-VLA-v0", "TakeItBack-VLA-v0"};
+  settings.episodes = 7;
+  settings.start_seed = UINT64_MAX;
+  settings.policy = "mine";
+  settings.policy_config = DocumentTable{{"layers", 3}};
+  EnvOptions environment;
+  environment.obs_mode = ObsMode::kRgb;
+  environment.image_options.renderer = "egl";
+  environment.task_options = {{"touch_radius", 0.03}};
+  settings.set_environment(environment);
+  return settings;
+}
+
+TEST_CASE("Settings survive their document", "[evaluation][settings]") {
+  const Document document = example().document();
+  CHECK((EvaluationSettings::of(document, "settings.json").document() == document));
+  CHECK(text(part(document, "obs_mode")) == "rgb");
+  CHECK(text(part(document, "renderer")) == "egl");
+  DocumentTable lacking = table(document);
+  lacking.pop_back();
+  CHECK_THROWS_WITH(EvaluationSettings::of(lacking, "settings.json"),
+                    Catch::Contains("settings.json") && Catch::Contains("no 'task_options'"));
+}
+
+TEST_CASE("Settings name no renderer where nothing is drawn", "[evaluation][settings]") {
+  EvaluationSettings settings = example();
+  EnvOptions environment;
+  environment.obs_mode = ObsMode::kState;
+  environment.image_options.renderer = "egl";
+  settings.set_environment(environment);
+  CHECK(settings.obs_mode == "state");
+  CHECK(settings.renderer == "none");
+  CHECK(settings.task_options.empty());
+  CHECK(protocol_of(settings).environment.image_options.renderer == "cpu");
+}
+
+TEST_CASE("A protocol plays what the settings say", "[evaluation][settings]") {
+  const Protocol protocol = protocol_of(example());
+  CHECK(protocol.episodes == 7);
+  CHECK(protocol.start_seed == UINT64_MAX);
+  CHECK(protocol.environment.obs_mode == ObsMode::kRgb);
+  CHECK(protocol.environment.image_options.renderer == "egl");
+  REQUIRE(protocol.environment.task_options.size() == 1);
+  CHECK(protocol.environment.task_options[0].name == "touch_radius");
+  CHECK(protocol.environment.task_options[0].value == 0.03);
+}
+
+TEST_CASE("Ids are in the registry's order", "[evaluation][settings]") {
+  const RegistryEntry& first = registry().front();
+  const RegistryEntry& last = registry().back();
+  CHECK(ids_in_order({&last, &first}) ==
+        std::vector<std::string>{std::string(first.id), std::string(last.id)});
+  CHECK(ids_in_order({}).empty());
+}
+
+}  // namespace
+}  // namespace engram
