@@ -11,8 +11,8 @@
 
 namespace engram {
 
-// One sampled quantity of an episode. Each has a random stream of its own, so that fixing one
-// leaves all others as they were.
+// One sampled quantity of an episode. Each has a random stream of its own, so fixing one does not
+// change the others.
 struct Draw {
   std::string name;
   int width = 1;         // number of values
@@ -24,13 +24,13 @@ struct Draw {
   bool distinct = false;  // no two of its values are equal
 };
 
-// A user's wish: the quantity of that name takes these values.
+// A user's choice: the quantity of that name takes these values.
 struct Pin {
   std::string name;
   std::vector<double> values;
 };
 
-// Streams that are not draws of a task have purposes from here on.
+// Purposes of random streams that are not draws of a task begin here.
 enum : std::uint32_t {
   kPurposeRobotNoise = 0x4000'0000,
   kPurposeBlindGuess = 0x4000'0001,
@@ -49,8 +49,8 @@ class PinTable {
 
   const std::vector<Draw>& draws() const { return draws_; }
 
-  // Throws Error, naming what is allowed, unless every pin names a draw once and its values are
-  // as many, as whole and as large as that draw allows.
+  // Throws Error, naming what is allowed, unless every pin names a draw, each draw once, and
+  // number, type and size of its values fit that draw.
   void check(const std::vector<Pin>& pins) const;
   // The same for a saved row of the columns.
   void check_saved(std::span<const std::byte> row) const;
@@ -69,8 +69,8 @@ class PinTable {
   Column<double> values_;
 };
 
-// The episode that begins in one environment, as its task sees it. `draw` counts the task's own
-// draws from 0.
+// The episode that begins in one environment, as its task sees it. `draw` is an index of the task's
+// own draws.
 class Episode {
  public:
   Episode(const PinTable& pins, int env, std::uint64_t seed, std::uint64_t number)

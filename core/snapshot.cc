@@ -1,5 +1,5 @@
-// Snapshots: flat byte buffers of an environment's columns behind a header that tells what they
-// are. Physics keeps nothing outside the columns, so this is all there is to save.
+// Snapshots: a header that says what follows, then the rows of an environment's columns as bytes.
+// Physics keeps nothing outside the columns, so there is nothing else to save.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -68,7 +68,7 @@ std::string to_text(double value) {
 
 }  // namespace
 
-// What gives the columns their meaning, in words: task, control mode and the task's options.
+// What the columns' meaning depends on, in words: task, control mode and the task's options.
 std::string VectorEnv::snapshot_label() const {
   std::string label = info().id + ", " + control_mode_name(options_.control_mode);
   for (std::size_t i = 0; i < option_values_.size(); ++i) {
@@ -119,9 +119,8 @@ std::vector<std::byte> VectorEnv::save_range(Range envs) const {
   return bytes;
 }
 
-// A checksum keeps out accidents, not bytes that somebody has made up: what serves as an index, and
-// pins, must be what an episode can have. Other values may be anything; they end an episode at
-// worst.
+// The checksum finds accidents, not bytes that somebody made up. So indices and pins must have
+// values that an episode can have. Other columns may hold any value: at worst it ends the episode.
 void VectorEnv::check_content(std::span<const std::byte> row) const {
   for (const ColumnStore* store : {&memory_, &pin_memory_, &outputs_}) {
     const ColumnView bad = store->find_beyond_limits(row);
@@ -133,7 +132,7 @@ void VectorEnv::check_content(std::span<const std::byte> row) const {
   }
 }
 
-// Refuses bytes that are not `count` environments of what this batch is of.
+// Throws Error unless the bytes are `count` environments that fit this batch.
 void VectorEnv::check_snapshot(std::span<const std::byte> bytes, int count) const {
   const Header header = read_header(bytes);
   const std::span<const std::byte> behind = bytes.subspan(sizeof header);
@@ -171,7 +170,7 @@ void VectorEnv::restore_range(Range envs, std::span<const std::byte> bytes) {
       rest = rest.subspan(store->row_bytes());
     }
     final_mask_[static_cast<std::size_t>(env)] = 0;
-    // What is observed is up to this batch; the snapshot may be of one that observes otherwise.
+    // The snapshot may be of a batch with other observations; this batch makes its own.
     std::fill_n(observation_.row(env), observation_.width(), 0.0F);
     observe({env, env + 1});
     draw(0, env);

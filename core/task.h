@@ -17,7 +17,7 @@ namespace engram {
 
 struct Overlay;  // core/picture/overlay.h
 
-// When an episode ends before its horizon (common 5.3).
+// When an episode ends before its horizon.
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
 
 // Who chooses actions when the engine itself is asked to.
@@ -41,16 +41,16 @@ struct TaskInfo {
   // How often a guess succeeds where answers are not equally likely; 0: 1 / candidates.
   double guess_rate = 0;
   Termination termination = Termination::kNever;
-  // Whether the canonical wrapper chain zeroes actions until the cue is over (common 10).
+  // Whether the benchmark's canonical wrappers zero actions until the cue is over.
   bool frozen_cue = false;
-  double success_reward = 1;    // dense reward at success: what normalised rewards are divided by
-  int task_cue_dim = 0;         // values of the cue that policies may see; 0: none
-  int oracle_dim = 0;           // values of oracle_info
-  bool oracle_is_real = false;  // they are float32 (Bindings::oracle_values), not int32
-  std::vector<Draw> draws;      // what an episode samples, and users may pin
-  std::string hidden_draw;      // the draw that an agent has to remember
-  std::vector<TaskOption> options;        // variants of the rules, for users to choose
-  ConstantTable constants;                // the class constants of the spec
+  double success_reward = 1;        // dense reward at success; normalised rewards are divided by it
+  int task_cue_dim = 0;             // values of the cue that policies may see; 0: none
+  int oracle_dim = 0;               // values of oracle_info
+  bool oracle_is_real = false;      // they are float32 (Bindings::oracle_values), not int32
+  std::vector<Draw> draws;          // what an episode samples, and users may pin
+  std::string hidden_draw;          // the draw that an agent has to remember
+  std::vector<TaskOption> options;  // variants of the rules, for users to choose
+  ConstantTable constants;          // the class constants of the original benchmark
   std::vector<std::string> reward_terms;  // names of the columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
   std::vector<Field> state_fields;  // of the state observation, after tcp_pose
@@ -73,8 +73,8 @@ struct FloatRows {
   float* row(int env) const { return data + static_cast<std::ptrdiff_t>(env) * stride; }
 };
 
-// What the engine hands a task when a batch is made: where to keep its columns, and the columns of
-// the engine that the task fills in.
+// What a task gets when a batch is made: stores for its own columns, and the columns of the engine
+// that it reads and fills in.
 struct Bindings {
   const State* state = nullptr;       // outlives the task's use of it
   std::span<const double> options;    // values of info().options, in order; outlive it too
@@ -119,8 +119,8 @@ class Task {
   virtual void observe(Range envs, FloatRows out) = 0;
   // Writes the dense reward; rows have one element.
   virtual void dense_reward(Range envs, FloatRows out) = 0;
-  // Writes actions of the oracle (or, with `blind`, of the oracle that guesses) for
-  // pd_ee_delta_pose with upstream's rotation sign.
+  // Writes actions of the oracle, or with `blind` of the oracle that guesses, for pd_ee_delta_pose
+  // with rotation sign -1.
   virtual void act(Range envs, bool blind, FloatRows actions) = 0;
 
   // The value of elapsed from which on nothing shows the hidden draw any more.
@@ -128,8 +128,8 @@ class Task {
 
   // The instruction of one environment's episode.
   virtual std::string instruction(int /*env*/) const { return info().instruction; }
-  // Adds what people are shown over a picture of one environment (common 11), apart from step and
-  // reward. Called for human views only, never for observations.
+  // Adds what is written over a picture of one environment, apart from step and reward. Called for
+  // people's views only, never for observations.
   virtual void overlay(int /*env*/, Overlay& /*out*/) const {}
 };
 

@@ -11,7 +11,7 @@ namespace engram {
 // An option that a task has. A switch is a whole number of 0 and 1.
 struct TaskOption {
   std::string name;
-  double value = 0;  // unless the user says otherwise
+  double value = 0;  // the default
   bool integer = false;
   double low = 0;  // least and greatest value, both included
   double high = 1;

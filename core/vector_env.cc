@@ -18,7 +18,7 @@ namespace {
 constexpr int kMaxEnvs = 1'000'000;
 constexpr double kPi = std::numbers::pi;
 
-// Start pose of all tasks (common 1.5, third row): arm in rad, fingers in m.
+// Start pose of all tasks: arm in rad, fingers in m.
 constexpr std::array<double, kRobotJoints> kStartQpos = {
     0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
 
@@ -50,8 +50,8 @@ EnvOptions checked(EnvOptions options) {
   }
   options.threads = std::min(options.threads, options.num_envs);
   if (options.chunk == 0) {
-    // Several claims per worker even out unequal environments; a few environments per claim keep
-    // the counter quiet.
+    // Several claims per worker, since some environments take longer than others; several
+    // environments per claim, since workers share the counter of claims.
     options.chunk = std::clamp(options.num_envs / (options.threads * 8), 1, 16);
   }
   return options;
@@ -75,8 +75,9 @@ VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options,
       controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
                                                model_->joint_ranges(), options_.rotation_sign)),
       pool_(options_.threads),
-      physics_(std::make_unique<Physics>(*model_, PhysicsOptions{options_.substeps, options_.sleep},
-                                         options_.threads, options_.num_envs)),
+      simulator_(std::make_unique<Simulator>(*model_,
+                                             SimulatorOptions{options_.substeps, options_.sleep},
+                                             options_.threads, options_.num_envs)),
       renderers_(std::move(renderers)),
       memory_(options_.num_envs),
       pin_memory_(options_.num_envs),
@@ -212,7 +213,7 @@ void VectorEnv::reset_env(int env, std::uint64_t seed, std::uint64_t episode_num
     qpos[i] +=
         pinned_noise != nullptr ? pinned_noise[i] : options_.robot_init_qpos_noise * noise.normal();
   }
-  physics_->update_tcp(state_, env);
+  simulator_->update_tcp(state_, env);
   controller_->reset(state_, env);
 
   task_->reset(episode);
@@ -254,7 +255,8 @@ void VectorEnv::step_range(int worker, Range envs, const float* actions) {
   while (env < envs.end) {
     final_mask_[static_cast<std::size_t>(env)] = 0;
     if (state_.finished[env] != 0) {
-      // With same-step resets only a snapshot from elsewhere is found finished.
+      // With same-step resets, only an environment restored from another batch's snapshot can be
+      // finished here.
       if (options_.auto_reset != AutoReset::kOff) {
         reset_env(env, state_.seed[env], state_.episode[env] + 1);
         mark(clock(worker), StepPart::kReset);
@@ -290,11 +292,11 @@ void VectorEnv::simulate(int worker, int env, const float* action) {
   mark(time, StepPart::kTask);
   const Drive drive = controller_->drive(state_, env, current);
   mark(time, StepPart::kController);
-  const bool stable = physics_->step(state_, env, worker, drive, time);
+  const bool stable = simulator_->step(state_, env, worker, drive, time);
   unstable_[env] = stable ? 0 : 1;
   if (!stable) unstable_count_.fetch_add(1, std::memory_order_relaxed);
   mark(time, StepPart::kGather);
-  physics_->update_tcp(state_, env);
+  simulator_->update_tcp(state_, env);
   ++state_.elapsed[env];
   mark(time, StepPart::kObservation);
 }
@@ -329,7 +331,7 @@ bool VectorEnv::outputs_finite(int env) const {
 }
 
 void VectorEnv::finish_step(int worker, int env) {
-  // Physics refuses numbers that it cannot compute with; what a task remembers may hold some too.
+  // Physics has checked its own columns. A snapshot may also hold NaN or infinity in the task's.
   if (!outputs_finite(env)) {
     if (unstable_[env] == 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
     unstable_[env] = 1;
@@ -347,7 +349,7 @@ void VectorEnv::finish_step(int worker, int env) {
   state_.finished[env] = terminated_[env] | truncated_[env];
 
   if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return;
-  // The new episode's outputs replace those of the old one, but reward and endings are of the step.
+  // The new episode's outputs replace the old ones, except for reward and endings of this step.
   outputs_.copy_row_to(final_outputs_, env);
   if (images_) images_->keep_final(env);
   final_mask_[static_cast<std::size_t>(env)] = 1;

@@ -19,7 +19,7 @@
 
 namespace engram {
 
-// kRgb: images and proprio; the state observation, which tells the hidden quantity, stays empty.
+// kRgb: images and proprio. The state observation would give away the hidden quantity; it is empty.
 enum class ObsMode { kNone, kState, kStateDict, kRgb };
 enum class RewardMode { kNone, kSparse, kDense, kNormalizedDense };
 
@@ -39,9 +39,9 @@ struct EnvOptions {
   RewardMode reward_mode = RewardMode::kNormalizedDense;
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
   AutoReset auto_reset = AutoReset::kNextStep;
-  int rotation_sign = -1;  // of rotation actions: -1 as upstream, or +1
-  bool freeze_cue = true;  // zero actions during cue and empty phase where the canonical wrapper
-                           // chain does (common 10)
+  int rotation_sign = -1;  // of rotation actions: -1 as in the original benchmark, or +1
+  bool freeze_cue = true;  // zero actions during cue and empty phase, in the tasks whose canonical
+                           // wrappers do so
   std::optional<bool> terminate_on_success = std::nullopt;  // overrides the family's rule
   double robot_init_qpos_noise = 0.02;                      // rad, standard deviation
   bool sleep = true;           // false: every shortcut of the physics off
@@ -86,15 +86,15 @@ class VectorEnv {
   std::string document() const { return task_->document(); }
   const PhysicsModel& physics_model() const { return *model_; }
 
-  // Starts new episodes. Without seeds, the first reset uses options().seed and later ones go on
-  // to the next episode of each environment. Throws Error, changing nothing, if a span has the
-  // wrong length or a pin is not allowed.
+  // Starts new episodes. Without seeds, the first reset uses options().seed, and later ones begin
+  // the next episode of each environment. Throws Error, changing nothing, if a span has the wrong
+  // length or a pin is not allowed.
   void reset(const ResetRequest& request = {});
 
   // One control step for all environments. actions: (num_envs, action_dim), row by row. Throws
   // Error, changing nothing, if the length is wrong, a value is not finite or nothing was reset.
   void step(std::span<const float> actions);
-  // Throws what step would throw for these actions, and does no more.
+  // Throws what step would throw for these actions, and does nothing else.
   void check_actions(std::span<const float> actions) const;
 
   // Writes actions for the next step, (num_envs, action_dim). Oracle and blind need
@@ -109,47 +109,47 @@ class VectorEnv {
 
   // Outputs of the last step or reset; N = num_envs.
   std::span<const float> observation() const;  // (N, state_dim)
-  // (N, height, width, 3 * cameras), cameras one behind the other in each pixel; rgb mode only.
+  // (N, height, width, 3 * cameras): each pixel has the cameras' colours in order. rgb mode only.
   std::span<const std::uint8_t> rgb() const;
-  // The last images of the episodes that final_mask tells of (same-step mode).
+  // The last images of the episodes that final_mask marks (same-step mode).
   std::span<const std::uint8_t> final_rgb() const;
-  std::span<const float> proprio() const;            // (N, 7): common 6.3
+  std::span<const float> proprio() const;            // (N, 7): see docs/robot.md
   std::span<const float> reward() const;             // (N)
   std::span<const std::uint8_t> terminated() const;  // (N)
   std::span<const std::uint8_t> truncated() const;   // (N)
   std::span<const std::uint8_t> success() const;     // (N)
   std::span<const std::uint8_t> unstable() const;    // (N) physics diverged in this step
-  std::span<const std::uint8_t> final_mask() const;  // (N) final_output is of this step (same-step)
+  std::span<const std::uint8_t> final_mask() const;  // (N) 1: final_output is of this step
 
   // All outputs by name: the above, the task's info fields, elapsed_steps, task_cue, oracle_info,
   // success_once, episode_return, ... . Throws Error for an unknown name.
   ColumnView output(std::string_view name) const;
-  // The same at the end of the episode that ended last in each environment (same-step mode).
+  // The same at the end of each environment's last finished episode (same-step mode).
   ColumnView final_output(std::string_view name) const;
   const ColumnStore& outputs() const { return outputs_; }
   std::string instruction(int env) const;
   // Adds what the task writes over pictures for people.
   void overlay(int env, Overlay& out) const;
-  // The number of steps after which nothing shows info().hidden_draw any more.
+  // The number of steps from which on nothing shows info().hidden_draw any more.
   int cue_end(int env) const;
 
-  // Physics that diverged since construction, in environment steps.
+  // How many environment steps have diverged since construction.
   std::uint64_t unstable_count() const { return unstable_count_.load(); }
 
   // Saves or restores one environment, or all, bit-exactly. A snapshot may be restored into any
-  // slot of any batch of the same task, control mode and task options; how it goes on and what is
-  // observed there is up to the other options of that batch. restore throws Error, changing
-  // nothing, if the bytes are damaged or of another task, version or number of environments.
+  // slot of any batch of the same task, control mode and task options. The other options are those
+  // of that batch. restore throws Error, changing nothing, if the bytes are damaged or of another
+  // task, version or number of environments.
   std::vector<std::byte> save(int env) const;
   void restore(int env, std::span<const std::byte> bytes);
   std::vector<std::byte> save() const;
   void restore(std::span<const std::byte> bytes);
-  // How many bytes save returns, always. Throws Error where save would.
+  // How many bytes save returns; always the same. Throws Error where save would.
   std::size_t save_size(int env) const;
   std::size_t save_size() const;
 
-  // Counts where the time of further steps goes; null: no more. The clock must have threads()
-  // workers and outlive its use.
+  // From now on, steps and resets count their time on this clock; null stops that. The clock must
+  // have threads() workers and live until then.
   void attach(StepClock* clock) { clock_ = clock; }
 
   // The engine's columns, for tools and tests that look inside.
@@ -197,7 +197,7 @@ class VectorEnv {
   std::shared_ptr<const PhysicsModel> model_;  // of all batches of this task
   std::unique_ptr<Controller> controller_;
   ThreadPool pool_;
-  std::unique_ptr<Physics> physics_;
+  std::unique_ptr<Simulator> simulator_;
   ImageSourceFactory renderers_;
   std::unique_ptr<ImageBatch> images_;  // rgb mode only
   std::unique_ptr<SceneViews> views_;   // what render() draws, from its first call on

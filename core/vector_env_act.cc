@@ -40,7 +40,7 @@ void VectorEnv::act(Policy policy, std::span<float> actions) {
       float* row = all.row(env);
       if (policy == Policy::kZero) std::fill_n(row, dim, 0.0F);
       if (policy == Policy::kRandom) random_action(env, row);
-      // Oracles speak upstream's rotation sign.
+      // Oracles act for rotation sign -1.
       if (scripted && options_.rotation_sign == 1) {
         for (int i = 3; i < 6; ++i) row[i] = -row[i];
       }
@@ -48,8 +48,8 @@ void VectorEnv::act(Policy policy, std::span<float> actions) {
   });
 }
 
-// Uniform over the action space, as a function of seed, episode and step alone. Unbounded
-// components stay near where the robot is.
+// Uniform over the action space; a function of seed, episode and step alone. Unbounded components
+// stay near the robot's present position.
 void VectorEnv::random_action(int env, float* action) const {
   constexpr double kUnboundedSpread = 0.05;
   const auto step = static_cast<std::uint32_t>(state_.elapsed[env]);

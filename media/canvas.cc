@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kLargestSide = 32767;       // of cairo's surfaces
 constexpr double kPixelsPerScale = 28.8;  // font size at scale 1: DejaVu's capitals are 0.729 of it
-constexpr double kOutlineWidth = 2;       // more than the text itself, half on either side
+constexpr double kOutlineWidth = 2;       // added to the text's strokes, half on either side
 constexpr double kBorderWidth = 2;
 
 void use(cairo_t* context, Color color) {
@@ -127,7 +127,7 @@ void Canvas::text(Point baseline, const std::string& text, double scale, Color c
   cairo_move_to(context, baseline.x, baseline.y);
   cairo_text_path(context, text.c_str());
   cairo_set_line_join(context, CAIRO_LINE_JOIN_ROUND);
-  // Small text needs an outline that can be seen all the same.
+  // The outline of small text has to be visible, too.
   cairo_set_line_width(context, kOutlineWidth * std::max(1.0, scale));
   use(context, kOutline);
   cairo_stroke_preserve(context);

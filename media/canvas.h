@@ -22,7 +22,7 @@ inline constexpr Color kBlack = {0, 0, 0};
 inline constexpr Color kWhite = {255, 255, 255};
 inline constexpr Color kOutline = {20, 20, 20};  // around text
 
-// In pixels from the top left corner; fractions are drawn as such.
+// In pixels from the top left corner; fractions of a pixel count.
 struct Point {
   double x = 0;
   double y = 0;
@@ -58,7 +58,7 @@ class Canvas {
   void text(Point baseline, const std::string& text, double scale = 1, Color color = kWhite);
 
   void fill(const Rectangle& area, Color color);
-  // A filled square with its left top corner there, the border of 2 pixels (times scale) inside it.
+  // A filled square with its left top corner there. Its border of 2 pixels (times scale) is inside.
   void swatch(Point corner, double size, Color color, Color border, double scale = 1);
   void line(std::span<const Point> points, double width, Color color);
   void disc(Point center, double radius, Color color);

@@ -9,7 +9,7 @@ namespace engram {
 // An empty overlay for a picture of that many pixels.
 Overlay make_overlay(int width, int height);
 
-// What all tasks show: the step and the reward, the latter unless the environment variable
+// What all tasks show: the step, and the reward unless the environment variable
 // MIKASA_DISABLE_REWARD_OVERLAY is set to anything but 0.
 void add_step(Overlay& overlay, int step);
 void add_reward(Overlay& overlay, double reward);

@@ -17,7 +17,7 @@ namespace engram {
 namespace {
 
 constexpr int kMaxRate = 240;
-constexpr int kMaxGifRate = 50;  // viewers slow down what is faster
+constexpr int kMaxGifRate = 50;  // viewers slow down faster ones
 
 VideoFormat format_of(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();

@@ -8,8 +8,8 @@
 
 namespace engram {
 
-// Writes .mp4 (H.264) or .gif, as the path ends. The file appears whole, by finish(), or not at
-// all. The same frames give the same bytes, as long as the libraries below are the same.
+// Writes .mp4 (H.264) or .gif, by the end of the path. The file appears whole, by finish(), or not
+// at all. The same frames give the same bytes with the same versions of the libraries.
 class VideoWriter {
  public:
   static constexpr int kMaxSide = 8192;  // pixels

@@ -1,4 +1,4 @@
-// .gif: one palette for all frames, so they wait in a file until the last has come.
+// .gif: one palette for all frames, so they are kept in a file until the last one has come.
 #include <unistd.h>
 
 #include <cerrno>
@@ -16,11 +16,11 @@ extern "C" {
 namespace engram {
 namespace {
 
-// One entry stays free: it stands for what has not changed since the frame before.
+// One entry is kept free: it marks pixels that have not changed since the frame before.
 constexpr int kColors = 255;
 constexpr int kTransparent = 255;
 
-// Frames on disk, in a file that has no name and so never stays behind.
+// Frames on disk, in a file without a name, which the system removes even after a crash.
 class FrameSpool {
  public:
   FrameSpool(const std::string& path, const std::string& place) : path_(path) {

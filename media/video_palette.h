@@ -36,11 +36,11 @@ class ColorHistogram {
 
 using PaletteColor = std::array<std::uint8_t, 3>;
 
-// At most `size` colours that stand for those of the histogram with little error; rare colours
-// count for more than their share of pixels.
+// At most `size` colours that are close to those of the histogram. Rare colours count for more than
+// their share of pixels.
 std::vector<PaletteColor> choose_palette(const ColorHistogram& histogram, int size);
 
-// Finds palette indices, with an ordered dither: what does not move does not flicker.
+// Finds palette indices, with an ordered dither, so that still parts of a video do not flicker.
 class PaletteMap {
  public:
   explicit PaletteMap(std::vector<PaletteColor> palette);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kQuality = "18";  // of x264: differences that are hard to see
 constexpr std::int64_t kBitRate = 8'000'000;
-// Of their number, not of the machine's cores: what x264 writes depends on it.
+// Fixed, not one per core of the machine: what x264 writes depends on the number.
 constexpr int kThreads = 4;
 
 const AVCodec* find_encoder(VideoFormat format) {

@@ -5,16 +5,16 @@
 namespace engram::mjcf {
 
 Prop ball(const std::string& name, double radius, const Rgba& rgba) {
-  constexpr double kDensity = 1000;         // kg/m^3 (common 13)
-  constexpr double kAngularDamping = 0.05;  // 1/s (intercept 0.4)
+  constexpr double kDensity = 1000;         // kg/m^3
+  constexpr double kAngularDamping = 0.05;  // 1/s
   Prop prop;
   prop.name = name;
   prop.primitives.push_back({.shape = Shape::kSphere, .size = {radius, 0, 0}, .rgba = rgba});
   prop.mass = 4.0 / 3.0 * std::numbers::pi * radius * radius * radius * kDensity;
   const double moment = 0.4 * prop.mass * radius * radius;
   prop.inertia = {moment, moment, moment, 0, 0, 0};
-  // A joint has one damping for all six velocities; this slows the ball's travel by 1e-5 per
-  // second, which is nothing.
+  // A joint has one damping for all six velocities. This one slows the ball's travel by 1e-5 per
+  // second, which does not matter.
   prop.damping = kAngularDamping * moment;
   prop.pos = {0, 0, radius};
   return prop;

@@ -7,8 +7,8 @@
 
 namespace engram::mjcf {
 
-// A solid ball of density 1000 kg/m^3, resting on the table. It meets no rolling resistance; its
-// spin fades by 5 % per second (intercept 0.4).
+// A solid ball of density 1000 kg/m^3, resting on the table. It has no rolling resistance; its spin
+// fades by 5 % per second.
 Prop ball(const std::string& name, double radius, const Rgba& rgba);
 
 }  // namespace engram::mjcf

@@ -7,7 +7,7 @@
 namespace engram::mjcf {
 namespace {
 
-constexpr double kDensity = 1000;  // kg/m^3 (common 13)
+constexpr double kDensity = 1000;  // kg/m^3
 
 Primitive disc_on_top(const Vec3& half_size, double radius, double half_height, const Rgba& rgba) {
   return {.shape = Shape::kCylinder,
@@ -30,15 +30,15 @@ double SocketShape::hole_half_width() const {
 
 double SocketShape::floor_height() const { return 2 * std::max(0.004, 0.35 * SOCKET_HALF_SIZE[2]); }
 
-// A cylinder rocks on boxes for ever, and rolls for ever when it lies (common 13). Two square
-// prisms inside it, one turned by 45 degrees, have eight edges on its surface: they stand, lie and
-// are held still. Two of them face the sides from which fingers come.
+// A cylinder would rock on boxes without end, and roll without end when it lies. Two square prisms
+// inside it, one turned by 45 degrees, have eight edges on its surface. They stand, lie and are
+// held still. Two of their faces are on the sides from which fingers come.
 Prop battery(const std::string& name, const BatteryShape& shape) {
   const double radius = shape.BATTERY_RADIUS;
   const double half = shape.BATTERY_HALF_HEIGHT;
   const double side = radius / std::numbers::sqrt2;
   const Quat upright = {kBatteryQuat[0], -kBatteryQuat[1], -kBatteryQuat[2], -kBatteryQuat[3]};
-  const double cosine = std::cos(std::numbers::pi / 8);  // of half of 45 degrees about the axis
+  const double cosine = std::cos(std::numbers::pi / 8);  // quaternion of 45 degrees about the axis
   const double sine = std::sin(std::numbers::pi / 8);
   const Quat turned = {upright[0] * cosine, upright[2] * sine, upright[2] * cosine,
                        upright[0] * sine};

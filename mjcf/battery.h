@@ -1,4 +1,5 @@
-// Batteries, the tray in which they stand and the socket that tests them (procedural 5.2).
+// Batteries, the tray in which they stand and the socket that tests them. See
+// docs/tasks/batteries_checker.md.
 #pragma once
 
 #include <string>
@@ -43,11 +44,11 @@ struct SocketShape {
   double floor_height() const;
 };
 
-// Stands by itself: the body's x axis is its axis.
+// A battery; the body's x axis is its axis.
 Prop battery(const std::string& name, const BatteryShape& shape = {});
 
-// To be looked at only: the batteries stand on the table. `slots`: centres of the slots, in the
-// tray's frame.
+// For pictures only: the batteries stand on the table. `slots`: centres of the slots, in the tray's
+// frame.
 Prop battery_tray(const std::string& name, const std::vector<std::array<double, 2>>& slots,
                   const TrayShape& shape = {});
 

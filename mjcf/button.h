@@ -1,6 +1,5 @@
 // A press button on the table: a square base and a round cap that sinks while a tool comes down on
-// it (buttons 3.1). The two are props of their own, moved by the task and never by physics; both
-// collide.
+// it. Base and cap are two props. Both collide; the task moves them, physics never does.
 #pragma once
 
 #include <string>
@@ -9,7 +8,7 @@
 
 namespace engram::mjcf {
 
-// Lengths are named as the class constants.
+// Lengths have the names of the benchmark's class constants.
 struct ButtonShape {
   Vec3 BUTTON_BASE_HALF_SIZE{0.065, 0.065, 0.015};
   double BUTTON_CAP_RADIUS = 0.03;

@@ -57,7 +57,7 @@ void add_world_cameras(Element& worldbody, RenderCamera render_camera) {
 }
 
 void add_hand_camera(Element& hand) {
-  // common 1.6: looks along the hand's z axis, up is the hand's x axis.
+  // Looks along the hand's z axis; up is the hand's x axis.
   add_camera(hand, "hand_camera", {0.046498, -0.020001, 0.036001}, {0, 1, 0}, {1, 0, 0},
              kSensorFovy);
 }

@@ -1,4 +1,4 @@
-// The cameras of common 9.
+// The cameras. See docs/cameras.md.
 #pragma once
 
 #include "mjcf/scene.h"

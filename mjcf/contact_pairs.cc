@@ -12,8 +12,8 @@
 namespace engram::mjcf {
 namespace {
 
-// A material: sliding friction (common 13), and the radius of the patch by which it resists
-// twisting. The rubber tips' is upstream's; hard surfaces get a small one.
+// A material: sliding friction, and the radius of the patch by which it resists twisting. The
+// rubber tips have the original benchmark's; hard surfaces get a small one.
 struct Material {
   double friction = 0.3;
   double patch = 0.005;  // m
@@ -22,12 +22,12 @@ constexpr Material kHard{};
 constexpr Material kRubber{.friction = 2.0, .patch = 0.1};
 
 // How deep soft contacts let a resting prop sink, whatever it weighs, if it stands on four of them;
-// more contacts share its weight. The table's contacts begin that much earlier, so that props rest
-// at the height that the specification gives them, and wake without a jolt.
+// more contacts share its weight. The table's contacts begin that much earlier. So props rest at
+// the height of their shapes, where tasks place them, and wake without a jolt.
 constexpr double kSinkageOnFour = 5.3e-5;  // m
 
-// Contacts of the fingers are harder than the default, with which 30 N of grip would sink 1.5 mm
-// into a cube of 64 g; so it is 0.2 mm. Harder still costs solver iterations.
+// The fingers' contacts are harder than the default. With that, 30 N of grip would sink 1.5 mm into
+// a cube of 64 g; with this, 0.2 mm. Even harder ones cost solver iterations.
 constexpr std::array<double, 3> kGripImpedance = {0.99, 0.999, 0.0002};
 
 // Geoms of one material that collide alike.
@@ -49,9 +49,9 @@ Side side(const Prop& prop) {
   return {collision_geom_names(prop), {.friction = prop.friction, .patch = kHard.patch}};
 }
 
-// Pairs every geom of one side with every geom of the other. MuJoCo on its own would take the
-// larger friction; upstream averages (common 13).
-// `margin`: contacts exist from that gap on.
+// Pairs every geom of one side with every geom of the other. The friction is the average of both,
+// as in PhysX; MuJoCo by itself would take the larger one. `margin`: contacts exist from that gap
+// on.
 void add_pairs(Element& contact, const Side& first, const Side& second, double margin = 0) {
   const double friction = (first.material.friction + second.material.friction) / 2;
   const bool gripping = std::max(first.material.patch, second.material.patch) == kRubber.patch;
@@ -68,7 +68,7 @@ void add_pairs(Element& contact, const Side& first, const Side& second, double m
   }
 }
 
-// Self-collisions that upstream leaves enabled (common 1.3).
+// Self-collisions, those of the original benchmark.
 void add_self_pairs(Element& contact) {
   using enum Link;
   const std::pair<Link, std::vector<Link>> table[] = {
@@ -92,7 +92,7 @@ void add_table_pairs(Element& contact) {
   }
 }
 
-// What of the robot can reach a prop: all that comes after the elbow.
+// The links that can reach a prop: all after the elbow.
 void add_prop_pairs(Element& contact, const Prop& prop, const Side& support) {
   const Side own = side(prop);
   for (int i = static_cast<int>(Link::kLink5); i < kLinkCount; ++i) {

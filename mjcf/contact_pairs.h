@@ -1,4 +1,4 @@
-// Who can touch whom: every contact is an explicit pair, nothing else is tested.
+// What can touch what: every contact is an explicit pair, nothing else is tested.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace engram::mjcf {
 
 // Name of the plane on which everything stands.
 inline constexpr const char* kTableTop = "table_top";
-// Where the table ends, props stand on these instead: the table's block and the ground around it.
+// If the table ends, props stand on these instead: the table's block and the ground around it.
 inline constexpr const char* kTableBlock = "table_block";
 inline constexpr const char* kGround = "ground_plane";
 

@@ -5,10 +5,10 @@
 
 namespace engram::mjcf {
 
-inline constexpr double kDensity = 1000;  // kg/m^3 (common 13)
+inline constexpr double kDensity = 1000;  // kg/m^3
 
 // Gives a prop the mass, centre of mass and inertia of its primitives (boxes, spheres and
-// cylinders), all of them solid. What two of them share counts twice, as it does in PhysX.
+// cylinders), all of them solid. Where two overlap, both count, as in PhysX.
 void set_solid_inertia(Prop& prop, double density = kDensity);
 
 }  // namespace engram::mjcf

@@ -31,8 +31,7 @@ Prop lamp_body(const std::string& name) {
   return prop;
 }
 
-// Neck and globe as measured in pictures (shell 1.5; buttons 6.1 estimates the same to 2 mm), and
-// a shoulder that leads from one to the other.
+// Neck and globe, measured in pictures of the original, and a shoulder between them.
 Prop lamp_bulb(const std::string& name) {
   Prop prop = lamp_part(name);
   prop.primitives = {

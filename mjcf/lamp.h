@@ -1,5 +1,5 @@
-// The lamp: a bulb on a small stand, the same in every family that has one. Nothing of it collides.
-// Two props, so that a task can colour the bulb alone.
+// The lamp: a bulb on a small stand, the same in every family that has one. It does not collide.
+// Bulb and stand are two props, so that a task can colour the bulb alone.
 #pragma once
 
 #include <string>

@@ -24,11 +24,11 @@ constexpr double kLipHalfHeight = 0.0033;
 constexpr double kAcross = kAxisY - 0.0043;  // the handle's middle
 constexpr double kHandleHalfWidth = 0.0087;
 
-// Walls to look at are rings of flat staves, which overlap by a little: nothing shows through.
+// The walls that are seen are rings of flat staves. They overlap a little, so that no gaps show.
 constexpr int kStaves = 16;
 constexpr double kOverlap = 0.0002;
 
-// The scan's median glaze, as bright as in pictures of upstream under this project's lights.
+// The scan's median glaze. Under our lights it is as bright as in pictures of the original.
 constexpr Rgba kGlaze = {0.48, 0.108, 0.122, 1};
 constexpr Rgba kPale = {0.85, 0.78, 0.74, 1};
 
@@ -50,7 +50,7 @@ Quat turn_z(double angle) { return {std::cos(angle / 2), 0, 0, std::sin(angle / 
 Quat turn_y(double angle) { return {std::cos(angle / 2), 0, std::sin(angle / 2), 0}; }
 
 void add_collision(Prop& prop) {
-  constexpr double kGap = 0.0003;  // the rim alone stands on the table
+  constexpr double kGap = 0.0003;  // m above the table: only the rim touches it
   const double half = kRim - kGap / 2;
   add(prop, Use::kTouch, Shape::kCylinder, {kRadius, half, 0}, {kAxisX, kAxisY, -kGap / 2},
       kStraight);
@@ -76,7 +76,8 @@ void add_ring(Prop& prop, double inner, double outer, double low, double high) {
   }
 }
 
-// The handle's loop: two arms, a bar and a strut across each corner, all as wide as what collides.
+// The handle's loop: two arms, a bar and a strut across each corner, as wide as the handle's
+// colliding box.
 void add_handle(Prop& prop) {
   constexpr double kThickness = 0.0048;  // half
   const auto strap = [&prop](double from_x, double from_z, double to_x, double to_z) {

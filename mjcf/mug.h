@@ -1,4 +1,5 @@
-// The mug of the shell games (shell 1.3): hollow to look at, solid to touch.
+// The mug of the shell games: hollow in pictures, solid in collisions. See
+// docs/tasks/shell_game.md.
 #pragma once
 
 #include <numbers>
@@ -14,8 +15,8 @@ inline constexpr double kMugRestingHeight = 0.0529462;  // m
 // Where the handle points, about +z from +x, in the frame of the scanned mug.
 inline constexpr double kMugHandleYaw = -34.1 * std::numbers::pi / 180;  // rad
 
-// +z goes from foot to rim, the origin is the middle of the original's bounding box. `handle_yaw`
-// turns the whole mug about +z so that its handle points that way.
+// +z goes from foot to rim; the origin is the middle of the scan's bounding box. `handle_yaw` turns
+// the whole mug about +z so that its handle points that way.
 Prop mug(const std::string& name, double handle_yaw = kMugHandleYaw);
 
 }  // namespace engram::mjcf

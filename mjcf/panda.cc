@@ -14,8 +14,8 @@ namespace {
 constexpr double kRight = std::numbers::pi / 2;
 constexpr int kWorld = -1;
 
-// A body: where it sits in its parent (common 1.1), and its inertia about the centre of mass in
-// its own axes (common 1.2), as xx, yy, zz, xy, xz, yz.
+// A body: its pose in its parent, and its inertia about the centre of mass in its own axes, as xx,
+// yy, zz, xy, xz, yz.
 struct Body {
   const char* name;
   int parent;  // a Link, or kWorld
@@ -26,8 +26,8 @@ struct Body {
   std::array<double, 6> inertia;
 };
 
-// The hand takes over the offset of the massless link8. The camera's pose is that of common 1.6;
-// its angles carry upstream's truncated pi.
+// The hand includes the offset of the massless link8. The camera's angles have the original's
+// truncated pi.
 constexpr std::array<Body, kLinkCount> kBodies = {{
     {"link0",
      kWorld,
@@ -108,7 +108,7 @@ struct Joint {
   Link link;
   const char* type;
   Vec3 axis;
-  double lower, upper;  // rad or m (common 1.1)
+  double lower, upper;  // rad or m
 };
 
 constexpr std::array<Joint, 9> kJoints = {{
@@ -123,22 +123,22 @@ constexpr std::array<Joint, 9> kJoints = {{
     {"finger_joint2", Link::kRightFinger, "slide", {0, -1, 0}, 0, 0.04},
 }};
 
-// Drive law of common 2.1: 1000 (target - q) - 100 qdot. The damping sits in the joint, where the
-// Euler integrator takes it implicitly; in the actuator it would be unstable at 0.01 s.
+// Drive law: 1000 (target - q) - 100 qdot. The damping is the joint's, which the Euler integrator
+// takes implicitly. As the actuator's it would be unstable at 0.01 s.
 constexpr double kStiffness = 1000;
 constexpr double kDamping = 100;
 constexpr double kForceLimit = 100;
 
-// Rotor inertia: a trace for the arm. For the fingers 1 kg, without which 15 g of finger against
-// a stiff drive squeeze through what they hold; they stay overdamped, as upstream's are.
+// Rotor inertia: very little for the arm. 1 kg for the fingers: with their own 15 g, the stiff
+// drive would squeeze them through what they hold. They stay overdamped, as in the original.
 constexpr double kArmArmature = 0.005;
 constexpr double kFingerArmature = 1;
 
-// Upstream couples the fingers by a spring of 1e5 N/m, too stiff to integrate explicitly. An
-// equality constraint would put robot and props into one constraint problem; hence a softer spring.
+// The original couples the fingers by a spring of 1e5 N/m, too stiff to integrate explicitly. An
+// equality constraint would couple robot and props in the solver. So this is a softer spring.
 constexpr double kMimicStiffness = 2000;
 
-// The tool centre point, between the finger tips (common 1.1).
+// The tool centre point, between the finger tips.
 constexpr Vec3 kTcp = {0, 0, 0.1034};
 
 void add_joint(Element& body, const Joint& joint) {
@@ -192,7 +192,7 @@ void add_panda(Element& worldbody, bool collisions, bool visuals) {
   set(tcp, "name", "tcp");
   set(tcp, "pos", kTcp);
   set(tcp, "size", 0.004);
-  set(tcp, "group", 4);  // a mark for the curious, hidden by default
+  set(tcp, "group", 4);  // viewers hide this group unless told otherwise
 }
 
 void add_finger_tendon(Element& root) {

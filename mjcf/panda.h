@@ -1,4 +1,4 @@
-// The Franka Panda with its wrist camera: bodies, joints, drives.
+// The Franka Panda with its wrist camera: bodies, joints, drives. See docs/robot.md.
 #pragma once
 
 #include <array>
@@ -27,11 +27,11 @@ inline constexpr int kLinkCount = 12;
 
 const char* link_name(Link link);
 
-// Start pose of the MIKASA tasks (common 1.5, third row): seven arm joints, two fingers.
+// Start pose of all tasks: seven arm joints, two fingers.
 inline constexpr std::array<double, 9> kStartPose = {
     0, 0, 0, -2.0943951023931953, 0, 2.0943951023931953, 0.7853981633974483, 0.04, 0.04};
 
-// Writes the chain into the worldbody; with visuals, also its shells and the wrist camera.
+// Writes the bodies into the worldbody; with visuals, also their shells and the wrist camera.
 void add_panda(Element& worldbody, bool collisions, bool visuals);
 
 // Drives and finger coupling, children of the document's root.

@@ -14,7 +14,7 @@ struct Capsule {
   double radius;
 };
 
-// Upstream uses convex hulls of the shells, of which no numbers are public; these are ours.
+// The original uses convex hulls of the shells, whose numbers are not public. These are ours.
 constexpr std::array kCapsules = {
     Capsule{Link::kLink0, {-0.09, 0, 0.06}, {0.01, 0, 0.06}, 0.075},  // foot
     Capsule{Link::kLink1, {0, 0, -0.19}, {0, -0.03, -0.03}, 0.057},   // column
@@ -33,7 +33,7 @@ struct Box {
   double roll;  // rad, about the link's x axis
 };
 
-// Hand (ours), wrist camera and the four boxes of a finger (common 1.3).
+// Hand (ours), wrist camera and the four boxes of a finger (the original's).
 constexpr double kTilt = std::numbers::pi / 6;
 constexpr std::array kBoxes = {
     Box{Link::kHand, {0, 0, 0.03}, {0.03, 0.1, 0.035}, 0},

@@ -1,4 +1,4 @@
-// The Panda's collision geometry: few primitives that hug the real arm.
+// The Panda's collision geometry: few primitives, close to the real arm.
 #pragma once
 
 #include <string>

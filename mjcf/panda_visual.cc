@@ -9,7 +9,7 @@ namespace {
 
 using enum Link;
 
-// Colours of common 9, and two greys for hand and camera.
+// The arm's colours, and two greys for hand and camera.
 enum class Finish { kShell, kTrim, kBlack, kGrey, kSilver };
 
 struct FinishEntry {

@@ -40,16 +40,16 @@ struct Prop {
   double mass = 0;                  // kg
   Vec3 center_of_mass{};            // m
   std::array<double, 6> inertia{};  // kg m^2: xx, yy, zz, xy, xz, yz
-  double friction = 0.3;            // the material's; a pair takes the average (common 13)
+  double friction = 0.3;            // the material's; a pair takes the average
   double damping = 0;               // of all six velocities: N s/m, N m s/rad
   Vec3 pos{0, 0, 0.02};             // pose in the document (qpos0); tasks place it at reset
   Quat quat{1, 0, 0, 0};
 };
 
-// A solid cube of density 1000 kg/m^3 (common 13), resting on the table.
+// A solid cube of density 1000 kg/m^3, resting on the table.
 Prop cube(const std::string& name, double half_size, const Rgba& rgba);
 
-// A sphere to look at, moved by the task; it touches nothing.
+// A sphere for pictures only, moved by the task; it does not collide.
 Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba);
 
 // True if the two differ in name, look and place only.

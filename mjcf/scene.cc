@@ -16,7 +16,7 @@ namespace {
 void add_compiler(Element& root) {
   Element& compiler = add(root, "compiler");
   set(compiler, "angle", "radian");
-  set(compiler, "eulerseq", "XYZ");  // fixed axes: roll, pitch, yaw as in common 1.1
+  set(compiler, "eulerseq", "XYZ");  // fixed axes: roll, pitch, yaw
   set(compiler, "inertiafromgeom", "false");
 }
 
@@ -31,7 +31,7 @@ void add_options(Element& root) {
   set(option, "solver", "Newton");
 }
 
-// Contacts: stiff within two steps, no bounce (common 13).
+// Contacts: stiff within two steps, no bounce.
 void add_defaults(Element& root) {
   Element& defaults = add(root, "default");
   Element& pair = add(defaults, "pair");
@@ -50,15 +50,15 @@ int dof_count(const std::vector<Prop>& props) {
   return count;
 }
 
-// Contacts of one prop with the table and with its neighbours, generously counted. Parts of a prop
-// do not all meet something at once.
+// Contacts of one prop with the table and with its neighbours: more than there will be. Parts of a
+// prop do not all touch something at once.
 int contact_room(const Prop& prop) {
   const int geoms = static_cast<int>(collision_geom_names(prop).size());
   if (prop.motion == Motion::kKinematic) return 4 * geoms;
   return std::min(8 * geoms, standing_contacts(prop) + 8);
 }
 
-// Buffers: generous room for every contact that can happen at once, of four rows each.
+// Buffers: room for all contacts that can happen at once, with four rows each.
 void add_sizes(Element& root, const std::vector<Prop>& props) {
   int contacts = 64;  // the robot's own, and what it pushes
   for (const Prop& prop : props) contacts += contact_room(prop);
@@ -71,8 +71,8 @@ void add_sizes(Element& root, const std::vector<Prop>& props) {
   set(size, "nstack", 20000 + 8 * dofs * dofs + 4 * rows * (dofs + 16));
 }
 
-// The solver stops at an improvement relative to (mean inertia) x (degrees of freedom). Holding
-// that product makes it stop alike with and without props.
+// The solver stops at an improvement relative to (mean inertia) x (degrees of freedom). That
+// product is kept the same, so that the solver stops alike with and without props.
 void add_statistic(Element& root, const std::vector<Prop>& props) {
   constexpr double kSolverScale = 4.5;
   Element& statistic = add(root, "statistic");

@@ -8,7 +8,7 @@
 
 namespace engram::mjcf {
 
-// The three human cameras of common 9.
+// The three cameras that people and sensors look through. See docs/cameras.md.
 enum class RenderCamera { kA, kB, kC };
 
 struct Scene {
@@ -26,8 +26,8 @@ enum class Detail {
   kRobotDynamics,  // the robot's bodies, joints and drives; nothing that can be touched
 };
 
-// Returns the MJCF text. Bodies are named as the spec names them: link0..link7, hand, camera_link,
-// leftfinger, rightfinger and the props' names; the TCP is the site "tcp".
+// Returns the MJCF text. Bodies are link0..link7, hand, camera_link, leftfinger, rightfinger and
+// the props by name; the TCP is the site "tcp".
 std::string compose(const Scene& scene, Detail detail);
 
 }  // namespace engram::mjcf

@@ -8,15 +8,14 @@
 namespace engram::mjcf {
 namespace {
 
-// The table's block and the ground (common 4).
+// The table's block and the ground.
 constexpr double kGroundHeight = -0.91964;
 constexpr Vec3 kTableHalfSize = {0.6045, 1.209, 0.45982145};
 constexpr Vec3 kTableCenter = {-0.12, 0, -0.45982145};
 
-// Lights of common 9, as seen through upstream's pipeline: it shades linearly, divides by pi and
-// encodes for the display; MuJoCo does neither. These levels give the three brightnesses that
-// matter their upstream values: in the dark 0.3 -> 0.58, facing light 1 0.48 -> 0.72, facing up
-// 0.80 -> 0.90.
+// The original benchmark's lights. Its pipeline shades linearly, divides by pi and encodes for the
+// display; MuJoCo does none of this. These levels give three surfaces the brightness that they have
+// there: in the dark 0.3 -> 0.58, facing light 1 0.48 -> 0.72, facing up 0.80 -> 0.90.
 constexpr double kAmbient = 0.58;
 constexpr double kSlanted = 0.25;
 constexpr double kOverhead = 0.18;
@@ -107,7 +106,7 @@ void add_visual_options(Element& root) {
   set(headlight, "diffuse", {0, 0, 0});
   set(headlight, "specular", {0, 0, 0});
 
-  // Near and far planes of common 9, in units of the statistic's extent (1 m).
+  // Near and far planes, in units of the statistic's extent (1 m).
   Element& map = add(visual, "map");
   set(map, "znear", 0.01);
   set(map, "zfar", 100.0);

@@ -1,12 +1,12 @@
-// What surrounds the robot: table, ground, lights and the look of them.
+// What surrounds the robot: table, ground, lights, and how they look.
 #pragma once
 
 #include "mjcf/xml.h"
 
 namespace engram::mjcf {
 
-// The plane on which everything stands, in every document; and, where the table ends, its block and
-// the ground for what rolls off.
+// The plane on which everything stands, in every document. If the table ends, also its block and
+// the ground, for what rolls off.
 void add_table_top(Element& worldbody, bool table_ends);
 
 // For pictures: rendering options and materials (children of the root and of the assets), and the

@@ -11,7 +11,7 @@
 namespace engram::mjcf {
 namespace {
 
-// remember 5.1: everything follows from one length.
+// All sizes follow from one length.
 constexpr double kScale = 0.02;           // m, SHAPE_SCALE
 constexpr double kThick = 0.75 * kScale;  // width of a cross, thickness of star and t_shape
 constexpr double kThickHalf = 0.5 * kThick;
@@ -98,8 +98,8 @@ Primitives arc(double radius, double shift) {
   return result;
 }
 
-// Two arcs. The inner one is thinner and invisible; it fills the hole of the outer one. All of it
-// that shows beside the outer discs belongs to three of its discs, so the others need not collide.
+// Two arcs. The inner one is thinner and invisible; it fills the hole of the outer one. Only three
+// of its discs reach beyond the outer ones, so the others need not collide.
 Primitives crescent() {
   constexpr double kThickness = kScale / 2;
   Primitives inner = arc(kScale - kThickness, 0.7 * kThickness);

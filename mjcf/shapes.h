@@ -1,4 +1,4 @@
-// The nine procedural shapes of the Remember and Find-Imposter tasks (remember 5).
+// The nine procedural shapes of the Remember and Find-Imposter tasks. See docs/tasks/remember.md.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace engram::mjcf {
 
-// In the order of the shape families' keys (remember 3.2).
+// In the order of the keys of the families that draw shapes.
 enum class ObjectShape {
   kCube,
   kSphere,
@@ -22,14 +22,14 @@ enum class ObjectShape {
 };
 inline constexpr int kObjectShapeCount = 9;
 
-// As the specification spells it: "cube", "pyramide", "t_shape", ...
+// As the original benchmark spells it: "cube", "pyramide", "t_shape", ...
 std::string_view shape_name(ObjectShape shape);
 
-// Height of the body's origin at which the lowest primitive touches the table (remember 5.3).
+// Height of the body's origin at which the lowest primitive touches the table.
 double resting_height(ObjectShape shape);
 
-// A prop with all primitives of remember 5.2, upright at the resting height. Mass and inertia are
-// those of remember 5.3: every primitive counts, whether it collides or not.
+// A prop with all primitives of a shape, upright at the resting height. All of them count for mass
+// and inertia, whether they collide or not.
 Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba);
 
 }  // namespace engram::mjcf

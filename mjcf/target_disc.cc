@@ -6,7 +6,8 @@ Prop target_disc(const std::string& name, double radius, const Rgba& rgba,
                  bool hidden_from_sensors) {
   constexpr int kRings = 5;
   constexpr double kHeight = 0.001;  // m: of the origin
-  constexpr double kStep = 0.0004;   // m: each disc is that much higher, so that none flickers
+  constexpr double kStep =
+      0.0004;  // m: each disc is that much higher, so that pictures do not flicker
   Prop prop;
   prop.name = name;
   prop.motion = Motion::kKinematic;

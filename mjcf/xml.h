@@ -1,4 +1,4 @@
-// A thin layer over tinyxml2: what writing MJCF needs and no more.
+// A thin layer over tinyxml2, for writing MJCF.
 #pragma once
 
 #include <tinyxml2.h>

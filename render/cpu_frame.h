@@ -1,8 +1,8 @@
-// What the ray caster's set-up hands to its kernels: one camera's view of one environment.
+// What the ray caster's set-up gives its kernels: one camera's view of one environment.
 //
-// Rays are d = (u, v, 1) in the axes right, up, forward of the camera, and a hit is known by
-// w = 1 / depth, because w is affine in (u, v) on every plane. Plain data only: this header is
-// compiled for several instruction sets.
+// Rays are d = (u, v, 1) in the camera's axes right, up, forward. Hits are stored as w = 1 / depth,
+// because w is affine in (u, v) on every plane. Plain data only: this header is compiled for
+// several instruction sets.
 #pragma once
 
 #include <cstddef>
@@ -33,8 +33,8 @@ struct Rect {
 
 enum class PrimitiveKind : std::uint8_t { kConvex, kBall, kCapsule, kCylinder, kPlane };
 
-// How a primitive blocks light: points p with (p - center)' form (p - center) <= 1, for bars the
-// part of them between two planes. Convex bodies use their planes.
+// The volume with which a primitive blocks light: points p with (p - center)' form (p - center)
+// <= 1; for bars, the part of it between two planes. Convex bodies use their planes instead.
 struct Occluder {
   float center[3];
   float radius;   // of the ball around it
@@ -78,14 +78,14 @@ struct Surface {
   Pattern pattern;
   std::uint32_t packed;  // kConstant and kPlain: the pixel
   std::int32_t segment;
-  float constant[3];           // kConstant: lit colour; else what is added to lights; 0..255
+  float constant[3];           // kConstant: lit colour; else what is added to the lights'; 0..255
   float light[kMaxLights][3];  // colour of each light times the surface's
   Form toward[kMaxLights];     // part of the normal towards the light
   Form axes[3];                // ellipsoid: normal; patterns: coordinates along, across
   Affine plane;                // patterns: w
   // Patterns: how fast a coordinate changes. (a u + b v + c) / w has the derivatives
-  // (spread[0] v + spread[1]) / w^2 by u and (spread[2] - spread[0] u) / w^2 by v: in the numerator
-  // of each, the variable itself cancels out.
+  // (spread[0] v + spread[1]) / w^2 by u and (spread[2] - spread[0] u) / w^2 by v. In each of these
+  // numerators the variable of the derivative cancels out.
   float spread[2][3];
 };
 

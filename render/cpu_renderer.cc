@@ -19,7 +19,7 @@ using cpu::Frame;
 using cpu::kBlock;
 using cpu::Kernel;
 
-constexpr int kBandPixels = 8192;  // what a band holds: three words each stay in the caches
+constexpr int kBandPixels = 8192;  // three words each: a band stays in the caches
 constexpr int kLargestSide = 16384;
 
 int padded(int width) { return (width + kBlock - 1) / kBlock * kBlock; }
@@ -40,7 +40,7 @@ bool machine_has(InstructionSet set) {
 #endif
 }
 
-// Null where the library or the machine lacks it.
+// Null if the library or the machine lacks it.
 const Kernel* find_kernel(InstructionSet set) {
   if (!machine_has(set)) return nullptr;
   switch (set) {
@@ -106,7 +106,7 @@ class CpuRenderer final : public Renderer {
       : prepared_(scene, options),
         options_(options),
         kernel_(find_kernel(options.instruction_set)) {
-    for (int i = 0; i < workers; ++i) workers_.push_back(std::make_unique<Worker>(*this));
+    for (int i = 0; i < workers; ++i) workbenches_.push_back(std::make_unique<Workbench>(*this));
   }
 
   const char* name() const override { return "cpu"; }
@@ -114,14 +114,14 @@ class CpuRenderer final : public Renderer {
   void render(int worker, const RenderInstances& instances,
               std::span<const RenderImage> images) override {
     for (const RenderImage& image : images) {
-      if (fits(image)) render(*workers_[static_cast<std::size_t>(worker)], instances, image);
+      if (fits(image)) render(*workbenches_[static_cast<std::size_t>(worker)], instances, image);
     }
   }
 
  private:
-  // What one thread works in.
-  struct Worker {
-    explicit Worker(const CpuRenderer& owner)
+  // Working memory of one thread.
+  struct Workbench {
+    explicit Workbench(const CpuRenderer& owner)
         : view(owner.prepared_, owner.samples() * owner.options_.max_width,
                owner.samples() * owner.options_.max_height),
           w(owner.band_size()),
@@ -148,23 +148,24 @@ class CpuRenderer final : public Renderer {
            image.height <= options_.max_height;
   }
 
-  void render(Worker& worker, const RenderInstances& instances, const RenderImage& image) {
+  void render(Workbench& workbench, const RenderInstances& instances, const RenderImage& image) {
     const bool wants_other = image.depth != nullptr || image.segment != nullptr;
     if (options_.antialias) {
-      if (image.rgb != nullptr) draw(worker, instances, image, 2, true, false);
-      if (wants_other) draw(worker, instances, image, 1, false, true);
+      if (image.rgb != nullptr) draw(workbench, instances, image, 2, true, false);
+      if (wants_other) draw(workbench, instances, image, 1, false, true);
     } else {
-      draw(worker, instances, image, 1, image.rgb != nullptr, wants_other);
+      draw(workbench, instances, image, 1, image.rgb != nullptr, wants_other);
     }
   }
 
-  void draw(Worker& worker, const RenderInstances& instances, const RenderImage& image, int scale,
-            bool colors, bool other) {
+  void draw(Workbench& workbench, const RenderInstances& instances, const RenderImage& image,
+            int scale, bool colors, bool other) {
     const int width = scale * image.width;
     const int height = scale * image.height;
-    const Frame& frame = worker.view.look(instances, image.camera, width, height);
-    Band band = {0, 0, padded(width), worker.w.data(), worker.id.data(), worker.color.data()};
-    const int rows = static_cast<int>(worker.w.size()) / band.width / scale * scale;
+    const Frame& frame = workbench.view.look(instances, image.camera, width, height);
+    Band band = {
+        0, 0, padded(width), workbench.w.data(), workbench.id.data(), workbench.color.data()};
+    const int rows = static_cast<int>(workbench.w.size()) / band.width / scale * scale;
     for (band.y0 = 0; band.y0 < height; band.y0 = band.y1) {
       band.y1 = std::min(band.y0 + rows, height);
       kernel_->trace(frame, band);
@@ -206,7 +207,7 @@ class CpuRenderer final : public Renderer {
   cpu::PreparedScene prepared_;
   CpuRendererOptions options_;
   const Kernel* kernel_;
-  std::vector<std::unique_ptr<Worker>> workers_;
+  std::vector<std::unique_ptr<Workbench>> workbenches_;
 };
 
 }  // namespace

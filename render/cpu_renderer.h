@@ -26,16 +26,16 @@ bool is_supported(InstructionSet set);
 // "auto", "baseline", "avx2", "avx512"
 const char* name_of(InstructionSet set);
 
-// What it draws: geoms with alpha 0 are hidden, all others opaque. Surfaces have one side: what a
-// ray enters before the near plane is not seen, so that a camera inside a geom looks out of it.
+// What it draws: geoms with alpha 0 are hidden, all others opaque. Surfaces have one side: a geom
+// that a ray enters before the near plane is not seen, so a camera inside a geom looks out of it.
 // Colour is rgb * (ambient + emission + sum of Lambert terms), clamped to 1. Depth and segmentation
-// are those of pixel centres. Wood and grid patterns show on planes and boxes (and on wood, along
-// the longer side), other shapes are plain.
+// are those of pixel centres. Wood and grid patterns show on planes and boxes, wood with its grain
+// along the longer side; other shapes are plain.
 //
-// render() leaves images larger than the options allow untouched, and those of unknown cameras.
+// render() does not touch images larger than the options allow, nor those of unknown cameras.
 //
-// Throws Error if the scene is inconsistent, an option out of range, or the instruction set not to
-// be had here.
+// Throws Error if the scene is inconsistent, an option is out of range, or the instruction set is
+// missing here.
 std::unique_ptr<Renderer> make_cpu_renderer(const RenderScene& scene,
                                             const CpuRendererOptions& options, int workers);
 

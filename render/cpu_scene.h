@@ -36,7 +36,7 @@ struct PreparedScene {
 // Throws Error if the mesh is not convex or not closed. `name` is for messages.
 Hull make_hull(const RenderMesh& mesh, const std::string& name);
 
-// The texture of all tables: painted on first use, kept for good.
+// The texture of all tables: painted on first use, never freed.
 WoodTexture wood_texture();
 
 }  // namespace engram::cpu

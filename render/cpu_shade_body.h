@@ -1,4 +1,4 @@
-// Kernel, second half: the colour of what each pixel sees. Included by cpu_kernel_*.cc only.
+// Kernel, second half: each pixel's colour. Included by cpu_kernel_*.cc only.
 #pragma once
 
 #include "render/cpu_frame.h"
@@ -13,7 +13,7 @@ struct Pixels {
   Float u, depth;
   float v;
   int x;                  // of the first one
-  const Float* arriving;  // per light; null: all of every light
+  const Float* arriving;  // part of each light; null: all of them in full
 };
 
 struct Color {
@@ -31,7 +31,7 @@ ENGRAM_INLINE Int pack(const Color& color) {
   return r | (g << 8) | (b << 16);
 }
 
-// Ambient light, emission, and what comes from the lights.
+// Ambient light, emission and the lights' light.
 ENGRAM_INLINE Color light_surface(const Frame& frame, const Surface& s, const Pixels& p) {
   Color color = {splat(s.constant[0]), splat(s.constant[1]), splat(s.constant[2])};
   if (s.lighting == Lighting::kConstant) return color;
@@ -110,7 +110,7 @@ ENGRAM_INLINE Color wood(const Frame& frame, const Surface& s, const Pixels& p, 
   return color;
 }
 
-// The same where light is even: the table top, most of most pictures.
+// The same with the same light all over: the table top, the larger part of most pictures.
 ENGRAM_INLINE Int even_wood(const Frame& frame, const Surface& s, const Pixels& p) {
   const Float brightness = read_wood(frame, s, p);
   Int channel[3];

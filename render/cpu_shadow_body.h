@@ -1,4 +1,4 @@
-// Kernel: which lights the pixels' points are in the shadow of. Included by cpu_kernel_*.cc only.
+// Kernel: how much of each light arrives at each pixel's point. Included by cpu_kernel_*.cc only.
 #pragma once
 
 #include "render/cpu_frame.h"
@@ -173,7 +173,7 @@ void find_shadows(const Frame& frame, Int ids, Float u, float v, Float depth, Fl
       for (int i = 0; i < frame.primitive_count && !all(dark); ++i) {
         const Primitive& primitive = *frame.primitives[i];
         if (!can_meet(bounds, primitive.occluder, frame.ray[r])) continue;
-        // Lambert's law darkens what turns away from the light; geoms are convex.
+        // Lambert's law darkens surfaces that face away from the light; geoms are convex.
         const Int face = ids - primitive.surface;
         const Mask own = at_most(Float{}, to_float(face)) &
                          less(to_float(face), splat(static_cast<float>(primitive.surface_count)));

@@ -9,7 +9,7 @@
 
 #if defined(__SSE2__)
 #if defined(__GNUC__) && !defined(__clang__)
-// GCC 12 takes the undefined vectors in its own AVX-512 header for mistakes.
+// GCC 12 warns of undefined vectors in its own AVX-512 header.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"

@@ -1,5 +1,5 @@
-// Kernel, last part: colours into images whose pixels are six bytes apart, as two cameras share
-// them. Included by cpu_kernel_*.cc only.
+// Kernel, last part: colours into images that two cameras share, whose pixels are six bytes apart.
+// Included by cpu_kernel_*.cc only.
 #pragma once
 
 #include "render/cpu_frame.h"
@@ -10,7 +10,8 @@ namespace {
 
 #if defined(__AVX512BW__)
 
-// Which 16-bit half of the colours goes to each half of the image; every third is not ours.
+// Which 16-bit half of the colours goes to each half of the image. Every third one has bytes of the
+// other camera.
 struct Halves {
   alignas(64) std::uint16_t from[64];
 };

@@ -9,8 +9,9 @@ namespace {
 
 ENGRAM_INLINE float along_row(const Affine& f, float v) { return f.b * v + f.c; }
 
-// Walks over a primitive's pixels, a vector at a time. `make_row(v)` prepares a row; what it
-// returns is called with u and the w seen so far, and yields where the primitive is nearer.
+// Walks over a primitive's pixels, a vector at a time. `make_row(v)` prepares a row and returns a
+// function. That one gets u and the w seen so far, and returns in which pixels the primitive is
+// nearer.
 template <typename MakeRow>
 ENGRAM_INLINE void scan(const Frame& frame, const Band& band, const Primitive& primitive,
                         MakeRow make_row) {
@@ -33,8 +34,9 @@ ENGRAM_INLINE void scan(const Frame& frame, const Band& band, const Primitive& p
   }
 }
 
-// Convex bodies: entered through the last of the front planes, which bounds w from above, unless
-// left through a back plane before. The number of front planes is known when it is small.
+// Convex bodies. A ray enters through the last of the front planes, which bound w from above,
+// unless it has left through a back plane before. The number of front planes is a constant if it is
+// small.
 template <int kFront>
 void trace_convex(const Frame& frame, const Band& band, const Primitive& primitive) {
   constexpr int kBack = 6 - kFront;  // boxes
@@ -151,8 +153,8 @@ void trace_ball(const Frame& frame, const Band& band, const Primitive& primitive
       });
 }
 
-// The first of three entries: into the side, as far as the capsule's straight part goes, and into
-// the balls at its ends.
+// The first of three entries: into the side, within the straight part, and into the balls at the
+// ends.
 void trace_capsule(const Frame& frame, const Band& band, const Primitive& primitive) {
   const Primitive& p = primitive;
   const float near_w = frame.near_w;
@@ -212,7 +214,7 @@ void trace_cylinder(const Frame& frame, const Band& band, const Primitive& primi
           const Float root = sqrt(max(disc, Float{}));
           const Float cap = planes[0].a * u + row[0];
           Float exit = planes[1].a * u + row[1];
-          if (within) {  // then there is a front cap: see set-up
+          if (within) {  // then there is a front cap (cpu_view_shapes.cc)
             w = cap;
             id = splat(surface + 1);
             exit = max(exit, middle + root);

@@ -50,7 +50,7 @@ const Frame& View::look(const RenderInstances& instances, int camera, int width,
     if (instances.geom_rgba[4 * i + 3] > 0 && may_show(instances, i)) add(place(instances, i));
   }
 
-  // From near to far, so that little is drawn over; in a fixed order where that leaves a choice.
+  // From near to far, so that few pixels are drawn twice; in a fixed order at equal depths.
   const auto count = static_cast<std::ptrdiff_t>(primitive_count_);
   std::sort(ranks_.begin(), ranks_.begin() + count, [](const Ranked& a, const Ranked& b) {
     return a.depth < b.depth || (a.depth == b.depth && a.index < b.index);
@@ -109,7 +109,7 @@ void View::add_background() {
 }
 
 bool View::may_show(const RenderInstances& instances, std::size_t index) const {
-  if (frame_.shadows) return true;  // what is out of sight may cast some
+  if (frame_.shadows) return true;  // a geom out of sight may cast some
   const RenderGeom& geom = prepared_->scene.geoms[index];
   double radius = 0;
   switch (geom.shape) {

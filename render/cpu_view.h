@@ -27,7 +27,7 @@ struct Extent {
   double high[2] = {-1e30, -1e30};
 };
 
-// One worker's working memory, and the frame in it.
+// Part of one thread's Workbench (cpu_renderer.cc): the frame, and the memory that it points to.
 class View {
  public:
   // `max_width` and `max_height` are those of frames, in samples.
@@ -61,7 +61,7 @@ class View {
   // Screen rectangles.
   Rect screen() const { return {0, width_, 0, height_}; }
   Rect rect_of_box(const Eigen::Vector3d& center, const Eigen::Matrix3d& half_axes) const;
-  // Adds points center + half_axes x with |x| <= 1; false where the near plane gets in the way.
+  // Adds points center + half_axes x with |x| <= 1; false if some are before the near plane.
   bool include_ball(const Eigen::Vector3d& center, const Eigen::Matrix3d& half_axes,
                     Extent& extent) const;
   Rect to_pixels(const Extent& extent) const;

@@ -1,4 +1,4 @@
-// How surfaces answer light.
+// How surfaces reflect light.
 #include <algorithm>
 #include <cmath>
 

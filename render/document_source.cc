@@ -43,7 +43,7 @@ class DocumentSource final : public ImageSource {
                  const ImageSourceOptions& options, int workers) {
     const ModelPtr model = compile_model(document);
     scene_ = scene_from_model(*model, options.for_people);
-    // The first light slants; the one from above would put shadows under what stands there.
+    // The first light is slanted. The shadows of the one from above would be hidden under things.
     if (options.shadows && !scene_.scene.lights.empty()) {
       scene_.scene.lights.front().casts_shadow = true;
     }
@@ -53,7 +53,7 @@ class DocumentSource final : public ImageSource {
       if (body < 0) throw Error(Error::kInternal, "document without a body '" + name + "'");
       bodies_.push_back(static_cast<std::size_t>(body));
     }
-    prepare_workers(*model, workers);
+    prepare_workbenches(*model, workers);
     renderer_ = make_renderer(scene_.scene, options, workers);
   }
 
@@ -61,26 +61,27 @@ class DocumentSource final : public ImageSource {
 
   void render(int worker, std::span<const BodyView> bodies,
               std::span<const RenderImage> images) override {
-    Bench& bench = benches_[static_cast<std::size_t>(worker)];
+    Workbench& workbench = workbenches_[static_cast<std::size_t>(worker)];
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      double* pose = bench.poses.data() + kPoseSize * bodies_[i];
+      double* pose = workbench.poses.data() + kPoseSize * bodies_[i];
       std::copy_n(bodies[i].pos, 3, pose);
       std::copy_n(bodies[i].quat, 4, pose + 3);
-      bench.view_of_body[bodies_[i]] = &bodies[i];
+      workbench.view_of_body[bodies_[i]] = &bodies[i];
     }
-    const BodyPoses<double> poses{bench.poses.data(), kPoseSize, bench.poses.data() + 3, kPoseSize};
-    pose_geoms(scene_, poses, bench.geom_pose.data());
-    pose_cameras(scene_, poses, bench.camera_pose.data());
-    dress_geoms(bench);
+    const BodyPoses<double> poses{workbench.poses.data(), kPoseSize, workbench.poses.data() + 3,
+                                  kPoseSize};
+    pose_geoms(scene_, poses, workbench.geom_pose.data());
+    pose_cameras(scene_, poses, workbench.camera_pose.data());
+    dress_geoms(workbench);
     renderer_->render(worker,
-                      {bench.geom_pose.data(), bench.rgba.data(), bench.emission.data(),
-                       bench.visible.data(), bench.camera_pose.data()},
+                      {workbench.geom_pose.data(), workbench.rgba.data(), workbench.emission.data(),
+                       workbench.visible.data(), workbench.camera_pose.data()},
                       images);
   }
 
  private:
-  // One environment's rows, filled anew for every picture.
-  struct Bench {
+  // Working memory of one thread: an environment's rows, filled anew for every picture.
+  struct Workbench {
     std::vector<double> poses;                  // (bodies of the model, 7)
     std::vector<const BodyView*> view_of_body;  // or null
     std::vector<float> geom_pose;
@@ -90,41 +91,43 @@ class DocumentSource final : public ImageSource {
     std::vector<float> camera_pose;
   };
 
-  // Bodies that nobody moves stay where the document has them.
-  void prepare_workers(const mjModel& model, int workers) {
+  // Bodies that are not in `bodies_` stay where the document has them.
+  void prepare_workbenches(const mjModel& model, int workers) {
     const DataPtr data = make_data(model);
     mj_kinematics(&model, data.get());
-    Bench bench;
+    Workbench workbench;
+    std::vector<double>& poses = workbench.poses;
     for (int body = 0; body < model.nbody; ++body) {
-      bench.poses.insert(bench.poses.end(), data->xpos + 3 * body, data->xpos + 3 * body + 3);
-      bench.poses.insert(bench.poses.end(), data->xquat + 4 * body, data->xquat + 4 * body + 4);
+      poses.insert(poses.end(), data->xpos + 3 * body, data->xpos + 3 * body + 3);
+      poses.insert(poses.end(), data->xquat + 4 * body, data->xquat + 4 * body + 4);
     }
-    bench.view_of_body.assign(static_cast<std::size_t>(model.nbody), nullptr);
-    bench.geom_pose.resize(12 * scene_.scene.geoms.size());
-    bench.rgba = scene_.rgba;
-    bench.emission = scene_.emission;
-    bench.visible.assign(scene_.scene.geoms.size(), 1);
-    bench.camera_pose.resize(12 * scene_.scene.cameras.size());
-    benches_.assign(static_cast<std::size_t>(workers), bench);
+    workbench.view_of_body.assign(static_cast<std::size_t>(model.nbody), nullptr);
+    workbench.geom_pose.resize(12 * scene_.scene.geoms.size());
+    workbench.rgba = scene_.rgba;
+    workbench.emission = scene_.emission;
+    workbench.visible.assign(scene_.scene.geoms.size(), 1);
+    workbench.camera_pose.resize(12 * scene_.scene.cameras.size());
+    workbenches_.assign(static_cast<std::size_t>(workers), workbench);
   }
 
   // Visibility and colours of one environment.
-  void dress_geoms(Bench& bench) const {
+  void dress_geoms(Workbench& workbench) const {
     for (std::size_t geom = 0; geom < scene_.geom_body.size(); ++geom) {
-      const BodyView* view = bench.view_of_body[static_cast<std::size_t>(scene_.geom_body[geom])];
+      const BodyView* view =
+          workbench.view_of_body[static_cast<std::size_t>(scene_.geom_body[geom])];
       if (view == nullptr) continue;
-      bench.visible[geom] = view->visible ? 1 : 0;
+      workbench.visible[geom] = view->visible ? 1 : 0;
       const bool painted = view->rgba[3] > 0;
       std::copy_n(painted ? view->rgba : scene_.rgba.data() + 4 * geom, 4,
-                  bench.rgba.data() + 4 * geom);
-      bench.emission[geom] = scene_.emission[geom] + view->emission;
+                  workbench.rgba.data() + 4 * geom);
+      workbench.emission[geom] = scene_.emission[geom] + view->emission;
     }
   }
 
   ModelScene scene_;
   std::vector<std::string> cameras_;
   std::vector<std::size_t> bodies_;  // the model's body of each BodyView
-  std::vector<Bench> benches_;       // one per worker
+  std::vector<Workbench> workbenches_;
   std::unique_ptr<Renderer> renderer_;
 };
 

@@ -1,4 +1,4 @@
-// Pictures of MJCF documents: the door through which the engine reaches the renderers.
+// Pictures of MJCF documents: how the engine reaches the renderers.
 #pragma once
 
 #include "core/picture/image_source.h"

@@ -89,7 +89,7 @@ struct Display {
 
 class Displays {
  public:
-  // Opens what there is.
+  // Opens what is there.
   Displays() : egl(load_egl()) {
     setenv("LP_NUM_THREADS", "0", 0);
     constexpr EGLint kMostDevices = 32;
@@ -121,7 +121,7 @@ class Displays {
   }
 
   const Egl egl;
-  Gl gl;  // entry points that serve every context; loaded with the first
+  Gl gl;  // entry points, the same for all contexts; loaded with the first
   std::once_flag gl_loaded;
   std::vector<Display> all;
 

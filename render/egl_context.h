@@ -45,8 +45,8 @@ class EglContext {
   const Gl& gl() const;
   const std::string& platform() const;
 
-  // Makes the context current on this thread while it lives, then what was current before. It must
-  // not be current on another thread.
+  // While one lives, the context is current on this thread; then the one from before is again. It
+  // must not be current on another thread.
   class Current {
    public:
     explicit Current(const EglContext& context);

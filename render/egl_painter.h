@@ -1,4 +1,4 @@
-// Everything that one worker of the OpenGL renderer keeps in its context.
+// Draws pictures in one OpenGL context: programs, shadow maps and framebuffers.
 #pragma once
 
 #include <Eigen/Dense>
@@ -13,7 +13,8 @@
 
 namespace engram::gl {
 
-// The context that it was made in must be current in all calls, and frees what it holds.
+// The context that it was made in must be current in all calls. All that it holds is freed with
+// that context.
 class Painter {
  public:
   // Throws Error. `scene` and `shapes` must outlive it.

@@ -113,12 +113,12 @@ class EglRenderer final : public Renderer {
   EglRenderer(const RenderScene& scene, const EglRendererOptions& options, int workers)
       : scene_(scene), shapes_(scene_.meshes) {
     for (int i = 0; i < workers; ++i) {
-      auto worker = std::make_unique<Worker>();
-      const EglContext::Current current(worker->context);
+      auto workbench = std::make_unique<Workbench>();
+      const EglContext::Current current(workbench->context);
       if (!current.ok()) throw Error(Error::kUnavailable, "egl renderer: EGL lost its context");
-      worker->painter =
-          std::make_unique<gl::Painter>(worker->context.gl(), scene_, shapes_, options);
-      workers_.push_back(std::move(worker));
+      workbench->painter =
+          std::make_unique<gl::Painter>(workbench->context.gl(), scene_, shapes_, options);
+      workbenches_.push_back(std::move(workbench));
     }
   }
 
@@ -126,20 +126,21 @@ class EglRenderer final : public Renderer {
 
   void render(int worker, const RenderInstances& instances,
               std::span<const RenderImage> images) override {
-    Worker& own = *workers_[static_cast<std::size_t>(worker)];
-    const EglContext::Current current(own.context);
-    if (current.ok()) own.painter->paint(instances, images);
+    Workbench& workbench = *workbenches_[static_cast<std::size_t>(worker)];
+    const EglContext::Current current(workbench.context);
+    if (current.ok()) workbench.painter->paint(instances, images);
   }
 
  private:
-  struct Worker {
+  // Working memory of one thread.
+  struct Workbench {
     EglContext context{GlProfile::kCore};
-    std::unique_ptr<gl::Painter> painter;  // what it made in the context goes with that
+    std::unique_ptr<gl::Painter> painter;
   };
 
   RenderScene scene_;
   gl::Shapes shapes_;
-  std::vector<std::unique_ptr<Worker>> workers_;
+  std::vector<std::unique_ptr<Workbench>> workbenches_;
 };
 
 }  // namespace

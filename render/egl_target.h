@@ -11,7 +11,7 @@ namespace engram::gl {
 
 class Target {
  public:
-  // Needs a current context, which frees everything when it goes. Check ok() before use.
+  // Needs a current context; everything is freed with it. Check ok() before use.
   Target(const Gl& gl, int width, int height, int samples);
 
   bool ok() const { return ok_; }

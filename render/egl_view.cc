@@ -182,7 +182,7 @@ int DrawList::level_of(std::size_t geom, const float* pose, const Viewpoint& vie
   const RenderGeom& shape = scene_.geoms[geom];
   if (shape.shape == RenderShape::kPlane) return 0;
   const Vector3f& half = half_[geom];
-  // Room for polygons that stand out a little.
+  // The polygons' corners are a little outside of the round outline.
   const float radius = 1.03F * half.norm();
   const Vector3f center = view.axes.transpose() * (Position(pose + 9) - view.position);
   const float depth = -center.z();

@@ -1,4 +1,5 @@
-// From an environment's rows to what one picture draws: which instances, how fine, seen how.
+// From an environment's rows to what one picture draws: which instances, in which detail, seen from
+// where.
 #pragma once
 
 #include <Eigen/Dense>
@@ -36,7 +37,7 @@ struct Viewpoint {
   float pixels;  // size on the screen of 1 m at 1 m
 };
 
-// Rows of pictures run from the top: y is flipped, and with it which way round triangles are.
+// Rows of pictures run from the top, so y is flipped. That also turns the triangles' order round.
 Viewpoint camera_viewpoint(const RenderCamera& camera, const float* pose, int width, int height);
 
 // The instances to draw, grouped by part, patterned ones last. Allocates when constructed only.

@@ -1,5 +1,5 @@
-// The part of OpenGL that engram uses, found at run time: the library links no GL, so that it loads
-// on machines without one.
+// The part of OpenGL that engram uses, found at run time. The library links no GL, so it loads on
+// machines without one.
 #pragma once
 
 #include <GL/glcorearb.h>

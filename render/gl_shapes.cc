@@ -17,7 +17,8 @@ constexpr int kBoxPart = 3 * kLevels;
 constexpr int kPlanePart = kBoxPart + 1;
 constexpr int kMeshParts = kBoxPart + 2;
 
-// Radius of the regular polygon with the unit circle's area: outlines are off both ways equally.
+// Radius of the regular polygon with the unit circle's area: its outline is outside of the circle
+// as much as inside.
 double fair_radius(int slices) {
   return std::sqrt(2 * kPi / (slices * std::sin(2 * kPi / slices)));
 }
@@ -31,7 +32,7 @@ Vertex make_vertex(double x, double y, double z, double end, double nx, double n
 }  // namespace
 
 int level_for(float radius_pixels, float tolerance) {
-  // A fair polygon's corners stand out by pi^2 / 3 n^2 of the radius.
+  // The corners of that polygon are outside of the circle by pi^2 / 3 n^2 of the radius.
   const float slices =
       std::numbers::pi_v<float> * std::sqrt(std::max(radius_pixels, 0.0F) / (3 * tolerance));
   int level = 0;

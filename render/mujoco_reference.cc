@@ -25,7 +25,7 @@ ModelPtr copy_model(const mjModel& model) {
   return copy;
 }
 
-// Takes away what RenderScene does not have.
+// Removes what RenderScene does not have.
 void make_plain(mjModel& model) {
   std::fill_n(model.light_specular, 3 * model.nlight, 0.0F);
   std::fill_n(model.vis.headlight.specular, 3, 0.0F);

@@ -18,11 +18,11 @@ struct MujocoReferenceOptions {
   int quads = 4;
   int samples = 0;      // MSAA; 0: none. MuJoCo's default is 4
   int shadow_size = 0;  // texels; 0: none. MuJoCo's default is 4096
-  // What RenderScene can describe and nothing else: no specular light, no textures, no reflections.
+  // Only what RenderScene can describe: no specular light, no textures, no reflections.
   bool plain = false;
 };
 
-// Draws geoms of groups 0 to 2, from a copy of the model. To be used by one thread at a time.
+// Draws geoms of groups 0 to 2, from a copy of the model. For one thread at a time.
 class MujocoReference {
  public:
   // Throws Error, kUnavailable where there is no EGL.

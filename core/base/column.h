@@ -41,8 +41,8 @@ struct ColumnView {
   }
 };
 
-// Owns columns. Whatever an environment remembers between steps lives in one, so that saving the
-// rows of a store saves the environment.
+// Owns columns. All that an environment remembers between steps is in a column, so saving the rows
+// of a store saves the environment.
 class ColumnStore {
  public:
   explicit ColumnStore(int num_envs) : num_envs_(num_envs) {}
@@ -61,12 +61,12 @@ class ColumnStore {
   // Adds columns of the same fields as `other` has.
   void add_like(const ColumnStore& other);
 
-  // Says which values a column of int32 or bytes can have, both ends included; for those that serve
-  // as indices. What else a snapshot holds there is refused. Without that, int32 are limited to
-  // what can be added up without overflow.
+  // Sets the values that a column of int32 or bytes may have, both ends included; for columns that
+  // serve as indices. Snapshots with other values are refused. Without a limit, int32 may be
+  // anything that can be added up without overflow.
   void limit(std::string_view name, std::int32_t low, std::int32_t high);
-  // The first column of a saved row that has a value beyond its limits; its field is null if none
-  // has.
+  // The first column of a saved row that has a value beyond its limits. If there is none, its field
+  // is null.
   ColumnView find_beyond_limits(std::span<const std::byte> row) const;
 
   int num_envs() const { return num_envs_; }

@@ -1,5 +1,5 @@
-// Constants as named data: the class constants of a task, which tests compare with the
-// specification, and all that `engram info` prints.
+// Constants as named data: the class constants of a task, which tests compare with the published
+// values, and all that `engram info` prints.
 #pragma once
 
 #include <concepts>

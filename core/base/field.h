@@ -24,7 +24,7 @@ constexpr std::size_t size_of(DType type) {
   return 0;
 }
 
-// The element type as users of numpy would write it: "bool", "int32", ...
+// The element type by its numpy name: "bool", "int32", ...
 const char* dtype_name(DType type);
 
 // One named quantity with `width` elements per environment.

@@ -47,7 +47,7 @@ int RandomStream::integer(int lo, int hi) {
   const std::uint64_t count = static_cast<std::uint64_t>(std::int64_t{hi} - lo) + 1;
 
   // Lemire's method: the high word of a product is the result. The 2^32 % count lowest products
-  // are what would favour some results; they are drawn again.
+  // would make some results more likely than others, so they are drawn again.
   std::uint64_t product = next_u32() * count;
   if (low_word(product) < count) {
     const std::uint64_t surplus = (std::uint64_t{1} << 32) % count;

@@ -15,9 +15,9 @@
 namespace engram {
 
 enum class StepPart {
-  kController,   // from the action to targets of the joints, and their forces in every substep
+  kController,   // joint targets from the action, and the drives' forces in every substep
   kDynamics,     // MuJoCo's stages of a physics step
-  kWake,         // what can touch, wake or fall asleep
+  kWake,         // finding what can touch, what wakes and what falls asleep
   kGather,       // columns to mjData and back, checks for diverged states
   kTask,         // phases, success, rewards, endings
   kObservation,  // TCP pose, proprioception, state vector
@@ -37,7 +37,7 @@ class StepClock {
    public:
     // Time counts from now on.
     void start() { last_ = now(); }
-    // What has passed since the last call was spent on that part.
+    // Counts the time since the last call for that part.
     void mark(StepPart part) {
       const std::uint64_t time = now();
       ticks_[static_cast<std::size_t>(part)] += time - last_;
@@ -45,7 +45,7 @@ class StepClock {
       last_ = time;
     }
     const Ticks& ticks() const { return ticks_; }
-    // How often each part was marked; a mark takes a part of the time that it counts.
+    // How often each part was marked. A mark itself takes time, which is counted too.
     const Ticks& marks() const { return marks_; }
 
    private:

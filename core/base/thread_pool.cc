@@ -10,7 +10,7 @@
 namespace engram {
 namespace {
 
-// Polls before sleeping in the kernel: some ten microseconds, about what lies between two loops of
+// Polls before sleeping in the kernel: some ten microseconds, about the pause between two loops of
 // a busy batch.
 constexpr int kSpins = 500;
 
@@ -99,7 +99,7 @@ bool ThreadPool::is_shared(const Loop& loop) const noexcept {
   return !workers_.empty() && loop.items > loop.chunk;
 }
 
-// Of the range that begins there: at most half of every worker's share in what is left.
+// Length of the range that begins there: at most half of every worker's share of what is left.
 int ThreadPool::length_at(const Loop& loop, int begin) const noexcept {
   const int left = loop.items - begin;
   if (!is_shared(loop)) return std::min(loop.chunk, left);

@@ -32,11 +32,11 @@ class ThreadPool {
   // whichever worker is free (0 <= worker < threads()), and returns when all are done. Does not
   // allocate.
   //
-  // Ranges have `chunk` items. Where several threads share a loop, its last ranges get shorter and
-  // shorter, so that nobody waits long for the one who took the last of them. Which ranges there
-  // are depends on items, chunk and threads() alone.
+  // Ranges have `chunk` items. If several threads share a loop, its last ranges get shorter and
+  // shorter, so that no thread waits long for the last one. The ranges depend on items, chunk and
+  // threads() alone.
   //
-  // Where f throws, the other ranges are still run; then the exception of the lowest range is
+  // If f throws, the other ranges are still run. Then the exception of the lowest range is
   // rethrown, so that the outcome does not depend on which worker was free.
   //
   // Throws Error if items < 0 or chunk < 1 (kInvalidArgument), or if a loop is running already

@@ -1,6 +1,6 @@
-// Kinematics of the serial arm: tool pose, Jacobian, pseudo-inverse steps and inverse kinematics.
-// Everything is worked out from joint angles alone, so that it does not depend on where a
-// simulation step left MuJoCo's own intermediate results.
+// Kinematics of the serial arm: TCP pose, Jacobian, pseudo-inverse steps and inverse kinematics.
+// All of it follows from the joint angles alone, never from what a step left in an mjData. See
+// docs/robot.md.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -14,8 +14,8 @@ inline constexpr int kArmJoints = 7;
 inline constexpr int kFingers = 2;
 inline constexpr int kRobotJoints = kArmJoints + kFingers;  // qpos order: arm, left, right finger
 
-// A pose in the world frame; the base is parallel to the world, so this is the root frame's
-// orientation too (common 4).
+// A pose in the world frame. The robot's base is parallel to the world, so the orientation is the
+// same in the base's frame.
 struct Pose {
   Eigen::Vector3d pos = Eigen::Vector3d::Zero();
   Eigen::Quaterniond quat = Eigen::Quaterniond::Identity();  // normalised
@@ -35,15 +35,14 @@ class Arm {
   // The same, with the geometric Jacobian of the TCP origin.
   Pose forward(const double* q, ArmJacobian& jacobian) const;
 
-  // pinv(J) * twist: the smallest joint step that realises the twist (common 2.3, GPU backend).
+  // pinv(J) * twist: the smallest joint step that realises the twist.
   static ArmVector pseudo_inverse_step(const ArmJacobian& jacobian,
                                        const Eigen::Matrix<double, 6, 1>& twist);
   // The same for the three linear rows only.
   static ArmVector pseudo_inverse_step(const ArmJacobian& jacobian, const Eigen::Vector3d& linear);
 
-  // Closed-loop inverse kinematics from q (common 2.3, CPU backend): at most 100 steps of 0.1 of
-  // the damped least-squares solution. Returns false, with `q_target` = q, if the SE(3) error does
-  // not fall below 1e-4.
+  // Closed-loop inverse kinematics from q: at most 100 steps of 0.1 of the damped least-squares
+  // solution. Returns false, with `q_target` = q, if the SE(3) error does not fall below 1e-4.
   bool inverse(const Pose& target, const double* q, ArmVector& q_target) const;
 
  private:
@@ -61,7 +60,7 @@ class Arm {
 // Rotation vector (axis times angle) of a unit quaternion; the shorter way round.
 Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& quat);
 
-// Fixed-axis roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll) (common 6.3).
+// Fixed-axis roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll).
 Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& quat);
 
 }  // namespace engram

@@ -21,8 +21,8 @@ bool limit_reached(const mjModel* m, const mjData* d) {
   return false;
 }
 
-// Inertia, contacts, constraint rows. Rows come from contacts and limits alone
-// (require_composable); without rows there is nothing to project.
+// Inertia, contacts, constraint rows. Only contacts and limits make rows (require_composable).
+// Without rows there is nothing to project.
 void compose_position(const mjModel* m, mjData* d, const mjModel* colliding) {
   mj_comPos(m, d);
   mj_tendon(m, d);
@@ -37,7 +37,7 @@ void compose_position(const mjModel* m, mjData* d, const mjModel* colliding) {
   if (d->nefc > 0) mj_projectConstraint(m, d);
 }
 
-// mj_fwdVelocity without the velocities of tendons and actuators, which no force depends on.
+// mj_fwdVelocity without the velocities of tendons and actuators: no force depends on them.
 void compose_velocity(const mjModel* m, mjData* d) {
   mj_comVel(m, d);
   mj_passive(m, d);
@@ -61,9 +61,9 @@ bool has_damped_props(const mjModel* m) {
                      [](mjtNum damping) { return damping != 0; });
 }
 
-// mj_Euler solves for the acceleration again from the forces, with the damping in the matrix. Where
-// that changes no bit of it the factor at hand serves; without constraint rows, the acceleration at
-// hand does too.
+// mj_Euler solves for the acceleration again, from the forces and with the damping in the matrix.
+// If the damping does not change the matrix, its factor is at hand. If there are no constraint rows
+// either, so is the acceleration.
 void compose_integration(const mjModel* m, mjData* d) {
   if (has_damped_props(m)) {
     mj_Euler(m, d);

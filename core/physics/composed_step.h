@@ -1,19 +1,20 @@
-// One physics step from MuJoCo's public stages: what mj_step does, bit for bit, less what these
-// scenes do not have (sensors, cameras, lights, energy), what they have no use for (actuators'
-// lengths and velocities, a second factor of the same matrix) and the state checks, which the
-// engine makes itself.
+// One physics step from MuJoCo's public stages. The results are those of mj_step, bit for bit.
+// Left out are
+//  * what these scenes do not have: sensors, cameras, lights, energy;
+//  * what they do not use: actuators' lengths and velocities, a second factor of the same matrix;
+//  * the checks of the state, which Loader makes.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
 namespace engram {
 
-// Throws Error unless the model is one that the composed step is made for: motors of gain one, each
-// on the joint of its own index, no damped tendon, no constraints but contacts and the limits of
-// hinges and slides, and joint damping that changes no bit.
+// Throws Error unless the composed step can do the model: motors of gain one, each on the joint of
+// its own index; no damped tendon; no constraints but contacts and the limits of hinges and slides;
+// joint damping too small to change a bit.
 void require_composable(const mjModel& model);
 
-// Everything that follows from qpos alone up to where bodies are.
+// Poses bodies and geoms from qpos.
 inline void compose_kinematics(const mjModel* m, mjData* d) { mj_kinematics(m, d); }
 
 // The rest of the step, from the poses that compose_kinematics left. `colliding` is the model with

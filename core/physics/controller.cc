@@ -6,7 +6,7 @@
 namespace engram {
 namespace {
 
-// Full scale of the normalised modes (common 2.2): 0.1 m, 0.1 rad, 1 rad/s.
+// Full scale of the normalised modes: 0.1 m, 0.1 rad, 1 rad/s.
 constexpr double kPositionScale = 0.1;
 constexpr double kRotationScale = 0.1;
 constexpr double kJointScale = 0.1;

@@ -1,4 +1,4 @@
-// The control modes of common 2.2: from an action row to what the drives follow.
+// The control modes: from an action row to what the drives follow. See docs/control_modes.md.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/physics/arm.h"
-#include "core/physics/simulator.h"
+#include "core/physics/drive.h"
 #include "core/physics/state.h"
 
 namespace engram {
@@ -47,8 +47,8 @@ inline constexpr int kMaxActionDim = 2 * kArmJoints + 1;
 
 class Controller {
  public:
-  // rotation_sign: -1 as upstream, +1 for rotations that turn the way they say (common 2.3).
-  // joint_ranges: (9, 2). `arm` must outlive this object.
+  // rotation_sign: -1 turns the tool against the action's rotation, as the original benchmark does;
+  // +1 turns it along. joint_ranges: (9, 2). `arm` must outlive this object.
   Controller(ControlMode mode, const Arm& arm, const double* joint_ranges, int rotation_sign);
 
   ControlMode mode() const { return mode_; }
@@ -85,7 +85,7 @@ class Controller {
   ActionSpace action_space_;
 };
 
-// Finger target for a gripper action in [-1, 1], m: 0.015 + 0.025 a, clipped (common 2.4).
+// Finger target for a gripper action in [-1, 1], m: 0.015 + 0.025 a, clipped.
 double gripper_target(double action);
 // The action whose target is `opening` m per finger, clipped to [-1, 1].
 double gripper_action(double opening);

@@ -8,8 +8,8 @@
 namespace engram {
 namespace {
 
-// Scenes between robot-alone and the whole: enough for any three of four types or so, few enough
-// to compile in some tens of milliseconds.
+// How many scenes there may be between the robot alone and the whole: enough for any three of about
+// four types, few enough to compile in some tens of milliseconds.
 constexpr std::size_t kMaxSmallScenes = 20;
 
 [[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInternal, why); }
@@ -20,8 +20,8 @@ int body_named(const mjModel& model, const std::string& name) {
   return body;
 }
 
-// Sphere around the colliding geoms of a body, in its frame, about the centre of their box; and a
-// box around each of them.
+// Around the colliding geoms of a body, in its frame: a sphere, whose centre is that of the box
+// around all of them, and a box for each of them.
 void bound_prop(const mjModel& model, int body, PropModel& prop) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9);
   Eigen::Vector3d high = Eigen::Vector3d::Constant(-1e9);
@@ -42,7 +42,7 @@ void bound_prop(const mjModel& model, int body, PropModel& prop) {
   }
 }
 
-// The law that all nine joints share; refuses scenes in which they differ.
+// The law that all nine joints share. Throws Error for scenes in which they differ.
 DriveLaw read_drive_law(const mjModel& model) {
   const DriveLaw law{model.actuator_gainprm[0], model.dof_damping[0], model.actuator_forcerange[1]};
   for (int i = 0; i < kRobotJoints; ++i) {

@@ -1,4 +1,4 @@
-// One task's scene, compiled in several sizes: shared by all environments and threads, never
+// One task's scene, compiled in several sizes. All environments and threads share it; nothing is
 // written after construction.
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/physics/arm.h"
+#include "core/physics/drive.h"
 #include "core/physics/proximity.h"
 #include "core/physics/robot_bounds.h"
 #include "core/physics/scene_model.h"
@@ -27,20 +28,13 @@ struct PropModel {
   bool tangible() const { return free || bounding_radius > 0; }
 };
 
-// force = clamp(stiffness (target - q) - damping qvel, -limit, limit)
-struct DriveLaw {
-  double stiffness = 0;  // N m/rad, N/m
-  double damping = 0;    // N m s/rad, N s/m; taken implicitly (scene_model.cc)
-  double limit = 0;      // N m, N
-};
-
 class PhysicsModel {
  public:
   // Throws Error if a text is refused or lacks what the engine needs.
   explicit PhysicsModel(const SceneSource& source);
 
   // From the smallest to the whole scene: the robot's dynamics without geometry; robot and table;
-  // then with room for ever more props.
+  // then robot, table and more and more props.
   const std::vector<SceneModel>& scenes() const { return scenes_; }
   static constexpr int kDynamicsScene = 0;
   static constexpr int kRobotScene = 1;
@@ -65,7 +59,7 @@ class PhysicsModel {
   const int* finger_bodies() const { return finger_bodies_; }
   // Lower and upper limits of the nine robot joints, (9, 2).
   const double* joint_ranges() const { return full().jnt_range; }
-  // The implicit drive of every robot joint (common 2.1), as the texts have it.
+  // The implicit drive of every robot joint, as the texts have it.
   const DriveLaw& drive_law() const { return drive_law_; }
   // Weight of one kilogram, N.
   double gravity() const { return gravity_; }

@@ -28,7 +28,7 @@ void on_error(const char* message) {
     previous_error(message);
     return;
   }
-  // A thread that is not ours and had no handler gets what MuJoCo does by itself.
+  // A thread that is not ours and had no handler: what MuJoCo would do without one.
   std::fprintf(stderr, "ERROR: %s\n\n", message);
   std::exit(EXIT_FAILURE);
 }

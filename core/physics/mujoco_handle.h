@@ -1,4 +1,4 @@
-// Ownership of MuJoCo's objects, and its process-wide handlers kept harmless.
+// Ownership of MuJoCo's objects; its process-wide handlers, kept from harming other users.
 #pragma once
 
 #include <mujoco/mujoco.h>

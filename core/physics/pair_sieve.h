@@ -1,5 +1,5 @@
-// Collision detection for those bodies only that are near one another. MuJoCo goes through explicit
-// contact pairs geom by geom; scenes have thousands of them, and hardly any are near.
+// Leaves collision detection only the pairs of bodies that are near one another. MuJoCo goes
+// through explicit contact pairs geom by geom; scenes have thousands of them, and few are near.
 #pragma once
 
 #include <mujoco/mujoco.h>

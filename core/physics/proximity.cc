@@ -8,9 +8,9 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-// How much farther apart than `gap` two boxes are, by the axes that can separate them: of their
-// faces, of pairs of edges, and that between their centres. `offset` and `rotation` place the
-// second in the frame of the first.
+// How much farther apart than `gap` two boxes are, along the axis that separates them most: a face
+// normal, the cross product of two edges, or the line between their centres. `offset` and
+// `rotation` place the second in the frame of the first.
 double boxes_beyond(double gap, const RoundedBox& a, const RoundedBox& b, const Vec3& offset,
                     const Eigen::Matrix3d& rotation) {
   const Eigen::Matrix3d spread = (rotation.array().abs() + 1e-12).matrix();

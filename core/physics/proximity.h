@@ -11,8 +11,9 @@ namespace engram {
 // Farther than anything in a scene.
 inline constexpr double kFarAway = 1e9;  // m
 
-// A distance, m, that the sphere has at least from the geom, posed as `data` says; above zero only
-// if they do not touch. Not above zero only if they touch, for boxes, capsules and spheres.
+// A lower bound of the distance between the sphere and the geom as posed in `data`, m. If it is
+// above zero, they do not touch. If it is not, they touch; for shapes other than boxes, capsules
+// and spheres, they may.
 double sphere_to_geom(const mjModel& model, const mjData& data, int geom,
                       const Eigen::Vector3d& center, double radius);
 
@@ -36,8 +37,8 @@ struct RoundedBox {
 };
 RoundedBox enclose_geom(const mjModel& model, int geom);
 
-// By how much, m, every part of one body is at least farther than `gap` from every part of the
-// other; not above zero where one may be as near as that.
+// A lower bound of the distance between the parts of two bodies, less `gap`, m. If it is above
+// zero, no part of one is within `gap` of a part of the other.
 double parts_beyond(double gap, std::span<const RoundedBox> a, const Frame& frame_a,
                     std::span<const RoundedBox> b, const Frame& frame_b);
 

@@ -13,8 +13,8 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-// About as far as points of the robot move in two control steps: what is further apart need not be
-// known more precisely.
+// About as far as points of the robot move in two control steps. Larger distances need not be known
+// precisely.
 constexpr double kFarEnough = 0.1;  // m
 
 struct Ball {
@@ -96,8 +96,8 @@ double point_segment_squared(const Vec3& point, const Vec3& a, const Vec3& b) {
   return (point - a - t * along).squaredNorm();
 }
 
-// Squared distance of two segments: of their lines where both nearest points lie inside, else the
-// least distance of an end to the other segment.
+// Squared distance of two segments. If the nearest points of their lines lie inside both, it is
+// that of the lines; otherwise it is the least distance of an end to the other segment.
 double segments_squared(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1) {
   const Vec3 u = a1 - a0;
   const Vec3 v = b1 - b0;
@@ -151,7 +151,7 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
   for (int pair = 0; pair < whole.npair; ++pair) {
     const int body1 = whole.geom_bodyid[whole.pair_geom1[pair]];
     const int body2 = whole.geom_bodyid[whole.pair_geom2[pair]];
-    // Bodies behind the robot's in the whole scene are props; body 0 carries the table top.
+    // In the whole scene, bodies after the robot's are props. Body 0 has the table top.
     const int first = body1 > 0 && body1 < robot.nbody ? index_of_body(body1) : -1;
     const int second = body2 > 0 && body2 < robot.nbody ? index_of_body(body2) : -1;
     if (first >= 0 && second >= 0) {
@@ -166,8 +166,8 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
 }
 
-// The furthest that a point of a body, or of what hangs on it, can be from the body's origin; a
-// joint's arm is that of its body.
+// A joint's arm is the farthest that a point of its body, or of what the body carries, can be from
+// the body's origin.
 void RobotBounds::measure_arms(const mjModel& robot) {
   if (static_cast<std::size_t>(robot.njnt) > kMaxJoints) {
     throw Error(Error::kInternal, "robot of more than " + std::to_string(kMaxJoints) + " joints");
@@ -177,7 +177,7 @@ void RobotBounds::measure_arms(const mjModel& robot) {
     extent[static_cast<std::size_t>(capsule.body)] =
         std::max(capsule.a.norm(), capsule.b.norm()) + capsule.radius;
   }
-  for (int body = robot.nbody - 1; body > 0; --body) {  // children come behind their parents
+  for (int body = robot.nbody - 1; body > 0; --body) {  // children come after their parents
     double offset = Eigen::Map<const Vec3>(robot.body_pos + 3 * body).norm();
     for (int k = 0; k < robot.body_jntnum[body]; ++k) {
       const int joint = robot.body_jntadr[body] + k;
@@ -230,7 +230,7 @@ double RobotBounds::self_clearance(const Placed& placed) const {
   for (const auto& [first, second] : pairs_) {
     const auto i = static_cast<std::size_t>(first);
     const auto j = static_cast<std::size_t>(second);
-    // Most pairs are far enough apart: the balls around the capsules tell.
+    // Most pairs are so far apart that the balls around the capsules show it.
     const double apart = capsules_[i].ball_radius + capsules_[j].ball_radius + least;
     if ((placed.middle[i] - placed.middle[j]).squaredNorm() > apart * apart) continue;
     const double squared = segments_squared(placed.a[i], placed.b[i], placed.a[j], placed.b[j]);
@@ -278,8 +278,8 @@ double RobotBounds::way_from(const std::array<double, kMaxJoints>& qpos, const m
   return way;
 }
 
-// Seen from one body, another moves with the joints on the way between them alone, so that the way
-// bounds how much nearer they come too.
+// Two bodies of the robot move relative to one another only by the joints between them. So way_from
+// bounds, too, how much nearer they can have come.
 bool RobotBounds::still_clear(const Clearance& before, const mjData& data) const {
   return way_from(before.qpos, data) < std::min(before.own, before.around);
 }

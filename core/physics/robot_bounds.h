@@ -24,30 +24,30 @@ class RobotBounds {
     double radius = 0;
   };
 
-  // What lies at least between the robot and its nearest contact, m; where one is possible, neither
-  // is above zero.
+  // Lower bounds of the robot's distances to what it could touch, m. If both are above zero, it
+  // touches nothing.
   struct Clearance {
     double own = 0;     // between its own bodies, and to the table top (z = 0)
     double around = 0;  // to obstacles
-    double lowest = 0;  // height of what may meet obstacles, where `own` is above zero
-    std::array<double, kMaxJoints> qpos{};  // where this was found
+    double lowest = 0;  // height of the parts that may meet obstacles; valid if `own` is above zero
+    std::array<double, kMaxJoints> qpos{};  // at which this was found
     bool is_clear() const { return own > 0 && around > 0; }
   };
 
   RobotBounds() = default;
-  // Capsules and the pairs of them that matter, from the contact pairs of the robot's scene and of
-  // the whole one.
+  // Takes from the contact pairs of both scenes which bodies need a capsule, and which pairs of
+  // capsules matter.
   RobotBounds(const mjModel& robot, const mjModel& whole);
 
   // With bodies posed as in `data`. Needs body poses only, no geometry.
   Clearance clearance(const mjData& data, std::span<const Obstacle> obstacles) const;
-  // The same clearance among other obstacles, seen by their height alone.
+  // The same clearance among other obstacles. Compares heights only.
   static Clearance among(const Clearance& before, std::span<const Obstacle> obstacles);
-  // Most that a point of the robot can have moved from joint angles `qpos` to data.qpos, m: the
+  // Most that a point of the robot can have moved between joint angles `qpos` and data.qpos, m: the
   // joints' turns times the longest arms that they have.
   double way_from(const std::array<double, kMaxJoints>& qpos, const mjData& data) const;
-  // True only if the robot cannot have come to a contact on its way from there to data.qpos,
-  // obstacles being the same.
+  // True only if the robot cannot have touched anything on its way from before.qpos to data.qpos.
+  // The obstacles must be the same.
   bool still_clear(const Clearance& before, const mjData& data) const;
 
  private:

@@ -17,12 +17,12 @@ constexpr double kNegligibleDamping = 1e-300;  // N m s/rad
 
 // From position drives to motors whose control is the force; no gravity.
 //
-// The drives' damping is taken implicitly. MuJoCo's Euler integrator does that after the contacts
-// are solved, so that they would be solved for accelerations that never happen, and a hand that
-// starts to move would throw what it holds. As armature, h times the damping is the same motion
-// and is there when contacts are solved. What is left of the damping changes no bit; it keeps the
-// integrator from taking the solver's acceleration instead of the forces, and so keeps the robot's
-// bits independent of the props that are awake.
+// The drives' damping is taken implicitly. MuJoCo's Euler integrator would do that, but only after
+// the contacts are solved. They would be solved for accelerations that never happen, and a hand
+// that starts to move would throw what it holds. Armature of h times the damping makes the same
+// motion, and the solver knows of it. A damping too small to change any bit remains. With it the
+// integrator starts from the forces, not from the solver's acceleration, so that the robot's bits
+// do not depend on which props are awake.
 void make_motors(mjModel& model) {
   model.opt.gravity[2] = 0;
   for (int i = 0; i < kRobotJoints; ++i) {
@@ -115,7 +115,7 @@ std::vector<std::vector<int>> small_casts(const SceneSource& source,
   for (auto& [type, members] : grouped) by_type.push_back(std::move(members));
 
   std::vector<std::vector<int>> casts;
-  // Large scenes differ little, so their sizes may be further apart.
+  // Large scenes cost nearly the same, so their sizes may be further apart.
   for (std::size_t count = 1; count < free_props.size(); count += 1 + count / 4) {
     std::vector<std::vector<int>> more;
     std::vector<int> chosen;

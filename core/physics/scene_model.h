@@ -17,9 +17,9 @@ struct PropSlot {
   int dof = 0;   // address of six velocity coordinates
 };
 
-// Never written after construction, so all environments and threads share it. Weightless: the
-// engine applies the weight of props, and the robot's links have no gravity (common 2.1). Its
-// drives are motors: controls are forces.
+// Never written after construction, so all environments and threads share it. There is no gravity:
+// the engine applies the weight of props, and the robot's links are weightless. The drives are
+// motors: controls are forces.
 struct SceneModel {
   ModelPtr model;
   std::vector<PropSlot> slots;    // in ascending order of type
@@ -34,8 +34,8 @@ struct SceneModel {
 // Compiles a scene with the props of these indices. Throws Error if the text is refused.
 SceneModel compile_scene(const SceneSource& source, std::span<const int> props, RobotDetail detail);
 
-// Choices of free props, by index, for which smaller scenes are compiled: every combination of
-// types of 1 to 4 props and of some larger numbers, few props first, up to `limit` choices.
+// Choices of free props, by index, for which smaller scenes are compiled: all combinations of types
+// with 1 to 4 props, then with some larger numbers of props, up to `limit` choices.
 std::vector<std::vector<int>> small_casts(const SceneSource& source,
                                           std::span<const int> free_props, std::size_t limit);
 

@@ -13,7 +13,7 @@ struct Registry {
   std::map<std::string, std::weak_ptr<const PhysicsModel>> models;
 };
 
-// Never destroyed: batches may outlive everything that is static.
+// Never destroyed: batches may outlive all static objects.
 Registry& registry() {
   static Registry* const all = new Registry;
   return *all;
@@ -29,7 +29,7 @@ std::string key_of(const SceneSource& source) {
   return key;
 }
 
-// Forgets a model when its last user is gone; another one may have taken its place by then.
+// Forgets a model when its last user is gone, unless another one has taken its place by then.
 struct Forget {
   std::string key;
   void operator()(const PhysicsModel* model) const noexcept {
@@ -55,7 +55,7 @@ std::shared_ptr<const PhysicsModel> find(const std::string& key) {
 std::shared_ptr<const PhysicsModel> shared_model(const SceneSource& source) {
   const std::string key = key_of(source);
   if (auto model = find(key)) return model;
-  // Others may compile the same meanwhile: the first to be done is shared.
+  // Other threads may compile the same meanwhile: the first one to finish is shared.
   auto compiled = std::make_unique<const PhysicsModel>(source);
   Forget forget{key};
   std::shared_ptr<const PhysicsModel> made(compiled.release(), std::move(forget));

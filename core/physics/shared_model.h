@@ -8,7 +8,7 @@
 namespace engram {
 
 // The model of a source: one that is in use already, or a new one. Compiling takes tens of
-// milliseconds, finding hardly one. May be called from several threads at once. Throws Error as
+// milliseconds, finding less than one. May be called from several threads at once. Throws Error as
 // PhysicsModel does.
 std::shared_ptr<const PhysicsModel> shared_model(const SceneSource& source);
 

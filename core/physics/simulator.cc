@@ -1,71 +1,70 @@
 #include "core/physics/simulator.h"
 
-#include <algorithm>
-
 #include "core/base/error.h"
-#include "core/physics/step.h"
+#include "core/physics/loader.h"
+#include "core/physics/stepper.h"
+#include "core/physics/waker.h"
 
 namespace engram {
 
-void apply_drive(const DriveLaw& law, const Drive& drive, mjData& data) {
-  std::array<double, kRobotJoints> force;
-  for (std::size_t joint = 0; joint < kRobotJoints; ++joint) {
-    force[joint] = -law.damping * data.qvel[joint];
-  }
-  for (std::size_t joint = drive.velocity_mode ? kArmJoints : 0; joint < kRobotJoints; ++joint) {
-    force[joint] += law.stiffness * (drive.target[joint] - data.qpos[joint]);
-  }
-  for (std::size_t joint = 0; joint < kArmJoints; ++joint) {
-    force[joint] += law.damping * drive.velocity[joint];
-  }
-  for (std::size_t joint = 0; joint < kRobotJoints; ++joint) {
-    data.ctrl[joint] = std::clamp(force[joint], -law.limit, law.limit);
-  }
+struct Simulator::Workbench {
+  explicit Workbench(const PhysicsModel& model) : loader(model), waker(model), stepper(model) {}
+
+  Loader::Workbench loader;
+  Waker::Workbench waker;
+  Stepper::Workbench stepper;
+};
+
+Simulator::Simulator(const PhysicsModel& model, const SimulatorOptions& options, int workers,
+                     int num_envs)
+    : model_(model), options_(options), clearances_(at(num_envs)) {
+  workbenches_.reserve(at(workers));
+  for (int i = 0; i < workers; ++i) workbenches_.emplace_back(model);
 }
 
-Physics::Physics(const PhysicsModel& model, const PhysicsOptions& options, int workers,
-                 int num_envs)
-    : model_(model), options_(options), clearances_(static_cast<std::size_t>(num_envs)) {
-  const std::size_t props = model.props().size();
-  workbenches_.resize(static_cast<std::size_t>(workers));
-  for (Workbench& bench : workbenches_) {
-    for (const SceneModel& scene : model.scenes()) {
-      bench.scenes.push_back(make_data(*scene.model));
-      bench.sieves.emplace_back(*scene.model);
-    }
-    bench.status.resize(props);
-    bench.slot.resize(props);
-    bench.awake_by_type.resize(static_cast<std::size_t>(model.num_types()));
-    bench.motion.resize(props);
-    bench.frames.resize(props);
-    bench.frame_known.resize(props);
-    bench.centers.resize(props);
-    bench.obstacles.reserve(props);
-    bench.beyond.resize(props);
-    bench.gliding.reserve(props);
-  }
-}
+Simulator::~Simulator() = default;
 
-bool Physics::step(const State& state, int env, int worker, const Drive& drive,
-                   StepClock::Worker* clock) {
+bool Simulator::step(const State& state, int env, int worker, const Drive& drive,
+                     StepClock::Worker* clock) {
   if (options_.substeps == 0) return true;
-  Workbench& bench = workbenches_[static_cast<std::size_t>(worker)];
+  Workbench& workbench = workbenches_[at(worker)];
   const MujocoScope scope;
   bool good = false;
   try {
-    good = Step(*this, bench, state, env, drive, clock).run();
+    good = advance(workbench, state, env, drive, clock);
   } catch (const Error&) {
     // MuJoCo gave up in the middle of a step; nothing has been stored.
   }
-  if (!good) {
-    for (std::size_t i = 0; i < bench.scenes.size(); ++i) {
-      mj_resetData(model_.scenes()[i].model.get(), bench.scenes[i].get());
-    }
-  }
+  if (!good) workbench.loader.reset_data();
   return good;
 }
 
-void Physics::update_tcp(const State& state, int env) const {
+// The way of one control step. Returns false if physics diverged, before anything is stored.
+bool Simulator::advance(Workbench& workbench, const State& state, int env, const Drive& drive,
+                        StepClock::Worker* clock) {
+  Loader loader(workbench.loader, state, env);
+  Waker waker(workbench.waker, loader);
+  Stepper stepper(workbench.stepper, loader, waker, clearances_[at(env)], drive, clock);
+
+  if (!loader.state_is_plausible()) return false;
+  loader.begin(options_.sleep);
+  waker.begin();
+  loader.enter(options_.sleep ? stepper.first_scene() : model_.full_scene());
+  for (int i = 0; i < options_.substeps; ++i) {
+    loader.glide(static_cast<double>(i + 1) / options_.substeps);
+    mark(clock, StepPart::kGather);
+    const bool good = options_.sleep ? stepper.composed_substep(i == 0) : stepper.plain_substep();
+    if (!good) return false;
+  }
+  if (!loader.scene_is_plausible()) return false;
+  loader.store();
+  mark(clock, StepPart::kGather);
+  if (options_.sleep) waker.put_to_sleep();
+  mark(clock, StepPart::kWake);
+  return true;
+}
+
+void Simulator::update_tcp(const State& state, int env) const {
   const Pose pose = model_.arm().forward(state.qpos.row(env));
   Eigen::Map<Eigen::Vector3d>(state.tcp_pos.row(env)) = pose.pos;
   double* quat = state.tcp_quat.row(env);

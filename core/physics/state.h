@@ -27,7 +27,7 @@ struct State {
   Column<std::int32_t> elapsed;   // control steps since the episode began
   Column<std::uint8_t> finished;  // terminated or truncated; waits for a reset
 
-  // Robot, in the order of common 1: seven arm joints, left finger, right finger.
+  // Robot: seven arm joints, left finger, right finger.
   Column<double> qpos;            // (9) rad, m
   Column<double> qvel;            // (9) rad/s, m/s
   Column<double> qacc_warmstart;  // (9)
@@ -39,14 +39,14 @@ struct State {
   // Props, in task order; a row holds all props of one environment.
   Column<double> prop_pos;   // (num_props * 3) m, as observations report it
   Column<double> prop_quat;  // (num_props * 4)
-  // (num_props * 6) linear (world), angular (body); of a kinematic prop that glides: the way, m,
-  // that it makes in this control step.
+  // (num_props * 6) linear (world), angular (body). Of a kinematic prop that glides: its way in
+  // this control step, m.
   Column<double> prop_qvel;
   Column<double> prop_qacc_warmstart;    // (num_props * 6)
   Column<std::uint8_t> prop_status;      // (num_props) PropStatus
   Column<std::uint8_t> prop_slow_steps;  // (num_props) consecutive control steps at rest
-  // What pictures show instead of the document's colour, where alpha is positive, and light that
-  // the prop itself gives off.
+  // Colour in pictures instead of the document's, if its alpha is positive; and light that the prop
+  // itself gives off.
   Column<float> prop_rgba;      // (num_props * 4) 0..1
   Column<float> prop_emission;  // (num_props)
   // Force that a prop exerts on each finger in the last substep, N, world frame:
@@ -60,26 +60,26 @@ struct State {
     return static_cast<PropStatus>(prop_status.row(env)[prop]);
   }
 
-  // Puts a prop somewhere, without velocity. It starts at rest: pass kAwake for a pose in which
-  // physics has to act at once (in the air, or in contact with something that moves).
+  // Puts a prop somewhere, without velocity and asleep. Pass kAwake for a pose in which physics has
+  // to act at once: in the air, or in contact with something that moves.
   void place_prop(int env, int prop, const double* pos, const double* quat,
                   PropStatus status = PropStatus::kAsleep) const;
-  // Moves a kinematic prop to a place evenly in the course of the next control step, and wakes what
-  // it comes near; to be called in Task::before_physics.
+  // Lets a kinematic prop glide to a place, evenly over the next control step. It wakes what it
+  // comes near. To be called in Task::before_physics.
   void glide_prop(int env, int prop, const double* pos) const;
   // Takes a prop out of the scene; `pos` is the position that observations report meanwhile.
   void hide_prop(int env, int prop, const double* pos) const;
 };
 
-// Largest absolute arm joint velocity <= threshold, rad/s (common 8).
+// Largest absolute arm joint velocity <= threshold, rad/s.
 bool robot_is_static(const State& state, int env, double threshold = 0.2);
 
-// Linear and angular speed within limits (common 8).
+// Linear and angular speed within limits.
 bool prop_is_static(const State& state, int env, int prop, double linear_threshold = 1e-2,
                     double angular_threshold = 1e-1);
 
 // Both fingers feel at least `min_force` newtons within `max_angle` degrees of their opening
-// directions (common 8).
+// directions.
 bool is_grasping(const State& state, int env, int prop, double min_force = 0.5,
                  double max_angle = 85.0);
 

@@ -26,7 +26,7 @@ struct ImageShape {
   }
 };
 
-// Bodies of environments, put in place for an ImageSource: the robot's, then the props.
+// The bodies of an environment as an ImageSource needs them: the robot's, then the props.
 class SceneViews {
  public:
   SceneViews(const PhysicsModel& model, int workers);
@@ -54,7 +54,7 @@ class ImageBatch {
 
   // Draws one environment as it is now.
   void render(int worker, const State& state, int env);
-  // Keeps its present image as that of the episode's end.
+  // Keeps the present image as the one at the episode's end.
   void keep_final(int env);
 
  private:

@@ -16,7 +16,7 @@ struct BodyView {
   double pos[3] = {0, 0, 0};      // m, world
   double quat[4] = {1, 0, 0, 0};  // w, x, y, z
   bool visible = true;
-  // Colour that replaces the document's, 0..1, where alpha is positive; and added emission.
+  // Colour that replaces the document's if its alpha is positive, 0..1; and added emission.
   float rgba[4] = {0, 0, 0, 0};
   float emission = 0;
 };

@@ -1,5 +1,5 @@
-// What is written over pictures for people (common 11): data, so that tasks can say what they want
-// to be seen without knowing how it is drawn. Never part of observations.
+// What is written over pictures for people. It is data: tasks say what they want to be seen, media/
+// draws it. Never part of observations.
 #pragma once
 
 #include <cstdint>

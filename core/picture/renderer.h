@@ -77,7 +77,7 @@ struct RenderImage {
   std::uint8_t* rgb = nullptr;      // first pixel; may be null
   std::ptrdiff_t pixel_stride = 3;  // bytes from pixel to pixel
   std::ptrdiff_t row_stride = 384;  // bytes from row to row
-  float* depth = nullptr;           // (height, width) distance along the view axis, m; 0: nothing
+  float* depth = nullptr;           // (height, width) m along the view axis; 0: nothing there
   std::int32_t* segment = nullptr;  // (height, width)
 };
 

@@ -108,21 +108,22 @@ class Watcher {
 class Player {
  public:
   Player(const Protocol& protocol, int workers)
-      : protocol_(protocol), desks_(static_cast<std::size_t>(workers)) {}
+      : protocol_(protocol), workbenches_(static_cast<std::size_t>(workers)) {}
 
   Bytes play(const WorkItem& item, const WorkContext& context) {
     const auto start = std::chrono::steady_clock::now();
-    Desk& desk = desks_[static_cast<std::size_t>(context.worker())];
-    if (protocol_.external && !desk.policy) desk.policy = protocol_.external(context);
+    Workbench& workbench = workbenches_[static_cast<std::size_t>(context.worker())];
+    if (protocol_.external && !workbench.policy) workbench.policy = protocol_.external(context);
     const RegistryEntry& entry = registry()[static_cast<std::size_t>(item.task)];
-    VectorEnv& env = desk.batch.of(entry.id, item.count, protocol_.num_envs, protocol_.environment);
+    VectorEnv& env =
+        workbench.batch.of(entry.id, item.count, protocol_.num_envs, protocol_.environment);
 
     ItemResult result;
     result.chance = env.info().chance();
     result.episodes.resize(static_cast<std::size_t>(item.count));
     const std::uint64_t unstable = env.unstable_count();
     std::optional<ChunkedPolicy> chunked;
-    if (desk.policy) chunked.emplace(env, *desk.policy, context);
+    if (workbench.policy) chunked.emplace(env, *workbench.policy, context);
     Watcher watcher(env, result, chunked ? &*chunked : nullptr,
                     static_cast<int>(item.first_seed - protocol_.start_seed), protocol_.samples);
     const auto act = [&](std::span<float> actions) {
@@ -133,7 +134,7 @@ class Player {
       }
     };
     if (!play_episodes(env, item.first_seed, item.count, context, act, watcher)) {
-      desk.batch.clear();
+      workbench.batch.clear();
       return {};
     }
     if (chunked) result.chunk_size = chunked->longest_chunk();
@@ -144,14 +145,14 @@ class Player {
   }
 
  private:
-  // What a worker thread has of its own.
-  struct Desk {
+  // Working memory of one thread.
+  struct Workbench {
     EpisodeBatch batch;
     std::unique_ptr<ExternalPolicy> policy;
   };
 
   const Protocol& protocol_;
-  std::vector<Desk> desks_;
+  std::vector<Workbench> workbenches_;
 };
 
 // --- rank 0's part ---

@@ -1,5 +1,5 @@
-// Numbers that are not finite, or absurd, written into an environment's memory at any time: they
-// end that environment's episode and reach nobody else.
+// Numbers that are not finite, or absurd, written into an environment's memory at any time. They
+// end that environment's episode and do not touch the others.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -69,7 +69,7 @@ Place any_place(const VectorEnv& env, RandomStream& random, bool physical) {
 struct Trial {
   std::string id;
   AutoReset auto_reset = AutoReset::kNextStep;
-  bool physical = false;  // in what physics computes with, which must notice at once
+  bool physical = false;  // a number that physics reads: it must notice at once
 };
 
 // Plays two batches side by side, one of which gets a fault.
@@ -112,7 +112,7 @@ void play(const Trial& trial, RandomStream& random, VectorEnv& sound, VectorEnv&
     } else {
       REQUIRE(not_finite(env, faulty) == "");
     }
-    // Unless the task itself has put the prop somewhere else before physics came to see it.
+    // Unless the task has placed the prop anew before physics read it.
     if (i == 0 && trial.physical) REQUIRE((flagged || !place.absurd(faulty)));
     if (flagged && trial.auto_reset == AutoReset::kOff) break;
   }

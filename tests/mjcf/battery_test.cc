@@ -51,7 +51,7 @@ TEST_CASE("A battery weighs what its cylinder does", "[battery]") {
   CHECK(prop.inertia[1] == prop.inertia[2]);
 }
 
-TEST_CASE("The socket's hole is that of the specification", "[battery]") {
+TEST_CASE("The socket's hole is as published", "[battery]") {
   const mjcf::SocketShape shape;
   CHECK(shape.hole_half_width() == Approx(0.0184));
   CHECK(shape.floor_height() == Approx(0.0105));

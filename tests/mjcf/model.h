@@ -18,7 +18,7 @@ using Arm = std::array<double, 9>;  // seven arm joints, two fingers
 
 inline constexpr double kPi = 3.14159265358979323846;
 
-// Key poses of common 1.5.
+// Poses of the robot at which the TCP is known.
 inline constexpr Arm kRest = {0, kPi / 8, 0, -5 * kPi / 8, 0, 3 * kPi / 4, kPi / 4, 0.04, 0.04};
 inline constexpr Arm kBuilder = {0, kPi / 8, 0, -5 * kPi / 8, 0, 3 * kPi / 4, -kPi / 4, 0.04, 0.04};
 inline constexpr Arm kMikasa = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};

@@ -34,7 +34,7 @@ bool seen_at(const Prop& prop, const Eigen::Vector3d& point) {
                      [&](const Primitive& p) { return p.visible && contains(p, point); });
 }
 
-// The parts that collide, in the specification's order and frame (shell 1.3).
+// The parts that collide, in the frame of the mug.
 TEST_CASE("The mug collides as the table of parts says", "[mjcf][mug]") {
   struct Part {
     Shape shape;
@@ -65,7 +65,7 @@ TEST_CASE("The mug collides as the table of parts says", "[mjcf][mug]") {
   CHECK(yaw * 180 / std::numbers::pi == Approx(-34.1));
 }
 
-TEST_CASE("The mug weighs what the specification says", "[mjcf][mug]") {
+TEST_CASE("The mug weighs as published", "[mjcf][mug]") {
   const Prop prop = mjcf::mug("mug");
   CHECK(prop.mass == 0.30);
   CHECK((vec(prop.center_of_mass) - Eigen::Vector3d(-0.0066, -0.0024, -0.0172)).norm() < 2e-4);

@@ -1,4 +1,4 @@
-// The compiled robot against the numbers of the specification (common 1 and 2.1).
+// The compiled robot against published numbers. See docs/robot.md.
 #include <catch2/catch.hpp>
 
 #include "tests/mjcf/model.h"
@@ -17,13 +17,13 @@ struct KeyPose {
   std::array<double, 4> orientation;
 };
 
-TEST_CASE("The TCP is where the specification says at every key pose", "[mjcf][panda]") {
+TEST_CASE("The TCP is where it should be at every key pose", "[mjcf][panda]") {
   const double half = std::sqrt(0.5);
   const KeyPose pose =
       GENERATE_COPY(KeyPose{kRest, {0.00001, 0, 0.16978}, {0, 1, 0, 0}},
                     KeyPose{kBuilder, {0.00001, 0, 0.16978}, {0, half, half, 0}},
                     KeyPose{kMikasa, {-0.070696, 0, 0.318047}, {0, 1, 0, 0}},
-                    // common 2.3, first worked example: start pose plus (target - q).
+                    // The start pose after a delta pose action.
                     KeyPose{{-0.013974, 0.240072, -0.013974, -2 * kPi / 3 + 0.025537, -0.034641,
                              2 * kPi / 3 + 0.214535, kPi / 4 + 0.039373, 0.04, 0.04},
                             {-0.032443, -0.019793, 0.212619},

@@ -103,7 +103,7 @@ TEST_CASE("A grasped cube does not slip", "[mjcf][prop]") {
   const auto start = grasp.cube_in_hand();
   grasp.run(2);
   CHECK(distance(start, grasp.cube_in_hand()) < 1e-3);
-  // Each finger presses with 1000 (half width + 0.01) N (common 2.1).
+  // Each finger presses with 1000 (half width + 0.01) N.
   CHECK(grasp.data->qpos[7] == Approx(0.02).margin(3e-4));
   CHECK(grasp.data->qpos[8] == Approx(0.02).margin(3e-4));
   CHECK(mju_norm(grasp.data->qvel, 15) < 1e-3);

@@ -24,7 +24,7 @@ std::vector<ObjectShape> all_shapes() {
 
 Prop shape(ObjectShape which) { return shape_prop("shape", which, kBlue); }
 
-// remember 5.3.
+// Published masses, inertias and heights.
 struct Derived {
   const char* name;
   std::size_t primitives;
@@ -50,7 +50,7 @@ constexpr std::array<Derived, kObjectShapeCount> kDerived = {{
      0.00284630},
 }};
 
-TEST_CASE("Shapes weigh and stand as the specification's table says", "[mjcf][shapes]") {
+TEST_CASE("Shapes weigh and stand as published", "[mjcf][shapes]") {
   for (const ObjectShape which : all_shapes()) {
     const Derived& expected = kDerived[static_cast<std::size_t>(which)];
     const Prop prop = shape_prop("it", which, kBlue);
@@ -92,7 +92,7 @@ void check_position(const Primitive& primitive, double x, double y) {
   CHECK(primitive.pos[2] == 0);
 }
 
-TEST_CASE("Primitives lie where the specification's worked centres are", "[mjcf][shapes]") {
+TEST_CASE("Primitives lie where the published centres are", "[mjcf][shapes]") {
   const Prop torus = shape(ObjectShape::kTorus);
   check_position(torus.primitives[0], 0.01707107, 0.00707107);
   check_position(torus.primitives[2], -0.00707107, 0.01707107);

@@ -33,7 +33,7 @@ ArmVector random_joints(const mjModel& model, RandomStream& random, double beyon
 
 const ArmVector kStart{{0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4}};
 
-// Smallest joint step that realises a twist, by the definition of common 2.3.
+// Smallest joint step that realises a twist, by its definition.
 template <class Jacobian, class Twist>
 ArmVector pseudo_inverse(const Jacobian& jacobian, const Twist& twist) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);

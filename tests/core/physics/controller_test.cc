@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/random.h"
+#include "core/physics/simulator.h"
 #include "tasks/parts/task_info.h"
 
 namespace engram {
@@ -22,8 +23,8 @@ const PhysicsModel& robot_model() {
 }
 
 // One robot without props, and a controller for it.
-struct Bench {
-  explicit Bench(ControlMode mode, int rotation_sign = -1)
+struct Fixture {
+  explicit Fixture(ControlMode mode, int rotation_sign = -1)
       : controller(mode, robot_model().arm(), robot_model().joint_ranges(), rotation_sign) {
     const double start[] = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
     std::copy_n(start, kRobotJoints, state.qpos.row(0));
@@ -42,7 +43,9 @@ struct Bench {
     return Eigen::Map<const ArmVector>(drive.target.data());
   }
   // One control step.
-  void step(const std::vector<float>& action) { REQUIRE(physics.step(state, 0, 0, drive(action))); }
+  void step(const std::vector<float>& action) {
+    REQUIRE(simulator.step(state, 0, 0, drive(action)));
+  }
   std::vector<float> hold() const {
     std::vector<float> action(static_cast<std::size_t>(controller.action_space().dim()), 9.0F);
     controller.hold_action(state, 0, action.data());
@@ -52,7 +55,7 @@ struct Bench {
   ColumnStore store{1};
   State state{store, 0};
   Controller controller;
-  Physics physics{robot_model(), PhysicsOptions{}, 1, 1};
+  Simulator simulator{robot_model(), SimulatorOptions{}, 1, 1};
 };
 
 constexpr ControlMode kAllModes[] = {
@@ -81,11 +84,12 @@ TEST_CASE("Control modes have the published names and sizes", "[controller]") {
     const ControlMode mode = kAllModes[i];
     CHECK(std::string(control_mode_name(mode)) == table[i].first);
     CHECK(find_control_mode(table[i].first) == mode);
-    const Bench bench(mode);
-    CHECK(bench.controller.action_space().dim() == table[i].second);
-    CHECK(bench.controller.action_space().high.size() == static_cast<std::size_t>(table[i].second));
+    const Fixture fixture(mode);
+    CHECK(fixture.controller.action_space().dim() == table[i].second);
+    CHECK(fixture.controller.action_space().high.size() ==
+          static_cast<std::size_t>(table[i].second));
     CHECK(table[i].second <= kMaxActionDim);
-    CHECK(bench.controller.mode() == mode);
+    CHECK(fixture.controller.mode() == mode);
   }
   CHECK_FALSE(find_control_mode("pd_ee_delta").has_value());
   CHECK_FALSE(find_control_mode("").has_value());
@@ -94,8 +98,8 @@ TEST_CASE("Control modes have the published names and sizes", "[controller]") {
 TEST_CASE("Action bounds are those of the mode", "[controller]") {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   for (const ControlMode mode : kAllModes) {
-    const Bench bench(mode);
-    const ActionSpace& space = bench.controller.action_space();
+    const Fixture fixture(mode);
+    const ActionSpace& space = fixture.controller.action_space();
     INFO(control_mode_name(mode));
     CHECK(space.low.back() == -1);
     CHECK(space.high.back() == 1);
@@ -109,7 +113,7 @@ TEST_CASE("Action bounds are those of the mode", "[controller]") {
       CHECK(space.high[i] == (joint_bound ? static_cast<float>(range[1]) : pose ? kInfinity : 1));
     }
   }
-  const ActionSpace space = Bench(ControlMode::kPdJointPos).controller.action_space();
+  const ActionSpace space = Fixture(ControlMode::kPdJointPos).controller.action_space();
   CHECK(space.low[3] == Approx(-3.0718));
   CHECK(space.high[3] == Approx(-0.0698));
 }
@@ -130,10 +134,10 @@ TEST_CASE("A delta pose action gives the joint targets of the worked example", "
        -0.010},
       {{0, 0, 0, 0, 0, 0, 0}, ArmVector::Zero(), 0.015},
   };
-  const Bench bench(ControlMode::kPdEeDeltaPose);
+  const Fixture fixture(ControlMode::kPdEeDeltaPose);
   for (const Row& row : rows) {
-    CHECK((bench.change(row.action) - row.change).cwiseAbs().maxCoeff() < 1e-6);
-    const Drive drive = bench.drive(row.action);
+    CHECK((fixture.change(row.action) - row.change).cwiseAbs().maxCoeff() < 1e-6);
+    const Drive drive = fixture.drive(row.action);
     CHECK(drive.target[7] == Approx(row.finger).margin(1e-8));
     CHECK(drive.target[8] == drive.target[7]);
     CHECK_FALSE(drive.velocity_mode);
@@ -143,9 +147,9 @@ TEST_CASE("A delta pose action gives the joint targets of the worked example", "
 }
 
 TEST_CASE("A delta pose action leads to the TCP of the worked example", "[controller]") {
-  const Bench bench(ControlMode::kPdEeDeltaPose);
+  const Fixture fixture(ControlMode::kPdEeDeltaPose);
   const auto reached = [&](const std::vector<float>& action) {
-    const ArmVector target = Bench::target(bench.drive(action));
+    const ArmVector target = Fixture::target(fixture.drive(action));
     return robot_model().arm().forward(target.data());
   };
   Pose pose = reached({0.5F, -0.2F, -1, 0.3F, 0, 0.5F, 1});
@@ -153,28 +157,28 @@ TEST_CASE("A delta pose action leads to the TCP of the worked example", "[contro
   CHECK((roll_pitch_yaw(pose.quat) - Eigen::Vector3d(3.112656, -0.000786, -0.043597)).norm() <
         2e-6);
   pose = reached({0, 0, 0, 0, 0, 1, -0.6F});
-  CHECK((pose.pos - bench.pose().pos).norm() < 1e-9);
+  CHECK((pose.pos - fixture.pose().pos).norm() < 1e-9);
   CHECK(roll_pitch_yaw(pose.quat).z() == Approx(-0.1));
   pose = reached({2, 0, -0.5F, 0.6F, 0, 1.2F, -1});
   CHECK((pose.pos - Eigen::Vector3d(0.022049, 0.001725, 0.250955)).norm() < 2e-6);
 }
 
 TEST_CASE("A positive rotation sign turns the hand the way the action says", "[controller]") {
-  const Bench bench(ControlMode::kPdEeDeltaPose, +1);
-  const ArmVector change = bench.change({0, 0, 0, 0, 0, 1, -0.6F});
+  const Fixture fixture(ControlMode::kPdEeDeltaPose, +1);
+  const ArmVector change = fixture.change({0, 0, 0, 0, 0, 1, -0.6F});
   CHECK((change - ArmVector{{0, 0, 0, 0, 0, 0, -0.1}}).norm() < 1e-7);
-  const ArmVector target = bench.q() + change;
+  const ArmVector target = fixture.q() + change;
   CHECK(roll_pitch_yaw(robot_model().arm().forward(target.data()).quat).z() == Approx(0.1));
 }
 
 TEST_CASE("Rotations are clipped by norm and translations by component", "[controller]") {
-  const Bench bench(ControlMode::kPdEeDeltaPose);
-  CHECK(bench.change({5, -3, 1.5F, 0, 0, 0, 0}) == bench.change({1, -1, 1, 0, 0, 0, 0}));
-  const ArmVector clipped = bench.change({0, 0, 0, 3, 0, 4, 0});
-  CHECK((clipped - bench.change({0, 0, 0, 0.6F, 0, 0.8F, 0})).norm() < 1e-7);
+  const Fixture fixture(ControlMode::kPdEeDeltaPose);
+  CHECK(fixture.change({5, -3, 1.5F, 0, 0, 0, 0}) == fixture.change({1, -1, 1, 0, 0, 0, 0}));
+  const ArmVector clipped = fixture.change({0, 0, 0, 3, 0, 4, 0});
+  CHECK((clipped - fixture.change({0, 0, 0, 0.6F, 0, 0.8F, 0})).norm() < 1e-7);
   // Norm 0.9: below 1 in norm although the sum of components is not.
-  CHECK((bench.change({0, 0, 0, 0.7F, 0, 0.5657F, 0}) * 0.5 -
-         bench.change({0, 0, 0, 0.35F, 0, 0.28285F, 0}))
+  CHECK((fixture.change({0, 0, 0, 0.7F, 0, 0.5657F, 0}) * 0.5 -
+         fixture.change({0, 0, 0, 0.35F, 0, 0.28285F, 0}))
             .norm() < 1e-7);
 }
 
@@ -191,11 +195,11 @@ TEST_CASE("The gripper is commanded between closed and open in every mode", "[co
   CHECK(gripper_action(0.05) == 1);
   CHECK(gripper_action(-0.05) == -1);
   for (const ControlMode mode : kAllModes) {
-    const Bench bench(mode);
-    std::vector<float> action = bench.hold();
+    const Fixture fixture(mode);
+    std::vector<float> action = fixture.hold();
     for (const float gripper : {-3.0F, -1.0F, 0.5F, 2.0F}) {
       action.back() = gripper;
-      const Drive drive = bench.drive(action);
+      const Drive drive = fixture.drive(action);
       CHECK(drive.target[7] == gripper_target(static_cast<double>(gripper)));
       CHECK(drive.target[8] == drive.target[7]);
     }
@@ -208,51 +212,51 @@ TEST_CASE("Joint modes scale, clip and add as their rows say", "[controller]") {
   std::vector<float> action = deltas;
   action.push_back(0);
 
-  CHECK((Bench(ControlMode::kPdJointDeltaPos).change(action) - scaled).norm() < 1e-12);
-  CHECK((Bench(ControlMode::kPdJointTargetDeltaPos).change(action) - scaled).norm() < 1e-12);
+  CHECK((Fixture(ControlMode::kPdJointDeltaPos).change(action) - scaled).norm() < 1e-12);
+  CHECK((Fixture(ControlMode::kPdJointTargetDeltaPos).change(action) - scaled).norm() < 1e-12);
 
   // Absolute positions are not clipped, not even to the joint limits.
-  const Drive absolute = Bench(ControlMode::kPdJointPos).drive({1, -0.5F, 0, 2, -7, 0.25F, 1, 0});
+  const Drive absolute = Fixture(ControlMode::kPdJointPos).drive({1, -0.5F, 0, 2, -7, 0.25F, 1, 0});
   for (std::size_t i = 0; i < kArmJoints; ++i) {
     CHECK(absolute.target[i] == static_cast<double>(deltas[i]));
   }
 
-  const Drive velocity = Bench(ControlMode::kPdJointVel).drive(action);
+  const Drive velocity = Fixture(ControlMode::kPdJointVel).drive(action);
   CHECK(velocity.velocity_mode);
   const ArmVector speeds{{1, -0.5, 0, 1, -1, 0.25, 1}};
   CHECK(Eigen::Map<const ArmVector>(velocity.velocity.data()) == speeds);
 
   std::vector<float> both = deltas;
   both.insert(both.end(), {0.5F, -2, 3, 0, 0.1F, 0, 1, 0});
-  const Drive pos_vel = Bench(ControlMode::kPdJointPosVel).drive(both);
+  const Drive pos_vel = Fixture(ControlMode::kPdJointPosVel).drive(both);
   CHECK_FALSE(pos_vel.velocity_mode);
   CHECK(pos_vel.target[3] == 2);
   CHECK(pos_vel.velocity[0] == 0.5);
   CHECK(pos_vel.velocity[1] == -2);  // not normalised
-  const Bench delta_bench(ControlMode::kPdJointDeltaPosVel);
-  const Drive delta_vel = delta_bench.drive(both);
-  CHECK((Bench::target(delta_vel) - delta_bench.q() - scaled).norm() < 1e-12);
+  const Fixture delta_fixture(ControlMode::kPdJointDeltaPosVel);
+  const Drive delta_vel = delta_fixture.drive(both);
+  CHECK((Fixture::target(delta_vel) - delta_fixture.q() - scaled).norm() < 1e-12);
   CHECK(delta_vel.velocity[0] == 0.5);
   CHECK(delta_vel.velocity[1] == -1);
   CHECK(delta_vel.velocity[2] == 1);
 }
 
 TEST_CASE("The position mode moves the TCP and leaves its orientation free", "[controller]") {
-  const Bench bench(ControlMode::kPdEeDeltaPos);
+  const Fixture fixture(ControlMode::kPdEeDeltaPos);
   ArmJacobian jacobian;
-  robot_model().arm().forward(bench.q().data(), jacobian);
-  const ArmVector change = bench.change({0.5F, -2, 0.3F, 0});
+  robot_model().arm().forward(fixture.q().data(), jacobian);
+  const ArmVector change = fixture.change({0.5F, -2, 0.3F, 0});
   const Eigen::Vector3d moved = jacobian.topRows<3>() * change;
   CHECK((moved - Eigen::Vector3d(0.05, -0.1, 0.03)).norm() < 1e-8);
-  // The smallest such step, so it has no part that leaves the TCP where it is.
-  const Bench pose_bench(ControlMode::kPdEeDeltaPose);
-  CHECK(change.norm() < pose_bench.change({0.5F, -2, 0.3F, 0, 0, 0, 0}).norm());
+  // The smallest such step, so it has no part that would not move the TCP.
+  const Fixture pose_fixture(ControlMode::kPdEeDeltaPose);
+  CHECK(change.norm() < pose_fixture.change({0.5F, -2, 0.3F, 0, 0, 0, 0}).norm());
 }
 
 TEST_CASE("The absolute pose mode goes where the action says", "[controller]") {
-  const Bench bench(ControlMode::kPdEePose);
+  const Fixture fixture(ControlMode::kPdEePose);
   const float pi = std::numbers::pi_v<float>;
-  const Drive drive = bench.drive({-0.03F, 0.05F, 0.28F, pi, 0.1F, -0.2F, 1});
+  const Drive drive = fixture.drive({-0.03F, 0.05F, 0.28F, pi, 0.1F, -0.2F, 1});
   const Pose reached = robot_model().arm().forward(drive.target.data());
   CHECK((reached.pos - Eigen::Vector3d(-0.03, 0.05, 0.28)).norm() < 1e-4);
   using Eigen::AngleAxisd;
@@ -261,15 +265,15 @@ TEST_CASE("The absolute pose mode goes where the action says", "[controller]") {
                                   AngleAxisd(-0.2, Eigen::Vector3d::UnitZ()));
   CHECK(reached.quat.angularDistance(wanted) < 2e-4);
   // Out of reach: the arm holds.
-  CHECK(bench.change({3, 0, 0.3F, pi, 0, 0, 1}) == ArmVector::Zero());
+  CHECK(fixture.change({3, 0, 0.3F, pi, 0, 0, 1}) == ArmVector::Zero());
 }
 
 TEST_CASE("Target modes add to the target before and not to what is measured", "[controller]") {
-  Bench joints(ControlMode::kPdJointTargetDeltaPos);
+  Fixture joints(ControlMode::kPdJointTargetDeltaPos);
   const ArmVector start = joints.q();
   const std::vector<float> action = {0.5F, 0, 0, 0, 0, 0, 0, 0};
   for (int i = 1; i <= 3; ++i) {
-    CHECK(Bench::target(joints.drive(action))[0] == Approx(start[0] + 0.05 * i));
+    CHECK(Fixture::target(joints.drive(action))[0] == Approx(start[0] + 0.05 * i));
     joints.state.qpos.row(0)[0] -= 0.01;
   }
   CHECK(std::string(joints.controller.state_name()) == "target_qpos");
@@ -278,7 +282,7 @@ TEST_CASE("Target modes add to the target before and not to what is measured", "
   CHECK(joints.controller.state_row(joints.state, 0)[0] == joints.q()[0]);
 
   for (const bool rotates : {false, true}) {
-    Bench pose(rotates ? ControlMode::kPdEeTargetDeltaPose : ControlMode::kPdEeTargetDeltaPos);
+    Fixture pose(rotates ? ControlMode::kPdEeTargetDeltaPose : ControlMode::kPdEeTargetDeltaPos);
     const Eigen::Vector3d from = pose.pose().pos;
     std::vector<float> up =
         rotates ? std::vector<float>{0, 0, 0.2F, 0, 0, 0.5F, 0} : std::vector<float>{0, 0, 0.2F, 0};
@@ -297,36 +301,36 @@ TEST_CASE("Target modes add to the target before and not to what is measured", "
 TEST_CASE("Only target modes have controller state", "[controller]") {
   for (const ControlMode mode : kAllModes) {
     const bool target = std::string(control_mode_name(mode)).find("target") != std::string::npos;
-    CHECK(Bench(mode).controller.state_dim() == (target ? 7 : 0));
-    CHECK((Bench(mode).controller.state_name() != nullptr) == target);
+    CHECK(Fixture(mode).controller.state_dim() == (target ? 7 : 0));
+    CHECK((Fixture(mode).controller.state_name() != nullptr) == target);
   }
 }
 
 TEST_CASE("The hold action keeps the arm where it is in every mode", "[controller]") {
   RandomStream random(7, 0, 0);
   for (const ControlMode mode : kAllModes) {
-    Bench bench(mode);
+    Fixture fixture(mode);
     for (int i = 0; i < kArmJoints; ++i) {
-      bench.state.qpos.row(0)[i] += 0.1 * random.normal();
+      fixture.state.qpos.row(0)[i] += 0.1 * random.normal();
     }
-    bench.controller.reset(bench.state, 0);
-    const ArmVector before = bench.q();
-    for (int i = 0; i < 40; ++i) bench.step(bench.hold());
+    fixture.controller.reset(fixture.state, 0);
+    const ArmVector before = fixture.q();
+    for (int i = 0; i < 40; ++i) fixture.step(fixture.hold());
     INFO(control_mode_name(mode));
     // Actions are floats, and absolute poses go through inverse kinematics with a tolerance.
-    CHECK((bench.q() - before).norm() < (mode == ControlMode::kPdEePose ? 5e-4 : 1e-5));
-    // Absolute modes hold the fingers too; normalised ones half close them, as upstream.
-    const bool absolute = !bench.controller.action_space().normalized;
-    CHECK(bench.state.qpos.row(0)[7] == Approx(absolute ? 0.04 : 0.015).margin(1e-3));
+    CHECK((fixture.q() - before).norm() < (mode == ControlMode::kPdEePose ? 5e-4 : 1e-5));
+    // Absolute modes hold the fingers, too; normalised ones half close them, as in the original.
+    const bool absolute = !fixture.controller.action_space().normalized;
+    CHECK(fixture.state.qpos.row(0)[7] == Approx(absolute ? 0.04 : 0.015).margin(1e-3));
   }
 }
 
 TEST_CASE("The velocity mode brings joints to the commanded velocity", "[controller]") {
-  Bench bench(ControlMode::kPdJointVel);
+  Fixture fixture(ControlMode::kPdJointVel);
   const std::vector<float> action = {0.5F, -0.3F, 0.2F, 0.4F, -0.6F, 0.1F, 1, 1};
-  for (int i = 0; i < 10; ++i) bench.step(action);
+  for (int i = 0; i < 10; ++i) fixture.step(action);
   for (int i = 0; i < kArmJoints; ++i) {
-    CHECK(bench.state.qvel.row(0)[i] ==
+    CHECK(fixture.state.qvel.row(0)[i] ==
           Approx(static_cast<double>(action[static_cast<std::size_t>(i)])).margin(0.01));
   }
 }

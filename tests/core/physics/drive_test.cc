@@ -1,4 +1,4 @@
-// The drive law of common 2.1 in motion.
+// The drive law in motion. See docs/robot.md.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -18,19 +18,20 @@ const PhysicsModel& robot_model() {
 }
 
 struct Robot {
-  explicit Robot(int substeps = 5) : physics(robot_model(), PhysicsOptions{substeps, true}, 1, 1) {
+  explicit Robot(int substeps = 5)
+      : simulator(robot_model(), SimulatorOptions{substeps, true}, 1, 1) {
     constexpr double kPi = std::numbers::pi;
     const double start[] = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
     std::copy_n(start, kRobotJoints, state.qpos.row(0));
     std::copy_n(start, kRobotJoints, drive.target.begin());
   }
-  void step() { REQUIRE(physics.step(state, 0, 0, drive)); }
+  void step() { REQUIRE(simulator.step(state, 0, 0, drive)); }
   double q(int joint) const { return state.qpos.row(0)[joint]; }
   double v(int joint) const { return state.qvel.row(0)[joint]; }
 
   ColumnStore store{1};
   State state{store, 0};
-  Physics physics;
+  Simulator simulator;
   Drive drive;
 };
 
@@ -64,7 +65,7 @@ TEST_CASE("A joint covers about a third of a command in one control step", "[phy
   }
 }
 
-// Fingers are a known mass on a straight line, so that their acceleration tells the force.
+// Fingers are a known mass on a straight line, so the force follows from their acceleration.
 TEST_CASE("The force of a drive never exceeds its limit", "[physics]") {
   const DriveLaw law = robot_model().drive_law();
   const double dt = 0.01;
@@ -81,7 +82,7 @@ TEST_CASE("The force of a drive never exceeds its limit", "[physics]") {
     const double q = robot.q(7);
     const double v = robot.v(7);
     robot.step();
-    // What upstream's law asks for, with the damping part taken implicitly as there.
+    // What the law asks for; its damping is taken implicitly.
     const double force =
         std::clamp(law.stiffness * (2.0 - q) - law.damping * v, -law.limit, law.limit);
     const double expected = v + dt * force / inertia;

@@ -1,4 +1,4 @@
-// Predicates of common 8, and a real grasp.
+// Predicates of the state, and a real grasp.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>

@@ -60,8 +60,8 @@ double energy(Rig& rig) {
 
 // --- rolling ---
 
-// Distance after `time` s of a ball that slides at `speed` until it rolls; where it falls from
-// 0.02 m first, the blow of its landing brakes too.
+// Distance after `time` s of a ball that slides at `speed` until it rolls. If it falls from 0.02 m
+// first, its landing brakes it, too.
 double travelled(double speed, bool falls, double time) {
   constexpr double kFriction = 0.3;
   const double fall = falls ? std::sqrt(2 * kRadius / kGravity) : 0;
@@ -76,7 +76,7 @@ double travelled(double speed, bool falls, double time) {
 }
 
 TEST_CASE("A launched ball slides, then rolls at five sevenths of its speed", "[rolling]") {
-  // The table of intercept 1.3, for a ball on the table from the start; it has the damping too,
+  // The published distances are for a ball that is on the table from the start, with the damping,
   // which takes 0.0143 of the rolling speed per second.
   CHECK(travelled(0.25, false, 0.1) == Approx(0.0187).margin(2e-4));
   CHECK(travelled(0.5, false, 0.3) == Approx(0.1105).margin(2e-4));
@@ -154,14 +154,14 @@ TEST_CASE("A ball that rolls off the table falls to the ground beside it", "[rol
 
 constexpr double kSpeeds[] = {0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0};
 
-// What a substep carries the ball into an obstacle before the contact is there, and what the
-// contact gives on top.
+// How far the ball gets into an obstacle: the way of one substep, before the contact is there, and
+// what the contact gives way.
 constexpr double kOneStep = 0.01;  // s
 constexpr double kGive = 0.0008;   // m
 
-// Energy that comes back from one moment to a later one, as a share of what there was at first. No
-// contact gives energy, but it takes as much as it pushes the ball out of what the last substep
-// carried it into: at most 15 % of the speed.
+// Energy after a contact, as a share of the energy before it. A contact adds no energy, but it
+// pushes the ball out of the obstacle that the last substep carried it into: with at most 15 % of
+// the speed.
 constexpr double kPushedOut = 0.0225;
 
 // Table contacts lift a ball that is put on it to the height at which it rests, 14 um higher.

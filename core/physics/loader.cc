@@ -1,0 +1,249 @@
+#include "core/physics/loader.h"
+
+#include <bit>
+
+namespace engram {
+namespace {
+
+// Values beyond this are a diverged state, as in MuJoCo's own checks.
+constexpr double kLargestValue = mjMAXVAL;
+
+// Sleeping and hidden props wait above one another, far from everything.
+constexpr double kParkingSpacing = 100.0;  // m
+
+// Whether all values are below kLargestValue in size. Without their sign bits, doubles are ordered
+// like the integers of the same bits, and NaN is above all numbers; a value that is too large makes
+// the difference negative, which sets its top bit. The compiler vectorises this loop, but not one
+// that compares doubles.
+bool all_plausible(const double* values, int count) {
+  constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
+  std::uint64_t differences = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::uint64_t magnitude = std::bit_cast<std::uint64_t>(values[i]) & ~kSign;
+    differences |= std::bit_cast<std::uint64_t>(kLargestValue) - 1 - magnitude;
+  }
+  return (differences & kSign) == 0;
+}
+
+}  // namespace
+
+Loader::Workbench::Workbench(const PhysicsModel& physics_model) : model(&physics_model) {
+  for (const SceneModel& scene : model->scenes()) data.push_back(make_data(*scene.model));
+  const std::size_t props = model->props().size();
+  status.resize(props);
+  awake_by_type.resize(at(model->num_types()));
+  slot.resize(props);
+  motion.resize(props);
+  gliding.reserve(props);
+}
+
+void Loader::Workbench::reset_data() {
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    mj_resetData(model->scenes()[i].model.get(), data[i].get());
+  }
+}
+
+bool Loader::state_is_plausible() const {
+  const int count = num_props();
+  return all_plausible(state_.qpos.row(env_), kRobotJoints) &&
+         all_plausible(state_.qvel.row(env_), kRobotJoints) &&
+         all_plausible(state_.prop_pos.row(env_), 3 * count) &&
+         all_plausible(state_.prop_quat.row(env_), 4 * count) &&
+         all_plausible(state_.prop_qvel.row(env_), 6 * count) &&
+         all_plausible(state_.prop_qacc_warmstart.row(env_), 6 * count);
+}
+
+bool Loader::scene_is_plausible() const {
+  return all_plausible(data_->qpos, scene_model().nq) &&
+         all_plausible(data_->qvel, scene_model().nv);
+}
+
+// --- which props are awake, which glide ---
+
+void Loader::begin(bool sleep) {
+  std::fill(workbench_.awake_by_type.begin(), workbench_.awake_by_type.end(), 0);
+  workbench_.gliding.clear();
+  for (int prop = 0; prop < num_props(); ++prop) {
+    const PropStatus status = state_.status_of(env_, prop);
+    workbench_.status[at(prop)] = status;
+    if (prop_model(prop).free) {
+      const bool present = status != PropStatus::kHidden;
+      if (status == PropStatus::kAwake || (present && !sleep)) wake(prop);
+    } else if (status == PropStatus::kAwake) {
+      begin_glide(prop);
+    }
+  }
+}
+
+void Loader::wake(int prop) {
+  ++num_awake_;
+  ++workbench_.awake_by_type[at(prop_model(prop).type)];
+  workbench_.status[at(prop)] = PropStatus::kAwake;
+  workbench_.slot[at(prop)] = kNoSlot;
+  Motion& motion = workbench_.motion[at(prop)];
+  std::copy_n(state_.prop_pos_of(env_, prop), 3, motion.qpos.begin());
+  std::copy_n(state_.prop_quat_of(env_, prop), 4, motion.qpos.begin() + 3);
+  std::copy_n(state_.prop_qvel_of(env_, prop), 6, motion.qvel.begin());
+  std::copy_n(state_.prop_qacc_warmstart.row(env_) + 6 * prop, 6, motion.qacc_warmstart.begin());
+}
+
+void Loader::begin_glide(int prop) {
+  workbench_.gliding.push_back(prop);
+  workbench_.status[at(prop)] = PropStatus::kAsleep;
+  std::copy_n(state_.prop_pos_of(env_, prop), 3, workbench_.motion[at(prop)].qpos.begin());
+}
+
+void Loader::glide(double part) {
+  for (const int prop : gliding()) {
+    double* pos = workbench_.motion[at(prop)].qpos.data();
+    const double* from = state_.prop_pos_of(env_, prop);
+    const double* way = state_.prop_qvel_of(env_, prop);
+    for (int i = 0; i < 3; ++i) pos[i] = from[i] + part * way[i];
+    const int mocap = scene_->mocap[at(prop)];
+    if (mocap >= 0) std::copy_n(pos, 3, data_->mocap_pos + 3 * mocap);
+  }
+}
+
+// --- into a scene ---
+
+void Loader::enter(int scene) {
+  load(scene, state_.qpos.row(env_), state_.qvel.row(env_), state_.qacc_warmstart.row(env_));
+}
+
+void Loader::move_to(int scene) {
+  harvest();
+  load(scene, data_->qpos, data_->qvel, data_->qacc_warmstart);
+}
+
+void Loader::load(int scene, const double* qpos, const double* qvel, const double* warmstart) {
+  scene_index_ = scene;
+  scene_ = &model_.scenes()[at(scene)];
+  data_ = workbench_.data[at(scene)].get();
+  std::copy_n(qpos, kRobotJoints, data_->qpos);
+  std::copy_n(qvel, kRobotJoints, data_->qvel);
+  std::copy_n(warmstart, kRobotJoints, data_->qacc_warmstart);
+  if (!scene_has_props()) return;
+  load_kinematic_props();
+  load_free_props();
+}
+
+void Loader::load_kinematic_props() {
+  for (int prop = 0; prop < num_props(); ++prop) {
+    const int mocap = scene_->mocap[at(prop)];
+    if (mocap < 0) continue;
+    const double parked[3] = {0, 0, -kParkingSpacing * (prop + 1)};
+    const double* pos =
+        is_gliding(prop) ? workbench_.motion[at(prop)].qpos.data() : state_.prop_pos_of(env_, prop);
+    const bool hidden = workbench_.status[at(prop)] == PropStatus::kHidden;
+    std::copy_n(hidden ? parked : pos, 3, data_->mocap_pos + 3 * mocap);
+    std::copy_n(state_.prop_quat_of(env_, prop), 4, data_->mocap_quat + 4 * mocap);
+  }
+}
+
+void Loader::load_free_props() {
+  int slot = 0;
+  const int count = static_cast<int>(scene_->slots.size());
+  while (slot < count) {
+    const int type = scene_->slots[at(slot)].type;
+    for (int prop = 0; prop < num_props(); ++prop) {
+      if (!is_awake(prop) || prop_model(prop).type != type) continue;
+      workbench_.slot[at(prop)] = slot;
+      load_slot(slot++, workbench_.motion[at(prop)]);
+    }
+    for (; slot < count && scene_->slots[at(slot)].type == type; ++slot) {
+      const Motion parked{{0, 0, kParkingSpacing * (slot + 1), 1, 0, 0, 0}, {}, {}};
+      load_slot(slot, parked);
+    }
+  }
+}
+
+void Loader::load_slot(int slot, const Motion& motion) const {
+  const PropSlot& where = scene_->slots[at(slot)];
+  std::copy_n(motion.qpos.begin(), 7, data_->qpos + where.qpos);
+  std::copy_n(motion.qvel.begin(), 6, data_->qvel + where.dof);
+  std::copy_n(motion.qacc_warmstart.begin(), 6, data_->qacc_warmstart + where.dof);
+  std::fill_n(data_->qfrc_applied + where.dof, 6, 0.0);
+}
+
+void Loader::harvest() {
+  if (!scene_has_props()) return;
+  for (int prop = 0; prop < num_props(); ++prop) {
+    if (!is_awake(prop) || workbench_.slot[at(prop)] == kNoSlot) continue;
+    const PropSlot& where = slot_of(prop);
+    Motion& motion = workbench_.motion[at(prop)];
+    std::copy_n(data_->qpos + where.qpos, 7, motion.qpos.begin());
+    std::copy_n(data_->qvel + where.dof, 6, motion.qvel.begin());
+    std::copy_n(data_->qacc_warmstart + where.dof, 6, motion.qacc_warmstart.begin());
+  }
+}
+
+// --- into the columns ---
+
+void Loader::store() {
+  store_robot();
+  if (num_props() == 0) return;
+  store_gliding_props();
+  std::fill_n(state_.finger_force.row(env_), 6 * num_props(), 0.0);
+  if (!scene_has_props()) return;
+  harvest();
+  store_awake_props();
+  store_finger_forces();
+}
+
+void Loader::store_robot() const {
+  std::copy_n(data_->qpos, kRobotJoints, state_.qpos.row(env_));
+  std::copy_n(data_->qvel, kRobotJoints, state_.qvel.row(env_));
+  std::copy_n(data_->qacc_warmstart, kRobotJoints, state_.qacc_warmstart.row(env_));
+}
+
+// They have arrived.
+void Loader::store_gliding_props() const {
+  for (const int prop : gliding()) {
+    std::copy_n(workbench_.motion[at(prop)].qpos.begin(), 3, state_.prop_pos_of(env_, prop));
+    std::fill_n(state_.prop_qvel_of(env_, prop), 6, 0.0);
+    state_.prop_status.row(env_)[prop] = static_cast<std::uint8_t>(PropStatus::kAsleep);
+  }
+}
+
+void Loader::store_awake_props() const {
+  for (int prop = 0; prop < num_props(); ++prop) {
+    if (!is_awake(prop)) continue;
+    const Motion& motion = workbench_.motion[at(prop)];
+    std::copy_n(motion.qpos.begin(), 3, state_.prop_pos_of(env_, prop));
+    std::copy_n(motion.qpos.begin() + 3, 4, state_.prop_quat_of(env_, prop));
+    std::copy_n(motion.qvel.begin(), 6, state_.prop_qvel_of(env_, prop));
+    std::copy_n(motion.qacc_warmstart.begin(), 6, state_.prop_qacc_warmstart.row(env_) + 6 * prop);
+    state_.prop_status.row(env_)[prop] = static_cast<std::uint8_t>(PropStatus::kAwake);
+  }
+}
+
+void Loader::store_finger_forces() const {
+  const mjModel& model = scene_model();
+  for (int i = 0; i < data_->ncon; ++i) {
+    const mjContact& contact = data_->contact[i];
+    if (contact.efc_address < 0) continue;
+    const int bodies[2] = {model.geom_bodyid[contact.geom1], model.geom_bodyid[contact.geom2]};
+    const int slot =
+        std::max(scene_->slot_of_body[at(bodies[0])], scene_->slot_of_body[at(bodies[1])]);
+    const int prop = slot < 0 ? -1 : prop_in_slot(slot);
+    for (int finger = 0; finger < kFingers && prop >= 0; ++finger) {
+      const int body = model_.finger_bodies()[finger];
+      if (body != bodies[0] && body != bodies[1]) continue;
+      mjtNum wrench[6];  // in the contact's frame, on the second body
+      mj_contactForce(&model, data_, i, wrench);
+      const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> frame(contact.frame);
+      const Eigen::Vector3d force =
+          frame.transpose() * Eigen::Vector3d(wrench[0], wrench[1], wrench[2]);
+      Eigen::Map<Eigen::Vector3d> sum(state_.finger_force.row(env_) + 6 * prop + 3 * finger);
+      sum += body == bodies[1] ? force : Eigen::Vector3d(-force);
+    }
+  }
+}
+
+int Loader::prop_in_slot(int slot) const {
+  int prop = num_props() - 1;
+  while (prop >= 0 && (!is_awake(prop) || workbench_.slot[at(prop)] != slot)) --prop;
+  return prop;
+}
+
+}  // namespace engram
