@@ -83,6 +83,7 @@ void run(const BenchOptions& options) {
     return;
   }
   DocumentList document;
+  document.reserve(rows.size());
   for (const bench::Row& row : rows) document.emplace_back(describe(row));
   print(to_text(document));
 }

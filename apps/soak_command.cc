@@ -44,6 +44,7 @@ DocumentTable describe(const bench::SoakVisit& visit) {
 
 DocumentTable describe(const bench::SoakedTask& task) {
   DocumentList visits;
+  visits.reserve(task.visits.size());
   for (const bench::SoakVisit& visit : task.visits) visits.emplace_back(describe(visit));
   return {{"id", task.id}, {"visits", std::move(visits)}};
 }
@@ -67,6 +68,7 @@ DocumentTable describe(const bench::SoakBound& bound) {
 template <class T>
 DocumentList describe_all(const std::vector<T>& items) {
   DocumentList list;
+  list.reserve(items.size());
   for (const T& item : items) list.emplace_back(describe(item));
   return list;
 }

@@ -92,6 +92,7 @@ std::string to_words(const std::vector<Row>& rows) {
 void run(const VerifyOptions& options) {
   const std::vector<Row> rows = check_all(options);
   DocumentList document;
+  document.reserve(rows.size());
   std::size_t different = 0;
   for (const Row& row : rows) {
     document.emplace_back(describe(row));

@@ -452,6 +452,7 @@ ColumnView named(const ColumnStore& store, std::string_view name) {
   const ColumnView view = store.find(name);
   if (view.field != nullptr) return view;
   std::vector<std::string_view> names;
+  names.reserve(store.size());
   for (std::size_t i = 0; i < store.size(); ++i) names.push_back(store[i].field->name);
   throw Error(Error::kUnknownId,
               "no output named '" + std::string(name) + "'; this task has: " + join(names));

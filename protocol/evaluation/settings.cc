@@ -64,6 +64,7 @@ EvaluationSettings EvaluationSettings::of(const Document& document,
 std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks) {
   std::sort(tasks.begin(), tasks.end());  // as they lie in the registry
   std::vector<std::string> ids;
+  ids.reserve(tasks.size());
   for (const RegistryEntry* task : tasks) ids.emplace_back(task->id);
   return ids;
 }
