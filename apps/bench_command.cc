@@ -90,26 +90,26 @@ void run(const BenchOptions& options) {
 
 }  // namespace
 
-void add_bench_command(CLI::App& app) {
+void add_bench_command(const Command& program) {
   static constexpr Policy kPolicies[] = {Policy::kRandom, Policy::kOracle};
   const auto options = std::make_shared<BenchOptions>();
-  CLI::App* command =
-      app.add_subcommand("bench", "Side-by-side benchmarks, interleaved in one process");
+  const Command command =
+      program.add_command("bench", "Side-by-side benchmarks, interleaved in one process");
   command
-      ->add_option("suite", options->suite,
-                   fmt::format("{} or {}", fmt::join(bench::suite_names(), ", "), kAllSuites))
-      ->required()
-      ->type_name("SUITE");
-  command->add_option("--id", options->bench.ids, "Tasks to measure; default: the suite's own")
-      ->type_name("ID");
-  add_int(*command, "--rounds", options->bench.rounds, 1, kMaxRounds,
+      .add_option("suite", options->suite,
+                  fmt::format("{} or {}", fmt::join(bench::suite_names(), ", "), kAllSuites))
+      .required()
+      .type_name("SUITE");
+  command.add_option("--id", options->bench.ids, "Tasks to measure; default: the suite's own")
+      .type_name("ID");
+  add_int(command, "--rounds", options->bench.rounds, 1, kMaxRounds,
           "Rounds in which the sides take turns");
-  add_policy(*command, options->bench.policy, kPolicies);
-  add_int(*command, "--num-envs", options->bench.num_envs, 0, kMaxEnvs,
+  add_policy(command, options->bench.policy, kPolicies);
+  add_int(command, "--num-envs", options->bench.num_envs, 0, kMaxEnvs,
           "Environments stepped together; 0: the suite's own number");
-  add_threads(*command, options->bench.threads);
-  add_json(*command, options->json);
-  command->final_callback([options] { run(*options); });
+  add_threads(command, options->bench.threads);
+  add_json(command, options->json);
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace engram::apps

@@ -1,10 +1,10 @@
 // `engram bench`: side-by-side benchmarks.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_bench_command(CLI::App& app);
+void add_bench_command(const Command& program);
 
 }  // namespace engram::apps

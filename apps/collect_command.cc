@@ -113,30 +113,34 @@ void run(Ranks& ranks, CollectOptions& options) {
 
 }  // namespace
 
-void add_collect_command(CLI::App& app) {
+void add_collect_command(const Command& program) {
   const auto options = std::make_shared<CollectOptions>();
-  CLI::App* command = app.add_subcommand("collect", "Demonstrations of the oracle, as NPZ files");
-  command->add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0")->type_name("ID");
-  add_filter(*command, options->filter);
-  command->add_flag("--canonical", options->filter.canonical, "Tasks of the benchmark proper only");
-  command->add_flag("--all", options->all, "All registered tasks that pass the filters");
+  const Command command =
+      program.add_command("collect", "Demonstrations of the oracle, as NPZ files");
+  command.add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
+  add_filter(command, options->filter);
+  command.add_flag("--canonical", options->filter.canonical, "Tasks of the benchmark proper only");
+  command.add_flag("--all", options->all, "All registered tasks that pass the filters");
   CollectionPlan& plan = options->collection.plan;
-  add_int(*command, "--episodes", plan.episodes, 1, std::numeric_limits<int>::max(),
+  add_int(command, "--episodes", plan.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes per task");
-  add_int(*command, "--max-attempts", plan.max_attempts, 1, 100'000'000,
+  add_int(command, "--max-attempts", plan.max_attempts, 1, 100'000'000,
           "Attempts per task, of one episode or one batch");
-  add_seed(*command, plan.start_seed, "The first episode's; those after it follow one by one");
-  add_renderer(*command, options->images);
-  add_num_envs(*command, options->collection.num_envs);
-  add_threads(*command, options->collection.threads);
-  command->add_option("--out", options->collection.out, "Folder to hold data_npz/<ID>")
-      ->type_name("DIR")
-      ->capture_default_str();
-  add_json(*command, options->json);
-  command->footer(
+  add_seed(command, plan.start_seed, "The first episode's; those after it follow one by one");
+  add_renderer(command, options->images);
+  add_num_envs(command, options->collection.num_envs);
+  add_threads(command, options->collection.threads);
+  command
+      .add_option(
+          "--out", [options](const std::string& path) { options->collection.out = path; },
+          "Folder to hold data_npz/<ID>")
+      .type_name("DIR")
+      .default_str(options->collection.out.string());
+  add_json(command, options->json);
+  command.footer(
       "Keeps episodes that succeed, up to their first success. Where it was interrupted, the same "
       "command goes on. Files do not depend on --num-envs, --threads or the number of processes.");
-  command->final_callback([options] { run_joined([&](Ranks& ranks) { run(ranks, *options); }); });
+  command.on_run([options] { run_joined([&](Ranks& ranks) { run(ranks, *options); }); });
 }
 
 }  // namespace engram::apps

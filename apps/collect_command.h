@@ -1,10 +1,10 @@
 // `engram collect`: demonstrations to learn from.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_collect_command(CLI::App& app);
+void add_collect_command(const Command& program);
 
 }  // namespace engram::apps

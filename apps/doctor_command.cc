@@ -142,12 +142,12 @@ void run(bool json) {
 
 }  // namespace
 
-void add_doctor_command(CLI::App& app) {
+void add_doctor_command(const Command& program) {
   const auto json = std::make_shared<bool>(false);
-  CLI::App* command =
-      app.add_subcommand("doctor", "Versions, instruction sets, threads, memory per environment");
-  add_json(*command, *json);
-  command->final_callback([json] { run(*json); });
+  const Command command =
+      program.add_command("doctor", "Versions, instruction sets, threads, memory per environment");
+  add_json(command, *json);
+  command.on_run([json] { run(*json); });
 }
 
 }  // namespace engram::apps

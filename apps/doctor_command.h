@@ -1,10 +1,10 @@
 // `engram doctor`: what this build and this machine offer.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_doctor_command(CLI::App& app);
+void add_doctor_command(const Command& program);
 
 }  // namespace engram::apps

@@ -134,12 +134,12 @@ void follow(Ranks& ranks, const EvalOptions& options) {
 
 }  // namespace
 
-void add_eval_command(CLI::App& app) {
+void add_eval_command(const Command& program) {
   const auto options = std::make_shared<EvalOptions>();
-  CLI::App* command =
-      app.add_subcommand("eval", "Success rates by the benchmark's evaluation protocol");
-  add_eval_options(*command, *options);
-  command->final_callback([options] {
+  const Command command =
+      program.add_command("eval", "Success rates by the benchmark's evaluation protocol");
+  add_eval_options(command, *options);
+  command.on_run([options] {
     run_joined(
         [&](Ranks& ranks) { ranks.leads() ? lead(ranks, *options) : follow(ranks, *options); });
   });

@@ -1,10 +1,10 @@
 // `engram eval`: the evaluation protocol (docs/protocol.md), with built-in or external policies.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_eval_command(CLI::App& app);
+void add_eval_command(const Command& program);
 
 }  // namespace engram::apps

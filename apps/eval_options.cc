@@ -105,58 +105,56 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
   return protocol;
 }
 
-void add_eval_options(CLI::App& command, EvalOptions& options) {
-  command.add_option("ids", options.ids, "Tasks, such as RememberColor9-VLA-v0")->type_name("ID");
+void add_eval_options(const Command& command, EvalOptions& options) {
+  command.add_option("ids", options.ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
   add_filter(command, options.filter);
   command.add_flag("--canonical", options.filter.canonical,
                    "The 90 tasks of the benchmark proper only");
   command.add_flag("--all", options.all, "All registered tasks that pass the filters");
-  CLI::Option* policy = add_policy(command, options.protocol.policy, kPolicies);
+  const Option policy = add_policy(command, options.protocol.policy, kPolicies);
   command
       .add_option(
           "--policy-command", options.policy_command,
           "A policy from outside: a command that speaks the protocol of docs/evaluation.md; "
           "one process per thread")
-      ->type_name("COMMAND")
-      ->excludes(policy);
+      .type_name("COMMAND")
+      .excludes(policy);
   command.add_option("--policy-name", options.policy_name, "Its name in the results")
-      ->type_name("NAME")
-      ->default_str("external");
+      .type_name("NAME")
+      .default_str("external");
   add_int(command, "--policy-timeout", options.policy_timeout, 1, 86'400,
           "Seconds that it may take for an answer");
   add_int(command, "--episodes", options.protocol.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes per task");
   add_seed(command, options.protocol.start_seed, "Episode i has seed + i");
   add_num_envs(command, options.protocol.num_envs)
-      ->description("Episodes that a thread plays together");
+      .description("Episodes that a thread plays together");
   add_obs(command, options.protocol.environment);
-  const auto add_choices = [&options](const std::vector<std::string>& texts) {
-    for (const std::string& text : texts) {
-      options.protocol.environment.task_options.push_back(parse_option(text));
-    }
+  const auto add_choice = [&options](const std::string& text) {
+    options.protocol.environment.task_options.push_back(parse_option(text));
   };
   command
-      .add_option_function<std::vector<std::string>>(
-          "--option", add_choices,
+      .add_repeatable(
+          "--option", add_choice,
           "Chooses a variant of the tasks' rules, which all of them must have (repeatable)")
-      ->type_name("NAME=VALUE")
-      ->allow_extra_args(false);
+      .type_name("NAME=VALUE");
   add_threads(command, options.protocol.threads);
   add_json(command, options.json);
-  command
-      .add_option("--out", options.out,
-                  "Results go to DIR/<split>/<date_time>/: <ID>.json of every task as it finishes, "
-                  "summary.json, report.html")
-      ->type_name("DIR");
+  const Option out =
+      command
+          .add_option(
+              "--out", options.out,
+              "Results go to DIR/<split>/<date_time>/: <ID>.json of every task as it finishes, "
+              "summary.json, report.html")
+          .type_name("DIR");
   command
       .add_option("--resume", options.resume,
                   "Goes on in the folder of an interrupted run, with its settings")
-      ->type_name("DIR")
-      ->excludes("--out");
-  command.parse_complete_callback([&command, &options] {
+      .type_name("DIR")
+      .excludes(out);
+  command.when_parsed([command, &options] {
     for (const auto& [option, key] : kKeyOfOption) {
-      const CLI::Option* found = command.get_option_no_throw(option);
-      if (found != nullptr && found->count() > 0) options.given.insert(key);
+      if (command.given(option)) options.given.insert(key);
     }
   });
   command.footer(

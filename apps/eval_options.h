@@ -1,11 +1,11 @@
 // What `engram eval` is asked for.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "apps/command_line.h"
 #include "apps/options.h"
 #include "protocol/evaluation/evaluate.h"
 #include "protocol/evaluation/result_files.h"
@@ -26,7 +26,7 @@ struct EvalOptions {
   std::set<std::string> given;  // keys of the settings that the command line sets
 };
 
-void add_eval_options(CLI::App& command, EvalOptions& options);
+void add_eval_options(const Command& command, EvalOptions& options);
 
 // What the command line asks for. Throws Error unless tasks are chosen in exactly one way.
 EvaluationSettings settings_of(const EvalOptions& options);

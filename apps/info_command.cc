@@ -37,18 +37,18 @@ void run(const InfoOptions& options) {
 
 }  // namespace
 
-void add_info_command(CLI::App& app) {
+void add_info_command(const Command& program) {
   const auto options = std::make_shared<InfoOptions>();
-  CLI::App* command = app.add_subcommand("info", "One task in full");
-  command->add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
-      ->required()
-      ->type_name("ID");
+  const Command command = program.add_command("info", "One task in full");
+  command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
+      .required()
+      .type_name("ID");
   command
-      ->add_option("--mjcf", options->mjcf,
-                   "Also writes the scene as MJCF to FILE (-: to standard output, instead)")
-      ->type_name("FILE");
-  add_json(*command, options->json);
-  command->final_callback([options] { run(*options); });
+      .add_option("--mjcf", options->mjcf,
+                  "Also writes the scene as MJCF to FILE (-: to standard output, instead)")
+      .type_name("FILE");
+  add_json(command, options->json);
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace engram::apps

@@ -1,10 +1,10 @@
 // `engram info`: one task in full.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_info_command(CLI::App& app);
+void add_info_command(const Command& program);
 
 }  // namespace engram::apps

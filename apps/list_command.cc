@@ -42,12 +42,12 @@ void run(const ListOptions& options) {
 
 }  // namespace
 
-void add_list_command(CLI::App& app) {
+void add_list_command(const Command& program) {
   const auto options = std::make_shared<ListOptions>();
-  CLI::App* command = app.add_subcommand("list", "The registered tasks");
-  add_filter(*command, options->filter);
-  add_json(*command, options->json);
-  command->final_callback([options] { run(*options); });
+  const Command command = program.add_command("list", "The registered tasks");
+  add_filter(command, options->filter);
+  add_json(command, options->json);
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace engram::apps

@@ -1,10 +1,10 @@
 // `engram list`: the registry.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_list_command(CLI::App& app);
+void add_list_command(const Command& program);
 
 }  // namespace engram::apps

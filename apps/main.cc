@@ -1,12 +1,11 @@
 // The `engram` command: subcommands, each in its own files, and how failures are reported.
-#include <CLI/CLI.hpp>
 #include <exception>
 #include <new>
 #include <string>
-#include <vector>
 
 #include "apps/bench_command.h"
 #include "apps/collect_command.h"
+#include "apps/command_line.h"
 #include "apps/doctor_command.h"
 #include "apps/eval_command.h"
 #include "apps/info_command.h"
@@ -31,46 +30,24 @@ int exit_code(const Error& error) {
   return usage ? kUsageError : kFailure;
 }
 
-// The parser's message, or a clearer one of ours.
-std::string explain(const CLI::App& app, const CLI::ParseError& error) {
-  std::string what = error.what();
-  std::string program = "engram";
-  for (const CLI::App* command : app.get_subcommands()) program += " " + command->get_name();
-  const std::vector<std::string> unexpected = app.remaining(true);
-  if (!unexpected.empty()) {
-    what = app.get_subcommands().empty() ? "no command" : "unexpected";
-    for (const std::string& argument : unexpected) what += " '" + argument + "'";
-  } else if (app.get_subcommands().empty()) {
-    what = "no command given";
-  }
-  return what + "; `" + program + " --help` shows what is allowed";
-}
-
 int run(int argc, char** argv) {
-  CLI::App app("Batched MuJoCo simulator of tabletop memory tasks", "engram");
-  app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("engram ") + version());
-  app.footer("Exit code: 0 success, 1 failure, 2 usage error.");
-  add_list_command(app);
-  add_info_command(app);
-  add_rollout_command(app);
-  add_eval_command(app);
-  add_collect_command(app);
-  add_record_command(app);
-  add_bench_command(app);
-  add_soak_command(app);
-  add_verify_command(app);
-  add_doctor_command(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    print(app.help());
-  } catch (const CLI::CallForVersion& version_text) {
-    print(std::string(version_text.what()) + "\n");
-  } catch (const CLI::ParseError& error) {
-    print_error(explain(app, error));
-    return kUsageError;
-  }
+  CommandLine line("engram", "Batched MuJoCo simulator of tabletop memory tasks");
+  line.require_command();
+  line.set_version(std::string("engram ") + version());
+  const Command program = line.program();
+  program.footer("Exit code: 0 success, 1 failure, 2 usage error.");
+  add_list_command(program);
+  add_info_command(program);
+  add_rollout_command(program);
+  add_eval_command(program);
+  add_collect_command(program);
+  add_record_command(program);
+  add_bench_command(program);
+  add_soak_command(program);
+  add_verify_command(program);
+  add_doctor_command(program);
+  const std::string asked_for = line.parse(argc, argv);
+  if (!asked_for.empty()) print(asked_for);
   return kSuccess;
 }
 

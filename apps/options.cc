@@ -35,8 +35,8 @@ std::string names_of(std::span<const Choice<T>> choices) {
 
 // Sets `value` to the choice that the user names; the help shows the names and the default.
 template <class T, class Target>
-CLI::Option* add_choice(CLI::App& app, const std::string& option, Target& value,
-                        std::vector<Choice<T>> choices, const std::string& help) {
+Option add_choice(const Command& command, const std::string& option, Target& value,
+                  std::vector<Choice<T>> choices, const std::string& help) {
   const std::string names = names_of<T>(choices);
   const auto assign = [&value, choices, option, names](const std::string& text) {
     const auto found =
@@ -45,10 +45,10 @@ CLI::Option* add_choice(CLI::App& app, const std::string& option, Target& value,
     if (found == choices.end()) refuse(option, text, names);
     value = found->value;
   };
-  CLI::Option* added = app.add_option_function<std::string>(option, assign, help);
-  added->type_name(names);
+  const Option added = command.add_option(option, assign, help);
+  added.type_name(names);
   for (const auto& choice : choices) {
-    if (value == choice.value) added->default_str(std::string(choice.name));
+    if (value == choice.value) added.default_str(std::string(choice.name));
   }
   return added;
 }
@@ -110,23 +110,21 @@ OptionChoice parse_option(const std::string& text) {
   return {text.substr(0, equals), *value};
 }
 
-CLI::Option* add_int(CLI::App& app, const std::string& option, int& value, int low, int high,
-                     const std::string& help) {
+Option add_int(const Command& command, const std::string& option, int& value, int low, int high,
+               const std::string& help) {
   const auto assign = [&value, option, low, high](const std::string& text) {
     value = parse_int(option, text, low, high);
   };
-  return app.add_option_function<std::string>(option, assign, help)
-      ->type_name("N")
-      ->default_str(std::to_string(value));
+  return command.add_option(option, assign, help).type_name("N").default_str(std::to_string(value));
 }
 
-CLI::Option* add_seed(CLI::App& app, std::uint64_t& seed, const std::string& help) {
+Option add_seed(const Command& command, std::uint64_t& seed, const std::string& help) {
   const auto assign = [&seed](const std::string& text) {
     seed = parse_unsigned("--seed", text, 0, std::numeric_limits<std::uint64_t>::max());
   };
-  return app.add_option_function<std::string>("--seed", assign, help)
-      ->type_name("N")
-      ->default_str(std::to_string(seed));
+  return command.add_option("--seed", assign, help)
+      .type_name("N")
+      .default_str(std::to_string(seed));
 }
 
 // --- names ---
@@ -145,90 +143,90 @@ const char* policy_name(Policy policy) {
   return "";
 }
 
-CLI::Option* add_policy(CLI::App& app, Policy& policy, std::span<const Policy> allowed) {
+Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed) {
   std::vector<Choice<Policy>> choices;
   for (const Policy choice : allowed) choices.push_back({policy_name(choice), choice});
-  return add_choice(app, "--policy", policy, std::move(choices), "Who chooses the actions");
+  return add_choice(command, "--policy", policy, std::move(choices), "Who chooses the actions");
 }
 
-CLI::Option* add_control_mode(CLI::App& app, ControlMode& mode) {
+Option add_control_mode(const Command& command, ControlMode& mode) {
   std::vector<Choice<ControlMode>> choices;
   for (int i = 0; i < kControlModes; ++i) {
     const auto choice = static_cast<ControlMode>(i);
     choices.push_back({control_mode_name(choice), choice});
   }
-  return add_choice(app, "--control-mode", mode, std::move(choices),
+  return add_choice(command, "--control-mode", mode, std::move(choices),
                     "What actions mean (oracle and blind: pd_ee_delta_pose)")
-      ->type_name("MODE");
+      .type_name("MODE");
 }
 
-CLI::Option* add_reward(CLI::App& app, RewardMode& mode) {
+Option add_reward(const Command& command, RewardMode& mode) {
   return add_choice(
-      app, "--reward", mode,
+      command, "--reward", mode,
       std::vector<Choice<RewardMode>>{{"sparse", RewardMode::kSparse},
                                       {"dense", RewardMode::kDense},
                                       {"normalized_dense", RewardMode::kNormalizedDense}},
       "Reward");
 }
 
-CLI::Option* add_auto_reset(CLI::App& app, AutoReset& mode) {
-  return add_choice(app, "--auto-reset", mode,
+Option add_auto_reset(const Command& command, AutoReset& mode) {
+  return add_choice(command, "--auto-reset", mode,
                     std::vector<Choice<AutoReset>>{{"next-step", AutoReset::kNextStep},
                                                    {"same-step", AutoReset::kSameStep},
                                                    {"off", AutoReset::kOff}},
                     "What happens to an environment whose episode has ended");
 }
 
-CLI::Option* add_split(CLI::App& app, std::optional<Split>& split) {
+Option add_split(const Command& command, std::optional<Split>& split) {
   std::vector<Choice<Split>> choices;
   for (const Split value : {Split::kShort, Split::kMedium, Split::kLong, Split::kExtended}) {
     choices.push_back({split_name(value), value});
   }
-  return add_choice(app, "--split", split, std::move(choices), "Tasks of this split only");
+  return add_choice(command, "--split", split, std::move(choices), "Tasks of this split only");
 }
 
-CLI::Option* add_obs_mode(CLI::App& app, std::optional<ObsMode>& mode) {
+Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode) {
   return add_choice(
-             app, "--obs", mode,
+             command, "--obs", mode,
              std::vector<Choice<ObsMode>>{{"state", ObsMode::kState}, {"rgb", ObsMode::kRgb}},
              "This observation only")
-      ->default_str("both");
+      .default_str("both");
 }
 
 // --- groups ---
 
-CLI::Option* add_num_envs(CLI::App& app, int& num_envs) {
-  return add_int(app, "--num-envs", num_envs, 1, kMaxEnvs, "Environments stepped together");
+Option add_num_envs(const Command& command, int& num_envs) {
+  return add_int(command, "--num-envs", num_envs, 1, kMaxEnvs, "Environments stepped together");
 }
 
-CLI::Option* add_threads(CLI::App& app, int& threads) {
-  return add_int(app, "--threads", threads, 0, kMaxThreads, "Threads; 0: one per core");
+Option add_threads(const Command& command, int& threads) {
+  return add_int(command, "--threads", threads, 0, kMaxThreads, "Threads; 0: one per core");
 }
 
-CLI::Option* add_json(CLI::App& app, bool& json) {
-  return app.add_flag("--json", json, "One JSON document on standard output, nothing else there");
+Option add_json(const Command& command, bool& json) {
+  return command.add_flag("--json", json,
+                          "One JSON document on standard output, nothing else there");
 }
 
-void add_obs(CLI::App& app, EnvOptions& options) {
+void add_obs(const Command& command, EnvOptions& options) {
   const auto take = [&options](const std::string& text) {
     if (text != "state" && text != "rgb") refuse("--obs", text, "state or rgb");
     options.obs_mode = text == "rgb" ? ObsMode::kRgb : ObsMode::kState;
   };
-  app.add_option_function<std::string>("--obs", take,
-                                       "Observation; rgb: base and wrist camera, 128 x 128")
-      ->type_name("state|rgb")
-      ->default_str("state");
-  add_renderer(app, options.image_options);
+  command.add_option("--obs", take, "Observation; rgb: base and wrist camera, 128 x 128")
+      .type_name("state|rgb")
+      .default_str("state");
+  add_renderer(command, options.image_options);
 }
 
-void add_renderer(CLI::App& app, ImageSourceOptions& options) {
+void add_renderer(const Command& command, ImageSourceOptions& options) {
   const auto take = [&options](const std::string& text) {
     if (text != "cpu" && text != "egl") refuse("--renderer", text, "cpu or egl");
     options.renderer = text;
   };
-  app.add_option_function<std::string>("--renderer", take, "Who draws images")
-      ->type_name("cpu|egl")
-      ->default_str("cpu");
+  command.add_option("--renderer", take, "Who draws images")
+      .type_name("cpu|egl")
+      .default_str("cpu");
 }
 
 const char* obs_name(ObsMode mode) { return mode == ObsMode::kRgb ? "rgb" : "state"; }
@@ -239,42 +237,43 @@ std::string renderer_name(const EnvOptions& options) {
   return options.obs_mode == ObsMode::kRgb ? options.image_options.renderer : "none";
 }
 
-void add_env_options(CLI::App& app, EnvOptions& options) {
-  add_control_mode(app, options.control_mode);
-  add_reward(app, options.reward_mode);
-  add_auto_reset(app, options.auto_reset);
-  const auto add_pins = [&options](const std::vector<std::string>& texts) {
-    for (const std::string& text : texts) options.pins.push_back(parse_pin(text));
+void add_env_options(const Command& command, EnvOptions& options) {
+  add_control_mode(command, options.control_mode);
+  add_reward(command, options.reward_mode);
+  add_auto_reset(command, options.auto_reset);
+  const auto add_pin = [&options](const std::string& text) {
+    options.pins.push_back(parse_pin(text));
   };
-  app.add_option_function<std::vector<std::string>>(
-         "--pin", add_pins,
-         "Fixes a quantity of every episode that is drawn otherwise, such as target=2 (repeatable; "
-         "`engram info ID` lists them)")
-      ->type_name("NAME=VALUE")
-      ->allow_extra_args(false);
-  const auto add_options = [&options](const std::vector<std::string>& texts) {
-    for (const std::string& text : texts) options.task_options.push_back(parse_option(text));
+  command
+      .add_repeatable("--pin", add_pin,
+                      "Fixes a quantity of every episode that is drawn otherwise, such as target=2 "
+                      "(repeatable; "
+                      "`engram info ID` lists them)")
+      .type_name("NAME=VALUE");
+  const auto add_choice_of_rules = [&options](const std::string& text) {
+    options.task_options.push_back(parse_option(text));
   };
-  app.add_option_function<std::vector<std::string>>(
-         "--option", add_options,
-         "Chooses a variant of the task's rules (repeatable; `engram info ID` lists them)")
-      ->type_name("NAME=VALUE")
-      ->allow_extra_args(false);
+  command
+      .add_repeatable(
+          "--option", add_choice_of_rules,
+          "Chooses a variant of the task's rules (repeatable; `engram info ID` lists them)")
+      .type_name("NAME=VALUE");
   const auto set_rotation_sign = [&options](const std::string& text) {
     options.rotation_sign = parse_int("--rotation-sign", text, -1, 1);
     if (options.rotation_sign == 0) refuse("--rotation-sign", text, "-1 or 1");
   };
-  app.add_option_function<std::string>("--rotation-sign", set_rotation_sign,
-                                       "-1: rotations as upstream turns them; 1: as they say")
-      ->type_name("SIGN")
-      ->default_str(std::to_string(options.rotation_sign));
-  app.add_flag_callback(
+  command
+      .add_option("--rotation-sign", set_rotation_sign,
+                  "-1: rotations as upstream turns them; 1: as they say")
+      .type_name("SIGN")
+      .default_str(std::to_string(options.rotation_sign));
+  command.add_flag(
       "--no-sleep", [&options] { options.sleep = false; },
       "Every shortcut of the physics off: slower, for comparison");
-  app.add_flag_callback(
+  command.add_flag(
       "--no-freeze-cue", [&options] { options.freeze_cue = false; },
       "Actions count during cue and empty phase too");
-  app.add_flag_callback(
+  command.add_flag(
       "--terminate-on-success", [&options] { options.terminate_on_success = true; },
       "Episodes end at success, whatever the task's rule");
 }
@@ -286,9 +285,9 @@ EnvOptions batch_options(int num_envs, int threads) {
   return options;
 }
 
-void add_filter(CLI::App& app, TaskFilter& filter) {
-  add_split(app, filter.split);
-  app.add_option("--family", filter.family, "Tasks of this family only")->type_name("FAMILY");
+void add_filter(const Command& command, TaskFilter& filter) {
+  add_split(command, filter.split);
+  command.add_option("--family", filter.family, "Tasks of this family only").type_name("FAMILY");
 }
 
 std::vector<const RegistryEntry*> select(const TaskFilter& filter) {

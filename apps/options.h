@@ -2,7 +2,6 @@
 // what is allowed.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -10,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/command_line.h"
 #include "protocol/batch/make.h"
 
 namespace engram::apps {
@@ -25,42 +25,42 @@ Pin parse_pin(const std::string& text);
 // "touch_radius=0.02"
 OptionChoice parse_option(const std::string& text);
 
-CLI::Option* add_int(CLI::App& app, const std::string& option, int& value, int low, int high,
-                     const std::string& help);
-CLI::Option* add_seed(CLI::App& app, std::uint64_t& seed, const std::string& help);
+Option add_int(const Command& command, const std::string& option, int& value, int low, int high,
+               const std::string& help);
+Option add_seed(const Command& command, std::uint64_t& seed, const std::string& help);
 
 // --- names ---
 
 const char* policy_name(Policy policy);
 
 // Options whose value is one of some names; their help lists the names.
-CLI::Option* add_policy(CLI::App& app, Policy& policy, std::span<const Policy> allowed);
-CLI::Option* add_control_mode(CLI::App& app, ControlMode& mode);
-CLI::Option* add_reward(CLI::App& app, RewardMode& mode);
-CLI::Option* add_auto_reset(CLI::App& app, AutoReset& mode);
-CLI::Option* add_split(CLI::App& app, std::optional<Split>& split);
+Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed);
+Option add_control_mode(const Command& command, ControlMode& mode);
+Option add_reward(const Command& command, RewardMode& mode);
+Option add_auto_reset(const Command& command, AutoReset& mode);
+Option add_split(const Command& command, std::optional<Split>& split);
 // --obs, where both observations are meant unless one is named.
-CLI::Option* add_obs_mode(CLI::App& app, std::optional<ObsMode>& mode);
+Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode);
 
 // --- groups ---
 
 inline constexpr int kMaxEnvs = 1'000'000;
 inline constexpr int kMaxThreads = 1024;
 
-CLI::Option* add_num_envs(CLI::App& app, int& num_envs);
-CLI::Option* add_threads(CLI::App& app, int& threads);
-CLI::Option* add_json(CLI::App& app, bool& json);
+Option add_num_envs(const Command& command, int& num_envs);
+Option add_threads(const Command& command, int& threads);
+Option add_json(const Command& command, bool& json);
 
 // --obs and --renderer: what is observed, and who draws it.
-void add_obs(CLI::App& app, EnvOptions& options);
-void add_renderer(CLI::App& app, ImageSourceOptions& options);
+void add_obs(const Command& command, EnvOptions& options);
+void add_renderer(const Command& command, ImageSourceOptions& options);
 // "state" or "rgb", and the renderer's name or "none".
 const char* obs_name(ObsMode mode);
 const char* obs_name(const EnvOptions& options);
 std::string renderer_name(const EnvOptions& options);
 
 // What else a batch of environments can be given: control mode, reward, pins, ... .
-void add_env_options(CLI::App& app, EnvOptions& options);
+void add_env_options(const Command& command, EnvOptions& options);
 
 // The library's defaults for a batch of that size.
 EnvOptions batch_options(int num_envs, int threads);
@@ -74,7 +74,7 @@ struct TaskFilter {
   bool any() const { return split.has_value() || !family.empty() || canonical; }
 };
 
-void add_filter(CLI::App& app, TaskFilter& filter);
+void add_filter(const Command& command, TaskFilter& filter);
 
 // The tasks that pass, in the registry's order. Throws Error if there is no such family.
 std::vector<const RegistryEntry*> select(const TaskFilter& filter);

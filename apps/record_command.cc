@@ -227,20 +227,20 @@ void run(const RecordOptions& given) {
                     report.success_once ? "success" : "no success"));
 }
 
-void add_camera(CLI::App& app, std::string& camera) {
+void add_camera(const Command& command, std::string& camera) {
   const auto assign = [&camera](const std::string& text) {
     if (text != "base" && text != "hand" && text != "render" && text != "all") {
       refuse(fmt::format("--camera: '{}' given, base|hand|render|all allowed", text));
     }
     camera = text;
   };
-  app.add_option_function<std::string>(
-         "--camera", assign, "One view, or all: the human view beside both sensors, 3 : 2")
-      ->type_name("base|hand|render|all")
-      ->default_str(camera);
+  command
+      .add_option("--camera", assign, "One view, or all: the human view beside both sensors, 3 : 2")
+      .type_name("base|hand|render|all")
+      .default_str(camera);
 }
 
-void add_moments(CLI::App& app, RecordOptions& options) {
+void add_moments(const Command& command, RecordOptions& options) {
   const auto assign = [&options](const std::string& text) {
     for (std::size_t begin = 0; begin <= text.size();) {
       const std::size_t comma = std::min(text.find(',', begin), text.size());
@@ -251,66 +251,66 @@ void add_moments(CLI::App& app, RecordOptions& options) {
       refuse(fmt::format("--at: {} steps given, at most {} allowed", options.at.size(), kMaxSheet));
     }
   };
-  CLI::Option* at = app.add_option_function<std::string>(
+  const Option at = command.add_option(
       "--at", assign, ".png: after that many steps; of several, a sheet of pictures");
-  at->type_name("STEP,...")->default_str("0");
-  add_int(app, "--sheet", options.sheet, 1, kMaxSheet,
+  at.type_name("STEP,...").default_str("0");
+  add_int(command, "--sheet", options.sheet, 1, kMaxSheet,
           ".png: a sheet of N pictures from the first step to the last")
-      ->default_str("")
-      ->excludes(at);
+      .default_str("")
+      .excludes(at);
 }
 
-void add_view(CLI::App& app, RecordOptions& options) {
-  add_camera(app, options.view.camera);
-  app.add_flag("--overlays", options.view.overlays,
-               "Step, reward and what there is to remember over the human view");
-  CLI::Option* size =
-      add_int(app, "--size", options.size, 1, kMaxSize, "Height in pixels, and width of one camera")
-          ->default_str(fmt::format("{}, {} in sheets", kSize, kSheetSize));
+void add_view(const Command& command, RecordOptions& options) {
+  add_camera(command, options.view.camera);
+  command.add_flag("--overlays", options.view.overlays,
+                   "Step, reward and what there is to remember over the human view");
+  const Option size = add_int(command, "--size", options.size, 1, kMaxSize,
+                              "Height in pixels, and width of one camera")
+                          .default_str(fmt::format("{}, {} in sheets", kSize, kSheetSize));
   for (const auto& [name, value] :
        {std::pair{"--width", &options.view.width}, {"--height", &options.view.height}}) {
-    add_int(app, name, *value, 1, kMaxSize, "Pixels of one camera")
-        ->default_str("")
-        ->excludes(size);
+    add_int(command, name, *value, 1, kMaxSize, "Pixels of one camera")
+        .default_str("")
+        .excludes(size);
   }
-  add_int(app, "--sensor-size", options.view.sensor_size, 1, kMaxSize,
+  add_int(command, "--sensor-size", options.view.sensor_size, 1, kMaxSize,
           "--camera all: pixels of the sensors, enlarged; 128 shows what policies see")
-      ->default_str("");
-  add_renderer(app, options.env.render_options);
-  app.add_flag_callback(
+      .default_str("");
+  add_renderer(command, options.env.render_options);
+  command.add_flag(
       "--no-shadows", [&options] { options.env.render_options.shadows = false; }, "Faster");
 }
 
 }  // namespace
 
-void add_record_command(CLI::App& app) {
+void add_record_command(const Command& program) {
   static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kRandom, Policy::kOracle,
                                          Policy::kBlind};
   const auto options = std::make_shared<RecordOptions>();
-  CLI::App* command = app.add_subcommand("record", "Picture or video of an episode");
-  command->add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
-      ->required()
-      ->type_name("ID");
-  command->add_option("--out", options->out, "File to write: .png, .gif or .mp4")
-      ->required()
-      ->type_name("FILE");
-  add_view(*command, *options);
-  add_moments(*command, *options);
-  add_int(*command, "--fps", options->frames_per_second, 1, 240,
+  const Command command = program.add_command("record", "Picture or video of an episode");
+  command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
+      .required()
+      .type_name("ID");
+  command.add_option("--out", options->out, "File to write: .png, .gif or .mp4")
+      .required()
+      .type_name("FILE");
+  add_view(command, *options);
+  add_moments(command, *options);
+  add_int(command, "--fps", options->frames_per_second, 1, 240,
           "Videos: frames per second, one for each step (.gif: at most 50)")
-      ->default_str(std::to_string(kFramesPerSecond));
-  add_int(*command, "--steps", options->steps, 1, 1'000'000, "Control steps, at most")
-      ->type_name("T")
-      ->default_str("to the end of the episode");
-  add_seed(*command, options->env.seed, "Of the episode");
-  add_policy(*command, options->policy, kPolicies);
-  add_env_options(*command, options->env);
-  command->remove_option(command->get_option("--auto-reset"));  // there is one episode
-  add_json(*command, options->json);
-  command->footer(
+      .default_str(std::to_string(kFramesPerSecond));
+  add_int(command, "--steps", options->steps, 1, 1'000'000, "Control steps, at most")
+      .type_name("T")
+      .default_str("to the end of the episode");
+  add_seed(command, options->env.seed, "Of the episode");
+  add_policy(command, options->policy, kPolicies);
+  add_env_options(command, options->env);
+  command.remove_option("--auto-reset");  // there is one episode
+  add_json(command, options->json);
+  command.footer(
       "Videos have a frame of the beginning and one after every step. success_once is that of the "
       "steps taken: a single picture ends with its own, sheets and videos with the episode.");
-  command->final_callback([options] { run(*options); });
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace engram::apps

@@ -1,10 +1,10 @@
 // `engram record`: an episode as a picture or a video.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_record_command(CLI::App& app);
+void add_record_command(const Command& program);
 
 }  // namespace engram::apps

@@ -165,41 +165,41 @@ void run(const RolloutOptions& given) {
 
 }  // namespace
 
-void add_rollout_command(CLI::App& app) {
+void add_rollout_command(const Command& program) {
   static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kRandom, Policy::kOracle,
                                          Policy::kBlind};
   const auto options = std::make_shared<RolloutOptions>();
-  CLI::App* command = app.add_subcommand("rollout", "Batched rollouts of one task");
-  command->add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
-      ->required()
-      ->type_name("ID");
-  add_num_envs(*command, options->num_envs)
-      ->description("Environments stepped together; with --episodes, by default no more than E")
-      ->default_str(std::to_string(kDefaultEnvs));
-  add_int(*command, "--steps", options->steps, 1, std::numeric_limits<int>::max(),
+  const Command command = program.add_command("rollout", "Batched rollouts of one task");
+  command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
+      .required()
+      .type_name("ID");
+  add_num_envs(command, options->num_envs)
+      .description("Environments stepped together; with --episodes, by default no more than E")
+      .default_str(std::to_string(kDefaultEnvs));
+  add_int(command, "--steps", options->steps, 1, std::numeric_limits<int>::max(),
           "Control steps per environment; with --episodes, at most")
-      ->type_name("T")
-      ->default_str(std::to_string(kDefaultSteps));
-  add_int(*command, "--episodes", options->episodes, 1, std::numeric_limits<int>::max(),
+      .type_name("T")
+      .default_str(std::to_string(kDefaultSteps));
+  add_int(command, "--episodes", options->episodes, 1, std::numeric_limits<int>::max(),
           "Runs until E episodes are finished: as many of each environment, give or take one")
-      ->type_name("E")
-      ->default_str("");
-  add_seed(*command, options->env.seed, "Environment i begins with seed + i");
-  add_threads(*command, options->env.threads);
-  add_obs(*command, options->env);
-  add_policy(*command, options->policy, kPolicies);
-  add_env_options(*command, options->env);
-  command->add_flag("--hash", options->hash,
-                    "Digest of every observation, reward, termination and truncation");
-  add_json(*command, options->json);
-  command->footer(
+      .type_name("E")
+      .default_str("");
+  add_seed(command, options->env.seed, "Environment i begins with seed + i");
+  add_threads(command, options->env.threads);
+  add_obs(command, options->env);
+  add_policy(command, options->policy, kPolicies);
+  add_env_options(command, options->env);
+  command.add_flag("--hash", options->hash,
+                   "Digest of every observation, reward, termination and truncation");
+  add_json(command, options->json);
+  command.footer(
       "env_steps_per_second counts the wall time of policy, stepping and accounting "
       "(wall_seconds), "
       "not that of creation, the first reset and --hash. A step in which an environment starts "
       "over "
       "(--auto-reset next-step) or stands still (off) is no environment step.\n"
       "success_once and mean_return are over the finished episodes; null if there is none.");
-  command->final_callback([options] { run(*options); });
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace engram::apps

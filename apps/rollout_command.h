@@ -1,10 +1,10 @@
 // `engram rollout`: batched rollouts and their speed.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_rollout_command(CLI::App& app);
+void add_rollout_command(const Command& program);
 
 }  // namespace engram::apps

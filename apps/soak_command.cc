@@ -192,39 +192,37 @@ void run(const SoakCommandOptions& given) {
 
 }  // namespace
 
-void add_soak_command(CLI::App& app) {
+void add_soak_command(const Command& program) {
   const auto options = std::make_shared<SoakCommandOptions>();
-  CLI::App* command = app.add_subcommand(
+  const Command command = program.add_command(
       "soak",
       "Long runs that watch for growth, drift and instability; a broken bound is a failure");
-  command->add_option("id", options->soak.ids, "Tasks to play; default: all")->type_name("ID");
+  command.add_option("id", options->soak.ids, "Tasks to play; default: all").type_name("ID");
   bench::SoakOptions& soak = options->soak;
   command
-      ->add_option_function<std::string>(
+      .add_option(
           "--env-steps",
           [&soak](const std::string& text) {
             soak.env_steps = static_cast<std::int64_t>(
                 parse_unsigned("--env-steps", text, 0, std::uint64_t{1} << 50));
           },
           "Environment steps in total, rounded up to whole visits of every task; 0: none")
-      ->type_name("N")
-      ->default_str(std::to_string(soak.env_steps));
-  add_int(*command, "--cycles", soak.cycles, 0, std::numeric_limits<int>::max(),
+      .type_name("N")
+      .default_str(std::to_string(soak.env_steps));
+  add_int(command, "--cycles", soak.cycles, 0, std::numeric_limits<int>::max(),
           "Batches that are made and closed afterwards; 0: none");
-  add_seed(*command, soak.seed, "Environment i begins with seed + i");
-  add_threads(*command, soak.threads);
+  add_seed(command, soak.seed, "Environment i begins with seed + i");
+  add_threads(command, soak.threads);
   command
-      ->add_option("--max-drift", soak.max_drift,
-                   "How much longer a fixed piece of work may take in a task's last visit than in "
-                   "its first, beside a reference: the median over all tasks")
-      ->type_name("TIMES")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  add_json(*command, options->json);
-  command->footer(
+      .add_positive("--max-drift", soak.max_drift,
+                    "How much longer a fixed piece of work may take in a task's last visit than in "
+                    "its first, beside a reference: the median over all tasks")
+      .type_name("TIMES");
+  add_json(command, options->json);
+  command.footer(
       "Every task is visited several times; its environments play random and oracle episodes in "
       "turn. Compared is what the process holds in the middle and at the end.");
-  command->final_callback([options] { run(*options); });
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace engram::apps

@@ -1,10 +1,10 @@
 // `engram soak`: long runs that watch for growth, drift and instability.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_soak_command(CLI::App& app);
+void add_soak_command(const Command& program);
 
 }  // namespace engram::apps

@@ -107,26 +107,26 @@ void run(const VerifyOptions& options) {
 
 }  // namespace
 
-void add_verify_command(CLI::App& app) {
+void add_verify_command(const Command& program) {
   const auto options = std::make_shared<VerifyOptions>();
-  CLI::App* command =
-      app.add_subcommand("verify", "Checks that the same seeds give the same bits, however run");
-  command->add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0; default: all")
-      ->type_name("ID");
-  add_filter(*command, options->filter);
-  add_obs_mode(*command, options->obs_mode);
-  add_int(*command, "--steps", options->identity.steps, 1, kMaxSteps,
+  const Command command =
+      program.add_command("verify", "Checks that the same seeds give the same bits, however run");
+  command.add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0; default: all")
+      .type_name("ID");
+  add_filter(command, options->filter);
+  add_obs_mode(command, options->obs_mode);
+  add_int(command, "--steps", options->identity.steps, 1, kMaxSteps,
           "Control steps of each stretch")
-      ->type_name("T");
-  add_seed(*command, options->identity.seed, "The first of 64 seeds");
-  add_json(*command, options->json);
-  command->footer(fmt::format(
+      .type_name("T");
+  add_seed(command, options->identity.seed, "The first of 64 seeds");
+  add_json(command, options->json);
+  command.footer(fmt::format(
       "Each task plays {} stretches of episodes, random actions and the oracle's, in one batch of "
       "64 on one thread; then again in {} ways, with 1 to 8 threads, batches of 64, 7 and 1, other "
       "chunks, and in shuffled slots. Every output, image and remembered value of every step must "
       "be the same to the bit; otherwise the exit code is 1. docs/determinism.md tells more.",
       bench::kStretches, bench::plays().size()));
-  command->final_callback([options] { run(*options); });
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace engram::apps

@@ -1,10 +1,10 @@
 // engram verify: the same seeds give the same bits, however a batch is run.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace engram::apps {
 
-void add_verify_command(CLI::App& app);
+void add_verify_command(const Command& program);
 
 }  // namespace engram::apps

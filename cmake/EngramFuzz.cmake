@@ -15,7 +15,8 @@ foreach(source ${fuzz_targets})
   get_filename_component(name "${source}" NAME_WE)
   string(REGEX REPLACE "_target$" "" name "${name}")
   add_executable(fuzz_${name} "${source}" "${PROJECT_SOURCE_DIR}/tests/fuzz/fuzzer_main.cc"
-    "${PROJECT_SOURCE_DIR}/tests/fuzz/input.cc" "${PROJECT_SOURCE_DIR}/apps/options.cc")
+    "${PROJECT_SOURCE_DIR}/tests/fuzz/input.cc" "${PROJECT_SOURCE_DIR}/apps/command_line.cc"
+    "${PROJECT_SOURCE_DIR}/apps/options.cc")
   engram_configure_target(fuzz_${name})
   target_compile_definitions(fuzz_${name} PRIVATE ENGRAM_FUZZ_TARGET=fuzz_${name})
   target_link_libraries(fuzz_${name} PRIVATE

@@ -13,7 +13,8 @@ engram_sources(test_support tests)  # the main function and shared helpers
 if(TARGET engram_cli)  # fuzz targets, on their corpora; the command line's is of the command
   engram_sources(fuzz_sources tests/fuzz)
   list(FILTER fuzz_sources EXCLUDE REGEX "/fuzzer_main.cc$|_test.cc$")
-  list(APPEND test_support ${fuzz_sources} "${PROJECT_SOURCE_DIR}/apps/options.cc")
+  list(APPEND test_support ${fuzz_sources} "${PROJECT_SOURCE_DIR}/apps/command_line.cc"
+    "${PROJECT_SOURCE_DIR}/apps/options.cc")
 else()
   list(FILTER test_sources EXCLUDE REGEX "/tests/fuzz/")
 endif()

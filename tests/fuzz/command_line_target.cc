@@ -1,4 +1,5 @@
 // The words of a command line: numbers, names, pins, options.
+#include "apps/command_line.h"
 #include "apps/options.h"
 #include "core/task_option.h"
 #include "tests/fuzz/input.h"
@@ -15,20 +16,21 @@ struct Words {
   bool json = false;
 };
 
-void parse(const std::vector<std::string>& words, Words& out) {
+// False if the words ask for help.
+bool parse(const std::vector<std::string>& words, Words& out) {
   static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kOracle};
-  CLI::App app("fuzz", "fuzz");
-  app.add_option("id", out.id, "");
-  apps::add_num_envs(app, out.env.num_envs);
-  apps::add_threads(app, out.env.threads);
-  apps::add_seed(app, out.env.seed, "");
-  apps::add_policy(app, out.policy, kPolicies);
-  apps::add_obs(app, out.env);
-  apps::add_env_options(app, out.env);
-  apps::add_filter(app, out.filter);
-  apps::add_json(app, out.json);
-  std::vector<std::string> reversed(words.rbegin(), words.rend());
-  app.parse(reversed);
+  apps::CommandLine line("fuzz", "fuzz");
+  const apps::Command command = line.program();
+  command.add_option("id", out.id, "");
+  apps::add_num_envs(command, out.env.num_envs);
+  apps::add_threads(command, out.env.threads);
+  apps::add_seed(command, out.env.seed, "");
+  apps::add_policy(command, out.policy, kPolicies);
+  apps::add_obs(command, out.env);
+  apps::add_env_options(command, out.env);
+  apps::add_filter(command, out.filter);
+  apps::add_json(command, out.json);
+  return line.parse(words).empty();
 }
 
 // What becomes of words that were understood.
@@ -57,12 +59,7 @@ void fuzz_command_line(Data data) {
   }
   Words out;
   accepted([&] {
-    try {
-      parse(words, out);
-    } catch (const CLI::Error&) {
-      return;  // refused by the parser, in its own words
-    }
-    use(out);
+    if (parse(words, out)) use(out);
   });
 }
 

@@ -1,0 +1,156 @@
+#include "apps/command_line.h"
+
+#include <CLI/CLI.hpp>
+
+#include "core/base/error.h"
+
+namespace engram::apps {
+
+// --- options ---
+
+const Option& Option::type_name(const std::string& name) const {
+  option_->type_name(name);
+  return *this;
+}
+
+const Option& Option::default_str(const std::string& value) const {
+  option_->default_str(value);
+  return *this;
+}
+
+const Option& Option::description(const std::string& text) const {
+  option_->description(text);
+  return *this;
+}
+
+const Option& Option::required() const {
+  option_->required();
+  return *this;
+}
+
+const Option& Option::excludes(const Option& other) const {
+  option_->excludes(other.option_);
+  return *this;
+}
+
+// --- commands ---
+
+Command Command::add_command(const std::string& name, const std::string& description) const {
+  return Command(app_->add_subcommand(name, description));
+}
+
+Option Command::add_option(const std::string& name, std::string& value,
+                           const std::string& help) const {
+  return Option(app_->add_option(name, value, help));
+}
+
+Option Command::add_option(const std::string& name, std::vector<std::string>& values,
+                           const std::string& help) const {
+  return Option(app_->add_option(name, values, help));
+}
+
+Option Command::add_option(const std::string& name, std::function<void(const std::string&)> take,
+                           const std::string& help) const {
+  return Option(app_->add_option_function<std::string>(name, std::move(take), help));
+}
+
+Option Command::add_repeatable(const std::string& name,
+                               std::function<void(const std::string&)> take,
+                               const std::string& help) const {
+  const auto take_all = [take = std::move(take)](const std::vector<std::string>& values) {
+    for (const std::string& value : values) take(value);
+  };
+  CLI::Option* option = app_->add_option_function<std::vector<std::string>>(name, take_all, help);
+  return Option(option->allow_extra_args(false));
+}
+
+Option Command::add_positive(const std::string& name, double& value,
+                             const std::string& help) const {
+  CLI::Option* option = app_->add_option(name, value, help);
+  return Option(option->check(CLI::PositiveNumber)->capture_default_str());
+}
+
+Option Command::add_flag(const std::string& name, bool& value, const std::string& help) const {
+  return Option(app_->add_flag(name, value, help));
+}
+
+Option Command::add_flag(const std::string& name, std::function<void()> take,
+                         const std::string& help) const {
+  return Option(app_->add_flag_callback(name, std::move(take), help));
+}
+
+void Command::remove_option(const std::string& name) const {
+  app_->remove_option(app_->get_option(name));
+}
+
+bool Command::given(const std::string& name) const {
+  const CLI::Option* option = app_->get_option_no_throw(name);
+  return option != nullptr && option->count() > 0;
+}
+
+void Command::footer(const std::string& text) const { app_->footer(text); }
+
+void Command::when_parsed(std::function<void()> call) const {
+  app_->parse_complete_callback(std::move(call));
+}
+
+void Command::on_run(std::function<void()> run) const { app_->final_callback(std::move(run)); }
+
+// --- the whole line ---
+
+namespace {
+
+// What the parser has refused, in our words where its own say too little.
+std::string explain(const CLI::App& app, const CLI::ParseError& error) {
+  std::string what = error.what();
+  std::string program = app.get_name();
+  for (const CLI::App* command : app.get_subcommands()) program += " " + command->get_name();
+  const std::vector<std::string> unexpected = app.remaining(true);
+  if (!unexpected.empty()) {
+    what = app.get_subcommands().empty() ? "no command" : "unexpected";
+    for (const std::string& argument : unexpected) what += " '" + argument + "'";
+  } else if (app.get_subcommands().empty()) {
+    what = "no command given";
+  }
+  return what + "; `" + program + " --help` shows what is allowed";
+}
+
+// Calls `parse`, which has CLI11 read the words.
+template <class Parse>
+std::string parse_safely(const CLI::App& app, const Parse& parse) {
+  try {
+    parse();
+  } catch (const CLI::CallForHelp&) {
+    return app.help();
+  } catch (const CLI::CallForVersion& version) {
+    return std::string(version.what()) + "\n";
+  } catch (const CLI::ParseError& error) {
+    throw Error(Error::kInvalidArgument, explain(app, error));
+  }
+  return {};
+}
+
+}  // namespace
+
+CommandLine::CommandLine(const std::string& name, const std::string& description)
+    : app_(std::make_unique<CLI::App>(description, name)) {}
+
+CommandLine::~CommandLine() = default;
+
+void CommandLine::set_version(const std::string& version) {
+  app_->set_version_flag("--version", version);
+}
+
+void CommandLine::require_command() { app_->require_subcommand(1); }
+
+std::string CommandLine::parse(int argc, const char* const* argv) {
+  return parse_safely(*app_, [&] { app_->parse(argc, argv); });
+}
+
+std::string CommandLine::parse(const std::vector<std::string>& words) {
+  return parse_safely(*app_, [&] {
+    app_->parse(std::vector<std::string>(words.rbegin(), words.rend()));  // the last one first
+  });
+}
+
+}  // namespace engram::apps
