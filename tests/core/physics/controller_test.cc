@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/random.h"
+#include "core/physics/model.h"
 #include "core/physics/simulator.h"
 #include "tasks/parts/task_info.h"
 

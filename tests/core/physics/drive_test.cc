@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/physics/controller.h"
+#include "core/physics/model.h"
 #include "core/physics/simulator.h"
 #include "tasks/parts/task_info.h"
 
