@@ -179,7 +179,7 @@ TEST_CASE("The shuffle's test vector holds for both shuffle families", "[shell]"
 }
 
 TEST_CASE("The lamp games draw which colour goes with which mug", "[shell]") {
-  // slot_of_color = (2, 0, 1) and green, the example of shell 5.
+  // slot_of_color = (2, 0, 1) and green.
   const auto env = make_env(
       "ShellGameColorLampTouch-VLA-v0",
       pinned({{"mapping", {4}}, {"target_color", {1}}, {"base", {0, 0}}, {"cue_steps", {2}}}));
