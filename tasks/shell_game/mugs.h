@@ -21,7 +21,7 @@ struct MugStance {
   std::array<double, 4> quat{};
 };
 extern const MugStance kUpsideDown;
-extern const MugStance kHandleTowardsRobot;
+extern const MugStance kHandleTowardsRobot;  // where ShellGamePick expects it
 
 class Mugs {
  public:

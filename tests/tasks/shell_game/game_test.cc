@@ -370,8 +370,7 @@ TEST_CASE("The mug, not the ball, has to reach the goal of Push and Pick", "[she
     }
     CHECK(env->terminated()[0] == 1);
     // The ball goes with its mug as long as that is low.
-    const double height = push ? 0.02 : 0.02;
-    check_near(pos(*env, 3), {pos(*env, 0).x(), pos(*env, 0).y(), height});
+    check_near(pos(*env, 3), {pos(*env, 0).x(), pos(*env, 0).y(), 0.02});
   }
 }
 

@@ -63,13 +63,15 @@ TEST_CASE("Mugs keep their distance and every swap completes", "[shell]") {
   for (int round = 0; round < 60; ++round) {
     const int steps = random.integer(20, 400);
     const int swaps = random.integer(2, 15);
-    std::vector<int> pairs;
-    for (int i = 0; i < 15; ++i) pairs.push_back(random.integer(0, 2));
+    std::vector<int> pairs(15);
+    for (int& pair : pairs) pair = random.integer(0, 2);
     bench.swaps.reset(0, 3, steps, swaps, pairs);
     const int per_swap = steps / swaps;
     for (int elapsed = 3; elapsed < bench.swaps.end(0); ++elapsed) {
-      std::vector<Eigen::Vector3d> at;
-      for (int mug = 0; mug < 3; ++mug) at.push_back(bench.swaps.offset(0, mug, elapsed));
+      std::vector<Eigen::Vector3d> at(3);
+      for (int mug = 0; mug < 3; ++mug) {
+        at[static_cast<std::size_t>(mug)] = bench.swaps.offset(0, mug, elapsed);
+      }
       for (int mug = 0; mug < 3; ++mug) {
         const double gap =
             (at[static_cast<std::size_t>(mug)] - at[static_cast<std::size_t>((mug + 1) % 3)])
