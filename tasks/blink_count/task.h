@@ -1,5 +1,5 @@
 // BlinkCountButtonPress: a lamp blinks some times, then the red button has to be pressed as often
-// and the black one once (colors_and_buttons.md, section 6).
+// and the black one once (docs/tasks/blink_count.md).
 #pragma once
 
 #include <memory>

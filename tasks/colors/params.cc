@@ -1,8 +1,6 @@
 #include "tasks/colors/params.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <array>
 
 #include "tasks/parts/colors.h"
 #include "tasks/parts/touch_target.h"
@@ -90,60 +88,10 @@ ConstantTable constants_of(const ColorRecallParams& params) {
   return table;
 }
 
-std::vector<std::string> reward_terms_of(ColorRule rule) {
-  return {"reaching_reward",
-          rule == ColorRule::kChain ? "correct_touches_in_order" : "correct_touches",
-          "wrong_touches",
-          "is_robot_static",
-          "touched_cubes",
-          "sequence_cubes_mask",
-          "all_seq_touched",
-          "no_extra_touched",
-          "action_l2",
-          "delta_action_l2",
-          "qvel_l2",
-          "smooth_penalty",
-          "mean_cube_displacement_xy",
-          "max_cube_displacement_xy",
-          "cube_displacement_penalty",
-          "strong_cube_displacement"};
-}
-
-std::vector<Field> state_fields_of(int length) {
-  std::vector<Field> fields = {
-      {"obj_to_goal_pos", 3, DType::kFloat32, "m", "touch point of the next target minus TCP"},
-      {"oracle_info", length, DType::kFloat32, "", "colours of the cue, in its order"},
-      {"button_xy", 2, DType::kFloat32, "m", ""},
-      {"button_pressed", 1, DType::kFloat32, "", "the button has been pressed and released"}};
-  for (int color = 0; color < COLORS; ++color) {
-    const std::string cube = "cube_" + std::to_string(color);
-    const std::string number = std::to_string(color);
-    fields.push_back({cube + "_pose", 3, DType::kFloat32, "m", "position"});
-    fields.push_back({"touched_" + number, 1, DType::kFloat32, "", "has been touched"});
-    fields.push_back({cube + "_in_seq", 1, DType::kFloat32, "", "is one of the cue's"});
-    fields.push_back({"next_target_" + number, 1, DType::kFloat32, "", "is to be touched next"});
-  }
-  return fields;
-}
-
 }  // namespace
 
 const ColorRecallParams& color_recall_params(std::string_view id) {
   return find_variant(kVariants, id);
-}
-
-Layout arc_slots() {
-  Layout slots;
-  for (int slot = 0; slot < COLORS; ++slot) {
-    const double angle = 1.15 * std::numbers::pi * (slot - 4) / COLORS;
-    slots.push_back({0.3 * std::cos(angle) + kArcX, 0.3 * std::sin(angle) + 0.018 * (slot - 4)});
-  }
-  return slots;
-}
-
-Vec2 bunch_cue_position(int color) {
-  const double angle = std::numbers::pi * (color - 4) / COLORS;
-  return {0.22 * std::cos(angle), 0.22 * std::sin(angle) - 0.015 * (color - 4)};
 }
 
 void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
@@ -160,11 +108,9 @@ void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
                             "1: the order of the cue counts, as in upstream's code"});
   }
   info.constants = constants_of(params);
-  info.reward_terms = reward_terms_of(params.rule);
   info.phases = {{"cue", "elapsed < C"},
                  {"empty", "C <= elapsed < C + E"},
                  {"action", "elapsed >= C + E; cubes are put back up to C + E + 4"}};
-  info.state_fields = state_fields_of(params.SEQUENCE_LENGTH);
 }
 
 }  // namespace engram::tasks

@@ -1,12 +1,11 @@
-// What BunchOfColors, SeqOfColors and ChainOfColors are made of: constants, variants, layouts and
-// how they describe themselves (buttons 1.1, 4.1, 4.2).
+// What BunchOfColors, SeqOfColors and ChainOfColors are made of: constants, variants and how they
+// describe themselves.
 #pragma once
 
 #include <string_view>
 
 #include "core/task.h"
 #include "tasks/colors/rules.h"
-#include "tasks/parts/layout.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/press_button.h"
 
@@ -26,22 +25,17 @@ inline constexpr double CUBE_HALFSIZE = 0.02;                  // m
 inline constexpr double MAX_ALLOWED_CUBE_DISPLACEMENT = 0.06;  // m
 inline constexpr double BUTTON_X_SHIFT_TOWARD_ROBOT = -0.04;   // m
 inline constexpr double kHiddenHeight = 1000;                  // reported while a cube is hidden
-inline constexpr double kArcX = -0.25;  // m: centre of the arc on which the cubes stand
-inline constexpr SmoothnessParams kColorSmoothness;  // no weight on anything
-inline constexpr int kColorRewardTerms = 16;
+inline constexpr SmoothnessParams kColorSmoothness;            // no weight on anything
 
-// What an episode samples (buttons 4.2), in the order of TaskInfo::draws, and the options.
+// What an episode samples, in the order of TaskInfo::draws, and the options.
 enum ColorDraw { kSequence, kPositions, kCueSteps, kEmptySteps };
 enum ColorOption { kTouchRadius, kStrictOrder };  // the latter for Seq only
 
 // The variant of that id.
 const ColorRecallParams& color_recall_params(std::string_view id);
 
-Layout arc_slots();
-// Where Bunch shows the cube of a colour; it tells nothing of where the cube will stand.
-Vec2 bunch_cue_position(int color);
-
-// Fills in all that TaskInfo says of the variant, apart from what the registry knows.
+// Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
+// state fields.
 void describe_color_recall(const ColorRecallParams& params, TaskInfo& info);
 
 }  // namespace engram::tasks

@@ -82,8 +82,8 @@ ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParam
   terms.displacement_penalty = CUBE_DISPLACEMENT_PENALTY_COEF * in.mean_displacement;
   const double stillness = 1 - std::tanh(5 * in.haste.arm_speed);
   if (in.acting) {
-    terms.reward = terms.reaching + 0.5 * stillness + 90.0 * in.correct / in.length -
-                   10.0 * in.wrong - terms.smooth.penalty - terms.displacement_penalty;
+    terms.reward = terms.reaching + 0.5 * stillness + 90.0 * in.tally.correct / in.length -
+                   10.0 * in.tally.wrong - terms.smooth.penalty - terms.displacement_penalty;
   }
   if (in.success) terms.reward = kColorSuccessReward;
   return terms;

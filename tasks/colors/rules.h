@@ -1,4 +1,4 @@
-// What touches are worth in BunchOfColors, SeqOfColors and ChainOfColors (buttons 4.6 to 4.10).
+// What touches are worth in BunchOfColors, SeqOfColors and ChainOfColors (docs/tasks/colors.md).
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace engram::tasks {
 
 // How the families judge: by the set of touched colours, or by their order too. kSeqStrict is
-// upstream's code for Seq, which asks for the order as well (buttons 9, C1).
+// upstream's code for Seq, which asks for the order as well.
 enum class ColorRule { kBunch, kSeq, kSeqStrict, kChain };
 
 struct TouchTally {
@@ -35,12 +35,15 @@ inline constexpr double CUBE_DISPLACEMENT_PENALTY_COEF = 20.0;
 struct ColorRewardInputs {
   double goal_distance = 0;  // m
   Haste haste;
-  int correct = 0;
-  int wrong = 0;
+  TouchTally tally;
   int length = 1;                // colours in the cue
   double mean_displacement = 0;  // of the cubes, m
   bool acting = false;
   bool success = false;
+  // For reward_dict alone.
+  double max_displacement = 0;  // of the cubes, m
+  bool displaced = false;       // a cube is too far from where it appeared
+  bool robot_static = false;
 };
 
 struct ColorRewardTerms {
@@ -51,5 +54,28 @@ struct ColorRewardTerms {
 };
 
 ColorRewardTerms color_reward(const ColorRewardInputs& inputs, const SmoothnessParams& params);
+
+// The terms of info "reward_dict", name beside value.
+template <class Row>
+void list_color_terms(Row& row, ColorRule rule, const ColorRewardInputs& in,
+                      const ColorRewardTerms& terms) {
+  const bool ordered = rule == ColorRule::kChain;
+  row.term("reaching_reward", "", terms.reaching);
+  row.term(ordered ? "correct_touches_in_order" : "correct_touches", "", in.tally.correct);
+  row.term("wrong_touches", "", in.tally.wrong);
+  row.term("is_robot_static", "", in.robot_static);
+  row.term("touched_cubes", "", in.tally.touched);
+  row.term("sequence_cubes_mask", "", in.length);
+  row.term("all_seq_touched", "", in.tally.all_touched);
+  row.term("no_extra_touched", "", in.tally.no_extra);
+  row.term("action_l2", "", terms.smooth.action_l2);
+  row.term("delta_action_l2", "", terms.smooth.action_delta_l2);
+  row.term("qvel_l2", "", terms.smooth.qvel_l2);
+  row.term("smooth_penalty", "", terms.smooth.penalty);
+  row.term("mean_cube_displacement_xy", "m", in.mean_displacement);
+  row.term("max_cube_displacement_xy", "m", in.max_displacement);
+  row.term("cube_displacement_penalty", "", terms.displacement_penalty);
+  row.term("strong_cube_displacement", "", in.displaced);
+}
 
 }  // namespace engram::tasks

@@ -6,11 +6,11 @@
 #include <span>
 
 #include "core/picture/overlay.h"
-#include "mjcf/scene.h"
+#include "tasks/colors/cubes.h"
 #include "tasks/colors/params.h"
 #include "tasks/parts/colors.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/task_info.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/touch_latch.h"
 
@@ -18,29 +18,28 @@ namespace engram::tasks {
 namespace {
 
 constexpr double kTouchHeight = CUBE_HALFSIZE + 0.005;  // of touch points above a cube's centre
-constexpr int kStabiliseSteps = 5;  // in which cubes are put back after they appear
-constexpr double kUpright[4] = {1, 0, 0, 0};
+constexpr int kStabiliseSteps = 5;        // in which cubes are put back after they appear
+constexpr double kTravelHeight = 0.115;   // m: the TCP between two touches touches nothing
+constexpr double kMostAboveTouch = 0.02;  // m: clear of the cube, even when it overshoots
 
-class ColorRecall final : public Task {
+class ColorRecall final : public FamilyBase {
  public:
   ColorRecall(const RegistryEntry& entry, const ColorRecallParams& params)
-      : params_(params),
+      : FamilyBase(entry),
+        params_(params),
         rule_(params.rule),
-        slots_(arc_slots()),
-        scene_(cubes()),
+        cubes_(scene_, params),
         touch_(
             {COLORS, kTouchHeight, params.rule == ColorRule::kBunch ? 0 : params.SEQUENCE_LENGTH}),
         button_(scene_, "center_button", params.button) {
-    info_ = describe(entry);
     describe_color_recall(params, info_);
+    info_.reward_terms =
+        reward_terms_of([&](auto& row) { list_color_terms(row, params.rule, {}, {}); });
+    declare_state(*this);
   }
 
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override { return scene_source(scene_); }
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override {
-    engine_ = bindings;
+    FamilyBase::bind(bindings);
     ColumnStore& memory = *bindings.memory;
     clock_.bind(memory);
     const double touch_radius = bindings.options[kTouchRadius];
@@ -48,12 +47,12 @@ class ColorRecall final : public Task {
     if (params_.rule == ColorRule::kSeq && bindings.options[kStrictOrder] != 0) {
       rule_ = ColorRule::kSeqStrict;
     }
-    above_touch_.z() = std::min(kAboveTouch, 0.6 * touch_radius);
+    above_touch_.z() = std::min(kMostAboveTouch, 0.6 * touch_radius);
     button_.bind(bindings);
-    reward_dict_.bind(bindings, kColorRewardTerms);
+    reward_dict_.bind(bindings, info_.reward_terms.size());
     sequence_ = memory.add<std::int32_t>("sequence", params_.SEQUENCE_LENGTH);
     memory.limit("sequence", 0, COLORS - 1);
-    positions_ = memory.add<double>("positions", 2 * COLORS, "m");
+    cubes_.bind(bindings);
     goal_ = memory.add<double>("obj_to_goal_pos", 3, "m");
     displacement_ = memory.add<double>("displacement", 2, "m", "mean, largest");
     bind_info(*bindings.outputs);
@@ -61,49 +60,51 @@ class ColorRecall final : public Task {
 
   int cue_end(int env) const override { return clock_.cue_end(env); }
 
-  // --- sampling (buttons 4.2) ---
+  // --- sampling ---
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
     draw_sequence(episode);
-    draw_positions(episode);
+    cubes_.reset(episode);
     const int items = params_.rule == ColorRule::kBunch ? 1 : params_.SEQUENCE_LENGTH;
     clock_.reset(env, items * episode.integer(kCueSteps, params_.cue.low, params_.cue.high),
                  episode.integer(kEmptySteps, params_.EMPTY_PHASE_STEPS.low,
                                  params_.EMPTY_PHASE_STEPS.high));
     touch_.reset(env);
     Vec2 center(BUTTON_X_SHIFT_TOWARD_ROBOT, 0);
-    for (int color = 0; color < COLORS; ++color) center += slot(env, color) / COLORS;
+    for (int color = 0; color < COLORS; ++color) center += cubes_.slot(env, color) / COLORS;
     button_.reset(env, center);
   }
 
-  // --- phases (buttons 4.3) ---
+  // --- phases ---
 
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int elapsed = engine_.state->elapsed[env];
       switch (clock_.phase(env, elapsed)) {
         case Phase::kCue:
-          show_cue(env, elapsed);
+          cubes_.show_cue(env, sequence(env), elapsed, clock_.cue_end(env));
           break;
         case Phase::kEmpty:
-          if (clock_.begins(env, elapsed)) hide_all(env, params_.SEQUENCE_LENGTH);
+          if (clock_.begins(env, elapsed)) cubes_.hide_all(env, sequence(env));
           break;
         case Phase::kManipulation:
-          if (elapsed < clock_.manipulation_start(env) + kStabiliseSteps) show_all(env);
+          if (elapsed < clock_.manipulation_start(env) + kStabiliseSteps) cubes_.show_all(env);
           break;
       }
       button_.follow_tool(env, is_acting(env));
     }
   }
 
-  // --- touches, button and success (buttons 4.4 to 4.7) ---
+  // --- success: touches, then the button ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const bool acting = is_acting(env);
-      measure_displacement(env);
-      const bool displaced = acting && displacement_.row(env)[1] > MAX_ALLOWED_CUBE_DISPLACEMENT;
+      const ColorCubes::Displacement moved = cubes_.displacement(env);
+      displacement_.row(env)[0] = moved.mean;
+      displacement_.row(env)[1] = moved.largest;
+      const bool displaced = acting && moved.largest > MAX_ALLOWED_CUBE_DISPLACEMENT;
       touch_.evaluate(env, acting);
       const TouchTally tally = count_touches(env);
       const bool pressable = tally.complete() && !displaced && acting;
@@ -115,7 +116,7 @@ class ColorRecall final : public Task {
       button_pressable_[env] = pressable ? 1 : 0;
       strong_displacement_[env] = displaced ? 1 : 0;
       is_robot_static_[env] = still ? 1 : 0;
-      max_displacement_[env] = static_cast<float>(displacement_.row(env)[1]);
+      max_displacement_[env] = static_cast<float>(moved.largest);
       press_depth_[env] = static_cast<float>(button_.depth(env));
       distance_to_button_[env] = static_cast<float>(button_.distance(env));
       std::copy_n(sequence_.row(env), params_.SEQUENCE_LENGTH, engine_.oracle_info.row(env));
@@ -124,49 +125,58 @@ class ColorRecall final : public Task {
     }
   }
 
-  // --- reward (buttons 4.10) ---
+  // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const TouchTally tally = count_touches(env);
       ColorRewardInputs in;
       in.goal_distance = Eigen::Map<const Eigen::Vector3d>(goal_.row(env)).norm();
       in.haste = measure_haste(engine_, env);
-      in.correct = tally.correct;
-      in.wrong = tally.wrong;
+      in.tally = count_touches(env);
       in.length = params_.SEQUENCE_LENGTH;
       in.mean_displacement = displacement_.row(env)[0];
+      in.max_displacement = displacement_.row(env)[1];
       in.acting = is_acting(env);
       in.success = engine_.success[env] != 0;
+      in.displaced = strong_displacement_[env] != 0;
+      in.robot_static = is_robot_static_[env] != 0;
       const ColorRewardTerms terms = color_reward(in, kColorSmoothness);
       *out.row(env) = static_cast<float>(terms.reward);
-      note_terms(env, tally, terms);
+      reward_dict_.note(env, [&](auto& row) { list_color_terms(row, rule_, in, terms); });
     }
   }
 
-  // --- observation (buttons 4.9) ---
+  // --- observation ---
 
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* row = out.row(env);
-      const auto put = [&row](double value) { *row++ = static_cast<float>(value); };
-      const std::span<const std::int32_t> targets = sequence(env);
-      const int next = is_acting(env) ? count_touches(env).next : -1;
-      for (int i = 0; i < 3; ++i) put(goal_.row(env)[i]);
-      for (const std::int32_t color : targets) put(color);
-      put(button_.center(env).x());
-      put(button_.center(env).y());
-      put(button_pressed_[env]);
-      for (int color = 0; color < COLORS; ++color) {
-        for (int i = 0; i < 3; ++i) put(engine_.state->prop_pos_of(env, color)[i]);
-        put(touch_.touched(env)[color]);
-        put(std::find(targets.begin(), targets.end(), color) != targets.end() ? 1 : 0);
-        put(color == next ? 1 : 0);
-      }
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    row.field("obj_to_goal_pos", 3, "m", "touch point of the next target minus TCP",
+              [&] { return goal_.row(env); });
+    row.field("oracle_info", params_.SEQUENCE_LENGTH, "", "colours of the cue, in its order",
+              [&] { return sequence_.row(env); });
+    row.field("button_xy", 2, "m", "", [&](RowWriter& out) {
+      out.add(button_.center(env).x());
+      out.add(button_.center(env).y());
+    });
+    row.field("button_pressed", 1, "", "the button has been pressed and released",
+              [&] { return button_pressed_[env]; });
+    int next = -1;
+    if constexpr (std::is_same_v<Row, RowWriter>) next = next_target(env);
+    for (int color = 0; color < COLORS; ++color) {
+      row.field(NumberedName{"cube_", color, "_pose"}, 3, "m", "position",
+                [&] { return engine_.state->prop_pos_of(env, color); });
+      row.field(NumberedName{"touched_", color, ""}, 1, "", "has been touched",
+                [&] { return touch_.touched(env)[color]; });
+      row.field(NumberedName{"cube_", color, "_in_seq"}, 1, "", "is one of the cue's",
+                [&] { return in_sequence(env, color) ? 1 : 0; });
+      row.field(NumberedName{"next_target_", color, ""}, 1, "", "is to be touched next",
+                [&] { return color == next ? 1 : 0; });
     }
   }
 
-  // --- oracle (buttons 8.4) ---
+  // --- oracle: touches from above, then presses the button ---
 
   void act(Range envs, bool blind, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -187,7 +197,7 @@ class ColorRecall final : public Task {
     }
   }
 
-  // --- overlay (common 11) ---
+  // --- overlay ---
 
   void overlay(int env, Overlay& out) const override {
     constexpr double kLeft = 130;  // right of "Target:"
@@ -204,22 +214,6 @@ class ColorRecall final : public Task {
   }
 
  private:
-  static constexpr double kTravelHeight = 0.115;  // m: the TCP between two touches touches nothing
-  static constexpr double kAboveTouch = 0.02;     // m: clear of the cube, even when it overshoots
-
-  static mjcf::Scene cubes() {
-    mjcf::Scene scene;
-    for (int color = 0; color < COLORS; ++color) {
-      scene.props.push_back(
-          mjcf::cube("cube_" + std::to_string(color), CUBE_HALFSIZE,
-                     to_rgba(COLOR_MAPPING[static_cast<std::size_t>(color)].rgba)));
-      // Apart, so that the document by itself shows all of them.
-      const Vec2 place = arc_slots()[static_cast<std::size_t>(color)];
-      scene.props.back().pos = {place.x(), place.y(), CUBE_HALFSIZE};
-    }
-    return scene;
-  }
-
   void bind_info(ColumnStore& info) {
     obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
     is_robot_static_ = info.add<std::uint8_t>("is_robot_static");
@@ -235,8 +229,9 @@ class ColorRecall final : public Task {
   std::span<const std::int32_t> sequence(int env) const {
     return {sequence_.row(env), static_cast<std::size_t>(params_.SEQUENCE_LENGTH)};
   }
-  Vec2 slot(int env, int color) const {
-    return {positions_.row(env)[2 * color], positions_.row(env)[2 * color + 1]};
+  bool in_sequence(int env, int color) const {
+    const std::span<const std::int32_t> colors = sequence(env);
+    return std::find(colors.begin(), colors.end(), color) != colors.end();
   }
   bool is_acting(int env) const {
     return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
@@ -244,6 +239,8 @@ class ColorRecall final : public Task {
   TouchTally count_touches(int env) const {
     return tally_touches(rule_, sequence(env), {touch_.touched(env), COLORS}, touch_.order(env));
   }
+  // The colour to be touched next, -1: none.
+  int next_target(int env) const { return is_acting(env) ? count_touches(env).next : -1; }
 
   void draw_sequence(const Episode& episode) const {
     std::int32_t* sequence = sequence_.row(episode.env());
@@ -255,71 +252,6 @@ class ColorRecall final : public Task {
     std::array<int, COLORS> colors{};
     episode.stream(kSequence).permutation(colors);
     std::copy_n(colors.begin(), params_.SEQUENCE_LENGTH, sequence);
-  }
-
-  void draw_positions(const Episode& episode) const {
-    double* positions = positions_.row(episode.env());
-    if (const double* pinned = episode.pinned(kPositions)) {
-      std::copy_n(pinned, 2 * COLORS, positions);
-      return;
-    }
-    RandomStream random = episode.stream(kPositions);
-    const Layout jittered = jitter_slots(slots_, random);
-    for (const Vec2& place : assign_slots(jittered, random)) {
-      *positions++ = place.x();
-      *positions++ = place.y();
-    }
-  }
-
-  // The cubes of the cue are put back in every step, so that nothing can move them.
-  void show_cue(int env, int elapsed) const {
-    const std::span<const std::int32_t> targets = sequence(env);
-    if (params_.rule == ColorRule::kBunch) {
-      if (elapsed == 0) hide_all(env, 0);
-      for (const std::int32_t color : targets) place(env, color, bunch_cue_position(color));
-      return;
-    }
-    // In a made-up snapshot the cue need not be a multiple of its items.
-    const int duration = std::max(1, clock_.cue_end(env) / params_.SEQUENCE_LENGTH);
-    const int item = std::min(elapsed / duration, params_.SEQUENCE_LENGTH - 1);
-    if (elapsed % duration == 0) hide_all(env, item);
-    place(env, targets[static_cast<std::size_t>(item)], Vec2::Zero());
-  }
-
-  // `shown`: how many items of the cue have been shown. Bunch reports hidden cubes above the
-  // middle; the others where they stood last, in x and y.
-  void hide_all(int env, int shown) const {
-    const std::span<const std::int32_t> past = sequence(env).first(static_cast<std::size_t>(shown));
-    for (int color = 0; color < COLORS; ++color) {
-      const bool middle = params_.rule == ColorRule::kBunch ||
-                          std::find(past.begin(), past.end(), color) != past.end();
-      const Vec2 at = middle ? Vec2(0, 0) : slot(env, color);
-      const double pos[3] = {at.x(), at.y(), kHiddenHeight};
-      engine_.state->hide_prop(env, color, pos);
-    }
-  }
-
-  void show_all(int env) const {
-    for (int color = 0; color < COLORS; ++color) place(env, color, slot(env, color));
-  }
-
-  void place(int env, int color, const Vec2& at) const {
-    const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
-    engine_.state->place_prop(env, color, pos, kUpright);
-  }
-
-  // Of the reported poses, whatever the phase.
-  void measure_displacement(int env) const {
-    double sum = 0;
-    double largest = 0;
-    for (int color = 0; color < COLORS; ++color) {
-      const double* pos = engine_.state->prop_pos_of(env, color);
-      const double distance = (Vec2(pos[0], pos[1]) - slot(env, color)).norm();
-      sum += distance;
-      largest = std::max(largest, distance);
-    }
-    displacement_.row(env)[0] = sum / COLORS;
-    displacement_.row(env)[1] = largest;
   }
 
   // The goal vector: to the button once it may be pressed, until it has been.
@@ -336,36 +268,15 @@ class ColorRecall final : public Task {
     for (int i = 0; i < 3; ++i) obj_to_goal_pos_.row(env)[i] = static_cast<float>(goal[i]);
   }
 
-  void note_terms(int env, const TouchTally& tally, const ColorRewardTerms& terms) const {
-    const auto flag = [](bool value) { return value ? 1.0 : 0.0; };
-    const std::array<double, kColorRewardTerms> row = {terms.reaching,
-                                                       static_cast<double>(tally.correct),
-                                                       static_cast<double>(tally.wrong),
-                                                       flag(is_robot_static_[env] != 0),
-                                                       static_cast<double>(tally.touched),
-                                                       static_cast<double>(params_.SEQUENCE_LENGTH),
-                                                       flag(tally.all_touched),
-                                                       flag(tally.no_extra),
-                                                       terms.smooth.action_l2,
-                                                       terms.smooth.action_delta_l2,
-                                                       terms.smooth.qvel_l2,
-                                                       terms.smooth.penalty,
-                                                       displacement_.row(env)[0],
-                                                       displacement_.row(env)[1],
-                                                       terms.displacement_penalty,
-                                                       flag(strong_displacement_[env] != 0)};
-    reward_dict_.note(env, row);
-  }
-
-  // The next of the cubes to be touched, -1 if all have been. Without an order, the row of cubes is
-  // swept from the end that is nearer.
+  // The next of the cubes that the oracle touches, -1 if all have been. Without an order, the row
+  // of cubes is swept from the end that is nearer.
   int choose(int env, std::span<const std::int32_t> targets) const {
     int ends[2] = {-1, -1};
     double angles[2] = {0, 0};
     for (const std::int32_t color : targets) {
       if (touch_.touched(env)[color] != 0) continue;
       if (rule_ == ColorRule::kSeqStrict || rule_ == ColorRule::kChain) return color;
-      const Vec2 at = slot(env, color);
+      const Vec2 at = cubes_.slot(env, color);
       const double angle = std::atan2(at.y(), at.x() - kArcX);
       for (int end = 0; end < 2; ++end) {
         const bool further = end == 0 ? angle < angles[end] : angle > angles[end];
@@ -376,7 +287,9 @@ class ColorRecall final : public Task {
     }
     if (ends[0] < 0) return -1;
     const Eigen::Map<const Eigen::Vector3d> tcp(engine_.state->tcp_pos.row(env));
-    const auto distance = [&](int color) { return (slot(env, color) - tcp.head<2>()).norm(); };
+    const auto distance = [&](int color) {
+      return (cubes_.slot(env, color) - tcp.head<2>()).norm();
+    };
     return distance(ends[0]) <= distance(ends[1]) ? ends[0] : ends[1];
   }
 
@@ -390,17 +303,13 @@ class ColorRecall final : public Task {
 
   ColorRecallParams params_;
   ColorRule rule_;  // by which touches are judged
-  TaskInfo info_;
-  Layout slots_;
-  mjcf::Scene scene_;
-  Bindings engine_;
+  ColorCubes cubes_;
   PhaseClock clock_;
   TouchLatch touch_;
   PressButton button_;
   Eigen::Vector3d above_touch_{0, 0, 0};  // where the oracle stops, from the touch point
   RewardDict reward_dict_;
   Column<std::int32_t> sequence_;  // (SEQUENCE_LENGTH) colours of the cue
-  Column<double> positions_;       // (COLORS * 2) m: where the cubes stand in the action phase
   Column<double> goal_;            // (3) m: obj_to_goal_pos in full precision
   Column<double> displacement_;    // (2) m: mean and largest
   Column<float> obj_to_goal_pos_;  // (3) m

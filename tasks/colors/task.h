@@ -1,5 +1,5 @@
 // BunchOfColors, SeqOfColors and ChainOfColors: coloured cubes are shown together or one by one,
-// and have to be touched among nine, then the button in the middle pressed (colors_and_buttons.md).
+// and have to be touched among nine, then the button in the middle pressed (docs/tasks/colors.md).
 #pragma once
 
 #include <memory>

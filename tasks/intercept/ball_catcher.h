@@ -1,5 +1,5 @@
 // How oracles catch the rolling ball: meet it, run along above it, come down over it and close the
-// fingers, one before and one behind it (intercept 1.6).
+// fingers, one before and one behind it.
 #pragma once
 
 #include "tasks/intercept/ball_launch.h"

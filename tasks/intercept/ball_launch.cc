@@ -20,13 +20,17 @@ using Vector = Eigen::Vector3d;
 
 mjcf::Prop launched_ball() { return mjcf::ball("ball", BALL_RADIUS, {1, 0, 0, 1}); }
 
-std::vector<Draw> ball_draws(VelocityRange speed) {
-  return {
+void describe_launch(VelocityRange speed, TaskInfo& info) {
+  info.termination = Termination::kNever;
+  info.oracle_dim = 3;
+  info.oracle_is_real = true;
+  info.draws = {
       {"ball_x", 1, false, kStartX.low, kStartX.high, "m", "where the ball starts"},
       {"ball_y", 1, false, kStartY.low, kStartY.high, "m", "where the ball starts"},
       {"velocity_x", 1, false, kDrift.low, kDrift.high, "m/s", "of the ball's launch"},
       {"velocity_y", 1, false, speed.low, speed.high, "m/s", "of the ball's launch"},
   };
+  info.phases = {{"manipulation", "always"}};
 }
 
 void BallLaunch::bind(const Bindings& bindings) {
@@ -75,9 +79,9 @@ Vector BallLaunch::tcp(int env) const {
   return Eigen::Map<const Vector>(engine_.state->tcp_pos.row(env));
 }
 
-void BallLaunch::observe_pose(int env, RowWriter& out) const {
-  out.add(engine_.state->prop_pos_of(env, kBallProp), 3);
-  out.add(engine_.state->prop_quat_of(env, kBallProp), 4);
+void BallLaunch::add_pose(int env, RowWriter& out) const {
+  out.add_pose(engine_.state->prop_pos_of(env, kBallProp),
+               engine_.state->prop_quat_of(env, kBallProp));
 }
 
 }  // namespace engram::tasks

@@ -1,9 +1,6 @@
 // The ball that rolls past the robot, and what Intercept and InterceptGrab know of it
-// (intercept 1.2).
+// (docs/tasks/intercept.md).
 #pragma once
-
-#include <string>
-#include <vector>
 
 #include "core/task.h"
 #include "mjcf/prop.h"
@@ -26,7 +23,9 @@ mjcf::Prop launched_ball();
 
 // A task's first draws are those of the launch.
 enum BallDraw { kBallX, kBallY, kVelocityX, kVelocityY, kBallDraws };
-std::vector<Draw> ball_draws(VelocityRange speed);
+
+// Fills in what both families say of themselves, the draws of the launch included.
+void describe_launch(VelocityRange speed, TaskInfo& info);
 
 class BallLaunch {
  public:
@@ -45,7 +44,7 @@ class BallLaunch {
   Eigen::Vector3d initial_velocity(int env) const;  // m/s
   Eigen::Vector3d tcp(int env) const;
 
-  void observe_pose(int env, RowWriter& out) const;
+  void add_pose(int env, RowWriter& out) const;
 
  private:
   VelocityRange speed_;

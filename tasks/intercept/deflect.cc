@@ -1,15 +1,13 @@
 #include "tasks/intercept/deflect.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "mjcf/scene.h"
 #include "mjcf/target_disc.h"
 #include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/task_info.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/variant.h"
 
@@ -18,7 +16,7 @@ namespace {
 
 using Vector = Eigen::Vector3d;
 
-// --- parameters (section 1) ---
+// --- parameters ---
 
 struct Params {
   std::string_view id;
@@ -45,65 +43,43 @@ constexpr double kUpright[4] = {1, 0, 0, 0};
 constexpr int kGoalProp = 1;
 constexpr int kGoalY = kBallDraws;
 
-std::vector<Draw> draws(const Params& params) {
-  std::vector<Draw> result = ball_draws(params.VELOCITY_RANGE);
-  result.push_back({"goal_y", 1, false, -kGoalSpan, kGoalSpan, "m", "where the target lies"});
-  return result;
-}
-
 ConstantTable constants(const Params& params) {
   return {{"BALL_RADIUS", BALL_RADIUS}, {"GOAL_RADIUS", GOAL_RADIUS},
           {"ACTION_L2_COEF", 0.0},      {"ACTION_DELTA_L2_COEF", 0.0},
           {"QVEL_L2_COEF", 0.0},        {"VELOCITY_RANGE", params.VELOCITY_RANGE.constant()}};
 }
 
-std::vector<Field> state_fields() {
-  constexpr DType kFloat = DType::kFloat32;
-  return {{"goal_pos", 3, kFloat, "m", "centre of the target"},
-          {"ball_pose", 7, kFloat, "m", "position, quaternion (w, x, y, z)"},
-          {"oracle_info", 3, kFloat, "m/s", "initial velocity of the ball"},
-          {"ball_linear_vel", 3, kFloat, "m/s", ""},
-          {"ball_angular_vel", 3, kFloat, "rad/s", "about the world's axes"},
-          {"tcp_to_ball_pos", 3, kFloat, "m", ""},
-          {"ball_to_goal_pos", 3, kFloat, "m", ""}};
+template <class Row>
+void list_terms(Row& row, const InterceptRewardTerms& terms) {
+  row.term("reaching_reward", "", terms.reaching);
+  row.term("reached_status", "", terms.reached);
+  row.term("place_reward", "", terms.place);
+  row.term("tcp_to_hit_pose_dist", "m", terms.tcp_to_hit_pose_dist);
 }
 
-constexpr int kRewardTerms = 4;
-
-class Intercept final : public Task {
+class Intercept final : public FamilyBase {
  public:
   Intercept(const RegistryEntry& entry, const Params& params)
-      : launch_(params.VELOCITY_RANGE, kStartHeight) {
-    info_ = describe(entry);
-    info_.termination = Termination::kNever;
+      : FamilyBase(entry), launch_(params.VELOCITY_RANGE, kStartHeight) {
+    describe_launch(params.VELOCITY_RANGE, info_);
+    info_.draws.push_back(
+        {"goal_y", 1, false, -kGoalSpan, kGoalSpan, "m", "where the target lies"});
     info_.success_reward = kSuccessReward;
-    info_.oracle_dim = 3;
-    info_.oracle_is_real = true;
-    info_.draws = draws(params);
     info_.constants = constants(params);
-    info_.reward_terms = {"reaching_reward", "reached_status", "place_reward",
-                          "tcp_to_hit_pose_dist"};
-    info_.phases = {{"manipulation", "always"}};
-    info_.state_fields = state_fields();
+    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
+    declare_state(*this);
     scene_.props = {launched_ball(), mjcf::target_disc("goal_region", GOAL_RADIUS, kTargetRed)};
     scene_.table_ends = true;
   }
 
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override { return scene_source(scene_); }
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override {
-    engine_ = bindings;
+    FamilyBase::bind(bindings);
     launch_.bind(bindings);
-    reward_dict_.bind(bindings, kRewardTerms);
+    reward_dict_.bind(bindings, info_.reward_terms.size());
     reached_ = bindings.memory->add<std::uint8_t>("reached");
   }
 
-  // Nothing is hidden at any time.
-  int cue_end(int /*env*/) const override { return 0; }
-
-  // --- sampling (section 1.2) ---
+  // --- sampling ---
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
@@ -113,9 +89,12 @@ class Intercept final : public Task {
     engine_.state->place_prop(env, kGoalProp, goal, kUpright);
   }
 
-  void advance(Range /*envs*/) override {}
+  // --- phases: none, and nothing is hidden at any time ---
 
-  // --- success and reward (sections 1.4 and 1.5) ---
+  void advance(Range /*envs*/) override {}
+  int cue_end(int /*env*/) const override { return 0; }
+
+  // --- success ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -125,34 +104,40 @@ class Intercept final : public Task {
     }
   }
 
+  // --- reward ---
+
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const InterceptRewardTerms terms =
           intercept_reward({launch_.ball(env), goal(env), launch_.tcp(env), reached_[env] != 0,
                             engine_.success[env] != 0});
       reached_[env] = terms.reached ? 1 : 0;
-      reward_dict_.note<kRewardTerms>(env, {terms.reaching, terms.reached ? 1.0 : 0.0, terms.place,
-                                            terms.tcp_to_hit_pose_dist});
+      reward_dict_.note(env, [&](auto& row) { list_terms(row, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
   }
 
-  // --- observation (section 1.4) ---
+  // --- observation ---
 
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      RowWriter row(out.row(env));
-      row.add(goal(env));
-      launch_.observe_pose(env, row);
-      row.add(launch_.initial_velocity(env));
-      row.add(launch_.linear_velocity(env));
-      row.add(launch_.angular_velocity(env));
-      row.add(launch_.ball(env) - launch_.tcp(env));
-      row.add(goal(env) - launch_.ball(env));
-    }
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    row.field("goal_pos", 3, "m", "centre of the target", [&] { return goal(env); });
+    row.field("ball_pose", 7, "m", "position, quaternion (w, x, y, z)",
+              [&](RowWriter& out) { launch_.add_pose(env, out); });
+    row.field("oracle_info", 3, "m/s", "initial velocity of the ball",
+              [&] { return launch_.initial_velocity(env); });
+    row.field("ball_linear_vel", 3, "m/s", "", [&] { return launch_.linear_velocity(env); });
+    row.field("ball_angular_vel", 3, "rad/s", "about the world's axes",
+              [&] { return launch_.angular_velocity(env); });
+    row.field("tcp_to_ball_pos", 3, "m", "",
+              [&] { return Vector(launch_.ball(env) - launch_.tcp(env)); });
+    row.field("ball_to_goal_pos", 3, "m", "",
+              [&] { return Vector(goal(env) - launch_.ball(env)); });
   }
 
-  // --- oracle (section 1.6): catch the ball and carry it to the target ---
+  // --- oracle: catch the ball and carry it to the target ---
 
   void act(Range envs, bool /*blind*/, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -178,9 +163,6 @@ class Intercept final : public Task {
   }
   double goal_distance(int env) const { return (launch_.ball(env) - goal(env)).head<2>().norm(); }
 
-  TaskInfo info_;
-  mjcf::Scene scene_;
-  Bindings engine_;
   BallLaunch launch_;
   RewardDict reward_dict_;
   Column<std::uint8_t> reached_;  // latched: the hand was once behind the ball

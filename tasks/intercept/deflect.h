@@ -1,4 +1,4 @@
-// Intercept: bring the rolling ball onto the target.
+// Intercept: bring the rolling ball onto the target (docs/tasks/intercept.md).
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace engram::tasks {
 
-// What the dense reward is made of (intercept 1.5).
+// What the dense reward is made of.
 struct InterceptRewardInputs {
   Eigen::Vector3d ball = Eigen::Vector3d::Zero();
   Eigen::Vector3d goal = Eigen::Vector3d::Zero();

@@ -4,11 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "mjcf/scene.h"
 #include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/task_info.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/variant.h"
 
@@ -17,7 +16,7 @@ namespace {
 
 using Vector = Eigen::Vector3d;
 
-// --- parameters (section 2) ---
+// --- parameters ---
 
 struct Params {
   std::string_view id;
@@ -40,70 +39,52 @@ ConstantTable constants(const Params& params) {
           {"VELOCITY_RANGE", params.VELOCITY_RANGE.constant()}};
 }
 
-std::vector<Field> state_fields() {
-  constexpr DType kFloat = DType::kFloat32;
-  return {{"ball_pose", 7, kFloat, "m", "position, quaternion (w, x, y, z)"},
-          {"oracle_info", 3, kFloat, "m/s", "initial velocity of the ball"},
-          {"is_ball_grasped", 1, kFloat, "", ""},
-          {"ball_linear_vel", 3, kFloat, "m/s", ""},
-          {"ball_angular_vel", 3, kFloat, "rad/s", "about the world's axes"},
-          {"tcp_to_ball_pos", 3, kFloat, "m", ""},
-          {"gripper_width", 1, kFloat, "m", "sum of both finger positions"},
-          {"relative_velocity", 3, kFloat, "m/s", "of the ball, as seen from the TCP"}};
+template <class Row>
+void list_terms(Row& row, const GrabRewardInputs& in, const GrabRewardTerms& terms) {
+  row.term("tcp_to_obj_dist", "m", terms.distance);
+  row.term("is_grasped_reward", "", in.grasped);
+  row.term("ball_in_gripper", "", terms.in_gripper);
+  row.term("dist_tcp_to_ball_x", "m", terms.offset.x());
+  row.term("dist_tcp_to_ball_y", "m", terms.offset.y());
+  row.term("dist_tcp_to_ball_z", "m", terms.offset.z());
+  row.term("current_gripper_width", "m", in.gripper_width);
+  row.term("very_close_mask", "", terms.very_close);
+  row.term("static_reward", "", terms.ball_stillness);
+  row.term("robot_static_reward", "", terms.robot_stillness);
+  row.term("success", "", in.success);
 }
 
-constexpr int kRewardTerms = 11;
-
-class InterceptGrab final : public Task {
+class InterceptGrab final : public FamilyBase {
  public:
   InterceptGrab(const RegistryEntry& entry, const Params& params)
-      : launch_(params.VELOCITY_RANGE, BALL_RADIUS) {
-    info_ = describe(entry);
-    info_.termination = Termination::kNever;
+      : FamilyBase(entry), launch_(params.VELOCITY_RANGE, BALL_RADIUS) {
+    describe_launch(params.VELOCITY_RANGE, info_);
     info_.success_reward = kSuccessReward;
-    info_.oracle_dim = 3;
-    info_.oracle_is_real = true;
-    info_.draws = ball_draws(params.VELOCITY_RANGE);
     info_.constants = constants(params);
-    info_.reward_terms = {"tcp_to_obj_dist",
-                          "is_grasped_reward",
-                          "ball_in_gripper",
-                          "dist_tcp_to_ball_x",
-                          "dist_tcp_to_ball_y",
-                          "dist_tcp_to_ball_z",
-                          "current_gripper_width",
-                          "very_close_mask",
-                          "static_reward",
-                          "robot_static_reward",
-                          "success"};
-    info_.phases = {{"manipulation", "always"}};
-    info_.state_fields = state_fields();
+    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+    declare_state(*this);
     scene_.props = {launched_ball()};
     scene_.table_ends = true;
   }
 
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override { return scene_source(scene_); }
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override {
-    engine_ = bindings;
+    FamilyBase::bind(bindings);
     launch_.bind(bindings);
-    reward_dict_.bind(bindings, kRewardTerms);
+    reward_dict_.bind(bindings, info_.reward_terms.size());
     is_ball_grasped_ = bindings.outputs->add<std::uint8_t>("is_ball_grasped");
     is_robot_static_ = bindings.outputs->add<std::uint8_t>("is_robot_static");
   }
 
-  // Nothing is hidden at any time.
-  int cue_end(int /*env*/) const override { return 0; }
-
-  // --- sampling (section 2.2) ---
+  // --- sampling ---
 
   void reset(const Episode& episode) override { launch_.reset(episode); }
 
-  void advance(Range /*envs*/) override {}
+  // --- phases: none, and nothing is hidden at any time ---
 
-  // --- success and reward (sections 2.3 and 2.4) ---
+  void advance(Range /*envs*/) override {}
+  int cue_end(int /*env*/) const override { return 0; }
+
+  // --- success ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -116,33 +97,48 @@ class InterceptGrab final : public Task {
     }
   }
 
+  // --- reward ---
+
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const GrabRewardInputs inputs{launch_.ball(env), launch_.tcp(env), gripper_width(env),
-                                    is_ball_grasped_[env] != 0, engine_.success[env] != 0};
-      const GrabRewardTerms terms = grab_reward(inputs);
-      note_terms(env, inputs, terms);
+      GrabRewardInputs in;
+      in.ball = launch_.ball(env);
+      in.tcp = launch_.tcp(env);
+      in.gripper_width = gripper_width(env);
+      in.grasped = is_ball_grasped_[env] != 0;
+      in.success = engine_.success[env] != 0;
+      in.ball_speed = launch_.linear_velocity(env).norm();
+      in.ball_spin = launch_.angular_velocity(env).norm();
+      in.arm_speed = Eigen::Map<const ArmVector>(engine_.state->qvel.row(env)).norm();
+      const GrabRewardTerms terms = grab_reward(in);
+      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
   }
 
-  // --- observation (section 2.3) ---
+  // --- observation ---
 
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      RowWriter row(out.row(env));
-      launch_.observe_pose(env, row);
-      row.add(launch_.initial_velocity(env));
-      row.add(is_ball_grasped_[env]);
-      row.add(launch_.linear_velocity(env));
-      row.add(launch_.angular_velocity(env));
-      row.add(launch_.ball(env) - launch_.tcp(env));
-      row.add(gripper_width(env));
-      row.add(launch_.linear_velocity(env) - tcp_velocity(env));
-    }
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    row.field("ball_pose", 7, "m", "position, quaternion (w, x, y, z)",
+              [&](RowWriter& out) { launch_.add_pose(env, out); });
+    row.field("oracle_info", 3, "m/s", "initial velocity of the ball",
+              [&] { return launch_.initial_velocity(env); });
+    row.field("is_ball_grasped", 1, "", "", [&] { return is_ball_grasped_[env]; });
+    row.field("ball_linear_vel", 3, "m/s", "", [&] { return launch_.linear_velocity(env); });
+    row.field("ball_angular_vel", 3, "rad/s", "about the world's axes",
+              [&] { return launch_.angular_velocity(env); });
+    row.field("tcp_to_ball_pos", 3, "m", "",
+              [&] { return Vector(launch_.ball(env) - launch_.tcp(env)); });
+    row.field("gripper_width", 1, "m", "sum of both finger positions",
+              [&] { return gripper_width(env); });
+    row.field("relative_velocity", 3, "m/s", "of the ball, as seen from the TCP",
+              [&] { return Vector(launch_.linear_velocity(env) - tcp_velocity(env)); });
   }
 
-  // --- oracle (section 2.5): catch the ball and stop ---
+  // --- oracle: catch the ball and stop ---
 
   void act(Range envs, bool /*blind*/, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -167,21 +163,6 @@ class InterceptGrab final : public Task {
     return jacobian.topRows<3>() * Eigen::Map<const ArmVector>(engine_.state->qvel.row(env));
   }
 
-  void note_terms(int env, const GrabRewardInputs& in, const GrabRewardTerms& terms) const {
-    const Vector offset = (in.ball - in.tcp).cwiseAbs();
-    const double spin = launch_.angular_velocity(env).norm();
-    const double still = 1 - std::tanh(10 * launch_.linear_velocity(env).norm() + spin);
-    const double arm_speed = Eigen::Map<const ArmVector>(engine_.state->qvel.row(env)).norm();
-    const auto flag = [](bool value) { return value ? 1.0 : 0.0; };
-    reward_dict_.note<kRewardTerms>(
-        env, {terms.distance, flag(in.grasped), flag(terms.in_gripper), offset.x(), offset.y(),
-              offset.z(), in.gripper_width, flag(terms.very_close), still,
-              1 - std::tanh(5 * arm_speed), flag(in.success)});
-  }
-
-  TaskInfo info_;
-  mjcf::Scene scene_;
-  Bindings engine_;
   BallLaunch launch_;
   RewardDict reward_dict_;
   Column<std::uint8_t> is_ball_grasped_;
@@ -192,12 +173,15 @@ class InterceptGrab final : public Task {
 
 GrabRewardTerms grab_reward(const GrabRewardInputs& in) {
   GrabRewardTerms terms;
-  const Vector offset = (in.ball - in.tcp).cwiseAbs();
+  terms.offset = (in.ball - in.tcp).cwiseAbs();
+  const Vector& offset = terms.offset;
   const double width = in.gripper_width;
   terms.distance = offset.norm();
   terms.in_gripper = offset.x() <= 0.04 && offset.y() <= 0.04 && offset.z() <= 0.03 &&
                      terms.distance <= 0.04 && width >= 0.04;
   terms.very_close = terms.distance <= 0.025;
+  terms.ball_stillness = 1 - std::tanh(10 * in.ball_speed + in.ball_spin);
+  terms.robot_stillness = 1 - std::tanh(5 * in.arm_speed);
 
   double reward = 10 * (1 - std::tanh(3 * terms.distance));
   if (terms.in_gripper) {

@@ -1,4 +1,4 @@
-// InterceptGrab: catch the rolling ball.
+// InterceptGrab: catch the rolling ball (docs/tasks/intercept.md).
 #pragma once
 
 #include <memory>
@@ -8,19 +8,26 @@
 
 namespace engram::tasks {
 
-// What the dense reward is made of (intercept 2.4).
+// What the dense reward is made of.
 struct GrabRewardInputs {
   Eigen::Vector3d ball = Eigen::Vector3d::Zero();
   Eigen::Vector3d tcp = Eigen::Vector3d::Zero();
   double gripper_width = 0;  // m
   bool grasped = false;
   bool success = false;
+  // For reward_dict alone.
+  double ball_speed = 0;  // m/s
+  double ball_spin = 0;   // rad/s
+  double arm_speed = 0;   // norm of the arm joint velocities, rad/s
 };
 
 struct GrabRewardTerms {
-  double distance = 0;  // ball to TCP, m
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // ball to TCP along each axis, m
+  double distance = 0;                               // ball to TCP, m
   bool in_gripper = false;
   bool very_close = false;
+  double ball_stillness = 0;
+  double robot_stillness = 0;
   double reward = 0;
 };
 

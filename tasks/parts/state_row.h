@@ -77,6 +77,11 @@ class RowWriter {
     for (int i = 0; i < count; ++i) add(values[i]);
   }
   void add(const Eigen::Vector3d& vector) { add(vector.data(), 3); }
+  // Seven numbers: position, quaternion (w, x, y, z).
+  void add_pose(const double* pos, const double* quat) {
+    add(pos, 3);
+    add(quat, 4);
+  }
 
  private:
   float* out_;

@@ -1,46 +1,91 @@
 #include "tasks/shell_game/color_lamp.h"
 
-#include "tasks/shell_game/lamp_game.h"
+#include "tasks/shell_game/lamp_cue.h"
+#include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {
 namespace {
 
-class ShellGameColorLamp final : public ShellLampGame {
+class ColorLamp final : public ShellGame {
  public:
-  explicit ShellGameColorLamp(const RegistryEntry& entry) : ShellLampGame(entry, {}) {
+  explicit ColorLamp(const RegistryEntry& entry)
+      : ShellGame(entry,
+                  {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
+        rule_(/*shoving=*/false),
+        cue_(scene_, kMapping) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
-    info_.draws.push_back(ShellLampCue::mapping_draw());
+    info_.draws.push_back(LampCue::mapping_draw());
+    rule_.describe(info_);
+    LampCue::describe(info_);
+    declare_state(*this);
   }
+
+  void bind(const Bindings& bindings) override {
+    ShellGame::bind(bindings);
+    rule_.bind(bindings);
+    cue_.bind(bindings);
+  }
+
+  // --- sampling ---
 
   void reset(const Episode& episode) override {
-    ShellLampGame::reset(episode);
-    reset_cue(episode, kMapping);
+    ShellGame::reset(episode);
+    cue_.reset(episode, mugs_);
   }
 
+  // --- phases ---
+
+  // The mugs are put back in every step, so that the robot cannot carry anything away.
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       if (manipulation_begins(env)) {
         cue_.hide_balls(env);
         cue_.show_color(env, target_[env]);
       }
-      if (!is_manipulation(env)) continue;
-      for (int mug = 0; mug < kCups; ++mug) stand_mug(env, mug, mug);
+      if (is_manipulation(env)) mugs_.stand_all(env);
     }
   }
 
+  // --- success, reward ---
+
   void evaluate(Range envs) override {
-    for (int env = envs.begin; env < envs.end; ++env) judge_slot(env, target_mug(env));
+    for (int env = envs.begin; env < envs.end; ++env) {
+      const int slot = cue_.mug_of(env, target_[env]);
+      engine_.oracle_info[env] = slot;
+      cue_.tell_color(env, target_[env]);
+      conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
+    }
+  }
+
+  void dense_reward(Range envs, FloatRows out) override { rule_.dense_reward(*this, envs, out); }
+
+  // --- observation ---
+
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    LampCue::state_row(row, *this, env);
+  }
+
+  // --- oracle ---
+
+  void act(Range envs, bool blind, FloatRows actions) override {
+    rule_.act(*this, envs, blind, actions);
   }
 
  private:
   enum OwnDraw { kMapping = kFirstOwnDraw };
+
+  TouchRule rule_;
+  LampCue cue_;
 };
 
 }  // namespace
 
 std::unique_ptr<Task> make_shell_game_color_lamp(const RegistryEntry& entry) {
-  return std::make_unique<ShellGameColorLamp>(entry);
+  return std::make_unique<ColorLamp>(entry);
 }
 
 }  // namespace engram::tasks

@@ -1,5 +1,5 @@
 // ShellGameColorLampTouch: three coloured balls vanish under three mugs; a lamp then shows the
-// colour whose mug has to be touched (shell 5).
+// colour whose mug has to be touched.
 #pragma once
 
 #include <memory>

@@ -1,75 +1,89 @@
 #include "tasks/shell_game/lamp_cue.h"
 
+#include <array>
+
 namespace engram::tasks {
 namespace {
+
+constexpr double LAMP_BEHIND_OFFSET_X = 0.25;  // m, from the center slot
+constexpr double LAMP_HEIGHT = 0.06;           // m
 
 constexpr std::array<const char*, kCups> kBallNames = {"ball_red", "ball_green", "ball_blue"};
 constexpr std::array<mjcf::Rgba, kCups> kColors = {{{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}}};
 constexpr double kGlow = 2;
+constexpr double kUpright[4] = {1, 0, 0, 0};
 
 // Slots of red, green and blue.
-constexpr std::array<std::array<std::uint8_t, kCups>, ShellLampCue::kMappingCount> kMappings = {
+constexpr std::array<std::array<std::uint8_t, kCups>, 6> kMappings = {
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+constexpr int kLastMapping = static_cast<int>(kMappings.size()) - 1;
+
+enum OptionIndex { kFixedMapping };
 
 }  // namespace
 
-ShellLampCue::ShellLampCue(mjcf::Scene& scene) : first_ball_(static_cast<int>(scene.props.size())) {
+LampCue::LampCue(mjcf::Scene& scene, int draw)
+    : first_ball_(static_cast<int>(scene.props.size())), draw_(draw) {
   for (std::size_t color = 0; color < kCups; ++color) {
     scene.props.push_back(mjcf::visual_sphere(kBallNames[color], BALL_RADIUS, kColors[color]));
   }
   lamp_ = Lamp(scene, "lamp");
 }
 
-Draw ShellLampCue::mapping_draw() {
+Draw LampCue::mapping_draw() {
   return {"mapping",
           1,
           true,
           0,
-          kMappingCount - 1,
+          kLastMapping,
           "",
           "slots of the red, green and blue ball: 012, 021, 102, 120, 201, 210"};
 }
 
-TaskOption ShellLampCue::fixed_mapping_option() {
-  return {"fixed_mapping",
-          0,
-          true,
-          0,
-          1,
-          "",
-          "1: red left, green center, blue right in every episode, as upstream"};
+void LampCue::describe(TaskInfo& info) {
+  info.hidden_draw = mapping_draw().name;
+  info.options = {{"fixed_mapping", 0, true, 0, 1, "",
+                   "1: red left, green center, blue right in every episode, as upstream"}};
+  info.constants.emplace_back("LAMP_BEHIND_OFFSET_X", LAMP_BEHIND_OFFSET_X);
+  info.constants.emplace_back("LAMP_HEIGHT", LAMP_HEIGHT);
 }
 
-void ShellLampCue::bind(const Bindings& bindings) {
-  state_ = bindings.state;
+void LampCue::bind(const Bindings& bindings) {
+  engine_ = bindings;
   slot_of_color_ = bindings.memory->add<std::uint8_t>("slot_of_color", kCups);
   bindings.memory->limit("slot_of_color", 0, kCups - 1);
+  task_cue_ = bindings.outputs->add<float>("task_cue", 1, "", "colour of the lamp");
 }
 
-void ShellLampCue::reset(int env, int mapping,
-                         const std::array<Eigen::Vector3d, kCups>& slots) const {
-  static constexpr double kUpright[4] = {1, 0, 0, 0};
-  const auto& chosen = kMappings[static_cast<std::size_t>(mapping)];
+void LampCue::reset(const Episode& episode, const Mugs& mugs) const {
+  const int env = episode.env();
+  const State& state = *engine_.state;
+  const bool fixed = engine_.options[kFixedMapping] != 0;
+  const int mapping = fixed ? 0 : episode.integer(draw_, 0, kLastMapping);
+  const auto& slots = kMappings[static_cast<std::size_t>(mapping)];
   for (int color = 0; color < kCups; ++color) {
-    const std::uint8_t slot = chosen[static_cast<std::size_t>(color)];
+    const std::uint8_t slot = slots[static_cast<std::size_t>(color)];
     slot_of_color_.row(env)[color] = slot;
-    state_->place_prop(env, first_ball_ + color, slots[slot].data(), kUpright);
+    const Eigen::Vector3d ball = mugs.slot_pos(env, slot, BALL_RADIUS);
+    state.place_prop(env, first_ball_ + color, ball.data(), kUpright);
   }
-  const Eigen::Vector3d lamp(slots[1].x() + LAMP_BEHIND_OFFSET_X, slots[1].y(), LAMP_HEIGHT);
-  lamp_.place(*state_, env, lamp.data());
-  lamp_.shine(*state_, env, {});
+  const Eigen::Vector3d center = mugs.base(env);
+  const Eigen::Vector3d lamp(center.x() + LAMP_BEHIND_OFFSET_X, center.y(), LAMP_HEIGHT);
+  lamp_.place(state, env, lamp.data());
+  lamp_.shine(state, env, {});
 }
 
-void ShellLampCue::hide_balls(int env) const {
-  Eigen::Vector3d parked = Eigen::Map<Eigen::Vector3d>(state_->prop_pos_of(env, first_ball_));
+void LampCue::hide_balls(int env) const {
+  Eigen::Vector3d parked =
+      Eigen::Map<const Eigen::Vector3d>(engine_.state->prop_pos_of(env, first_ball_));
   parked.z() = BALL_RADIUS + HEIGHT_OFFSET;
   for (int color = 0; color < kCups; ++color) {
-    state_->hide_prop(env, first_ball_ + color, parked.data());
+    engine_.state->hide_prop(env, first_ball_ + color, parked.data());
   }
 }
 
-void ShellLampCue::show_color(int env, int color) const {
-  lamp_.shine(*state_, env, {kColors[static_cast<std::size_t>(color)], kGlow});
+void LampCue::show_color(int env, int color) const {
+  lamp_.shine(*engine_.state, env, {kColors[static_cast<std::size_t>(color)], kGlow});
 }
 
 }  // namespace engram::tasks

@@ -1,44 +1,55 @@
 // The cue of the lamp games: a red, a green and a blue ball, one for each mug, and a lamp that
-// later names a colour (shell 5 and 7).
+// later names a colour.
 #pragma once
-
-#include <array>
 
 #include "tasks/parts/lamp.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {
 
-inline constexpr double LAMP_BEHIND_OFFSET_X = 0.25;  // m, from the center slot
-inline constexpr double LAMP_HEIGHT = 0.06;           // m
-
-class ShellLampCue {
+class LampCue {
  public:
-  // Appends balls and lamp to the scene.
-  explicit ShellLampCue(mjcf::Scene& scene);
-
-  // Orders of the three balls.
-  static constexpr int kMappingCount = 6;
-  // The draw of which ball goes with which mug, and the option that keeps it constant.
+  // The draw of the lamp's colour.
+  static constexpr const char* kTarget = "target_color";
+  static constexpr const char* kTargetDescription = "colour of the lamp: 0 red, 1 green, 2 blue";
+  // The draw of which ball goes with which mug.
   static Draw mapping_draw();
-  static TaskOption fixed_mapping_option();
 
+  // Appends balls and lamp to the scene. `draw`: index of the game's mapping_draw.
+  LampCue(mjcf::Scene& scene, int draw);
+
+  // Adds the option that keeps the mapping constant, and constants.
+  static void describe(TaskInfo& info);
   void bind(const Bindings& bindings);
-  // Puts balls and lamp in place. `mapping` is a draw of mapping_draw; `slots` are the positions of
-  // balls in the three slots.
-  void reset(int env, int mapping, const std::array<Eigen::Vector3d, kCups>& slots) const;
-  // Takes the balls away: all wait above where the red one was, not under the mugs (shell 9).
+
+  // Draws the mapping; puts balls and lamp in place.
+  void reset(const Episode& episode, const Mugs& mugs) const;
+  // Takes the balls away: all wait above where the red one was, not under the mugs.
   void hide_balls(int env) const;
   void show_color(int env, int color) const;
 
   // The mug, by its first slot, that goes with a colour: 0 red, 1 green, 2 blue.
   int mug_of(int env, int color) const { return slot_of_color_.row(env)[color]; }
+  // Shows the colour in info.
+  void tell_color(int env, int color) const { task_cue_[env] = static_cast<float>(color); }
+
+  // The state observation of the lamp games.
+  template <class Row>
+  static void state_row(Row& row, const ShellGame& game, int env) {
+    row.field("obj_to_goal_pos", 3, "m", "position of the target slot minus TCP",
+              [&] { return game.obj_to_goal(env); });
+    row.field("target_color", 1, "", "0 red, 1 green, 2 blue", [&] { return game.target(env); });
+    row.field("oracle_info", 1, "", "slot of that colour's mug in the end",
+              [&] { return game.answer(env); });
+  }
 
  private:
-  const State* state_ = nullptr;
-  int first_ball_ = 0;
+  int first_ball_;
   Lamp lamp_;
+  int draw_;
+  Bindings engine_;
   Column<std::uint8_t> slot_of_color_;  // (3)
+  Column<float> task_cue_;              // told in info only: policies get the colour from the lamp
 };
 
 }  // namespace engram::tasks

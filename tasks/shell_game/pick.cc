@@ -10,6 +10,8 @@
 namespace engram::tasks {
 namespace {
 
+// --- parameters ---
+
 constexpr double GOAL_THRESH = 0.05;                   // m
 constexpr double kPlacedDistance = 1.6 * GOAL_THRESH;  // m
 constexpr double HANDLE_OFFSET_X = 0.045;              // m
@@ -20,7 +22,7 @@ constexpr double kSuccessReward = 75;
 const Eigen::Vector3d kGoalFromBall(0, 0, 0.125);                            // m
 const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // m, world axes
 
-// --- the oracle (shell 8.4): straddle the handle's bar from above, close, lift ---
+// The oracle's way: straddle the handle's bar from above, close, lift.
 
 // The bar's middle, seen from the mug's origin, m.
 const Eigen::Vector3d kGripFromMug(-0.0635, 0.0480, 0);
@@ -35,13 +37,33 @@ constexpr double kGripTurn = 0.25;       // rad: turned enough to come down
 constexpr double kGripRadius = 0.012;    // m: near enough to the grip to close
 constexpr double kHoldingWidth = 0.022;  // m: fingers this close together hold the bar
 constexpr double kLift = 0.02;           // m, of the mug
+constexpr double kSqueeze = -1;          // drives the fingers into what they hold
+constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
+constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
 
-class ShellGamePick final : public ShellGame {
+template <class Row>
+void list_terms(Row& row, const PickInputs& in, const PickTerms& terms) {
+  row.term("reaching_reward", "", terms.reaching);
+  row.term("open_gripper_reward", "", terms.open);
+  row.term("grasp_reward", "", terms.grasp);
+  row.term("reached_status", "", terms.reached);
+  row.term("info[\"is_grasped\"]", "", in.grasped);
+  row.term("place_reward", "", terms.place);
+  row.term("static_reward", "", terms.stillness);
+  row.term("tcp_to_handle_dist", "m", in.to_handle);
+  row.term("tcp_to_obj_dist", "m", in.to_mug);
+  row.term("obj_to_goal_dist", "m", in.to_goal);
+  row.term("info[\"is_obj_placed\"]", "", in.placed);
+  row.term("gripper_width", "m", in.gripper_width);
+  row.term("dx_handle", "m", in.handle_offset.x());
+  row.term("dy_handle", "m", in.handle_offset.y());
+  row.term("dz_handle", "m", in.handle_offset.z());
+}
+
+class Pick final : public ShellGame {
  public:
-  explicit ShellGamePick(const RegistryEntry& entry)
+  explicit Pick(const RegistryEntry& entry)
       : ShellGame(entry, {.GOAL_THRESH = GOAL_THRESH,
-                          .target = "cup_with_ball_number",
-                          .target_description = "slot of the mug that hides the ball",
                           .frozen = false,
                           .success_reward = kSuccessReward,
                           .stance = &kHandleTowardsRobot}),
@@ -51,33 +73,16 @@ class ShellGamePick final : public ShellGame {
     info_.phases = cue_manipulation_phases();
     info_.constants.emplace_back("HANDLE_OFFSET_X", HANDLE_OFFSET_X);
     info_.constants.emplace_back("HANDLE_OFFSET_Y", HANDLE_OFFSET_Y);
-    info_.state_fields = {{"goal_pos", 3, DType::kFloat32, "m", "centre of the goal region"},
-                          {"obj_pose", 7, DType::kFloat32, "m", "of the mug over the ball"},
-                          {"handle_pos", 3, DType::kFloat32, "m", "nominal grip of that mug"},
-                          {"ball_pose", 7, DType::kFloat32, "m", "of the red ball"},
-                          {"oracle_info", 1, DType::kFloat32, "", "slot of the ball"},
-                          {"is_grasped", 1, DType::kFloat32, "", "of that mug"}};
-    info_.reward_terms = {"reaching_reward",
-                          "open_gripper_reward",
-                          "grasp_reward",
-                          "reached_status",
-                          "info[\"is_grasped\"]",
-                          "place_reward",
-                          "static_reward",
-                          "tcp_to_handle_dist",
-                          "tcp_to_obj_dist",
-                          "obj_to_goal_dist",
-                          "info[\"is_obj_placed\"]",
-                          "gripper_width",
-                          "dx_handle",
-                          "dy_handle",
-                          "dz_handle"};
+    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+    declare_state(*this);
   }
 
   void bind(const Bindings& bindings) override {
     ShellGame::bind(bindings);
     is_grasped_ = bindings.outputs->add<std::uint8_t>("is_grasped");
   }
+
+  // --- phases ---
 
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -86,60 +91,63 @@ class ShellGamePick final : public ShellGame {
     }
   }
 
+  // --- success ---
+
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       engine_.oracle_info[env] = target_[env];
       is_grasped_[env] = is_grasping(*engine_.state, env, target_[env]) ? 1 : 0;
-      const Eigen::Vector3d offset = goal_pos(env) - mug_pos(env, target_[env]);
+      const Eigen::Vector3d offset = goal_pos(env) - mugs_.pos(env, target_[env]);
       conclude(env, {.obj_to_goal = offset,
                      .placed = offset.norm() <= kPlacedDistance,
                      .still = robot_is_static(*engine_.state, env)});
     }
   }
 
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* next = write_point(goal_pos(env), out.row(env));
-      next = write_pose(env, target_[env], next);
-      next = write_point(handle_pos(env), next);
-      next = write_pose(env, ball_, next);
-      next[0] = static_cast<float>(target_[env]);
-      next[1] = is_grasped_[env];
-    }
-  }
+  // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const Eigen::Vector3d to_handle = handle_pos(env) - tcp_pos(env);
-      ShellPickInputs in;
-      in.to_handle = to_handle.norm();
-      in.to_goal = obj_to_goal_distance(env);
-      in.arm_speed = arm_speed(env);
+      PickInputs in;
+      in.handle_offset = handle_pos(env) - tcp_pos(env);
+      in.to_handle = in.handle_offset.norm();
+      in.to_mug = (mugs_.pos(env, target_[env]) - tcp_pos(env)).norm();
+      in.to_goal = obj_to_goal(env).norm();
       in.gripper_width = gripper_width(env);
       in.grasped = is_grasped_[env] != 0;
-      in.robot_static = is_robot_static_[env] != 0;
-      in.placed = is_obj_placed_[env] != 0;
-      in.manipulation = is_manipulation(env);
-      in.success = engine_.success[env] != 0;
-      const ShellPickTerms terms = shell_pick_reward(in);
-      reward_dict_.note<15>(
-          env,
-          {terms.reaching, terms.open, terms.grasp, terms.reached ? 1.0 : 0.0,
-           in.grasped ? 1.0 : 0.0, terms.place, terms.stillness, in.to_handle,
-           (mug_pos(env, target_[env]) - tcp_pos(env)).norm(), in.to_goal, in.placed ? 1.0 : 0.0,
-           in.gripper_width, to_handle.x(), to_handle.y(), to_handle.z()});
+      fill_in(env, in);
+      const PickTerms terms = pick_reward(in);
+      reward_dict().note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
   }
+
+  // --- observation ---
+
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    row.field("goal_pos", 3, "m", "centre of the goal region", [&] { return goal_pos(env); });
+    row.field("obj_pose", 7, "m", "of the mug over the ball",
+              [&](RowWriter& out) { add_pose(env, target_[env], out); });
+    row.field("handle_pos", 3, "m", "nominal grip of that mug", [&] { return handle_pos(env); });
+    row.field("ball_pose", 7, "m", "of the red ball",
+              [&](RowWriter& out) { add_pose(env, ball_, out); });
+    row.field("oracle_info", 1, "", "slot of the ball", [&] { return target_[env]; });
+    row.field("is_grasped", 1, "", "of that mug", [&] { return is_grasped_[env]; });
+  }
+
+  // --- oracle ---
 
   // There is no frozen cue here, and turning the hand takes twenty steps: it hovers over the slot
   // while the cue still shows.
   void act(Range envs, bool blind, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int slot = chosen_slot(env, blind);
-      const Eigen::Vector3d grip =
-          slot_pos(env, slot, kGripHeight) + Eigen::Vector3d(kGripFromMug.x(), kGripFromMug.y(), 0);
-      const double lifted = mug_pos(env, slot).z() - mug_slot_pos(env, slot).z();
+      const Eigen::Vector3d grip = mugs_.slot_pos(env, slot, kGripHeight) +
+                                   Eigen::Vector3d(kGripFromMug.x(), kGripFromMug.y(), 0);
+      const double lifted = mugs_.pos(env, slot).z() - mugs_.standing_pos(env, slot).z();
       const bool closing = (tcp_pos(env) - grip).norm() < kGripRadius;
       const bool holding = closing && gripper_width(env) < kHoldingWidth;
       Eigen::Vector3d goal = approach_by_funnel(*engine_.state, env, grip, kFunnel, kFunnelSlope);
@@ -157,14 +165,12 @@ class ShellGamePick final : public ShellGame {
   }
 
  private:
-  static constexpr double kSqueeze = -1;     // drives the fingers into what they hold
-  static constexpr double kLiftLead = 0.03;  // m, that the tool's target is above it
-  static constexpr double kTakenUp = 0.002;  // m: a mug this high hangs in the fingers
-
   Eigen::Vector3d goal_pos(int env) const {
-    return slot_pos(env, target_[env], BALL_RADIUS) + kGoalFromBall;
+    return mugs_.slot_pos(env, target_[env], BALL_RADIUS) + kGoalFromBall;
   }
-  Eigen::Vector3d handle_pos(int env) const { return mug_pos(env, target_[env]) + kHandleFromMug; }
+  Eigen::Vector3d handle_pos(int env) const {
+    return mugs_.pos(env, target_[env]) + kHandleFromMug;
+  }
   double gripper_width(int env) const {
     const double* qpos = engine_.state->qpos.row(env);
     return qpos[kArmJoints] + qpos[kArmJoints + 1];
@@ -182,8 +188,8 @@ class ShellGamePick final : public ShellGame {
 
 }  // namespace
 
-ShellPickTerms shell_pick_reward(const ShellPickInputs& in) {
-  ShellPickTerms terms;
+PickTerms pick_reward(const PickInputs& in) {
+  PickTerms terms;
   terms.reaching = 1 - std::tanh(10 * in.to_handle);
   terms.place = 1 - std::tanh(5 * in.to_goal);
   terms.stillness = 1 - std::tanh(5 * in.arm_speed);
@@ -203,7 +209,7 @@ ShellPickTerms shell_pick_reward(const ShellPickInputs& in) {
 }
 
 std::unique_ptr<Task> make_shell_game_pick(const RegistryEntry& entry) {
-  return std::make_unique<ShellGamePick>(entry);
+  return std::make_unique<Pick>(entry);
 }
 
 }  // namespace engram::tasks

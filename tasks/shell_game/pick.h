@@ -1,5 +1,4 @@
-// ShellGamePick: the mug that hides the ball has to be picked up by its handle and lifted (shell
-// 4).
+// ShellGamePick: the mug that hides the ball has to be picked up by its handle and lifted.
 #pragma once
 
 #include <memory>
@@ -9,7 +8,8 @@
 
 namespace engram::tasks {
 
-struct ShellPickInputs {
+// What the dense reward is made of.
+struct PickInputs {
   double to_handle = 0;      // TCP to the handle, m
   double to_goal = 0;        // mug to the goal's centre, m
   double arm_speed = 0;      // rad/s
@@ -19,9 +19,12 @@ struct ShellPickInputs {
   bool placed = false;
   bool manipulation = false;
   bool success = false;
+  // For reward_dict alone.
+  double to_mug = 0;                                        // TCP to the mug, m
+  Eigen::Vector3d handle_offset = Eigen::Vector3d::Zero();  // TCP to the handle, m
 };
 
-struct ShellPickTerms {
+struct PickTerms {
   double reaching = 0;
   double open = 0;
   double grasp = 0;
@@ -32,7 +35,7 @@ struct ShellPickTerms {
 };
 
 // The dense reward: 0 outside the manipulation phase, 75 at success.
-ShellPickTerms shell_pick_reward(const ShellPickInputs& inputs);
+PickTerms pick_reward(const PickInputs& inputs);
 
 // ShellGamePick-VLA-v0.
 std::unique_ptr<Task> make_shell_game_pick(const RegistryEntry& entry);

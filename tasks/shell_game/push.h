@@ -1,4 +1,4 @@
-// ShellGamePush: the mug that hides the ball has to be pushed forward (shell 3).
+// ShellGamePush: the mug that hides the ball has to be pushed forward.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,8 @@
 
 namespace engram::tasks {
 
-struct ShellPushInputs {
+// What the dense reward is made of.
+struct PushInputs {
   double distance = 0;   // TCP to the mug, m
   double to_goal = 0;    // mug to the goal's centre, m
   double arm_speed = 0;  // rad/s
@@ -18,7 +19,7 @@ struct ShellPushInputs {
   bool success = false;
 };
 
-struct ShellPushTerms {
+struct PushTerms {
   double reaching = 0;
   double place = 0;
   double stillness = 0;
@@ -27,7 +28,7 @@ struct ShellPushTerms {
 };
 
 // The dense reward: 0 outside the manipulation phase, 4 at success.
-ShellPushTerms shell_push_reward(const ShellPushInputs& inputs);
+PushTerms push_reward(const PushInputs& inputs);
 
 // ShellGamePush-VLA-v0.
 std::unique_ptr<Task> make_shell_game_push(const RegistryEntry& entry);

@@ -1,5 +1,4 @@
-// The shuffles: after the cue the mugs swap places, and the right one has to be followed (shell 6
-// and 7).
+// The shuffles: after the cue the mugs swap places, and the right one has to be followed.
 #pragma once
 
 #include <memory>

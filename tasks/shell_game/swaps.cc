@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tasks/shell_game/game.h"
+#include "tasks/shell_game/mugs.h"
 
 namespace engram::tasks {
 namespace {
@@ -13,7 +13,7 @@ double slot_y(int slot) { return (slot - 1) * MIN_DIST; }
 
 }  // namespace
 
-void Shuffle::bind(ColumnStore& memory, int max_swaps) {
+void Swaps::bind(ColumnStore& memory, int max_swaps) {
   begin_ = memory.add<std::int32_t>("shuffle_begin", 1, "control steps");
   steps_ = memory.add<std::int32_t>("shuffle_steps", 1, "control steps");
   num_swaps_ = memory.add<std::int32_t>("num_swaps");
@@ -22,7 +22,7 @@ void Shuffle::bind(ColumnStore& memory, int max_swaps) {
   memory.limit("slots_after_swaps", 0, kCups - 1);
 }
 
-void Shuffle::reset(int env, int begin, int steps, int swaps, std::span<const int> pairs) const {
+void Swaps::reset(int env, int begin, int steps, int swaps, std::span<const int> pairs) const {
   begin_[env] = begin;
   steps_[env] = steps;
   num_swaps_[env] = swaps;
@@ -38,7 +38,7 @@ void Shuffle::reset(int env, int begin, int steps, int swaps, std::span<const in
   }
 }
 
-Eigen::Vector3d Shuffle::offset(int env, int mug, int elapsed) const {
+Eigen::Vector3d Swaps::offset(int env, int mug, int elapsed) const {
   const int swaps = num_swaps_[env];
   const int steps_per_swap = std::max(1, steps_[env] / swaps);
   const int step = std::max(0, elapsed - begin_[env]);

@@ -1,4 +1,4 @@
-// The shuffle: pairs of mugs swap slots along arcs, one pair after another (shell 6).
+// How the mugs of a shuffle move: pairs swap slots along arcs, one pair after another.
 #pragma once
 
 #include <Eigen/Dense>
@@ -15,7 +15,7 @@ inline constexpr double SWAP_ARC_HEIGHT = 0.06;  // m
 // The slots that swap s = 0, 1, 2 exchanges.
 inline constexpr std::array<std::array<int, 2>, 3> kSwapPairs = {{{0, 1}, {0, 2}, {1, 2}}};
 
-class Shuffle {
+class Swaps {
  public:
   // At most `max_swaps` swaps in an episode.
   void bind(ColumnStore& memory, int max_swaps);

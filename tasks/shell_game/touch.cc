@@ -2,30 +2,28 @@
 
 #include <algorithm>
 
-#include "tasks/shell_game/touch_game.h"
+#include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {
 namespace {
 
-class ShellGameTouch final : public ShellTouchGame {
+class Touch final : public ShellGame {
  public:
-  explicit ShellGameTouch(const RegistryEntry& entry)
-      : ShellTouchGame(entry,
-                       {.target = "cup_with_ball_number",
-                        .target_description = "slot of the mug that hides the ball"},
-                       true),
-        ball_(add_red_ball()) {
+  explicit Touch(const RegistryEntry& entry)
+      : ShellGame(entry, {}), rule_(/*shoving=*/true), ball_(add_red_ball()) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
-    info_.state_fields = {{"obj_pose", 7, DType::kFloat32, "m", "of the mug over the ball"},
-                          {"ball_pose", 7, DType::kFloat32, "m", "of the red ball"},
-                          {"oracle_info", 1, DType::kFloat32, "", "slot of the ball"}};
+    rule_.describe(info_);
+    declare_state(*this);
   }
 
   void bind(const Bindings& bindings) override {
-    ShellTouchGame::bind(bindings);
+    ShellGame::bind(bindings);
+    rule_.bind(bindings);
     reference_ = bindings.memory->add<double>("mug_reference", 2 * kCups, "m");
   }
+
+  // --- phases ---
 
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -34,19 +32,35 @@ class ShellGameTouch final : public ShellTouchGame {
     }
   }
 
+  // --- success, reward ---
+
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      engine_.oracle_info[env] = target_[env];
-      judge(env, mug_pos(env, target_[env]), max_displacement(env));
+      const int cup = target_[env];
+      engine_.oracle_info[env] = cup;
+      conclude(env, rule_.judge(*this, env, mugs_.pos(env, cup), max_displacement(env)));
     }
   }
 
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* next = write_pose(env, target_[env], out.row(env));
-      next = write_pose(env, ball_, next);
-      *next = static_cast<float>(target_[env]);
-    }
+  void dense_reward(Range envs, FloatRows out) override { rule_.dense_reward(*this, envs, out); }
+
+  // --- observation ---
+
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    row.field("obj_pose", 7, "m", "of the mug over the ball",
+              [&](RowWriter& out) { add_pose(env, target_[env], out); });
+    row.field("ball_pose", 7, "m", "of the red ball",
+              [&](RowWriter& out) { add_pose(env, ball_, out); });
+    row.field("oracle_info", 1, "", "slot of the ball", [&] { return target_[env]; });
+  }
+
+  // --- oracle ---
+
+  void act(Range envs, bool blind, FloatRows actions) override {
+    rule_.act(*this, envs, blind, actions);
   }
 
  private:
@@ -62,11 +76,12 @@ class ShellGameTouch final : public ShellTouchGame {
     double farthest = 0;
     for (int mug = 0; mug < kCups; ++mug) {
       const Eigen::Map<const Eigen::Vector2d> before(reference_.row(env) + 2 * mug);
-      farthest = std::max(farthest, (mug_pos(env, mug).head<2>() - before).norm());
+      farthest = std::max(farthest, (mugs_.pos(env, mug).head<2>() - before).norm());
     }
     return farthest;
   }
 
+  TouchRule rule_;
   int ball_;
   Column<double> reference_;  // (kCups * 2) m
 };
@@ -74,7 +89,7 @@ class ShellGameTouch final : public ShellTouchGame {
 }  // namespace
 
 std::unique_ptr<Task> make_shell_game_touch(const RegistryEntry& entry) {
-  return std::make_unique<ShellGameTouch>(entry);
+  return std::make_unique<Touch>(entry);
 }
 
 }  // namespace engram::tasks

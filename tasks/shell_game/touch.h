@@ -1,4 +1,4 @@
-// ShellGameTouch: a ball vanishes under one of three mugs; that mug has to be touched (shell 2).
+// ShellGameTouch: a ball vanishes under one of three mugs; that mug has to be touched.
 #pragma once
 
 #include <memory>

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tasks/blink_count/reward.h"
+#include "tasks/parts/reward_dict.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/pose_tool.h"
 
@@ -304,12 +305,17 @@ TEST_CASE("The blink reward has the worked value of a hasty step", "[reward][bli
   in.red.released = true;
   in.acting = true;
   in.haste = {1, 0.2, 0.5};
-  const tasks::BlinkReward result = tasks::blink_reward(in, {});
-  CHECK(result.reward == Approx(7.7361566).margin(6e-7));
-  CHECK(result.terms[36] == Approx(0.0401040).margin(6e-7));
-  const std::vector<std::string> names = tasks::blink_reward_term_names();
-  REQUIRE(names.size() == tasks::kBlinkRewardTerms);
+  const tasks::BlinkRewardTerms terms = tasks::blink_reward(in, {});
+  CHECK(terms.reward == Approx(7.7361566).margin(6e-7));
+  CHECK(terms.smooth.penalty == Approx(0.0401040).margin(6e-7));
+  const auto list = [&](auto& row) { tasks::list_blink_terms(row, in, terms); };
+  const std::vector<std::string> names = tasks::reward_terms_of(list);
+  REQUIRE(names.size() == 37);
   CHECK(names[36] == "smooth_penalty");
+  std::vector<float> values(names.size());
+  tasks::TermWriter writer(values.data());
+  list(writer);
+  CHECK(static_cast<double>(values[36]) == Approx(0.0401040).margin(6e-7));
   in.acting = false;
   CHECK(tasks::blink_reward(in, {}).reward == 0);
 }

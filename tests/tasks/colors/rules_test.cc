@@ -96,8 +96,8 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
     in.length = length;
     in.goal_distance = goal;
     in.haste.arm_speed = speed;
-    in.correct = correct;
-    in.wrong = wrong;
+    in.tally.correct = correct;
+    in.tally.wrong = wrong;
     in.mean_displacement = displacement;
     in.acting = true;
     return in;

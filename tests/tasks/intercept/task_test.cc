@@ -235,7 +235,7 @@ TEST_CASE("Who does nothing hardly ever succeeds", "[intercept][long]") {
     const std::uint8_t* once = row<std::uint8_t>(env->output("success_once"), 0);
     return static_cast<double>(std::count(once, once + options.num_envs, 1)) / options.num_envs;
   };
-  const double slow = share("InterceptSlow-VLA-v0");  // 0.56 % (intercept 1.3)
+  const double slow = share("InterceptSlow-VLA-v0");  // 0.56 %
   CHECK(slow > 0.002);
   CHECK(slow < 0.010);
   CHECK(share("InterceptMedium-VLA-v0") == 0);

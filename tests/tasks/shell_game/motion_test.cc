@@ -167,7 +167,7 @@ TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]")
       lifted += pos(*env, cup, i).z() > mjcf::kMugRestingHeight + 0.012 ? 1 : 0;
       pushed += pos(*env, cup, i).x() > base[0] + 0.03 ? 1 : 0;
       if (std::string_view(id) != "ShellGamePick-VLA-v0") continue;
-      // Reward, observation and a real grasp agree (README.md).
+      // Reward, observation and a real grasp agree.
       if (*row<std::uint8_t>(env->output("is_grasped"), i) == 0) continue;
       const Vector3d handle = pos(*env, cup, i) + Vector3d(-0.045, 0.043, 0);
       CHECK((handle - Eigen::Map<Vector3d>(env->state().tcp_pos.row(i))).norm() < 0.04);

@@ -1,16 +1,16 @@
-// The worked values of the shell games' dense rewards (shell 2 to 4).
+// The worked values of the shell games' dense rewards.
 #include <catch2/catch.hpp>
 
 #include "tasks/shell_game/pick.h"
 #include "tasks/shell_game/push.h"
-#include "tasks/shell_game/touch_game.h"
+#include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {
 namespace {
 
 TEST_CASE("Rewards of touching a mug equal the worked values", "[shell]") {
   struct Row {
-    ShellTouchInputs in;
+    TouchRule::RewardInputs in;
     double reward;
   };
   const Row rows[] = {
@@ -21,9 +21,9 @@ TEST_CASE("Rewards of touching a mug equal the worked values", "[shell]") {
       {{0.07, 0.1, 0, true, true, false, false}, 0},
   };
   for (const Row& row : rows) {
-    CHECK(shell_touch_reward(row.in).reward == Approx(row.reward).margin(1e-6));
+    CHECK(TouchRule::reward(row.in).reward == Approx(row.reward).margin(1e-6));
   }
-  const ShellTouchTerms terms = shell_touch_reward(rows[2].in);
+  const TouchRule::RewardTerms terms = TouchRule::reward(rows[2].in);
   CHECK(terms.reaching == Approx(0.663624).margin(1e-6));
   CHECK(terms.stillness == Approx(0.537883).margin(1e-6));
   CHECK(terms.shift == Approx(0.053705).margin(1e-6));
@@ -31,7 +31,7 @@ TEST_CASE("Rewards of touching a mug equal the worked values", "[shell]") {
 
 TEST_CASE("Rewards of pushing a mug equal the worked values", "[shell]") {
   struct Row {
-    ShellPushInputs in;
+    PushInputs in;
     double reward;
   };
   const Row rows[] = {
@@ -42,14 +42,14 @@ TEST_CASE("Rewards of pushing a mug equal the worked values", "[shell]") {
       {{0.07, 0.05, 0.2, true, true, false, false}, 0},
   };
   for (const Row& row : rows) {
-    CHECK(shell_push_reward(row.in).reward == Approx(row.reward).margin(1e-6));
+    CHECK(push_reward(row.in).reward == Approx(row.reward).margin(1e-6));
   }
-  CHECK(shell_push_reward(rows[1].in).place == Approx(0.537726).margin(1e-6));
+  CHECK(push_reward(rows[1].in).place == Approx(0.537726).margin(1e-6));
 }
 
 TEST_CASE("Rewards of picking up a mug equal the worked values", "[shell]") {
   struct Row {
-    ShellPickInputs in;
+    PickInputs in;
     double reward;
   };
   const Row rows[] = {
@@ -61,9 +61,9 @@ TEST_CASE("Rewards of picking up a mug equal the worked values", "[shell]") {
       {{0.3, 0.07, 0.1, 0.08, true, true, true, false, false}, 0},
   };
   for (const Row& row : rows) {
-    CHECK(shell_pick_reward(row.in).reward == Approx(row.reward).margin(1e-6));
+    CHECK(pick_reward(row.in).reward == Approx(row.reward).margin(1e-6));
   }
-  CHECK(shell_pick_reward(rows[2].in).open == Approx(0.25));
+  CHECK(pick_reward(rows[2].in).open == Approx(0.25));
 }
 
 }  // namespace

@@ -6,22 +6,21 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "tasks/shell_game/game.h"
+#include "tasks/shell_game/mugs.h"
 
 namespace engram::tasks {
 namespace {
 
 struct Bench {
   ColumnStore memory{1};
-  Shuffle shuffle;
+  Swaps swaps;
 
-  explicit Bench(int max_swaps) { shuffle.bind(memory, max_swaps); }
+  explicit Bench(int max_swaps) { swaps.bind(memory, max_swaps); }
 };
 
-// Shell 6.4.
 TEST_CASE("The shuffle of the test vector", "[shell]") {
   Bench bench(4);
-  const Shuffle& shuffle = bench.shuffle;
+  const Swaps& shuffle = bench.swaps;
   const std::vector<int> pairs = {0, 2, 1, 0};
   shuffle.reset(0, 4, 23, 3, pairs);
   const int rows[4][3] = {{0, 1, 2}, {1, 0, 2}, {2, 0, 1}, {0, 2, 1}};
@@ -64,13 +63,15 @@ TEST_CASE("Mugs keep their distance and every swap completes", "[shell]") {
   for (int round = 0; round < 60; ++round) {
     const int steps = random.integer(20, 400);
     const int swaps = random.integer(2, 15);
-    std::vector<int> pairs;
-    for (int i = 0; i < 15; ++i) pairs.push_back(random.integer(0, 2));
-    bench.shuffle.reset(0, 3, steps, swaps, pairs);
+    std::vector<int> pairs(15);
+    for (int& pair : pairs) pair = random.integer(0, 2);
+    bench.swaps.reset(0, 3, steps, swaps, pairs);
     const int per_swap = steps / swaps;
-    for (int elapsed = 3; elapsed < bench.shuffle.end(0); ++elapsed) {
-      std::vector<Eigen::Vector3d> at;
-      for (int mug = 0; mug < 3; ++mug) at.push_back(bench.shuffle.offset(0, mug, elapsed));
+    for (int elapsed = 3; elapsed < bench.swaps.end(0); ++elapsed) {
+      std::vector<Eigen::Vector3d> at(3);
+      for (int mug = 0; mug < 3; ++mug) {
+        at[static_cast<std::size_t>(mug)] = bench.swaps.offset(0, mug, elapsed);
+      }
       for (int mug = 0; mug < 3; ++mug) {
         const double gap =
             (at[static_cast<std::size_t>(mug)] - at[static_cast<std::size_t>((mug + 1) % 3)])
@@ -81,13 +82,13 @@ TEST_CASE("Mugs keep their distance and every swap completes", "[shell]") {
       }
       if ((elapsed - 3) % per_swap != 0) continue;  // else: between two swaps, or left over
       for (int mug = 0; mug < 3; ++mug) {
-        const int slot = bench.shuffle.slot_of(0, (elapsed - 3) / per_swap, mug);
+        const int slot = bench.swaps.slot_of(0, (elapsed - 3) / per_swap, mug);
         const Eigen::Vector3d expected(0, (slot - 1) * MIN_DIST, 0);
         REQUIRE((at[static_cast<std::size_t>(mug)] - expected).norm() < 1e-12);
       }
     }
     bool used[3] = {};
-    for (int mug = 0; mug < 3; ++mug) used[bench.shuffle.final_slot(0, mug)] = true;
+    for (int mug = 0; mug < 3; ++mug) used[bench.swaps.final_slot(0, mug)] = true;
     CHECK((used[0] && used[1] && used[2]));
   }
 }

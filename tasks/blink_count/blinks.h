@@ -1,0 +1,26 @@
+// The blinks of an episode: when the lamp is lit, and when it is dark.
+#pragma once
+
+#include "core/task.h"
+#include "tasks/blink_count/params.h"
+
+namespace engram::tasks {
+
+class Blinks {
+ public:
+  explicit Blinks(const BlinkCountParams& params) : params_(params) {}
+
+  void bind(ColumnStore& memory);
+  // Draws a first darkness, then so many blinks, each with its own darkness after it. Returns
+  // elapsed at the end of the last darkness.
+  int draw(const Episode& episode, int blinks) const;
+  // Whether the lamp is lit during one of the first `blinks` blinks.
+  bool lit(int env, int blinks, int elapsed) const;
+
+ private:
+  BlinkCountParams params_;
+  Column<std::int32_t> start_;   // (most blinks) elapsed at which each begins
+  Column<std::int32_t> length_;  // (most blinks) control steps
+};
+
+}  // namespace engram::tasks

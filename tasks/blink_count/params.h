@@ -1,0 +1,47 @@
+// What BlinkCountButtonPress is made of: variants, constants and how they describe themselves.
+#pragma once
+
+#include <string_view>
+
+#include "core/task.h"
+#include "mjcf/scene.h"
+#include "tasks/parts/phase_clock.h"
+#include "tasks/parts/press_button.h"
+
+namespace engram::tasks {
+
+struct BlinkCountParams {
+  std::string_view id;
+  StepRange BLINK_COUNT_RANGE;
+  StepRange PRE_BLINK_OFF_STEPS;
+};
+
+inline constexpr StepRange BLINK_ON_STEPS{3, 3};
+inline constexpr StepRange BLINK_OFF_STEPS{3, 5};
+inline constexpr double CONFIRM_BUTTON_Y_OFFSET = 0.16;   // m
+inline constexpr double INDICATOR_FORWARD_OFFSET = 0.22;  // m
+inline constexpr double PHASE_INDICATOR_X_OFFSET = 0.2;   // m, towards -y despite its name
+inline constexpr double INDICATOR_HEIGHT = 0;             // m
+inline constexpr double kButtonX[2] = {-0.15, -0.05};     // m: where the red button may stand
+inline constexpr double kButtonY[2] = {-0.12, 0.12};      // m
+
+inline constexpr PressButtonParams kRedButton;
+inline constexpr PressButtonParams kBlackButton = {
+    .shape = {.base_rgba = {40 / 255.0, 40 / 255.0, 40 / 255.0, 1},
+              .cap_rgba = {20 / 255.0, 20 / 255.0, 20 / 255.0, 1}}};
+
+inline constexpr mjcf::Rgba PHASE_WAIT_COLOR = {1, 0, 0, 1};
+inline constexpr mjcf::Rgba PHASE_READY_COLOR = {0, 1, 0, 1};
+
+// What an episode samples, in the order of TaskInfo::draws, and the options.
+enum BlinkDraw { kTargetBlinks, kX, kY, kPreSteps, kOnSteps, kOffSteps };
+enum BlinkOption { kBlinkRed, kBlinkGreen, kBlinkBlue };
+
+// The variant of that id.
+const BlinkCountParams& blink_count_params(std::string_view id);
+
+// Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
+// state fields.
+void describe_blink_count(const BlinkCountParams& params, TaskInfo& info);
+
+}  // namespace engram::tasks

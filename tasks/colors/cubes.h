@@ -1,0 +1,54 @@
+// The nine cubes, one of each colour: where they stand, and when they show.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/task.h"
+#include "mjcf/scene.h"
+#include "tasks/colors/params.h"
+#include "tasks/parts/layout.h"
+
+namespace engram::tasks {
+
+inline constexpr double kArcX = -0.25;  // m: centre of the arc on which the cubes stand
+
+class ColorCubes {
+ public:
+  // Appends the cubes to the scene. They are its first props, so that colours are indices.
+  ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params);
+
+  void bind(const Bindings& bindings);
+  // Draws where the cubes stand in the action phase.
+  void reset(const Episode& episode) const;
+
+  // Where a cube stands in the action phase.
+  Vec2 slot(int env, int color) const {
+    return {positions_.row(env)[2 * color], positions_.row(env)[2 * color + 1]};
+  }
+
+  // One step of a cue of `cue_steps` steps. The cubes that show are put back in every step, so
+  // that nothing can move them.
+  void show_cue(int env, std::span<const std::int32_t> sequence, int elapsed, int cue_steps) const;
+  // `past`: the colours that the cue has shown so far. Bunch reports hidden cubes above the middle;
+  // the others where they stood last, in x and y.
+  void hide_all(int env, std::span<const std::int32_t> past) const;
+  void show_all(int env) const;
+
+  // How far the cubes are from their slots, m; of the reported poses, whatever the phase.
+  struct Displacement {
+    double mean = 0;
+    double largest = 0;
+  };
+  Displacement displacement(int env) const;
+
+ private:
+  void place(int env, int color, const Vec2& at) const;
+
+  ColorRecallParams params_;
+  Layout arc_;
+  Bindings engine_;
+  Column<double> positions_;  // (COLORS * 2) m
+};
+
+}  // namespace engram::tasks

@@ -1,0 +1,47 @@
+// The phase between cue and manipulation in which mugs swap places. They stand where they are put
+// in every control step: in between, physics may move them, so that the robot feels what it meets,
+// but it cannot carry anything away.
+#pragma once
+
+#include "tasks/parts/phase_clock.h"
+#include "tasks/shell_game/mugs.h"
+#include "tasks/shell_game/swaps.h"
+
+namespace engram::tasks {
+
+struct ShuffleParams {
+  StepRange CUE_PHASE_STEPS;
+  StepRange SHUFFLE_PHASE_STEPS;
+  StepRange NUM_SWAPS;
+  bool frozen;  // the canonical wrapper zeroes actions before the manipulation phase
+};
+
+class ShufflePhase {
+ public:
+  static constexpr int kMaxSwaps = 15;
+  static constexpr int kDraws = 3;
+
+  // Its draws are those from `first_draw` on.
+  ShufflePhase(const ShuffleParams& params, int first_draw)
+      : params_(params), first_draw_(first_draw) {}
+
+  // Adds phases, draws and constants.
+  void describe(TaskInfo& info) const;
+  void bind(const Bindings& bindings);
+  // Draws a shuffle that begins at elapsed = begin.
+  void reset(const Episode& episode, int begin) const;
+
+  bool begins(int env) const { return state_->elapsed[env] == swaps_.begin(env); }
+  int end(int env) const { return swaps_.end(env); }
+  int final_slot(int env, int mug) const { return swaps_.final_slot(env, mug); }
+  // Stands the mugs where they are in this step.
+  void move(const Mugs& mugs, int env) const;
+
+ private:
+  ShuffleParams params_;
+  int first_draw_;
+  const State* state_ = nullptr;
+  Swaps swaps_;
+};
+
+}  // namespace engram::tasks

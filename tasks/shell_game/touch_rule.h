@@ -1,0 +1,49 @@
+// The rule of the games in which a mug is touched: the TCP comes within GOAL_THRESH of the right
+// mug and the robot stands still, whether anything is in contact or not.
+#pragma once
+
+#include "tasks/shell_game/game.h"
+
+namespace engram::tasks {
+
+class TouchRule {
+ public:
+  struct RewardInputs {
+    double distance = 0;      // TCP to goal, m
+    double arm_speed = 0;     // rad/s
+    double displacement = 0;  // farthest that a mug was shoved, m
+    bool robot_static = false;
+    bool placed = false;
+    bool manipulation = false;
+    bool success = false;
+  };
+  struct RewardTerms {
+    double reaching = 0;
+    double stillness = 0;
+    double shift = 0;
+    double reward = 0;
+  };
+  // The dense reward: 0 outside the manipulation phase, 3 at success.
+  static RewardTerms reward(const RewardInputs& inputs);
+
+  // `shoving`: whether info tells how far mugs were shoved, and success depends on it.
+  explicit TouchRule(bool shoving) : shoving_(shoving) {}
+
+  // Adds reward terms and constants.
+  void describe(TaskInfo& info) const;
+  void bind(const Bindings& bindings);
+
+  // Success of a TCP at the goal, with mugs that were shoved by at most `displacement` m.
+  ShellGame::Verdict judge(const ShellGame& game, int env, const Eigen::Vector3d& goal,
+                           double displacement = 0) const;
+  void dense_reward(const ShellGame& game, Range envs, FloatRows out) const;
+  void act(const ShellGame& game, Range envs, bool blind, FloatRows actions) const;
+
+ private:
+  bool shoving_;
+  Column<double> displacement_;  // m
+  Column<float> mug_max_displacement_;
+  Column<std::uint8_t> is_mug_displacement_ok_;
+};
+
+}  // namespace engram::tasks
