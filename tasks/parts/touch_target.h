@@ -30,10 +30,7 @@ struct TouchRewardInputs {
 struct TouchRewardTerms {
   double reaching = 0;
   double stillness = 0;
-  double action_l2 = 0;
-  double action_delta_l2 = 0;
-  double qvel_l2 = 0;
-  double penalty = 0;
+  SmoothnessTerms smooth;
   double reward = 0;
 };
 
