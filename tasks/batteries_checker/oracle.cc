@@ -10,7 +10,7 @@ namespace engram::tasks {
 namespace {
 
 // The fingers do not fit into the socket's hole: a battery is held so that it reaches the floor
-// while they are above the rim (5.2).
+// while they are above the rim.
 constexpr double kGripHeight = 0.0015;   // m above the battery's centre
 constexpr double kOpening = 0.4;         // 25 mm per finger
 constexpr double kTableHeight = 0.05;    // m, of the TCP: where the tool is slowest
