@@ -1,6 +1,6 @@
 // BatteriesChecker: put every battery into the socket, see whether the lamp lights up, bring it
 // back to its slot (in the easy variants it goes there by itself) and confirm with the button
-// (procedural 5).
+// (docs/tasks/batteries_checker.md).
 #pragma once
 
 #include <memory>

@@ -5,12 +5,13 @@
 #include <numbers>
 
 #include "tasks/parts/grasp_servo.h"
+#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 namespace {
 
 // The fingers do not fit into the socket's hole: a battery is held so that it reaches the floor
-// while they are above the rim (5.2).
+// while they are above the rim.
 constexpr double kGripHeight = 0.0015;   // m above the battery's centre
 constexpr double kOpening = 0.4;         // 25 mm per finger
 constexpr double kTableHeight = 0.05;    // m, of the TCP: where the tool is slowest
@@ -41,7 +42,7 @@ bool is_centred(const State& state, int env, const Grip& grip, const Eigen::Vect
   constexpr double kBeforeClosing = 0.002;  // m
   constexpr double kWhileClosing = 0.005;   // m
   constexpr double kOpen = 0.02;            // m per finger
-  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const Eigen::Vector3d tcp = tcp_pos(state, env);
   const Eigen::Vector3d goal = battery + Eigen::Vector3d(0, 0, grip.height);
   const double distance = (goal - tcp).head<2>().norm();
   const double* fingers = state.qpos.row(env) + kArmJoints;
@@ -95,7 +96,7 @@ bool BatteryOracle::put_back(const State& state, int env, int battery, int slot,
 // Leaves the battery between the fingers, if there is one; one that is held goes back to its slot.
 bool BatteryOracle::clear_tool(const State& state, int env, float* action) const {
   constexpr double kBetweenFingers = 0.02;  // m
-  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const Eigen::Vector3d tcp = tcp_pos(state, env);
   for (int battery = 0; battery < rack_.batteries(); ++battery) {
     const Eigen::Vector3d offset = rack_.pos(env, battery) - tcp;
     if (offset.head<2>().norm() > kBetweenFingers) continue;
@@ -113,7 +114,7 @@ void BatteryOracle::press(const State& state, int env, float* action) const {
   constexpr double kTowardsTray = 0.045;   // m
   constexpr double kReleaseHeight = 0.10;  // m
   constexpr double kOverPad = 0.02;        // m
-  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const Eigen::Vector3d tcp = tcp_pos(state, env);
   const Vec2 center = button_.center(env);
   Eigen::Vector3d goal(center.x(), center.y() - kTowardsTray, kReleaseHeight);
   if (button_.ready(env)) goal = {goal.x(), goal.y(), button_.pressing_height()};

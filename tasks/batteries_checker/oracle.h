@@ -1,4 +1,4 @@
-// Checks batteries one after another (procedural 5.8). Nothing is remembered between steps.
+// Checks batteries one after another. Nothing is remembered between steps.
 #pragma once
 
 #include "tasks/batteries_checker/rack.h"

@@ -6,6 +6,8 @@
 
 #include "tasks/batteries_checker/rules.h"
 #include "tasks/parts/colors.h"
+#include "tasks/parts/lamp.h"
+#include "tasks/parts/task_info.h"
 #include "tasks/parts/variant.h"
 
 namespace engram::tasks {
@@ -78,64 +80,21 @@ ConstantTable constants(const BatteryParams& params) {
       {"LAMP_X_OFFSET_FROM_SOCKET", LAMP_X_OFFSET_FROM_SOCKET},
       {"LAMP_Y_OFFSET_FROM_SOCKET", LAMP_Y_OFFSET_FROM_SOCKET},
       {"LAMP_HEIGHT", 0.0},
-      {"LAMP_BASE_RADIUS", 0.018},
-      {"LAMP_BASE_HALF_HEIGHT", 0.008},
-      {"LAMP_STEM_RADIUS", 0.004},
-      {"LAMP_STEM_HALF_HEIGHT", 0.020},
-      {"LAMP_BULB_RADIUS", 0.012},
-      {"LAMP_OFF_COLOR", published_color(LAMP_OFF_COLOR)},
-      {"LAMP_ON_COLOR", published_color(LAMP_ON_COLOR)},
-      {"LAMP_AFTERGLOW_STEPS", LAMP_AFTERGLOW_STEPS},
-      {"STAGE_INSERT", STAGE_INSERT},
-      {"STAGE_RETURN", STAGE_RETURN},
-      {"STAGE_CONFIRM", STAGE_CONFIRM},
-      {"HEIGHT_OFFSET", kHiddenOffset},
-      {"SUCCESS_BONUS", kBatterySuccessReward},
-      {"ACTION_L2_COEF", kBatterySmoothness.ACTION_L2_COEF},
-      {"ACTION_DELTA_L2_COEF", kBatterySmoothness.ACTION_DELTA_L2_COEF},
-      {"QVEL_L2_COEF", kBatterySmoothness.QVEL_L2_COEF},
   };
+  add_lamp_constants(table);
+  append(table, {
+                    {"LAMP_OFF_COLOR", published_color(LAMP_OFF_COLOR)},
+                    {"LAMP_ON_COLOR", published_color(LAMP_ON_COLOR)},
+                    {"LAMP_AFTERGLOW_STEPS", LAMP_AFTERGLOW_STEPS},
+                    {"STAGE_INSERT", STAGE_INSERT},
+                    {"STAGE_RETURN", STAGE_RETURN},
+                    {"STAGE_CONFIRM", STAGE_CONFIRM},
+                    {"HEIGHT_OFFSET", kHiddenOffset},
+                    {"SUCCESS_BONUS", kBatterySuccessReward},
+                });
+  add_constants(kBatterySmoothness, table);
   add_press_constants(button, table);
   return table;
-}
-
-std::vector<Field> state_fields(int working) {
-  const auto pose = [](const char* name) { return Field{name, 7, DType::kFloat32, "m", ""}; };
-  return {
-      {"battery_pose", 7 * NUM_BATTERIES, DType::kFloat32, "m", "pose of every battery"},
-      pose("tray_pose"),
-      pose("socket_pose"),
-      pose("button_base_pose"),
-      pose("button_cap_pose"),
-      {"lamp_off_pose", 7, DType::kFloat32, "m", "z = 1000 while the lamp is on"},
-      {"lamp_on_pose", 7, DType::kFloat32, "m", "z = 1000 while the lamp is off"},
-      {"action_stage", 1, DType::kFloat32, "", "0: insert, 1: return, 2: confirm"},
-      {"action_mask", 1, DType::kFloat32, "", "always 1"},
-      {"active_mask", NUM_BATTERIES, DType::kFloat32, "", "batteries that take part"},
-      {"oracle_info", working, DType::kFloat32, "", "slots of the working batteries, ascending"}};
-}
-
-std::vector<std::string> reward_terms() {
-  return {"stage_insert",
-          "stage_return",
-          "stage_confirm",
-          "reach_unchecked_reward",
-          "carry_to_socket_reward",
-          "return_reward",
-          "button_reach_reward",
-          "button_press_reward",
-          "new_insert_event",
-          "new_return_event",
-          "new_confirm_event",
-          "newly_found_working",
-          "wrong_phase_press",
-          "checked_count",
-          "found_working_count",
-          "target_working_count",
-          "action_l2",
-          "delta_action_l2",
-          "qvel_l2",
-          "smooth_penalty"};
 }
 
 }  // namespace
@@ -168,12 +127,10 @@ void describe_batteries(const BatteryParams& params, TaskInfo& info) {
   info.options = {{"upstream_rewards", 0, true, 0, 1, "",
                    "1: button reach, found bonus and press penalty as in upstream's code"}};
   info.constants = constants(params);
-  info.reward_terms = reward_terms();
   info.phases = {{"insert", "until a battery stands in the socket"},
                  {"return", params.easy ? "over at once: the battery returns by itself"
                                         : "until that battery stands in its own slot again"},
                  {"confirm", "until the button is pressed"}};
-  info.state_fields = state_fields(params.WORKING_BATTERY_COUNT);
 }
 
 }  // namespace engram::tasks

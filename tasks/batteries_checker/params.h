@@ -1,5 +1,4 @@
-// What BatteriesChecker is made of: constants, variants and how they describe themselves
-// (procedural 5.1 to 5.3, 5.6).
+// What BatteriesChecker is made of: constants, variants and how they describe themselves.
 #pragma once
 
 #include <string_view>
@@ -36,18 +35,18 @@ inline constexpr double kTrayY[2] = {-0.05, 0.05};         // m
 inline constexpr double kHiddenOffset = 1000;              // m
 inline constexpr mjcf::Rgba LAMP_OFF_COLOR = {1, 1, 1, 1};
 inline constexpr mjcf::Rgba LAMP_ON_COLOR = {1, 236 / 255.0, 110 / 255.0, 1};
-inline constexpr int kBatteryRewardTerms = 20;
 
 PressButtonParams battery_button();
 
-// What an episode samples (5.3), in the order of TaskInfo::draws, and the options.
+// What an episode samples, in the order of TaskInfo::draws, and the options.
 enum BatteryDraw { kTrayXDraw, kTrayYDraw, kWorking };
 enum BatteryOption { kUpstreamRewards };
 
 // The variant of that id.
 const BatteryParams& battery_params(std::string_view id);
 
-// Fills in all that TaskInfo says of the variant, apart from what the registry knows.
+// Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
+// state fields.
 void describe_batteries(const BatteryParams& params, TaskInfo& info);
 
 }  // namespace engram::tasks

@@ -7,6 +7,7 @@
 
 #include "mjcf/battery.h"
 #include "tasks/batteries_checker/params.h"
+#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 namespace {
@@ -73,7 +74,7 @@ Eigen::Vector3d BatteryRack::socket(int env) const {
 }
 
 Eigen::Vector3d BatteryRack::pos(int env, int battery) const {
-  return Eigen::Map<const Eigen::Vector3d>(engine_.state->prop_pos_of(env, prop(battery)));
+  return prop_pos(*engine_.state, env, prop(battery));
 }
 
 BatterySet BatteryRack::grasped(int env) const {
@@ -116,7 +117,7 @@ void BatteryRack::snap(int env, int battery) const {
   place.z() = kSocketRest;
   const double* quat = state.tcp_quat.row(env);
   const Eigen::Quaterniond tool(quat[0], quat[1], quat[2], quat[3]);
-  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const Eigen::Vector3d tcp = tcp_pos(state, env);
   const Vec2 opening = (tool * Eigen::Vector3d::UnitY()).head<2>().normalized();
   const Vec2 offset = (place - tcp).head<2>();
   const double across = std::abs(opening.x() * offset.y() - opening.y() * offset.x());

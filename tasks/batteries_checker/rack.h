@@ -1,5 +1,5 @@
 // The batteries of a scene, their tray and their socket: where they belong, where they are, and the
-// two teleports (procedural 5.2, 5.5). Batteries are named by their slots.
+// two teleports. Batteries are named by their slots.
 #pragma once
 
 #include "core/task.h"

@@ -1,4 +1,4 @@
-// How batteries are checked off, and what that is worth (procedural 5.5, 5.7).
+// How batteries are checked off, and what that is worth.
 #pragma once
 
 #include <Eigen/Dense>
@@ -74,6 +74,9 @@ struct BatteryRewardInputs {
   double press_depth = 0;          // of the button, as a fraction of its travel
   bool pressed = false;
   CheckEvents events;
+  int checked = 0;  // batteries
+  int found = 0;    // working ones that were checked
+  int working = 0;  // all working ones
   Haste haste;
   bool success = false;
 };
@@ -90,7 +93,29 @@ struct BatteryRewardTerms {
   double reward = 0;
 };
 
-// upstream: with the three terms that differ from what is meant (5.7).
+template <class Row>
+void list_terms(Row& row, const BatteryRewardInputs& in, const BatteryRewardTerms& terms) {
+  row.term("stage_insert", "", in.stage == STAGE_INSERT);
+  row.term("stage_return", "", in.stage == STAGE_RETURN);
+  row.term("stage_confirm", "", in.stage == STAGE_CONFIRM);
+  row.term("reach_unchecked_reward", "", terms.reach);
+  row.term("carry_to_socket_reward", "", terms.carry);
+  row.term("return_reward", "", terms.back);
+  row.term("button_reach_reward", "", terms.button_reach);
+  row.term("button_press_reward", "", terms.press);
+  row.term("new_insert_event", "", in.events.insert);
+  row.term("new_return_event", "", in.events.returned);
+  row.term("new_confirm_event", "", in.events.confirm);
+  row.term("newly_found_working", "", terms.newly_found);
+  row.term("wrong_phase_press", "", terms.wrong_press);
+  row.term("checked_count", "", in.checked);
+  row.term("found_working_count", "", in.found);
+  row.term("target_working_count", "", in.working);
+  list_smoothness(row, terms.smooth);
+  row.term("smooth_penalty", "", terms.smooth.penalty);
+}
+
+// upstream: with the three terms that differ from what is meant.
 BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs, bool upstream);
 
 }  // namespace engram::tasks

@@ -1,12 +1,12 @@
-// GatherAndRecall in numbers: parameters, draws, constants and fields (procedural 4.1 to 4.3).
+// GatherAndRecall in numbers: parameters, draws and constants (docs/tasks/gather_and_recall.md).
 #pragma once
 
 #include <array>
 
 #include "core/task.h"
 #include "mjcf/prop.h"
-#include "tasks/parts/phase_clock.h"
 #include "tasks/parts/press_button.h"
+#include "tasks/parts/step_range.h"
 
 namespace engram::tasks {
 
@@ -31,12 +31,9 @@ inline constexpr double kOnDisc =
 inline constexpr mjcf::Rgba kDiscColor = {160 / 255.0, 160 / 255.0, 170 / 255.0, 1};
 inline constexpr mjcf::Rgba kBulbOff = {245 / 255.0, 245 / 255.0, 245 / 255.0, 1};
 inline constexpr double kFlashEmission = 1;
-inline constexpr double kUpright[4] = {1, 0, 0, 0};
 
-// What an episode samples (4.3).
+// What an episode samples.
 enum DrawIndex { kFlashColor, kTriggerCount, kDuration, kDiscX, kDiscY, kCubeJitter };
-
-inline constexpr int kRewardTerms = 8;
 
 // Number of cubes of a variant. Throws Error for an id of another family.
 int gather_cubes(std::string_view id);
@@ -47,7 +44,7 @@ PressButtonParams gather_button(int color);
 // The largest number of placed cubes that may begin the flash.
 int most_triggers(int cubes);
 
-// Fills in all that is constant about a variant.
+// Fills in what is constant about a variant, apart from reward terms and state fields.
 void describe_gather(int cubes, TaskInfo& info);
 
 }  // namespace engram::tasks

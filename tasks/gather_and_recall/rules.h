@@ -1,5 +1,4 @@
-// When cubes count, the lamp flashes and rewards are paid in GatherAndRecall (procedural 4.4 to
-// 4.7).
+// When cubes count, the lamp flashes and rewards are paid in GatherAndRecall.
 #pragma once
 
 #include <Eigen/Dense>
@@ -37,7 +36,8 @@ bool update_flash(Flash& flash, int cubes_on_disc, int trigger_count, int durati
 
 struct GatherRewardInputs {
   double goal_distance = 0;  // norm of obj_to_goal_pos, m
-  double cubes_on_disc = 0;  // fraction
+  int cubes = 1;             // of the variant
+  int cubes_on_disc = 0;     // that have been there
   bool all_on_disc = false;
   double correct_depth = 0;  // of the correct button, as a fraction of its travel
   Haste haste;
@@ -52,6 +52,16 @@ struct GatherRewardTerms {
   SmoothnessTerms smooth;
   double reward = 0;
 };
+
+template <class Row>
+void list_terms(Row& row, const GatherRewardInputs& in, const GatherRewardTerms& terms) {
+  row.term("reaching_reward", "", terms.reaching);
+  row.term("place_progress", "", terms.progress);
+  row.term("n_on_disc", "", in.cubes_on_disc);
+  row.term("button_press_reward", "", terms.press);
+  row.term("smooth_penalty", "", terms.smooth.penalty);
+  list_smoothness(row, terms.smooth);
+}
 
 GatherRewardTerms gather_reward(const GatherRewardInputs& inputs);
 

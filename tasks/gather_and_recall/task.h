@@ -1,5 +1,5 @@
 // GatherAndRecall: bring all cubes onto a disc; a lamp flashes once meanwhile, and at the end the
-// button of its colour has to be pressed (procedural 4).
+// button of its colour has to be pressed (docs/tasks/gather_and_recall.md).
 #pragma once
 
 #include <memory>

@@ -5,6 +5,7 @@
 
 #include "core/task.h"
 #include "mjcf/scene.h"
+#include "tasks/parts/poses.h"
 #include "tasks/parts/state_row.h"
 #include "tasks/registry_table.h"
 
@@ -37,6 +38,13 @@ class FamilyBase : public Task {
       family.state_row(row, env);
     }
   }
+
+  // What families ask the state for again and again (tasks/parts/poses.h).
+  Eigen::Vector3d tcp_pos(int env) const { return tasks::tcp_pos(*engine_.state, env); }
+  Eigen::Vector3d prop_pos(int env, int prop) const {
+    return tasks::prop_pos(*engine_.state, env, prop);
+  }
+  Pose prop_pose(int env, int prop) const { return tasks::prop_pose(*engine_.state, env, prop); }
 
   TaskInfo info_;
   mjcf::Scene scene_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tasks/parts/poses.h"
+
 namespace engram::tasks {
 namespace {
 
@@ -39,12 +41,6 @@ constexpr double kSinking = 0.5;     // of full speed: a faster way down leads s
 constexpr double kLeaveRadius = 0.06;  // m: a tool further off sideways has nothing to leave
 constexpr double kStep = 0.05;         // m ahead of the tool while it rises
 
-Vector3d prop_pos(const State& state, int env, int prop) {
-  return Eigen::Map<const Vector3d>(state.prop_pos_of(env, prop));
-}
-Vector3d tcp_pos(const State& state, int env) {
-  return Eigen::Map<const Vector3d>(state.tcp_pos.row(env));
-}
 Quaterniond quaternion(const double* quat) { return {quat[0], quat[1], quat[2], quat[3]}; }
 
 double narrower_finger(const State& state, int env) {

@@ -3,16 +3,17 @@
 #include <algorithm>
 
 #include "mjcf/lamp.h"
+#include "tasks/parts/poses.h"
+#include "tasks/parts/task_info.h"
 
 namespace engram::tasks {
 
 void add_lamp_constants(ConstantTable& table) {
-  const ConstantTable more = {
-      {"LAMP_BASE_RADIUS", 0.018}, {"LAMP_BASE_HALF_HEIGHT", 0.008},
-      {"LAMP_STEM_RADIUS", 0.004}, {"LAMP_STEM_HALF_HEIGHT", 0.020},
-      {"LAMP_BULB_RADIUS", 0.012},
-  };
-  table.insert(table.end(), more.begin(), more.end());
+  append(table, {{"LAMP_BASE_RADIUS", 0.018},
+                 {"LAMP_BASE_HALF_HEIGHT", 0.008},
+                 {"LAMP_STEM_RADIUS", 0.004},
+                 {"LAMP_STEM_HALF_HEIGHT", 0.020},
+                 {"LAMP_BULB_RADIUS", 0.012}});
 }
 
 Lamp::Lamp(mjcf::Scene& scene, const std::string& name)
@@ -22,8 +23,7 @@ Lamp::Lamp(mjcf::Scene& scene, const std::string& name)
 }
 
 void Lamp::place(const State& state, int env, const double* pos) const {
-  static constexpr double kUpright[4] = {1, 0, 0, 0};
-  place(state, env, pos, kUpright);
+  place(state, env, pos, kUprightQuat);
 }
 
 void Lamp::place(const State& state, int env, const double* pos, const double* quat) const {

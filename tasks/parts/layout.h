@@ -1,5 +1,5 @@
-// Where objects stand on the table: nominal slots and jitter. Episodes are drawn
-// inside steps, so nothing here allocates.
+// Where objects stand on the table: nominal slots and jitter. Episodes are drawn inside steps, so
+// nothing here allocates.
 #pragma once
 
 #include <Eigen/Dense>

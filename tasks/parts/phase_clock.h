@@ -2,17 +2,9 @@
 #pragma once
 
 #include "core/base/column.h"
-#include "core/base/constant.h"
+#include "tasks/parts/step_range.h"
 
 namespace engram::tasks {
-
-// Inclusive range of a number of control steps.
-struct StepRange {
-  int low = 1;
-  int high = 1;
-
-  Constant constant() const { return ConstantList{low, high}; }
-};
 
 enum class Phase { kCue, kEmpty, kManipulation };
 

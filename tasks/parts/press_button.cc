@@ -2,30 +2,26 @@
 
 #include <algorithm>
 
+#include "tasks/parts/task_info.h"
+
 namespace engram::tasks {
 
 void add_press_constants(const PressButtonParams& params, ConstantTable& table) {
   const mjcf::Vec3& base = params.shape.BUTTON_BASE_HALF_SIZE;
-  const ConstantTable more = {
-      {"BUTTON_BASE_HALF_SIZE", ConstantList{base[0], base[1], base[2]}},
-      {"BUTTON_CAP_RADIUS", params.shape.BUTTON_CAP_RADIUS},
-      {"BUTTON_CAP_HALF_HEIGHT", params.shape.BUTTON_CAP_HALF_HEIGHT},
-      {"BUTTON_CAP_TRAVEL", params.BUTTON_CAP_TRAVEL},
-      {"BUTTON_PRESS_EVENT_RATIO", params.BUTTON_PRESS_EVENT_RATIO},
-      {"BUTTON_PRESS_XY_RADIUS", params.BUTTON_PRESS_XY_RADIUS},
-      {"BUTTON_PRESS_Z_MARGIN", params.BUTTON_PRESS_Z_MARGIN},
-  };
-  table.insert(table.end(), more.begin(), more.end());
+  append(table, {{"BUTTON_BASE_HALF_SIZE", ConstantList{base[0], base[1], base[2]}},
+                 {"BUTTON_CAP_RADIUS", params.shape.BUTTON_CAP_RADIUS},
+                 {"BUTTON_CAP_HALF_HEIGHT", params.shape.BUTTON_CAP_HALF_HEIGHT},
+                 {"BUTTON_CAP_TRAVEL", params.BUTTON_CAP_TRAVEL},
+                 {"BUTTON_PRESS_EVENT_RATIO", params.BUTTON_PRESS_EVENT_RATIO},
+                 {"BUTTON_PRESS_XY_RADIUS", params.BUTTON_PRESS_XY_RADIUS},
+                 {"BUTTON_PRESS_Z_MARGIN", params.BUTTON_PRESS_Z_MARGIN}});
 }
 
 void add_constants(const PressButtonParams& params, ConstantTable& table) {
   add_press_constants(params, table);
-  const ConstantTable more = {
-      {"BUTTON_RELEASE_READY_RATIO", params.BUTTON_RELEASE_READY_RATIO},
-      {"REQUIRED_LIFT_HEIGHT", params.REQUIRED_LIFT_HEIGHT},
-      {"LIFT_CONFIRM_TOL", params.LIFT_CONFIRM_TOL},
-  };
-  table.insert(table.end(), more.begin(), more.end());
+  append(table, {{"BUTTON_RELEASE_READY_RATIO", params.BUTTON_RELEASE_READY_RATIO},
+                 {"REQUIRED_LIFT_HEIGHT", params.REQUIRED_LIFT_HEIGHT},
+                 {"LIFT_CONFIRM_TOL", params.LIFT_CONFIRM_TOL}});
 }
 
 double press_depth(const PressButtonParams& params, double distance, double height) {
@@ -118,6 +114,12 @@ bool PressButton::press_once(int env, bool acting, bool enabled) const {
   const bool pressed = tasks::press_once(params_, depth_[env], acting, enabled, press);
   store(env, press);
   return pressed;
+}
+
+Eigen::Vector3d PressButton::above(int env) const {
+  constexpr double kAbove = 0.005;  // m
+  const Vec2 xy = center(env);
+  return {xy.x(), xy.y(), top_height() + kAbove};
 }
 
 double PressButton::distance(int env) const {

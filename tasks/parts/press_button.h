@@ -1,5 +1,5 @@
-// The press button of several families. A press is a matter of where the TCP is, never
-// of contact: the cap sinks ahead of the finger.
+// The press button of several families. A press is a matter of where the TCP is, never of contact:
+// the cap sinks ahead of the finger.
 #pragma once
 
 #include <string>
@@ -8,6 +8,7 @@
 #include "mjcf/button.h"
 #include "mjcf/scene.h"
 #include "tasks/parts/layout.h"
+#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 
@@ -28,7 +29,7 @@ struct PressButtonParams {
 void add_press_constants(const PressButtonParams& params, ConstantTable& table);
 void add_constants(const PressButtonParams& params, ConstantTable& table);
 
-// How far a TCP at `height` and at that horizontal distance from the centre presses, m (3.2).
+// How far a TCP at `height` and at that horizontal distance from the centre presses, m.
 double press_depth(const PressButtonParams& params, double distance, double height);
 bool is_pressed(const PressButtonParams& params, double depth);
 // Not the opposite of pressed: between the two nothing happens.
@@ -51,12 +52,12 @@ struct PressEvents {
 // Whether the TCP is high enough to complete the press.
 bool is_lifted(const PressButtonParams& params, const PressState& press, double height);
 
-// One evaluation of the press, release and lift machine (3.3). acting: the action phase; enabled:
+// One evaluation of the press, release and lift machine. acting: the action phase; enabled:
 // whether the family lets presses begin and count now.
 PressEvents press_and_lift(const PressButtonParams& params, double depth, double height,
                            bool acting, bool enabled, PressState& press);
 
-// The same without the lift (6.5): a press counts at once. True if one began.
+// The same without the lift: a press counts at once. True if one began.
 bool press_once(const PressButtonParams& params, double depth, bool acting, bool enabled,
                 PressState& press);
 
@@ -86,9 +87,14 @@ class PressButton {
   const double* base_quat(int env) const { return engine_.state->prop_quat_of(env, base_); }
   const double* cap_pos(int env) const { return engine_.state->prop_pos_of(env, cap_); }
   const double* cap_quat(int env) const { return engine_.state->prop_quat_of(env, cap_); }
+  Pose base_pose(int env) const { return prop_pose(*engine_.state, env, base_); }
+  Pose cap_pose(int env) const { return prop_pose(*engine_.state, env, cap_); }
+  // The point just above the unpressed cap, to which goal vectors lead.
+  Eigen::Vector3d above(int env) const;
   // Horizontal distance of the TCP, m.
   double distance(int env) const;
   double depth(int env) const { return depth_[env]; }
+  double press_fraction(int env) const { return depth_[env] / params_.BUTTON_CAP_TRAVEL; }
   bool pressed(int env) const { return is_pressed(params_, depth_[env]); }
   bool released(int env) const { return is_released(params_, depth_[env]); }
   bool ready(int env) const { return ready_[env] != 0; }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tasks/parts/task_info.h"
+
 namespace engram::tasks {
 
 Haste measure_haste(const Bindings& engine, int env, FirstChange first) {
@@ -16,6 +18,12 @@ Haste measure_haste(const Bindings& engine, int env, FirstChange first) {
   haste.action_delta_norm = change ? static_cast<double>((action - previous).norm()) : 0.0;
   haste.arm_speed = Eigen::Map<const ArmVector>(state.qvel.row(env)).norm();
   return haste;
+}
+
+void add_constants(const SmoothnessParams& params, ConstantTable& table) {
+  append(table, {{"ACTION_L2_COEF", params.ACTION_L2_COEF},
+                 {"ACTION_DELTA_L2_COEF", params.ACTION_DELTA_L2_COEF},
+                 {"QVEL_L2_COEF", params.QVEL_L2_COEF}});
 }
 
 SmoothnessTerms smoothness(const Haste& haste, const SmoothnessParams& params) {

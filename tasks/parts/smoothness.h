@@ -31,6 +31,18 @@ struct SmoothnessTerms {
   double penalty = 0;
 };
 
+// The weights as class constants.
+void add_constants(const SmoothnessParams& params, ConstantTable& table);
+
+// What the penalty is made of, as terms of the reward; "smooth_penalty" itself stands apart, where
+// each family has it.
+template <class Row>
+void list_smoothness(Row& row, const SmoothnessTerms& terms) {
+  row.term("action_l2", "", terms.action_l2);
+  row.term("delta_action_l2", "", terms.action_delta_l2);
+  row.term("qvel_l2", "", terms.qvel_l2);
+}
+
 SmoothnessTerms smoothness(const Haste& haste, const SmoothnessParams& params);
 
 }  // namespace engram::tasks

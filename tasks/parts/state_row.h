@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "core/base/field.h"
+#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 
@@ -53,8 +54,8 @@ class RowWriter {
  public:
   explicit RowWriter(float* out) : out_(out) {}
 
-  // `value` gives a number, a vector or the address of `width` numbers; or it takes this writer
-  // and adds `width` numbers itself.
+  // `value` gives a number, a vector, a pose or the address of `width` numbers; or it takes this
+  // writer and adds `width` numbers itself.
   template <class Name, class Value>
   void field(const Name& /*name*/, int width, std::string_view /*unit*/,
              std::string_view /*description*/, const Value& value) {
@@ -82,6 +83,7 @@ class RowWriter {
     add(pos, 3);
     add(quat, 4);
   }
+  void add(const Pose& pose) { add_pose(pose.pos, pose.quat); }
 
  private:
   float* out_;

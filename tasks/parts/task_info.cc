@@ -16,6 +16,10 @@ TaskInfo describe(const RegistryEntry& entry) {
   return info;
 }
 
+void append(ConstantTable& table, const ConstantTable& more) {
+  table.insert(table.end(), more.begin(), more.end());
+}
+
 SceneSource scene_source(const mjcf::Scene& scene) {
   SceneSource source;
   std::vector<const mjcf::Prop*> kinds;

@@ -10,6 +10,9 @@ namespace engram::tasks {
 // A TaskInfo with what the registry knows.
 TaskInfo describe(const RegistryEntry& entry);
 
+// Adds rows to a table of constants.
+void append(ConstantTable& table, const ConstantTable& more);
+
 // The scene as the engine takes it.
 SceneSource scene_source(const mjcf::Scene& scene);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/physics/arm.h"
+#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 namespace {
@@ -39,9 +40,7 @@ void turn_tool(const State& state, int env, const Eigen::Quaterniond& orientatio
 
 void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
                 const Eigen::Quaterniond& orientation, double gripper, float* action) {
-  const Eigen::Vector3d translation =
-      kGain / kTranslationScale *
-      (goal - Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(env)));
+  const Eigen::Vector3d translation = kGain / kTranslationScale * (goal - tcp_pos(state, env));
   for (int i = 0; i < 3; ++i) action[i] = static_cast<float>(std::clamp(translation[i], -1.0, 1.0));
   turn_tool(state, env, orientation, gripper, action);
 }
@@ -90,14 +89,14 @@ void hold_tool(double gripper, float* action) {
 
 Eigen::Vector3d approach_from_above(const State& state, int env, const Eigen::Vector3d& goal,
                                     double clearance) {
-  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const Eigen::Vector3d tcp = tcp_pos(state, env);
   const bool overhead = (goal - tcp).head<2>().norm() <= kOverhead;
   return goal + Eigen::Vector3d(0, 0, overhead ? 0.0 : clearance);
 }
 
 Eigen::Vector3d approach_by_funnel(const State& state, int env, const Eigen::Vector3d& goal,
                                    double radius, double slope) {
-  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const Eigen::Vector3d tcp = tcp_pos(state, env);
   const double away = (goal - tcp).head<2>().norm();
   return goal + Eigen::Vector3d(0, 0, slope * std::max(0.0, away - radius));
 }

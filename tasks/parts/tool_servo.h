@@ -49,8 +49,7 @@ struct Lean {
   double fold = 0;         // m: nearer than that it leans inwards likewise
 };
 
-// `orientation`, leaned outwards as far as a point demands that a vertical tool cannot reach
-//.
+// `orientation`, leaned outwards as far as a point demands that a vertical tool cannot reach.
 Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
                                  const Eigen::Vector3d& point, const Lean& lean = {});
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "tasks/parts/poses.h"
+
 namespace engram::tasks {
 
 int touched_object(const double* points, int objects, const double* tcp, double radius) {
@@ -54,8 +56,7 @@ void TouchLatch::evaluate(int env, bool acting) const {
 }
 
 Eigen::Vector3d TouchLatch::touch_point(int env, int object) const {
-  return Eigen::Map<const Eigen::Vector3d>(engine_.state->prop_pos_of(env, object)) +
-         Eigen::Vector3d(0, 0, params_.height);
+  return prop_pos(*engine_.state, env, object) + Eigen::Vector3d(0, 0, params_.height);
 }
 
 }  // namespace engram::tasks

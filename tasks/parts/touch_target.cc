@@ -13,10 +13,8 @@ void list_terms(Row& row, const TouchRewardInputs& in, const TouchRewardTerms& t
   row.term("reached", "", in.distance < GOAL_THRESH);
   row.term("success", "", in.success);
   row.term("static_reward", "", terms.stillness);
-  row.term("action_l2", "", terms.action_l2);
-  row.term("delta_action_l2", "", terms.action_delta_l2);
-  row.term("qvel_l2", "", terms.qvel_l2);
-  row.term("smooth_penalty", "", terms.penalty);
+  list_smoothness(row, terms.smooth);
+  row.term("smooth_penalty", "", terms.smooth.penalty);
   row.term("obj_to_goal_pos_y", "m", in.offset_y);
   row.term("obj_to_goal_pos_x", "m", in.offset_x);
 }
@@ -27,15 +25,10 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& in, const SmoothnessParam
   TouchRewardTerms terms;
   terms.reaching = 1 - std::tanh(10 * in.distance);
   terms.stillness = 1 - std::tanh(5 * in.arm_speed);
-  const SmoothnessTerms smooth =
-      smoothness({in.action_norm, in.action_delta_norm, in.arm_speed}, params);
-  terms.action_l2 = smooth.action_l2;
-  terms.action_delta_l2 = smooth.action_delta_l2;
-  terms.qvel_l2 = smooth.qvel_l2;
-  terms.penalty = smooth.penalty;
+  terms.smooth = smoothness({in.action_norm, in.action_delta_norm, in.arm_speed}, params);
   const double bonus = in.robot_static && in.placed ? 0.5 : 0.0;
   terms.reward = in.success ? kTouchSuccessReward
-                            : terms.reaching + 0.5 * terms.stillness + bonus - terms.penalty;
+                            : terms.reaching + 0.5 * terms.stillness + bonus - terms.smooth.penalty;
   return terms;
 }
 

@@ -20,20 +20,17 @@ struct TouchRewardInputs {
   double arm_speed = 0;          // norm of the arm joint velocities, rad/s
   double action_norm = 0;        // of the action as received
   double action_delta_norm = 0;  // of its change; taken as 0 up to elapsed = 1
-  double offset_x = 0;           // TCP to target along each axis, m; for reward_dict alone
-  double offset_y = 0;
   bool robot_static = false;
   bool placed = false;
   bool success = false;
+  double offset_x = 0;  // TCP to target along each axis, m; for reward_dict alone
+  double offset_y = 0;
 };
 
 struct TouchRewardTerms {
   double reaching = 0;
   double stillness = 0;
-  double action_l2 = 0;
-  double action_delta_l2 = 0;
-  double qvel_l2 = 0;
-  double penalty = 0;
+  SmoothnessTerms smooth;
   double reward = 0;
 };
 

@@ -1,5 +1,4 @@
-// Angles of the Rotate families: targets, how far a peg has turned, and what is left (rotate 3.2 to
-// 3.6).
+// Angles of the Rotate families: targets, how far a peg has turned, and what is left.
 #pragma once
 
 #include <string>

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "tasks/parts/poses.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/rotate/peg_angle.h"
 
@@ -17,7 +18,6 @@ using Vector = Eigen::Vector3d;
 
 constexpr int kPegProp = 0;
 constexpr double kPi = std::numbers::pi;
-constexpr double kBaseX = -0.615;  // m: axis of the robot's base
 
 // The peg as it lies: centre, and unit vectors along and across it.
 struct Peg {
@@ -31,10 +31,6 @@ Peg measure_peg(const State& state, int env) {
   const double* pos = state.prop_pos_of(env, kPegProp);
   const double yaw = peg_angle(state.prop_quat_of(env, kPegProp));
   return {{pos[0], pos[1]}, yaw, {std::cos(yaw), std::sin(yaw)}, {-std::sin(yaw), std::cos(yaw)}};
-}
-
-Vector tcp_of(const State& state, int env) {
-  return Eigen::Map<const Vector>(state.tcp_pos.row(env));
 }
 
 // --- pushing ---
@@ -74,7 +70,7 @@ int easier_end(const Peg& peg, double turn, const Vector& tcp) {
     double cost = (contact_point(peg, end, sign, kApproachGap) - tcp.head<2>()).norm();
     for (const Peg& pose : {peg, turned}) {
       const Vec2 point = contact_point(pose, end, sign, 0);
-      const double reach = (point - Vec2(kBaseX, 0)).norm();
+      const double reach = (point - Vec2(kRobotBaseX, 0)).norm();
       cost += 10 * std::max(0.0, reach - 0.74) + 10 * std::max(0.0, 0.36 - reach);
     }
     if (cost < least) {
@@ -89,7 +85,7 @@ int easier_end(const Peg& peg, double turn, const Vector& tcp) {
 
 void push_peg(const State& state, int env, const PegGoal& goal, float* action) {
   const Peg peg = measure_peg(state, env);
-  const Vector tcp = tcp_of(state, env);
+  const Vector tcp = tcp_pos(state, env);
   const double sign = goal.turn < 0 ? -1 : 1;
   if (std::abs(goal.turn) < kStopWithin) {
     hold_tool(kGripperClosed, action);
@@ -155,7 +151,7 @@ double grasp_yaw(const Peg& peg, double turn) {
 
 void twist_peg(const State& state, int env, const PegGoal& goal, float* action) {
   const Peg peg = measure_peg(state, env);
-  const Vector tcp = tcp_of(state, env);
+  const Vector tcp = tcp_pos(state, env);
   const double yaw = tool_yaw(state, env);
   if (is_grasping(state, env, kPegProp)) {
     const Vec2 shift = Vec2(goal.x, goal.y) - peg.center;

@@ -15,10 +15,10 @@ struct PegGoal {
   double y = 0;
 };
 
-// Pushes one end of the peg sideways with the closed fingers until it has turned (rotate 3.8).
+// Pushes one end of the peg sideways with the closed fingers until it has turned.
 void push_peg(const State& state, int env, const PegGoal& goal, float* action);
 
-// Grasps the peg at its centre and turns the hand (rotate 4.6).
+// Grasps the peg at its centre and turns the hand.
 void twist_peg(const State& state, int env, const PegGoal& goal, float* action);
 
 }  // namespace engram::tasks

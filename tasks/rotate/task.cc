@@ -9,10 +9,9 @@
 #include "core/picture/overlay.h"
 #include "mjcf/peg.h"
 #include "mjcf/scene.h"
+#include "tasks/parts/blind_guess.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/smoothness.h"
-#include "tasks/parts/state_row.h"
-#include "tasks/parts/task_info.h"
 #include "tasks/parts/variant.h"
 #include "tasks/rotate/peg_angle.h"
 #include "tasks/rotate/peg_turner.h"
@@ -22,7 +21,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// --- parameters (sections 3 and 4) ---
+// --- parameters ---
 
 struct Params {
   std::string_view id;
@@ -59,34 +58,21 @@ std::vector<Draw> draws(RotateMode mode) {
 }
 
 ConstantTable constants(RotateMode mode) {
-  return {{"PEG_HALF_WIDTH", PEG_HALF_WIDTH},
-          {"PEG_HALF_LENGTH", PEG_HALF_LENGTH},
-          {"MODE", mode == RotateMode::kPosAngle ? "pos_angle" : "pos_neg_angle"},
-          {"ACTION_L2_COEF", kSmoothness.ACTION_L2_COEF},
-          {"ACTION_DELTA_L2_COEF", kSmoothness.ACTION_DELTA_L2_COEF},
-          {"QVEL_L2_COEF", kSmoothness.QVEL_L2_COEF}};
+  ConstantTable table = {{"PEG_HALF_WIDTH", PEG_HALF_WIDTH},
+                         {"PEG_HALF_LENGTH", PEG_HALF_LENGTH},
+                         {"MODE", mode == RotateMode::kPosAngle ? "pos_angle" : "pos_neg_angle"}};
+  add_constants(kSmoothness, table);
+  return table;
 }
 
-std::vector<std::string> reward_terms(bool strict) {
-  if (strict) {
-    return {"to_grip_dist",  "reaching_reward",  "reached_status",  "y_angle_reward",
-            "correct_angle", "y_angle_diff_deg", "agent_is_static", "success",
-            "x_pos_error",   "y_pos_error",      "x_pos_reward",    "y_pos_reward",
-            "position_ok",   "action_l2",        "delta_action_l2", "qvel_l2",
-            "smooth_penalty"};
-  }
-  return {"to_grip_dist",  "reaching_reward", "reached_status",  "y_angle_reward",
-          "correct_angle", "angle_diff_deg",  "agent_is_static", "success",
-          "action_l2",     "delta_action_l2", "qvel_l2",         "smooth_penalty"};
-}
+bool is_correct(double error) { return std::abs(error) < kAngleThreshold; }
 
 // Answers between which a guess decides: targets that are one threshold's width apart.
 int candidates(RotateMode mode) { return mode == RotateMode::kPosAngle ? 8 : 4; }
 
-class Rotate final : public Task {
+class Rotate final : public FamilyBase {
  public:
-  Rotate(const RegistryEntry& entry, const Params& params) : params_(params) {
-    info_ = describe(entry);
+  Rotate(const RegistryEntry& entry, const Params& params) : FamilyBase(entry), params_(params) {
     info_.termination = Termination::kNever;
     info_.candidates = candidates(params.MODE);
     info_.success_reward = params.strict ? kStrictSuccessReward : kLenientSuccessReward;
@@ -95,21 +81,15 @@ class Rotate final : public Task {
     info_.task_cue_dim = 1;
     info_.draws = draws(params.MODE);
     info_.constants = constants(params.MODE);
-    info_.reward_terms = reward_terms(params.strict);
+    info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"manipulation", "always"}};
-    info_.state_fields = {
-        {"oracle_info", 1, DType::kFloat32, "rad", "rotation still to be done"},
-        {"peg_pose", 7, DType::kFloat32, "m", "position, quaternion (w, x, y, z)"}};
+    declare_state(*this);
     scene_.props = {mjcf::peg("peg", PEG_HALF_LENGTH, PEG_HALF_WIDTH, kPegBlue, kPegBlue)};
     scene_.render_camera = mjcf::RenderCamera::kC;
   }
 
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override { return scene_source(scene_); }
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override {
-    engine_ = bindings;
+    FamilyBase::bind(bindings);
     ColumnStore& info = *bindings.outputs;
     relative_angle_ = info.add<float>("relative_angle", 1, "rad", "turned since the beginning");
     y_angle_error_ = info.add<float>("y_angle_error", 1, "rad", "rotation still to be done");
@@ -117,7 +97,7 @@ class Rotate final : public Task {
       x_pos_error_ = info.add<float>("x_pos_error", 1, "m", "of the peg's centre");
       y_pos_error_ = info.add<float>("y_pos_error", 1, "m", "of the peg's centre");
     }
-    reward_dict_.bind(bindings, static_cast<int>(info_.reward_terms.size()));
+    reward_dict_.bind(bindings, info_.reward_terms.size());
     ColumnStore& memory = *bindings.memory;
     target_ = memory.add<double>("target_angle", 1, "rad");
     initial_yaw_ = memory.add<double>("initial_yaw", 1, "rad");
@@ -131,7 +111,7 @@ class Rotate final : public Task {
     return rotate_instruction(info_.instruction, target_[env]);
   }
 
-  // --- sampling (sections 3.2 and 4.1) ---
+  // --- sampling ---
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
@@ -148,9 +128,11 @@ class Rotate final : public Task {
     engine_.state->place_prop(env, kPeg, pos, quat);
   }
 
+  // --- phases: there is only one ---
+
   void advance(Range /*envs*/) override {}
 
-  // --- success (sections 3.5 and 4.2) ---
+  // --- success ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -166,48 +148,64 @@ class Rotate final : public Task {
         y_pos_error_[env] = static_cast<float>(shift.y());
         in_place = shift.cwiseAbs().maxCoeff() < kMostOffset;
       }
-      const bool correct = std::abs(turn.error) < kAngleThreshold;
-      engine_.success[env] = correct && in_place && robot_is_static(*engine_.state, env) ? 1 : 0;
+      engine_.success[env] =
+          is_correct(turn.error) && in_place && robot_is_static(*engine_.state, env) ? 1 : 0;
       reward_dict_.publish(env);
     }
   }
 
-  // --- reward (sections 3.7 and 4.3) ---
+  // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const State& state = *engine_.state;
-      const Haste haste = measure_haste(engine_, env);
-      const SmoothnessTerms smooth = smoothness(haste, kSmoothness);
       RotateRewardInputs in;
-      in.distance = (Eigen::Map<const Eigen::Vector3d>(state.prop_pos_of(env, kPeg)) -
-                     Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(env)))
-                        .norm();
+      in.distance = (prop_pos(env, kPeg) - tcp_pos(env)).norm();
       in.error = measure(env).error;
       in.x_pos_error = position_error(env).x();
       in.y_pos_error = position_error(env).y();
-      in.penalty = smooth.penalty;
-      in.robot_static = robot_is_static(state, env);
+      in.haste = measure_haste(engine_, env);
+      in.robot_static = robot_is_static(*engine_.state, env);
       in.success = engine_.success[env] != 0;
       const RotateRewardTerms terms =
           params_.strict ? rotate_strict_reward(in) : rotate_lenient_reward(in);
-      note_terms(env, in, terms, smooth);
+      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
   }
 
-  // --- observation (sections 3.5 and 4.2) ---
-
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      RowWriter row(out.row(env));
-      row.add(measure(env).error);
-      row.add(engine_.state->prop_pos_of(env, kPeg), 3);
-      row.add(engine_.state->prop_quat_of(env, kPeg), 4);
+  template <class Row>
+  void list_terms(Row& row, const RotateRewardInputs& in, const RotateRewardTerms& terms) const {
+    row.term("to_grip_dist", "m", in.distance);
+    row.term("reaching_reward", "", terms.reaching);
+    row.term("reached_status", "", terms.reached);
+    row.term("y_angle_reward", "", terms.rotate);
+    row.term("correct_angle", "", is_correct(in.error));
+    row.term(params_.strict ? "y_angle_diff_deg" : "angle_diff_deg", "deg", in.error * 180 / kPi);
+    row.term("agent_is_static", "", in.robot_static);
+    row.term("success", "", in.success);
+    if (params_.strict) {
+      row.term("x_pos_error", "m", in.x_pos_error);
+      row.term("y_pos_error", "m", in.y_pos_error);
+      row.term("x_pos_reward", "", terms.x_pos);
+      row.term("y_pos_reward", "", terms.y_pos);
+      row.term("position_ok", "", terms.position_ok);
     }
+    list_smoothness(row, terms.smooth);
+    row.term("smooth_penalty", "", terms.smooth.penalty);
   }
 
-  // --- oracle (sections 3.8 and 4.6) ---
+  // --- observation ---
+
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    row.field("oracle_info", 1, "rad", "rotation still to be done",
+              [&] { return measure(env).error; });
+    row.field("peg_pose", 7, "m", "position, quaternion (w, x, y, z)",
+              [&] { return prop_pose(env, kPeg); });
+  }
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+
+  // --- oracle ---
 
   void act(Range envs, bool blind, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -223,7 +221,7 @@ class Rotate final : public Task {
     }
   }
 
-  // --- overlay (common 11) ---
+  // --- overlay ---
 
   void overlay(int env, Overlay& out) const override {
     const auto degrees = [](const char* name, double angle) {
@@ -248,34 +246,10 @@ class Rotate final : public Task {
 
   // What an agent that has not read the target would turn.
   double guess(int env) const {
-    const State& state = *engine_.state;
-    RandomStream random(state.seed[env], state.episode[env], kPurposeBlindGuess);
-    return target_angle(params_.MODE, random.uniform());
-  }
-
-  void note_terms(int env, const RotateRewardInputs& in, const RotateRewardTerms& terms,
-                  const SmoothnessTerms& smooth) const {
-    const auto flag = [](bool value) { return value ? 1.0 : 0.0; };
-    const double degrees = in.error * 180 / kPi;
-    const double correct = flag(std::abs(in.error) < kAngleThreshold);
-    if (params_.strict) {
-      reward_dict_.note<17>(
-          env, {in.distance, terms.reaching, flag(terms.reached), terms.rotate, correct, degrees,
-                flag(in.robot_static), flag(in.success), in.x_pos_error, in.y_pos_error,
-                terms.x_pos, terms.y_pos, flag(terms.position_ok), smooth.action_l2,
-                smooth.action_delta_l2, smooth.qvel_l2, smooth.penalty});
-    } else {
-      reward_dict_.note<12>(
-          env, {in.distance, terms.reaching, flag(terms.reached), terms.rotate, correct, degrees,
-                flag(in.robot_static), flag(in.success), smooth.action_l2, smooth.action_delta_l2,
-                smooth.qvel_l2, smooth.penalty});
-    }
+    return target_angle(params_.MODE, blind_guess(*engine_.state, env).uniform());
   }
 
   Params params_;
-  TaskInfo info_;
-  mjcf::Scene scene_;
-  Bindings engine_;
   RewardDict reward_dict_;
   Column<float> relative_angle_;
   Column<float> y_angle_error_;
@@ -290,12 +264,13 @@ class Rotate final : public Task {
 
 RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
   const double error = std::abs(in.error);
-  const bool correct = error < kAngleThreshold;
+  const bool correct = is_correct(in.error);
   RotateRewardTerms terms;
+  terms.smooth = smoothness(in.haste, kSmoothness);
   terms.reaching = std::exp(-5 * in.distance);
   terms.reached = in.distance < 0.1;
   terms.rotate = std::exp(-1.5 * error);
-  terms.reward = terms.reaching - in.penalty;
+  terms.reward = terms.reaching - terms.smooth.penalty;
   if (terms.reached) terms.reward += 15 * terms.rotate;
   if (correct) terms.reward += 5;
   if (correct && in.robot_static) terms.reward += 2;
@@ -306,15 +281,16 @@ RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
 RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
   const double error = std::abs(in.error);
   RotateRewardTerms terms;
+  terms.smooth = smoothness(in.haste, kSmoothness);
   terms.reaching = 0.5 * std::exp(-3 * in.distance);
   terms.reached = in.distance < 0.04;
   terms.x_pos = std::exp(-5 * std::abs(in.x_pos_error));
   terms.y_pos = std::exp(-5 * std::abs(in.y_pos_error));
   terms.position_ok = std::max(std::abs(in.x_pos_error), std::abs(in.y_pos_error)) < kMostOffset;
   terms.rotate = std::exp(-1.0 * error);
-  terms.reward = terms.reaching - in.penalty;
+  terms.reward = terms.reaching - terms.smooth.penalty;
   const bool at_work = terms.reached && terms.position_ok;
-  const bool correct = at_work && error < kAngleThreshold;
+  const bool correct = at_work && is_correct(in.error);
   if (terms.reached) terms.reward += 5 * terms.x_pos + 5 * terms.y_pos;
   if (at_work) terms.reward += 35 * terms.rotate;
   if (correct) terms.reward += 10;

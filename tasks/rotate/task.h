@@ -1,21 +1,22 @@
 // RotateLenient and RotateStrict: turn the peg by the angle of the instruction; the strict one
-// keeps its centre in place.
+// keeps its centre in place (docs/tasks/rotate.md).
 #pragma once
 
 #include <memory>
 
 #include "core/task.h"
+#include "tasks/parts/smoothness.h"
 #include "tasks/registry_table.h"
 
 namespace engram::tasks {
 
-// What the dense rewards are made of (rotate 3.7 and 4.3).
+// What the dense rewards are made of.
 struct RotateRewardInputs {
   double distance = 0;     // peg centre to TCP, m
   double error = 0;        // rad
   double x_pos_error = 0;  // m, of the peg's centre (strict)
   double y_pos_error = 0;
-  double penalty = 0;  // of hasty actions
+  Haste haste;
   bool robot_static = false;
   bool success = false;
 };
@@ -27,6 +28,7 @@ struct RotateRewardTerms {
   double x_pos = 0;
   double y_pos = 0;
   bool position_ok = false;
+  SmoothnessTerms smooth;
   double reward = 0;
 };
 

@@ -6,10 +6,9 @@
 
 #include "mjcf/scene.h"
 #include "mjcf/target_disc.h"
+#include "tasks/parts/blind_guess.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/smoothness.h"
-#include "tasks/parts/state_row.h"
-#include "tasks/parts/task_info.h"
 #include "tasks/parts/tool_servo.h"
 
 namespace engram::tasks {
@@ -18,7 +17,7 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 using Vector = Eigen::Vector3d;
 
-// --- parameters (section 5) ---
+// --- parameters ---
 
 constexpr double GOAL_RADIUS = 0.08;    // m
 constexpr double CUBE_HALFSIZE = 0.02;  // m
@@ -27,7 +26,6 @@ constexpr SmoothnessParams kSmoothness = {
 constexpr double kSuccessReward = 30;
 constexpr double kRegionHeight = 0.001;  // m
 constexpr double kHiddenHeight = 1000;   // reported while a region is hidden
-constexpr double kUpright[4] = {1, 0, 0, 0};
 
 // Slots of the cube lie side by side; the agent has to remember which one it was.
 constexpr int kSlots = 3;
@@ -41,7 +39,7 @@ constexpr mjcf::Rgba kViolet = {147 / 255.0, 0, 211 / 255.0, 1};
 
 enum PropIndex { kCube, kInitialRegion, kGoalRegion, kChangedGoalRegion };
 
-// What an episode samples (section 5.2).
+// What an episode samples.
 enum DrawIndex { kSlot, kInitialX, kInitialShift, kGoalX, kGoalY, kDraws };
 
 std::vector<Draw> draws() {
@@ -54,38 +52,26 @@ std::vector<Draw> draws() {
   };
 }
 
-constexpr int kRewardTerms = 15;
+ConstantTable constants() {
+  ConstantTable table = {{"GOAL_RADIUS", GOAL_RADIUS}, {"CUBE_HALFSIZE", CUBE_HALFSIZE}};
+  add_constants(kSmoothness, table);
+  return table;
+}
 
-class TakeItBack final : public Task {
+class TakeItBack final : public FamilyBase {
  public:
-  explicit TakeItBack(const RegistryEntry& entry) {
-    info_ = describe(entry);
+  explicit TakeItBack(const RegistryEntry& entry) : FamilyBase(entry) {
     info_.candidates = kSlots;
     info_.termination = Termination::kNever;
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
     info_.oracle_is_real = true;
     info_.draws = draws();
-    info_.constants = {{"GOAL_RADIUS", GOAL_RADIUS},
-                       {"CUBE_HALFSIZE", CUBE_HALFSIZE},
-                       {"ACTION_L2_COEF", kSmoothness.ACTION_L2_COEF},
-                       {"ACTION_DELTA_L2_COEF", kSmoothness.ACTION_DELTA_L2_COEF},
-                       {"QVEL_L2_COEF", kSmoothness.QVEL_L2_COEF}};
-    info_.reward_terms = {"reached_push",         "reached_pull",
-                          "tcp_push_dist",        "tcp_pull_dist",
-                          "reaching_reward_push", "reaching_reward_pull",
-                          "keep_contact_reward",  "goal_achieved",
-                          "goal_reached_status",  "place_in_goal_reward",
-                          "place_back_reward",    "action_l2",
-                          "delta_action_l2",      "qvel_l2",
-                          "smooth_penalty"};
+    info_.constants = constants();
+    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"there", "the cube has not been on the target"},
                     {"back", "the cube has been on the target"}};
-    constexpr DType kFloat = DType::kFloat32;
-    info_.state_fields = {{"goal_pos", 3, kFloat, "m", "centre of the target"},
-                          {"cube_pose", 7, kFloat, "m", "position, quaternion (w, x, y, z)"},
-                          {"oracle_info", 3, kFloat, "m", "where the cube started"},
-                          {"goal_reached_status", 1, kFloat, "", "it has been on the target"}};
+    declare_state(*this);
     // People see where the cube started; the robot's cameras do not.
     scene_.props = {
         mjcf::cube("cube", CUBE_HALFSIZE, kLime),
@@ -94,17 +80,13 @@ class TakeItBack final : public Task {
         mjcf::target_disc("changed_goal_region", GOAL_RADIUS, kViolet)};
   }
 
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override { return scene_source(scene_); }
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override {
-    engine_ = bindings;
+    FamilyBase::bind(bindings);
     goal_achieved_ =
         bindings.outputs->add<std::uint8_t>("goal_achieved", 1, "", "the cube is on the target");
     goal_reached_status_ = bindings.outputs->add<std::uint8_t>("goal_reached_status", 1, "",
                                                                "it has been on the target");
-    reward_dict_.bind(bindings, kRewardTerms);
+    reward_dict_.bind(bindings, info_.reward_terms.size());
     reached_ = bindings.memory->add<std::uint8_t>("reached");
     initial_ = bindings.memory->add<double>("initial", 2, "m");
     goal_ = bindings.memory->add<double>("goal", 2, "m");
@@ -113,28 +95,29 @@ class TakeItBack final : public Task {
   // The cube shows where it started until it is moved, which is up to the agent.
   int cue_end(int /*env*/) const override { return 0; }
 
-  // --- sampling (section 5.2) ---
+  // --- sampling ---
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
     draw_positions(episode);
-    const double cube[3] = {initial_.row(env)[0], initial_.row(env)[1], CUBE_HALFSIZE};
-    engine_.state->place_prop(env, kCube, cube, kUpright);
-    show_region(env, kInitialRegion, initial_.row(env));
-    show_region(env, kGoalRegion, goal_.row(env));
-    hide_region(env, kChangedGoalRegion, goal_.row(env));
+    place_upright(*engine_.state, env, kCube, initial(env), CUBE_HALFSIZE);
+    show_region(env, kInitialRegion, initial(env));
+    show_region(env, kGoalRegion, goal(env));
+    hide_region(env, kChangedGoalRegion, goal(env));
   }
 
-  // --- stages (section 5.3) ---
+  // --- phases ---
 
   // The target changes colour one step after the cube has reached it, for good.
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       if (reached_[env] == 0) continue;
-      hide_region(env, kGoalRegion, goal_.row(env));
-      show_region(env, kChangedGoalRegion, goal_.row(env));
+      hide_region(env, kGoalRegion, goal(env));
+      show_region(env, kChangedGoalRegion, goal(env));
     }
   }
+
+  // --- success ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -149,33 +132,59 @@ class TakeItBack final : public Task {
     }
   }
 
-  // --- reward (section 5.6) ---
+  // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const SmoothnessTerms smooth = smoothness(measure_haste(engine_, env), kSmoothness);
-      const TakeItBackRewardTerms terms =
-          take_it_back_reward({cube(env), tcp(env), goal(env), initial(env), smooth.penalty,
-                               reached_[env] != 0, engine_.success[env] != 0});
-      note_terms(env, terms, smooth);
+      TakeItBackRewardInputs in;
+      in.cube = cube(env);
+      in.tcp = tcp_pos(env);
+      in.goal = goal(env);
+      in.initial = initial(env);
+      in.haste = measure_haste(engine_, env);
+      in.on_target = goal_achieved_[env] != 0;
+      in.reached = reached_[env] != 0;
+      in.success = engine_.success[env] != 0;
+      const TakeItBackRewardTerms terms = take_it_back_reward(in);
+      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
   }
 
-  // --- observation (section 5.4) ---
-
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      RowWriter row(out.row(env));
-      row.add(region_position(goal(env)));
-      row.add(engine_.state->prop_pos_of(env, kCube), 3);
-      row.add(engine_.state->prop_quat_of(env, kCube), 4);
-      row.add(region_position(initial(env)));
-      row.add(reached_[env]);
-    }
+  template <class Row>
+  static void list_terms(Row& row, const TakeItBackRewardInputs& in,
+                         const TakeItBackRewardTerms& terms) {
+    row.term("reached_push", "", terms.at_push_point);
+    row.term("reached_pull", "", terms.at_pull_point);
+    row.term("tcp_push_dist", "m", terms.push_distance);
+    row.term("tcp_pull_dist", "m", terms.pull_distance);
+    row.term("reaching_reward_push", "", terms.reaching_push);
+    row.term("reaching_reward_pull", "", terms.reaching_pull);
+    row.term("keep_contact_reward", "", terms.contact);
+    row.term("goal_achieved", "", in.on_target);
+    row.term("goal_reached_status", "", in.reached);
+    row.term("place_in_goal_reward", "", terms.in_goal);
+    row.term("place_back_reward", "", terms.back);
+    list_smoothness(row, terms.smooth);
+    row.term("smooth_penalty", "", terms.smooth.penalty);
   }
 
-  // --- oracle (section 5.7): grasp the cube, carry it there and back ---
+  // --- observation ---
+
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    row.field("goal_pos", 3, "m", "centre of the target",
+              [&] { return region_position(goal(env)); });
+    row.field("cube_pose", 7, "m", "position, quaternion (w, x, y, z)",
+              [&] { return prop_pose(env, kCube); });
+    row.field("oracle_info", 3, "m", "where the cube started",
+              [&] { return region_position(initial(env)); });
+    row.field("goal_reached_status", 1, "", "it has been on the target",
+              [&] { return reached_[env]; });
+  }
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+
+  // --- oracle: grasp the cube, carry it there and back ---
 
   void act(Range envs, bool blind, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -199,22 +208,18 @@ class TakeItBack final : public Task {
   static constexpr double kCarryHeight = 0.035;  // m
   static constexpr double kAimInside = 0.068;    // m from the target's centre: its near part
 
-  Vector cube(int env) const {
-    return Eigen::Map<const Vector>(engine_.state->prop_pos_of(env, kCube));
-  }
-  Vector tcp(int env) const { return Eigen::Map<const Vector>(engine_.state->tcp_pos.row(env)); }
+  Vector cube(int env) const { return prop_pos(env, kCube); }
   Vec2 initial(int env) const { return Eigen::Map<const Vec2>(initial_.row(env)); }
   Vec2 goal(int env) const { return Eigen::Map<const Vec2>(goal_.row(env)); }
   static Vector region_position(const Vec2& center) {
     return {center.x(), center.y(), kRegionHeight};
   }
 
-  void show_region(int env, int prop, const double* center) const {
-    const double pos[3] = {center[0], center[1], kRegionHeight};
-    engine_.state->place_prop(env, prop, pos, kUpright);
+  void show_region(int env, int prop, const Vec2& center) const {
+    place_upright(*engine_.state, env, prop, center, kRegionHeight);
   }
-  void hide_region(int env, int prop, const double* center) const {
-    const double pos[3] = {center[0], center[1], kHiddenHeight};
+  void hide_region(int env, int prop, const Vec2& center) const {
+    const double pos[3] = {center.x(), center.y(), kHiddenHeight};
     engine_.state->hide_prop(env, prop, pos);
   }
 
@@ -246,7 +251,7 @@ class TakeItBack final : public Task {
   void grasp_cube(int env, bool let_go, float* action) const {
     const State& state = *engine_.state;
     const Vector at = cube(env);
-    const Vector offset = at - tcp(env);
+    const Vector offset = at - tcp_pos(env);
     const bool around = offset.norm() < 0.012;
     if (let_go) {
       hold_tool(kGripperOpen, action);
@@ -271,25 +276,10 @@ class TakeItBack final : public Task {
 
   // Where an agent that has not seen the cube at first would return it to.
   Vec2 guess(int env) const {
-    const State& state = *engine_.state;
-    RandomStream random(state.seed[env], state.episode[env], kPurposeBlindGuess);
-    return {0, kSlotPitch * random.integer(-1, 1) + kSlotWidth / 2};
+    const int slot = blind_guess(*engine_.state, env).integer(-1, 1);
+    return {0, kSlotPitch * slot + kSlotWidth / 2};
   }
 
-  void note_terms(int env, const TakeItBackRewardTerms& terms,
-                  const SmoothnessTerms& smooth) const {
-    const auto flag = [](bool value) { return value ? 1.0 : 0.0; };
-    reward_dict_.note<kRewardTerms>(
-        env,
-        {flag(terms.push_distance < 0.03), flag(terms.pull_distance < 0.03), terms.push_distance,
-         terms.pull_distance, terms.reaching_push, terms.reaching_pull, terms.contact,
-         flag(goal_achieved_[env] != 0), flag(reached_[env] != 0), terms.in_goal, terms.back,
-         smooth.action_l2, smooth.action_delta_l2, smooth.qvel_l2, smooth.penalty});
-  }
-
-  TaskInfo info_;
-  mjcf::Scene scene_;
-  Bindings engine_;
   RewardDict reward_dict_;
   Column<std::uint8_t> goal_achieved_;
   Column<std::uint8_t> goal_reached_status_;
@@ -303,8 +293,11 @@ class TakeItBack final : public Task {
 TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
   constexpr double kInPlace = 0.03;  // m
   TakeItBackRewardTerms terms;
+  terms.smooth = smoothness(in.haste, kSmoothness);
   terms.push_distance = (in.cube + Vector(-0.025, 0, 0) - in.tcp).norm();
   terms.pull_distance = (in.cube + Vector(0.03, 0, 0) - in.tcp).norm();
+  terms.at_push_point = terms.push_distance < kInPlace;
+  terms.at_pull_point = terms.pull_distance < kInPlace;
   terms.reaching_push = 1 - std::tanh(5 * terms.push_distance);
   terms.reaching_pull = 1 - std::tanh(5 * terms.pull_distance);
   terms.contact = 1 - std::tanh(6 * (in.cube - in.tcp).norm());
@@ -313,11 +306,11 @@ TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
   if (in.success) {
     terms.reward = kSuccessReward;
   } else if (in.reached) {
-    terms.reward = 10 * terms.reaching_pull + 4 * terms.contact - in.penalty;
-    if (terms.pull_distance < kInPlace) terms.reward += 15 * terms.back;
+    terms.reward = 10 * terms.reaching_pull + 4 * terms.contact - terms.smooth.penalty;
+    if (terms.at_pull_point) terms.reward += 15 * terms.back;
   } else {
-    terms.reward = 2 * terms.reaching_push + 1.5 * terms.in_goal - in.penalty;
-    if (terms.push_distance < kInPlace) terms.reward += 5 * terms.in_goal;
+    terms.reward = 2 * terms.reaching_push + 1.5 * terms.in_goal - terms.smooth.penalty;
+    if (terms.at_push_point) terms.reward += 5 * terms.in_goal;
   }
   return terms;
 }

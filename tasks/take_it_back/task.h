@@ -1,21 +1,24 @@
-// TakeItBack: bring the cube onto the target, and when that changes colour, back to where it was.
+// TakeItBack: bring the cube onto the target, and when that changes colour, back to where it was
+// (docs/tasks/take_it_back.md).
 #pragma once
 
 #include <memory>
 
 #include "core/task.h"
+#include "tasks/parts/smoothness.h"
 #include "tasks/registry_table.h"
 
 namespace engram::tasks {
 
-// What the dense reward is made of (take 5.6).
+// What the dense reward is made of.
 struct TakeItBackRewardInputs {
   Eigen::Vector3d cube = Eigen::Vector3d::Zero();
   Eigen::Vector3d tcp = Eigen::Vector3d::Zero();
   Eigen::Vector2d goal = Eigen::Vector2d::Zero();
   Eigen::Vector2d initial = Eigen::Vector2d::Zero();
-  double penalty = 0;  // of hasty actions
-  bool reached = false;
+  Haste haste;
+  bool on_target = false;  // the cube is on the target
+  bool reached = false;    // it has been there
   bool success = false;
 };
 
@@ -27,6 +30,9 @@ struct TakeItBackRewardTerms {
   double contact = 0;
   double in_goal = 0;
   double back = 0;
+  bool at_push_point = false;
+  bool at_pull_point = false;
+  SmoothnessTerms smooth;
   double reward = 0;
 };
 

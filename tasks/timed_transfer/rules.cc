@@ -22,9 +22,10 @@ TransferRewardTerms transfer_reward(const TransferRewardInputs& in) {
   TransferRewardTerms terms;
   terms.reaching = 1 - std::tanh(10 * in.tcp_to_cube);
   terms.place = 1 - std::tanh(5 * in.cube_to_goal);
-  terms.stillness = 1 - std::tanh(5 * in.arm_speed);
+  terms.stillness = 1 - std::tanh(5 * in.haste.arm_speed);
+  terms.smooth = smoothness(in.haste, kTimedTransferSmoothness);
   if (in.count.signal_on) {
-    terms.reward = 2 * terms.reaching + (in.grasped ? 3 : 0) - in.smooth_penalty;
+    terms.reward = 2 * terms.reaching + (in.grasped ? 3 : 0) - terms.smooth.penalty;
     if (in.grasped && in.count.in_window) terms.reward += 20 * terms.place;
     if (in.on_red && in.count.in_window) terms.reward += 5 + 3 * terms.stillness;
     if (in.on_red && in.count.before_window) terms.reward -= 5;

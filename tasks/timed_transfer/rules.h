@@ -1,4 +1,4 @@
-// When TimedTransfer counts, and what it is worth (procedural 3.4, 3.7).
+// When TimedTransfer counts, and what it is worth.
 #pragma once
 
 #include "tasks/parts/smoothness.h"
@@ -30,8 +30,7 @@ CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window);
 struct TransferRewardInputs {
   double tcp_to_cube = 0;   // m
   double cube_to_goal = 0;  // m
-  double arm_speed = 0;     // rad/s
-  double smooth_penalty = 0;
+  Haste haste;
   CountPhase count;
   bool grasped = false;
   bool on_red = false;
@@ -43,8 +42,22 @@ struct TransferRewardTerms {
   double reaching = 0;
   double place = 0;
   double stillness = 0;
+  SmoothnessTerms smooth;
   double reward = 0;
 };
+
+template <class Row>
+void list_terms(Row& row, const TransferRewardInputs& in, const TransferRewardTerms& terms) {
+  row.term("reaching_reward", "", terms.reaching);
+  row.term("place_reward", "", terms.place);
+  row.term("is_grasped", "", in.grasped);
+  row.term("tcp_to_cube_dist", "m", in.tcp_to_cube);
+  row.term("obj_to_goal_dist", "m", in.cube_to_goal);
+  row.term("cube_on_red", "", in.on_red);
+  row.term("static_reward", "", terms.stillness);
+  row.term("smooth_penalty", "", terms.smooth.penalty);
+  list_smoothness(row, terms.smooth);
+}
 
 TransferRewardTerms transfer_reward(const TransferRewardInputs& inputs);
 

@@ -7,18 +7,21 @@
 #include "core/picture/overlay.h"
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
+#include "tasks/parts/blind_guess.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/grasp_servo.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/layout.h"
-#include "tasks/parts/phase_clock.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/state_row.h"
+#include "tasks/parts/step_range.h"
 #include "tasks/parts/task_info.h"
 #include "tasks/parts/variant.h"
 #include "tasks/timed_transfer/rules.h"
 
 namespace engram::tasks {
 namespace {
+
+// --- parameters ---
 
 struct Params {
   std::string_view id;
@@ -46,7 +49,6 @@ constexpr double kCenterX[2] = {-0.15, -0.05};                              // m
 constexpr double kCenterY[2] = {-0.05, 0.05};                               // m
 constexpr double kRestingHeight = 2 * DISC_HALF_HEIGHT + CUBE_HALF_SIZE;    // m, on a disc
 constexpr double kOnRedHeight = 2 * DISC_HALF_HEIGHT + 3 * CUBE_HALF_SIZE;  // m
-constexpr double kUpright[4] = {1, 0, 0, 0};
 
 constexpr mjcf::Rgba kGreen = {30 / 255.0, 180 / 255.0, 30 / 255.0, 1};
 constexpr mjcf::Rgba kRed = {200 / 255.0, 30 / 255.0, 30 / 255.0, 1};
@@ -60,8 +62,40 @@ constexpr double kSinkage = 1.06e-4;  // m
 enum PropIndex { kGreenDisc, kRedDisc, kCube };
 enum DrawIndex { kCenterXDraw, kCenterYDraw, kSignalStep };
 
-mjcf::Scene make_scene() {
-  mjcf::Scene scene;
+std::vector<Draw> draws() {
+  return {{"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "between the discs"},
+          {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "between the discs"},
+          PRE_SIGNAL_STEPS.draw("signal_step", "from which the lamp is green")};
+}
+
+ConstantTable constants(int delay_steps) {
+  ConstantTable table = {
+      {"DELAY_STEPS", delay_steps},
+      {"TOLERANCE_FRAC", TOLERANCE_FRAC},
+      {"PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS.constant()},
+      {"DISC_RADIUS", DISC_RADIUS},
+      {"DISC_HALF_HEIGHT", DISC_HALF_HEIGHT},
+      {"CUBE_HALF_SIZE", CUBE_HALF_SIZE},
+      {"GOAL_THRESH", GOAL_THRESH},
+      {"LAMP_FORWARD_OFFSET", LAMP_FORWARD_OFFSET},
+      {"DISC_SEPARATION", DISC_SEPARATION},
+      {"HEIGHT_OFFSET", HEIGHT_OFFSET},
+      {"SUCCESS_BONUS", kTimedTransferSuccessReward},
+      {"FAILURE_PENALTY", FAILURE_PENALTY},
+  };
+  add_constants(kTimedTransferSmoothness, table);
+  add_lamp_constants(table);
+  return table;
+}
+
+std::vector<std::pair<std::string, std::string>> phases(const TimeWindow& window) {
+  const std::string start = "s + " + std::to_string(window.start);
+  return {{"wait", "elapsed < s; white lamp"},
+          {"count", "s <= elapsed < " + start},
+          {"window", start + " <= elapsed <= s + " + std::to_string(window.end)}};
+}
+
+void add_discs_and_cube(mjcf::Scene& scene) {
   scene.render_camera = mjcf::RenderCamera::kB;
   scene.props = {mjcf::disc("green_disc", DISC_RADIUS, DISC_HALF_HEIGHT, kGreen),
                  mjcf::disc("red_disc", DISC_RADIUS, DISC_HALF_HEIGHT, kRed),
@@ -69,14 +103,14 @@ mjcf::Scene make_scene() {
   scene.props[kGreenDisc].pos = {-0.1, -DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
   scene.props[kRedDisc].pos = {-0.1, DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
   scene.props[kCube].pos = {-0.1, -DISC_SEPARATION / 2, kRestingHeight};
-  return scene;
 }
 
-class TimedTransfer final : public Task {
+class TimedTransfer final : public FamilyBase {
  public:
   TimedTransfer(const RegistryEntry& entry, const Params& params)
-      : params_(params), scene_(make_scene()), lamp_(scene_, "signal_lamp") {
-    info_ = describe(entry);
+      : FamilyBase(entry), params_(params) {
+    add_discs_and_cube(scene_);
+    lamp_ = Lamp(scene_, "signal_lamp");
     const TimeWindow window = time_window(0, params.DELAY_STEPS);
     const int counts = 2 * params.DELAY_STEPS + 1;
     info_.candidates = counts;
@@ -85,37 +119,17 @@ class TimedTransfer final : public Task {
     info_.success_reward = kTimedTransferSuccessReward;
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
-    info_.draws = {{"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "between the discs"},
-                   {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "between the discs"},
-                   {"signal_step", 1, true, static_cast<double>(PRE_SIGNAL_STEPS.low),
-                    static_cast<double>(PRE_SIGNAL_STEPS.high), "control steps",
-                    "from which the lamp is green"}};
+    info_.draws = draws();
     info_.hidden_draw = "signal_step";
-    info_.constants = constants();
-    info_.reward_terms = {"reaching_reward",  "place_reward",     "is_grasped",
-                          "tcp_to_cube_dist", "obj_to_goal_dist", "cube_on_red",
-                          "static_reward",    "smooth_penalty",   "action_l2",
-                          "delta_action_l2",  "qvel_l2"};
-    info_.phases = {{"wait", "elapsed < s; white lamp"},
-                    {"count", "s <= elapsed < s + " + std::to_string(window.start)},
-                    {"window", "s + " + std::to_string(window.start) + " <= elapsed <= s + " +
-                                   std::to_string(window.end)}};
-    info_.state_fields = {{"green_disc_pose", 7, DType::kFloat32, "m", ""},
-                          {"red_disc_pose", 7, DType::kFloat32, "m", ""},
-                          {"cube_pose", 7, DType::kFloat32, "m", ""},
-                          {"signal_on", 1, DType::kFloat32, "", "the lamp is green"},
-                          {"in_window", 1, DType::kFloat32, "", "the cube may arrive"},
-                          {"is_grasped", 1, DType::kFloat32, "", ""},
-                          {"oracle_info", 1, DType::kFloat32, "control steps", "delay"}};
+    info_.constants = constants(params.DELAY_STEPS);
+    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+    info_.phases = phases(window);
+    declare_state(*this);
   }
 
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override { return scene_source(scene_); }
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override {
-    engine_ = bindings;
-    reward_dict_.bind(bindings, kRewardTerms);
+    FamilyBase::bind(bindings);
+    reward_dict_.bind(bindings, info_.reward_terms.size());
     signal_step_ = bindings.memory->add<std::int32_t>("signal_step", 1, "control steps");
     ColumnStore& info = *bindings.outputs;
     too_early_ = info.add<std::uint8_t>("too_early", 1, "", "on red before the window");
@@ -132,25 +146,24 @@ class TimedTransfer final : public Task {
   // Whatever the draw, the lamp is green from there on.
   int cue_end(int /*env*/) const override { return PRE_SIGNAL_STEPS.high; }
 
-  // --- sampling (3.3) ---
+  // --- sampling ---
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
     const State& state = *engine_.state;
     const double x = episode.real(kCenterXDraw, kCenterX[0], kCenterX[1]);
     const double y = episode.real(kCenterYDraw, kCenterY[0], kCenterY[1]);
-    signal_step_[env] = episode.integer(kSignalStep, PRE_SIGNAL_STEPS.low, PRE_SIGNAL_STEPS.high);
+    signal_step_[env] = PRE_SIGNAL_STEPS.sample(episode, kSignalStep);
     const double green[3] = {x, y - DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
     const double red[3] = {x, y + DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
-    const double cube[3] = {green[0], green[1], kRestingHeight - kSinkage};
     const double lamp[3] = {x + LAMP_FORWARD_OFFSET, y, 0};
     state.place_prop(env, kGreenDisc, green, mjcf::kDiscQuat.data());
     state.place_prop(env, kRedDisc, red, mjcf::kDiscQuat.data());
-    state.place_prop(env, kCube, cube, kUpright);
+    place_upright(state, env, kCube, {green[0], green[1]}, kRestingHeight - kSinkage);
     lamp_.place(state, env, lamp);
   }
 
-  // --- timing (3.4) ---
+  // --- phases ---
 
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -158,7 +171,7 @@ class TimedTransfer final : public Task {
     }
   }
 
-  // --- success and failure (3.5) ---
+  // --- success and failure ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -184,49 +197,40 @@ class TimedTransfer final : public Task {
     }
   }
 
-  // --- reward (3.7) ---
+  // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const Haste haste = measure_haste(engine_, env, FirstChange::kFromZero);
-      const SmoothnessTerms smooth = smoothness(haste, kTimedTransferSmoothness);
-      const Eigen::Map<const Eigen::Vector3d> tcp(engine_.state->tcp_pos.row(env));
       TransferRewardInputs in;
-      in.tcp_to_cube = (prop_pos(env, kCube) - tcp).norm();
+      in.tcp_to_cube = (prop_pos(env, kCube) - tcp_pos(env)).norm();
       in.cube_to_goal = (prop_pos(env, kRedDisc) - prop_pos(env, kCube)).norm();
-      in.arm_speed = haste.arm_speed;
-      in.smooth_penalty = smooth.penalty;
+      in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
       in.count = count(env);
       in.grasped = is_grasped_[env] != 0;
       in.on_red = cube_on_red_[env] != 0;
       in.success = engine_.success[env] != 0;
       in.failed = engine_.failed[env] != 0;
       const TransferRewardTerms terms = transfer_reward(in);
+      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
-      reward_dict_.note<kRewardTerms>(
-          env, {terms.reaching, terms.place, in.grasped ? 1.0 : 0.0, in.tcp_to_cube,
-                in.cube_to_goal, in.on_red ? 1.0 : 0.0, terms.stillness, smooth.penalty,
-                smooth.action_l2, smooth.action_delta_l2, smooth.qvel_l2});
     }
   }
 
-  // --- observation (3.6) ---
+  // --- observation ---
 
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      RowWriter row(out.row(env));
-      for (const int prop : {kGreenDisc, kRedDisc, kCube}) {
-        row.add(engine_.state->prop_pos_of(env, prop), 3);
-        row.add(engine_.state->prop_quat_of(env, prop), 4);
-      }
-      row.add(signal_on_[env]);
-      row.add(in_window_[env]);
-      row.add(is_grasped_[env]);
-      row.add(params_.DELAY_STEPS);
-    }
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    row.field("green_disc_pose", 7, "m", "", [&] { return prop_pose(env, kGreenDisc); });
+    row.field("red_disc_pose", 7, "m", "", [&] { return prop_pose(env, kRedDisc); });
+    row.field("cube_pose", 7, "m", "", [&] { return prop_pose(env, kCube); });
+    row.field("signal_on", 1, "", "the lamp is green", [&] { return signal_on_[env]; });
+    row.field("in_window", 1, "", "the cube may arrive", [&] { return in_window_[env]; });
+    row.field("is_grasped", 1, "", "", [&] { return is_grasped_[env]; });
+    row.field("oracle_info", 1, "control steps", "delay", [&] { return params_.DELAY_STEPS; });
   }
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle (3.8) ---
+  // --- oracle ---
 
   // Waits over the red disc with the cube in the gripper, and lowers it when the time has come.
   void act(Range envs, bool blind, FloatRows actions) override {
@@ -246,7 +250,7 @@ class TimedTransfer final : public Task {
     }
   }
 
-  // --- overlay (common 11) ---
+  // --- overlay ---
 
   void overlay(int env, Overlay& out) const override {
     constexpr double kScale = 0.7;
@@ -269,49 +273,18 @@ class TimedTransfer final : public Task {
   }
 
  private:
-  static constexpr int kRewardTerms = 11;
-
-  ConstantTable constants() const {
-    ConstantTable table = {
-        {"DELAY_STEPS", params_.DELAY_STEPS},
-        {"TOLERANCE_FRAC", TOLERANCE_FRAC},
-        {"PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS.constant()},
-        {"DISC_RADIUS", DISC_RADIUS},
-        {"DISC_HALF_HEIGHT", DISC_HALF_HEIGHT},
-        {"CUBE_HALF_SIZE", CUBE_HALF_SIZE},
-        {"GOAL_THRESH", GOAL_THRESH},
-        {"LAMP_FORWARD_OFFSET", LAMP_FORWARD_OFFSET},
-        {"DISC_SEPARATION", DISC_SEPARATION},
-        {"HEIGHT_OFFSET", HEIGHT_OFFSET},
-        {"SUCCESS_BONUS", kTimedTransferSuccessReward},
-        {"FAILURE_PENALTY", FAILURE_PENALTY},
-        {"ACTION_L2_COEF", kTimedTransferSmoothness.ACTION_L2_COEF},
-        {"ACTION_DELTA_L2_COEF", kTimedTransferSmoothness.ACTION_DELTA_L2_COEF},
-        {"QVEL_L2_COEF", kTimedTransferSmoothness.QVEL_L2_COEF},
-    };
-    add_lamp_constants(table);
-    return table;
-  }
-
   TimeWindow window(int env) const { return time_window(signal_step_[env], params_.DELAY_STEPS); }
   CountPhase count(int env) const {
     return count_phase(engine_.state->elapsed[env], signal_step_[env], window(env));
   }
-  Eigen::Vector3d prop_pos(int env, int prop) const {
-    return Eigen::Map<const Eigen::Vector3d>(engine_.state->prop_pos_of(env, prop));
-  }
 
   // When somebody acts who has not counted: at any step up to twice the delay.
   int guessed_count(int env) const {
-    RandomStream random(engine_.state->seed[env], engine_.state->episode[env], kPurposeBlindGuess);
-    return random.integer(0, 2 * params_.DELAY_STEPS);
+    return blind_guess(*engine_.state, env).integer(0, 2 * params_.DELAY_STEPS);
   }
 
   Params params_;
-  TaskInfo info_;
-  mjcf::Scene scene_;
   Lamp lamp_;
-  Bindings engine_;
   RewardDict reward_dict_;
   Column<std::int32_t> signal_step_;
   Column<std::uint8_t> too_early_;

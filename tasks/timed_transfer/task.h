@@ -1,5 +1,5 @@
 // TimedTransfer: a cube has to be moved from one disc to another exactly so many steps after a lamp
-// turned green (procedural 3).
+// turned green (docs/tasks/timed_transfer.md).
 #pragma once
 
 #include <memory>

@@ -86,6 +86,10 @@ int visit(const Contour& contour, const Vec2& at, int visited) {
 
 int count_visits(int visited) { return std::popcount(static_cast<unsigned>(visited)); }
 
+double visited_fraction(int visited) {
+  return static_cast<double>(count_visits(visited)) / NUM_CHECKPOINTS;
+}
+
 bool is_closed(const Contour& contour, const Vec2& at, int visited) {
   return visited == kAllVisited && (contour.checkpoint(0) - at).norm() < CHECKPOINT_THRESH;
 }

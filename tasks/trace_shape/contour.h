@@ -1,5 +1,4 @@
-// The shapes that the red cube traces (procedural 1.4): 64 waypoints, every fifth of which is a
-// checkpoint.
+// The shapes that the red cube traces: 64 waypoints, every fifth of which is a checkpoint.
 #pragma once
 
 #include "tasks/parts/layout.h"
@@ -43,6 +42,7 @@ inline constexpr int kAllVisited = (1 << NUM_CHECKPOINTS) - 1;
 // `visited`, and those that are near `at`.
 int visit(const Contour& contour, const Vec2& at, int visited);
 int count_visits(int visited);
+double visited_fraction(int visited);  // of the checkpoints
 // Whether all have been visited and `at` is back at the first.
 bool is_closed(const Contour& contour, const Vec2& at, int visited);
 // The lowest that has not been visited; the first again once all have.

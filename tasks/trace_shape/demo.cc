@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tasks/parts/blind_guess.h"
+
 namespace engram::tasks {
 namespace {
 
@@ -18,7 +20,6 @@ constexpr double CUBE_HALFSIZE = TraceDemo::CUBE_HALFSIZE;
 constexpr double GREEN_CUBE_OFFSET_X = -0.16;  // m
 constexpr double LAMP_OFFSET_X = 0.25;         // m
 constexpr double HEIGHT_OFFSET = 1000.0;       // m: reported height of what is hidden
-constexpr double kUpright[4] = {1, 0, 0, 0};
 
 constexpr mjcf::Rgba kRed = {220 / 255.0, 50 / 255.0, 50 / 255.0, 1};
 constexpr mjcf::Rgba kGreen = {50 / 255.0, 220 / 255.0, 50 / 255.0, 1};
@@ -85,8 +86,7 @@ std::vector<Draw> TraceDemo::draws() const {
       {"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "of every shape"},
       {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "of every shape"},
       {one ? "rotation" : "rotations", most, false, 0, kTurn, "rad", ""},
-      {"pre_demo_steps", 1, true, static_cast<double>(PRE_DEMO_STEPS.low),
-       static_cast<double>(PRE_DEMO_STEPS.high), "control steps", "before the demonstration"},
+      PRE_DEMO_STEPS.draw("pre_demo_steps", "before the demonstration"),
   };
   if (!one) {
     draws.push_back({"sequence_length", 1, true, static_cast<double>(params_.sequence_length.low),
@@ -132,7 +132,7 @@ void TraceDemo::bind(const Bindings& bindings) {
   pre_demo_steps_ = memory.add<std::int32_t>("pre_demo_steps", 1, "control steps");
 }
 
-// --- sampling (1.3, 2.3) ---
+// --- sampling ---
 
 void TraceDemo::reset(const Episode& episode) const {
   const int env = episode.env();
@@ -143,8 +143,8 @@ void TraceDemo::reset(const Episode& episode) const {
   draw_values(episode, kRotations, rotations_.row(env), most, draw_rotation);
   center_.row(env)[0] = episode.real(kCenterXDraw, kCenterX[0], kCenterX[1]);
   center_.row(env)[1] = episode.real(kCenterYDraw, kCenterY[0], kCenterY[1]);
-  pre_demo_steps_[env] = episode.integer(kPreDemo, PRE_DEMO_STEPS.low, PRE_DEMO_STEPS.high);
-  length_[env] = most == 1 ? 1 : episode.integer(kLength, params_.sequence_length.low, most);
+  pre_demo_steps_[env] = PRE_DEMO_STEPS.sample(episode, kPreDemo);
+  length_[env] = most == 1 ? 1 : params_.sequence_length.sample(episode, kLength);
   std::fill(shapes_.row(env) + length_[env], shapes_.row(env) + most, -1);
 
   const Vec2 stand = lamp_at(env);
@@ -154,7 +154,7 @@ void TraceDemo::reset(const Episode& episode) const {
   put_green(env);
 }
 
-// --- phases (1.5, 2.4) ---
+// --- phases ---
 
 TracePhase TraceDemo::phase(int env) const {
   const int elapsed = engine_.state->elapsed[env];
@@ -194,16 +194,14 @@ TraceDemo::Place TraceDemo::place_at(int env, int elapsed) const {
 
 void TraceDemo::put_red(int env, const Place& place) const {
   const Vec2 at = contour(env, place.element).waypoint(place.waypoint);
-  const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
-  engine_.state->place_prop(env, red_, pos, kUpright);
+  place_upright(*engine_.state, env, red_, at, CUBE_HALFSIZE);
 }
 
 void TraceDemo::put_green(int env) const {
   const double* red = engine_.state->prop_pos_of(env, red_);
   const Vec2 nominal = center(env) + Vec2(GREEN_CUBE_OFFSET_X, 0);
   const Vec2 at = clear_of_red(nominal, {red[0], red[1]});
-  const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
-  engine_.state->place_prop(env, green_, pos, kUpright);
+  place_upright(*engine_.state, env, green_, at, CUBE_HALFSIZE);
 }
 
 void TraceDemo::light_lamp(int env) const {
@@ -225,12 +223,12 @@ Contour TraceDemo::contour(int env, int element) const {
 }
 
 int TraceDemo::guessed_length(int env) const {
-  RandomStream random(engine_.state->seed[env], engine_.state->episode[env], kPurposeBlindGuess);
-  return random.integer(params_.sequence_length.low, params_.sequence_length.high);
+  return blind_guess(*engine_.state, env)
+      .integer(params_.sequence_length.low, params_.sequence_length.high);
 }
 
 Contour TraceDemo::guessed_contour(int env, int element) const {
-  RandomStream random(engine_.state->seed[env], engine_.state->episode[env], kPurposeBlindGuess);
+  RandomStream random = blind_guess(*engine_.state, env);
   random.integer(params_.sequence_length.low, params_.sequence_length.high);
   for (int earlier = 0;; ++earlier) {
     const int shape = draw_shape(random, params_.shapes);

@@ -1,6 +1,6 @@
 // What TraceShape and TraceShapeSeq share: a red cube traces one shape or several, one after the
 // other, while a lamp glows red; then the lamp turns green, the red cube is gone and a green cube
-// waits to be moved (procedural 1.1 to 1.5, 2.2 to 2.4).
+// waits to be moved (docs/tasks/trace_shape.md).
 #pragma once
 
 #include <vector>
@@ -8,7 +8,8 @@
 #include "core/task.h"
 #include "mjcf/scene.h"
 #include "tasks/parts/lamp.h"
-#include "tasks/parts/phase_clock.h"
+#include "tasks/parts/poses.h"
+#include "tasks/parts/step_range.h"
 #include "tasks/trace_shape/contour.h"
 
 namespace engram::tasks {
@@ -29,7 +30,7 @@ class TraceDemo {
   // Appends red cube, green cube and lamp to a scene.
   TraceDemo(mjcf::Scene& scene, const TraceDemoParams& params);
 
-  // What an episode samples (1.3, 2.3), in the order of TraceDraw. The sequence's length is drawn
+  // What an episode samples, in the order of TraceDraw. The sequence's length is drawn
   // only where it varies.
   std::vector<Draw> draws() const;
   // The class constants that both families have.
@@ -59,8 +60,14 @@ class TraceDemo {
   Vec2 lamp_at(int env) const;
   Vec2 green_at(int env) const;
 
-  int red_cube() const { return red_; }
   int green_cube() const { return green_; }
+  // The first fields of the state observation.
+  template <class Row>
+  void list_cubes(Row& row, int env) const {
+    row.field("red_cube_pose", 7, "m", "", [&] { return prop_pose(*engine_.state, env, red_); });
+    row.field("green_cube_pose", 7, "m", "",
+              [&] { return prop_pose(*engine_.state, env, green_); });
+  }
 
  private:
   // Where the red cube is when `elapsed` steps have passed, before the action phase.
@@ -86,7 +93,7 @@ class TraceDemo {
   Column<std::int32_t> pre_demo_steps_;
 };
 
-// Moves the green cube in y away from the red one until the two do not overlap (1.10).
+// Moves the green cube in y away from the red one until the two do not overlap.
 Vec2 clear_of_red(const Vec2& green, const Vec2& red);
 
 }  // namespace engram::tasks

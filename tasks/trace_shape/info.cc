@@ -17,13 +17,8 @@ std::vector<std::pair<std::string, std::string>> trace_phases(const std::string&
 
 void add_trace_constants(double success_bonus, ConstantTable& table) {
   add_lamp_constants(table);
-  const ConstantTable more = {
-      {"ACTION_L2_COEF", kTraceSmoothness.ACTION_L2_COEF},
-      {"ACTION_DELTA_L2_COEF", kTraceSmoothness.ACTION_DELTA_L2_COEF},
-      {"QVEL_L2_COEF", kTraceSmoothness.QVEL_L2_COEF},
-      {"SUCCESS_BONUS", success_bonus},
-  };
-  table.insert(table.end(), more.begin(), more.end());
+  add_constants(kTraceSmoothness, table);
+  table.emplace_back("SUCCESS_BONUS", success_bonus);
 }
 
 }  // namespace engram::tasks

@@ -1,4 +1,4 @@
-// How TraceShape and TraceShapeSeq describe themselves (procedural 1.1, 1.5, 1.7).
+// How TraceShape and TraceShapeSeq describe themselves.
 #pragma once
 
 #include <string>

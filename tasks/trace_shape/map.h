@@ -1,5 +1,5 @@
-// The map that people see over pictures of TraceShape and TraceShapeSeq (common 11): the contour,
-// its checkpoints, the green cube and its trail.
+// The map that people see over pictures of TraceShape and TraceShapeSeq: the contour, its
+// checkpoints, the green cube and its trail.
 #pragma once
 
 #include "core/base/column.h"

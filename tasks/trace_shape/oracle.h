@@ -1,8 +1,9 @@
-// How the oracles of TraceShape and TraceShapeSeq trace a contour (procedural 1.9): take the green
-// cube and carry it low over the table, from one checkpoint to the next.
+// How the oracles of TraceShape and TraceShapeSeq trace a contour: take the green cube and carry it
+// low over the table, from one checkpoint to the next.
 #pragma once
 
 #include "core/task.h"
+#include "tasks/parts/press_button.h"
 #include "tasks/trace_shape/contour.h"
 
 namespace engram::tasks {
@@ -22,6 +23,9 @@ struct GuessedTrace {
 // Writes the next action towards the first checkpoint that was not visited, or back to the start.
 void trace_contour(const State& state, int env, int cube, const Contour& contour, int visited,
                    float* action);
+
+// Lets the cube go, then presses the button where it is nearest to the robot.
+void submit_trace(const State& state, int env, int cube, const PressButton& button, float* action);
 
 // The action while there is nothing to do yet: the tool stays, open.
 void await_demo(float* action);

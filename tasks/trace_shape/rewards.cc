@@ -1,5 +1,6 @@
 #include "tasks/trace_shape/rewards.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace engram::tasks {
@@ -21,7 +22,8 @@ TraceRewardTerms trace_reward(const TraceRewardInputs& in) {
   terms.reward = in.acting ? terms.reaching + 2 * terms.grasping + 3 * in.visit_fraction +
                                  2 * terms.nearest + 2 * terms.closure
                            : 0.5 * terms.reaching;
-  terms.reward -= in.smooth_penalty;
+  terms.smooth = smoothness(in.haste, kTraceSmoothness);
+  terms.reward -= terms.smooth.penalty;
   if (in.success) terms.reward = kTraceShapeSuccessReward;
   return terms;
 }
@@ -33,11 +35,12 @@ TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& in) {
   terms.grasping = trace.tcp_to_cube < kGraspDistance ? 1 : 0;
   terms.closure = trace.all_visited ? nearness(5, trace.start_distance) : 0;
   terms.button_reach = in.button_awaits ? nearness(8, in.button_distance) : 0;
-  terms.button_press = in.button_awaits ? in.press_fraction : 0;
+  terms.button_press = in.button_awaits ? std::clamp(in.press_fraction, 0.0, 1.0) : 0;
+  terms.smooth = smoothness(trace.haste, kTraceSmoothness);
   terms.reward = trace.acting ? terms.reaching + 1.8 * terms.grasping + 2.5 * trace.visit_fraction +
                                     3 * in.progress + 2 * terms.closure
                               : 0.5 * terms.reaching;
-  terms.reward += 1.5 * terms.button_reach + 2.5 * terms.button_press - trace.smooth_penalty;
+  terms.reward += 1.5 * terms.button_reach + 2.5 * terms.button_press - terms.smooth.penalty;
   if (in.failed_submit) terms.reward = kFailedSubmitReward;
   if (trace.success) terms.reward = kTraceShapeSeqSuccessReward;
   return terms;

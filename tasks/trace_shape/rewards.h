@@ -1,4 +1,4 @@
-// What tracing is worth in TraceShape and TraceShapeSeq (procedural 1.8, 2.7).
+// What tracing is worth in TraceShape and TraceShapeSeq.
 #pragma once
 
 #include "tasks/parts/smoothness.h"
@@ -17,7 +17,7 @@ struct TraceRewardInputs {
   bool all_visited = false;
   double start_distance = 0;     // m, from the cube to the first checkpoint
   double nearest_unvisited = 0;  // m; counts unless all have been visited
-  double smooth_penalty = 0;
+  Haste haste;
   bool success = false;
 };
 
@@ -26,8 +26,21 @@ struct TraceRewardTerms {
   double grasping = 0;
   double nearest = 0;
   double closure = 0;
+  SmoothnessTerms smooth;
   double reward = 0;
 };
+
+template <class Row>
+void list_terms(Row& row, const TraceRewardInputs& in, const TraceRewardTerms& terms) {
+  row.term("reaching_reward", "", terms.reaching);
+  row.term("is_grasping", "", terms.grasping);
+  row.term("visit_fraction", "", in.visit_fraction);
+  row.term("nearest_cp_reward", "", terms.nearest);
+  row.term("closure_reward", "", terms.closure);
+  row.term("smooth_penalty", "", terms.smooth.penalty);
+  row.term("tcp_to_cube_dist", "m", in.tcp_to_cube);
+  row.term("start_checkpoint_dist", "m", in.start_distance);
+}
 
 TraceRewardTerms trace_reward(const TraceRewardInputs& inputs);
 
@@ -47,8 +60,22 @@ struct TraceSeqRewardTerms {
   double closure = 0;
   double button_reach = 0;
   double button_press = 0;
+  SmoothnessTerms smooth;
   double reward = 0;
 };
+
+template <class Row>
+void list_terms(Row& row, const TraceSeqRewardInputs& in, const TraceSeqRewardTerms& terms) {
+  row.term("reaching_reward", "", terms.reaching);
+  row.term("is_grasping", "", terms.grasping);
+  row.term("active_visit_fraction", "", in.trace.visit_fraction);
+  row.term("sequence_progress", "", in.progress);
+  row.term("closure_reward", "", terms.closure);
+  row.term("button_reach_reward", "", terms.button_reach);
+  row.term("button_press_reward", "", terms.button_press);
+  row.term("smooth_penalty", "", terms.smooth.penalty);
+  row.term("start_checkpoint_dist", "m", in.trace.start_distance);
+}
 
 TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& inputs);
 

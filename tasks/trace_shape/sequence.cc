@@ -6,11 +6,9 @@
 
 #include "core/picture/overlay.h"
 #include "mjcf/scene.h"
-#include "tasks/parts/grasp_servo.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/press_button.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/state_row.h"
-#include "tasks/parts/task_info.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/info.h"
 #include "tasks/trace_shape/map.h"
@@ -20,18 +18,46 @@
 namespace engram::tasks {
 namespace {
 
+// --- parameters ---
+
 constexpr StepRange kSequenceLength{2, 5};
 constexpr PressButtonParams kButton;
 constexpr double BUTTON_OFFSET_FROM_LAMP_X = 0.02;  // m
 constexpr double BUTTON_OFFSET_FROM_LAMP_Y = 0.16;  // m
-constexpr double kAboveButton = 0.005;              // m: of the goal vector
 
-class TraceShapeSeq final : public Task {
+// Sequences of 2 to 5 shapes.
+int count_sequences(int shapes) {
+  int count = 0;
+  int of_length = shapes;
+  for (int length = 2; length <= kMostElements; ++length) count += of_length *= shapes;
+  return count;
+}
+
+// Measured: how often somebody succeeds who guesses length, shapes, radii and rotations, by the
+// number of shapes to choose from.
+double guess_rate(int shapes) {
+  constexpr std::array<double, 4> kRates = {0, 0.15, 0.06, 0.03};
+  return kRates[static_cast<std::size_t>(shapes)];
+}
+
+ConstantTable constants(const TraceDemo& demo) {
+  ConstantTable table = demo.constants();
+  add_trace_constants(kTraceShapeSeqSuccessReward, table);
+  add_press_constants(kButton, table);
+  table.emplace_back("BUTTON_RELEASE_READY_RATIO", kButton.BUTTON_RELEASE_READY_RATIO);
+  table.emplace_back("MIN_SEQUENCE_LENGTH", kSequenceLength.low);
+  table.emplace_back("MAX_SEQUENCE_LENGTH", kSequenceLength.high);
+  table.emplace_back("BUTTON_OFFSET_FROM_LAMP_X", BUTTON_OFFSET_FROM_LAMP_X);
+  table.emplace_back("BUTTON_OFFSET_FROM_LAMP_Y", BUTTON_OFFSET_FROM_LAMP_Y);
+  return table;
+}
+
+class TraceShapeSeq final : public FamilyBase {
  public:
   explicit TraceShapeSeq(const RegistryEntry& entry)
-      : demo_(scene_, {trace_shapes_of(entry.id), kSequenceLength}),
+      : FamilyBase(entry),
+        demo_(scene_, {trace_shapes_of(entry.id), kSequenceLength}),
         button_(scene_, "trace_shape_seq_button", kButton) {
-    info_ = describe(entry);
     const int shapes = trace_shapes_of(entry.id);
     info_.candidates = count_sequences(shapes);
     info_.guess_rate = guess_rate(shapes);
@@ -40,26 +66,21 @@ class TraceShapeSeq final : public Task {
     info_.oracle_dim = kMostElements;
     info_.draws = demo_.draws();
     info_.hidden_draw = shapes > 1 ? "shapes" : "radii";
-    info_.constants = constants();
-    info_.reward_terms = {"reaching_reward",     "is_grasping",    "active_visit_fraction",
-                          "sequence_progress",   "closure_reward", "button_reach_reward",
-                          "button_press_reward", "smooth_penalty", "start_checkpoint_dist"};
+    info_.constants = constants(demo_);
+    info_.reward_terms =
+        reward_terms_of([](auto& row) { list_terms(row, TraceSeqRewardInputs{}, {}); });
     info_.phases = trace_phases("P + 64 L");
-    info_.state_fields = state_fields();
+    declare_state(*this);
   }
 
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override { return scene_source(scene_); }
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override {
-    engine_ = bindings;
+    FamilyBase::bind(bindings);
     ColumnStore& memory = *bindings.memory;
     demo_.bind(bindings);
     button_.bind(bindings);
     guess_.bind(memory);
     map_.bind(memory);
-    reward_dict_.bind(bindings, kRewardTerms);
+    reward_dict_.bind(bindings, info_.reward_terms.size());
     active_ = memory.add<std::int32_t>("active");
     visited_ = memory.add<std::int32_t>("visited", 1, "", "bits of the active checkpoints");
     closed_ = memory.add<std::int32_t>("closed", 1, "", "closed contours");
@@ -73,11 +94,16 @@ class TraceShapeSeq final : public Task {
 
   int cue_end(int env) const override { return demo_.demo_end(env); }
 
+  // --- sampling ---
+
   void reset(const Episode& episode) override {
     demo_.reset(episode);
     const Vec2 offset(BUTTON_OFFSET_FROM_LAMP_X, BUTTON_OFFSET_FROM_LAMP_Y);
     button_.reset(episode.env(), demo_.lamp_at(episode.env()) + offset);
   }
+
+  // --- phases ---
+
   void before_physics(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) demo_.before_physics(env);
   }
@@ -88,7 +114,7 @@ class TraceShapeSeq final : public Task {
     }
   }
 
-  // --- contours, submission and success (2.4, 2.5) ---
+  // --- success and failure: contours and their submission ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -108,56 +134,51 @@ class TraceShapeSeq final : public Task {
     }
   }
 
-  // --- reward (2.7) ---
+  // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const Contour contour = active_contour(env);
-      const Haste haste = measure_haste(engine_, env, FirstChange::kFromZero);
       TraceSeqRewardInputs in;
-      in.trace.tcp_to_cube = (cube_pos(env) - tcp_pos(env)).norm();
+      in.trace.tcp_to_cube = (prop_pos(env, demo_.green_cube()) - tcp_pos(env)).norm();
       in.trace.acting = demo_.is_acting(env);
-      in.trace.visit_fraction = visited_fraction(env);
+      in.trace.visit_fraction = visited_fraction(visited_[env]);
       in.trace.all_visited = visited_[env] == kAllVisited;
       in.trace.start_distance = (contour.checkpoint(0) - demo_.green_at(env)).norm();
-      in.trace.smooth_penalty = smoothness(haste, kTraceSmoothness).penalty;
+      in.trace.haste = measure_haste(engine_, env, FirstChange::kFromZero);
       in.trace.success = engine_.success[env] != 0;
       in.progress = progress(env);
       in.button_awaits = button_awaits(env);
-      in.button_distance = (above_button(env) - tcp_pos(env)).norm();
-      in.press_fraction = std::clamp(button_.depth(env) / kButton.BUTTON_CAP_TRAVEL, 0.0, 1.0);
+      in.button_distance = (button_.above(env) - tcp_pos(env)).norm();
+      in.press_fraction = button_.press_fraction(env);
       in.failed_submit = failed_submit_[env] != 0;
       const TraceSeqRewardTerms terms = trace_seq_reward(in);
+      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
-      reward_dict_.note<kRewardTerms>(
-          env, {terms.reaching, terms.grasping, in.trace.visit_fraction, in.progress, terms.closure,
-                terms.button_reach, terms.button_press, in.trace.smooth_penalty,
-                in.trace.start_distance});
     }
   }
 
-  // --- observation (2.6) ---
+  // --- observation ---
 
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      RowWriter row(out.row(env));
-      for (const int cube : {demo_.red_cube(), demo_.green_cube()}) {
-        row.add(engine_.state->prop_pos_of(env, cube), 3);
-        row.add(engine_.state->prop_quat_of(env, cube), 4);
-      }
-      row.add(demo_.is_acting(env) ? 1 : 0);
-      row.add(progress(env));
-      row.add(active_[env]);
-      row.add(active_contour(env).shape());
-      row.add(demo_.length(env));
-      row.add(button_.center(env).x());
-      row.add(button_.center(env).y());
-      row.add(button_pressed_[env]);
-      for (int i = 0; i < kMostElements; ++i) row.add(demo_.shapes(env)[i]);
-    }
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    demo_.list_cubes(row, env);
+    row.field("action_mask", 1, "", "the action phase", [&] { return demo_.is_acting(env); });
+    row.field("sequence_progress", 1, "", "fraction of closed contours",
+              [&] { return progress(env); });
+    row.field("active_shape_idx", 1, "", "of the contour to be traced",
+              [&] { return active_[env]; });
+    row.field("active_shape_id", 1, "", "", [&] { return active_contour(env).shape(); });
+    row.field("sequence_len", 1, "", "contours in all", [&] { return demo_.length(env); });
+    row.field("button_xy", 2, "m", "",
+              [&](RowWriter& out) { out.add(button_.center(env).data(), 2); });
+    row.field("button_pressed", 1, "", "", [&] { return button_pressed_[env]; });
+    row.field("oracle_info", kMostElements, "", "ids of the shapes, then -1",
+              [&] { return demo_.shapes(env); });
   }
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle (2.8) ---
+  // --- oracle ---
 
   void act(Range envs, bool blind, FloatRows actions) override {
     const State& state = *engine_.state;
@@ -167,7 +188,7 @@ class TraceShapeSeq final : public Task {
       if (!demo_.is_acting(env)) {
         await_demo(action);
       } else if (blind ? guess_.element[env] >= demo_.guessed_length(env) : all_closed(env)) {
-        submit(env, action);
+        submit_trace(state, env, cube, button_, action);
       } else if (blind) {
         trace_contour(state, env, cube, demo_.guessed_contour(env, guess_.element[env]),
                       guess_.visited[env], action);
@@ -177,7 +198,7 @@ class TraceShapeSeq final : public Task {
     }
   }
 
-  // --- overlay (common 11) ---
+  // --- overlay ---
 
   void overlay(int env, Overlay& out) const override {
     const Contour contour = active_contour(env);
@@ -192,48 +213,6 @@ class TraceShapeSeq final : public Task {
   }
 
  private:
-  static constexpr int kRewardTerms = 9;
-
-  // Sequences of 2 to 5 shapes.
-  static int count_sequences(int shapes) {
-    int count = 0;
-    int of_length = shapes;
-    for (int length = 2; length <= kMostElements; ++length) count += of_length *= shapes;
-    return count;
-  }
-
-  // Measured: how often somebody succeeds who guesses length, shapes, radii and rotations, by the
-  // number of shapes to choose from.
-  static double guess_rate(int shapes) {
-    constexpr std::array<double, 4> kRates = {0, 0.15, 0.06, 0.03};
-    return kRates[static_cast<std::size_t>(shapes)];
-  }
-
-  ConstantTable constants() const {
-    ConstantTable table = demo_.constants();
-    add_trace_constants(kTraceShapeSeqSuccessReward, table);
-    add_press_constants(kButton, table);
-    table.emplace_back("BUTTON_RELEASE_READY_RATIO", kButton.BUTTON_RELEASE_READY_RATIO);
-    table.emplace_back("MIN_SEQUENCE_LENGTH", kSequenceLength.low);
-    table.emplace_back("MAX_SEQUENCE_LENGTH", kSequenceLength.high);
-    table.emplace_back("BUTTON_OFFSET_FROM_LAMP_X", BUTTON_OFFSET_FROM_LAMP_X);
-    table.emplace_back("BUTTON_OFFSET_FROM_LAMP_Y", BUTTON_OFFSET_FROM_LAMP_Y);
-    return table;
-  }
-
-  static std::vector<Field> state_fields() {
-    return {{"red_cube_pose", 7, DType::kFloat32, "m", ""},
-            {"green_cube_pose", 7, DType::kFloat32, "m", ""},
-            {"action_mask", 1, DType::kFloat32, "", "the action phase"},
-            {"sequence_progress", 1, DType::kFloat32, "", "fraction of closed contours"},
-            {"active_shape_idx", 1, DType::kFloat32, "", "of the contour to be traced"},
-            {"active_shape_id", 1, DType::kFloat32, "", ""},
-            {"sequence_len", 1, DType::kFloat32, "", "contours in all"},
-            {"button_xy", 2, DType::kFloat32, "m", ""},
-            {"button_pressed", 1, DType::kFloat32, "", ""},
-            {"oracle_info", kMostElements, DType::kFloat32, "", "ids of the shapes, then -1"}};
-  }
-
   void bind_info(ColumnStore& info) {
     failed_submit_ = info.add<std::uint8_t>("failed_submit");
     submitted_ = info.add<std::uint8_t>("submitted");
@@ -252,7 +231,7 @@ class TraceShapeSeq final : public Task {
     xy_dist_to_button_ = info.add<float>("xy_dist_to_button", 1, "m");
     submit_success_latched_ = info.add<std::uint8_t>("submit_success_latched");
     obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
-    // In info only: policies must not see it (common 6.3).
+    // In info only: policies must not see it.
     task_cue_ = info.add<std::int32_t>("task_cue", kMostElements, "", "ids of the shapes, then -1");
   }
 
@@ -289,7 +268,7 @@ class TraceShapeSeq final : public Task {
     all_shapes_closed_[env] = all_closed(env) ? 1 : 0;
     active_shape_idx_[env] = active_[env];
     active_shape_id_[env] = contour.shape();
-    active_visit_fraction_[env] = static_cast<float>(visited_fraction(env));
+    active_visit_fraction_[env] = static_cast<float>(visited_fraction(visited_[env]));
     active_all_visited_[env] = visited_[env] == kAllVisited ? 1 : 0;
     is_active_contour_closed_[env] = is_closed(contour, green, visited_[env]) ? 1 : 0;
     start_checkpoint_dist_[env] = static_cast<float>((contour.checkpoint(0) - green).norm());
@@ -301,65 +280,21 @@ class TraceShapeSeq final : public Task {
   }
 
   Eigen::Vector3d goal(int env, const Contour& contour, const Vec2& green) const {
-    if (button_awaits(env)) return above_button(env);
+    if (button_awaits(env)) return button_.above(env);
     const int nearest = nearest_checkpoint(contour, green, visited_[env]);
     const Vec2 at = contour.checkpoint(nearest);
     return {at.x(), at.y(), TraceDemo::CUBE_HALFSIZE};
   }
 
-  // Lets the cube go, then presses the button where it is nearest to the robot.
-  void submit(int env, float* action) const {
-    constexpr double kClearance = 0.06;     // m, of the TCP above the cube
-    constexpr double kPressHeight = 0.075;  // m, of the TCP: nearly the full travel
-    constexpr double kTravelHeight = 0.16;  // m
-    const State& state = *engine_.state;
-    const Eigen::Quaterniond tool = tool_down(tool_yaw(state, env));
-    const Eigen::Vector3d cube = cube_pos(env);
-    const Grip grip{.prop = demo_.green_cube(), .tool = lean_outwards(tool, cube)};
-    if (!leave(state, env, grip, kClearance, action)) return;
-    const Vec2 at = press_point(env);
-    const Eigen::Vector3d goal(at.x(), at.y(), kPressHeight);
-    steer_tool(state, env, over_the_top(state, env, goal, kTravelHeight), lean_outwards(tool, goal),
-               kGripperOpen, action);
-  }
-
-  // The centre of the button, pulled towards the robot as far as the press radius allows where it
-  // is hard to reach (0.11).
-  Vec2 press_point(int env) const {
-    constexpr double kEasyReach = 0.75;  // m
-    constexpr double kMostPull = 0.055;  // m
-    const Vec2 base(kRobotBaseX, 0);
-    const Vec2 outward = button_.center(env) - base;
-    const double reach = outward.norm();
-    const double pull = std::clamp(reach - kEasyReach, 0.0, kMostPull);
-    return base + outward * ((reach - pull) / reach);
-  }
-
   Contour active_contour(int env) const { return demo_.contour(env, active_[env]); }
   bool all_closed(int env) const { return closed_[env] >= demo_.length(env); }
   double progress(int env) const { return static_cast<double>(closed_[env]) / demo_.length(env); }
-  double visited_fraction(int env) const {
-    return static_cast<double>(count_visits(visited_[env])) / NUM_CHECKPOINTS;
-  }
   bool button_awaits(int env) const {
     return button_pressable_[env] != 0 && button_pressed_[env] == 0;
   }
-  Eigen::Vector3d above_button(int env) const {
-    const Vec2 center = button_.center(env);
-    return {center.x(), center.y(), button_.top_height() + kAboveButton};
-  }
-  Eigen::Vector3d cube_pos(int env) const {
-    return Eigen::Map<const Eigen::Vector3d>(engine_.state->prop_pos_of(env, demo_.green_cube()));
-  }
-  Eigen::Vector3d tcp_pos(int env) const {
-    return Eigen::Map<const Eigen::Vector3d>(engine_.state->tcp_pos.row(env));
-  }
 
-  TaskInfo info_;
-  mjcf::Scene scene_;
   TraceDemo demo_;
   PressButton button_;
-  Bindings engine_;
   GuessedTrace guess_;
   TraceMap map_;
   RewardDict reward_dict_;

@@ -1,5 +1,5 @@
 // TraceShapeSeq: a red cube traces several shapes; a green one has to be led along the same
-// contours in the same order, then the button pressed (procedural 2).
+// contours in the same order, then the button pressed (docs/tasks/trace_shape.md).
 #pragma once
 
 #include <memory>

@@ -2,11 +2,8 @@
 
 #include <array>
 
-#include "mjcf/scene.h"
-#include "tasks/parts/grasp_servo.h"
+#include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/parts/state_row.h"
-#include "tasks/parts/task_info.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/info.h"
 #include "tasks/trace_shape/map.h"
@@ -16,10 +13,19 @@
 namespace engram::tasks {
 namespace {
 
-class TraceShape final : public Task {
+// --- parameters ---
+
+// Measured over 2000 episodes: how often a guess of shape, radius and rotation passes near enough
+// to every checkpoint, by the number of shapes to choose from.
+double guess_rate(int shapes) {
+  constexpr std::array<double, 4> kRates = {0, 0.785, 0.535, 0.34};
+  return kRates[static_cast<std::size_t>(shapes)];
+}
+
+class TraceShape final : public FamilyBase {
  public:
-  explicit TraceShape(const RegistryEntry& entry) : demo_(scene_, {trace_shapes_of(entry.id)}) {
-    info_ = describe(entry);
+  explicit TraceShape(const RegistryEntry& entry)
+      : FamilyBase(entry), demo_(scene_, {trace_shapes_of(entry.id)}) {
     info_.candidates = trace_shapes_of(entry.id);
     info_.guess_rate = guess_rate(info_.candidates);
     info_.termination = Termination::kSuccess;
@@ -29,27 +35,18 @@ class TraceShape final : public Task {
     info_.hidden_draw = info_.candidates > 1 ? "shape" : "radius";
     info_.constants = demo_.constants();
     add_trace_constants(kTraceShapeSuccessReward, info_.constants);
-    info_.reward_terms = {"reaching_reward",   "is_grasping",          "visit_fraction",
-                          "nearest_cp_reward", "closure_reward",       "smooth_penalty",
-                          "tcp_to_cube_dist",  "start_checkpoint_dist"};
+    info_.reward_terms =
+        reward_terms_of([](auto& row) { list_terms(row, TraceRewardInputs{}, {}); });
     info_.phases = trace_phases("P + 64");
-    info_.state_fields = {{"red_cube_pose", 7, DType::kFloat32, "m", ""},
-                          {"green_cube_pose", 7, DType::kFloat32, "m", ""},
-                          {"action_mask", 1, DType::kFloat32, "", "the action phase"},
-                          {"visit_fraction", 1, DType::kFloat32, "", "of the checkpoints"},
-                          {"oracle_info", 1, DType::kFloat32, "", "id of the shape"}};
+    declare_state(*this);
   }
 
-  const TaskInfo& info() const override { return info_; }
-  SceneSource scene() const override { return scene_source(scene_); }
-  std::string document() const override { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-
   void bind(const Bindings& bindings) override {
-    engine_ = bindings;
+    FamilyBase::bind(bindings);
     demo_.bind(bindings);
     guess_.bind(*bindings.memory);
     map_.bind(*bindings.memory);
-    reward_dict_.bind(bindings, kRewardTerms);
+    reward_dict_.bind(bindings, info_.reward_terms.size());
     visited_ = bindings.memory->add<std::int32_t>("visited", 1, "", "bits of checkpoints");
     bindings.memory->limit("visited", 0, kAllVisited);
     masks_.bind(*bindings.outputs);
@@ -64,7 +61,12 @@ class TraceShape final : public Task {
 
   int cue_end(int env) const override { return demo_.demo_end(env); }
 
+  // --- sampling ---
+
   void reset(const Episode& episode) override { demo_.reset(episode); }
+
+  // --- phases ---
+
   void before_physics(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) demo_.before_physics(env);
   }
@@ -72,7 +74,7 @@ class TraceShape final : public Task {
     for (int env = envs.begin; env < envs.end; ++env) demo_.advance(env);
   }
 
-  // --- success (1.6) ---
+  // --- success ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -88,7 +90,7 @@ class TraceShape final : public Task {
       engine_.oracle_info[env] = contour.shape();
 
       masks_.show(env, demo_.phase(env));
-      visit_fraction_[env] = static_cast<float>(visited_fraction(env));
+      visit_fraction_[env] = static_cast<float>(visited_fraction(visited_[env]));
       all_visited_[env] = visited_[env] == kAllVisited ? 1 : 0;
       is_contour_closed_[env] = closed ? 1 : 0;
       start_checkpoint_dist_[env] = static_cast<float>((contour.checkpoint(0) - green).norm());
@@ -100,47 +102,41 @@ class TraceShape final : public Task {
     }
   }
 
-  // --- reward (1.8) ---
+  // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const Contour contour = demo_.contour(env, 0);
       const Vec2 green = demo_.green_at(env);
       const int nearest = nearest_checkpoint(contour, green, visited_[env]);
-      const Haste haste = measure_haste(engine_, env, FirstChange::kFromZero);
       TraceRewardInputs in;
       in.tcp_to_cube = cube_from_tcp(env).norm();
       in.acting = demo_.is_acting(env);
-      in.visit_fraction = visited_fraction(env);
+      in.visit_fraction = visited_fraction(visited_[env]);
       in.all_visited = visited_[env] == kAllVisited;
       in.start_distance = (contour.checkpoint(0) - green).norm();
       in.nearest_unvisited = (contour.checkpoint(nearest) - green).norm();
-      in.smooth_penalty = smoothness(haste, kTraceSmoothness).penalty;
+      in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
       in.success = engine_.success[env] != 0;
       const TraceRewardTerms terms = trace_reward(in);
+      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
-      reward_dict_.note<kRewardTerms>(
-          env, {terms.reaching, terms.grasping, in.visit_fraction, terms.nearest, terms.closure,
-                in.smooth_penalty, in.tcp_to_cube, in.start_distance});
     }
   }
 
-  // --- observation (1.7) ---
+  // --- observation ---
 
-  void observe(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      RowWriter row(out.row(env));
-      for (const int cube : {demo_.red_cube(), demo_.green_cube()}) {
-        row.add(engine_.state->prop_pos_of(env, cube), 3);
-        row.add(engine_.state->prop_quat_of(env, cube), 4);
-      }
-      row.add(demo_.is_acting(env) ? 1 : 0);
-      row.add(visited_fraction(env));
-      row.add(demo_.shapes(env)[0]);
-    }
+  template <class Row>
+  void state_row(Row& row, int env) const {
+    demo_.list_cubes(row, env);
+    row.field("action_mask", 1, "", "the action phase", [&] { return demo_.is_acting(env); });
+    row.field("visit_fraction", 1, "", "of the checkpoints",
+              [&] { return visited_fraction(visited_[env]); });
+    row.field("oracle_info", 1, "", "id of the shape", [&] { return demo_.shapes(env)[0]; });
   }
+  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle (1.9) ---
+  // --- oracle ---
 
   void act(Range envs, bool blind, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -157,7 +153,7 @@ class TraceShape final : public Task {
     }
   }
 
-  // --- overlay (common 11) ---
+  // --- overlay ---
 
   void overlay(int env, Overlay& out) const override {
     map_.draw(env, demo_.contour(env, 0), visited_[env], demo_.green_at(env), out);
@@ -166,22 +162,8 @@ class TraceShape final : public Task {
   }
 
  private:
-  static constexpr int kRewardTerms = 8;
-
-  // Measured over 2000 episodes: how often a guess of shape, radius and rotation passes near enough
-  // to every checkpoint, by the number of shapes to choose from.
-  static double guess_rate(int shapes) {
-    constexpr std::array<double, 4> kRates = {0, 0.785, 0.535, 0.34};
-    return kRates[static_cast<std::size_t>(shapes)];
-  }
-
-  double visited_fraction(int env) const {
-    return static_cast<double>(count_visits(visited_[env])) / NUM_CHECKPOINTS;
-  }
   Eigen::Vector3d cube_from_tcp(int env) const {
-    const State& state = *engine_.state;
-    return Eigen::Map<const Eigen::Vector3d>(state.prop_pos_of(env, demo_.green_cube())) -
-           Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(env));
+    return prop_pos(env, demo_.green_cube()) - tcp_pos(env);
   }
 
   // Round after round, for as long as the episode lasts.
@@ -192,10 +174,7 @@ class TraceShape final : public Task {
     if (is_closed(contour, green, visited)) visited = 0;
   }
 
-  TaskInfo info_;
-  mjcf::Scene scene_;
   TraceDemo demo_;
-  Bindings engine_;
   GuessedTrace guess_;
   TraceMap map_;
   RewardDict reward_dict_;

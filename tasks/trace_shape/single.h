@@ -1,5 +1,5 @@
 // TraceShape: a red cube traces a shape; a green one has to be led along the same contour
-// (procedural 1).
+// (docs/tasks/trace_shape.md).
 #pragma once
 
 #include <memory>

@@ -30,7 +30,7 @@ constexpr std::array kAutoResets = {AutoReset::kNextStep, AutoReset::kSameStep, 
 // --- horizons ---
 
 // The step that ends an episode in which nobody does anything: TimedTransfer fails when its window
-// is over (procedural 3.4), all others run to the horizon.
+// is over, all others run to the horizon.
 int last_step_of_idlers(VectorEnv& env) {
   if (!env.info().family.starts_with("TimedTransfer")) return env.info().horizon;
   const float delay = *row<float>(env.output("oracle_info"), 0);
@@ -167,7 +167,7 @@ TEST_CASE("Hidden props of all tasks are neither felt nor seen, with and without
 
 // --- descriptions ---
 
-// Rotate's instruction names the angle, rounded half to even (intercept 3.6); all others are those
+// Rotate's instruction names the angle, rounded half to even; all others are those
 // of the registry, the same in every episode.
 std::string instruction_of(const VectorEnv& env, int index) {
   const RegistryEntry& entry = require_entry(env.info().id);
@@ -248,7 +248,7 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     };
     CHECK(width("observation") == env->state_dim());
     CHECK(width("oracle_info") == info.oracle_dim);
-    // Other families keep their cue in info alone (common 6.3).
+    // Other families keep their cue in info alone.
     CHECK(info.task_cue_dim == (id.starts_with("Rotate") ? 1 : 0));
     if (info.task_cue_dim > 0) CHECK(width("task_cue") == info.task_cue_dim);
     CHECK(width("reward_dict") == static_cast<int>(info.reward_terms.size()));
@@ -287,7 +287,7 @@ TEST_CASE("Who does nothing, or anything, wins no more often than by chance",
           "[properties][long]") {
   CHECK(most_by_chance(10, 0.5) == 10);
   CHECK(most_by_chance(200, 0.01) == 9);
-  // Untouched balls roll into the goal now and then (intercept 1.3); all else stays where it is.
+  // Untouched balls roll into the goal now and then; all else stays where it is.
   constexpr int kEpisodes = 300;
   for (const std::string& id : test::implemented_ids()) {
     if (require_entry(id).horizon > 100) continue;

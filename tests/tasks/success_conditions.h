@@ -28,7 +28,7 @@ class Judge {
   virtual bool exact() const { return true; }
 };
 
-// --- buttons (buttons 3.2, 3.3; procedural 0.9) ---
+// --- buttons ---
 
 inline bool pressed(const Spectator& scene, std::string_view cap, double radius) {
   return horizontal(scene.tcp(), scene.pos(cap)) < radius && scene.tcp().z() <= 0.0831;
@@ -79,7 +79,7 @@ class LiftedPresses {
 
 // --- remember, find-imposter ---
 
-// remember 9
+// The tool stands still at the right object, once objects may be touched.
 class TouchedObject : public Judge {
  public:
   explicit TouchedObject(Timing timing) : timing_(timing) {}
@@ -107,7 +107,7 @@ inline int mug_in_slot(const Spectator& scene, int slot) {
   return mugs[static_cast<std::size_t>(slot)];
 }
 
-// shell 2, 5, 6.3, 7
+// The tool stands still at the right mug, and no mug was shoved away.
 class TouchedMug : public Judge {
  public:
   explicit TouchedMug(Timing timing) : timing_(timing) {}
@@ -131,7 +131,7 @@ class TouchedMug : public Judge {
   int slot_mug_ = 0;
 };
 
-// shell 3, 4
+// The right mug has been brought to its goal, a fixed way from the ball, and the robot is slow.
 class MovedMug : public Judge {
  public:
   MovedMug(Timing timing, const Point& way, double reach, double slowness)
@@ -153,7 +153,7 @@ class MovedMug : public Judge {
 
 // --- colours, blinks ---
 
-// buttons 4.4 to 4.6
+// The right cubes, and no others, were touched before the button was pressed.
 class TouchedColors : public Judge {
  public:
   TouchedColors(Timing timing, bool ordered) : timing_(timing), ordered_(ordered) {}
@@ -199,7 +199,7 @@ class TouchedColors : public Judge {
   LiftedPresses presses_;
 };
 
-// buttons 6.4 to 6.6
+// As many presses as blinks, then the other button.
 class CountedBlinks : public Judge {
  public:
   bool holds(const Spectator& scene) override {
@@ -224,7 +224,7 @@ class CountedBlinks : public Judge {
 
 // --- balls, peg, cube ---
 
-// intercept 1.4
+// The ball is in the goal.
 class BallInGoal : public Judge {
  public:
   bool holds(const Spectator& scene) override {
@@ -232,7 +232,7 @@ class BallInGoal : public Judge {
   }
 };
 
-// Both fingers are pushed apart by it (common 8).
+// Both fingers are pushed apart by it.
 inline bool grasped(const Spectator& scene, int prop) {
   const Point apart = scene.tcp_rotation().col(1);
   for (const int finger : {0, 1}) {
@@ -244,7 +244,7 @@ inline bool grasped(const Spectator& scene, int prop) {
   return true;
 }
 
-// intercept 2.3
+// The ball is held, and the robot stands still.
 class BallGrasped : public Judge {
  public:
   bool holds(const Spectator& scene) override {
@@ -252,7 +252,7 @@ class BallGrasped : public Judge {
   }
 };
 
-// intercept 3.4, 3.5, 4.2
+// The peg has turned by the angle, if wanted in its place, and the robot stands still.
 class PegTurned : public Judge {
  public:
   explicit PegTurned(bool in_place) : in_place_(in_place) {}
@@ -276,7 +276,7 @@ class PegTurned : public Judge {
   Point start_;
 };
 
-// intercept 5.3
+// The cube has been on the target and is back where it was.
 class CubeReturned : public Judge {
  public:
   bool holds(const Spectator& scene) override {
@@ -297,7 +297,7 @@ class CubeReturned : public Judge {
 
 // --- tracing, transfer, gathering, batteries ---
 
-// procedural 1.4 to 1.6, 2.4, 2.5: the checkpoints are where the red cube has been.
+// The green cube has been led along the contours: the checkpoints are where the red cube has been.
 class TracedContours : public Judge {
  public:
   explicit TracedContours(bool submitted) : submitted_(submitted) {}
@@ -337,7 +337,7 @@ class TracedContours : public Judge {
   bool solved_ = false;
 };
 
-// procedural 3.4, 3.5
+// The cube came onto the red disc in the window, not before.
 class CubeInTime : public Judge {
  public:
   bool holds(const Spectator& scene) override {
@@ -359,7 +359,7 @@ class CubeInTime : public Judge {
   bool solved_ = false;
 };
 
-// procedural 4.4, 4.5
+// All cubes lie on the disc, and the button of the flash was pressed.
 class GatheredAndRecalled : public Judge {
  public:
   bool holds(const Spectator& scene) override {
@@ -379,8 +379,8 @@ class GatheredAndRecalled : public Judge {
   int button_ = -1;
 };
 
-// procedural 5.5: every battery has been in the socket, is near its slot, and as many presses as
-// batteries were made. Which press confirmed which battery is not looked at.
+// Every battery has been in the socket, is near its slot, and as many presses as batteries were
+// made. Which press confirmed which battery is not looked at.
 class BatteriesChecked : public Judge {
  public:
   bool exact() const override { return false; }

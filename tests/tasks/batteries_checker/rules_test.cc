@@ -1,4 +1,4 @@
-// The stage machine and the reward of BatteriesChecker, by the numbers of the specification.
+// The stage machine and the reward of BatteriesChecker in worked examples.
 #include "tasks/batteries_checker/rules.h"
 
 #include <catch2/catch.hpp>
@@ -115,7 +115,7 @@ TEST_CASE("Easy: an insertion ends in the confirmation stage and eats the press"
   CHECK_FALSE(return_by_itself(state, events));
 }
 
-// S of section 0.5: first action (0.5, -0.2, -1, 0, 0, 0.5, 1) and |qdot| = 0.4.
+// The first action of an episode is (0.5, -0.2, -1, 0, 0, 0.5, 1) and |qdot| = 0.4.
 const Haste kHaste{.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
 
 TEST_CASE("The battery reward's examples", "[battery][reward]") {

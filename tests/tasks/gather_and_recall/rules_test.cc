@@ -1,4 +1,4 @@
-// Layout, flash and reward of GatherAndRecall, by the numbers of the specification.
+// Layout, flash and reward of GatherAndRecall in worked examples.
 #include "tasks/gather_and_recall/rules.h"
 
 #include <catch2/catch.hpp>
@@ -47,7 +47,8 @@ TEST_CASE("The lamp flashes once, from the step that triggers it", "[gather]") {
 TEST_CASE("The gathering reward's examples", "[gather][reward]") {
   GatherRewardInputs in;
   in.goal_distance = 0.25;
-  in.cubes_on_disc = 2.0 / 5;
+  in.cubes = 5;
+  in.cubes_on_disc = 2;
   in.haste = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
   CHECK(gather_reward(in).smooth.penalty == Approx(0.046606).margin(1e-6));
   CHECK(gather_reward(in).reward == Approx(4.025338).margin(1e-6));

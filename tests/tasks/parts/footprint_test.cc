@@ -106,7 +106,7 @@ TEST_CASE("Gaps between shapes are those between their outlines", "[footprint]")
 }
 
 TEST_CASE("A t_shape reaches into its neighbours on one side only", "[footprint]") {
-  // remember 6.4: 60 mm between origins are not enough on the side of the bar.
+  // 60 mm between origins are not enough on the side of the bar.
   const Footprint t_shape = footprint(ObjectShape::kTShape);
   for (const ObjectShape other : {ObjectShape::kCross, ObjectShape::kStar, ObjectShape::kTorus}) {
     double least = 1;

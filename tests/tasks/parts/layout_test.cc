@@ -117,7 +117,7 @@ TEST_CASE("Whole layouts are drawn until all pairs keep 60 mm", "[layout]") {
   struct Row {
     int count;
     ArcParams arc;
-    double accepted;  // share of the layouts (remember 6.4)
+    double accepted;  // share of the layouts
   };
   const Row table[] = {
       {6, {.radius = 0.3, .compression = 0}, 1},

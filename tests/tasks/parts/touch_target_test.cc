@@ -61,7 +61,7 @@ TEST_CASE("The touch reward has the worked values", "[reward]") {
     const TouchRewardTerms terms = touch_reward(line.in, kColor);
     INFO(line.name);
     CHECK(terms.reaching == Approx(line.reach).margin(6e-7));
-    CHECK(terms.penalty == Approx(line.penalty).margin(6e-7));
+    CHECK(terms.smooth.penalty == Approx(line.penalty).margin(6e-7));
     CHECK(terms.reward == Approx(line.reward).margin(6e-7));
     CHECK(terms.reward / kTouchSuccessReward == Approx(line.normalized).margin(6e-7));
     CHECK(touch_reward(line.in, {}).reward / kTouchSuccessReward ==

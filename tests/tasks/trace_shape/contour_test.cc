@@ -1,4 +1,4 @@
-// The examples of procedural 1.4 and 1.6.
+// Waypoints and checkpoints of the contours in worked examples.
 #include "tasks/trace_shape/contour.h"
 
 #include <catch2/catch.hpp>

@@ -175,7 +175,7 @@ TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C =
   CHECK(env->state().status_of(0, kRed) == PropStatus::kHidden);
 }
 
-// The button's centre and the press height of the example in 0.9.
+// Moves the tool to `height` over the button, 50 mm nearer to the robot than its centre.
 void press_button(VectorEnv& env, double height) {
   const double* center = row<double>(env.memory().find("trace_shape_seq_button_xy"), 0);
   const Vec2 base(tasks::kRobotBaseX, 0);

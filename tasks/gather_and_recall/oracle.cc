@@ -1,0 +1,79 @@
+#include "tasks/gather_and_recall/oracle.h"
+
+#include <cmath>
+
+#include "tasks/gather_and_recall/rules.h"
+#include "tasks/parts/poses.h"
+
+namespace engram::tasks {
+namespace {
+
+constexpr double kTableHeight = 0.05;   // m, of the TCP: where the tool is slowest
+constexpr double kTravelHeight = 0.13;  // m: a cube in the hand passes over all others
+constexpr double kClearance = 0.06;     // m above a cube that was left
+constexpr double kOpening = 0.44;       // 26 mm per finger: clear of the neighbours
+constexpr Lean kLean{.reach = 0.77, .per_metre = 4.0, .most = 0.12};
+
+// A grid around the middle of the disc, the far end last. The fingers close along y, so the rows
+// need more room.
+Eigen::Vector3d place_of(int cube, const Vec2& disc) {
+  static constexpr std::array<std::array<int, 2>, kMaxCubes> kOrder = {
+      {{0, 0}, {-1, 0}, {1, 0}, {-1, -1}, {0, -1}, {-1, 1}, {0, 1}, {1, -1}, {1, 1}}};
+  constexpr double kPitchX = 0.052;  // m
+  constexpr double kPitchY = 0.066;  // m
+  const auto& [column, row] = kOrder[static_cast<std::size_t>(cube)];
+  return {disc.x() + column * kPitchX, disc.y() + row * kPitchY, kOnDisc};
+}
+
+bool has_landed(const Eigen::Vector3d& cube, const Vec2& disc) {
+  constexpr double kRim = 0.005;  // m
+  const Eigen::Vector3d offset = cube - Eigen::Vector3d(disc.x(), disc.y(), kOnDisc);
+  return offset.head<2>().norm() < DISC_ON_THRESH - kRim && std::abs(offset.z()) < kRim;
+}
+
+// Only the cube between the fingers has to be left; others may stand close by.
+bool leave_cube(const State& state, int env, const Grip& grip, float* action) {
+  constexpr double kBetweenFingers = 0.02;  // m
+  const Eigen::Vector3d offset = prop_pos(state, env, grip.prop) - tcp_pos(state, env);
+  if (offset.head<2>().norm() > kBetweenFingers) return true;
+  return leave(state, env, grip, kClearance, action);
+}
+
+}  // namespace
+
+void GatherOracle::act(const State& state, int env, const GatherGoal& goal, float* action) const {
+  if (bring_cubes(state, env, goal.disc, action)) press(state, env, goal, action);
+  slow_down(state, env, kTableHeight, action);
+}
+
+bool GatherOracle::bring_cubes(const State& state, int env, const Vec2& disc, float* action) const {
+  for (int cube = 0; cube < cubes_; ++cube) {
+    const Eigen::Vector3d place = place_of(cube, disc);
+    const Eigen::Vector3d pos = prop_pos(state, env, cube);
+    Grip grip{.prop = cube, .opening = kOpening, .travel_height = kTravelHeight};
+    if (!is_held(state, env, cube)) {
+      grip.tool = lean_outwards(tool_for_cube(state, env, cube), pos, kLean);
+      if (has_landed(pos, disc)) {
+        if (!leave_cube(state, env, grip, action)) return false;
+        continue;
+      }
+    } else {
+      grip.tool = lean_outwards(kToolDown, place, kLean);
+    }
+    if (!bring(state, env, grip, place, action)) return false;
+  }
+  return true;
+}
+
+void GatherOracle::press(const State& state, int env, const GatherGoal& goal, float* action) const {
+  if (goal.pressed) {
+    hold_tool(kGripperClosed, action);
+    return;
+  }
+  const PressButton& button = buttons_[static_cast<std::size_t>(goal.color)];
+  const Eigen::Vector3d waypoint = button.next_waypoint(env, kTravelHeight);
+  servo_tool(state, env, over_the_top(state, env, waypoint, kTravelHeight), kToolDown,
+             kGripperClosed, action);
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,35 @@
+// Gathers the cubes, then presses a button. Nothing is remembered between steps.
+#pragma once
+
+#include <array>
+
+#include "tasks/gather_and_recall/params.h"
+#include "tasks/parts/grasp_servo.h"
+#include "tasks/parts/layout.h"
+#include "tasks/parts/press_button.h"
+
+namespace engram::tasks {
+
+struct GatherGoal {
+  Vec2 disc;             // centre, m
+  int color = 0;         // of the button to press
+  bool pressed = false;  // a button has been
+};
+
+class GatherOracle {
+ public:
+  GatherOracle(int cubes, const std::array<PressButton, kColors>& buttons)
+      : cubes_(cubes), buttons_(buttons) {}
+
+  void act(const State& state, int env, const GatherGoal& goal, float* action) const;
+
+ private:
+  // True once all cubes lie on the disc and the tool is clear of them.
+  bool bring_cubes(const State& state, int env, const Vec2& disc, float* action) const;
+  void press(const State& state, int env, const GatherGoal& goal, float* action) const;
+
+  int cubes_;
+  const std::array<PressButton, kColors>& buttons_;
+};
+
+}  // namespace engram::tasks

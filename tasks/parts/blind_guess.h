@@ -1,0 +1,15 @@
+// What the blind policy goes by: it acts as an agent would that remembers nothing.
+#pragma once
+
+#include "core/base/random.h"
+#include "core/episode.h"
+#include "core/physics/state.h"
+
+namespace engram::tasks {
+
+// The numbers behind an agent's guess: the same ones in every step of an episode.
+inline RandomStream blind_guess(const State& state, int env) {
+  return {state.seed[env], state.episode[env], kPurposeBlindGuess};
+}
+
+}  // namespace engram::tasks
