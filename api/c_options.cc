@@ -1,10 +1,11 @@
 #include "api/c_options.h"
 
-#include <algorithm>
+#include <optional>
 #include <string>
+#include <type_traits>
 
 #include "core/base/error.h"
-#include "core/physics/controller.h"
+#include "core/base/names.h"
 
 namespace engram::c {
 namespace {
@@ -14,23 +15,44 @@ namespace {
   throw Error(Error::kInvalidArgument, what + ": " + given + " given, " + allowed);
 }
 
-// A number of 0 to count - 1, which counts the values of an enum.
-template <class Enum>
-Enum enumerator(const char* what, std::int32_t value, std::int32_t count) {
-  if (value < 0 || value >= count) {
-    refuse(what, std::to_string(value), "0 to " + std::to_string(count - 1) + " allowed");
-  }
-  return static_cast<Enum>(value);
-}
-
-bool truth(const char* what, std::int32_t value) {
-  if (value != 0 && value != 1) refuse(what, std::to_string(value), "0 or 1 allowed");
-  return value == 1;
-}
-
 const char* text(const std::string& what, const char* value) {
   if (value == nullptr) refuse(what, "NULL", "a text needed");
   return value;
+}
+
+// Each option as its type in the engine has it.
+
+void convert(const char* /*what*/, std::int32_t given, int& option) { option = given; }
+void convert(const char* /*what*/, std::uint64_t given, std::uint64_t& option) { option = given; }
+void convert(const char* /*what*/, double given, double& option) { option = given; }
+
+void convert(const char* what, std::int32_t given, bool& option) {
+  if (given != 0 && given != 1) refuse(what, std::to_string(given), "0 or 1 allowed");
+  option = given == 1;
+}
+
+void convert(const char* what, std::int32_t given, std::optional<bool>& option) {
+  if (given < -1 || given > 1) refuse(what, std::to_string(given), "-1, 0 or 1 allowed");
+  option = given < 0 ? std::nullopt : std::optional<bool>(given == 1);
+}
+
+void convert(const char* what, const char* given, std::string& option) {
+  option = text(what, given);
+}
+
+void convert(const char* what, const char* given, ControlMode& option) {
+  option = require_named<ControlMode>("control mode", text(what, given));
+}
+
+// A number that stands for a name.
+template <class Enum>
+requires std::is_enum_v<Enum>
+void convert(const char* what, std::int32_t given, Enum& option) {
+  const auto last = static_cast<std::int32_t>(names_of(Enum()).size()) - 1;
+  if (given < 0 || given > last) {
+    refuse(what, std::to_string(given), "0 to " + std::to_string(last) + " allowed");
+  }
+  option = static_cast<Enum>(given);
 }
 
 // An array that may be NULL if it is empty.
@@ -42,33 +64,12 @@ std::span<const T> array(const char* what, const T* values, std::size_t count) {
   return {values, count};
 }
 
-ControlMode control_mode(const char* name) {
-  const std::optional<ControlMode> mode = find_control_mode(text("control_mode", name));
-  if (mode) return *mode;
-  std::string names;
-  for (int i = 0; i < kControlModes; ++i) {
-    names +=
-        (names.empty() ? "" : ", ") + std::string(control_mode_name(static_cast<ControlMode>(i)));
-  }
-  throw Error(Error::kUnknownId,
-              "no control mode named '" + std::string(name) + "'; allowed are: " + names);
-}
-
-std::optional<bool> optional_truth(const char* what, std::int32_t value) {
-  if (value < -1 || value > 1) refuse(what, std::to_string(value), "-1, 0 or 1 allowed");
-  return value < 0 ? std::nullopt : std::optional<bool>(value == 1);
-}
-
-ImageShape to_images(const engram_options& options) {
-  ImageShape images;
-  images.width = options.image_width;
-  images.height = options.image_height;
-  if (options.cameras == nullptr && options.num_cameras == 0) return images;
-  images.cameras.clear();
+std::vector<std::string> to_cameras(const engram_options& options) {
+  std::vector<std::string> cameras;
   for (const char* name : array("cameras", options.cameras, options.num_cameras)) {
-    images.cameras.emplace_back(text("name of a camera", name));
+    cameras.emplace_back(text("name of a camera", name));
   }
-  return images;
+  return cameras;
 }
 
 void check_struct_size(const engram_options& options) {
@@ -82,8 +83,12 @@ void check_struct_size(const engram_options& options) {
 engram_options default_options() noexcept {
   engram_options options{};
   options.struct_size = sizeof options;
+  // begin options: defaults (scripts/options.py writes what stands between these marks)
   options.num_envs = 1;
+  options.threads = 0;
+  options.chunk = 0;
   options.substeps = 5;
+  options.seed = 0;
   options.obs_mode = ENGRAM_OBS_STATE;
   options.reward_mode = ENGRAM_REWARD_NORMALIZED_DENSE;
   options.auto_reset = ENGRAM_AUTO_RESET_NEXT_STEP;
@@ -96,32 +101,40 @@ engram_options default_options() noexcept {
   options.image_width = 128;
   options.image_height = 128;
   options.renderer = "cpu";
+  options.shadows = 0;
+  options.antialias = 0;
+  // end options
   return options;
 }
 
 EnvOptions to_env_options(const engram_options& options) {
   check_struct_size(options);
   EnvOptions out;
-  out.num_envs = options.num_envs;
-  out.seed = options.seed;
-  out.threads = options.threads;
-  out.chunk = options.chunk;
-  out.obs_mode = enumerator<ObsMode>("obs_mode", options.obs_mode, 4);
-  out.reward_mode = enumerator<RewardMode>("reward_mode", options.reward_mode, 4);
-  out.control_mode = control_mode(options.control_mode);
-  out.auto_reset = enumerator<AutoReset>("auto_reset", options.auto_reset, 3);
-  out.rotation_sign = options.rotation_sign;
-  out.freeze_cue = truth("freeze_cue", options.freeze_cue);
-  out.terminate_on_success = optional_truth("terminate_on_success", options.terminate_on_success);
-  out.robot_init_qpos_noise = options.robot_init_qpos_noise;
-  out.sleep = truth("sleep", options.sleep);
-  out.substeps = options.substeps;
+  // begin options: conversions
+  convert("num_envs", options.num_envs, out.num_envs);
+  convert("seed", options.seed, out.seed);
+  convert("threads", options.threads, out.threads);
+  convert("chunk", options.chunk, out.chunk);
+  convert("obs_mode", options.obs_mode, out.obs_mode);
+  convert("reward_mode", options.reward_mode, out.reward_mode);
+  convert("control_mode", options.control_mode, out.control_mode);
+  convert("auto_reset", options.auto_reset, out.auto_reset);
+  convert("rotation_sign", options.rotation_sign, out.rotation_sign);
+  convert("freeze_cue", options.freeze_cue, out.freeze_cue);
+  convert("terminate_on_success", options.terminate_on_success, out.terminate_on_success);
+  convert("robot_init_qpos_noise", options.robot_init_qpos_noise, out.robot_init_qpos_noise);
+  convert("sleep", options.sleep, out.sleep);
+  convert("substeps", options.substeps, out.substeps);
+  convert("image_width", options.image_width, out.images.width);
+  convert("image_height", options.image_height, out.images.height);
+  convert("renderer", options.renderer, out.image_options.renderer);
+  convert("shadows", options.shadows, out.image_options.shadows);
+  convert("antialias", options.antialias, out.image_options.antialias);
+  // end options
   out.pins = to_pins(options.pins, options.num_pins);
   out.task_options = to_choices(options.task_options, options.num_task_options);
-  out.images = to_images(options);
-  out.image_options.renderer = text("renderer", options.renderer);
-  out.image_options.shadows = truth("shadows", options.shadows);
-  out.image_options.antialias = truth("antialias", options.antialias);
+  const bool default_cameras = options.cameras == nullptr && options.num_cameras == 0;
+  if (!default_cameras) out.images.cameras = to_cameras(options);
   return out;
 }
 
@@ -148,8 +161,13 @@ std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count) {
   return all;
 }
 
-Policy to_policy(std::int32_t policy) { return enumerator<Policy>("policy", policy, 4); }
+Policy to_policy(std::int32_t policy) {
+  Policy chosen{};
+  convert("policy", policy, chosen);
+  return chosen;
+}
 
+// begin options: asserts
 static_assert(static_cast<int>(ObsMode::kNone) == ENGRAM_OBS_NONE);
 static_assert(static_cast<int>(ObsMode::kState) == ENGRAM_OBS_STATE);
 static_assert(static_cast<int>(ObsMode::kStateDict) == ENGRAM_OBS_STATE_DICT);
@@ -165,5 +183,6 @@ static_assert(static_cast<int>(Policy::kZero) == ENGRAM_POLICY_ZERO);
 static_assert(static_cast<int>(Policy::kRandom) == ENGRAM_POLICY_RANDOM);
 static_assert(static_cast<int>(Policy::kOracle) == ENGRAM_POLICY_ORACLE);
 static_assert(static_cast<int>(Policy::kBlind) == ENGRAM_POLICY_BLIND);
+// end options
 
 }  // namespace engram::c

@@ -105,7 +105,7 @@ void add_bench_command(const Command& program) {
   add_int(command, "--rounds", options->bench.rounds, 1, kMaxRounds,
           "Rounds in which the sides take turns");
   add_policy(command, options->bench.policy, kPolicies);
-  add_int(command, "--num-envs", options->bench.num_envs, 0, kMaxEnvs,
+  add_int(command, "--num-envs", options->bench.num_envs, 0, kMaxNumEnvs,
           "Environments stepped together; 0: the suite's own number");
   add_threads(command, options->bench.threads);
   add_json(command, options->json);

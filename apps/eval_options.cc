@@ -40,7 +40,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
   settings.start_seed = protocol.start_seed;
   EnvOptions environment = protocol.environment;
   if (options.policy_command.empty()) {
-    settings.policy = policy_name(protocol.policy);
+    settings.policy = name_of(protocol.policy);
   } else {
     settings.policy = options.policy_name.empty() ? "external" : options.policy_name;
     settings.policy_config = DocumentTable{{"command", options.policy_command}};
@@ -75,7 +75,7 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
   protocol.threads = options.protocol.threads;
   if (is_null(settings.policy_config)) {
     const auto own = std::find_if(kPolicies.begin(), kPolicies.end(), [&](Policy policy) {
-      return settings.policy == policy_name(policy);
+      return settings.policy == name_of(policy);
     });
     if (own == kPolicies.end()) {
       throw Error(Error::kInvalidArgument,
@@ -130,14 +130,9 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   add_num_envs(command, options.protocol.num_envs)
       .description("Episodes that a thread plays together");
   add_obs(command, options.protocol.environment);
-  const auto add_choice = [&options](const std::string& text) {
-    options.protocol.environment.task_options.push_back(parse_option(text));
-  };
-  command
-      .add_repeatable(
-          "--option", add_choice,
-          "Chooses a variant of the tasks' rules, which all of them must have (repeatable)")
-      .type_name("NAME=VALUE");
+  add_task_options(
+      command, options.protocol.environment.task_options,
+      "Chooses a variant of the tasks' rules, which all of them must have (repeatable)");
   add_threads(command, options.protocol.threads);
   add_json(command, options.json);
   const Option out =

@@ -33,6 +33,13 @@ std::string names_of(std::span<const Choice<T>> choices) {
   return names;
 }
 
+template <class T>
+std::vector<Choice<T>> named(std::span<const T> values) {
+  std::vector<Choice<T>> choices;
+  for (const T value : values) choices.push_back({name_of(value), value});
+  return choices;
+}
+
 // Sets `value` to the choice that the user names; the help shows the names and the default.
 template <class T, class Target>
 Option add_choice(const Command& command, const std::string& option, Target& value,
@@ -62,6 +69,14 @@ std::optional<T> parse_number(std::string_view text) {
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || stop != end) return std::nullopt;
   return value;
+}
+
+// An option without a value, which sets the field.
+template <class Field>
+void add_switch(const Command& command, const char* option, Field& field, bool sets,
+                const char* help) {
+  command.add_flag(
+      option, [&field, sets] { field = sets; }, help);
 }
 
 constexpr std::string_view kPinForm = "NAME=NUMBER or NAME=NUMBER,NUMBER,...";
@@ -129,51 +144,28 @@ Option add_seed(const Command& command, std::uint64_t& seed, const std::string& 
 
 // --- names ---
 
-const char* policy_name(Policy policy) {
-  switch (policy) {
-    case Policy::kZero:
-      return "zero";
-    case Policy::kRandom:
-      return "random";
-    case Policy::kOracle:
-      return "oracle";
-    case Policy::kBlind:
-      return "blind";
-  }
-  return "";
-}
-
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed) {
-  std::vector<Choice<Policy>> choices;
-  for (const Policy choice : allowed) choices.push_back({policy_name(choice), choice});
-  return add_choice(command, "--policy", policy, std::move(choices), "Who chooses the actions");
+  return add_choice(command, "--policy", policy, named<Policy>(allowed), "Who chooses the actions");
 }
 
 Option add_control_mode(const Command& command, ControlMode& mode) {
-  std::vector<Choice<ControlMode>> choices;
-  for (int i = 0; i < kControlModes; ++i) {
-    const auto choice = static_cast<ControlMode>(i);
-    choices.push_back({control_mode_name(choice), choice});
-  }
-  return add_choice(command, "--control-mode", mode, std::move(choices),
+  std::vector<ControlMode> all;
+  for (int i = 0; i < kControlModes; ++i) all.push_back(static_cast<ControlMode>(i));
+  return add_choice(command, "--control-mode", mode, named<ControlMode>(all),
                     "What actions mean (oracle and blind: pd_ee_delta_pose)")
       .type_name("MODE");
 }
 
 Option add_reward(const Command& command, RewardMode& mode) {
-  return add_choice(
-      command, "--reward", mode,
-      std::vector<Choice<RewardMode>>{{"sparse", RewardMode::kSparse},
-                                      {"dense", RewardMode::kDense},
-                                      {"normalized_dense", RewardMode::kNormalizedDense}},
-      "Reward");
+  static constexpr std::array kModes = {RewardMode::kSparse, RewardMode::kDense,
+                                        RewardMode::kNormalizedDense};
+  return add_choice(command, "--reward", mode, named<RewardMode>(kModes), "Reward");
 }
 
 Option add_auto_reset(const Command& command, AutoReset& mode) {
-  return add_choice(command, "--auto-reset", mode,
-                    std::vector<Choice<AutoReset>>{{"next-step", AutoReset::kNextStep},
-                                                   {"same-step", AutoReset::kSameStep},
-                                                   {"off", AutoReset::kOff}},
+  static constexpr std::array kModes = {AutoReset::kNextStep, AutoReset::kSameStep,
+                                        AutoReset::kOff};
+  return add_choice(command, "--auto-reset", mode, named<AutoReset>(kModes),
                     "What happens to an environment whose episode has ended");
 }
 
@@ -186,17 +178,14 @@ Option add_split(const Command& command, std::optional<Split>& split) {
 }
 
 Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode) {
-  return add_choice(
-             command, "--obs", mode,
-             std::vector<Choice<ObsMode>>{{"state", ObsMode::kState}, {"rgb", ObsMode::kRgb}},
-             "This observation only")
+  return add_choice(command, "--obs", mode, named<ObsMode>(kObsModes), "This observation only")
       .default_str("both");
 }
 
 // --- groups ---
 
 Option add_num_envs(const Command& command, int& num_envs) {
-  return add_int(command, "--num-envs", num_envs, 1, kMaxEnvs, "Environments stepped together");
+  return add_int(command, "--num-envs", num_envs, 1, kMaxNumEnvs, "Environments stepped together");
 }
 
 Option add_threads(const Command& command, int& threads) {
@@ -209,13 +198,8 @@ Option add_json(const Command& command, bool& json) {
 }
 
 void add_obs(const Command& command, EnvOptions& options) {
-  const auto take = [&options](const std::string& text) {
-    if (text != "state" && text != "rgb") refuse("--obs", text, "state or rgb");
-    options.obs_mode = text == "rgb" ? ObsMode::kRgb : ObsMode::kState;
-  };
-  command.add_option("--obs", take, "Observation; rgb: base and wrist camera, 128 x 128")
-      .type_name("state|rgb")
-      .default_str("state");
+  add_choice(command, "--obs", options.obs_mode, named<ObsMode>(kObsModes),
+             "Observation; rgb: base and wrist camera, 128 x 128");
   add_renderer(command, options.image_options);
 }
 
@@ -228,10 +212,6 @@ void add_renderer(const Command& command, ImageSourceOptions& options) {
       .type_name("cpu|egl")
       .default_str("cpu");
 }
-
-const char* obs_name(ObsMode mode) { return mode == ObsMode::kRgb ? "rgb" : "state"; }
-
-const char* obs_name(const EnvOptions& options) { return obs_name(options.obs_mode); }
 
 std::string renderer_name(const EnvOptions& options) {
   return options.obs_mode == ObsMode::kRgb ? options.image_options.renderer : "none";
@@ -250,14 +230,9 @@ void add_env_options(const Command& command, EnvOptions& options) {
                       "(repeatable; "
                       "`engram info ID` lists them)")
       .type_name("NAME=VALUE");
-  const auto add_choice_of_rules = [&options](const std::string& text) {
-    options.task_options.push_back(parse_option(text));
-  };
-  command
-      .add_repeatable(
-          "--option", add_choice_of_rules,
-          "Chooses a variant of the task's rules (repeatable; `engram info ID` lists them)")
-      .type_name("NAME=VALUE");
+  add_task_options(
+      command, options.task_options,
+      "Chooses a variant of the task's rules (repeatable; `engram info ID` lists them)");
   const auto set_rotation_sign = [&options](const std::string& text) {
     options.rotation_sign = parse_int("--rotation-sign", text, -1, 1);
     if (options.rotation_sign == 0) refuse("--rotation-sign", text, "-1 or 1");
@@ -267,15 +242,20 @@ void add_env_options(const Command& command, EnvOptions& options) {
                   "-1: rotations as upstream turns them; 1: as they say")
       .type_name("SIGN")
       .default_str(std::to_string(options.rotation_sign));
-  command.add_flag(
-      "--no-sleep", [&options] { options.sleep = false; },
-      "Every shortcut of the physics off: slower, for comparison");
-  command.add_flag(
-      "--no-freeze-cue", [&options] { options.freeze_cue = false; },
-      "Actions count during cue and empty phase too");
-  command.add_flag(
-      "--terminate-on-success", [&options] { options.terminate_on_success = true; },
-      "Episodes end at success, whatever the task's rule");
+  // begin options: switches (scripts/options.py writes this from api/options.toml)
+  add_switch(command, "--no-sleep", options.sleep, false,
+             "Every shortcut of the physics off: slower, for comparison");
+  add_switch(command, "--no-freeze-cue", options.freeze_cue, false,
+             "Actions count during cue and empty phase too");
+  add_switch(command, "--terminate-on-success", options.terminate_on_success, true,
+             "Episodes end at success, whatever the task's rule");
+  // end options
+}
+
+void add_task_options(const Command& command, std::vector<OptionChoice>& choices,
+                      const std::string& help) {
+  const auto take = [&choices](const std::string& text) { choices.push_back(parse_option(text)); };
+  command.add_repeatable("--option", take, help).type_name("NAME=VALUE");
 }
 
 EnvOptions batch_options(int num_envs, int threads) {

@@ -2,6 +2,7 @@
 // what is allowed.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -31,7 +32,8 @@ Option add_seed(const Command& command, std::uint64_t& seed, const std::string& 
 
 // --- names ---
 
-const char* policy_name(Policy policy);
+// What --obs can ask for.
+inline constexpr std::array kObsModes = {ObsMode::kState, ObsMode::kRgb};
 
 // Options whose value is one of some names; their help lists the names.
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed);
@@ -44,9 +46,6 @@ Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode);
 
 // --- groups ---
 
-inline constexpr int kMaxEnvs = 1'000'000;
-inline constexpr int kMaxThreads = 1024;
-
 Option add_num_envs(const Command& command, int& num_envs);
 Option add_threads(const Command& command, int& threads);
 Option add_json(const Command& command, bool& json);
@@ -54,13 +53,15 @@ Option add_json(const Command& command, bool& json);
 // --obs and --renderer: what is observed, and who draws it.
 void add_obs(const Command& command, EnvOptions& options);
 void add_renderer(const Command& command, ImageSourceOptions& options);
-// "state" or "rgb", and the renderer's name or "none".
-const char* obs_name(ObsMode mode);
-const char* obs_name(const EnvOptions& options);
+// The renderer's name, or "none" without images.
 std::string renderer_name(const EnvOptions& options);
 
 // What else a batch of environments can be given: control mode, reward, pins, ... .
 void add_env_options(const Command& command, EnvOptions& options);
+
+// --option NAME=VALUE, which may be given several times.
+void add_task_options(const Command& command, std::vector<OptionChoice>& choices,
+                      const std::string& help);
 
 // The library's defaults for a batch of that size.
 EnvOptions batch_options(int num_envs, int threads);

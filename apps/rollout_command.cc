@@ -92,8 +92,8 @@ DocumentTable to_document(const VectorEnv& env, const RolloutOptions& options,
           {"num_envs", env.num_envs()},
           {"steps", report.steps},
           {"threads", env.threads()},
-          {"obs", obs_name(env.options())},
-          {"policy", policy_name(options.policy)},
+          {"obs", name_of(env.options().obs_mode)},
+          {"policy", name_of(options.policy)},
           {"renderer", renderer_name(env.options())},
           {"env_steps_per_second", env_rate},
           {"physics_steps_per_second", env_rate * env.options().substeps},
@@ -115,7 +115,7 @@ std::string to_words(const VectorEnv& env, const RolloutOptions& options, const 
       "  env steps       {} in {:.3f} s\n"
       "  env steps/s     {} ({} for stepping alone, without the policy)\n"
       "  physics steps/s {}\n",
-      env.info().id, env.num_envs(), report.steps, env.threads(), policy_name(options.policy),
+      env.info().id, env.num_envs(), report.steps, env.threads(), name_of(options.policy),
       with_thousands(env_steps), report.wall_seconds, with_thousands(env_rate),
       with_thousands(rate(env_steps, report.step_seconds)),
       with_thousands(env_rate * env.options().substeps));

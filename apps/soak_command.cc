@@ -36,7 +36,7 @@ DocumentTable describe(const bench::SoakVisit& visit) {
                          {"grown_bytes", visit.grown_bytes}};
   for (std::size_t i = 0; i < bench::kSoakPolicies.size(); ++i) {
     table.emplace_back(
-        policy_name(bench::kSoakPolicies[i]),
+        name_of(bench::kSoakPolicies[i]),
         DocumentTable{{"episodes", visit.episodes[i]}, {"success_once", visit.successes[i]}});
   }
   return table;
@@ -53,7 +53,7 @@ DocumentTable describe(const bench::UnstableEpisode& episode) {
   return {{"id", episode.id},
           {"seed", episode.seed},
           {"episode", episode.episode},
-          {"policy", policy_name(episode.policy)},
+          {"policy", name_of(episode.policy)},
           {"elapsed", episode.elapsed}};
 }
 
@@ -155,9 +155,8 @@ std::string to_words(const bench::SoakReport& report) {
                     report.cycle_seconds, samples_in_words("cycles", report.cycle_samples));
   }
   for (const bench::UnstableEpisode& episode : report.unstable) {
-    text +=
-        fmt::format("unstable: {} seed {} episode {} policy {} step {}\n", episode.id, episode.seed,
-                    episode.episode, policy_name(episode.policy), episode.elapsed);
+    text += fmt::format("unstable: {} seed {} episode {} policy {} step {}\n", episode.id,
+                        episode.seed, episode.episode, name_of(episode.policy), episode.elapsed);
   }
   Table table({{"bound"}, {"value", true}, {"allowed", true}, {"unit"}, {""}});
   for (const bench::SoakBound& bound : report.bounds) {

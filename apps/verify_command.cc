@@ -33,7 +33,7 @@ struct Row {
 };
 
 std::vector<Row> check_all(const VerifyOptions& options) {
-  std::vector<ObsMode> modes = {ObsMode::kState, ObsMode::kRgb};
+  std::vector<ObsMode> modes(kObsModes.begin(), kObsModes.end());
   if (options.obs_mode) modes = {*options.obs_mode};
   const bool all = options.ids.empty() && !options.filter.any();
   const std::vector<const RegistryEntry*> tasks = chosen_tasks(options.ids, options.filter, all);
@@ -63,7 +63,7 @@ std::string hex(std::uint64_t number) { return fmt::format("{:016x}", number); }
 
 DocumentTable describe(const Row& row) {
   return {{"id", row.id},
-          {"obs", obs_name(row.obs_mode)},
+          {"obs", name_of(row.obs_mode)},
           {"plays", row.result.plays},
           {"episodes", row.result.episodes},
           {"env_steps", row.result.env_steps},
@@ -80,7 +80,7 @@ std::string to_words(const std::vector<Row>& rows) {
                {"different", true},
                {"fingerprint"}});
   for (const Row& row : rows) {
-    table.add({row.id, obs_name(row.obs_mode), std::to_string(row.result.plays),
+    table.add({row.id, name_of(row.obs_mode), std::to_string(row.result.plays),
                with_thousands(static_cast<double>(row.result.episodes)),
                with_thousands(static_cast<double>(row.result.env_steps)),
                with_thousands(static_cast<double>(row.result.different)),

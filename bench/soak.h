@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/process_usage.h"
-#include "core/task.h"
+#include "core/env_options.h"
 
 namespace engram::bench {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/task.h"
+#include "core/env_options.h"
 
 namespace engram::bench {
 

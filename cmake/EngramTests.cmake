@@ -43,6 +43,11 @@ set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/build_paths.cc" APPEND PROPERTY
   ENGRAM_CLI="$<$<TARGET_EXISTS:engram_cli>:$<TARGET_FILE:engram_cli>>"
   ENGRAM_RESTLESS_SINE="$<$<TARGET_EXISTS:engram_restless_sine>:$<TARGET_FILE:engram_restless_sine>>")
 
+# What scripts/options.py writes from the list of options.
+find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
+add_test(NAME options_up_to_date
+  COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/options.py" --check)
+
 # A name that matches no test case fails instead of passing unnoticed. Square brackets and semicolons
 # in names of test cases make such names, because CMake reads them as lists.
 catch_discover_tests(engram_tests TEST_SPEC "~[long]~[.]" TEST_LIST engram_quick_tests

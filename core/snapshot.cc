@@ -70,7 +70,7 @@ std::string to_text(double value) {
 
 // What the columns' meaning depends on, in words: task, control mode and the task's options.
 std::string VectorEnv::snapshot_label() const {
-  std::string label = info().id + ", " + control_mode_name(options_.control_mode);
+  std::string label = info().id + ", " + name_of(options_.control_mode);
   for (std::size_t i = 0; i < option_values_.size(); ++i) {
     label += ", " + info().options[i].name + "=" + to_text(option_values_[i]);
   }

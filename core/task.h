@@ -20,14 +20,6 @@ struct Overlay;  // core/picture/overlay.h
 // When an episode ends before its horizon.
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
 
-// Who chooses actions when the engine itself is asked to.
-enum class Policy {
-  kZero,    // all zeros
-  kRandom,  // uniform over the action space
-  kOracle,  // solves the task with privileged state
-  kBlind,   // the oracle, but with the hidden quantity guessed
-};
-
 // A task in words and numbers; everything here is constant.
 struct TaskInfo {
   std::string id;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 #include <thread>
 
 #include "core/base/error.h"
@@ -15,7 +14,6 @@
 namespace engram {
 namespace {
 
-constexpr int kMaxEnvs = 1'000'000;
 constexpr double kPi = std::numbers::pi;
 
 // Start pose of all tasks: arm in rad, fingers in m.
@@ -25,28 +23,11 @@ constexpr std::array<double, kRobotJoints> kStartQpos = {
 constexpr int kProprioDim = 7;
 constexpr int kTcpPoseDim = 7;
 
-void require(bool good, const char* what, double given, const char* allowed) {
-  if (good) return;
-  std::ostringstream text;
-  text << what << ": " << given << " given, " << allowed << " allowed";
-  throw Error(Error::kInvalidArgument, text.str());
-}
-
 EnvOptions checked(EnvOptions options) {
-  require(options.num_envs >= 1 && options.num_envs <= kMaxEnvs, "num_envs", options.num_envs,
-          "1 to 1000000");
-  require(options.threads >= 0 && options.threads <= ThreadPool::kMaxThreads, "threads",
-          options.threads, "0 (one per core) to 1024");
-  require(options.chunk >= 0, "chunk", options.chunk, "0 (chosen) or more");
-  require(options.substeps >= 0 && options.substeps <= 1000, "substeps", options.substeps,
-          "0 to 1000");
-  require(options.rotation_sign == 1 || options.rotation_sign == -1, "rotation_sign",
-          options.rotation_sign, "-1 or 1");
-  require(options.robot_init_qpos_noise >= 0 && options.robot_init_qpos_noise <= 1,
-          "robot_init_qpos_noise", options.robot_init_qpos_noise, "0 to 1 rad");
+  check_ranges(options);
   if (options.threads == 0) {
     options.threads =
-        std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxEnvs);
+        std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxNumEnvs);
   }
   options.threads = std::min(options.threads, options.num_envs);
   if (options.chunk == 0) {
@@ -387,7 +368,7 @@ void VectorEnv::observe(Range envs) {
     }
     proprio[6] = static_cast<float>(qpos[kArmJoints] + qpos[kArmJoints + 1]);
   }
-  if (!observes_state()) return;
+  if (!observes_state(options_.obs_mode)) return;
 
   int offset = 0;
   for (int env = envs.begin; env < envs.end; ++env) {
@@ -435,7 +416,7 @@ std::span<const T> VectorEnv::whole(const Column<T>& column) const {
 }
 
 std::span<const float> VectorEnv::observation() const {
-  if (!observes_state()) return {};
+  if (!observes_state(options_.obs_mode)) return {};
   return whole(observation_);
 }
 std::span<const float> VectorEnv::proprio() const { return whole(proprio_); }

@@ -4,13 +4,13 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/base/thread_pool.h"
+#include "core/env_options.h"
 #include "core/physics/controller.h"
 #include "core/physics/simulator.h"
 #include "core/picture/image_batch.h"
@@ -18,41 +18,6 @@
 #include "core/task.h"
 
 namespace engram {
-
-// kRgb: images and proprio. The state observation would give away the hidden quantity; it is empty.
-enum class ObsMode { kNone, kState, kStateDict, kRgb };
-enum class RewardMode { kNone, kSparse, kDense, kNormalizedDense };
-
-// What happens to an environment whose episode has ended, in Gymnasium's terms.
-enum class AutoReset {
-  kNextStep,  // the next step ignores its action and returns the first observation instead
-  kSameStep,  // the same step returns it; the last observation and info are kept as `final`
-  kOff,       // nothing: the environment keeps its last outputs, with reward 0, until it is reset
-};
-
-struct EnvOptions {
-  int num_envs = 1;        // 1 to 1,000,000
-  std::uint64_t seed = 0;  // environment i has seed + i
-  int threads = 0;         // 1 to 1024, the caller included; 0: one per core
-  int chunk = 0;           // most environments that a worker claims at a time; 0: chosen
-  ObsMode obs_mode = ObsMode::kState;
-  RewardMode reward_mode = RewardMode::kNormalizedDense;
-  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
-  AutoReset auto_reset = AutoReset::kNextStep;
-  int rotation_sign = -1;  // of rotation actions: -1 as in the original benchmark, or +1
-  bool freeze_cue = true;  // zero actions during cue and empty phase, in the tasks whose canonical
-                           // wrappers do so
-  std::optional<bool> terminate_on_success = std::nullopt;  // overrides the family's rule
-  double robot_init_qpos_noise = 0.02;                      // rad, standard deviation
-  bool sleep = true;           // false: every shortcut of the physics off
-  int substeps = 5;            // of 0.01 s per control step; 0 measures everything but physics
-  std::vector<Pin> pins = {};  // quantities of every episode that are fixed
-  std::vector<OptionChoice> task_options = {};  // of the task's own options; others: defaults
-  ImageShape images = {};                       // of rgb observations
-  ImageSourceOptions image_options = {};        // of rgb observations and of the sensors' pictures
-  // Of render_camera's pictures, which are for people.
-  ImageSourceOptions render_options = {.renderer = "cpu", .shadows = true, .antialias = true};
-};
 
 // Which environments to reset, and how. Empty spans: all environments; seeds and pins as before.
 struct ResetRequest {
@@ -102,7 +67,7 @@ class VectorEnv {
   void act(Policy policy, std::span<float> actions);
 
   // Draws environment `env` as it is now, row 0 on top: a sensor as observations show it, or
-  // render_camera with the render_options. camera: "base_camera", "hand_camera" or "render_camera";
+  // render_camera with the render_options. camera: one of the scene's (docs/cameras.md);
   // sides 1 to 4096 pixels; rgb: (height, width, 3). Throws Error for anything else, or before the
   // first reset.
   void render(int env, std::string_view camera, int width, int height, std::span<std::uint8_t> rgb);
@@ -175,9 +140,6 @@ class VectorEnv {
     return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
   }
   void observe(Range envs);
-  bool observes_state() const {
-    return options_.obs_mode == ObsMode::kState || options_.obs_mode == ObsMode::kStateDict;
-  }
   void compute_rewards(Range envs);
   void random_action(int env, float* action) const;
   std::string snapshot_label() const;

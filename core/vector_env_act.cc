@@ -15,7 +15,7 @@ void VectorEnv::act(Policy policy, std::span<float> actions) {
   const bool scripted = policy == Policy::kOracle || policy == Policy::kBlind;
   if (scripted && options_.control_mode != ControlMode::kPdEeDeltaPose) {
     throw Error(Error::kInvalidArgument, std::string("oracle with control mode ") +
-                                             control_mode_name(options_.control_mode) +
+                                             name_of(options_.control_mode) +
                                              ", pd_ee_delta_pose needed");
   }
   const FloatRows all{actions.data(), action_dim()};

@@ -63,22 +63,51 @@ class ENGRAM_API Error : public std::runtime_error {
   Kind kind_;
 };
 
-// kState: one row of floats. kStateDict: the same row; describe() names its parts. kRgb: images and
-// proprioception; the state, which tells the hidden quantity, stays empty.
-enum class ObsMode { kNone, kState, kStateDict, kRgb };
+// begin options: enums (scripts/options.py writes what stands between these marks)
+// What a batch observes.
+enum class ObsMode {
+  kNone = ENGRAM_OBS_NONE,
+  // One row of floats, in "observation".
+  kState = ENGRAM_OBS_STATE,
+  // The same row; the description of the batch names its parts.
+  kStateDict = ENGRAM_OBS_STATE_DICT,
+  // Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
+  // empty.
+  kRgb = ENGRAM_OBS_RGB,
+};
 
-// kSparse: 1 in steps with success. kDense: the task's shaped reward. kNormalizedDense: the same,
-// divided by its value at success.
-enum class RewardMode { kNone, kSparse, kDense, kNormalizedDense };
+enum class RewardMode {
+  kNone = ENGRAM_REWARD_NONE,
+  // 1 in steps with success.
+  kSparse = ENGRAM_REWARD_SPARSE,
+  // The task's shaped reward.
+  kDense = ENGRAM_REWARD_DENSE,
+  // The same, divided by its value at success.
+  kNormalizedDense = ENGRAM_REWARD_NORMALIZED_DENSE,
+};
 
 // What happens to an environment whose episode has ended, in Gymnasium's terms.
 enum class AutoReset {
-  kNextStep,  // the next step ignores its action and returns the first observation instead
-  kSameStep,  // the same step returns it; the last outputs of the episode are kept (final_output)
-  kOff,       // nothing: it keeps its last outputs, with reward 0, until it is reset
+  // The next step ignores its action and returns the first observation of a new episode.
+  kNextStep = ENGRAM_AUTO_RESET_NEXT_STEP,
+  // The same step returns it; the last outputs of the episode are kept as final outputs.
+  kSameStep = ENGRAM_AUTO_RESET_SAME_STEP,
+  // It keeps its last outputs, with reward 0, until it is reset.
+  kOff = ENGRAM_AUTO_RESET_OFF,
 };
 
-// Action dimensions in brackets.
+// Who chooses actions when the batch itself is asked to.
+enum class Policy {
+  kZero = ENGRAM_POLICY_ZERO,
+  // Uniform over the action space.
+  kRandom = ENGRAM_POLICY_RANDOM,
+  // Solves the task with privileged state; pd_ee_delta_pose only.
+  kOracle = ENGRAM_POLICY_ORACLE,
+  // The oracle, but with the hidden quantity guessed.
+  kBlind = ENGRAM_POLICY_BLIND,
+};
+
+// What actions mean; in brackets their dimension.
 enum class ControlMode {
   kPdJointDeltaPos,        // (8)
   kPdJointPos,             // (8) not normalised
@@ -92,14 +121,7 @@ enum class ControlMode {
   kPdJointPosVel,          // (15) not normalised
   kPdJointDeltaPosVel,     // (15)
 };
-
-// Who chooses actions when the batch itself is asked to.
-enum class Policy {
-  kZero,
-  kRandom,  // uniform over the action space
-  kOracle,  // solves the task with privileged state
-  kBlind,   // the oracle, but with the hidden quantity guessed
-};
+// end options
 
 // A sampled quantity of the episode, fixed: describe() lists the draws with widths and ranges.
 struct Pin {
@@ -115,32 +137,59 @@ struct TaskOption {
 
 // Of rgb observations.
 struct ImageOptions {
-  int width = 128;  // pixels, 1 to 4096
+  // begin options: images
+  // Width of rgb observations. 1 to 4096 pixels.
+  int width = 128;
+  // Height of rgb observations. 1 to 4096 pixels.
   int height = 128;
-  std::vector<std::string> cameras = {"base_camera", "hand_camera"};  // in channel order
-  std::string renderer = "cpu";                                       // or "egl"
+  // Cameras of rgb observations, in channel order.
+  std::vector<std::string> cameras = {"base_camera", "hand_camera"};
+  // Who draws rgb observations. "cpu" or "egl".
+  std::string renderer = "cpu";
+  // Shadows in rgb observations.
   bool shadows = false;
-  bool antialias = false;  // 2 x 2 samples per pixel
+  // 2 x 2 samples per pixel in rgb observations.
+  bool antialias = false;
+  // end options
 };
 
 struct EnvOptions {
-  int num_envs = 1;        // 1 to 1,000,000
-  std::uint64_t seed = 0;  // environment i has seed + i
-  int threads = 0;         // 1 to 1024, the caller included; 0: one per core
-  int chunk = 0;           // environments that a thread claims at a time; 0: chosen
+  // begin options: fields
+  // Number of environments. 1 to 1,000,000.
+  int num_envs = 1;
+  // Environment i has seed + i.
+  std::uint64_t seed = 0;
+  // Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
+  // core) to 1024.
+  int threads = 0;
+  // Most environments that a thread claims at a time. 0 (chosen) or more.
+  int chunk = 0;
+  // What is observed.
   ObsMode obs_mode = ObsMode::kState;
+  // The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
+  // What actions mean.
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  // What happens to an environment whose episode has ended.
   AutoReset auto_reset = AutoReset::kNextStep;
-  int rotation_sign = -1;  // of rotation actions: -1 as upstream, or +1
-  bool freeze_cue = true;  // zero actions during cue and empty phase where the canonical wrapper
-                           // chain does
-  std::optional<bool> terminate_on_success = std::nullopt;  // overrides the family's rule
-  double robot_init_qpos_noise = 0.02;                      // rad, standard deviation, 0 to 1
-  bool sleep = true;           // false: every shortcut of the physics off
-  int substeps = 5;            // of 0.01 s per control step, 0 to 1000
-  std::vector<Pin> pins = {};  // quantities of every episode that are fixed
+  // Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.
+  int rotation_sign = -1;
+  // Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
+  // does so.
+  bool freeze_cue = true;
+  // Whether episodes end at success, whatever the task's own rule.
+  std::optional<bool> terminate_on_success = std::nullopt;
+  // Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad.
+  double robot_init_qpos_noise = 0.02;
+  // Shortcuts of the physics; off: none of them, for comparison.
+  bool sleep = true;
+  // Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000.
+  int substeps = 5;
+  // Quantities of every episode that are fixed instead of drawn.
+  std::vector<Pin> pins = {};
+  // Variants of the task's rules, by name.
   std::vector<TaskOption> task_options = {};
+  // end options
   ImageOptions images = {};
 };
 
@@ -259,8 +308,8 @@ class VectorEnv {
 
   // The language instruction of one environment's episode.
   std::string instruction(int env) const;
-  // Draws one environment as it is now. camera: "base_camera", "hand_camera" or "render_camera"
-  // (with light and shadow, for people); sides 1 to 4096 pixels.
+  // Draws one environment as it is now. camera: one of the scene's (docs/cameras.md);
+  // render_camera, for people, has light and shadow. Sides 1 to 4096 pixels.
   Image render(int env, const std::string& camera = "render_camera", int width = 512,
                int height = 512) const;
 

@@ -68,28 +68,43 @@ ENGRAM_API const char* engram_list_json(void);
 
 /* ---- options ---- */
 
+/* begin options: obs_mode (scripts/options.py writes what stands between these marks) */
+/* What a batch observes. */
 typedef enum engram_obs_mode {
   ENGRAM_OBS_NONE = 0,
-  ENGRAM_OBS_STATE = 1,      /* one row of floats, in "observation" */
-  ENGRAM_OBS_STATE_DICT = 2, /* the same row; engram_describe_json names its parts */
-  ENGRAM_OBS_RGB = 3         /* images in "rgb" and "proprio"; "observation" stays empty */
+  /* One row of floats, in "observation". */
+  ENGRAM_OBS_STATE = 1,
+  /* The same row; the description of the batch names its parts. */
+  ENGRAM_OBS_STATE_DICT = 2,
+  /* Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
+   * empty. */
+  ENGRAM_OBS_RGB = 3
 } engram_obs_mode;
+/* end options */
 
+/* begin options: reward_mode */
 typedef enum engram_reward_mode {
   ENGRAM_REWARD_NONE = 0,
+  /* 1 in steps with success. */
   ENGRAM_REWARD_SPARSE = 1,
+  /* The task's shaped reward. */
   ENGRAM_REWARD_DENSE = 2,
+  /* The same, divided by its value at success. */
   ENGRAM_REWARD_NORMALIZED_DENSE = 3
 } engram_reward_mode;
+/* end options */
 
+/* begin options: auto_reset */
 /* What happens to an environment whose episode has ended, in Gymnasium's terms. */
 typedef enum engram_auto_reset {
-  ENGRAM_AUTO_RESET_NEXT_STEP = 0, /* the next step ignores its action and returns the first
-                                      observation of a new episode */
-  ENGRAM_AUTO_RESET_SAME_STEP = 1, /* the same step returns it; the last outputs of the episode are
-                                      kept, see engram_final_output */
-  ENGRAM_AUTO_RESET_OFF = 2        /* it keeps its last outputs, with reward 0, until it is reset */
+  /* The next step ignores its action and returns the first observation of a new episode. */
+  ENGRAM_AUTO_RESET_NEXT_STEP = 0,
+  /* The same step returns it; the last outputs of the episode are kept as final outputs. */
+  ENGRAM_AUTO_RESET_SAME_STEP = 1,
+  /* It keeps its last outputs, with reward 0, until it is reset. */
+  ENGRAM_AUTO_RESET_OFF = 2
 } engram_auto_reset;
+/* end options */
 
 /* A sampled quantity of the episode, fixed by the user. */
 typedef struct engram_pin {
@@ -105,34 +120,61 @@ typedef struct engram_task_option {
 } engram_task_option;
 
 typedef struct engram_options {
-  size_t struct_size;           /* set by engram_options_init, and checked */
-  int32_t num_envs;             /* 1 to 1,000,000; default 1 */
-  int32_t threads;              /* 1 to 1024; default 0: one per core */
-  int32_t chunk;                /* environments that a thread claims at a time; default 0: chosen */
-  int32_t substeps;             /* of 0.01 s per control step, 0 to 1000; default 5 */
-  uint64_t seed;                /* environment i has seed + i; default 0 */
-  int32_t obs_mode;             /* engram_obs_mode; default state */
-  int32_t reward_mode;          /* engram_reward_mode; default normalized_dense */
-  int32_t auto_reset;           /* engram_auto_reset; default next-step */
-  const char* control_mode;     /* default "pd_ee_delta_pose" */
-  int32_t rotation_sign;        /* of rotation actions: -1 as upstream (default), or 1 */
-  int32_t freeze_cue;           /* default 1: zero actions during cue and empty phase where the
-                                   canonical wrapper chain does */
-  int32_t terminate_on_success; /* default -1: the family's rule; 0: never; 1: always */
-  int32_t sleep;                /* default 1; 0: every shortcut of the physics off */
-  double robot_init_qpos_noise; /* rad, standard deviation, 0 to 1; default 0.02 */
-  const engram_pin* pins;       /* `num_pins` of them; default none */
+  size_t struct_size; /* set by engram_options_init, and checked */
+  /* begin options: fields */
+  /* Number of environments. 1 to 1,000,000; default 1. */
+  int32_t num_envs;
+  /* Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
+   * core) to 1024; default 0. */
+  int32_t threads;
+  /* Most environments that a thread claims at a time. 0 (chosen) or more; default 0. */
+  int32_t chunk;
+  /* Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000; default
+   * 5. */
+  int32_t substeps;
+  /* Environment i has seed + i. Default 0. */
+  uint64_t seed;
+  /* What is observed. An engram_obs_mode; default ENGRAM_OBS_STATE. */
+  int32_t obs_mode;
+  /* The reward of a step. An engram_reward_mode; default ENGRAM_REWARD_NORMALIZED_DENSE. */
+  int32_t reward_mode;
+  /* What happens to an environment whose episode has ended. An engram_auto_reset; default
+   * ENGRAM_AUTO_RESET_NEXT_STEP. */
+  int32_t auto_reset;
+  /* What actions mean. Default "pd_ee_delta_pose". */
+  const char* control_mode;
+  /* Sign of rotation actions; -1 as the original benchmark has it. -1 or 1; default -1. */
+  int32_t rotation_sign;
+  /* Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
+   * does so. Default 1. */
+  int32_t freeze_cue;
+  /* Whether episodes end at success, whatever the task's own rule. -1 (the task's own rule), 0 or
+   * 1; default -1. */
+  int32_t terminate_on_success;
+  /* Shortcuts of the physics; off: none of them, for comparison. Default 1. */
+  int32_t sleep;
+  /* Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad; default 0.02. */
+  double robot_init_qpos_noise;
+  /* Quantities of every episode that are fixed instead of drawn. Default none. */
+  const engram_pin* pins; /* num_pins of them */
   size_t num_pins;
-  const engram_task_option* task_options; /* `num_task_options` of them; default none */
+  /* Variants of the task's rules, by name. Default none. */
+  const engram_task_option* task_options; /* num_task_options of them */
   size_t num_task_options;
-  int32_t image_width; /* pixels of rgb observations, 1 to 4096; default 128 */
+  /* Width of rgb observations. 1 to 4096 pixels; default 128. */
+  int32_t image_width;
+  /* Height of rgb observations. 1 to 4096 pixels; default 128. */
   int32_t image_height;
-  const char* const* cameras; /* `num_cameras` names, in channel order; default NULL: base_camera,
-                                 hand_camera */
+  /* Cameras of rgb observations, in channel order. Default base_camera, hand_camera. */
+  const char* const* cameras; /* num_cameras names; NULL: the default */
   size_t num_cameras;
-  const char* renderer; /* of rgb observations: "cpu" (default) or "egl" */
-  int32_t shadows;      /* in rgb observations; default 0 */
-  int32_t antialias;    /* 2 x 2 samples per pixel in rgb observations; default 0 */
+  /* Who draws rgb observations. "cpu" or "egl"; default "cpu". */
+  const char* renderer;
+  /* Shadows in rgb observations. Default 0. */
+  int32_t shadows;
+  /* 2 x 2 samples per pixel in rgb observations. Default 0. */
+  int32_t antialias;
+  /* end options */
 } engram_options;
 
 /* Sets every field to its default. */
@@ -197,12 +239,18 @@ ENGRAM_API engram_status engram_step_async(engram_env* env, const float* actions
 /* Refused with ENGRAM_BAD_STATE if no step is under way. */
 ENGRAM_API engram_status engram_step_wait(engram_env* env);
 
+/* begin options: policy */
+/* Who chooses actions when the batch itself is asked to. */
 typedef enum engram_policy {
   ENGRAM_POLICY_ZERO = 0,
-  ENGRAM_POLICY_RANDOM = 1, /* uniform over the action space */
-  ENGRAM_POLICY_ORACLE = 2, /* solves the task with privileged state; pd_ee_delta_pose only */
-  ENGRAM_POLICY_BLIND = 3   /* the oracle, but with the hidden quantity guessed */
+  /* Uniform over the action space. */
+  ENGRAM_POLICY_RANDOM = 1,
+  /* Solves the task with privileged state; pd_ee_delta_pose only. */
+  ENGRAM_POLICY_ORACLE = 2,
+  /* The oracle, but with the hidden quantity guessed. */
+  ENGRAM_POLICY_BLIND = 3
 } engram_policy;
+/* end options */
 
 /* Writes actions for the next step, (N, action_dim) floats; count: N * action_dim. */
 ENGRAM_API engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count);
@@ -248,8 +296,8 @@ ENGRAM_API engram_status engram_output_at(engram_env* env, size_t index, engram_
 ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char* text,
                                             size_t capacity, size_t* length);
 
-/* Draws one environment as it is now, row 0 on top. camera: "base_camera", "hand_camera" or
- * "render_camera"; sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
+/* Draws one environment as it is now, row 0 on top. camera: one of the scene's
+ * (docs/cameras.md); sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
 ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const char* camera,
                                        int32_t width, int32_t height, uint8_t* rgb, size_t size);
 

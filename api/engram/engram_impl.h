@@ -24,21 +24,34 @@ inline const char* checked(const char* text) {
   throw Error(Error::Kind::kInvalidArgument, message);
 }
 
-// In the order of ControlMode.
-inline constexpr std::array<const char*, 11> kControlModeNames = {"pd_joint_delta_pos",
-                                                                  "pd_joint_pos",
-                                                                  "pd_ee_delta_pos",
-                                                                  "pd_ee_delta_pose",
-                                                                  "pd_ee_pose",
-                                                                  "pd_joint_target_delta_pos",
-                                                                  "pd_ee_target_delta_pos",
-                                                                  "pd_ee_target_delta_pose",
-                                                                  "pd_joint_vel",
-                                                                  "pd_joint_pos_vel",
-                                                                  "pd_joint_delta_pos_vel"};
+// begin options: names (scripts/options.py writes what stands between these marks)
+inline constexpr std::array kControlModeNames = {
+    "pd_joint_delta_pos",
+    "pd_joint_pos",
+    "pd_ee_delta_pos",
+    "pd_ee_delta_pose",
+    "pd_ee_pose",
+    "pd_joint_target_delta_pos",
+    "pd_ee_target_delta_pos",
+    "pd_ee_target_delta_pose",
+    "pd_joint_vel",
+    "pd_joint_pos_vel",
+    "pd_joint_delta_pos_vel",
+};
+// end options
 
-inline const char* control_mode_name(ControlMode mode) {
-  const auto index = static_cast<std::size_t>(mode);
+// Options as the C door takes them.
+inline std::int32_t plain(int value) { return value; }
+inline std::uint64_t plain(std::uint64_t value) { return value; }
+inline double plain(double value) { return value; }
+inline std::int32_t plain(bool value) { return value ? 1 : 0; }
+inline std::int32_t plain(std::optional<bool> value) { return value ? plain(*value) : -1; }
+inline const char* plain(const std::string& value) { return value.c_str(); }
+inline std::int32_t plain(ObsMode value) { return static_cast<std::int32_t>(value); }
+inline std::int32_t plain(RewardMode value) { return static_cast<std::int32_t>(value); }
+inline std::int32_t plain(AutoReset value) { return static_cast<std::int32_t>(value); }
+inline const char* plain(ControlMode value) {
+  const auto index = static_cast<std::size_t>(value);
   return index < kControlModeNames.size() ? kControlModeNames[index] : "unknown";
 }
 
@@ -62,31 +75,33 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
 
   engram_options c;
   engram_options_init(&c);
-  c.num_envs = options.num_envs;
-  c.threads = options.threads;
-  c.chunk = options.chunk;
-  c.substeps = options.substeps;
-  c.seed = options.seed;
-  c.obs_mode = static_cast<std::int32_t>(options.obs_mode);
-  c.reward_mode = static_cast<std::int32_t>(options.reward_mode);
-  c.auto_reset = static_cast<std::int32_t>(options.auto_reset);
-  c.control_mode = control_mode_name(options.control_mode);
-  c.rotation_sign = options.rotation_sign;
-  c.freeze_cue = options.freeze_cue ? 1 : 0;
-  if (options.terminate_on_success) c.terminate_on_success = *options.terminate_on_success ? 1 : 0;
-  c.sleep = options.sleep ? 1 : 0;
-  c.robot_init_qpos_noise = options.robot_init_qpos_noise;
+  // begin options: copies
+  c.num_envs = plain(options.num_envs);
+  c.seed = plain(options.seed);
+  c.threads = plain(options.threads);
+  c.chunk = plain(options.chunk);
+  c.obs_mode = plain(options.obs_mode);
+  c.reward_mode = plain(options.reward_mode);
+  c.control_mode = plain(options.control_mode);
+  c.auto_reset = plain(options.auto_reset);
+  c.rotation_sign = plain(options.rotation_sign);
+  c.freeze_cue = plain(options.freeze_cue);
+  c.terminate_on_success = plain(options.terminate_on_success);
+  c.robot_init_qpos_noise = plain(options.robot_init_qpos_noise);
+  c.sleep = plain(options.sleep);
+  c.substeps = plain(options.substeps);
+  c.image_width = plain(options.images.width);
+  c.image_height = plain(options.images.height);
+  c.renderer = plain(options.images.renderer);
+  c.shadows = plain(options.images.shadows);
+  c.antialias = plain(options.images.antialias);
+  // end options
   c.pins = pins.data();
   c.num_pins = pins.size();
   c.task_options = task_options.data();
   c.num_task_options = task_options.size();
-  c.image_width = options.images.width;
-  c.image_height = options.images.height;
   c.cameras = cameras.empty() ? &no_camera : cameras.data();  // NULL would mean the default ones
   c.num_cameras = cameras.size();
-  c.renderer = options.images.renderer.c_str();
-  c.shadows = options.images.shadows ? 1 : 0;
-  c.antialias = options.images.antialias ? 1 : 0;
 
   engram_env* made = nullptr;
   check(engram_make(id.c_str(), &c, &made));

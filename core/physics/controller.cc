@@ -14,18 +14,6 @@ constexpr double kVelocityScale = 1.0;
 constexpr double kGripperMiddle = 0.015;
 constexpr double kGripperScale = 0.025;
 
-constexpr std::array<const char*, kControlModes> kNames = {"pd_joint_delta_pos",
-                                                           "pd_joint_pos",
-                                                           "pd_ee_delta_pos",
-                                                           "pd_ee_delta_pose",
-                                                           "pd_ee_pose",
-                                                           "pd_joint_target_delta_pos",
-                                                           "pd_ee_target_delta_pos",
-                                                           "pd_ee_target_delta_pose",
-                                                           "pd_joint_vel",
-                                                           "pd_joint_pos_vel",
-                                                           "pd_joint_delta_pos_vel"};
-
 double clipped(float value) { return std::clamp(static_cast<double>(value), -1.0, 1.0); }
 
 ArmVector measured_joints(const State& state, int env) {
@@ -100,14 +88,6 @@ Pose read_pose(const double* row) {
 }
 
 }  // namespace
-
-const char* control_mode_name(ControlMode mode) { return kNames[static_cast<std::size_t>(mode)]; }
-
-std::optional<ControlMode> find_control_mode(std::string_view name) {
-  const auto found = std::find(kNames.begin(), kNames.end(), name);
-  if (found == kNames.end()) return std::nullopt;
-  return static_cast<ControlMode>(found - kNames.begin());
-}
 
 double gripper_target(double action) {
   return kGripperMiddle + kGripperScale * std::clamp(action, -1.0, 1.0);

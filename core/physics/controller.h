@@ -1,36 +1,14 @@
 // The control modes: from an action row to what the drives follow. See docs/control_modes.md.
 #pragma once
 
-#include <array>
-#include <optional>
-#include <string_view>
 #include <vector>
 
 #include "core/physics/arm.h"
+#include "core/physics/control_mode.h"
 #include "core/physics/drive.h"
 #include "core/physics/state.h"
 
 namespace engram {
-
-enum class ControlMode {
-  kPdJointDeltaPos,
-  kPdJointPos,
-  kPdEeDeltaPos,
-  kPdEeDeltaPose,  // canonical
-  kPdEePose,
-  kPdJointTargetDeltaPos,
-  kPdEeTargetDeltaPos,
-  kPdEeTargetDeltaPose,
-  kPdJointVel,
-  kPdJointPosVel,
-  kPdJointDeltaPosVel,
-};
-
-inline constexpr int kControlModes = 11;
-
-// "pd_ee_delta_pose" and so on; nullopt for an unknown name.
-const char* control_mode_name(ControlMode mode);
-std::optional<ControlMode> find_control_mode(std::string_view name);
 
 // Bounds of an action's components. Values beyond them are clipped where the mode is normalised
 // (the rotation of pd_ee_delta_pose by its norm), and taken as they are where it is not.

@@ -15,17 +15,6 @@
 
 namespace engram {
 
-// What image observations look like.
-struct ImageShape {
-  int width = 128;  // pixels, 1 to 4096
-  int height = 128;
-  std::vector<std::string> cameras = {"base_camera", "hand_camera"};  // in channel order
-
-  std::size_t bytes() const {
-    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3 * cameras.size();
-  }
-};
-
 // The bodies of an environment as an ImageSource needs them: the robot's, then the props.
 class SceneViews {
  public:

@@ -1,6 +1,7 @@
 // Where pictures come from, as the engine sees it.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <span>
@@ -32,10 +33,31 @@ class ImageSource {
                       std::span<const RenderImage> images) = 0;
 };
 
+// What image observations look like.
+struct ImageShape {
+  // begin options: shape (scripts/options.py writes this from api/options.toml)
+  // Width of rgb observations. 1 to 4096 pixels.
+  int width = 128;
+  // Height of rgb observations. 1 to 4096 pixels.
+  int height = 128;
+  // Cameras of rgb observations, in channel order.
+  std::vector<std::string> cameras = {"base_camera", "hand_camera"};
+  // end options
+
+  std::size_t bytes() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3 * cameras.size();
+  }
+};
+
 struct ImageSourceOptions {
-  std::string renderer = "cpu";  // "cpu" or "egl"
+  // begin options: source
+  // Who draws rgb observations. "cpu" or "egl".
+  std::string renderer = "cpu";
+  // Shadows in rgb observations.
   bool shadows = false;
-  bool antialias = false;  // 2 x 2 samples per pixel
+  // 2 x 2 samples per pixel in rgb observations.
+  bool antialias = false;
+  // end options
   int max_size = 128;      // pixels, of either side of an image
   bool for_people = true;  // false: leaves out what is hidden from the robot's sensors
 };

@@ -43,10 +43,10 @@ ConstantTable describe_actions(const VectorEnv& env) {
     const Controller controller(mode, model.arm(), model.joint_ranges(),
                                 env.options().rotation_sign);
     const ActionSpace& space = controller.action_space();
-    modes.emplace_back(control_mode_name(mode), ConstantTable{{"dim", space.dim()},
-                                                              {"low", bounds(space.low)},
-                                                              {"high", bounds(space.high)},
-                                                              {"normalized", space.normalized}});
+    modes.emplace_back(name_of(mode), ConstantTable{{"dim", space.dim()},
+                                                    {"low", bounds(space.low)},
+                                                    {"high", bounds(space.high)},
+                                                    {"normalized", space.normalized}});
   }
   return modes;
 }
@@ -188,7 +188,7 @@ ConstantTable describe_task(const VectorEnv& env) {
   ConstantTable description = describe_rules(info);
   const ConstantTable rest = {
       {"action_dim", env.action_dim()},
-      {"control_mode", control_mode_name(env.options().control_mode)},
+      {"control_mode", name_of(env.options().control_mode)},
       {"action_spaces", describe_actions(env)},
       {"draws", describe_draws(env.draws())},
       {"options", describe_options(info.options)},

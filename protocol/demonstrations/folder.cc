@@ -43,7 +43,7 @@ DocumentTable provenance(const CollectionPlan& plan) {
   return {{"version", version()},
           {"start_seed", plan.start_seed},
           {"renderer", plan.renderer},
-          {"control_mode", control_mode_name(options.control_mode)},
+          {"control_mode", name_of(options.control_mode)},
           {"reward_mode", "normalized_dense"}};
 }
 

@@ -118,7 +118,7 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
                        {"mean_return", result.mean_return()},
                        {"chance", result.chance},
                        {"benchmark_commit", nullptr},
-                       {"control_mode", control_mode_name(ControlMode::kPdEeDeltaPose)},
+                       {"control_mode", name_of(ControlMode::kPdEeDeltaPose)},
                        {"obs_mode", settings.obs_mode},
                        {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
                        {"action_chunk_size", result.chunk_size},

@@ -31,7 +31,7 @@ void SamplePictures::take(VectorEnv& env, int index) {
       std::copy_n(pixel, 3, picture.rgb.begin() + static_cast<std::ptrdiff_t>(i));
     }
   } else {
-    env.render(index, "base_camera", kSide, kSide, picture.rgb);
+    env.render(index, ImageShape().cameras.front(), kSide, kSide, picture.rgb);
   }
   pictures_.push_back(std::move(picture));
 }

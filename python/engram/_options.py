@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import operator
 import secrets
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from engram import _core
 from engram._compat import DEFAULT_AUTORESET, AutoresetMode
+from engram._option_list import AUTO_RESET, KINDS
 from engram.errors import InvalidArgumentError
 
-OBS_MODES = {"none": 0, "state": 1, "state_dict": 2, "rgb": 3}
-REWARD_MODES = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
-AUTORESET_MODES = {
-    AutoresetMode.NEXT_STEP: 0,
-    AutoresetMode.SAME_STEP: 1,
-    AutoresetMode.DISABLED: 2,
+_AUTORESET_NAMES = {
+    AutoresetMode.NEXT_STEP: "next-step",
+    AutoresetMode.SAME_STEP: "same-step",
+    AutoresetMode.DISABLED: "off",
 }
-POLICIES = {"zero": 0, "random": 1, "oracle": 2, "blind": 3}
 
 
 def one_of(name: str, value: Any, allowed: Mapping[str, int]) -> int:
@@ -70,6 +68,20 @@ def _mapping(name: str, value: Any) -> Mapping[str, Any]:
     return value
 
 
+def _random_or_seed(name: str, value: Any) -> int:
+    return secrets.randbits(63) if value is None else seed_value(name, value)
+
+
+_CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
+    "bool": lambda name, value: int(bool(value)),
+    "maybe": lambda name, value: -1 if value is None else int(bool(value)),
+    "int": integer,
+    "seed": _random_or_seed,
+    "real": real,
+    "text": _text,
+}
+
+
 def pin_list(name: str, pins: Any) -> list[tuple[str, list[float]]]:
     """Pins as the extension takes them; each value is a number or a sequence of numbers."""
     result = []
@@ -90,75 +102,46 @@ def autoreset(value: Any) -> AutoresetMode:
         return DEFAULT_AUTORESET
     if isinstance(value, str):
         name = value.replace("-", "_").upper()
-        names = {mode.value.upper(): mode for mode in AUTORESET_MODES}
-        names.update({mode.name: mode for mode in AUTORESET_MODES}, OFF=AutoresetMode.DISABLED)
+        names = {mode.value.upper(): mode for mode in _AUTORESET_NAMES}
+        names.update({mode.name: mode for mode in _AUTORESET_NAMES}, OFF=AutoresetMode.DISABLED)
         if name in names:
             return names[name]
     elif isinstance(value, AutoresetMode):
         return value
     raise InvalidArgumentError(
         f"autoreset_mode: {value!r} given; allowed: "
-        f"{', '.join(mode.name for mode in AUTORESET_MODES)}"
+        f"{', '.join(mode.name for mode in _AUTORESET_NAMES)}"
     )
 
 
-def make_options(
-    *,
-    num_envs: Any,
-    seed: Any,
-    threads: Any,
-    chunk: Any,
-    substeps: Any,
-    obs_mode: Any,
-    reward_mode: Any,
-    control_mode: Any,
-    autoreset_mode: AutoresetMode,
-    rotation_sign: Any,
-    freeze_cue: Any,
-    terminate_on_success: Any,
-    sleep: Any,
-    robot_init_qpos_noise: Any,
-    pins: Any,
-    task_options: Any,
-    image_size: Any,
-    cameras: Any,
-    renderer: Any,
-    shadows: Any,
-    antialias: Any,
-) -> _core.Options:
-    """Options of a batch. Ranges are the library's to check; here they must merely fit."""
+def make_options(arguments: Mapping[str, Any], autoreset_mode: AutoresetMode) -> _core.Options:
+    """Options of a batch from the keywords of ``VectorEnv``.
+
+    Ranges are the library's to check; here values must merely fit.
+    """
     options = _core.Options()
-    options.num_envs = integer("num_envs", num_envs)
-    options.seed = secrets.randbits(63) if seed is None else seed_value("seed", seed)
-    options.threads = integer("threads", threads)
-    options.chunk = integer("chunk", chunk)
-    options.substeps = integer("substeps", substeps)
-    options.obs_mode = one_of("obs_mode", obs_mode, OBS_MODES)
-    options.reward_mode = one_of("reward_mode", reward_mode, REWARD_MODES)
-    options.control_mode = _text("control_mode", control_mode)
-    options.auto_reset = AUTORESET_MODES[autoreset_mode]
-    options.rotation_sign = integer("rotation_sign", rotation_sign)
-    options.freeze_cue = int(bool(freeze_cue))
-    options.terminate_on_success = (
-        -1 if terminate_on_success is None else int(bool(terminate_on_success))
-    )
-    options.sleep = int(bool(sleep))
-    options.robot_init_qpos_noise = real("robot_init_qpos_noise", robot_init_qpos_noise)
+    for name, kind in KINDS.items():
+        setattr(options, name, _converted(name, kind, arguments[name]))
+    options.auto_reset = AUTO_RESET[_AUTORESET_NAMES[autoreset_mode]]
+    pins = arguments["pins"]
     options.pins = pin_list("pins", {} if pins is None else pins)
     options.task_options = [
         (name, real(f"task_options: {name}", value))
-        for name, value in _mapping("task_options", task_options or {}).items()
+        for name, value in _mapping("task_options", arguments["task_options"] or {}).items()
     ]
-    width, height = size_pair(image_size)
-    options.image_width, options.image_height = width, height
+    options.image_width, options.image_height = size_pair(arguments["image_size"])
+    cameras = arguments["cameras"]
     if cameras is not None:
         if isinstance(cameras, str) or not isinstance(cameras, Sequence):
             raise InvalidArgumentError(f"cameras: {cameras!r} given, a list of names needed")
         options.cameras = [_text("cameras", camera) for camera in cameras]
-    options.renderer = _text("renderer", renderer)
-    options.shadows = int(bool(shadows))
-    options.antialias = int(bool(antialias))
     return options
+
+
+def _converted(name: str, kind: str | Mapping[str, int], value: Any) -> Any:
+    if isinstance(kind, str):
+        return _CONVERTERS[kind](name, value)
+    return one_of(name, value, kind)
 
 
 def size_pair(value: Any) -> tuple[int, int]:

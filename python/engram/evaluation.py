@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from engram import _core
+from engram._option_list import OBS_MODE
 from engram.errors import InvalidArgumentError
 
 __all__ = ["evaluate"]
@@ -54,8 +55,7 @@ def evaluate(
     interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is
     called several times a second.
     """
-    modes = {"state": 1, "rgb": 3}
-    if obs not in modes:
+    if obs not in ("rgb", "state"):
         raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb' or 'state' allowed")
 
     def act(observation: dict[str, Any]) -> list[np.ndarray]:
@@ -68,7 +68,7 @@ def evaluate(
         seed=seed,
         num_envs=num_envs,
         threads=threads,
-        obs_mode=modes[obs],
+        obs_mode=OBS_MODE[obs],
         name=name,
         config=json.dumps(dict(config or {})),
         renderer=renderer,

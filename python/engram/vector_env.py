@@ -16,6 +16,7 @@ import numpy as np
 from engram import _arguments, _core, _options
 from engram._compat import AutoresetMode
 from engram._infos import Infos
+from engram._option_list import POLICY
 from engram._spaces import Layout, action_spaces, copy_tree
 from engram._spec import spec_of
 from engram.errors import InvalidArgumentError
@@ -46,14 +47,15 @@ class VectorEnv(gymnasium.vector.VectorEnv):
     Args:
         id: Task, such as "RememberColor9-VLA-v0" (``engram.list()`` names all; a leading
             "engram/" is allowed).
-        num_envs: Number of environments, 1 to 1,000,000.
+        num_envs: Number of environments. 1 to 1,000,000.
         obs_mode: "state": one float32 row (N, state_dim) that includes privileged fields;
-            "state_dict": the same row by name, {"agent": ..., "extra": ...}; "rgb": {"rgb":
-            uint8 (N, height, width, 3 per camera), "proprio": float32 (N, 7)} and, for the Rotate
+            "state_dict": the same row by name, {"agent": ..., "extra": ...}; "rgb": {"rgb": uint8
+            (N, height, width, 3 per camera), "proprio": float32 (N, 7)} and, for the Rotate
             families, "task_cue"; "none".
         seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system.
-        threads: 1 to 1024; 0: one per core.
-        reward_mode: "normalized_dense", "dense", "sparse" or "none".
+        threads: Threads that work on a step, the caller's included; results do not depend on it. 0
+            (one per core) to 1024.
+        reward_mode: The reward of a step. "none", "sparse", "dense" or "normalized_dense".
         control_mode: One of ``engram.describe(id)["action_spaces"]``.
         autoreset_mode: An ``AutoresetMode`` or its name. Default: what vector environments of the
             installed Gymnasium do, NEXT_STEP for 1.x and SAME_STEP for 0.29.
@@ -63,20 +65,22 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         copy: Return copies instead of views.
         render_mode: "rgb_array" (or None) makes ``render`` return pictures.
         render_size: Side of ``render``'s pictures in pixels, or (width, height).
-        render_camera: "render_camera", "base_camera" or "hand_camera".
+        render_camera: Camera of ``render``; docs/cameras.md says which there are.
         image_size: Side of rgb observations in pixels, or (width, height).
         cameras: Of rgb observations, in channel order. Default: base_camera, hand_camera.
-        renderer: Of rgb observations: "cpu" or "egl".
-        shadows: Draw shadows in rgb observations.
-        antialias: Take 2 x 2 samples per pixel in rgb observations.
-        terminate_on_success: Overrides the task's rule.
-        rotation_sign: Of rotation actions: -1 as upstream, or 1.
-        freeze_cue: Replace actions by zeros while the cue is shown, where the canonical wrapper
-            chain of the benchmark does.
-        robot_init_qpos_noise: rad, standard deviation, 0 to 1.
-        substeps: Physics steps of 0.01 s per control step, 0 to 1000.
-        sleep: False switches off every shortcut of the physics.
-        chunk: Most environments that a thread claims at a time; 0: chosen.
+        renderer: Who draws rgb observations. "cpu" or "egl".
+        shadows: Shadows in rgb observations.
+        antialias: 2 x 2 samples per pixel in rgb observations.
+        terminate_on_success: Whether episodes end at success, whatever the task's own rule.
+        rotation_sign: Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.
+        freeze_cue: Actions are replaced by zeros during cue and empty phase, where the canonical
+            wrapper chain does so.
+        robot_init_qpos_noise: Standard deviation of the arm joints' noise in the start pose. 0 to 1
+            rad.
+        substeps: Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to
+            1000.
+        sleep: Shortcuts of the physics; off: none of them, for comparison.
+        chunk: Most environments that a thread claims at a time. 0 (chosen) or more.
         language_in_info: False leaves "language_instruction" out of infos, for wrappers that know
             no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
         max_episode_steps: Gymnasium passes it on; it must be the task's own horizon.
@@ -92,6 +96,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         id: str,
         num_envs: int = 1,
         *,
+        # begin options: signature (scripts/options.py writes it, and "Args" above)
         obs_mode: str = "state",
         seed: int | None = 0,
         threads: int = 0,
@@ -118,6 +123,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         chunk: int = 0,
         language_in_info: bool = True,
         max_episode_steps: int | None = None,
+        # end options
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
         self.closed = True  # until the batch exists
@@ -137,29 +143,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             "render_fps": 20,
             "autoreset_mode": self.autoreset_mode,
         }
-        options = _options.make_options(
-            num_envs=num_envs,
-            seed=seed,
-            threads=threads,
-            chunk=chunk,
-            substeps=substeps,
-            obs_mode=obs_mode,
-            reward_mode=reward_mode,
-            control_mode=control_mode,
-            autoreset_mode=self.autoreset_mode,
-            rotation_sign=rotation_sign,
-            freeze_cue=freeze_cue,
-            terminate_on_success=terminate_on_success,
-            sleep=sleep,
-            robot_init_qpos_noise=robot_init_qpos_noise,
-            pins=pins,
-            task_options=task_options,
-            image_size=image_size,
-            cameras=cameras,
-            renderer=renderer,
-            shadows=shadows,
-            antialias=antialias,
-        )
+        options = _options.make_options(arguments, self.autoreset_mode)
         self._batch = _core.Batch(self.task_id, options)
         self._seed = options.seed
         self._copy = bool(copy)
@@ -300,7 +284,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
                 the action space, "zero".
             out: float32 (N, action_dim) to write to, instead of a new array.
         """
-        number = _options.one_of("policy", policy, _options.POLICIES)
+        number = _options.one_of("policy", policy, POLICY)
         if out is None:
             out = np.empty(self._action_shape, np.float32)
         elif not (
@@ -334,8 +318,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
         Args:
             index: Which environment.
-            camera: "render_camera", "base_camera" or "hand_camera"; default: ``render_camera`` of
-                the constructor.
+            camera: One of those in docs/cameras.md; default: ``render_camera`` of the constructor.
             size: Side in pixels or (width, height), 1 to 4096; default: ``render_size``.
         """
         name, width, height = self._render

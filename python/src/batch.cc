@@ -102,8 +102,6 @@ Handle::Handle(const std::string& id, const Options& options) : owner_(getpid())
   for (const std::string& camera : options.cameras) cameras.push_back(camera.c_str());
   plain.cameras = cameras.empty() ? nullptr : cameras.data();
   plain.num_cameras = cameras.size();
-  plain.control_mode = options.control_mode.c_str();
-  plain.renderer = options.renderer.c_str();
   run([&] { return engram_make(id.c_str(), &plain, &env_); });
 }
 

@@ -6,6 +6,7 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,11 +29,14 @@ using Seeds = nb::ndarray<const std::uint64_t, nb::ndim<1>, nb::c_contig, nb::de
 // What a batch is made of; the fields of engram_options that need memory of their own.
 struct Options {
   engram_options plain;
+  std::deque<std::string> texts;  // what its fields point to
   NamedValues pins;
   NamedValue task_options;
-  std::string control_mode;
   std::vector<std::string> cameras;
-  std::string renderer;
+
+  Options() = default;
+  Options(const Options&) = delete;
+  Options& operator=(const Options&) = delete;
 };
 
 // An open engram_env. Arrays that view its buffers share it, so that they outlive the batch.

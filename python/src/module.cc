@@ -20,41 +20,47 @@ std::string list_json() {
   return text;
 }
 
-// The fields of engram_options, in its order; those that hold numbers.
+// The fields of engram_options, in its order.
 void bind_options(nb::module_& module) {
   nb::class_<Options> options(module, "Options", "What a batch is made of: engram_options.");
   options.def("__init__", [](Options* self) {
     new (self) Options();
     engram_options_init(&self->plain);
-    self->control_mode = self->plain.control_mode;
-    self->renderer = self->plain.renderer;
   });
-  const auto number = [&options](const char* name, auto engram_options::*field) {
+  const auto field = [&options](const char* name, auto engram_options::*field) {
     using Value = std::remove_reference_t<decltype(std::declval<engram_options&>().*field)>;
-    options.def_prop_rw(
-        name, [field](const Options& self) { return self.plain.*field; },
-        [field](Options& self, Value value) { self.plain.*field = value; });
+    const auto get = [field](const Options& self) { return self.plain.*field; };
+    if constexpr (std::is_same_v<Value, const char*>) {
+      options.def_prop_rw(name, get, [field](Options& self, const std::string& value) {
+        self.plain.*field = self.texts.emplace_back(value).c_str();
+      });
+    } else {
+      options.def_prop_rw(name, get,
+                          [field](Options& self, Value value) { self.plain.*field = value; });
+    }
   };
-  number("num_envs", &engram_options::num_envs);
-  number("threads", &engram_options::threads);
-  number("chunk", &engram_options::chunk);
-  number("substeps", &engram_options::substeps);
-  number("seed", &engram_options::seed);
-  number("obs_mode", &engram_options::obs_mode);
-  number("reward_mode", &engram_options::reward_mode);
-  number("auto_reset", &engram_options::auto_reset);
-  number("rotation_sign", &engram_options::rotation_sign);
-  number("freeze_cue", &engram_options::freeze_cue);
-  number("terminate_on_success", &engram_options::terminate_on_success);
-  number("sleep", &engram_options::sleep);
-  number("robot_init_qpos_noise", &engram_options::robot_init_qpos_noise);
-  number("image_width", &engram_options::image_width);
-  number("image_height", &engram_options::image_height);
-  number("shadows", &engram_options::shadows);
-  number("antialias", &engram_options::antialias);
-  options.def_rw("control_mode", &Options::control_mode)
-      .def_rw("renderer", &Options::renderer)
-      .def_rw("cameras", &Options::cameras)
+  // begin options: bindings (scripts/options.py writes what stands between these marks)
+  field("num_envs", &engram_options::num_envs);
+  field("threads", &engram_options::threads);
+  field("chunk", &engram_options::chunk);
+  field("substeps", &engram_options::substeps);
+  field("seed", &engram_options::seed);
+  field("obs_mode", &engram_options::obs_mode);
+  field("reward_mode", &engram_options::reward_mode);
+  field("auto_reset", &engram_options::auto_reset);
+  field("control_mode", &engram_options::control_mode);
+  field("rotation_sign", &engram_options::rotation_sign);
+  field("freeze_cue", &engram_options::freeze_cue);
+  field("terminate_on_success", &engram_options::terminate_on_success);
+  field("sleep", &engram_options::sleep);
+  field("robot_init_qpos_noise", &engram_options::robot_init_qpos_noise);
+  field("image_width", &engram_options::image_width);
+  field("image_height", &engram_options::image_height);
+  field("renderer", &engram_options::renderer);
+  field("shadows", &engram_options::shadows);
+  field("antialias", &engram_options::antialias);
+  // end options
+  options.def_rw("cameras", &Options::cameras)
       .def_rw("pins", &Options::pins)
       .def_rw("task_options", &Options::task_options);
 }

@@ -35,8 +35,8 @@ bool parse(const std::vector<std::string>& words, Words& out) {
 
 // What becomes of words that were understood.
 void use(const Words& words) {
-  require(words.env.num_envs >= 1 && words.env.num_envs <= apps::kMaxEnvs, "num_envs");
-  require(words.env.threads >= 0 && words.env.threads <= apps::kMaxThreads, "threads");
+  require(words.env.num_envs >= 1 && words.env.num_envs <= kMaxNumEnvs, "num_envs");
+  require(words.env.threads >= 0 && words.env.threads <= kMaxThreads, "threads");
   (void)apps::select(words.filter);
   const RegistryEntry& entry = require_entry(words.id);
   const std::unique_ptr<Task> task = make_task(entry.id);

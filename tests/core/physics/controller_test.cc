@@ -83,8 +83,8 @@ TEST_CASE("Control modes have the published names and sizes", "[controller]") {
   static_assert(std::size(kAllModes) == kControlModes);
   for (std::size_t i = 0; i < std::size(table); ++i) {
     const ControlMode mode = kAllModes[i];
-    CHECK(std::string(control_mode_name(mode)) == table[i].first);
-    CHECK(find_control_mode(table[i].first) == mode);
+    CHECK(std::string(name_of(mode)) == table[i].first);
+    CHECK(find_named<ControlMode>(table[i].first) == mode);
     const Fixture fixture(mode);
     CHECK(fixture.controller.action_space().dim() == table[i].second);
     CHECK(fixture.controller.action_space().high.size() ==
@@ -92,8 +92,8 @@ TEST_CASE("Control modes have the published names and sizes", "[controller]") {
     CHECK(table[i].second <= kMaxActionDim);
     CHECK(fixture.controller.mode() == mode);
   }
-  CHECK_FALSE(find_control_mode("pd_ee_delta").has_value());
-  CHECK_FALSE(find_control_mode("").has_value());
+  CHECK_FALSE(find_named<ControlMode>("pd_ee_delta").has_value());
+  CHECK_FALSE(find_named<ControlMode>("").has_value());
 }
 
 TEST_CASE("Action bounds are those of the mode", "[controller]") {
@@ -101,7 +101,7 @@ TEST_CASE("Action bounds are those of the mode", "[controller]") {
   for (const ControlMode mode : kAllModes) {
     const Fixture fixture(mode);
     const ActionSpace& space = fixture.controller.action_space();
-    INFO(control_mode_name(mode));
+    INFO(name_of(mode));
     CHECK(space.low.back() == -1);
     CHECK(space.high.back() == 1);
     const bool joints = mode == ControlMode::kPdJointPos || mode == ControlMode::kPdJointPosVel;
@@ -301,7 +301,7 @@ TEST_CASE("Target modes add to the target before and not to what is measured", "
 
 TEST_CASE("Only target modes have controller state", "[controller]") {
   for (const ControlMode mode : kAllModes) {
-    const bool target = std::string(control_mode_name(mode)).find("target") != std::string::npos;
+    const bool target = std::string(name_of(mode)).find("target") != std::string::npos;
     CHECK(Fixture(mode).controller.state_dim() == (target ? 7 : 0));
     CHECK((Fixture(mode).controller.state_name() != nullptr) == target);
   }
@@ -317,7 +317,7 @@ TEST_CASE("The hold action keeps the arm where it is in every mode", "[controlle
     fixture.controller.reset(fixture.state, 0);
     const ArmVector before = fixture.q();
     for (int i = 0; i < 40; ++i) fixture.step(fixture.hold());
-    INFO(control_mode_name(mode));
+    INFO(name_of(mode));
     // Actions are floats, and absolute poses go through inverse kinematics with a tolerance.
     CHECK((fixture.q() - before).norm() < (mode == ControlMode::kPdEePose ? 5e-4 : 1e-5));
     // Absolute modes hold the fingers, too; normalised ones half close them, as in the original.

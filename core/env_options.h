@@ -1,0 +1,125 @@
+// What a batch can be asked for. scripts/options.py writes most of it from api/options.toml, where
+// all options and names are listed.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/base/names.h"
+#include "core/episode.h"
+#include "core/physics/control_mode.h"
+#include "core/picture/image_source.h"
+#include "core/task_option.h"
+
+namespace engram {
+
+// begin options: enums
+// What a batch observes.
+enum class ObsMode {
+  kNone,
+  // One row of floats, in "observation".
+  kState,
+  // The same row; the description of the batch names its parts.
+  kStateDict,
+  // Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
+  // empty.
+  kRgb,
+};
+inline constexpr std::array kObsModeNames = {"none", "state", "state_dict", "rgb"};
+constexpr const auto& names_of(ObsMode) { return kObsModeNames; }
+
+enum class RewardMode {
+  kNone,
+  // 1 in steps with success.
+  kSparse,
+  // The task's shaped reward.
+  kDense,
+  // The same, divided by its value at success.
+  kNormalizedDense,
+};
+inline constexpr std::array kRewardModeNames = {"none", "sparse", "dense", "normalized_dense"};
+constexpr const auto& names_of(RewardMode) { return kRewardModeNames; }
+
+// What happens to an environment whose episode has ended, in Gymnasium's terms.
+enum class AutoReset {
+  kNextStep,  // the next step ignores its action and returns the first observation of a new episode
+  kSameStep,  // the same step returns it; the last outputs of the episode are kept as final outputs
+  kOff,       // it keeps its last outputs, with reward 0, until it is reset
+};
+inline constexpr std::array kAutoResetNames = {"next-step", "same-step", "off"};
+constexpr const auto& names_of(AutoReset) { return kAutoResetNames; }
+
+// Who chooses actions when the batch itself is asked to.
+enum class Policy {
+  kZero,
+  // Uniform over the action space.
+  kRandom,
+  // Solves the task with privileged state; pd_ee_delta_pose only.
+  kOracle,
+  // The oracle, but with the hidden quantity guessed.
+  kBlind,
+};
+inline constexpr std::array kPolicyNames = {"zero", "random", "oracle", "blind"};
+constexpr const auto& names_of(Policy) { return kPolicyNames; }
+// end options
+
+// Whether observations have a row of the state, which tells the hidden quantity.
+constexpr bool observes_state(ObsMode mode) {
+  return mode == ObsMode::kState || mode == ObsMode::kStateDict;
+}
+
+// begin options: limits
+inline constexpr int kMaxNumEnvs = 1'000'000;
+inline constexpr int kMaxThreads = 1024;
+inline constexpr int kMaxSubsteps = 1000;
+// end options
+
+struct EnvOptions {
+  // begin options: fields
+  // Number of environments. 1 to 1,000,000.
+  int num_envs = 1;
+  // Environment i has seed + i.
+  std::uint64_t seed = 0;
+  // Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
+  // core) to 1024.
+  int threads = 0;
+  // Most environments that a thread claims at a time. 0 (chosen) or more.
+  int chunk = 0;
+  // What is observed.
+  ObsMode obs_mode = ObsMode::kState;
+  // The reward of a step.
+  RewardMode reward_mode = RewardMode::kNormalizedDense;
+  // What actions mean.
+  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  // What happens to an environment whose episode has ended.
+  AutoReset auto_reset = AutoReset::kNextStep;
+  // Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.
+  int rotation_sign = -1;
+  // Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
+  // does so.
+  bool freeze_cue = true;
+  // Whether episodes end at success, whatever the task's own rule.
+  std::optional<bool> terminate_on_success = std::nullopt;
+  // Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad.
+  double robot_init_qpos_noise = 0.02;
+  // Shortcuts of the physics; off: none of them, for comparison.
+  bool sleep = true;
+  // Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000.
+  int substeps = 5;
+  // Quantities of every episode that are fixed instead of drawn.
+  std::vector<Pin> pins = {};
+  // Variants of the task's rules, by name.
+  std::vector<OptionChoice> task_options = {};
+  // end options
+  ImageShape images = {};                 // of rgb observations
+  ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures
+  // Of render_camera's pictures, which are for people.
+  ImageSourceOptions render_options = {.renderer = "cpu", .shadows = true, .antialias = true};
+};
+
+// Throws Error unless every number is within its range. Images are checked where they are made.
+void check_ranges(const EnvOptions& options);
+
+}  // namespace engram

@@ -1,0 +1,30 @@
+"""Keywords of a batch, and the numbers behind names: what the extension takes."""
+
+from __future__ import annotations
+
+# begin options: lists (scripts/options.py writes this from api/options.toml)
+OBS_MODE = {"none": 0, "state": 1, "state_dict": 2, "rgb": 3}
+REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
+AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
+POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3}
+
+# How each keyword is converted: by type, or by the numbers behind its names.
+KINDS: dict[str, str | dict[str, int]] = {
+    "num_envs": "int",
+    "seed": "seed",
+    "threads": "int",
+    "chunk": "int",
+    "obs_mode": OBS_MODE,
+    "reward_mode": REWARD_MODE,
+    "control_mode": "text",
+    "rotation_sign": "int",
+    "freeze_cue": "bool",
+    "terminate_on_success": "maybe",
+    "robot_init_qpos_noise": "real",
+    "sleep": "bool",
+    "substeps": "int",
+    "renderer": "text",
+    "shadows": "bool",
+    "antialias": "bool",
+}
+# end options
