@@ -76,7 +76,7 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
                {{"split", text(part(summary, "split"))},
                 {"mean success rate", decimal(number(part(summary, "sr_split")), 4)},
                 {"policy", settings.policy},
-                {"observations", settings.obs_mode},
+                {"observations", name_of(settings.obs_mode)},
                 {"renderer", settings.renderer},
                 {"episodes per task", std::to_string(settings.episodes)},
                 {"first seed", first},

@@ -119,7 +119,7 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
                        {"chance", result.chance},
                        {"benchmark_commit", nullptr},
                        {"control_mode", name_of(ControlMode::kPdEeDeltaPose)},
-                       {"obs_mode", settings.obs_mode},
+                       {"obs_mode", name_of(settings.obs_mode)},
                        {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
                        {"action_chunk_size", result.chunk_size},
                        {"model", model_document(settings)},

@@ -6,15 +6,13 @@
 namespace engram {
 namespace {
 
-constexpr const char* kRgb = "rgb";
-
 EvaluationSettings read(const Document& document) {
   EvaluationSettings settings;
   for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
   settings.episodes =
       static_cast<int>(whole_number(part(document, "n_episodes"), std::numeric_limits<int>::max()));
   settings.start_seed = whole_number(part(document, "start_seed"));
-  settings.obs_mode = text(part(document, "obs_mode"));
+  settings.obs_mode = require_named<ObsMode>("observation mode", text(part(document, "obs_mode")));
   settings.renderer = text(part(document, "renderer"));
   settings.policy = text(part(document, "policy"));
   settings.policy_config = part(document, "policy_config");
@@ -28,9 +26,8 @@ EvaluationSettings read(const Document& document) {
 }  // namespace
 
 void EvaluationSettings::set_environment(const EnvOptions& environment) {
-  const bool rgb = environment.obs_mode == ObsMode::kRgb;
-  obs_mode = rgb ? kRgb : "state";
-  renderer = rgb ? environment.image_options.renderer : "none";
+  obs_mode = environment.obs_mode;
+  renderer = obs_mode == ObsMode::kRgb ? environment.image_options.renderer : "none";
   task_options.clear();
   for (const OptionChoice& choice : environment.task_options) {
     task_options[choice.name] = choice.value;
@@ -41,7 +38,7 @@ Document EvaluationSettings::document() const {
   return DocumentTable{{"tasks", DocumentList(tasks.begin(), tasks.end())},
                        {"n_episodes", episodes},
                        {"start_seed", start_seed},
-                       {"obs_mode", obs_mode},
+                       {"obs_mode", name_of(obs_mode)},
                        {"renderer", renderer},
                        {"policy", policy},
                        {"policy_config", policy_config},
@@ -74,7 +71,7 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   protocol.episodes = settings.episodes;
   protocol.start_seed = settings.start_seed;
   EnvOptions& environment = protocol.environment;
-  environment.obs_mode = settings.obs_mode == kRgb ? ObsMode::kRgb : ObsMode::kState;
+  environment.obs_mode = settings.obs_mode;
   if (environment.obs_mode == ObsMode::kRgb) {
     environment.image_options.renderer = settings.renderer;
   }

@@ -15,7 +15,7 @@ struct EvaluationSettings {
   std::vector<std::string> tasks;  // ids, in the registry's order
   int episodes = kBenchmarkEpisodes;
   std::uint64_t start_seed = kBenchmarkSeed;
-  std::string obs_mode = "rgb";
+  ObsMode obs_mode = ObsMode::kRgb;
   std::string renderer = "none";  // of rgb observations
   std::string policy;             // "oracle", or the name of an external one
   Document policy_config;         // what else the results say of it

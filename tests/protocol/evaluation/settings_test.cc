@@ -29,6 +29,12 @@ TEST_CASE("Settings survive their document", "[evaluation][settings]") {
   lacking.pop_back();
   CHECK_THROWS_WITH(EvaluationSettings::of(lacking, "settings.json"),
                     Catch::Contains("settings.json") && Catch::Contains("no 'task_options'"));
+  DocumentTable unknown = table(document);
+  for (auto& [key, value] : unknown) {
+    if (key == "obs_mode") value = "pixels";
+  }
+  CHECK_THROWS_WITH(EvaluationSettings::of(unknown, "settings.json"),
+                    Catch::Contains("'pixels'") && Catch::Contains("state_dict, rgb"));
 }
 
 TEST_CASE("Settings name no renderer where nothing is drawn", "[evaluation][settings]") {
@@ -37,7 +43,7 @@ TEST_CASE("Settings name no renderer where nothing is drawn", "[evaluation][sett
   environment.obs_mode = ObsMode::kState;
   environment.image_options.renderer = "egl";
   settings.set_environment(environment);
-  CHECK(settings.obs_mode == "state");
+  CHECK(settings.obs_mode == ObsMode::kState);
   CHECK(settings.renderer == "none");
   CHECK(settings.task_options.empty());
   CHECK(protocol_of(settings).environment.image_options.renderer == "cpu");
