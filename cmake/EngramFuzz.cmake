@@ -4,7 +4,7 @@
 # Scenes are our own: composing and drawing them is of no interest here, only slow to build. So is
 # looking for the id that is nearest to a wrong one: it would be most of the time of some targets.
 set(plain_sources ${library_sources} ${media_sources})
-list(FILTER plain_sources INCLUDE REGEX "/(render|mjcf)/|/registry_table.cc$")
+list(FILTER plain_sources INCLUDE REGEX "/(render|mjcf)/|/tasks/registry.cc$")
 set_property(SOURCE ${plain_sources} APPEND PROPERTY COMPILE_OPTIONS -fno-sanitize=all)
 
 find_package(CLI11 REQUIRED)

@@ -43,7 +43,7 @@ struct TaskInfo {
   std::string hidden_draw;          // the draw that an agent has to remember
   std::vector<TaskOption> options;  // variants of the rules, for users to choose
   ConstantTable constants;          // the class constants of the original benchmark
-  std::vector<std::string> reward_terms;  // names of the columns of info "reward_dict"
+  std::vector<Field> reward_terms;  // columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
   std::vector<Field> state_fields;  // of the state observation, after tcp_pose
 

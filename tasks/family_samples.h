@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tasks/registry_table.h"
+#include "tasks/registry.h"
 
 namespace engram {
 

@@ -28,6 +28,13 @@ double shortest(float value) {
   return decimal;
 }
 
+ConstantList names_of(const std::vector<Field>& fields) {
+  ConstantList names;
+  names.reserve(fields.size());
+  for (const Field& field : fields) names.emplace_back(field.name);
+  return names;
+}
+
 ConstantList bounds(const std::vector<float>& values) {
   ConstantList list;
   for (const float value : values) list.emplace_back(shortest(value));
@@ -186,23 +193,22 @@ ConstantTable describe_entry(const RegistryEntry& entry) {
 ConstantTable describe_task(const VectorEnv& env) {
   const TaskInfo& info = env.info();
   ConstantTable description = describe_rules(info);
-  const ConstantTable rest = {
-      {"action_dim", env.action_dim()},
-      {"control_mode", name_of(env.options().control_mode)},
-      {"action_spaces", describe_actions(env)},
-      {"draws", describe_draws(env.draws())},
-      {"options", describe_options(info.options)},
-      {"phases", describe_phases(info)},
-      {"state_dim", env.state_dim()},
-      {"state_fields", describe_layout(env.state_fields())},
-      {"proprio", describe_layout(proprio_fields())},
-      {"task_cue_dim", info.task_cue_dim},
-      {"oracle_dim", info.oracle_dim},
-      {"outputs", describe_outputs(env.outputs())},
-      {"success_reward", info.success_reward},
-      {"reward_terms", ConstantList(info.reward_terms.begin(), info.reward_terms.end())},
-      {"props", describe_props(env.physics_model())},
-      {"constants", info.constants}};
+  const ConstantTable rest = {{"action_dim", env.action_dim()},
+                              {"control_mode", name_of(env.options().control_mode)},
+                              {"action_spaces", describe_actions(env)},
+                              {"draws", describe_draws(env.draws())},
+                              {"options", describe_options(info.options)},
+                              {"phases", describe_phases(info)},
+                              {"state_dim", env.state_dim()},
+                              {"state_fields", describe_layout(env.state_fields())},
+                              {"proprio", describe_layout(proprio_fields())},
+                              {"task_cue_dim", info.task_cue_dim},
+                              {"oracle_dim", info.oracle_dim},
+                              {"outputs", describe_outputs(env.outputs())},
+                              {"success_reward", info.success_reward},
+                              {"reward_terms", names_of(info.reward_terms)},
+                              {"props", describe_props(env.physics_model())},
+                              {"constants", info.constants}};
   description.insert(description.end(), rest.begin(), rest.end());
   return description;
 }

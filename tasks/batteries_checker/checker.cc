@@ -15,6 +15,7 @@
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/reward_dict.h"
+#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -292,8 +293,28 @@ class BatteryChecker final : public FamilyBase {
 
 }  // namespace
 
-std::unique_ptr<Task> make_battery_checker(const RegistryEntry& entry) {
-  return std::make_unique<BatteryChecker>(entry, battery_params(entry.id));
-}
+constexpr auto kEasyRows = rows_of(kEasyVariants);
+constexpr auto kHardRows = rows_of(kHardVariants);
+
+const Family kBatteriesCheckerEasy = {
+    .name = "BatteriesCheckerEasy",
+    .memory_type = "Checklist",
+    .instruction =
+        "Find all working batteries by inserting each one into the socket, observing the lamp "
+        "result, and then pressing the button to confirm.",
+    .tasks = kEasyRows,
+    .make = make_variant<BatteryChecker, kEasyVariants>,
+    .expectations = {.least_reward = -0.0517, .most_reward = 0.705}};
+
+const Family kBatteriesCheckerHard = {
+    .name = "BatteriesCheckerHard",
+    .memory_type = "Checklist",
+    .instruction =
+        "Find all working batteries by inserting each one into the socket, observing the lamp "
+        "result, returning it from the socket to its initial slot, and then pressing the "
+        "button to confirm.",
+    .tasks = kHardRows,
+    .make = make_variant<BatteryChecker, kHardVariants>,
+    .expectations = {.least_reward = -0.0517, .most_reward = 0.705}};
 
 }  // namespace engram::tasks

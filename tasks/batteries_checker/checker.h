@@ -3,14 +3,12 @@
 // (docs/tasks/batteries_checker.md).
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // BatteriesChecker{Easy,Hard}-{3,6,9,12,15}-VLA-v0.
-std::unique_ptr<Task> make_battery_checker(const RegistryEntry& entry);
+extern const Family kBatteriesCheckerEasy;
+extern const Family kBatteriesCheckerHard;
 
 }  // namespace engram::tasks

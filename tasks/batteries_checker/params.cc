@@ -8,23 +8,9 @@
 #include "tasks/parts/colors.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/task_info.h"
-#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
-
-constexpr std::array<BatteryParams, 10> kVariants = {{
-    {"BatteriesCheckerEasy-3-VLA-v0", true, 3, 1},
-    {"BatteriesCheckerEasy-6-VLA-v0", true, 6, 3},
-    {"BatteriesCheckerEasy-9-VLA-v0", true, 9, 5},
-    {"BatteriesCheckerEasy-12-VLA-v0", true, 12, 7},
-    {"BatteriesCheckerEasy-15-VLA-v0", true, 15, 9},
-    {"BatteriesCheckerHard-3-VLA-v0", false, 3, 1},
-    {"BatteriesCheckerHard-6-VLA-v0", false, 6, 3},
-    {"BatteriesCheckerHard-9-VLA-v0", false, 9, 5},
-    {"BatteriesCheckerHard-12-VLA-v0", false, 12, 7},
-    {"BatteriesCheckerHard-15-VLA-v0", false, 15, 9},
-}};
 
 // Without memory of what it has tested, an agent that takes a battery at random as often as there
 // are batteries tests all of them once in n^n / n! cases. In the hard variants it puts every one
@@ -109,8 +95,6 @@ PressButtonParams battery_button() {
   params.radius_counts = true;
   return params;
 }
-
-const BatteryParams& battery_params(std::string_view id) { return find_variant(kVariants, id); }
 
 void describe_batteries(const BatteryParams& params, TaskInfo& info) {
   const double guesses = count_guesses(params);

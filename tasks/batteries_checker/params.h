@@ -1,20 +1,36 @@
 // What BatteriesChecker is made of: constants, variants and how they describe themselves.
 #pragma once
 
-#include <string_view>
+#include <array>
 
 #include "core/task.h"
 #include "mjcf/battery.h"
+#include "tasks/family.h"
 #include "tasks/parts/press_button.h"
 
 namespace engram::tasks {
 
 struct BatteryParams {
-  std::string_view id;
+  TaskRow task;
   bool easy;  // an inserted battery returns by itself
   int ACTIVE_BATTERY_COUNT;
   int WORKING_BATTERY_COUNT;
 };
+
+inline constexpr std::array<BatteryParams, 5> kEasyVariants = {{
+    {{"BatteriesCheckerEasy-12-VLA-v0", 2160, Split::kExtended, 0.90}, true, 12, 7},
+    {{"BatteriesCheckerEasy-15-VLA-v0", 2400, Split::kExtended, 0.90}, true, 15, 9},
+    {{"BatteriesCheckerEasy-3-VLA-v0", 540, Split::kMedium, 0.90}, true, 3, 1},
+    {{"BatteriesCheckerEasy-6-VLA-v0", 1080, Split::kLong, 0.90}, true, 6, 3},
+    {{"BatteriesCheckerEasy-9-VLA-v0", 1620, Split::kExtended, 0.90}, true, 9, 5},
+}};
+inline constexpr std::array<BatteryParams, 5> kHardVariants = {{
+    {{"BatteriesCheckerHard-12-VLA-v0", 4320, Split::kExtended, 0.75}, false, 12, 7},
+    {{"BatteriesCheckerHard-15-VLA-v0", 4320, Split::kExtended, 0.75}, false, 15, 9},
+    {{"BatteriesCheckerHard-3-VLA-v0", 1080, Split::kLong, 0.85}, false, 3, 1},
+    {{"BatteriesCheckerHard-6-VLA-v0", 2160, Split::kLong, 0.85}, false, 6, 3},
+    {{"BatteriesCheckerHard-9-VLA-v0", 3240, Split::kExtended, 0.75}, false, 9, 5},
+}};
 
 inline constexpr int TRAY_ROWS = 5;
 inline constexpr int TRAY_COLS = 3;
@@ -41,9 +57,6 @@ PressButtonParams battery_button();
 // What an episode samples, in the order of TaskInfo::draws, and the options.
 enum BatteryDraw { kTrayXDraw, kTrayYDraw, kWorking };
 enum BatteryOption { kUpstreamRewards };
-
-// The variant of that id.
-const BatteryParams& battery_params(std::string_view id);
 
 // Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
 // state fields.

@@ -4,19 +4,9 @@
 
 #include "tasks/blink_count/reward.h"
 #include "tasks/parts/lamp.h"
-#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
-
-constexpr std::array<BlinkCountParams, 6> kVariants = {{
-    {"BlinkCountButtonPressEasy-VLA-v0", {1, 3}, {5, 10}},
-    {"BlinkCountButtonPressMedium-VLA-v0", {1, 5}, {5, 10}},
-    {"BlinkCountButtonPressHard-VLA-v0", {1, 7}, {5, 10}},
-    {"BlinkCountButtonPressEasy-Long-VLA-v0", {1, 10}, {5, 50}},
-    {"BlinkCountButtonPressMedium-Long-VLA-v0", {10, 20}, {5, 50}},
-    {"BlinkCountButtonPressHard-Long-VLA-v0", {20, 30}, {5, 50}},
-}};
 
 std::vector<Draw> draws_of(const BlinkCountParams& params) {
   const int most = params.BLINK_COUNT_RANGE.high;
@@ -86,10 +76,6 @@ std::vector<TaskOption> options() {
 }
 
 }  // namespace
-
-const BlinkCountParams& blink_count_params(std::string_view id) {
-  return find_variant(kVariants, id);
-}
 
 void describe_blink_count(const BlinkCountParams& params, TaskInfo& info) {
   info.candidates = params.BLINK_COUNT_RANGE.high - params.BLINK_COUNT_RANGE.low + 1;

@@ -1,20 +1,30 @@
 // What BlinkCountButtonPress is made of: variants, constants and how they describe themselves.
 #pragma once
 
-#include <string_view>
+#include <array>
 
 #include "core/task.h"
 #include "mjcf/scene.h"
+#include "tasks/family.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/press_button.h"
 
 namespace engram::tasks {
 
 struct BlinkCountParams {
-  std::string_view id;
+  TaskRow task;
   StepRange BLINK_COUNT_RANGE;
   StepRange PRE_BLINK_OFF_STEPS;
 };
+
+inline constexpr std::array<BlinkCountParams, 6> kBlinkVariants = {{
+    {{"BlinkCountButtonPressEasy-VLA-v0", 150, Split::kShort}, {1, 3}, {5, 10}},
+    {{"BlinkCountButtonPressEasy-Long-VLA-v0", 1200, Split::kLong}, {1, 10}, {5, 50}},
+    {{"BlinkCountButtonPressMedium-VLA-v0", 200, Split::kShort}, {1, 5}, {5, 10}},
+    {{"BlinkCountButtonPressMedium-Long-VLA-v0", 1200, Split::kLong}, {10, 20}, {5, 50}},
+    {{"BlinkCountButtonPressHard-VLA-v0", 300, Split::kMedium}, {1, 7}, {5, 10}},
+    {{"BlinkCountButtonPressHard-Long-VLA-v0", 1200, Split::kLong}, {20, 30}, {5, 50}},
+}};
 
 inline constexpr StepRange BLINK_ON_STEPS{3, 3};
 inline constexpr StepRange BLINK_OFF_STEPS{3, 5};
@@ -36,9 +46,6 @@ inline constexpr mjcf::Rgba PHASE_READY_COLOR = {0, 1, 0, 1};
 // What an episode samples, in the order of TaskInfo::draws, and the options.
 enum BlinkDraw { kTargetBlinks, kX, kY, kPreSteps, kOnSteps, kOffSteps };
 enum BlinkOption { kBlinkRed, kBlinkGreen, kBlinkBlue };
-
-// The variant of that id.
-const BlinkCountParams& blink_count_params(std::string_view id);
 
 // Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
 // state fields.

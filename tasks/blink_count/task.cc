@@ -8,12 +8,14 @@
 #include "tasks/blink_count/blinks.h"
 #include "tasks/blink_count/params.h"
 #include "tasks/blink_count/reward.h"
+#include "tasks/parts/blind_guess.h"
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/press_button.h"
 #include "tasks/parts/reward_dict.h"
 #include "tasks/parts/tool_servo.h"
+#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -278,7 +280,7 @@ class BlinkCount final : public FamilyBase {
   // How often an agent without memory would press.
   int guess(int env) const {
     const State& state = *engine_.state;
-    RandomStream random(state.seed[env], state.episode[env], kPurposeBlindGuess);
+    RandomStream random = blind_guess(state, env);
     return random.integer(params_.BLINK_COUNT_RANGE.low, params_.BLINK_COUNT_RANGE.high);
   }
 
@@ -317,8 +319,17 @@ class BlinkCount final : public FamilyBase {
 
 }  // namespace
 
-std::unique_ptr<Task> make_blink_count(const RegistryEntry& entry) {
-  return std::make_unique<BlinkCount>(entry, blink_count_params(entry.id));
-}
+constexpr auto kRows = rows_of(kBlinkVariants);
+
+const Family kBlinkCountButtonPress = {
+    .name = "BlinkCountButtonPress",
+    .memory_type = "Temporal",
+    .instruction =
+        "Count how many times the blue lamp blinks, press the red button exactly that many "
+        "times when the red lamp turns green, then press the black button to submit your "
+        "answer.",
+    .tasks = kRows,
+    .make = make_variant<BlinkCount, kBlinkVariants>,
+    .expectations = {.least_reward = -0.985, .most_reward = 0.425, .settles = false}};
 
 }  // namespace engram::tasks

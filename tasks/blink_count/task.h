@@ -2,14 +2,11 @@
 // and the black one once (docs/tasks/blink_count.md).
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // BlinkCountButtonPress{Easy,Medium,Hard}-VLA-v0 and -Long-VLA-v0.
-std::unique_ptr<Task> make_blink_count(const RegistryEntry& entry);
+extern const Family kBlinkCountButtonPress;
 
 }  // namespace engram::tasks

@@ -4,36 +4,9 @@
 
 #include "tasks/parts/colors.h"
 #include "tasks/parts/touch_target.h"
-#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
-
-constexpr StepRange kShortCue{1, 5};
-constexpr StepRange kLongCue{10, 100};
-constexpr StepRange kShortEmpty{1, 5};
-constexpr StepRange kLongEmpty{50, 400};
-
-constexpr std::array<ColorRecallParams, 18> kVariants = {{
-    {"BunchOfColors3-VLA-v0", ColorRule::kBunch, 3, kShortCue, kShortEmpty},
-    {"BunchOfColors5-VLA-v0", ColorRule::kBunch, 5, kShortCue, kShortEmpty},
-    {"BunchOfColors7-VLA-v0", ColorRule::kBunch, 7, kShortCue, kShortEmpty},
-    {"BunchOfColors3-Long-VLA-v0", ColorRule::kBunch, 3, kLongCue, kLongEmpty},
-    {"BunchOfColors5-Long-VLA-v0", ColorRule::kBunch, 5, kLongCue, kLongEmpty},
-    {"BunchOfColors7-Long-VLA-v0", ColorRule::kBunch, 7, kLongCue, kLongEmpty},
-    {"SeqOfColors3-VLA-v0", ColorRule::kSeq, 3, kShortCue, kShortEmpty},
-    {"SeqOfColors5-VLA-v0", ColorRule::kSeq, 5, kShortCue, kShortEmpty},
-    {"SeqOfColors7-VLA-v0", ColorRule::kSeq, 7, kShortCue, kShortEmpty},
-    {"SeqOfColors3-Long-VLA-v0", ColorRule::kSeq, 3, kLongCue, kLongEmpty},
-    {"SeqOfColors5-Long-VLA-v0", ColorRule::kSeq, 5, kLongCue, kLongEmpty},
-    {"SeqOfColors7-Long-VLA-v0", ColorRule::kSeq, 7, kLongCue, kLongEmpty},
-    {"ChainOfColors3-VLA-v0", ColorRule::kChain, 3, kShortCue, kShortEmpty},
-    {"ChainOfColors5-VLA-v0", ColorRule::kChain, 5, kShortCue, kShortEmpty},
-    {"ChainOfColors7-VLA-v0", ColorRule::kChain, 7, kShortCue, kShortEmpty},
-    {"ChainOfColors3-Long-VLA-v0", ColorRule::kChain, 3, kLongCue, kLongEmpty},
-    {"ChainOfColors5-Long-VLA-v0", ColorRule::kChain, 5, kLongCue, kLongEmpty},
-    {"ChainOfColors7-Long-VLA-v0", ColorRule::kChain, 7, kLongCue, kLongEmpty},
-}};
 
 // Ways to choose a set, or a sequence, of that many colours.
 int count_answers(const ColorRecallParams& params) {
@@ -89,10 +62,6 @@ ConstantTable constants_of(const ColorRecallParams& params) {
 }
 
 }  // namespace
-
-const ColorRecallParams& color_recall_params(std::string_view id) {
-  return find_variant(kVariants, id);
-}
 
 void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
   info.candidates = count_answers(params);

@@ -2,23 +2,62 @@
 // describe themselves.
 #pragma once
 
-#include <string_view>
+#include <array>
 
 #include "core/task.h"
 #include "tasks/colors/rules.h"
+#include "tasks/family.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/press_button.h"
 
 namespace engram::tasks {
 
 struct ColorRecallParams {
-  std::string_view id;
+  TaskRow task;
   ColorRule rule;
   int SEQUENCE_LENGTH;
   StepRange cue;  // Bunch: of the whole cue; Seq and Chain: of every item
   StepRange EMPTY_PHASE_STEPS;
   PressButtonParams button = {};
 };
+
+inline constexpr StepRange kShortCue{1, 5};
+inline constexpr StepRange kLongCue{10, 100};
+inline constexpr StepRange kShortEmpty{1, 5};
+inline constexpr StepRange kLongEmpty{50, 400};
+
+inline constexpr std::array<ColorRecallParams, 6> kSeqVariants = {{
+    {{"SeqOfColors3-Long-VLA-v0", 800, Split::kLong}, ColorRule::kSeq, 3, kLongCue, kLongEmpty},
+    {{"SeqOfColors3-VLA-v0", 400, Split::kMedium}, ColorRule::kSeq, 3, kShortCue, kShortEmpty},
+    {{"SeqOfColors5-Long-VLA-v0", 1000, Split::kLong}, ColorRule::kSeq, 5, kLongCue, kLongEmpty},
+    {{"SeqOfColors5-VLA-v0", 400, Split::kMedium}, ColorRule::kSeq, 5, kShortCue, kShortEmpty},
+    {{"SeqOfColors7-Long-VLA-v0", 1200, Split::kLong}, ColorRule::kSeq, 7, kLongCue, kLongEmpty},
+    {{"SeqOfColors7-VLA-v0", 400, Split::kMedium}, ColorRule::kSeq, 7, kShortCue, kShortEmpty},
+}};
+inline constexpr std::array<ColorRecallParams, 6> kChainVariants = {{
+    {{"ChainOfColors3-Long-VLA-v0", 800, Split::kLong}, ColorRule::kChain, 3, kLongCue, kLongEmpty},
+    {{"ChainOfColors3-VLA-v0", 400, Split::kMedium}, ColorRule::kChain, 3, kShortCue, kShortEmpty},
+    {{"ChainOfColors5-Long-VLA-v0", 1000, Split::kLong},
+     ColorRule::kChain,
+     5,
+     kLongCue,
+     kLongEmpty},
+    {{"ChainOfColors5-VLA-v0", 400, Split::kMedium}, ColorRule::kChain, 5, kShortCue, kShortEmpty},
+    {{"ChainOfColors7-Long-VLA-v0", 1200, Split::kLong},
+     ColorRule::kChain,
+     7,
+     kLongCue,
+     kLongEmpty},
+    {{"ChainOfColors7-VLA-v0", 400, Split::kMedium}, ColorRule::kChain, 7, kShortCue, kShortEmpty},
+}};
+inline constexpr std::array<ColorRecallParams, 6> kBunchVariants = {{
+    {{"BunchOfColors3-Long-VLA-v0", 700, Split::kLong}, ColorRule::kBunch, 3, kLongCue, kLongEmpty},
+    {{"BunchOfColors3-VLA-v0", 400, Split::kMedium}, ColorRule::kBunch, 3, kShortCue, kShortEmpty},
+    {{"BunchOfColors5-Long-VLA-v0", 700, Split::kLong}, ColorRule::kBunch, 5, kLongCue, kLongEmpty},
+    {{"BunchOfColors5-VLA-v0", 400, Split::kMedium}, ColorRule::kBunch, 5, kShortCue, kShortEmpty},
+    {{"BunchOfColors7-Long-VLA-v0", 700, Split::kLong}, ColorRule::kBunch, 7, kLongCue, kLongEmpty},
+    {{"BunchOfColors7-VLA-v0", 400, Split::kMedium}, ColorRule::kBunch, 7, kShortCue, kShortEmpty},
+}};
 
 inline constexpr int COLORS = 9;
 inline constexpr double CUBE_HALFSIZE = 0.02;                  // m
@@ -30,9 +69,6 @@ inline constexpr SmoothnessParams kColorSmoothness;            // no weight on a
 // What an episode samples, in the order of TaskInfo::draws, and the options.
 enum ColorDraw { kSequence, kPositions, kCueSteps, kEmptySteps };
 enum ColorOption { kTouchRadius, kStrictOrder };  // the latter for Seq only
-
-// The variant of that id.
-const ColorRecallParams& color_recall_params(std::string_view id);
 
 // Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
 // state fields.

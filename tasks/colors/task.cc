@@ -8,11 +8,13 @@
 #include "core/picture/overlay.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/params.h"
+#include "tasks/parts/blind_guess.h"
 #include "tasks/parts/colors.h"
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/touch_latch.h"
+#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -296,7 +298,7 @@ class ColorRecall final : public FamilyBase {
   // What an agent without memory would touch, one after another.
   std::span<const std::int32_t> guess(int env, std::array<std::int32_t, COLORS>& storage) const {
     const State& state = *engine_.state;
-    RandomStream random(state.seed[env], state.episode[env], kPurposeBlindGuess);
+    RandomStream random = blind_guess(state, env);
     random.permutation(storage);
     return std::span(storage).first(static_cast<std::size_t>(params_.SEQUENCE_LENGTH));
   }
@@ -324,8 +326,38 @@ class ColorRecall final : public FamilyBase {
 
 }  // namespace
 
-std::unique_ptr<Task> make_color_recall(const RegistryEntry& entry) {
-  return std::make_unique<ColorRecall>(entry, color_recall_params(entry.id));
-}
+constexpr auto kSeqRows = rows_of(kSeqVariants);
+constexpr auto kChainRows = rows_of(kChainVariants);
+constexpr auto kBunchRows = rows_of(kBunchVariants);
+
+const Family kSeqOfColors = {
+    .name = "SeqOfColors",
+    .memory_type = "Capacity",
+    .instruction =
+        "Observe which colored cubes appear during the cue, wait, then touch all of them in "
+        "any order and press the center button.",
+    .tasks = kSeqRows,
+    .make = make_variant<ColorRecall, kSeqVariants>,
+    .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true}};
+
+const Family kChainOfColors = {
+    .name = "ChainOfColors",
+    .memory_type = "Sequential",
+    .instruction =
+        "Observe which colored cubes appear during the cue, wait, then touch all of them in "
+        "the same order as the cubes were shown and press the center button.",
+    .tasks = kChainRows,
+    .make = make_variant<ColorRecall, kChainVariants>,
+    .expectations = {.least_reward = -0.275, .most_reward = 0.2288, .hides = true}};
+
+const Family kBunchOfColors = {
+    .name = "BunchOfColors",
+    .memory_type = "Capacity",
+    .instruction =
+        "Observe which colored cubes appear during the cue, wait, then touch all of them in "
+        "any order and press the center button.",
+    .tasks = kBunchRows,
+    .make = make_variant<ColorRecall, kBunchVariants>,
+    .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true}};
 
 }  // namespace engram::tasks

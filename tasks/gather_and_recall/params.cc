@@ -6,23 +6,9 @@
 #include "tasks/parts/colors.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/task_info.h"
-#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
-
-struct Params {
-  std::string_view id;
-  int N_CUBES;
-};
-
-constexpr std::array<Params, 5> kVariants = {{
-    {"GatherAndRecall1-VLA-v0", 1},
-    {"GatherAndRecall3-VLA-v0", 3},
-    {"GatherAndRecall5-VLA-v0", 5},
-    {"GatherAndRecall7-VLA-v0", 7},
-    {"GatherAndRecall9-VLA-v0", 9},
-}};
 
 std::vector<Draw> draws(int cubes) {
   return {
@@ -73,8 +59,6 @@ ConstantTable constants(int cubes) {
 }
 
 }  // namespace
-
-int gather_cubes(std::string_view id) { return find_variant(kVariants, id).N_CUBES; }
 
 PressButtonParams gather_button(int color) {
   PressButtonParams params;

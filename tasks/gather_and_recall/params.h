@@ -5,10 +5,24 @@
 
 #include "core/task.h"
 #include "mjcf/prop.h"
+#include "tasks/family.h"
 #include "tasks/parts/press_button.h"
 #include "tasks/parts/step_range.h"
 
 namespace engram::tasks {
+
+struct GatherParams {
+  TaskRow task;
+  int N_CUBES;
+};
+
+inline constexpr std::array<GatherParams, 5> kGatherVariants = {{
+    {{"GatherAndRecall1-VLA-v0", 200, Split::kShort}, 1},
+    {{"GatherAndRecall3-VLA-v0", 400, Split::kMedium}, 3},
+    {{"GatherAndRecall5-VLA-v0", 600, Split::kMedium}, 5},
+    {{"GatherAndRecall7-VLA-v0", 800, Split::kLong}, 7},
+    {{"GatherAndRecall9-VLA-v0", 1000, Split::kLong}, 9},
+}};
 
 inline constexpr int kMaxCubes = 9;
 inline constexpr int kColors = 3;
@@ -34,9 +48,6 @@ inline constexpr double kFlashEmission = 1;
 
 // What an episode samples.
 enum DrawIndex { kFlashColor, kTriggerCount, kDuration, kDiscX, kDiscY, kCubeJitter };
-
-// Number of cubes of a variant. Throws Error for an id of another family.
-int gather_cubes(std::string_view id);
 
 // Parameters of the button of one colour.
 PressButtonParams gather_button(int color);

@@ -14,6 +14,7 @@
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/press_button.h"
 #include "tasks/parts/reward_dict.h"
+#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -21,16 +22,16 @@ namespace {
 // Parameters: tasks/gather_and_recall/params.h.
 class GatherAndRecall final : public FamilyBase {
  public:
-  GatherAndRecall(const RegistryEntry& entry, int cubes)
+  GatherAndRecall(const RegistryEntry& entry, const GatherParams& params)
       : FamilyBase(entry),
-        cubes_(cubes),
-        disc_(add_cubes_and_disc(scene_, cubes)),
+        cubes_(params.N_CUBES),
+        disc_(add_cubes_and_disc(scene_, cubes_)),
         buttons_{PressButton(scene_, "button_red", gather_button(0)),
                  PressButton(scene_, "button_green", gather_button(1)),
                  PressButton(scene_, "button_blue", gather_button(2))},
         lamp_(scene_, "lamp"),
-        oracle_(cubes, buttons_) {
-    describe_gather(cubes, info_);
+        oracle_(cubes_, buttons_) {
+    describe_gather(cubes_, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
   }
@@ -291,8 +292,16 @@ class GatherAndRecall final : public FamilyBase {
 
 }  // namespace
 
-std::unique_ptr<Task> make_gather_and_recall(const RegistryEntry& entry) {
-  return std::make_unique<GatherAndRecall>(entry, gather_cubes(entry.id));
-}
+constexpr auto kRows = rows_of(kGatherVariants);
+
+const Family kGatherAndRecall = {
+    .name = "GatherAndRecall",
+    .memory_type = "Prospective",
+    .instruction =
+        "Move all cubes onto the disc. A lamp will briefly flash while you work. After all "
+        "cubes are placed, press the button matching the flash color.",
+    .tasks = kRows,
+    .make = make_variant<GatherAndRecall, kGatherVariants>,
+    .expectations = {.least_reward = -0.5, .most_reward = 0.4}};
 
 }  // namespace engram::tasks

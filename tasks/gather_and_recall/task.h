@@ -2,14 +2,11 @@
 // button of its colour has to be pressed (docs/tasks/gather_and_recall.md).
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // GatherAndRecall{1,3,5,7,9}-VLA-v0.
-std::unique_ptr<Task> make_gather_and_recall(const RegistryEntry& entry);
+extern const Family kGatherAndRecall;
 
 }  // namespace engram::tasks

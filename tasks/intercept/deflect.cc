@@ -19,14 +19,14 @@ using Vector = Eigen::Vector3d;
 // --- parameters ---
 
 struct Params {
-  std::string_view id;
+  TaskRow task;
   VelocityRange VELOCITY_RANGE;  // m/s
 };
 
 constexpr std::array<Params, 3> kVariants = {{
-    {"InterceptSlow-VLA-v0", {0.25, 0.5}},
-    {"InterceptMedium-VLA-v0", {0.5, 0.75}},
-    {"InterceptFast-VLA-v0", {0.75, 1.0}},
+    {{"InterceptFast-VLA-v0", 60, Split::kShort, 0.85}, {0.75, 1.0}},
+    {{"InterceptMedium-VLA-v0", 60, Split::kShort, 0.90}, {0.5, 0.75}},
+    {{"InterceptSlow-VLA-v0", 60, Split::kShort}, {0.25, 0.5}},
 }};
 
 constexpr double GOAL_RADIUS = 0.1;               // m
@@ -182,8 +182,16 @@ InterceptRewardTerms intercept_reward(const InterceptRewardInputs& in) {
   return terms;
 }
 
-std::unique_ptr<Task> make_intercept(const RegistryEntry& entry) {
-  return std::make_unique<Intercept>(entry, find_variant(kVariants, entry.id));
-}
+constexpr auto kRows = rows_of(kVariants);
+
+const Family kIntercept = {
+    .name = "Intercept",
+    .memory_type = "Spatial",
+    .instruction =
+        "Intercept the rolling ball by moving to its path and deflecting it toward the target.",
+    .tasks = kRows,
+    .make = make_variant<Intercept, kVariants>,
+    .expectations = {
+        .least_reward = 0, .most_reward = 0.1501, .moves_untouched = true, .settles = false}};
 
 }  // namespace engram::tasks

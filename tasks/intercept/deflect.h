@@ -1,10 +1,9 @@
 // Intercept: bring the rolling ball onto the target (docs/tasks/intercept.md).
 #pragma once
 
-#include <memory>
+#include <Eigen/Core>
 
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
@@ -27,6 +26,6 @@ struct InterceptRewardTerms {
 
 InterceptRewardTerms intercept_reward(const InterceptRewardInputs& inputs);
 
-std::unique_ptr<Task> make_intercept(const RegistryEntry& entry);
+extern const Family kIntercept;
 
 }  // namespace engram::tasks

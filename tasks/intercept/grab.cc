@@ -19,14 +19,14 @@ using Vector = Eigen::Vector3d;
 // --- parameters ---
 
 struct Params {
-  std::string_view id;
+  TaskRow task;
   VelocityRange VELOCITY_RANGE;  // m/s
 };
 
 constexpr std::array<Params, 3> kVariants = {{
-    {"InterceptGrabSlow-VLA-v0", {0.25, 0.5}},
-    {"InterceptGrabMedium-VLA-v0", {0.5, 0.75}},
-    {"InterceptGrabFast-VLA-v0", {0.75, 1.0}},
+    {{"InterceptGrabFast-VLA-v0", 60, Split::kShort, 0.70}, {0.75, 1.0}},
+    {{"InterceptGrabMedium-VLA-v0", 60, Split::kShort, 0.80}, {0.5, 0.75}},
+    {{"InterceptGrabSlow-VLA-v0", 60, Split::kShort, 0.90}, {0.25, 0.5}},
 }};
 
 constexpr double kSuccessReward = 300;
@@ -194,8 +194,15 @@ GrabRewardTerms grab_reward(const GrabRewardInputs& in) {
   return terms;
 }
 
-std::unique_ptr<Task> make_intercept_grab(const RegistryEntry& entry) {
-  return std::make_unique<InterceptGrab>(entry, find_variant(kVariants, entry.id));
-}
+constexpr auto kRows = rows_of(kVariants);
+
+const Family kInterceptGrab = {
+    .name = "InterceptGrab",
+    .memory_type = "Spatial",
+    .instruction = "Intercept the rolling ball and grasp it to stop it.",
+    .tasks = kRows,
+    .make = make_variant<InterceptGrab, kVariants>,
+    .expectations = {
+        .least_reward = 0, .most_reward = 1.4334, .moves_untouched = true, .settles = false}};
 
 }  // namespace engram::tasks

@@ -1,10 +1,9 @@
 // InterceptGrab: catch the rolling ball (docs/tasks/intercept.md).
 #pragma once
 
-#include <memory>
+#include <Eigen/Core>
 
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
@@ -33,6 +32,6 @@ struct GrabRewardTerms {
 
 GrabRewardTerms grab_reward(const GrabRewardInputs& inputs);
 
-std::unique_ptr<Task> make_intercept_grab(const RegistryEntry& entry);
+extern const Family kInterceptGrab;
 
 }  // namespace engram::tasks

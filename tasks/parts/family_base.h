@@ -7,7 +7,7 @@
 #include "mjcf/scene.h"
 #include "tasks/parts/poses.h"
 #include "tasks/parts/state_row.h"
-#include "tasks/registry_table.h"
+#include "tasks/registry.h"
 
 namespace engram::tasks {
 

@@ -10,10 +10,8 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <concepts>
 #include <limits>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -24,11 +22,13 @@ namespace engram::tasks {
 // Reads the names of terms; values do not count.
 class TermLister {
  public:
-  void term(const char* name, const char* /*unit*/, double /*value*/) { names_.emplace_back(name); }
-  std::vector<std::string> take() { return std::move(names_); }
+  void term(const char* name, const char* unit, double /*value*/) {
+    terms_.push_back({name, 1, DType::kFloat32, unit, ""});
+  }
+  std::vector<Field> take() { return std::move(terms_); }
 
  private:
-  std::vector<std::string> names_;
+  std::vector<Field> terms_;
 };
 
 // Writes the values of terms, one behind the other.
@@ -45,7 +45,7 @@ class TermWriter {
 
 // The terms that `list`, a callable with a row, names.
 template <class List>
-std::vector<std::string> reward_terms_of(const List& list) {
+std::vector<Field> reward_terms_of(const List& list) {
   TermLister lister;
   list(lister);
   return lister.take();
@@ -71,13 +71,6 @@ class RewardDict {
       std::copy_n(next_.row(env), next_.width(), shown_.row(env));
     }
     std::fill_n(next_.row(env), next_.width(), kNone);
-  }
-
-  // Notes the terms of this step, in the order of TaskInfo::reward_terms.
-  template <std::size_t Terms>
-  void note(int env, const std::array<double, Terms>& terms) const {
-    std::transform(terms.begin(), terms.end(), next_.row(env),
-                   [](double value) { return static_cast<float>(value); });
   }
 
   // Notes the terms of this step; `list` is the one that TaskInfo::reward_terms came from.

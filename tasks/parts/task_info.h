@@ -3,7 +3,7 @@
 
 #include "core/task.h"
 #include "mjcf/scene.h"
-#include "tasks/registry_table.h"
+#include "tasks/registry.h"
 
 namespace engram::tasks {
 

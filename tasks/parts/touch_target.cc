@@ -32,7 +32,7 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& in, const SmoothnessParam
   return terms;
 }
 
-std::vector<std::string> TouchTarget::reward_terms() {
+std::vector<Field> TouchTarget::reward_terms() {
   return reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
 }
 

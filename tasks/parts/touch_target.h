@@ -2,7 +2,6 @@
 // TCP within GOAL_THRESH of its origin and stand still (docs/tasks/remember.md).
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "core/task.h"
@@ -39,8 +38,8 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& inputs, const SmoothnessP
 
 class TouchTarget {
  public:
-  // Names of the values in info "reward_dict".
-  static std::vector<std::string> reward_terms();
+  // The values in info "reward_dict".
+  static std::vector<Field> reward_terms();
 
   explicit TouchTarget(const SmoothnessParams& params) : params_(params) {}
 

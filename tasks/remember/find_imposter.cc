@@ -20,16 +20,30 @@ constexpr StepRange kEmpty{1, 5};
 constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
 constexpr ArcParams kWide{.radius = 0.45, .compression = 0.025};
 
-constexpr std::array<ObjectRecallParams, 9> kVariants = {{
-    {"FindImposterColor3-VLA-v0", kColor, 3, kCue, kEmpty},
-    {"FindImposterColor5-VLA-v0", kColor, 5, kCue, kEmpty},
-    {"FindImposterColor9-VLA-v0", kColor, 9, kCue, kEmpty},
-    {"FindImposterShape3-VLA-v0", kShape, 3, kCue, kEmpty},
-    {"FindImposterShape5-VLA-v0", kShape, 5, kCue, kEmpty},
-    {"FindImposterShape9-VLA-v0", kShape, 9, kCue, kEmpty},
-    {"FindImposterShapeAndColor3x2-VLA-v0", kShapeAndColor, 6, kCue, kEmpty, kRound},
-    {"FindImposterShapeAndColor3x3-VLA-v0", kShapeAndColor, 9, kCue, kEmpty},
-    {"FindImposterShapeAndColor5x3-VLA-v0", kShapeAndColor, 15, kCue, kEmpty, kWide},
+constexpr std::array<ObjectRecallParams, 3> kColors = {{
+    {{"FindImposterColor3-VLA-v0", 25, Split::kShort}, kColor, 3, kCue, kEmpty},
+    {{"FindImposterColor5-VLA-v0", 25, Split::kShort}, kColor, 5, kCue, kEmpty},
+    {{"FindImposterColor9-VLA-v0", 25, Split::kShort}, kColor, 9, kCue, kEmpty},
+}};
+constexpr std::array<ObjectRecallParams, 3> kShapes = {{
+    {{"FindImposterShape3-VLA-v0", 25, Split::kShort}, kShape, 3, kCue, kEmpty},
+    {{"FindImposterShape5-VLA-v0", 25, Split::kShort}, kShape, 5, kCue, kEmpty},
+    {{"FindImposterShape9-VLA-v0", 25, Split::kShort}, kShape, 9, kCue, kEmpty},
+}};
+constexpr std::array<ObjectRecallParams, 3> kShapesAndColors = {{
+    {{"FindImposterShapeAndColor3x2-VLA-v0", 25, Split::kShort},
+     kShapeAndColor,
+     6,
+     kCue,
+     kEmpty,
+     kRound},
+    {{"FindImposterShapeAndColor3x3-VLA-v0", 25, Split::kShort}, kShapeAndColor, 9, kCue, kEmpty},
+    {{"FindImposterShapeAndColor5x3-VLA-v0", 40, Split::kShort},
+     kShapeAndColor,
+     15,
+     kCue,
+     kEmpty,
+     kWide},
 }};
 
 // Height of every origin when it is shown; low shapes hover and drop.
@@ -154,8 +168,40 @@ class FindImposter final : public ObjectRecall {
 
 }  // namespace
 
-std::unique_ptr<Task> make_find_imposter(const RegistryEntry& entry) {
-  return std::make_unique<FindImposter>(entry, find_variant(kVariants, entry.id));
-}
+constexpr auto kColorRows = rows_of(kColors);
+constexpr auto kShapeRows = rows_of(kShapes);
+constexpr auto kShapeAndColorRows = rows_of(kShapesAndColors);
+
+const Family kFindImposterColor = {
+    .name = "FindImposterColor",
+    .memory_type = "Negative",
+    .instruction =
+        "Observe the cubes shown, wait, then touch the cube whose color was not present before.",
+    .tasks = kColorRows,
+    .make = make_variant<FindImposter, kColors>,
+    .expectations = {
+        .least_reward = -0.0267, .most_reward = 0.6667, .moves_untouched = true, .hides = true}};
+
+const Family kFindImposterShape = {
+    .name = "FindImposterShape",
+    .memory_type = "Negative",
+    .instruction =
+        "Observe the shapes shown, wait, then touch the object whose shape was not present "
+        "before.",
+    .tasks = kShapeRows,
+    .make = make_variant<FindImposter, kShapes>,
+    .expectations = {
+        .least_reward = -0.0267, .most_reward = 0.6667, .moves_untouched = true, .hides = true}};
+
+const Family kFindImposterShapeAndColor = {
+    .name = "FindImposterShapeAndColor",
+    .memory_type = "Negative",
+    .instruction =
+        "Observe the objects shown, wait, then touch the object whose shape and color "
+        "combination was not present before.",
+    .tasks = kShapeAndColorRows,
+    .make = make_variant<FindImposter, kShapesAndColors>,
+    .expectations = {
+        .least_reward = 0, .most_reward = 0.6667, .moves_untouched = true, .hides = true}};
 
 }  // namespace engram::tasks

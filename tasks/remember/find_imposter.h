@@ -3,15 +3,14 @@
 // touched (docs/tasks/remember.md).
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // FindImposterColor{3,5,9}, FindImposterShape{3,5,9}, FindImposterShapeAndColor{3x2,3x3,5x3};
 // -VLA-v0.
-std::unique_ptr<Task> make_find_imposter(const RegistryEntry& entry);
+extern const Family kFindImposterColor;
+extern const Family kFindImposterShape;
+extern const Family kFindImposterShapeAndColor;
 
 }  // namespace engram::tasks

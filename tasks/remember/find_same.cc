@@ -19,25 +19,57 @@ constexpr StepRange kFixedCue{100, 100};
 constexpr StepRange kLongEmpty{50, 450};
 constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
 
-constexpr std::array<ObjectRecallParams, 18> kVariants = {{
-    {"RememberColor3-VLA-v0", kColor, 3, kShortCue, kShortEmpty},
-    {"RememberColor5-VLA-v0", kColor, 5, kShortCue, kShortEmpty},
-    {"RememberColor9-VLA-v0", kColor, 9, kShortCue, kShortEmpty},
-    {"RememberColor3-Long-VLA-v0", kColor, 3, kLongCue, kLongEmpty},
-    {"RememberColor5-Long-VLA-v0", kColor, 5, kFixedCue, kLongEmpty},
-    {"RememberColor9-Long-VLA-v0", kColor, 9, kFixedCue, kLongEmpty},
-    {"RememberShape3-VLA-v0", kShape, 3, kShortCue, kShortEmpty},
-    {"RememberShape5-VLA-v0", kShape, 5, kShortCue, kShortEmpty},
-    {"RememberShape9-VLA-v0", kShape, 9, kShortCue, kShortEmpty},
-    {"RememberShape3-Long-VLA-v0", kShape, 3, kLongCue, kLongEmpty},
-    {"RememberShape5-Long-VLA-v0", kShape, 5, kLongCue, kLongEmpty},
-    {"RememberShape9-Long-VLA-v0", kShape, 9, kLongCue, kLongEmpty},
-    {"RememberShapeAndColor3x2-VLA-v0", kShapeAndColor, 6, kShortCue, kShortEmpty, kRound},
-    {"RememberShapeAndColor3x3-VLA-v0", kShapeAndColor, 9, kShortCue, kShortEmpty},
-    {"RememberShapeAndColor5x3-VLA-v0", kShapeAndColor, 15, kShortCue, kShortEmpty, kRound},
-    {"RememberShapeAndColor3x2-Long-VLA-v0", kShapeAndColor, 6, kLongCue, kLongEmpty, kRound},
-    {"RememberShapeAndColor3x3-Long-VLA-v0", kShapeAndColor, 9, kLongCue, kLongEmpty},
-    {"RememberShapeAndColor5x3-Long-VLA-v0", kShapeAndColor, 15, kLongCue, kLongEmpty, kRound},
+constexpr std::array<ObjectRecallParams, 6> kColors = {{
+    {{"RememberColor3-Long-VLA-v0", 600, Split::kMedium}, kColor, 3, kLongCue, kLongEmpty},
+    {{"RememberColor3-VLA-v0", 25, Split::kShort}, kColor, 3, kShortCue, kShortEmpty},
+    {{"RememberColor5-Long-VLA-v0", 600, Split::kMedium}, kColor, 5, kFixedCue, kLongEmpty},
+    {{"RememberColor5-VLA-v0", 25, Split::kShort}, kColor, 5, kShortCue, kShortEmpty},
+    {{"RememberColor9-Long-VLA-v0", 600, Split::kMedium}, kColor, 9, kFixedCue, kLongEmpty},
+    {{"RememberColor9-VLA-v0", 25, Split::kShort}, kColor, 9, kShortCue, kShortEmpty},
+}};
+constexpr std::array<ObjectRecallParams, 6> kShapes = {{
+    {{"RememberShape3-Long-VLA-v0", 600, Split::kMedium}, kShape, 3, kLongCue, kLongEmpty},
+    {{"RememberShape3-VLA-v0", 25, Split::kShort}, kShape, 3, kShortCue, kShortEmpty},
+    {{"RememberShape5-Long-VLA-v0", 600, Split::kMedium}, kShape, 5, kLongCue, kLongEmpty},
+    {{"RememberShape5-VLA-v0", 25, Split::kShort}, kShape, 5, kShortCue, kShortEmpty},
+    {{"RememberShape9-Long-VLA-v0", 600, Split::kMedium}, kShape, 9, kLongCue, kLongEmpty},
+    {{"RememberShape9-VLA-v0", 25, Split::kShort}, kShape, 9, kShortCue, kShortEmpty},
+}};
+constexpr std::array<ObjectRecallParams, 6> kShapesAndColors = {{
+    {{"RememberShapeAndColor3x2-Long-VLA-v0", 600, Split::kMedium},
+     kShapeAndColor,
+     6,
+     kLongCue,
+     kLongEmpty,
+     kRound},
+    {{"RememberShapeAndColor3x2-VLA-v0", 25, Split::kShort},
+     kShapeAndColor,
+     6,
+     kShortCue,
+     kShortEmpty,
+     kRound},
+    {{"RememberShapeAndColor3x3-Long-VLA-v0", 600, Split::kMedium},
+     kShapeAndColor,
+     9,
+     kLongCue,
+     kLongEmpty},
+    {{"RememberShapeAndColor3x3-VLA-v0", 25, Split::kShort},
+     kShapeAndColor,
+     9,
+     kShortCue,
+     kShortEmpty},
+    {{"RememberShapeAndColor5x3-Long-VLA-v0", 600, Split::kMedium},
+     kShapeAndColor,
+     15,
+     kLongCue,
+     kLongEmpty,
+     kRound},
+    {{"RememberShapeAndColor5x3-VLA-v0", 25, Split::kShort},
+     kShapeAndColor,
+     15,
+     kShortCue,
+     kShortEmpty,
+     kRound},
 }};
 
 // Control steps from the appearance on in which objects are put back to where they appeared.
@@ -115,8 +147,34 @@ class Remember final : public ObjectRecall {
 
 }  // namespace
 
-std::unique_ptr<Task> make_remember(const RegistryEntry& entry) {
-  return std::make_unique<Remember>(entry, find_variant(kVariants, entry.id));
-}
+constexpr auto kColorRows = rows_of(kColors);
+constexpr auto kShapeRows = rows_of(kShapes);
+constexpr auto kShapeAndColorRows = rows_of(kShapesAndColors);
+
+const Family kRememberColor = {
+    .name = "RememberColor",
+    .memory_type = "Object",
+    .instruction = "Observe the cube's color, wait, then touch the cube of the same color.",
+    .tasks = kColorRows,
+    .make = make_variant<Remember, kColors>,
+    .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true}};
+
+const Family kRememberShape = {
+    .name = "RememberShape",
+    .memory_type = "Object",
+    .instruction = "Observe the object's shape, wait, then touch the object of the same shape.",
+    .tasks = kShapeRows,
+    .make = make_variant<Remember, kShapes>,
+    .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true}};
+
+const Family kRememberShapeAndColor = {
+    .name = "RememberShapeAndColor",
+    .memory_type = "Object",
+    .instruction =
+        "Observe the object's shape and color, wait, then touch the object of the same shape "
+        "and color.",
+    .tasks = kShapeAndColorRows,
+    .make = make_variant<Remember, kShapesAndColors>,
+    .expectations = {.least_reward = 0, .most_reward = 0.6667, .hides = true}};
 
 }  // namespace engram::tasks

@@ -3,15 +3,14 @@
 // (docs/tasks/remember.md).
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // RememberColor{3,5,9}, RememberShape{3,5,9}, RememberShapeAndColor{3x2,3x3,5x3}; -VLA-v0 and
 // -Long-VLA-v0.
-std::unique_ptr<Task> make_remember(const RegistryEntry& entry);
+extern const Family kRememberColor;
+extern const Family kRememberShape;
+extern const Family kRememberShapeAndColor;
 
 }  // namespace engram::tasks

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "tasks/parts/blind_guess.h"
 #include "tasks/parts/overlap_guard.h"
 #include "tasks/parts/task_info.h"
 #include "tasks/parts/tool_servo.h"
@@ -21,15 +22,6 @@ constexpr double kTravelGap = 0.06;     // m more while on the way
 constexpr double kCloseEnough = 0.010;  // m
 // The farthest slots of all are out of a vertical tool's reach.
 constexpr Lean kLean{.reach = 0.78, .per_metre = 5.0, .most = 0.4};
-
-Draw steps_draw(const char* name, StepRange range, const char* what) {
-  return {.name = name,
-          .integer = true,
-          .low = static_cast<double>(range.low),
-          .high = static_cast<double>(range.high),
-          .unit = "control steps",
-          .description = what};
-}
 
 }  // namespace
 
@@ -64,8 +56,8 @@ void ObjectRecall::describe_episode(const Wording& wording) {
   info_.draws = {
       {wording.target, 1, true, 0, count() - 1.0, "", wording.target_text},
       {"positions", 2 * count(), false, -0.5, 0.5, "m", wording.positions_text},
-      steps_draw("cue_steps", params_.CUE_PHASE_STEPS, "length of the cue phase"),
-      steps_draw("empty_steps", params_.EMPTY_PHASE_STEPS, "length of the empty phase"),
+      params_.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase"),
+      params_.EMPTY_PHASE_STEPS.draw("empty_steps", "length of the empty phase"),
   };
 }
 
@@ -96,12 +88,9 @@ void ObjectRecall::bind(const Bindings& bindings) {
 
 void ObjectRecall::begin_episode(const Episode& episode) const {
   const int env = episode.env();
-  const auto steps = [&episode](int draw, StepRange range) {
-    return episode.integer(draw, range.low, range.high);
-  };
   target_[env] = episode.integer(kTarget, 0, count() - 1);
-  clock_.reset(env, steps(kCueSteps, params_.CUE_PHASE_STEPS),
-               steps(kEmptySteps, params_.EMPTY_PHASE_STEPS));
+  clock_.reset(env, params_.CUE_PHASE_STEPS.sample(episode, kCueSteps),
+               params_.EMPTY_PHASE_STEPS.sample(episode, kEmptySteps));
   if (info_.frozen_cue) engine_.freeze_steps[env] = clock_.manipulation_start(env);
 }
 
@@ -188,9 +177,7 @@ void ObjectRecall::act(Range envs, bool blind, FloatRows actions) {
 
 // What an agent without memory would touch.
 int ObjectRecall::guess(int env) const {
-  const State& state = *engine_.state;
-  RandomStream random(state.seed[env], state.episode[env], kPurposeBlindGuess);
-  return random.integer(0, count() - 1);
+  return blind_guess(*engine_.state, env).integer(0, count() - 1);
 }
 
 }  // namespace engram::tasks

@@ -12,14 +12,14 @@
 #include "tasks/parts/layout.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/touch_target.h"
-#include "tasks/registry_table.h"
+#include "tasks/registry.h"
 #include "tasks/remember/object_set.h"
 
 namespace engram::tasks {
 
 // One row of a family's table.
 struct ObjectRecallParams {
-  std::string_view id;
+  TaskRow task;
   Vocabulary vocabulary;
   int count;  // COLORS or SHAPES
   StepRange CUE_PHASE_STEPS;

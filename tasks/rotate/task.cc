@@ -24,16 +24,18 @@ constexpr double kPi = std::numbers::pi;
 // --- parameters ---
 
 struct Params {
-  std::string_view id;
+  TaskRow task;
   RotateMode MODE;
   bool strict;
 };
 
-constexpr std::array<Params, 4> kVariants = {{
-    {"RotateLenientPos-VLA-v0", RotateMode::kPosAngle, false},
-    {"RotateLenientPosNeg-VLA-v0", RotateMode::kPosNegAngle, false},
-    {"RotateStrictPos-VLA-v0", RotateMode::kPosAngle, true},
-    {"RotateStrictPosNeg-VLA-v0", RotateMode::kPosNegAngle, true},
+constexpr std::array<Params, 2> kLenient = {{
+    {{"RotateLenientPosNeg-VLA-v0", 60, Split::kShort}, RotateMode::kPosNegAngle, false},
+    {{"RotateLenientPos-VLA-v0", 60, Split::kShort}, RotateMode::kPosAngle, false},
+}};
+constexpr std::array<Params, 2> kStrict = {{
+    {{"RotateStrictPosNeg-VLA-v0", 90, Split::kShort}, RotateMode::kPosNegAngle, true},
+    {{"RotateStrictPos-VLA-v0", 90, Split::kShort}, RotateMode::kPosAngle, true},
 }};
 
 constexpr double kMostOffset = 0.05;  // m, in x and in y, of the strict family
@@ -299,8 +301,25 @@ RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
   return terms;
 }
 
-std::unique_ptr<Task> make_rotate(const RegistryEntry& entry) {
-  return std::make_unique<Rotate>(entry, find_variant(kVariants, entry.id));
-}
+constexpr auto kLenientRows = rows_of(kLenient);
+constexpr auto kStrictRows = rows_of(kStrict);
+
+const Family kRotateLenient = {
+    .name = "RotateLenient",
+    .memory_type = "Spatial",
+    .instruction = "Rotate the peg by {angle_deg} degrees to match the target angle.",
+    .tasks = kLenientRows,
+    .make = make_variant<Rotate, kLenient>,
+    .expectations = {.least_reward = 0, .most_reward = 0.35}};
+
+const Family kRotateStrict = {
+    .name = "RotateStrict",
+    .memory_type = "Spatial",
+    .instruction =
+        "Rotate the peg by {angle_deg} degrees to match the target angle while keeping the "
+        "center of the peg in place.",
+    .tasks = kStrictRows,
+    .make = make_variant<Rotate, kStrict>,
+    .expectations = {.least_reward = 0, .most_reward = 0.555}};
 
 }  // namespace engram::tasks

@@ -2,11 +2,8 @@
 // keeps its centre in place (docs/tasks/rotate.md).
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
+#include "tasks/family.h"
 #include "tasks/parts/smoothness.h"
-#include "tasks/registry_table.h"
 
 namespace engram::tasks {
 
@@ -35,6 +32,7 @@ struct RotateRewardTerms {
 RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& inputs);
 RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& inputs);
 
-std::unique_ptr<Task> make_rotate(const RegistryEntry& entry);
+extern const Family kRotateLenient;
+extern const Family kRotateStrict;
 
 }  // namespace engram::tasks

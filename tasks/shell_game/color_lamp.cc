@@ -1,5 +1,6 @@
 #include "tasks/shell_game/color_lamp.h"
 
+#include "tasks/parts/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/touch_rule.h"
 
@@ -84,8 +85,17 @@ class ColorLamp final : public ShellGame {
 
 }  // namespace
 
-std::unique_ptr<Task> make_shell_game_color_lamp(const RegistryEntry& entry) {
-  return std::make_unique<ColorLamp>(entry);
-}
+constexpr std::array<TaskRow, 1> kRows = {{
+    {"ShellGameColorLampTouch-VLA-v0", 30, Split::kShort},
+}};
+
+const Family kShellGameColorLampTouch = {
+    .name = "ShellGameColorLampTouch",
+    .memory_type = "Spatial",
+    .instruction =
+        "Observe which color is under each cup, then touch the cup matching the lamp color.",
+    .tasks = kRows,
+    .make = make_plain<ColorLamp>,
+    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
 
 }  // namespace engram::tasks

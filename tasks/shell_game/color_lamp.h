@@ -2,14 +2,11 @@
 // colour whose mug has to be touched.
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // ShellGameColorLampTouch-VLA-v0.
-std::unique_ptr<Task> make_shell_game_color_lamp(const RegistryEntry& entry);
+extern const Family kShellGameColorLampTouch;
 
 }  // namespace engram::tasks

@@ -4,6 +4,7 @@
 
 #include "core/picture/overlay.h"
 #include "mjcf/mug.h"
+#include "tasks/parts/blind_guess.h"
 
 namespace engram::tasks {
 namespace {
@@ -123,7 +124,7 @@ void ShellGame::conclude(int env, const Verdict& verdict) const {
 int ShellGame::chosen_slot(int env, bool blind) const {
   if (!blind) return answer(env);
   const State& state = *engine_.state;
-  RandomStream random(state.seed[env], state.episode[env], kPurposeBlindGuess);
+  RandomStream random = blind_guess(state, env);
   return random.integer(0, kCups - 1);
 }
 

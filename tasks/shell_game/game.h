@@ -11,7 +11,7 @@
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/reward_dict.h"
-#include "tasks/registry_table.h"
+#include "tasks/registry.h"
 #include "tasks/shell_game/mugs.h"
 
 namespace engram::tasks {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tasks/parts/tool_servo.h"
+#include "tasks/parts/variant.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {
@@ -208,8 +209,17 @@ PickTerms pick_reward(const PickInputs& in) {
   return terms;
 }
 
-std::unique_ptr<Task> make_shell_game_pick(const RegistryEntry& entry) {
-  return std::make_unique<Pick>(entry);
-}
+constexpr std::array<TaskRow, 1> kRows = {{
+    {"ShellGamePick-VLA-v0", 30, Split::kExtended, 0.90},
+}};
+
+const Family kShellGamePick = {
+    .name = "ShellGamePick",
+    .memory_type = "Spatial",
+    .instruction = "Observe which cup hides the ball, wait, then pick up that cup and lift it.",
+    .tasks = kRows,
+    .make = make_plain<Pick>,
+    .expectations = {
+        .least_reward = 0, .most_reward = 0.6667, .goal_for_people = true, .hides = true}};
 
 }  // namespace engram::tasks

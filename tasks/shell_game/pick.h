@@ -1,10 +1,9 @@
 // ShellGamePick: the mug that hides the ball has to be picked up by its handle and lifted.
 #pragma once
 
-#include <memory>
+#include <Eigen/Core>
 
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
@@ -38,6 +37,6 @@ struct PickTerms {
 PickTerms pick_reward(const PickInputs& inputs);
 
 // ShellGamePick-VLA-v0.
-std::unique_ptr<Task> make_shell_game_pick(const RegistryEntry& entry);
+extern const Family kShellGamePick;
 
 }  // namespace engram::tasks

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tasks/parts/tool_servo.h"
+#include "tasks/parts/variant.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {
@@ -152,8 +153,17 @@ PushTerms push_reward(const PushInputs& in) {
   return terms;
 }
 
-std::unique_ptr<Task> make_shell_game_push(const RegistryEntry& entry) {
-  return std::make_unique<Push>(entry);
-}
+constexpr std::array<TaskRow, 1> kRows = {{
+    {"ShellGamePush-VLA-v0", 30, Split::kShort},
+}};
+
+const Family kShellGamePush = {
+    .name = "ShellGamePush",
+    .memory_type = "Spatial",
+    .instruction = "Observe which cup hides the ball, wait, then push that cup forward.",
+    .tasks = kRows,
+    .make = make_plain<Push>,
+    .expectations = {
+        .least_reward = 0, .most_reward = 0.8, .goal_for_people = true, .hides = true}};
 
 }  // namespace engram::tasks

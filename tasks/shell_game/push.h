@@ -1,10 +1,7 @@
 // ShellGamePush: the mug that hides the ball has to be pushed forward.
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
@@ -31,6 +28,6 @@ struct PushTerms {
 PushTerms push_reward(const PushInputs& inputs);
 
 // ShellGamePush-VLA-v0.
-std::unique_ptr<Task> make_shell_game_push(const RegistryEntry& entry);
+extern const Family kShellGamePush;
 
 }  // namespace engram::tasks

@@ -202,12 +202,39 @@ class ShuffleColorLamp final : public ShellGame {
 
 }  // namespace
 
-std::unique_ptr<Task> make_shell_game_shuffle_touch(const RegistryEntry& entry) {
-  return std::make_unique<ShuffleTouch>(entry, params_of(entry));
+template <class Game>
+std::unique_ptr<Task> make(const RegistryEntry& entry) {
+  return std::make_unique<Game>(entry, params_of(entry));
 }
 
-std::unique_ptr<Task> make_shell_game_shuffle_color_lamp(const RegistryEntry& entry) {
-  return std::make_unique<ShuffleColorLamp>(entry, params_of(entry));
-}
+constexpr std::array<TaskRow, 2> kTouchRows = {{
+    {"ShellGameShuffleTouch-Long-VLA-v0", 600, Split::kMedium},
+    {"ShellGameShuffleTouch-VLA-v0", 60, Split::kShort},
+}};
+
+const Family kShellGameShuffleTouch = {
+    .name = "ShellGameShuffleTouch",
+    .memory_type = "Tracking",
+    .instruction =
+        "Observe which cup hides the ball, track the cups as they shuffle, then touch the "
+        "correct cup.",
+    .tasks = kTouchRows,
+    .make = make<ShuffleTouch>,
+    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
+
+constexpr std::array<TaskRow, 2> kColorLampRows = {{
+    {"ShellGameShuffleColorLampTouch-Long-VLA-v0", 600, Split::kMedium},
+    {"ShellGameShuffleColorLampTouch-VLA-v0", 60, Split::kShort},
+}};
+
+const Family kShellGameShuffleColorLampTouch = {
+    .name = "ShellGameShuffleColorLampTouch",
+    .memory_type = "Tracking",
+    .instruction =
+        "Observe which color is under each cup, track the cups as they shuffle, then touch the "
+        "cup matching the lamp color.",
+    .tasks = kColorLampRows,
+    .make = make<ShuffleColorLamp>,
+    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
 
 }  // namespace engram::tasks

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tasks/parts/variant.h"
 #include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {
@@ -88,8 +89,16 @@ class Touch final : public ShellGame {
 
 }  // namespace
 
-std::unique_ptr<Task> make_shell_game_touch(const RegistryEntry& entry) {
-  return std::make_unique<Touch>(entry);
-}
+constexpr std::array<TaskRow, 1> kRows = {{
+    {"ShellGameTouch-VLA-v0", 30, Split::kShort},
+}};
+
+const Family kShellGameTouch = {
+    .name = "ShellGameTouch",
+    .memory_type = "Spatial",
+    .instruction = "Observe which cup hides the ball, wait, then touch that cup.",
+    .tasks = kRows,
+    .make = make_plain<Touch>,
+    .expectations = {.least_reward = -0.0334, .most_reward = 1, .hides = true}};
 
 }  // namespace engram::tasks

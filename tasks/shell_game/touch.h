@@ -1,14 +1,11 @@
 // ShellGameTouch: a ball vanishes under one of three mugs; that mug has to be touched.
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // ShellGameTouch-VLA-v0.
-std::unique_ptr<Task> make_shell_game_touch(const RegistryEntry& entry);
+extern const Family kShellGameTouch;
 
 }  // namespace engram::tasks

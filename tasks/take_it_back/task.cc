@@ -10,6 +10,7 @@
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
 #include "tasks/parts/tool_servo.h"
+#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {
@@ -315,8 +316,18 @@ TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
   return terms;
 }
 
-std::unique_ptr<Task> make_take_it_back(const RegistryEntry& entry) {
-  return std::make_unique<TakeItBack>(entry);
-}
+constexpr std::array<TaskRow, 1> kRows = {{
+    {"TakeItBack-VLA-v0", 60, Split::kShort},
+}};
+
+const Family kTakeItBack = {
+    .name = "TakeItBack",
+    .memory_type = "Spatial",
+    .instruction =
+        "Push the cube onto the red target, and when the target changes color, return the cube "
+        "to its original position.",
+    .tasks = kRows,
+    .make = make_plain<TakeItBack>,
+    .expectations = {.least_reward = -0.0034, .most_reward = 0.7531, .hides = true}};
 
 }  // namespace engram::tasks

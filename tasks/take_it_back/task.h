@@ -2,11 +2,10 @@
 // (docs/tasks/take_it_back.md).
 #pragma once
 
-#include <memory>
+#include <Eigen/Core>
 
-#include "core/task.h"
+#include "tasks/family.h"
 #include "tasks/parts/smoothness.h"
-#include "tasks/registry_table.h"
 
 namespace engram::tasks {
 
@@ -38,6 +37,6 @@ struct TakeItBackRewardTerms {
 
 TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& inputs);
 
-std::unique_ptr<Task> make_take_it_back(const RegistryEntry& entry);
+extern const Family kTakeItBack;
 
 }  // namespace engram::tasks

@@ -24,18 +24,48 @@ namespace {
 // --- parameters ---
 
 struct Params {
-  std::string_view id;
+  TaskRow task;
   int DELAY_STEPS;
 };
 
+#define INSTRUCTION(steps)                                                                  \
+  "When the white lamp turns green, start counting steps from that exact moment. Move the " \
+  "blue cube from the green disc to the red disc exactly on step " #steps " of that count."
+
 constexpr std::array<Params, 6> kVariants = {{
-    {"TimedTransferEasy-VLA-v0", 100},
-    {"TimedTransferMedium-VLA-v0", 150},
-    {"TimedTransferHard-VLA-v0", 200},
-    {"TimedTransferEasy-Long-VLA-v0", 300},
-    {"TimedTransferMedium-Long-VLA-v0", 500},
-    {"TimedTransferHard-Long-VLA-v0", 1000},
+    {{.id = "TimedTransferEasy-Long-VLA-v0",
+      .horizon = 600,
+      .split = Split::kMedium,
+      .instruction = INSTRUCTION(300)},
+     300},
+    {{.id = "TimedTransferEasy-VLA-v0",
+      .horizon = 200,
+      .split = Split::kShort,
+      .instruction = INSTRUCTION(100)},
+     100},
+    {{.id = "TimedTransferHard-Long-VLA-v0",
+      .horizon = 1200,
+      .split = Split::kLong,
+      .instruction = INSTRUCTION(1000)},
+     1000},
+    {{.id = "TimedTransferHard-VLA-v0",
+      .horizon = 300,
+      .split = Split::kMedium,
+      .instruction = INSTRUCTION(200)},
+     200},
+    {{.id = "TimedTransferMedium-Long-VLA-v0",
+      .horizon = 900,
+      .split = Split::kLong,
+      .instruction = INSTRUCTION(500)},
+     500},
+    {{.id = "TimedTransferMedium-VLA-v0",
+      .horizon = 250,
+      .split = Split::kMedium,
+      .instruction = INSTRUCTION(150)},
+     150},
 }};
+
+#undef INSTRUCTION
 
 constexpr StepRange PRE_SIGNAL_STEPS{1, 3};
 constexpr double DISC_RADIUS = 0.07;          // m
@@ -300,8 +330,12 @@ class TimedTransfer final : public FamilyBase {
 
 }  // namespace
 
-std::unique_ptr<Task> make_timed_transfer(const RegistryEntry& entry) {
-  return std::make_unique<TimedTransfer>(entry, find_variant(kVariants, entry.id));
-}
+constexpr auto kRows = rows_of(kVariants);
+
+const Family kTimedTransfer = {.name = "TimedTransfer",
+                               .memory_type = "Temporal",
+                               .tasks = kRows,
+                               .make = make_variant<TimedTransfer, kVariants>,
+                               .expectations = {.least_reward = -0.8334, .most_reward = 0.8334}};
 
 }  // namespace engram::tasks

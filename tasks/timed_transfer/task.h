@@ -2,14 +2,11 @@
 // turned green (docs/tasks/timed_transfer.md).
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // TimedTransfer{Easy,Medium,Hard}-VLA-v0 and -Long-VLA-v0.
-std::unique_ptr<Task> make_timed_transfer(const RegistryEntry& entry);
+extern const Family kTimedTransfer;
 
 }  // namespace engram::tasks

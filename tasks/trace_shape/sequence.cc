@@ -9,6 +9,7 @@
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/press_button.h"
 #include "tasks/parts/reward_dict.h"
+#include "tasks/parts/variant.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/info.h"
 #include "tasks/trace_shape/map.h"
@@ -324,8 +325,21 @@ class TraceShapeSeq final : public FamilyBase {
 
 }  // namespace
 
-std::unique_ptr<Task> make_trace_shape_seq(const RegistryEntry& entry) {
-  return std::make_unique<TraceShapeSeq>(entry);
-}
+constexpr std::array<TaskRow, 3> kRows = {{
+    {"TraceShapeSeqEasy-VLA-v0", 1500, Split::kLong, 0.90},
+    {"TraceShapeSeqHard-VLA-v0", 1500, Split::kLong, 0.90},
+    {"TraceShapeSeqMedium-VLA-v0", 1500, Split::kLong, 0.90},
+}};
+
+const Family kTraceShapeSeq = {
+    .name = "TraceShapeSeq",
+    .memory_type = "Procedural",
+    .instruction =
+        "Watch the red cube trace a sequence of shapes. When the lamp turns green, pick up the "
+        "green cube and trace the same sequence in order. After finishing all shapes, press "
+        "the button to submit your answer.",
+    .tasks = kRows,
+    .make = make_plain<TraceShapeSeq>,
+    .expectations = {.least_reward = -0.05, .most_reward = 0.3575}};
 
 }  // namespace engram::tasks

@@ -4,6 +4,7 @@
 
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
+#include "tasks/parts/variant.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/info.h"
 #include "tasks/trace_shape/map.h"
@@ -190,8 +191,20 @@ class TraceShape final : public FamilyBase {
 
 }  // namespace
 
-std::unique_ptr<Task> make_trace_shape(const RegistryEntry& entry) {
-  return std::make_unique<TraceShape>(entry);
-}
+constexpr std::array<TaskRow, 3> kRows = {{
+    {"TraceShapeEasy-VLA-v0", 250, Split::kMedium},
+    {"TraceShapeHard-VLA-v0", 350, Split::kMedium},
+    {"TraceShapeMedium-VLA-v0", 300, Split::kMedium},
+}};
+
+const Family kTraceShape = {
+    .name = "TraceShape",
+    .memory_type = "Procedural",
+    .instruction =
+        "Watch the red cube trace a shape on the table. When the lamp turns green, pick up the "
+        "green cube and trace exactly the same shape.",
+    .tasks = kRows,
+    .make = make_plain<TraceShape>,
+    .expectations = {.least_reward = -0.0017, .most_reward = 0.2667}};
 
 }  // namespace engram::tasks

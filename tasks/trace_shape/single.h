@@ -2,14 +2,11 @@
 // (docs/tasks/trace_shape.md).
 #pragma once
 
-#include <memory>
-
-#include "core/task.h"
-#include "tasks/registry_table.h"
+#include "tasks/family.h"
 
 namespace engram::tasks {
 
 // TraceShape{Easy,Medium,Hard}-VLA-v0.
-std::unique_ptr<Task> make_trace_shape(const RegistryEntry& entry);
+extern const Family kTraceShape;
 
 }  // namespace engram::tasks

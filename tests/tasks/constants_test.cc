@@ -8,6 +8,7 @@
 #include "core/base/constant.h"
 #include "tests/build_paths.h"
 #include "tests/env_helpers.h"
+#include "tests/tasks/benchmark_table.h"
 
 namespace engram {
 namespace {
@@ -39,7 +40,8 @@ TEST_CASE("Class constants equal the published ones", "[constants]") {
   std::ifstream file(std::string(test::kData) + "/constants.json");
   const json published = json::parse(file);
   int compared = 0;
-  for (const std::string& id : test::implemented_ids()) {
+  for (const test::BenchmarkRow& row : test::benchmark()) {
+    const std::string& id = row[0];
     INFO(id);
     REQUIRE(published.contains(id));
     json given = json::object();

@@ -6,7 +6,6 @@
 #include "protocol/batch/make.h"
 #include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
-#include "tests/tasks/family_traits.h"
 
 namespace {
 
@@ -85,7 +84,7 @@ TEST_CASE("No picture after the cue tells what was shown", "[render][long]") {
       CHECK(seen >= kEnough);
       // Afterwards there is none, in any camera; people may be shown where the goal is. Of long
       // episodes a part of the steps is looked at.
-      const bool goal_for_people = test::traits_of(id).goal_for_people;
+      const bool goal_for_people = require_entry(id).definition->expectations.goal_for_people;
       for (; one->state().finished[0] == 0; one->step(rest), other->step(rest)) {
         if (is_dull(one->state().elapsed[0] - end)) continue;
         for (const char* camera : kCameras) {

@@ -7,14 +7,12 @@
 #include <vector>
 
 #include "tests/env_helpers.h"
-#include "tests/tasks/family_traits.h"
 
 namespace engram {
 namespace {
 
 using test::make_env;
 using test::row;
-using test::traits_of;
 
 constexpr std::uint64_t kCanonicalSeed = 4242424242;
 
@@ -71,7 +69,8 @@ int affordable(const std::string& id, int episodes) {
 
 void check_policies(const std::string& id) {
   INFO(id);
-  CHECK(rate(outcomes(id, Policy::kOracle, true, affordable(id, 50))) >= traits_of(id).oracle);
+  CHECK(rate(outcomes(id, Policy::kOracle, true, affordable(id, 50))) >=
+        require_entry(id).oracle_floor);
   const double chance = make_task(id)->info().chance();
   const double guessed = rate(outcomes(id, Policy::kBlind, true, affordable(id, 100)));
   CHECK(std::abs(guessed - chance) <= 0.15);
@@ -160,8 +159,8 @@ TEST_CASE("Untouched props leave the robot's bits alone with and without sleep",
     INFO(id);
     CHECK(found.robot_bits == 0);
     CHECK(found.props < 5e-4);
-    CHECK((found.props > 0) == traits_of(id).settles);
-    CHECK(found.touched == traits_of(id).moves_untouched);
+    CHECK((found.props > 0) == require_entry(id).definition->expectations.settles);
+    CHECK(found.touched == require_entry(id).definition->expectations.moves_untouched);
   }
 }
 
@@ -172,7 +171,7 @@ TEST_CASE("At a joint limit sleep makes a difference in the last bits only", "[s
     const Differences found = compare_sleep(id, true);
     INFO(id << ": bits differ in " << found.robot_bits << " of 1000 steps, by " << found.robot);
     CHECK(found.robot < 1e-9);
-    CHECK(found.touched == traits_of(id).moves_untouched);
+    CHECK(found.touched == require_entry(id).definition->expectations.moves_untouched);
   }
 }
 

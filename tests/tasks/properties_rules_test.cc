@@ -15,7 +15,6 @@
 #include "tasks/family_samples.h"
 #include "tests/api/door.h"
 #include "tests/env_helpers.h"
-#include "tests/tasks/family_traits.h"
 #include "tests/tasks/spectator.h"
 
 namespace engram {
@@ -150,7 +149,7 @@ TEST_CASE("Hidden props are neither felt nor seen", "[properties]") {
   for (const std::string& id : one_of_each_family()) {
     const int hidden = compare_with_dragged(id, true);
     INFO(id);
-    CHECK((hidden > 0) == test::traits_of(id).hides);
+    CHECK((hidden > 0) == require_entry(id).definition->expectations.hides);
   }
 }
 
@@ -160,7 +159,7 @@ TEST_CASE("Hidden props of all tasks are neither felt nor seen, with and without
     for (const bool sleep : {true, false}) {
       const int hidden = compare_with_dragged(id, sleep);
       INFO(id);
-      CHECK((hidden > 0) == test::traits_of(id).hides);
+      CHECK((hidden > 0) == require_entry(id).definition->expectations.hides);
     }
   }
 }

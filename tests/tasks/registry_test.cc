@@ -1,46 +1,54 @@
+#include "tasks/registry.h"
+
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "tasks/registry_table.h"
-#include "tests/build_paths.h"
+#include "core/task.h"
+#include "tests/tasks/benchmark_table.h"
 
 namespace engram {
 namespace {
 
-using Row = std::vector<std::string>;
+using test::benchmark;
+using test::BenchmarkRow;
 
-// The rows of a semicolon-separated file that has no quoting.
-std::vector<Row> read_table(const std::string& path) {
-  std::ifstream file(path);
-  std::vector<Row> rows;
-  for (std::string line; std::getline(file, line);) {
-    std::istringstream fields(line);
-    Row row;
-    for (std::string field; std::getline(fields, field, ';');) row.push_back(field);
-    rows.push_back(row);
-  }
-  return rows;
+BenchmarkRow to_row(const RegistryEntry& entry) {
+  return {std::string(entry.id),          std::string(entry.family),
+          std::to_string(entry.horizon),  std::string(split_name(entry.split)),
+          std::string(entry.memory_type), entry.canonical ? "yes" : "no",
+          std::string(entry.instruction)};
 }
 
-TEST_CASE("The registry equals registry.csv in every column", "[registry]") {
-  const std::vector<Row> table = read_table(std::string(test::kData) + "/registry.csv");
-  REQUIRE(table[0] == Row{"id", "family", "horizon", "split", "memory_type", "canonical",
-                          "language_instruction"});
-  for (std::size_t i = 0; i < registry().size(); ++i) {
-    const RegistryEntry& entry = registry()[i];
-    INFO("the row of registry.csv at the place of " << entry.id);
-    REQUIRE(i + 1 < table.size());
-    CHECK(table[i + 1] == Row{std::string(entry.id), std::string(entry.family),
-                              std::to_string(entry.horizon), std::string(split_name(entry.split)),
-                              std::string(entry.memory_type), entry.canonical ? "yes" : "no",
-                              std::string(entry.instruction)});
+TEST_CASE("The registry equals the published table in every column", "[registry]") {
+  CHECK(benchmark().size() == 97);
+  for (const BenchmarkRow& row : benchmark()) {
+    INFO(row[0]);
+    const RegistryEntry* entry = find_entry(row[0]);
+    REQUIRE(entry != nullptr);
+    CHECK(to_row(*entry) == row);
   }
-  CHECK(table.size() == registry().size() + 1);
+}
+
+TEST_CASE("Tasks stand in the published order", "[registry]") {
+  std::vector<std::string_view> published;
+  for (const BenchmarkRow& row : benchmark()) published.emplace_back(row[0]);
+  std::vector<std::string_view> registered;
+  for (const RegistryEntry& entry : registry()) {
+    if (test::is_benchmark_id(entry.id)) registered.push_back(entry.id);
+  }
+  CHECK(registered == published);
+}
+
+TEST_CASE("Every task belongs to the family that lists it", "[registry]") {
+  for (const RegistryEntry& entry : registry()) {
+    INFO(entry.id);
+    REQUIRE(entry.definition != nullptr);
+    CHECK(entry.definition->name == entry.family);
+    CHECK(make_task(entry.id)->info().family == entry.family);
+  }
 }
 
 TEST_CASE("The registry has the published number of tasks per split and memory type",
@@ -48,8 +56,10 @@ TEST_CASE("The registry has the published number of tasks per split and memory t
   std::map<std::string, int> counts;
   std::set<std::string_view> ids;
   for (const RegistryEntry& entry : registry()) {
-    ++counts[std::string(split_name(entry.split)) + ' ' + std::string(entry.memory_type)];
     ids.insert(entry.id);
+    if (test::is_benchmark_id(entry.id)) {
+      ++counts[std::string(split_name(entry.split)) + ' ' + std::string(entry.memory_type)];
+    }
     CHECK(entry.canonical == (entry.split != Split::kExtended));
     if (entry.canonical) {
       CHECK(entry.split == (entry.horizon <= 200   ? Split::kShort

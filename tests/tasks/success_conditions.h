@@ -420,6 +420,7 @@ class BatteriesChecked : public Judge {
   std::size_t count_ = 0;
 };
 
+// The judge of a family of the benchmark; nullptr for others.
 inline std::unique_ptr<Judge> make_judge(std::string_view family, Timing timing) {
   const auto is = [family](std::string_view prefix) { return family.starts_with(prefix); };
   if (is("Remember") || is("FindImposter")) return std::make_unique<TouchedObject>(timing);
@@ -443,7 +444,6 @@ inline std::unique_ptr<Judge> make_judge(std::string_view family, Timing timing)
   if (is("TimedTransfer")) return std::make_unique<CubeInTime>();
   if (is("GatherAndRecall")) return std::make_unique<GatheredAndRecalled>();
   if (is("BatteriesChecker")) return std::make_unique<BatteriesChecked>();
-  FAIL("no success condition for " << family);
   return nullptr;
 }
 

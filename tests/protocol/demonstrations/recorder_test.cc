@@ -14,6 +14,7 @@
 #include "protocol/demonstrations/npz.h"
 #include "protocol/formats/files.h"
 #include "tests/failing_allocations.h"
+#include "tests/tasks/benchmark_table.h"
 #include "tests/temporary_folder.h"
 
 namespace engram::tests {
@@ -62,7 +63,8 @@ std::set<std::pair<std::string, std::string>> content(const fs::path& folder) {
 TEST_CASE("Demonstrations: rules of the families", "[demonstrations]") {
   int batched = 0;
   int planned = 0;
-  for (const RegistryEntry& entry : registry()) {
+  for (const test::BenchmarkRow& row : test::benchmark()) {
+    const RegistryEntry& entry = require_entry(row[0]);
     const CollectionRule rule = collection_rule(entry);
     if (rule.min_steps == 0) {
       ++planned;

@@ -309,7 +309,8 @@ TEST_CASE("The blink reward has the worked value of a hasty step", "[reward][bli
   CHECK(terms.reward == Approx(7.7361566).margin(6e-7));
   CHECK(terms.smooth.penalty == Approx(0.0401040).margin(6e-7));
   const auto list = [&](auto& row) { tasks::list_blink_terms(row, in, terms); };
-  const std::vector<std::string> names = tasks::reward_terms_of(list);
+  std::vector<std::string> names;
+  for (const Field& term : tasks::reward_terms_of(list)) names.push_back(term.name);
   REQUIRE(names.size() == 37);
   CHECK(names[36] == "smooth_penalty");
   std::vector<float> values(names.size());

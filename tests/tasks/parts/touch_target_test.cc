@@ -139,7 +139,8 @@ TEST_CASE("The reward terms in the info are those of the step before", "[reward]
   EnvOptions options;
   options.reward_mode = RewardMode::kDense;
   const auto env = test::make_env("RememberColor3-VLA-v0", options);
-  const std::vector<std::string> names = env->info().reward_terms;
+  std::vector<std::string> names;
+  for (const Field& term : env->info().reward_terms) names.push_back(term.name);
   REQUIRE(names.size() == 12);
   const auto term = [&](const char* name) {
     const auto index = std::find(names.begin(), names.end(), name) - names.begin();

@@ -1,0 +1,59 @@
+// A family of tasks, as it stands in the registry: what its ids mean to a benchmark, what makes
+// them, and what tests hold them to. Defined in the family's own file.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string_view>
+
+namespace engram {
+
+class Task;            // core/task.h
+struct RegistryEntry;  // tasks/registry.h
+
+// By length of an episode: up to 200 control steps, up to 601, and more. The tasks outside the
+// canonical benchmark are kExtended, whatever their length.
+enum class Split { kShort, kMedium, kLong, kExtended };
+
+// One task of a family.
+struct TaskRow {
+  std::string_view id;  // "RememberColor9-VLA-v0"
+  int horizon = 0;      // control steps
+  Split split = Split::kShort;
+  double oracle_floor = 0.95;         // least share of episodes that the oracle solves
+  std::string_view instruction = {};  // where it is not the family's
+};
+
+// What holds for every task of a family. Tests watch that it does.
+struct Expectations {
+  // Normalised dense reward of a step without success (docs/rewards.md).
+  double least_reward = 0;
+  double most_reward = 0;
+  bool moves_untouched = false;  // props are simulated although nobody has touched them
+  // Props sink a little while they are simulated: not those that the task puts back or moves.
+  bool settles = true;
+  bool goal_for_people = false;  // the human view shows the goal, and so may tell what was hidden
+  bool hides = false;            // props are hidden at some time
+};
+
+struct Family {
+  std::string_view name;         // "RememberColor"
+  std::string_view memory_type;  // "Object"
+  // In English; "{angle_deg}" stands for a number of the episode. Empty where tasks have their own.
+  std::string_view instruction = {};
+  std::span<const TaskRow> tasks;  // in the benchmark's order
+  std::unique_ptr<Task> (*make)(const RegistryEntry& entry);
+  Expectations expectations = {};
+};
+
+// The rows of a family's table of parameters, each of which has a TaskRow `task`.
+template <class Params, std::size_t Count>
+constexpr std::array<TaskRow, Count> rows_of(const std::array<Params, Count>& variants) {
+  std::array<TaskRow, Count> rows;
+  for (std::size_t i = 0; i < Count; ++i) rows[i] = variants[i].task;
+  return rows;
+}
+
+}  // namespace engram
