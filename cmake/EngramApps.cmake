@@ -5,6 +5,7 @@ engram_sources(bench_sources bench)
 if(bench_sources)
   add_library(engram_bench STATIC ${bench_sources})
   engram_configure_target(engram_bench)
+  engram_share_precompiled(engram_bench engram_objects)
   target_link_libraries(engram_bench PUBLIC engram::engram xxHash::xxHash)
 endif()
 
@@ -15,6 +16,7 @@ if(app_sources)
 
   add_executable(engram_cli ${app_sources})
   engram_configure_target(engram_cli)
+  engram_precompile(engram_cli ${ENGRAM_COMMON_HEADERS} <fmt/format.h>)
   set_target_properties(engram_cli PROPERTIES OUTPUT_NAME engram)
   target_link_libraries(engram_cli PRIVATE
     engram::engram engram_media CLI11::CLI11 fmt::fmt)

@@ -4,10 +4,34 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Debug, Release or RelWithDebInfo" FORCE)
 endif()
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)  # for scripts/tidy.sh
+option(ENGRAM_PCH "Precompile the headers that most files include, for faster cold builds" ON)
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
+  if(ENGRAM_PCH)
+    # ccache stores what is compiled with precompiled headers only if told that macros and times of
+    # files do not matter, and finds it from other build folders only by paths that are relative.
+    # The user's own settings stay.
+    foreach(setting sloppiness base_dir)
+      execute_process(COMMAND "${CCACHE_PROGRAM}" --get-config ${setting}
+        OUTPUT_VARIABLE ccache_${setting} OUTPUT_STRIP_TRAILING_WHITESPACE)
+    endforeach()
+    string(APPEND ccache_sloppiness
+      ",pch_defines,time_macros,include_file_mtime,include_file_ctime")
+    string(REGEX REPLACE "^," "" ccache_sloppiness "${ccache_sloppiness}")
+    string(REPLACE ", " "," ccache_sloppiness "${ccache_sloppiness}")
+    if(NOT ccache_base_dir)
+      set(ccache_base_dir "${PROJECT_SOURCE_DIR}")
+    endif()
+    set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_SLOPPINESS=${ccache_sloppiness}"
+      "CCACHE_BASEDIR=${ccache_base_dir}" "${CCACHE_PROGRAM}")
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+      add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)
+    elseif(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+      add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:SHELL:-Xclang -fno-pch-timestamp>")
+    endif()
+  endif()
 endif()
 
 # Sanitizers change the ABI of what they instrument, so they go on every target at once.

@@ -6,6 +6,7 @@
 set(plain_sources ${library_sources} ${media_sources})
 list(FILTER plain_sources INCLUDE REGEX "/(render|mjcf)/|/tasks/registry.cc$")
 set_property(SOURCE ${plain_sources} APPEND PROPERTY COMPILE_OPTIONS -fno-sanitize=all)
+set_property(SOURCE ${plain_sources} PROPERTY SKIP_PRECOMPILE_HEADERS ON)  # which are sanitized
 
 find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)

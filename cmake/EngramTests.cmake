@@ -20,6 +20,9 @@ else()
 endif()
 add_executable(engram_tests ${test_sources} ${test_support})
 engram_configure_target(engram_tests)
+engram_precompile(engram_tests ${ENGRAM_COMMON_HEADERS} <filesystem> <catch2/catch.hpp>)
+set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/main.cc" PROPERTY
+  SKIP_PRECOMPILE_HEADERS ON)  # has Catch2 compiled, and says so before it includes it
 if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
   # Its -Wconversion minds signs too, unlike GCC's, by which the tests go.
   target_compile_options(engram_tests PRIVATE -Wno-sign-conversion)

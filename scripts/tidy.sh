@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Runs clang-tidy: tidy.sh [FILE...], default every source file that the build compiles.
-# BUILD_DIR names the build folder, default build/release; JOBS the number of processes.
+# Runs clang-tidy: tidy.sh [FILE...], default every source file that the build compiles. It reads them
+# without precompiled headers (preset tidy), so it also finds files that do not include what they use.
+# BUILD_DIR names the build folder, default build/tidy; JOBS the number of processes.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-build=${BUILD_DIR:-build/release}
-if [ ! -f "$build/compile_commands.json" ]; then
-  cmake --preset release >&2
+build=${BUILD_DIR:-build/tidy}
+if [ -z "${BUILD_DIR:-}" ]; then
+  cmake --preset tidy >/dev/null  # again each time: files come and go
 fi
 if [ $# -eq 0 ]; then
   mapfile -t files < <(sed -n 's/^ *"file": "\(.*\)",*$/\1/p' "$build/compile_commands.json")
