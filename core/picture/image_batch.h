@@ -9,9 +9,9 @@
 
 #include "core/base/aligned_array.h"
 #include "core/physics/model.h"
-#include "core/physics/robot_poses.h"
 #include "core/physics/state.h"
 #include "core/picture/image_source.h"
+#include "core/picture/robot_poses.h"
 
 namespace engram {
 

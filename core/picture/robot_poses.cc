@@ -1,4 +1,4 @@
-#include "core/physics/robot_poses.h"
+#include "core/picture/robot_poses.h"
 
 #include <cmath>
 
