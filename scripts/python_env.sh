@@ -22,10 +22,12 @@ pip_install "$env" "${tools[@]}" "gymnasium>=1.1" numpy torch jax stable-baselin
 pip_install "$old" "gymnasium==0.29.1" "numpy<2" pytest
 
 # The compiler by the name that the main build calls it, so that ccache finds its objects again.
+# Without precompiled headers: so every file of the library shows that it includes what it needs.
 wheels=build/wheels
 rm -rf "$wheels"
 CC=${CC:-cc} CXX=${CXX:-c++} "$env/bin/python" -m pip wheel --quiet --disable-pip-version-check \
-  --no-build-isolation --no-deps --wheel-dir "$wheels" ./python
+  --no-build-isolation --no-deps --wheel-dir "$wheels" \
+  --config-settings=cmake.define.ENGRAM_PCH=OFF ./python
 for folder in "$env" "$old"; do
   pip_install "$folder" --force-reinstall --no-deps "$wheels"/engram-*.whl
 done
