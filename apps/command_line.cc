@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "core/base/error.h"
+#include "protocol/batch/make.h"
 
 namespace engram::apps {
 

@@ -24,10 +24,10 @@ struct Choice {
 };
 
 template <class T>
-std::string names_of(std::span<const Choice<T>> choices) {
+std::string names_of(std::span<const Choice<T>> choices, std::string_view between = "|") {
   std::string names;
   for (const auto& choice : choices) {
-    if (!names.empty()) names += '|';
+    if (!names.empty()) names += between;
     names += choice.name;
   }
   return names;
@@ -43,13 +43,15 @@ std::vector<Choice<T>> named(std::span<const T> values) {
 // Sets `value` to the choice that the user names; the help shows the names and the default.
 template <class T, class Target>
 Option add_choice(const Command& command, const std::string& option, Target& value,
-                  std::vector<Choice<T>> choices, const std::string& help) {
+                  std::vector<Choice<T>> choices, const std::string& help,
+                  std::string_view between = "|") {
   const std::string names = names_of<T>(choices);
-  const auto assign = [&value, choices, option, names](const std::string& text) {
+  const std::string allowed = names_of<T>(choices, between);
+  const auto assign = [&value, choices, option, allowed](const std::string& text) {
     const auto found =
         std::find_if(choices.begin(), choices.end(),
                      [&text](const Choice<T>& choice) { return choice.name == text; });
-    if (found == choices.end()) refuse(option, text, names);
+    if (found == choices.end()) refuse(option, text, allowed);
     value = found->value;
   };
   const Option added = command.add_option(option, assign, help);
@@ -199,7 +201,7 @@ Option add_json(const Command& command, bool& json) {
 
 void add_obs(const Command& command, EnvOptions& options) {
   add_choice(command, "--obs", options.obs_mode, named<ObsMode>(kObsModes),
-             "Observation; rgb: base and wrist camera, 128 x 128");
+             "Observation; rgb: base and wrist camera, 128 x 128", " or ");
   add_renderer(command, options.image_options);
 }
 
