@@ -49,9 +49,10 @@ Option Command::add_option(const std::string& name, std::vector<std::string>& va
   return Option(app_->add_option(name, values, help));
 }
 
-Option Command::add_option(const std::string& name, std::function<void(const std::string&)> take,
+Option Command::add_option(const std::string& name,
+                           const std::function<void(const std::string&)>& take,
                            const std::string& help) const {
-  return Option(app_->add_option_function<std::string>(name, std::move(take), help));
+  return Option(app_->add_option_function<std::string>(name, take, help));
 }
 
 Option Command::add_repeatable(const std::string& name,

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): a library's
 class App;
 class Option;
 }  // namespace CLI
@@ -42,7 +42,7 @@ class Command {
   Option add_option(const std::string& name, std::vector<std::string>& values,
                     const std::string& help) const;
   // `take` gets the value as soon as it is read; what it throws ends the parsing.
-  Option add_option(const std::string& name, std::function<void(const std::string&)> take,
+  Option add_option(const std::string& name, const std::function<void(const std::string&)>& take,
                     const std::string& help) const;
   // The option may be given several times; `take` gets one value after the other.
   Option add_repeatable(const std::string& name, std::function<void(const std::string&)> take,
