@@ -8,9 +8,8 @@ options.py --check  exits with 1, naming the files, if one is stale
 import re
 import sys
 import textwrap
-from pathlib import Path
-
 import tomllib
+from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 WIDTH = 100
@@ -430,9 +429,9 @@ BLOCKS = {
     "docs/embedding.md": {"table": table},
 }
 
-BLOCK = re.compile(r"^( *)(\S+) begin options: (\w+).*?\n(.*?)^ *\S+ end options", re.M | re.S)
+BLOCK = re.compile(r"^( *)(\S+) begin options: (\w+).*?\n(.*?)^ *\S+ end options", re.MULTILINE | re.DOTALL)
 # A docstring has no comments: its arguments end where its errors begin.
-HELP = re.compile(r"(?<=\n)        num_envs: .*?(?=\n\n    Raises:)", re.S)
+HELP = re.compile(r"(?<=\n)        num_envs: .*?(?=\n\n    Raises:)", re.DOTALL)
 
 
 def rewritten(file, text):
