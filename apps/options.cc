@@ -152,6 +152,7 @@ Option add_policy(const Command& command, Policy& policy, std::span<const Policy
 
 Option add_control_mode(const Command& command, ControlMode& mode) {
   std::vector<ControlMode> all;
+  all.reserve(kControlModes);
   for (int i = 0; i < kControlModes; ++i) all.push_back(static_cast<ControlMode>(i));
   return add_choice(command, "--control-mode", mode, named<ControlMode>(all),
                     "What actions mean (oracle and blind: pd_ee_delta_pose)")
