@@ -75,9 +75,9 @@ constexpr std::array<ObjectRecallParams, 6> kShapesAndColors = {{
 // Control steps from the appearance on in which objects are put back to where they appeared.
 constexpr int APPEAR_SETTLE_STEPS = 3;
 
-class Remember final : public ObjectRecall {
+class FindSame final : public ObjectRecall {
  public:
-  Remember(const RegistryEntry& entry, const ObjectRecallParams& params)
+  FindSame(const RegistryEntry& entry, const ObjectRecallParams& params)
       : ObjectRecall(entry, params,
                      {.target = "target",
                       .target_text = "key of the object to touch",
@@ -156,7 +156,7 @@ const Family kRememberColor = {
     .memory_type = "Object",
     .instruction = "Observe the cube's color, wait, then touch the cube of the same color.",
     .tasks = kColorRows,
-    .make = make_variant<Remember, kColors>,
+    .make = make_variant<FindSame, kColors>,
     .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true}};
 
 const Family kRememberShape = {
@@ -164,7 +164,7 @@ const Family kRememberShape = {
     .memory_type = "Object",
     .instruction = "Observe the object's shape, wait, then touch the object of the same shape.",
     .tasks = kShapeRows,
-    .make = make_variant<Remember, kShapes>,
+    .make = make_variant<FindSame, kShapes>,
     .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true}};
 
 const Family kRememberShapeAndColor = {
@@ -174,7 +174,7 @@ const Family kRememberShapeAndColor = {
         "Observe the object's shape and color, wait, then touch the object of the same shape "
         "and color.",
     .tasks = kShapeAndColorRows,
-    .make = make_variant<Remember, kShapesAndColors>,
+    .make = make_variant<FindSame, kShapesAndColors>,
     .expectations = {.least_reward = 0, .most_reward = 0.6667, .hides = true}};
 
 }  // namespace engram::tasks
