@@ -25,10 +25,8 @@ set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/main.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # has Catch2 compiled, and says so before it includes it
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/api/cpp_door_test.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # sees the public header alone, whose names the engine has too
-if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
-  # Its -Wconversion minds signs too, unlike GCC's, by which the tests go.
-  target_compile_options(engram_tests PRIVATE -Wno-sign-conversion)
-endif()
+# Clang's and clang-tidy's -Wconversion minds signs too, unlike GCC's, by which the tests go.
+target_compile_options(engram_tests PRIVATE -Wno-sign-conversion)
 target_link_libraries(engram_tests PRIVATE
   engram::engram engram_media Catch2::Catch2 nlohmann_json::nlohmann_json tinyxml2::tinyxml2)
 if(TARGET engram_bench)

@@ -77,11 +77,13 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][l
 
   std::mt19937 random(20260101);
   std::uniform_real_distribution<double> moment(0, seconds);
+  const std::string command = "eval " + kTasks + kProtocol;
   int killed = 0;
   int partial = 0;
   while (killed < 24) {
     const TemporaryFolder folder;
-    std::string arguments = "eval " + kTasks + kProtocol + " --out " + folder.path().string();
+    std::string arguments = command;
+    arguments.append(" --out ").append(folder.path().string());
     // Killed once or several times, then left to end.
     fs::path run;
     for (int k = 0; k < 3; ++k) {
@@ -90,7 +92,8 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][l
       killed += alive ? 1 : 0;
       run = run_in(folder.path());
       if (run.empty()) continue;
-      arguments = "eval " + kTasks + kProtocol + " --resume " + run.string();
+      arguments = command;
+      arguments.append(" --resume ").append(run.string());
       // What is there is whole and right.
       const auto present = results_in(run);
       for (const auto& [name, content] : present) {

@@ -106,8 +106,12 @@ TEST_CASE("eval: the oracle remembers, the blind one guesses", "[apps]") {
 TEST_CASE("eval: bytes do not depend on threads, batches or the order of ids", "[apps]") {
   for (const char* policy : {"oracle", "random"}) {
     const auto bytes = [policy](const std::string& ids, const std::string& options) {
-      const CommandResult result = engram_command(
-          "eval " + ids + " --json --episodes 20 --policy " + policy + " " + options);
+      std::string arguments = "eval " + ids;
+      arguments.append(" --json --episodes 20 --policy ")
+          .append(policy)
+          .append(" ")
+          .append(options);
+      const CommandResult result = engram_command(arguments);
       INFO(result.err);
       REQUIRE(result.code == 0);
       return result.out;

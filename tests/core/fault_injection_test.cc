@@ -53,14 +53,14 @@ struct Place {
 };
 
 Place any_place(const VectorEnv& env, RandomStream& random, bool physical) {
-  static const std::vector<std::string> kPhysical = {"qpos", "qvel", "prop_pos", "prop_quat",
-                                                     "prop_qvel"};
+  static const std::vector<std::string> columns = {"qpos", "qvel", "prop_pos", "prop_quat",
+                                                   "prop_qvel"};
   while (true) {
     const auto last = static_cast<int>(env.memory().size()) - 1;
     const ColumnView column = env.memory()[static_cast<std::size_t>(random.integer(0, last))];
     const Field& field = *column.field;
     if (field.dtype != DType::kFloat64 && field.dtype != DType::kFloat32) continue;
-    const bool named = std::find(kPhysical.begin(), kPhysical.end(), field.name) != kPhysical.end();
+    const bool named = std::find(columns.begin(), columns.end(), field.name) != columns.end();
     if (physical && !named) continue;
     return {column, random.integer(0, field.width - 1)};
   }

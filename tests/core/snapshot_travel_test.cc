@@ -99,6 +99,7 @@ struct Journey {
 Journey travel(VectorEnv& env, int count, int end, std::uint64_t seed) {
   RandomStream random(seed, 0, 0);
   std::vector<int> steps;
+  steps.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) steps.push_back(random.integer(0, end - 1));
   std::sort(steps.begin(), steps.end());
   Journey journey;

@@ -147,7 +147,8 @@ TEST_CASE("Without resets an environment that has ended is left alone", "[vector
 }
 
 // Success from the third step on, failure in the second.
-std::unique_ptr<Logged> with_success(Termination rule, EnvOptions options, bool fails = false) {
+std::unique_ptr<Logged> with_success(Termination rule, const EnvOptions& options,
+                                     bool fails = false) {
   auto logged = std::make_unique<Logged>(options);
   SceneTask* task = logged->task;
   task->description.termination = rule;
