@@ -190,6 +190,7 @@ TEST_CASE("A reset by mask leaves all other environments byte for byte", "[vecto
   env->reset();
   for (int i = 0; i < 12; ++i) step(*env, Policy::kOracle);
   std::vector<test::Bytes> before;
+  before.reserve(6);
   for (int i = 0; i < 6; ++i) before.push_back(env_bytes(*env, i));
   const std::uint8_t mask[] = {0, 1, 0, 0, 1, 0};
   const std::uint64_t seeds[] = {9, 9, 9, 9, 4, 9};

@@ -85,9 +85,10 @@ inline void step(const Model& model, const Data& data) {
 // A row of cubes of 4 cm on the table, out of the arm's way.
 inline Scene cubes(int count) {
   Scene scene;
+  const int middle = count / 2;
   for (int i = 0; i < count; ++i) {
     Prop prop = cube("cube" + std::to_string(i), 0.02, {1, 0, 0, 1});
-    prop.pos = {0.15, 0.1 * (i - count / 2), 0.02};
+    prop.pos = {0.15, 0.1 * (i - middle), 0.02};
     scene.props.push_back(prop);
   }
   return scene;

@@ -75,7 +75,8 @@ struct Grasp {
   }
 
   void run(double seconds) {
-    for (int i = 0; i < static_cast<int>(seconds * 100 + 0.5); ++i) step(model, data);
+    const long steps = std::lround(seconds * 100);
+    for (long i = 0; i < steps; ++i) step(model, data);
   }
 
   // Where the cube is in the hand.

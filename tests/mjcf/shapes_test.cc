@@ -18,6 +18,7 @@ constexpr Rgba kBlue = {0, 0, 1, 1};
 
 std::vector<ObjectShape> all_shapes() {
   std::vector<ObjectShape> shapes;
+  shapes.reserve(kObjectShapeCount);
   for (int i = 0; i < kObjectShapeCount; ++i) shapes.push_back(static_cast<ObjectShape>(i));
   return shapes;
 }
