@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/physics/mujoco_handle.h"
+#include "core/task.h"
 #include "render/cpu_renderer.h"
 #include "render/egl_context.h"
 #include "render/egl_renderer.h"
