@@ -136,14 +136,10 @@ class BlinkCount final : public FamilyBase {
     const auto number = [&row](const char* name, const auto& value) {
       row.field(name, 1, "", "", value);
     };
-    pose("button_base_pose",
-         [&](RowWriter& out) { out.add_pose(red_.base_pos(env), red_.base_quat(env)); });
-    pose("button_cap_pose",
-         [&](RowWriter& out) { out.add_pose(red_.cap_pos(env), red_.cap_quat(env)); });
-    pose("confirm_button_base_pose",
-         [&](RowWriter& out) { out.add_pose(black_.base_pos(env), black_.base_quat(env)); });
-    pose("confirm_button_cap_pose",
-         [&](RowWriter& out) { out.add_pose(black_.cap_pos(env), black_.cap_quat(env)); });
+    pose("button_base_pose", [&] { return red_.base_pose(env); });
+    pose("button_cap_pose", [&] { return red_.cap_pose(env); });
+    pose("confirm_button_base_pose", [&] { return black_.base_pose(env); });
+    pose("confirm_button_cap_pose", [&] { return black_.cap_pose(env); });
     pose("indicator_pose", [&](RowWriter& out) { add_bulb_pose(env, blink_lamp_, out); });
     pose("phase_indicator_pose", [&](RowWriter& out) { add_bulb_pose(env, phase_lamp_, out); });
     number("press_count", [&] { return press_count_[env]; });

@@ -6,11 +6,10 @@
 #include <string>
 
 #include "tasks/parts/colors.h"
+#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 namespace {
-
-constexpr double kUpright[4] = {1, 0, 0, 0};
 
 Layout arc_slots() {
   Layout slots;
@@ -95,7 +94,7 @@ void ColorCubes::show_all(int env) const {
 
 void ColorCubes::place(int env, int color, const Vec2& at) const {
   const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
-  engine_.state->place_prop(env, color, pos, kUpright);
+  engine_.state->place_prop(env, color, pos, kUprightQuat);
 }
 
 ColorCubes::Displacement ColorCubes::displacement(int env) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mjcf/ball.h"
+#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 namespace {
@@ -43,8 +44,7 @@ void BallLaunch::reset(const Episode& episode) const {
   const State& state = *engine_.state;
   const double pos[3] = {episode.real(kBallX, kStartX.low, kStartX.high),
                          episode.real(kBallY, kStartY.low, kStartY.high), height_};
-  static constexpr double kUpright[4] = {1, 0, 0, 0};
-  state.place_prop(env, kBallProp, pos, kUpright, PropStatus::kAwake);
+  state.place_prop(env, kBallProp, pos, kUprightQuat, PropStatus::kAwake);
   double* velocity = initial_velocity_.row(env);
   velocity[0] = episode.real(kVelocityX, kDrift.low, kDrift.high);
   velocity[1] = episode.real(kVelocityY, speed_.low, speed_.high);

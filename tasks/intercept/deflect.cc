@@ -7,6 +7,7 @@
 #include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
 #include "tasks/parts/family_base.h"
+#include "tasks/parts/poses.h"
 #include "tasks/parts/reward_dict.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/variant.h"
@@ -38,7 +39,6 @@ constexpr double kHitDistance = 0.02 + 0.05;      // m: behind the ball, as seen
 constexpr double kReachedDistance = 0.04;         // m
 constexpr double kSuccessReward = 30;
 constexpr mjcf::Rgba kTargetRed = {194 / 255.0, 19 / 255.0, 22 / 255.0, 1};
-constexpr double kUpright[4] = {1, 0, 0, 0};
 
 constexpr int kGoalProp = 1;
 constexpr int kGoalY = kBallDraws;
@@ -86,7 +86,7 @@ class Intercept final : public FamilyBase {
     launch_.reset(episode);
     const double goal[3] = {launch_.ball(env).x() + kGoalAhead,
                             episode.real(kGoalY, -kGoalSpan, kGoalSpan), kGoalHeight};
-    engine_.state->place_prop(env, kGoalProp, goal, kUpright);
+    engine_.state->place_prop(env, kGoalProp, goal, kUprightQuat);
   }
 
   // --- phases: none, and nothing is hidden at any time ---

@@ -83,10 +83,7 @@ class PressButton {
   Vec2 center(int env) const { return {center_.row(env)[0], center_.row(env)[1]}; }
   double top_height() const { return params_.shape.top_height(); }
   // Poses as observations report them.
-  const double* base_pos(int env) const { return engine_.state->prop_pos_of(env, base_); }
-  const double* base_quat(int env) const { return engine_.state->prop_quat_of(env, base_); }
   const double* cap_pos(int env) const { return engine_.state->prop_pos_of(env, cap_); }
-  const double* cap_quat(int env) const { return engine_.state->prop_quat_of(env, cap_); }
   Pose base_pose(int env) const { return prop_pose(*engine_.state, env, base_); }
   Pose cap_pose(int env) const { return prop_pose(*engine_.state, env, cap_); }
   // The point just above the unpressed cap, to which goal vectors lead.

@@ -5,12 +5,12 @@
 #include "core/picture/overlay.h"
 #include "mjcf/mug.h"
 #include "tasks/parts/blind_guess.h"
+#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 namespace {
 
 constexpr double kBallReleaseGap = 0.05;  // m: a mug lifted further leaves its ball behind
-constexpr double kUpright[4] = {1, 0, 0, 0};
 
 }  // namespace
 
@@ -90,7 +90,7 @@ int ShellGame::add_goal_site(double radius) {
 }
 
 void ShellGame::place_sphere(int env, int sphere, const Eigen::Vector3d& pos) const {
-  engine_.state->place_prop(env, sphere, pos.data(), kUpright);
+  engine_.state->place_prop(env, sphere, pos.data(), kUprightQuat);
 }
 
 void ShellGame::play_free_mugs(int env, int ball) const {

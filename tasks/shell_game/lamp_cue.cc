@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "tasks/parts/poses.h"
+
 namespace engram::tasks {
 namespace {
 
@@ -11,7 +13,6 @@ constexpr double LAMP_HEIGHT = 0.06;           // m
 constexpr std::array<const char*, kCups> kBallNames = {"ball_red", "ball_green", "ball_blue"};
 constexpr std::array<mjcf::Rgba, kCups> kColors = {{{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}}};
 constexpr double kGlow = 2;
-constexpr double kUpright[4] = {1, 0, 0, 0};
 
 // Slots of red, green and blue.
 constexpr std::array<std::array<std::uint8_t, kCups>, 6> kMappings = {
@@ -65,7 +66,7 @@ void LampCue::reset(const Episode& episode, const Mugs& mugs) const {
     const std::uint8_t slot = slots[static_cast<std::size_t>(color)];
     slot_of_color_.row(env)[color] = slot;
     const Eigen::Vector3d ball = mugs.slot_pos(env, slot, BALL_RADIUS);
-    state.place_prop(env, first_ball_ + color, ball.data(), kUpright);
+    state.place_prop(env, first_ball_ + color, ball.data(), kUprightQuat);
   }
   const Eigen::Vector3d center = mugs.base(env);
   const Eigen::Vector3d lamp(center.x() + LAMP_BEHIND_OFFSET_X, center.y(), LAMP_HEIGHT);
