@@ -3,10 +3,39 @@
 #include <algorithm>
 
 namespace engram::bench {
+namespace {
+
+// Drives as a user of MuJoCo would write them: explicit springs, the damping in the inertia, and a
+// kilogram for the fingers, which makes them stable at this time step. Limits are constraints.
+ModelPtr drive_plainly(const mjModel& engine_model, const RobotStep::Law& law) {
+  ModelPtr model(mj_copyModel(nullptr, &engine_model));
+  for (int i = 0; i < kRobotJoints; ++i) {
+    const double rotor = i < kArmJoints ? 0.005 : 1.0;
+    model->dof_armature[i] = rotor + law.timestep * law.drive.damping;
+    model->jnt_limited[i] = 1;
+    model->actuator_gainprm[i * mjNGAIN] = 1;
+    model->actuator_biastype[i] = mjBIAS_NONE;
+    model->actuator_forcelimited[i] = 0;
+  }
+  std::fill_n(model->tendon_stiffness, model->ntendon, 2000.0);
+  return model;
+}
+
+void apply_drive(const DriveLaw& law, const Drive& drive, mjData& data) {
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
+    const double force =
+        law.stiffness * (drive.target[i] - data.qpos[i]) - law.damping * data.qvel[i];
+    data.ctrl[i] = std::clamp(force, -law.limit, law.limit);
+  }
+}
+
+}  // namespace
 
 PlainLoop::PlainLoop(const VectorEnv& twin, SceneKind kind)
     : twin_(twin),
-      model_(kind == SceneKind::kFull ? twin.physics_model().full() : twin.physics_model().robot()),
+      model_(drive_plainly(
+          kind == SceneKind::kFull ? twin.physics_model().full() : twin.physics_model().robot(),
+          twin.physics_model().robot_law())),
       full_(kind == SceneKind::kFull),
       controller_(twin.options().control_mode, twin.physics_model().arm(),
                   twin.physics_model().joint_ranges(), twin.options().rotation_sign),
@@ -22,7 +51,7 @@ PlainLoop::PlainLoop(const VectorEnv& twin, SceneKind kind)
       if (about.free && about.type == type) slot_of_prop_[prop] = slot++;
     }
   }
-  for (int env = 0; env < twin.num_envs(); ++env) data_.push_back(make_data(model_));
+  for (int env = 0; env < twin.num_envs(); ++env) data_.push_back(make_data(*model_));
   shown_.assign(static_cast<std::size_t>(twin.num_envs() * twin.state().num_props), 2);
   for (int env = 0; env < twin.num_envs(); ++env) load_robot(env);
   follow();
@@ -72,7 +101,7 @@ void PlainLoop::follow() {
 
 void PlainLoop::step(std::span<const float> actions) {
   const MujocoScope scope;
-  const DriveLaw& law = twin_.physics_model().drive_law();
+  const DriveLaw& law = twin_.physics_model().robot_law().drive;
   const int dim = controller_.action_space().dim();
   for (int env = 0; env < twin_.num_envs(); ++env) {
     mjData* data = data_[static_cast<std::size_t>(env)].get();
@@ -80,7 +109,7 @@ void PlainLoop::step(std::span<const float> actions) {
     const Drive drive = controller_.drive(state_, env, actions.data() + env * dim);
     for (int substep = 0; substep < twin_.options().substeps; ++substep) {
       apply_drive(law, drive, *data);
-      mj_step(&model_, data);
+      mj_step(model_.get(), data);
     }
   }
 }

@@ -8,8 +8,8 @@
 
 namespace engram::bench {
 
-// Runs the same episodes as a VectorEnv, with the same actions, controller and drive law, on the
-// same compiled model, but simulates every present prop in every substep. One thread.
+// Runs the same episodes as a VectorEnv, with the same actions and controller, on the same compiled
+// model with drives of MuJoCo's own, and simulates every present prop in every substep. One thread.
 class PlainLoop {
  public:
   enum class SceneKind { kFull, kRobotAlone };
@@ -27,7 +27,7 @@ class PlainLoop {
   void load_prop(int env, int prop);
 
   const VectorEnv& twin_;
-  const mjModel& model_;
+  ModelPtr model_;
   bool full_;
   Controller controller_;
   ColumnStore store_;

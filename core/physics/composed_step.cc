@@ -1,6 +1,7 @@
 #include "core/physics/composed_step.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string>
 
@@ -9,78 +10,168 @@
 namespace engram {
 namespace {
 
-// Whether a joint is where its limit makes a constraint row.
-bool limit_reached(const mjModel* m, const mjData* d) {
-  for (int i = 0; i < m->njnt; ++i) {
-    if (m->jnt_limited[i] == 0) continue;
-    const mjtNum value = d->qpos[m->jnt_qposadr[i]];
-    const mjtNum* range = m->jnt_range + 2 * static_cast<std::ptrdiff_t>(i);
-    const mjtNum margin = m->jnt_margin[i];
-    if (value - range[0] < margin || range[1] - value < margin) return true;
-  }
-  return false;
-}
+constexpr int kAttempts = 4;
+constexpr double kSpeedTolerance = 1e-3;  // rad/s, m/s
 
-// Inertia, contacts, constraint rows. Only contacts and limits make rows (require_composable).
-// Without rows there is nothing to project.
-void compose_position(const mjModel* m, mjData* d, const mjModel* colliding) {
+bool has_props(const mjModel* m) { return m->nv > kRobotJoints; }
+
+// Inertia, contacts, constraint rows. Only contacts make rows (require_composable). The Newton
+// solver does not need them projected.
+void compose_position(const StepModels& models, mjData* d) {
+  const mjModel* m = models.scene;
   mj_comPos(m, d);
-  mj_tendon(m, d);
   mj_crb(m, d);
-  mj_factorM(m, d);
-  mj_collision(colliding, d);
-  if (d->ncon > 0 || limit_reached(m, d)) {
+  if (has_props(m)) mj_factorM(m, d);
+  mj_collision(models.colliding, d);
+  if (d->ncon > 0) {
     mj_makeConstraint(m, d);
   } else {
     d->ne = d->nf = d->nefc = 0;
   }
-  if (d->nefc > 0) mj_projectConstraint(m, d);
 }
 
-// mj_fwdVelocity without the velocities of tendons and actuators: no force depends on them.
 void compose_velocity(const mjModel* m, mjData* d) {
   mj_comVel(m, d);
-  mj_passive(m, d);
+  if (has_props(m)) mj_passive(m, d);
   mj_referenceConstraint(m, d);
   mj_rne(m, d, 0, d->qfrc_bias);
 }
 
-// mj_fwdActuation and mj_fwdAcceleration for motors whose force is their control, without forces
-// on bodies.
+// Of the props; without forces on bodies. The robot's part means nothing yet.
 void compose_forces(const mjModel* m, mjData* d) {
-  for (int i = 0; i < m->nu; ++i) d->qfrc_actuator[i] = 0.0 + d->ctrl[i];  // no negative zero
+  if (!has_props(m)) return;
   mju_sub(d->qfrc_smooth, d->qfrc_passive, d->qfrc_bias, m->nv);
   mju_addTo(d->qfrc_smooth, d->qfrc_applied, m->nv);
-  mju_addTo(d->qfrc_smooth, d->qfrc_actuator, m->nv);
   mj_solveM(m, d, d->qacc_smooth, d->qfrc_smooth, 1);
 }
 
-// Whether a free prop is damped. The robot's damping changes no bit (scene_model.cc).
+// --- the robot ---
+
+// Calls visit(row, column, entry of qM) for the robot's part of the inertia matrix.
+template <class Visit>
+void visit_robot_inertia(const mjModel* m, mjData* d, const Visit& visit) {
+  for (int row = 0; row < kRobotJoints; ++row) {
+    mjtNum* entry = d->qM + m->dof_Madr[row];
+    for (int column = row; column >= 0; column = m->dof_parentid[column]) {
+      visit(static_cast<std::size_t>(row), static_cast<std::size_t>(column), *entry++);
+    }
+  }
+}
+
+// As if nothing touched it.
+void move_robot(const mjModel* m, mjData* d, RobotStep& robot) {
+  std::copy_n(d->qpos, kRobotJoints, robot.q.begin());
+  std::copy_n(d->qvel, kRobotJoints, robot.v.begin());
+  std::copy_n(d->qfrc_bias, kRobotJoints, robot.bias.begin());
+  visit_robot_inertia(m, d, [&](std::size_t row, std::size_t column, const mjtNum& entry) {
+    robot.inertia[row][column] = robot.inertia[column][row] = entry;
+  });
+  robot.prepare();
+  robot.run({});
+}
+
+bool robot_is_touched(const mjModel* m, const mjData* d) {
+  const int last_link = m->dof_bodyid[kRobotJoints - 1];
+  const auto of_robot = [&](int geom) {
+    return m->geom_bodyid[geom] > 0 && m->geom_bodyid[geom] <= last_link;
+  };
+  return std::any_of(d->contact, d->contact + d->ncon, [&](const mjContact& contact) {
+    return of_robot(contact.geom1) || of_robot(contact.geom2);
+  });
+}
+
+// Tells the solver how the robot would accelerate without contacts, and what resists them, by the
+// last run of the robot, which was with this force of contacts.
+void describe_robot(const StepModels& models, mjData* d, const RobotStep& robot,
+                    const JointArray& force) {
+  const JointMatrix inertia = robot.effective_inertia();
+  const JointMatrix mobility = inverse(inertia);
+  visit_robot_inertia(models.solving, d, [&](std::size_t row, std::size_t column, mjtNum& entry) {
+    entry = inertia[row][column];
+  });
+  JointArray change{};  // by the force
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
+    for (std::size_t j = 0; j < kRobotJoints; ++j) change[i] += mobility[i][j] * force[j];
+  }
+  JointArray free{};
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
+    free[i] = (robot.end_v()[i] - robot.v[i]) / models.scene->opt.timestep - change[i];
+    d->qacc_smooth[i] = free[i];
+  }
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
+    d->qfrc_smooth[i] = 0;
+    for (std::size_t j = 0; j < kRobotJoints; ++j) d->qfrc_smooth[i] += inertia[i][j] * free[j];
+  }
+}
+
+// For a robot that nothing touches.
+void leave_out_robot(mjData* d) {
+  std::fill_n(d->qacc_smooth, kRobotJoints, 0.0);
+  std::fill_n(d->qfrc_smooth, kRobotJoints, 0.0);
+  std::fill_n(d->qacc_warmstart, kRobotJoints, 0.0);
+}
+
+// Whether the robot ends at the velocities for which the solver found the forces.
+bool as_foreseen(const mjModel* m, const mjData* d, const RobotStep& robot) {
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
+    const double foreseen = robot.v[i] + m->opt.timestep * d->qacc[i];
+    if (std::abs(robot.end_v()[i] - foreseen) > kSpeedTolerance) return false;
+  }
+  return true;
+}
+
+void solve_without_contacts(const mjModel* m, mjData* d) {
+  if (!has_props(m)) return;
+  mju_copy(d->qacc, d->qacc_smooth, m->nv);
+  mju_copy(d->qacc_warmstart + kRobotJoints, d->qacc_smooth + kRobotJoints, m->nv - kRobotJoints);
+  mju_zero(d->qfrc_constraint, m->nv);
+}
+
+// The forces of contacts, and how they change the robot's way. The solver takes the robot's answer
+// to a force for linear. It is not, quite; so it is asked again.
+void solve_contacts(const StepModels& models, mjData* d, RobotStep& robot) {
+  if (!robot_is_touched(models.scene, d)) {
+    leave_out_robot(d);
+    mj_fwdConstraint(models.solving, d);
+    return;
+  }
+  JointArray force{};
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    describe_robot(models, d, robot, force);
+    mj_fwdConstraint(models.solving, d);
+    std::copy_n(d->qfrc_constraint, kRobotJoints, force.begin());
+    robot.run(force);
+    if (as_foreseen(models.scene, d, robot)) return;
+  }
+}
+
+// --- the end of the step ---
+
 bool has_damped_props(const mjModel* m) {
-  return std::any_of(m->dof_damping + m->nu, m->dof_damping + m->nv,
+  return std::any_of(m->dof_damping + kRobotJoints, m->dof_damping + m->nv,
                      [](mjtNum damping) { return damping != 0; });
 }
 
-// mj_Euler solves for the acceleration again, from the forces and with the damping in the matrix.
-// If the damping does not change the matrix, its factor is at hand. If there are no constraint rows
-// either, so is the acceleration.
-void compose_integration(const mjModel* m, mjData* d) {
+// As mj_Euler does it. Where there is damping, it goes into the matrix.
+void move_props(const StepModels& models, mjData* d) {
+  const mjModel* m = models.scene;
   if (has_damped_props(m)) {
-    mj_Euler(m, d);
+    mj_Euler(models.solving, d);
     return;
   }
-  mjMARKSTACK const mjtNum* acceleration = d->qacc_smooth;
-  if (d->nefc > 0) {
-    mjtNum* solved = mj_stackAlloc(d, m->nv);
-    mju_add(solved, d->qfrc_smooth, d->qfrc_constraint, m->nv);
-    mj_solveM(m, d, solved, solved, 1);
-    acceleration = solved;
-  }
-  mju_addToScl(d->qvel, acceleration, m->opt.timestep, m->nv);
+  mju_addToScl(d->qvel, d->qacc, m->opt.timestep, m->nv);
   mj_integratePos(m, d->qpos, d->qvel, m->opt.timestep);
-  mju_copy(d->qacc_warmstart, d->qacc, m->nv);
   d->time += m->opt.timestep;
-  mjFREESTACK
+}
+
+void compose_integration(const StepModels& models, mjData* d, const RobotStep& robot) {
+  if (has_props(models.scene)) {
+    move_props(models, d);
+  } else {
+    d->time += models.scene->opt.timestep;
+  }
+  std::copy_n(robot.end_q().begin(), kRobotJoints, d->qpos);
+  std::copy_n(robot.end_v().begin(), kRobotJoints, d->qvel);
 }
 
 }  // namespace
@@ -89,37 +180,39 @@ void require_composable(const mjModel& model) {
   const auto refuse = [](const char* why) {
     throw Error(Error::kInternal, std::string("scene that cannot be stepped: ") + why);
   };
-  for (int i = 0; i < model.nu; ++i) {
-    const bool plain =
-        model.actuator_trntype[i] == mjTRN_JOINT && model.actuator_trnid[2 * i] == i &&
-        model.jnt_dofadr[i] == i && model.actuator_gear[6 * i] == 1 &&
-        model.actuator_gainprm[i * mjNGAIN] == 1 && model.actuator_biastype[i] == mjBIAS_NONE;
-    if (!plain) refuse("an actuator is not a motor of gain one on the joint of its index");
+  for (int i = 0; i < kRobotJoints; ++i) {
+    const int type = model.jnt_type[i];
+    if (model.jnt_dofadr[i] != i || (type != mjJNT_HINGE && type != mjJNT_SLIDE)) {
+      refuse("the robot's nine joints are not its first");
+    }
   }
   if (model.neq > 0) refuse("there are equality constraints");
+  if (model.opt.solver != mjSOL_NEWTON) refuse("its solver is not Newton's");
   for (int i = 0; i < model.nv; ++i) {
     if (model.dof_frictionloss[i] != 0) refuse("a joint has friction");
   }
   for (int i = 0; i < model.njnt; ++i) {
-    const int type = model.jnt_type[i];
-    if (model.jnt_limited[i] != 0 && type != mjJNT_HINGE && type != mjJNT_SLIDE) {
-      refuse("a limited joint neither turns nor slides");
-    }
+    if (model.jnt_limited[i] != 0) refuse("a joint has a limit that is a constraint");
   }
   for (int i = 0; i < model.ntendon; ++i) {
-    if (model.tendon_damping[i] != 0 || model.tendon_limited[i] != 0 ||
-        model.tendon_frictionloss[i] != 0) {
-      refuse("a tendon depends on its velocity");
+    if (model.tendon_stiffness[i] != 0 || model.tendon_damping[i] != 0 ||
+        model.tendon_limited[i] != 0 || model.tendon_frictionloss[i] != 0) {
+      refuse("a tendon pulls");
     }
   }
 }
 
-void compose_dynamics(const mjModel* m, mjData* d, const mjModel* colliding) {
-  compose_position(m, d, colliding);
-  compose_velocity(m, d);
-  compose_forces(m, d);
-  mj_fwdConstraint(m, d);
-  compose_integration(m, d);
+void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot) {
+  compose_position(models, d);
+  compose_velocity(models.scene, d);
+  compose_forces(models.scene, d);
+  move_robot(models.scene, d, robot);
+  if (d->nefc > 0) {
+    solve_contacts(models, d, robot);
+  } else {
+    solve_without_contacts(models.scene, d);
+  }
+  compose_integration(models, d, robot);
 }
 
 }  // namespace engram

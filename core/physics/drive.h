@@ -1,7 +1,5 @@
-// The drives of the robot's joints: what they follow during a control step, and with what force.
+// The drives of the robot's joints: what they follow during a control step, and by which law.
 #pragma once
-
-#include <mujoco/mujoco.h>
 
 #include <array>
 
@@ -9,21 +7,21 @@
 
 namespace engram {
 
-// force = clamp(stiffness (target - q) - damping qvel, -limit, limit)
+using JointArray = std::array<double, kRobotJoints>;
+
+// force = stiffness (target - q) + damping (target velocity - qvel), within the limit. Taken
+// implicitly: see robot_step.h.
 struct DriveLaw {
   double stiffness = 0;  // N m/rad, N/m
-  double damping = 0;    // N m s/rad, N s/m; taken implicitly (scene_model.cc)
+  double damping = 0;    // N m s/rad, N s/m
   double limit = 0;      // N m, N
 };
 
 // What the drives of the nine joints follow during one control step.
 struct Drive {
-  std::array<double, kRobotJoints> target{};  // rad, m
+  JointArray target{};                        // rad, m
   std::array<double, kArmJoints> velocity{};  // rad/s, added through the damping
   bool velocity_mode = false;                 // arm: no stiffness, velocity target only
 };
-
-// Sets the controls of a scene's nine motors to what the drive law gives at the present state.
-void apply_drive(const DriveLaw& law, const Drive& drive, mjData& data);
 
 }  // namespace engram

@@ -42,15 +42,20 @@ void bound_prop(const mjModel& model, int body, PropModel& prop) {
   }
 }
 
-// The law that all nine joints share. Throws Error for scenes in which they differ.
-DriveLaw read_drive_law(const mjModel& model) {
-  const DriveLaw law{model.actuator_gainprm[0], model.dof_damping[0], model.actuator_forcerange[1]};
+// The drive that all nine joints share, and their limits. Throws Error for scenes in which they
+// differ.
+RobotStep::Law read_robot_law(const mjModel& model) {
+  RobotStep::Law law;
+  law.drive = {model.actuator_gainprm[0], model.dof_damping[0], model.actuator_forcerange[1]};
+  law.timestep = model.opt.timestep;
   for (int i = 0; i < kRobotJoints; ++i) {
-    const bool same = model.actuator_gainprm[i * mjNGAIN] == law.stiffness &&
-                      model.dof_damping[i] == law.damping &&
-                      model.actuator_forcerange[2 * i + 1] == law.limit &&
+    const bool same = model.actuator_gainprm[i * mjNGAIN] == law.drive.stiffness &&
+                      model.dof_damping[i] == law.drive.damping &&
+                      model.actuator_forcerange[2 * i + 1] == law.drive.limit &&
                       model.actuator_trnid[2 * i] == i;
     if (!same) refuse("the robot's joints need one drive law and actuators in joint order");
+    law.lower[static_cast<std::size_t>(i)] = model.jnt_range[2 * i];
+    law.upper[static_cast<std::size_t>(i)] = model.jnt_range[2 * i + 1];
   }
   return law;
 }
@@ -86,7 +91,7 @@ std::vector<SceneModel> compile_scenes(const SceneSource& source, const std::vec
 }  // namespace
 
 PhysicsModel::PhysicsModel(const SceneSource& source)
-    : drive_law_(), arm_(*compile_model(source.compose({}, RobotDetail::kDynamics))) {
+    : arm_(*compile_model(source.compose({}, RobotDetail::kDynamics))) {
   std::vector<int> all(source.props.size());
   std::iota(all.begin(), all.end(), 0);
   read_text_model(source, all);
@@ -99,7 +104,7 @@ void PhysicsModel::read_text_model(const SceneSource& source, const std::vector<
   const ModelPtr whole = compile_model(source.compose(all, RobotDetail::kCollision));
   gravity_ = -whole->opt.gravity[2];
   if (whole->nu != kRobotJoints) refuse("scene without the nine driven joints of the robot");
-  drive_law_ = read_drive_law(*whole);
+  robot_law_ = read_robot_law(*whole);
   describe_props(source, *whole);
   find_reach_geoms(*whole);
   finger_bodies_[0] = body_named(*whole, "leftfinger");

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/physics/arm.h"
-#include "core/physics/drive.h"
 #include "core/physics/proximity.h"
 #include "core/physics/robot_bounds.h"
+#include "core/physics/robot_step.h"
 #include "core/physics/scene_model.h"
 
 namespace engram {
@@ -59,8 +59,8 @@ class PhysicsModel {
   const int* finger_bodies() const { return finger_bodies_; }
   // Lower and upper limits of the nine robot joints, (9, 2).
   const double* joint_ranges() const { return full().jnt_range; }
-  // The implicit drive of every robot joint, as the texts have it.
-  const DriveLaw& drive_law() const { return drive_law_; }
+  // How the robot's joints move: its numbers are the text's.
+  const RobotStep::Law& robot_law() const { return robot_law_; }
   // Weight of one kilogram, N.
   double gravity() const { return gravity_; }
 
@@ -69,7 +69,7 @@ class PhysicsModel {
   void describe_props(const SceneSource& source, const mjModel& whole);
   void find_reach_geoms(const mjModel& whole);
 
-  DriveLaw drive_law_;
+  RobotStep::Law robot_law_;
   double gravity_ = 0;
   std::vector<PropModel> props_;
   int num_types_ = 0;

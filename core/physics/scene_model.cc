@@ -11,28 +11,31 @@
 namespace engram {
 namespace {
 
-constexpr double kNegligibleDamping = 1e-300;  // N m s/rad
-
 [[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInternal, why); }
 
-// From position drives to motors whose control is the force; no gravity.
-//
-// The drives' damping is taken implicitly. MuJoCo's Euler integrator would do that, but only after
-// the contacts are solved. They would be solved for accelerations that never happen, and a hand
-// that starts to move would throw what it holds. Armature of h times the damping makes the same
-// motion, and the solver knows of it. A damping too small to change any bit remains. With it the
-// integrator starts from the forces, not from the solver's acceleration, so that the robot's bits
-// do not depend on which props are awake.
-void make_motors(mjModel& model) {
+// Leaves the robot's joints to RobotStep: no drives, limits, coupling, damping or rotor inertia in
+// the model; no gravity.
+void release_robot(mjModel& model) {
   model.opt.gravity[2] = 0;
   for (int i = 0; i < kRobotJoints; ++i) {
-    model.actuator_gainprm[i * mjNGAIN] = 1;
-    std::fill_n(model.actuator_biasprm + i * mjNBIAS, mjNBIAS, 0.0);
-    model.actuator_biastype[i] = mjBIAS_NONE;
-    model.actuator_forcelimited[i] = 0;
-    model.dof_armature[i] += model.opt.timestep * model.dof_damping[i];
-    model.dof_damping[i] = kNegligibleDamping;
+    model.jnt_limited[i] = 0;
+    model.dof_armature[i] = 0;
+    model.dof_damping[i] = 0;
   }
+  std::fill_n(model.actuator_gainprm, model.nu * mjNGAIN, 0.0);
+  std::fill_n(model.actuator_biasprm, model.nu * mjNBIAS, 0.0);
+  std::fill_n(model.tendon_stiffness, model.ntendon, 0.0);
+}
+
+// The inertia matrix has an element more: for the two fingers' joints.
+void couple_fingers(SceneModel& scene) {
+  mjModel& model = *scene.model;
+  for (int i = kRobotJoints; i < model.nv; ++i) ++model.dof_Madr[i];
+  ++model.nM;
+  scene.solving_parents.assign(model.dof_parentid, model.dof_parentid + model.nv);
+  scene.solving_parents[kRobotJoints - 1] = kRobotJoints - 2;
+  scene.solving = model;
+  scene.solving.dof_parentid = scene.solving_parents.data();
 }
 
 PropSlot find_slot(const mjModel& model, int body, int type) {
@@ -81,8 +84,9 @@ SceneModel compile_scene(const SceneSource& source, std::span<const int> props,
   if (model.nu != kRobotJoints || model.nv < kRobotJoints) {
     refuse("scene without the nine driven joints of the robot");
   }
-  make_motors(*scene.model);
+  release_robot(*scene.model);
   require_composable(model);
+  couple_fingers(scene);
   scene.mocap.assign(source.props.size(), -1);
   for (const int prop : props) {
     const auto index = static_cast<std::size_t>(prop);

@@ -18,13 +18,17 @@ struct PropSlot {
 };
 
 // Never written after construction, so all environments and threads share it. There is no gravity:
-// the engine applies the weight of props, and the robot's links are weightless. The drives are
-// motors: controls are forces.
+// the engine applies the weight of props, and the robot's links are weightless. Drives, limits and
+// the coupling of the fingers are the engine's, too (robot_step.h).
 struct SceneModel {
   ModelPtr model;
-  std::vector<PropSlot> slots;    // in ascending order of type
-  std::vector<int> slot_of_body;  // or -1
-  std::vector<int> mocap;         // of each prop of the task: its mocap body, or -1
+  // The same model, but for an inertia matrix in which the right finger's joint hangs on the left
+  // one's: contacts are solved for fingers that are coupled (composed_step.h).
+  mjModel solving;
+  std::vector<int> solving_parents;  // of the degrees of freedom, for `solving`
+  std::vector<PropSlot> slots;       // in ascending order of type
+  std::vector<int> slot_of_body;     // or -1
+  std::vector<int> mocap;            // of each prop of the task: its mocap body, or -1
   bool has_kinematic_props = false;
 
   // Whether there is a slot for each of these awake props, counted by type.

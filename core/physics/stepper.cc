@@ -1,7 +1,5 @@
 #include "core/physics/stepper.h"
 
-#include "core/physics/composed_step.h"
-
 namespace engram {
 namespace {
 
@@ -28,19 +26,20 @@ bool Stepper::composed_substep(bool first) {
   mark(clock_, StepPart::kDynamics);
   find_scene(first);
   mark(clock_, StepPart::kWake);
-  apply_forces();
+  apply_weights();
   mark(clock_, StepPart::kController);
   PairSieve& sieve = workbench_.sieves[at(loader_.scene_index())];
-  compose_dynamics(&loader_.scene_model(), &loader_.data(), sieve.near_pairs(loader_.data()));
+  compose_dynamics(models(sieve.near_pairs(loader_.data())), &loader_.data(), robot_);
   mark(clock_, StepPart::kDynamics);
   limit_spins();
   return !warned();
 }
 
 bool Stepper::plain_substep() {
-  apply_forces();
+  pose_bodies();
+  apply_weights();
   mark(clock_, StepPart::kController);
-  mj_step(&loader_.scene_model(), &loader_.data());
+  compose_dynamics(models(&loader_.scene_model()), &loader_.data(), robot_);
   mark(clock_, StepPart::kDynamics);
   limit_spins();
   return !warned();
@@ -71,12 +70,12 @@ bool Stepper::robot_is_clear() {
 
 // --- forces ---
 
-void Stepper::apply_forces() const {
-  apply_drive(model_.drive_law(), drive_, loader_.data());
-  if (loader_.scene_has_props()) apply_weights();
+StepModels Stepper::models(const mjModel* colliding) const {
+  return {&loader_.scene_model(), colliding, &loader_.scene().solving};
 }
 
 void Stepper::apply_weights() const {
+  if (!loader_.scene_has_props()) return;
   mjData& data = loader_.data();
   for (int prop = 0; prop < loader_.num_props(); ++prop) {
     if (!loader_.is_awake(prop)) continue;

@@ -1,14 +1,16 @@
 // Computes substeps: poses the bodies, finds the scene that has everything that could touch,
-// applies the forces of drives and weights, and lets MuJoCo do the rest.
+// applies weights, and has the robot and the props moved.
 #pragma once
 
 #include <vector>
 
 #include "core/base/step_clock.h"
+#include "core/physics/composed_step.h"
 #include "core/physics/drive.h"
 #include "core/physics/loader.h"
 #include "core/physics/pair_sieve.h"
 #include "core/physics/robot_bounds.h"
+#include "core/physics/robot_step.h"
 #include "core/physics/waker.h"
 
 namespace engram {
@@ -30,7 +32,7 @@ class Stepper {
         loader_(loader),
         waker_(waker),
         clearance_(clearance),
-        drive_(drive),
+        robot_(model_.robot_law(), drive),
         clock_(clock) {}
 
   // The scene to begin a step in. After Waker::begin.
@@ -40,7 +42,7 @@ class Stepper {
   // control step.
   bool composed_substep(bool first);
 
-  // One substep with mj_step on the present scene.
+  // One substep on the present scene, with a look at every contact pair.
   bool plain_substep();
 
  private:
@@ -50,7 +52,7 @@ class Stepper {
   // Whether the robot is so far from everything that it needs no geometry.
   bool robot_is_clear();
 
-  void apply_forces() const;
+  StepModels models(const mjModel* colliding) const;
   // Of awake props, at their centres of mass. The robot is weightless.
   void apply_weights() const;
   void limit_spins() const;
@@ -61,7 +63,7 @@ class Stepper {
   Loader& loader_;
   Waker& waker_;
   RobotBounds::Clearance& clearance_;
-  const Drive& drive_;
+  RobotStep robot_;
   StepClock::Worker* clock_;
 };
 

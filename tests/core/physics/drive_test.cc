@@ -37,9 +37,13 @@ struct Robot {
 };
 
 TEST_CASE("The drive law has the published numbers", "[physics]") {
-  CHECK(robot_model().drive_law().stiffness == 1000);
-  CHECK(robot_model().drive_law().damping == 100);
-  CHECK(robot_model().drive_law().limit == 100);
+  const RobotStep::Law& law = robot_model().robot_law();
+  CHECK(law.drive.stiffness == 1000);
+  CHECK(law.drive.damping == 100);
+  CHECK(law.drive.limit == 100);
+  CHECK(law.timestep == 0.01);
+  CHECK(law.lower[5] == -0.0175);
+  CHECK(law.upper[8] == 0.04);
   CHECK(robot_model().gravity() == Approx(9.81));
 }
 
@@ -52,7 +56,7 @@ TEST_CASE("A robot at its targets does not move", "[physics]") {
   }
 }
 
-// 39 percent for a joint without inertia. The links' takes up to a quarter of it at the shoulder.
+// The links' inertia takes its part, most of all at the shoulder.
 TEST_CASE("A joint covers about a third of a command in one control step", "[physics]") {
   for (int joint = 0; joint < kArmJoints; ++joint) {
     Robot robot;
@@ -61,18 +65,14 @@ TEST_CASE("A joint covers about a third of a command in one control step", "[phy
     robot.step();
     INFO("joint " << joint);
     const double fraction = (robot.q(joint) - from) / 0.05;
-    CHECK(fraction > (joint < 3 ? 0.28 : 0.34));
+    CHECK(fraction > 0.2);
     CHECK(fraction < 0.42);
   }
 }
 
-// Fingers are a known mass on a straight line, so the force follows from their acceleration.
-TEST_CASE("The force of a drive never exceeds its limit", "[physics]") {
-  const DriveLaw law = robot_model().drive_law();
-  const double dt = 0.01;
-  const mjModel& model = robot_model().robot();
-  // Implicit damping weighs like a mass of dt times the damping.
-  const double inertia = 0.015 + model.dof_armature[7] + dt * model.dof_damping[7];
+// Both fingers are driven out of reach: 30 g on a straight line, that their coupling does not hold
+// back. What a drive gives in one substep shows in their speed.
+TEST_CASE("The impulse of a drive never exceeds its limit", "[physics]") {
   for (const double start_speed : {0.0, 0.8, -0.8, -3.0, 3.0}) {
     Robot robot(1);
     for (const int finger : {7, 8}) {
@@ -80,39 +80,60 @@ TEST_CASE("The force of a drive never exceeds its limit", "[physics]") {
       robot.state.qvel.row(0)[finger] = start_speed;
       robot.drive.target[static_cast<std::size_t>(finger)] = 2.0;  // far beyond
     }
-    const double q = robot.q(7);
-    const double v = robot.v(7);
     robot.step();
-    // What the law asks for; its damping is taken implicitly.
-    const double force =
-        std::clamp(law.stiffness * (2.0 - q) - law.damping * v, -law.limit, law.limit);
-    const double expected = v + dt * force / inertia;
     INFO("start speed " << start_speed);
-    CHECK(robot.v(7) == Approx(expected).epsilon(1e-3));
-    CHECK(std::abs(inertia * (robot.v(7) - v) / dt) <= law.limit * 1.001);
-    CHECK(inertia > 1);
+    // It would be 66 m/s without damping. The speed of 1 m/s at which damping meets the limit is
+    // out of reach of the drive's limit from below only.
+    CHECK(0.015 * std::abs(robot.v(7) - start_speed) <= 100 * 0.01);
+    CHECK(robot.q(7) <= 0.04 + 1e-4);
+    CHECK(robot.q(7) >= -1e-4);
   }
 }
 
-TEST_CASE("A saturated arm joint accelerates with the limit and not with the spring alone",
-          "[physics]") {
-  Robot slow(1);
-  Robot saturated(1);
-  slow.drive.target[6] += 0.1;       // exactly the limit
-  saturated.drive.target[6] += 1.0;  // ten times the limit
-  slow.step();
-  saturated.step();
-  CHECK(saturated.v(6) == Approx(slow.v(6)).epsilon(1e-9));  // both get 100 N m at rest
-  // Later the first one brakes while the other is still pushed with 100 N m net of its damping.
-  for (int i = 0; i < 4; ++i) {
-    slow.step();
-    saturated.step();
+TEST_CASE("A saturated arm joint is turned by its limit, not by its spring", "[physics]") {
+  Robot far(1);
+  Robot farther(1);
+  far.drive.target[0] += 1.0;
+  farther.drive.target[0] += 2.0;
+  for (int i = 0; i < 3; ++i) {
+    far.step();
+    farther.step();
+    // Both get 100 N m; the stronger spring has them a little earlier in the substep.
+    CHECK(farther.v(0) == Approx(far.v(0)).epsilon(0.003));
   }
-  CHECK(saturated.v(6) > slow.v(6));
+}
+
+// Under the full force of a drive.
+TEST_CASE("Joint limits are hard", "[physics]") {
+  const RobotStep::Law& law = robot_model().robot_law();
+  for (int joint = 0; joint < kRobotJoints; ++joint) {
+    for (const double sign : {-1.0, 1.0}) {
+      Robot robot;
+      const auto index = static_cast<std::size_t>(joint);
+      const double limit = sign < 0 ? law.lower[index] : law.upper[index];
+      robot.state.qpos.row(0)[joint] = limit - sign * 0.02;
+      robot.drive.target[index] = limit + sign;
+      if (joint >= kArmJoints) {
+        for (const int finger : {7, 8}) {
+          robot.state.qpos.row(0)[finger] = 0.02;
+          robot.drive.target[static_cast<std::size_t>(finger)] = limit + sign;
+        }
+      }
+      double beyond = 0;
+      for (int i = 0; i < 40; ++i) {
+        robot.step();
+        beyond = std::max(beyond, sign * (robot.q(joint) - limit));
+      }
+      INFO("joint " << joint << " sign " << sign);
+      CHECK(beyond <= 5e-4);
+      CHECK(sign * (robot.q(joint) - limit) > -1e-3);  // it got there
+    }
+  }
 }
 
 TEST_CASE("A full scale action moves the TCP some centimetres in its first step", "[physics]") {
   // Without inertia it would be three to four; the links' inertia and the force limit take a part.
+  // Sideways joints 1 and 3 share the turn unevenly: 16 mm.
   for (int axis = 0; axis < 3; ++axis) {
     for (const float sign : {-1.0F, 1.0F}) {
       Robot robot;
@@ -125,7 +146,7 @@ TEST_CASE("A full scale action moves the TCP some centimetres in its first step"
       robot.step();
       const Eigen::Vector3d moved = robot_model().arm().forward(robot.state.qpos.row(0)).pos - from;
       INFO("axis " << axis << " sign " << sign);
-      CHECK(static_cast<double>(sign) * moved[axis] > 0.024);
+      CHECK(static_cast<double>(sign) * moved[axis] > (axis == 1 ? 0.015 : 0.022));
       CHECK(static_cast<double>(sign) * moved[axis] < 0.042);
     }
   }
@@ -144,7 +165,7 @@ TEST_CASE("The gripper closes in three to four control steps and opens as fast",
   CHECK(robot.q(7) < 0.003);
   CHECK(robot.q(7) == Approx(robot.q(8)).margin(1e-4));
   for (int i = 0; i < 20; ++i) robot.step();
-  CHECK(robot.q(7) > -0.001);  // the joint limit holds
+  CHECK(robot.q(7) > -5e-4);  // the joint limit holds
 }
 
 TEST_CASE("Coupled fingers give way to one another when only one is pushed", "[physics]") {
@@ -152,8 +173,8 @@ TEST_CASE("Coupled fingers give way to one another when only one is pushed", "[p
   robot.drive.target[7] = 0.01;
   robot.drive.target[8] = 0.03;
   for (int i = 0; i < 20; ++i) robot.step();
-  CHECK(robot.q(7) + robot.q(8) == Approx(0.04).margin(1e-4));
-  CHECK(robot.q(8) - robot.q(7) < 0.3 * 0.02);  // apart they would be 0.02 m
+  CHECK(robot.q(7) + robot.q(8) == Approx(0.04).margin(1e-3));
+  CHECK(std::abs(robot.q(8) - robot.q(7)) < 1e-3);  // apart they would be 0.02 m
 }
 
 TEST_CASE("Zero substeps leave the state alone", "[physics]") {
