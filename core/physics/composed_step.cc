@@ -10,8 +10,9 @@
 namespace engram {
 namespace {
 
-constexpr int kAttempts = 4;
-constexpr double kSpeedTolerance = 1e-3;  // rad/s, m/s
+constexpr int kAttempts = 3;
+constexpr double kArmTolerance = 0.02;      // rad/s
+constexpr double kFingerTolerance = 0.005;  // m/s
 
 bool has_props(const mjModel* m) { return m->nv > kRobotJoints; }
 
@@ -70,6 +71,17 @@ void move_robot(const mjModel* m, mjData* d, RobotStep& robot) {
   robot.run({});
 }
 
+// The forces of contacts on the robot's joints travel from substep to substep where MuJoCo has the
+// robot's part of its warm start.
+JointArray last_contact_force(const mjData* d) {
+  JointArray force;
+  std::copy_n(d->qacc_warmstart, kRobotJoints, force.begin());
+  return force;
+}
+void keep_contact_force(mjData* d, const JointArray& force) {
+  std::copy_n(force.begin(), kRobotJoints, d->qacc_warmstart);
+}
+
 bool robot_is_touched(const mjModel* m, const mjData* d) {
   const int last_link = m->dof_bodyid[kRobotJoints - 1];
   const auto of_robot = [&](int geom) {
@@ -97,6 +109,7 @@ void describe_robot(const StepModels& models, mjData* d, const RobotStep& robot,
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     free[i] = (robot.end_v()[i] - robot.v[i]) / models.scene->opt.timestep - change[i];
     d->qacc_smooth[i] = free[i];
+    d->qacc_warmstart[i] = free[i] + change[i];
   }
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     d->qfrc_smooth[i] = 0;
@@ -115,7 +128,8 @@ void leave_out_robot(mjData* d) {
 bool as_foreseen(const mjModel* m, const mjData* d, const RobotStep& robot) {
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     const double foreseen = robot.v[i] + m->opt.timestep * d->qacc[i];
-    if (std::abs(robot.end_v()[i] - foreseen) > kSpeedTolerance) return false;
+    const double tolerance = i < kArmJoints ? kArmTolerance : kFingerTolerance;
+    if (std::abs(robot.end_v()[i] - foreseen) > tolerance) return false;
   }
   return true;
 }
@@ -128,21 +142,25 @@ void solve_without_contacts(const mjModel* m, mjData* d) {
 }
 
 // The forces of contacts, and how they change the robot's way. The solver takes the robot's answer
-// to a force for linear. It is not, quite; so it is asked again.
-void solve_contacts(const StepModels& models, mjData* d, RobotStep& robot) {
-  if (!robot_is_touched(models.scene, d)) {
-    leave_out_robot(d);
-    mj_fwdConstraint(models.solving, d);
-    return;
-  }
-  JointArray force{};
+// to a change of force for linear, starting from the forces of the last substep. It is not, quite;
+// so it is asked again.
+JointArray solve_contacts(const StepModels& models, mjData* d, RobotStep& robot) {
+  JointArray force = last_contact_force(d);
+  if (force != JointArray{}) robot.run(force);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     describe_robot(models, d, robot, force);
     mj_fwdConstraint(models.solving, d);
     std::copy_n(d->qfrc_constraint, kRobotJoints, force.begin());
     robot.run(force);
-    if (as_foreseen(models.scene, d, robot)) return;
+    if (as_foreseen(models.scene, d, robot)) break;
   }
+  return force;
+}
+
+// Contacts of props alone.
+void solve_without_robot(const StepModels& models, mjData* d) {
+  leave_out_robot(d);
+  mj_fwdConstraint(models.solving, d);
 }
 
 // --- the end of the step ---
@@ -164,14 +182,24 @@ void move_props(const StepModels& models, mjData* d) {
   d->time += m->opt.timestep;
 }
 
-void compose_integration(const StepModels& models, mjData* d, const RobotStep& robot) {
+// A robot that something pushes goes a step at its last velocity, as props do: otherwise it would
+// slip along what it holds whenever it speeds up.
+void place_robot(const mjModel* m, mjData* d, const RobotStep& robot, bool pushed) {
+  std::copy_n(robot.end_v().begin(), kRobotJoints, d->qvel);
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
+    d->qpos[i] = robot.end_q()[i];
+    if (!pushed) continue;
+    const auto [low, high] = robot.reach(i);
+    d->qpos[i] = std::clamp(robot.q[i] + m->opt.timestep * robot.end_v()[i], low, high);
+  }
+}
+
+void compose_integration(const StepModels& models, mjData* d) {
   if (has_props(models.scene)) {
     move_props(models, d);
   } else {
     d->time += models.scene->opt.timestep;
   }
-  std::copy_n(robot.end_q().begin(), kRobotJoints, d->qpos);
-  std::copy_n(robot.end_v().begin(), kRobotJoints, d->qvel);
 }
 
 }  // namespace
@@ -207,12 +235,17 @@ void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot) {
   compose_velocity(models.scene, d);
   compose_forces(models.scene, d);
   move_robot(models.scene, d, robot);
-  if (d->nefc > 0) {
-    solve_contacts(models, d, robot);
-  } else {
+  JointArray force{};
+  if (d->nefc == 0) {
     solve_without_contacts(models.scene, d);
+  } else if (robot_is_touched(models.scene, d)) {
+    force = solve_contacts(models, d, robot);
+  } else {
+    solve_without_robot(models, d);
   }
-  compose_integration(models, d, robot);
+  keep_contact_force(d, force);
+  compose_integration(models, d);
+  place_robot(models.scene, d, robot, force != JointArray{});
 }
 
 }  // namespace engram

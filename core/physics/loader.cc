@@ -107,7 +107,7 @@ void Loader::glide(double part) {
 // --- into a scene ---
 
 void Loader::enter(int scene) {
-  load(scene, state_.qpos.row(env_), state_.qvel.row(env_), state_.qacc_warmstart.row(env_));
+  load(scene, state_.qpos.row(env_), state_.qvel.row(env_), state_.contact_force.row(env_));
 }
 
 void Loader::move_to(int scene) {
@@ -115,13 +115,13 @@ void Loader::move_to(int scene) {
   load(scene, data_->qpos, data_->qvel, data_->qacc_warmstart);
 }
 
-void Loader::load(int scene, const double* qpos, const double* qvel, const double* warmstart) {
+void Loader::load(int scene, const double* qpos, const double* qvel, const double* contact_force) {
   scene_index_ = scene;
   scene_ = &model_.scenes()[at(scene)];
   data_ = workbench_.data[at(scene)].get();
   std::copy_n(qpos, kRobotJoints, data_->qpos);
   std::copy_n(qvel, kRobotJoints, data_->qvel);
-  std::copy_n(warmstart, kRobotJoints, data_->qacc_warmstart);
+  std::copy_n(contact_force, kRobotJoints, data_->qacc_warmstart);  // see composed_step.cc
   if (!scene_has_props()) return;
   load_kinematic_props();
   load_free_props();
@@ -193,7 +193,7 @@ void Loader::store() {
 void Loader::store_robot() const {
   std::copy_n(data_->qpos, kRobotJoints, state_.qpos.row(env_));
   std::copy_n(data_->qvel, kRobotJoints, state_.qvel.row(env_));
-  std::copy_n(data_->qacc_warmstart, kRobotJoints, state_.qacc_warmstart.row(env_));
+  std::copy_n(data_->qacc_warmstart, kRobotJoints, state_.contact_force.row(env_));
 }
 
 // They have arrived.

@@ -109,7 +109,7 @@ class Loader {
 
   void begin_glide(int prop);
 
-  void load(int scene, const double* qpos, const double* qvel, const double* warmstart);
+  void load(int scene, const double* qpos, const double* qvel, const double* contact_force);
   void load_kinematic_props();
   // Awake props take the slots of their types in order; slots that stay empty are parked.
   void load_free_props();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace engram {
 namespace {
@@ -49,7 +50,7 @@ JointMatrix inverse(JointMatrix m) {
 }
 
 RobotStep::RobotStep(const Law& law, const Drive& drive)
-    : law_(law), hh_(law.timestep / kIterations) {
+    : law_(law), hh_(law.timestep / kIterations), most_(law.drive.limit * law.timestep) {
   stiffness_.fill(law.drive.stiffness);
   if (drive.velocity_mode) std::fill_n(stiffness_.begin(), kArmJoints, 0.0);
   for (std::size_t i = 0; i < kJoints; ++i) {
@@ -63,6 +64,7 @@ void RobotStep::prepare() {
   w_ = inverse(inertia);
   for (std::size_t i = 0; i < kJoints; ++i) {
     gain_[i] = hh_ / (1 + w_[i][i] * hh_ * resistance_[i]);
+    brake_[i] = gain_[i] * resistance_[i];
     couple_[i] = w_[i][kLeft] - w_[i][kRight];
     begin_v_[i] = i < kArmJoints ? v[i] * (1 - kLinkDamping * law_.timestep) : v[i];
   }
@@ -77,55 +79,58 @@ void RobotStep::run(const JointArray& force) {
     if (force[i] != 0) add_scaled(pushed, hh_ * force[i], w_[i]);
   }
   const bool is_pushed = pushed != JointRow{};
-  speed_ = begin_v_;
+  JointRow speed = begin_v_;
   end_q_ = q;
   driven_ = spent_ = at_lower_ = at_upper_ = {};
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    if (is_pushed) add_scaled(speed_, 1, pushed);
-    couple_fingers();
+    if (is_pushed) add_scaled(speed, 1, pushed);
+    couple_fingers(speed);
     for (std::size_t i = 0; i < kJoints; ++i) {
-      drive_joint(i);
-      stop_at_limits(i);
+      pull_[i] = gain_[i] * (aim_[i] - stiffness_[i] * end_q_[i]);
     }
-    for (std::size_t i = 0; i < kJoints; ++i) end_q_[i] += hh_ * speed_[i];
+    [&]<std::size_t... kJoint>(std::index_sequence<kJoint...>) { (move_joint(kJoint, speed), ...); }
+    (std::make_index_sequence<kJoints>());
+    for (std::size_t i = 0; i < kJoints; ++i) end_q_[i] += hh_ * speed[i];
   }
-  std::copy_n(speed_.begin(), kJoints, end_v_.begin());
+  std::copy_n(speed.begin(), kJoints, end_v_.begin());
 }
 
 // An undamped spring, taken implicitly.
-void RobotStep::couple_fingers() {
-  const double apart = end_q_[kLeft] - end_q_[kRight] + hh_ * (speed_[kLeft] - speed_[kRight]);
-  add_scaled(speed_, -couple_gain_ * apart, couple_);
+inline void RobotStep::couple_fingers(JointRow& speed) const {
+  const double apart = end_q_[kLeft] - end_q_[kRight] + hh_ * (speed[kLeft] - speed[kRight]);
+  add_scaled(speed, -couple_gain_ * apart, couple_);
 }
 
-// The limit is on the sum of this substep's impulses.
-void RobotStep::drive_joint(std::size_t joint) {
-  const double impulse = gain_[joint] * (aim_[joint] - stiffness_[joint] * end_q_[joint] -
-                                         resistance_[joint] * speed_[joint]);
-  const double most = law_.drive.limit * law_.timestep;
-  const double sum = std::clamp(driven_[joint] + impulse, -most, most);
-  push(joint, sum - driven_[joint]);
-  driven_[joint] = sum;
-  if (std::abs(sum) >= most) spent_[joint] += 1.0 / kIterations;
-}
-
-// A joint goes no faster than to its limit; a limit pushes one way only.
-void RobotStep::stop_at_limits(std::size_t joint) {
-  const double to_lower = (law_.lower[joint] - end_q_[joint]) / hh_ - speed_[joint];
-  if (to_lower > 0 || at_lower_[joint] > 0) {
-    const double sum = std::max(0.0, at_lower_[joint] + to_lower / w_[joint][joint]);
-    push(joint, sum - at_lower_[joint]);
-    at_lower_[joint] = sum;
+// The drive's impulse, and those of the limits: a joint goes no faster than to its limit.
+inline void RobotStep::move_joint(std::size_t joint, JointRow& speed) {
+  double impulse = pull_[joint] - brake_[joint] * speed[joint];
+  const double sum = driven_[joint] + impulse;
+  if (std::abs(sum) >= most_) [[unlikely]] {
+    impulse = std::clamp(sum, -most_, most_) - driven_[joint];
+    spent_[joint] += 1.0 / kIterations;
   }
-  const double to_upper = (law_.upper[joint] - end_q_[joint]) / hh_ - speed_[joint];
-  if (to_upper < 0 || at_upper_[joint] < 0) {
-    const double sum = std::min(0.0, at_upper_[joint] + to_upper / w_[joint][joint]);
-    push(joint, sum - at_upper_[joint]);
-    at_upper_[joint] = sum;
+  add_scaled(speed, impulse, w_[joint]);
+  driven_[joint] += impulse;
+  const double way = hh_ * speed[joint];
+  const double to_lower = law_.lower[joint] - end_q_[joint];
+  const double to_upper = law_.upper[joint] - end_q_[joint];
+  if (way < to_lower || way > to_upper || at_lower_[joint] > 0 || at_upper_[joint] < 0)
+      [[unlikely]] {
+    stop_at_limits(joint, speed);
   }
 }
 
-void RobotStep::push(std::size_t joint, double impulse) { add_scaled(speed_, impulse, w_[joint]); }
+// A limit pushes one way only.
+void RobotStep::stop_at_limits(std::size_t joint, JointRow& speed) {
+  const double excess_below = (law_.lower[joint] - end_q_[joint]) / hh_ - speed[joint];
+  const double up = std::max(0.0, at_lower_[joint] + excess_below / w_[joint][joint]);
+  add_scaled(speed, up - at_lower_[joint], w_[joint]);
+  at_lower_[joint] = up;
+  const double excess_above = (law_.upper[joint] - end_q_[joint]) / hh_ - speed[joint];
+  const double down = std::min(0.0, at_upper_[joint] + excess_above / w_[joint][joint]);
+  add_scaled(speed, down - at_upper_[joint], w_[joint]);
+  at_upper_[joint] = down;
+}
 
 // Response of velocities to forces over the substep, in four implicit steps instead of the
 // iterations, whose own response is not symmetric. What is left between the two is below a quarter.

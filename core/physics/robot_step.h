@@ -3,7 +3,9 @@
 // as forces. docs/physics.md says where this law comes from.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "core/physics/drive.h"
 
@@ -44,19 +46,23 @@ class RobotStep {
 
   const JointArray& end_q() const { return end_q_; }
   const JointArray& end_v() const { return end_v_; }
+  // Where a joint may be at the end: within its limits, or as far beyond as the law has it.
+  std::pair<double, double> reach(std::size_t joint) const {
+    return {std::min(law_.lower[joint], end_q_[joint]), std::max(law_.upper[joint], end_q_[joint])};
+  }
   // The inertia that a contact's force f meets: it changes the velocity at the substep's end by
   // timestep inverse(inertia) f. Drives resist it, unless they are at their limits; joints at their
   // limits do not give way.
   JointMatrix effective_inertia() const;
 
  private:
-  void couple_fingers();
-  void drive_joint(std::size_t joint);
-  void stop_at_limits(std::size_t joint);
-  void push(std::size_t joint, double impulse);
+  void couple_fingers(JointRow& speed) const;
+  void move_joint(std::size_t joint, JointRow& speed);
+  void stop_at_limits(std::size_t joint, JointRow& speed);
 
   const Law& law_;
   double hh_;              // of one iteration, s
+  double most_;            // impulse of a drive in a substep, N m s, N s
   JointArray stiffness_;   // of each joint; none in velocity mode
   JointArray aim_;         // stiffness target + damping target velocity
   JointArray resistance_;  // impulse per velocity, before gain
@@ -65,9 +71,10 @@ class RobotStep {
   JointRow couple_{};  // change of velocities by a unit of the coupling's impulse
   double couple_gain_ = 0;
   JointArray gain_{};
+  JointArray brake_{};
+  JointArray pull_{};   // impulses of the drives of joints that stand still
   JointRow begin_v_{};  // after damping and bias
 
-  JointRow speed_{};
   JointArray end_q_{};
   JointArray end_v_{};
   JointArray driven_{};    // impulses of this substep, added up: drives,

@@ -14,7 +14,7 @@ State::State(ColumnStore& store, int props) : num_props(props) {
 
   qpos = store.add<double>("qpos", kRobotJoints, "rad, m");
   qvel = store.add<double>("qvel", kRobotJoints, "rad/s, m/s");
-  qacc_warmstart = store.add<double>("qacc_warmstart", kRobotJoints);
+  contact_force = store.add<double>("contact_force", kRobotJoints);
   tcp_pos = store.add<double>("tcp_pos", 3, "m");
   tcp_quat = store.add<double>("tcp_quat", 4);
   target_qpos = store.add<double>("target_qpos", kArmJoints, "rad");

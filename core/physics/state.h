@@ -28,13 +28,13 @@ struct State {
   Column<std::uint8_t> finished;  // terminated or truncated; waits for a reset
 
   // Robot: seven arm joints, left finger, right finger.
-  Column<double> qpos;            // (9) rad, m
-  Column<double> qvel;            // (9) rad/s, m/s
-  Column<double> qacc_warmstart;  // (9)
-  Column<double> tcp_pos;         // (3) m, world
-  Column<double> tcp_quat;        // (4) w, x, y, z
-  Column<double> target_qpos;     // (7) controller state of the joint target mode
-  Column<double> target_pose;     // (7) controller state of the pose target modes
+  Column<double> qpos;           // (9) rad, m
+  Column<double> qvel;           // (9) rad/s, m/s
+  Column<double> contact_force;  // (9) on the joints in the last substep, N m, N
+  Column<double> tcp_pos;        // (3) m, world
+  Column<double> tcp_quat;       // (4) w, x, y, z
+  Column<double> target_qpos;    // (7) controller state of the joint target mode
+  Column<double> target_pose;    // (7) controller state of the pose target modes
 
   // Props, in task order; a row holds all props of one environment.
   Column<double> prop_pos;   // (num_props * 3) m, as observations report it
