@@ -29,8 +29,8 @@ constexpr int kStaves = 16;
 constexpr double kOverlap = 0.0002;
 
 // The scan's median glaze. Under our lights it is as bright as in pictures of the original.
-constexpr Rgba kGlaze = {0.48, 0.108, 0.122, 1};
-constexpr Rgba kPale = {0.85, 0.78, 0.74, 1};
+constexpr Rgba kGlaze = {0.199, 0.0075, 0.0098, 1};
+constexpr Rgba kPale = {0.70, 0.58, 0.52, 1};
 
 enum class Use { kTouch, kLook };
 

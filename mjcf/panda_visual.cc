@@ -9,7 +9,7 @@ namespace {
 
 using enum Link;
 
-// The arm's colours, and two greys for hand and camera.
+// Colours as pictures show them: the arm's, and two greys for hand and camera.
 enum class Finish { kShell, kTrim, kBlack, kGrey, kSilver };
 
 struct FinishEntry {
@@ -18,9 +18,9 @@ struct FinishEntry {
   double specular;
 };
 constexpr std::array<FinishEntry, 5> kFinishes = {{
-    {"shell", {0.902, 0.922, 0.929, 1}, 0.3},
+    {"shell", {0.954, 0.964, 0.967, 1}, 0.3},
     {"trim", {1, 1, 1, 1}, 0.3},
-    {"black", {0.17, 0.17, 0.17, 1}, 0.2},
+    {"black", {0.2565, 0.2565, 0.2565, 1}, 0.2},
     {"grey", {0.55, 0.56, 0.57, 1}, 0.2},
     {"silver", {0.75, 0.76, 0.77, 1}, 0.5},
 }};
@@ -114,11 +114,12 @@ constexpr std::array kBlocks = {
     Block{kHand, kBlack, kBox, {0.004, 0.08, 0.0}, {0.014, 0.016, 0.007}},
     Block{kHand, kBlack, kBox, {0.004, -0.08, 0.0}, {0.014, 0.016, 0.007}},
     Block{kCamera, kSilver, kBox, {-0.0125, -0.02, 0}, {0.010025, 0.0495, 0.0115}},
-    Block{kLeftFinger, kSilver, kBox, {0, 0.0185, 0.011}, {0.011, 0.0075, 0.01}},
-    Block{kLeftFinger, kSilver, kBox, {0, 0.0068, 0.0022}, {0.011, 0.0044, 0.0019}},
-    Block{kLeftFinger, kSilver, kBox, {0, 0.0159, 0.02835}, {0.00875, 0.0035, 0.01175}, kTilt},
-    Block{kLeftFinger, kSilver, kBox, {0, 0.0108, 0.0445}, {0.0085, 0.0040, 0.0085}},
-    Block{kLeftFinger, kBlack, kBox, {0, 0.0045, 0.0452}, {0.00875, 0.0045, 0.0093}},
+    Block{kLeftFinger, kShell, kBox, {0, 0.0185, 0.011}, {0.011, 0.0075, 0.01}},
+    Block{kLeftFinger, kShell, kBox, {0, 0.0068, 0.0022}, {0.011, 0.0044, 0.0019}},
+    Block{kLeftFinger, kShell, kBox, {0, 0.0159, 0.02835}, {0.00875, 0.0035, 0.01175}, kTilt},
+    Block{kLeftFinger, kShell, kBox, {0, 0.0108, 0.0445}, {0.0085, 0.0040, 0.0085}},
+    Block{kLeftFinger, kBlack, kBox, {0, 0.0045, 0.04155}, {0.00875, 0.0045, 0.00565}},
+    Block{kLeftFinger, kBlack, kBox, {0, 0.0045, 0.05085}, {0.0065, 0.0045, 0.00365}},
 };
 
 constexpr Block mirrored(Block block) {

@@ -19,7 +19,7 @@ struct Primitive {
   Vec3 size{};  // MuJoCo's convention: half sizes; radius; radius and half length along z
   Vec3 pos{};
   Quat quat{1, 0, 0, 0};
-  Rgba rgba{1, 1, 1, 1};
+  Rgba rgba{1, 1, 1, 1};  // linear
   bool collides = true;
   bool visible = true;
   double emission = 0;

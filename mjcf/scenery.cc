@@ -14,11 +14,13 @@ constexpr Vec3 kTableHalfSize = {0.6045, 1.209, 0.45982145};
 constexpr Vec3 kTableCenter = {-0.12, 0, -0.45982145};
 
 // The original benchmark's lights. Its pipeline shades linearly, divides by pi and encodes for the
-// display; MuJoCo does none of this. These levels give three surfaces the brightness that they have
-// there: in the dark 0.3 -> 0.58, facing light 1 0.48 -> 0.72, facing up 0.80 -> 0.90.
-constexpr double kAmbient = 0.58;
-constexpr double kSlanted = 0.25;
-constexpr double kOverhead = 0.18;
+// display with a power of 1 / 2.2. A power of a product is the product of the powers, so we light
+// encoded colours with encoded light. MuJoCo adds up lights, though, which a power does not allow.
+// These levels are exact where it matters most: in the dark (0.3 -> 0.5785), on upright faces
+// turned to light 1 (0.484 -> 0.719), and facing up (0.802 -> 0.9045).
+constexpr double kAmbient = 0.580;
+constexpr double kSlanted = 0.2397;
+constexpr double kOverhead = 0.1875;
 
 Vec3 unit(const Vec3& v) {
   const double norm = std::hypot(v[0], v[1], v[2]);
@@ -69,7 +71,7 @@ void add_wood(Element& assets) {
 // Ground: a line every metre.
 void add_tiles(Element& assets) {
   Element& texture = add_texture(assets, "tiles", "flat", 256, 256);
-  set(texture, "rgb1", {0.47, 0.49, 0.52});
+  set(texture, "rgb1", {0.4645, 0.482, 0.517});
   set(texture, "mark", "edge");
   set(texture, "markrgb", {0.66, 0.67, 0.68});
   Element& material = add_material(assets, "tiles", 0);
@@ -128,7 +130,7 @@ void add_surroundings(Element& worldbody) {
 
   // The visible table ends a hair below its top, so that flat things on it do not flicker.
   Element& table =
-      add_geom(worldbody, Shape::kBox, {0.6045, 1.209, 0.45932145}, {-0.12, 0, -0.46032145}, {});
+      add_geom(worldbody, Shape::kBox, {0.6045, 1.209, 0.45957145}, {-0.12, 0, -0.46007145}, {});
   set(table, "name", "table");
   set(table, "group", kVisualGroup);
   set(table, "material", "wood");

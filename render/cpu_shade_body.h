@@ -122,31 +122,18 @@ ENGRAM_INLINE Int even_wood(const Frame& frame, const Surface& s, const Pixels& 
   return channel[0] | (channel[1] << 8) | (channel[2] << 16);
 }
 
-// How much of a pixel lines of this half width cover, one every `period`.
-ENGRAM_INLINE Float line_cover(Float position, float period, float half_width, float footprint) {
-  // Wider than half a period, pixels see lines and gaps in proportion.
-  const float width = footprint < period * 0.5F ? footprint : period * 0.5F;
-  const Float cell = position * (1.0F / period);
-  const Float distance = abs(cell - to_float(round(cell))) * period;
-  const float least = width > 1e-5F ? width : 1e-5F;
-  const Float cover = clamp((half_width + 0.5F * least - distance) * (1.0F / least), 0.0F, 1.0F);
-  const float widest = 2 * half_width / least;
-  const Float shown = min(cover, splat(widest < 1.0F ? widest : 1.0F));
-  if (footprint < period * 0.5F) return shown;
-  const float far = period * 0.5F / footprint;  // fades to the mean
-  return shown * far + (2 * half_width / period) * (1 - far);
+// Brightness of lines one metre apart, which fade to both sides. They are not filtered: far away,
+// pixels meet them now and then, which makes dots.
+ENGRAM_INLINE Float lines(Float position) {
+  constexpr float kHalfWidth = 0.026F;
+  const Float distance = abs(position - to_float(round(position)));
+  return max(splat(1.0F) - distance * (1.0F / kHalfWidth), Float{});
 }
 
-// Grey floor with a bright line each metre and faint ones each quarter.
-ENGRAM_INLINE Color grid(const Frame& frame, const Surface& s, const Pixels& p, Color color) {
-  const Footprint footprint = measure(frame, s, p);
-  const Float x = evaluate(s.axes[0], p);
-  const Float y = evaluate(s.axes[1], p);
-  const Float bright = max(line_cover(x, 1.0F, 0.009F, footprint.along),
-                           line_cover(y, 1.0F, 0.009F, footprint.across));
-  const Float faint = max(line_cover(x, 0.25F, 0.003F, footprint.along),
-                          line_cover(y, 0.25F, 0.003F, footprint.across));
-  const Float factor = max(bright * 0.5F, faint * 0.1F) + 1.0F;
+// Grey floor.
+ENGRAM_INLINE Color grid(const Surface& s, const Pixels& p, Color color) {
+  const Float bright = max(lines(evaluate(s.axes[0], p)), lines(evaluate(s.axes[1], p)));
+  const Float factor = bright * 0.45F + 1.0F;
   return {color.r * factor, color.g * factor, color.b * factor};
 }
 
@@ -159,7 +146,7 @@ Int shade_surface(const Frame& frame, const Surface& s, const Pixels& p) {
   }
   Color color = light_surface(frame, s, p);
   if (s.pattern == Pattern::kWood) color = wood(frame, s, p, color);
-  if (s.pattern == Pattern::kGrid) color = grid(frame, s, p, color);
+  if (s.pattern == Pattern::kGrid) color = grid(s, p, color);
   return pack(color);
 }
 

@@ -87,25 +87,13 @@ vec3 wood(vec2 at, vec2 footprint) {
   return brightness * vec3(0.72, 0.84, 0.92) + vec3(0.55, 0.47, 0.42);
 }
 
-vec2 line_cover(vec2 at, float period, float half_width, vec2 footprint) {
-  vec2 width = min(footprint, period * 0.5);
-  vec2 cell = at / period;
-  vec2 off = abs(cell - round(cell)) * period;
-  vec2 least = max(width, 1e-5);
-  vec2 cover = clamp((half_width + 0.5 * least - off) / least, 0.0, 1.0);
-  vec2 shown = min(cover, min(2.0 * half_width / least, 1.0));
-  vec2 sharp = min(period * 0.5 / max(footprint, 1e-9), 1.0);  // the rest fades to the mean
-  return mix(vec2(2.0 * half_width / period), shown, sharp);
-}
-
-vec3 grid(vec2 at, vec2 footprint) {
-  vec2 bright = line_cover(at, 1.0, 0.009, footprint);
-  vec2 faint = line_cover(at, 0.25, 0.003, footprint);
-  return vec3(1.0 + max(max(bright.x, bright.y) * 0.5, max(faint.x, faint.y) * 0.1));
+vec3 grid(vec2 at) {
+  vec2 bright = max(1.0 - abs(at - round(at)) / 0.026, 0.0);
+  return vec3(1.0 + 0.45 * max(bright.x, bright.y));
 }
 
 vec3 pattern_at(vec2 at, vec2 footprint) {
-  return (identity.y & 3) == 1 ? wood(at, footprint) : grid(at, footprint);
+  return (identity.y & 3) == 1 ? wood(at, footprint) : grid(at);
 }
 
 vec3 pattern() {

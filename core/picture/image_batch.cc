@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/join.h"
+#include "core/picture/display_color.h"
 
 namespace engram {
 void check_image_size(int width, int height) {
@@ -42,7 +43,11 @@ std::span<const BodyView> SceneViews::view(int worker, const State& state, int e
     view.visible = state.status_of(env, prop) != PropStatus::kHidden;
     std::copy_n(state.prop_pos_of(env, prop), 3, view.pos);
     std::copy_n(state.prop_quat_of(env, prop), 4, view.quat);
-    std::copy_n(state.prop_rgba.row(env) + 4 * prop, 4, view.rgba);
+    const float* painted = state.prop_rgba.row(env) + 4 * prop;
+    view.rgba[3] = painted[3];
+    for (int k = 0; k < 3 && painted[3] > 0; ++k) {
+      view.rgba[k] = static_cast<float>(display_level(painted[k]));
+    }
     view.emission = state.prop_emission.row(env)[prop];
   }
   return views;

@@ -17,7 +17,8 @@ struct BodyView {
   double pos[3] = {0, 0, 0};      // m, world
   double quat[4] = {1, 0, 0, 0};  // w, x, y, z
   bool visible = true;
-  // Colour that replaces the document's if its alpha is positive, 0..1; and added emission.
+  // Colour that replaces the document's if its alpha is positive, 0..1, as displays want it; and
+  // added emission.
   float rgba[4] = {0, 0, 0, 0};
   float emission = 0;
 };
