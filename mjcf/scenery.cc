@@ -59,10 +59,10 @@ Element& add_material(Element& assets, const char* name, double specular) {
 // Wood: dots, stretched along the table's long side until they are grain.
 void add_wood(Element& assets) {
   Element& texture = add_texture(assets, "wood", "flat", 256, 32);
-  set(texture, "rgb1", {0.93, 0.55, 0.34});
+  set(texture, "rgb1", {0.67, 0.40, 0.25});
   set(texture, "mark", "random");
   set(texture, "random", 0.35);
-  set(texture, "markrgb", {0.72, 0.39, 0.22});
+  set(texture, "markrgb", {0.5222, 0.3094, 0.1919});
   Element& material = add_material(assets, "wood", 0.3);
   set(material, "texture", "wood");
   set(material, "texrepeat", {2, 1});

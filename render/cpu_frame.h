@@ -13,6 +13,7 @@ namespace engram::cpu {
 inline constexpr int kBlock = 16;  // pixels; rows are padded to whole blocks
 inline constexpr int kMaxLights = 8;
 inline constexpr int kMaxRays = 64;  // of all lights together
+inline constexpr int kGlossStep = 8;  // pixels from node to node of a gloss; divides kBlock
 
 // a u + b v + c
 struct Affine {
@@ -76,6 +77,7 @@ struct Form {
 struct Surface {
   Lighting lighting;
   Pattern pattern;
+  int gloss;             // one of the frame's, or -1
   std::uint32_t packed;  // kConstant and kPlain: the pixel
   std::int32_t segment;
   float constant[3];           // kConstant: lit colour; else what is added to the lights'; 0..255
@@ -89,14 +91,31 @@ struct Surface {
   float spread[2][3];
 };
 
+// How much brighter a plane is where it mirrors the lights. Each light adds up to kStrength, most
+// where the normal is halfway between eye and light, and less the farther off that is.
+struct Gloss {
+  static constexpr float kStrength = 0.548F;
+  static constexpr float kWidth = 0.134F;  // half of that is left at about 0.25 rad
+  float normal[3];                         // camera axes, like the rest
+  int light_count;                         // those that the plane faces
+  float light[kMaxLights][3];
+  float facing[kMaxLights];  // normal . light
+  // Working memory of kernels, a padded row each: factors in the first row of a strip of kGlossStep
+  // rows, and what is added from row to row; then nodes above and below the strip.
+  float* first;
+  float* step;
+  float* nodes[2];
+};
+
 // A picture of the wood's brightness, 0..255, in ever coarser levels.
 struct WoodTexture {
   static constexpr int kLevels = 8;
   static constexpr int kAlongBits = 9;
   static constexpr int kAlong = 1 << kAlongBits;  // texels of level 0; powers of two
   static constexpr int kAcross = 1024;
-  static constexpr float kAlongLength = 2.4F;  // m, then it repeats
-  static constexpr float kAcrossLength = 1.2F;
+  static constexpr float kAlongLength = 2.418F;  // m, then it repeats: the table's size
+  static constexpr float kAcrossLength = 1.209F;
+  static constexpr int kMean = 128;  // of all levels: the colour as it is
   const std::uint8_t* texels;  // level after level, row after row
   int offset[kLevels];
 };
@@ -109,6 +128,8 @@ struct Frame {
   const Primitive* const* primitives;  // roughly from near to far
   int primitive_count;
   const Surface* surfaces;  // surface 0 is the background
+  const Gloss* glosses;
+  int gloss_count;
   int light_count;
   // Shadows: rays towards each light, in camera axes; `ray_begin` has light_count + 1 entries.
   bool shadows;

@@ -196,6 +196,8 @@ PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& 
     const std::size_t planes = plane_count(geom, hulls);
     max_planes += planes;
     max_surfaces += std::max<std::size_t>(planes, 3);
+    // A box has three faces at most that are seen.
+    if (geom.pattern == RenderPattern::kWood) max_glosses += 3;
   }
   const bool any_wood = std::any_of(scene.geoms.begin(), scene.geoms.end(), [](const auto& geom) {
     return geom.pattern == RenderPattern::kWood;

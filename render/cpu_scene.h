@@ -31,6 +31,7 @@ struct PreparedScene {
   WoodTexture wood = {};                           // if any geom needs it
   std::size_t max_planes = 0;                      // of all geoms together
   std::size_t max_surfaces = 0;                    // the background included
+  std::size_t max_glosses = 0;
 };
 
 // Throws Error if the mesh is not convex or not closed. `name` is for messages.

@@ -12,7 +12,7 @@ namespace {
 struct Pixels {
   Float u, depth;
   float v;
-  int x;                  // of the first one
+  int x, y;               // of the first one
   const Float* arriving;  // part of each light; null: all of them in full
 };
 
@@ -96,14 +96,74 @@ ENGRAM_INLINE Float read_wood(const Frame& frame, const Surface& s, const Pixels
   return to_float(gather_bytes(frame.wood.texels + frame.wood.offset[level], at));
 }
 
-// Dark grain is redder than bright wood: colours are multiplied by slope * brightness + least.
+// Of a row of nodes, at every kGlossStep-th pixel.
+void find_gloss(const Frame& frame, const Gloss& gloss, int y, int width, float* nodes) {
+  constexpr float kRest = 1 - Gloss::kWidth;
+  const float v = frame.v[0] - static_cast<float>(y) * frame.pixel;
+  const float spacing = frame.pixel * kGlossStep;
+  for (int i = 0; i * kGlossStep <= width; i += kLanes) {
+    Float index;
+    for (int lane = 0; lane < kLanes; ++lane) index[lane] = static_cast<float>(i + lane);
+    const Float u = index * spacing + frame.u[0];
+    const Float nearness = 1.0F / sqrt(u * u + (v * v + 1.0F));  // 1 / length of the ray
+    const float* n = gloss.normal;
+    const Float leaving = (n[0] * u + (n[1] * v + n[2])) * nearness;
+    Float factor = splat(1.0F);
+    for (int k = 0; k < gloss.light_count; ++k) {
+      const float* l = gloss.light[k];
+      const Float toward = (l[0] * u + (l[1] * v + l[2])) * nearness;
+      const Float sum = gloss.facing[k] - leaving;
+      const Float square = sum * sum;
+      const Float lobe =
+          square * Gloss::kWidth / max(2.0F - 2.0F * toward - square * kRest, splat(1e-6F));
+      factor += lobe * lobe * Gloss::kStrength;
+    }
+    store(nodes + i, factor);
+  }
+}
+
+// For the strip of rows that `y` begins. `known`: the nodes below the last strip are those above
+// this one.
+void prepare_strip(const Frame& frame, Gloss gloss, int y, int width, bool known) {
+  constexpr float kPart = 1.0F / kGlossStep;
+  const int strip = y / kGlossStep;
+  float* above = gloss.nodes[strip & 1];
+  float* below = gloss.nodes[(strip + 1) & 1];
+  if (!known) find_gloss(frame, gloss, y, width, above);
+  find_gloss(frame, gloss, y + kGlossStep, width, below);
+  for (int i = 0; i * kGlossStep < width; ++i) {
+    const float left = (below[i] - above[i]) * kPart;
+    const float right = (below[i + 1] - above[i + 1]) * kPart;
+    for (int k = 0; k < kGlossStep; ++k) {
+      const float part = static_cast<float>(k) * kPart;
+      gloss.first[i * kGlossStep + k] = above[i] + (above[i + 1] - above[i]) * part;
+      gloss.step[i * kGlossStep + k] = left + (right - left) * part;
+    }
+  }
+}
+
+ENGRAM_INLINE Float gloss_at(const Frame& frame, const Surface& s, const Pixels& p) {
+  const Gloss& gloss = frame.glosses[s.gloss];
+  const auto row = static_cast<float>(p.y & (kGlossStep - 1));
+  return load(gloss.first + p.x) + load(gloss.step + p.x) * row;
+}
+
+// Colours are multiplied by slope * brightness + least: grain changes blue more than red.
 struct Tint {
   float slope, least;
 };
-constexpr Tint kWoodTint[3] = {{0.72F / 255, 0.55F}, {0.84F / 255, 0.47F}, {0.92F / 255, 0.42F}};
+constexpr Tint tint(float slope) { return {slope, 1 - slope * WoodTexture::kMean}; }
+constexpr Tint kWoodTint[3] = {tint(0.90F / 300), tint(1.00F / 300), tint(1.10F / 300)};
 
 ENGRAM_INLINE Color wood(const Frame& frame, const Surface& s, const Pixels& p, Color color) {
   const Float brightness = read_wood(frame, s, p);
+  Float gloss = gloss_at(frame, s, p);
+  if (p.arriving != nullptr && frame.light_count > 0) {
+    Float arriving = p.arriving[0];
+    for (int i = 1; i < frame.light_count; ++i) arriving += p.arriving[i];
+    gloss = (gloss - 1.0F) * (arriving * (1.0F / static_cast<float>(frame.light_count))) + 1.0F;
+  }
+  color = {color.r * gloss, color.g * gloss, color.b * gloss};
   color.r = color.r * (brightness * kWoodTint[0].slope + kWoodTint[0].least);
   color.g = color.g * (brightness * kWoodTint[1].slope + kWoodTint[1].least);
   color.b = color.b * (brightness * kWoodTint[2].slope + kWoodTint[2].least);
@@ -113,11 +173,12 @@ ENGRAM_INLINE Color wood(const Frame& frame, const Surface& s, const Pixels& p, 
 // The same with the same light all over: the table top, the larger part of most pictures.
 ENGRAM_INLINE Int even_wood(const Frame& frame, const Surface& s, const Pixels& p) {
   const Float brightness = read_wood(frame, s, p);
+  const Float gloss = gloss_at(frame, s, p);
   Int channel[3];
   for (int i = 0; i < 3; ++i) {
     const Float value = brightness * (kWoodTint[i].slope * s.constant[i]) +
                         splat(kWoodTint[i].least * s.constant[i]);
-    channel[i] = round(min(value, splat(255.0F)));
+    channel[i] = round(min(value * gloss, splat(255.0F)));
   }
   return channel[0] | (channel[1] << 8) | (channel[2] << 16);
 }
@@ -125,15 +186,17 @@ ENGRAM_INLINE Int even_wood(const Frame& frame, const Surface& s, const Pixels& 
 // Brightness of lines one metre apart, which fade to both sides. They are not filtered: far away,
 // pixels meet them now and then, which makes dots.
 ENGRAM_INLINE Float lines(Float position) {
-  constexpr float kHalfWidth = 0.026F;
+  constexpr float kHalfWidth = 0.0195F;
   const Float distance = abs(position - to_float(round(position)));
   return max(splat(1.0F) - distance * (1.0F / kHalfWidth), Float{});
 }
 
 // Grey floor.
 ENGRAM_INLINE Color grid(const Surface& s, const Pixels& p, Color color) {
-  const Float bright = max(lines(evaluate(s.axes[0], p)), lines(evaluate(s.axes[1], p)));
-  const Float factor = bright * 0.45F + 1.0F;
+  constexpr float kOff = 0.009F;  // the lines' middles are not at whole metres
+  const Float bright =
+      max(lines(evaluate(s.axes[0], p) - kOff), lines(evaluate(s.axes[1], p) + kOff));
+  const Float factor = bright * 0.46F + 1.0F;
   return {color.r * factor, color.g * factor, color.b * factor};
 }
 
@@ -152,7 +215,7 @@ Int shade_surface(const Frame& frame, const Surface& s, const Pixels& p) {
 
 // Shades a vector of pixels: once for each surface among them.
 ENGRAM_INLINE void shade_vector(const Frame& frame, const Band& band, std::ptrdiff_t at, int x,
-                                float v) {
+                                int y) {
   const Int ids = load(band.id + at);
   const std::int32_t first = band.id[at];
   Mask same = equal(ids, splat(first));
@@ -164,7 +227,8 @@ ENGRAM_INLINE void shade_vector(const Frame& frame, const Band& band, std::ptrdi
   }
 
   Float arriving[kMaxLights];
-  Pixels pixels = {load(frame.u + x), 1.0F / load(band.w + at), v, x, nullptr};
+  const float v = frame.v[y];
+  Pixels pixels = {load(frame.u + x), 1.0F / load(band.w + at), v, x, y, nullptr};
   if (frame.shadows) {
     find_shadows(frame, ids, pixels.u, v, pixels.depth, arriving);
     pixels.arriving = arriving;
@@ -183,9 +247,13 @@ ENGRAM_INLINE void shade_vector(const Frame& frame, const Band& band, std::ptrdi
 
 void shade(const Frame& frame, const Band& band) {
   for (int y = band.y0; y < band.y1; ++y) {
+    const bool first = y == band.y0;
+    for (int i = 0; i < frame.gloss_count && (first || y % kGlossStep == 0); ++i) {
+      prepare_strip(frame, frame.glosses[i], y & -kGlossStep, band.width, !first);
+    }
     const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
     for (int x = 0; x < band.width; x += kLanes) {
-      shade_vector(frame, band, row + x, x, frame.v[y]);
+      shade_vector(frame, band, row + x, x, y);
     }
   }
 }

@@ -21,11 +21,21 @@ View::View(const PreparedScene& prepared, int max_width, int max_height)
       order_(primitives_.size()),
       ranks_(primitives_.size()),
       surfaces_(prepared.max_surfaces),
+      glosses_(prepared.max_glosses),
+      gloss_rows_(4 * prepared.max_glosses * u_.size()),
       planes_(prepared.max_planes) {
   frame_.u = u_.data();
   frame_.v = v_.data();
   frame_.primitives = order_.data();
   frame_.surfaces = surfaces_.data();
+  frame_.glosses = glosses_.data();
+  for (std::size_t i = 0; i < glosses_.size(); ++i) {
+    float* rows = gloss_rows_.data() + 4 * i * u_.size();
+    glosses_[i].first = rows;
+    glosses_[i].step = rows + u_.size();
+    glosses_[i].nodes[0] = rows + 2 * u_.size();
+    glosses_[i].nodes[1] = rows + 3 * u_.size();
+  }
   frame_.wood = prepared.wood;
   frame_.light_count = static_cast<int>(lights_.size());
   int ray = 0;
@@ -44,6 +54,7 @@ const Frame& View::look(const RenderInstances& instances, int camera, int width,
   plane_count_ = 0;
   primitive_count_ = 0;
   surface_count_ = 0;
+  frame_.gloss_count = 0;
   add_background();
   for (std::size_t i = 0; i < prepared_->scene.geoms.size(); ++i) {
     if (instances.geom_visible != nullptr && instances.geom_visible[i] == 0) continue;
@@ -159,6 +170,7 @@ void View::add(const Placed& placed) {
   if (!placed.center.allFinite() || !placed.axes.allFinite()) return;  // diverged physics
   Primitive& primitive = primitives_[static_cast<std::size_t>(primitive_count_)];
   primitive.surface = surface_count_;
+  const int glosses = frame_.gloss_count;
   primitive.rect = {0, 0, 0, 0};
   bool seen = false;
   switch (placed.geom->shape) {
@@ -186,6 +198,7 @@ void View::add(const Placed& placed) {
   if (!seen) {
     primitive.rect = {0, 0, 0, 0};
     surface_count_ = primitive.surface;
+    frame_.gloss_count = glosses;
     if (!frame_.shadows) return;
   }
   primitive.surface_count = surface_count_ - primitive.surface;

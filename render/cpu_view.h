@@ -77,6 +77,7 @@ class View {
                  const Eigen::Vector3d& center);
   void add_ellipsoid(const Placed& placed, const Eigen::Matrix3d& form);
   void light_flat(const Eigen::Vector3d& normal, Surface& surface) const;
+  int add_gloss(const Eigen::Vector3d& normal);
   void add_face(const Placed& placed, const Eigen::Vector3d& normal, double distance,
                 Primitive& primitive, Affine* fronts, Affine* backs);
 
@@ -96,6 +97,8 @@ class View {
   std::vector<const Primitive*> order_;
   std::vector<Ranked> ranks_;
   std::vector<Surface> surfaces_;
+  std::vector<Gloss> glosses_;
+  AlignedArray<float> gloss_rows_;
   std::vector<Affine> planes_;
   std::size_t plane_count_ = 0;
   int primitive_count_ = 0;

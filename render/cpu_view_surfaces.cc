@@ -34,6 +34,7 @@ Surface& View::new_surface(const Placed& placed) {
   Surface& surface = surfaces_[static_cast<std::size_t>(surface_count_++)];
   const RenderScene& scene = prepared_->scene;
   surface.pattern = Pattern::kPlain;
+  surface.gloss = -1;
   surface.segment = placed.geom->segment;
   for (int k = 0; k < 3; ++k) {
     const float color = placed.rgba[k] * 255;
@@ -72,6 +73,7 @@ void View::add_patterned(const Placed& placed, const Vector3d& normal, const Aff
   Surface& surface = new_surface(placed);
   light_flat(normal, surface);
   surface.pattern = pattern_of(placed.geom->pattern);
+  if (surface.pattern == Pattern::kWood) surface.gloss = add_gloss(normal);
   surface.plane = plane;
   surface.axes[0] = form_of(placed.axes.col(along), placed.center);
   surface.axes[1] = form_of(placed.axes.col(across), placed.center);
@@ -81,6 +83,20 @@ void View::add_patterned(const Placed& placed, const Vector3d& normal, const Aff
     surface.spread[i][1] = form.a * plane.c - form.c * plane.a;
     surface.spread[i][2] = form.b * plane.c - form.c * plane.b;
   }
+}
+
+int View::add_gloss(const Vector3d& normal) {
+  Gloss& gloss = glosses_[static_cast<std::size_t>(frame_.gloss_count)];
+  for (int k = 0; k < 3; ++k) gloss.normal[k] = static_cast<float>(normal[k]);
+  gloss.light_count = 0;
+  for (const Vector3d& light : lights_) {
+    const double facing = normal.dot(light);
+    if (facing <= 0) continue;
+    const int i = gloss.light_count++;
+    for (int k = 0; k < 3; ++k) gloss.light[i][k] = static_cast<float>(light[k]);
+    gloss.facing[i] = static_cast<float>(facing);
+  }
+  return frame_.gloss_count++;
 }
 
 // Surfaces whose normal is an affine function of the point: normal_of (p - center).

@@ -1,7 +1,9 @@
-// The wood of the tables: growth rings cut lengthwise, painted once.
+// The wood of the tables: grain along the board, painted once.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "render/cpu_scene.h"
@@ -35,53 +37,115 @@ float noise(float x, float y, std::uint32_t nx, std::uint32_t ny, std::uint32_t 
   return 2 * (low + sy * (high - low)) - 1;
 }
 
-// Brightness, 0..1, of one point; x along and y across the grain.
-float brightness(float x, float y) {
-  // Rings bend slowly along the board: nested arches here, straight lines there.
-  constexpr float kRings = 88;
-  const float bend =
-      6.5F * noise(x, y, 2, 4, 1) + 2.0F * noise(x, y, 4, 10, 2) + 0.30F * noise(x, y, 12, 80, 3);
-  const float ring = y * kRings + bend;
-  const float phase = ring - std::floor(ring);
-  // Each ring darkens slowly and ends sharply.
-  const float dark = phase < 0.75F ? phase / 0.75F : (1 - phase) / 0.25F;
-  const float strength = 0.6F + 0.4F * noise(x, y, 3, 14, 4);
-  const float streaks = 0.5F * noise(x, y, 10, 150, 9) + 0.5F * noise(x, y, 32, 360, 5);
-  const float pores = noise(x, y, 96, 512, 6);
-  const float shade = 0.4F * noise(x, y, 2, 5, 7) + 0.6F * noise(x, y, 4, 26, 8);
-  const float value = 0.74F - 0.5F * strength * (dark * dark - 0.33F) + 0.26F * streaks +
-                      0.10F * pores + 0.22F * shade - 0.15F;
-  return value < 0 ? 0.0F : (value > 1 ? 1.0F : value);
+// Streaks along the board, some 0.1 m long and 2 mm thick.
+float grain(float x, float y) {
+  const float streaks = 0.80F * noise(x, y, 9, 512, 1) + 0.60F * noise(x, y, 28, 512, 2) +
+                        0.40F * noise(x, y, 96, 512, 3);
+  return streaks;
 }
 
-std::vector<std::uint8_t> paint(const WoodTexture& texture, std::size_t size) {
-  std::vector<std::uint8_t> texels(size);
-  constexpr int kAlong = WoodTexture::kAlong;
-  constexpr int kAcross = WoodTexture::kAcross;
-  for (int y = 0; y < kAcross; ++y) {
-    for (int x = 0; x < kAlong; ++x) {
-      const float value = brightness((static_cast<float>(x) + 0.5F) / kAlong,
-                                     (static_cast<float>(y) + 0.5F) / kAcross);
-      texels[static_cast<std::size_t>(y * kAlong + x)] =
-          static_cast<std::uint8_t>(std::lround(255 * value));
+// sin(x) for |x| <= pi / 2, the same on every machine.
+float sine(float x) {
+  const float s = x * x;
+  return x * (1 - s / 6 * (1 - s / 20 * (1 - s / 42 * (1 - s / 72))));
+}
+
+// cos(i angle) for i = 0, 1, ...; the angle goes from 0 to pi as `place` goes from 0 to 1.
+constexpr int kWaves = 7;
+using Waves = std::array<float, kWaves>;
+Waves waves(float place) {
+  const float cosine = sine(std::numbers::pi_v<float> * (0.5F - place));
+  Waves wave = {1, cosine};
+  for (std::size_t i = 2; i < kWaves; ++i) wave[i] = 2 * cosine * wave[i - 1] - wave[i - 2];
+  return wave;
+}
+
+// How bright the board is at large, in waves across (rows) and along: what the original's table is,
+// smoothed over some 0.2 m.
+constexpr std::array<Waves, kWaves> kFigure = {{
+    {1.000F, 0.048F, 0.013F, 0.003F, 0.001F, -0.008F, -0.012F},
+    {0.030F, 0.035F, -0.004F, -0.001F, -0.006F, -0.001F, 0.007F},
+    {0.012F, 0.000F, -0.015F, 0.006F, -0.001F, 0.008F, 0.008F},
+    {0.010F, -0.013F, -0.006F, 0.010F, 0.000F, 0.003F, -0.013F},
+    {0.005F, -0.004F, -0.009F, 0.003F, 0.002F, -0.005F, 0.004F},
+    {0.008F, -0.005F, -0.011F, 0.008F, 0.007F, -0.003F, 0.000F},
+    {0.002F, -0.006F, -0.005F, 0.007F, 0.004F, 0.001F, 0.005F},
+}};
+
+// The texture's origin is the table's middle; its second half is what comes before the first.
+float place_of(int texel, int count) {
+  const float part = (static_cast<float>(texel) + 0.5F) / static_cast<float>(count);
+  return part < 0.5F ? part + 0.5F : part - 0.5F;
+}
+
+// A level of the texture while it is painted: its grain alone.
+struct Board {
+  int along, across;
+  std::vector<float> grain;
+};
+
+Board finest() {
+  Board board = {WoodTexture::kAlong, WoodTexture::kAcross, {}};
+  for (int y = 0; y < board.across; ++y) {
+    for (int x = 0; x < board.along; ++x) {
+      board.grain.push_back(grain((static_cast<float>(x) + 0.5F) / WoodTexture::kAlong,
+                                  (static_cast<float>(y) + 0.5F) / WoodTexture::kAcross));
     }
   }
-  // Each coarser level is the mean of four texels, with more contrast: photographed boards keep
-  // streaks where the mean would be smooth.
-  constexpr int kMean = 158;
-  for (int level = 1; level < WoodTexture::kLevels; ++level) {
-    const int along = kAlong >> level;
-    const int across = kAcross >> level;
-    const std::uint8_t* finer = &texels[static_cast<std::size_t>(texture.offset[level - 1])];
-    std::uint8_t* out = &texels[static_cast<std::size_t>(texture.offset[level])];
-    for (int y = 0; y < across; ++y) {
-      for (int x = 0; x < along; ++x) {
-        const std::uint8_t* from = finer + 4 * y * along + 2 * x;
-        const int sum = from[0] + from[1] + from[2 * along] + from[2 * along + 1];
-        const int contrasted = kMean + (sum + 2 - 4 * kMean) * 9 / 32;
-        out[y * along + x] = static_cast<std::uint8_t>(std::clamp(contrasted, 0, 255));
-      }
+  return board;
+}
+
+// Means of four texels.
+Board coarser(const Board& finer) {
+  Board board = {finer.along / 2, finer.across / 2, {}};
+  for (int y = 0; y < board.across; ++y) {
+    for (int x = 0; x < board.along; ++x) {
+      const float* from = &finer.grain[static_cast<std::size_t>(2 * y * finer.along + 2 * x)];
+      board.grain.push_back(
+          0.25F * (from[0] + from[1] + from[finer.along] + from[finer.along + 1]));
     }
+  }
+  return board;
+}
+
+// The same contrast on every level: the original reads its photograph unfiltered, so that it stays
+// crisp far away. A difference of 1 is a brightness of kScale.
+void paint(const Board& board, std::uint8_t* out) {
+  constexpr float kContrast = 0.058F;  // standard deviation
+  constexpr float kScale = 300;
+  double sum = 0;
+  double squares = 0;
+  for (const float value : board.grain) {
+    sum += value;
+    squares += value * value;
+  }
+  const auto count = static_cast<double>(board.grain.size());
+  const auto mean = static_cast<float>(sum / count);
+  const auto spread = static_cast<float>(std::sqrt(squares / count - sum / count * sum / count));
+  for (int y = 0; y < board.across; ++y) {
+    const Waves across = waves(place_of(y, board.across));
+    Waves row = {};
+    for (std::size_t i = 0; i < kWaves; ++i) {
+      for (std::size_t k = 0; k < kWaves; ++k) row[k] += across[i] * kFigure[i][k];
+    }
+    for (int x = 0; x < board.along; ++x) {
+      const auto at = static_cast<std::size_t>(y * board.along + x);
+      const Waves along = waves(place_of(x, board.along));
+      float figure = 0;
+      for (std::size_t k = 0; k < kWaves; ++k) figure += row[k] * along[k];
+      const float value = figure * (1 + kContrast * (board.grain[at] - mean) / spread) - 1;
+      const float level = WoodTexture::kMean + kScale * value;
+      out[at] = static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0F, 255.0F)));
+    }
+  }
+}
+
+std::vector<std::uint8_t> paint_all(const WoodTexture& texture, std::size_t size) {
+  std::vector<std::uint8_t> texels(size);
+  Board board = finest();
+  for (int level = 0; level < WoodTexture::kLevels; ++level) {
+    if (level > 0) board = coarser(board);
+    paint(board, &texels[static_cast<std::size_t>(texture.offset[level])]);
   }
   return texels;
 }
@@ -97,7 +161,7 @@ WoodTexture wood_texture() {
   }
   constexpr int kSlack = 16;  // kernels read whole words
   static const std::vector<std::uint8_t> texels =
-      paint(texture, static_cast<std::size_t>(size + kSlack));
+      paint_all(texture, static_cast<std::size_t>(size + kSlack));
   texture.texels = texels.data();
   return texture;
 }

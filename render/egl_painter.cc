@@ -120,6 +120,7 @@ Painter::ColorProgram Painter::make_color(bool patterns) const {
   program.id = gl::make_color_program(gl_, features);
   const auto where = [&](const char* name) { return gl_.GetUniformLocation(program.id, name); };
   program.clip_from_world = where("clip_from_world");
+  program.eye = where("eye");
   program.light_from_world = where("light_from_world");
   program.shadow_width = where("shadow_width");
 
@@ -258,6 +259,7 @@ void Painter::paint_image(const RenderInstances& rows, const RenderImage& image)
       if (program.id == 0) continue;
       gl_.UseProgram(program.id);
       gl_.UniformMatrix4fv(program.clip_from_world, 1, GL_FALSE, view.clip_from_world.data());
+      gl_.Uniform3fv(program.eye, 1, view.position.data());
       draw(patterned);
     }
     to->read_color(image);

@@ -27,6 +27,7 @@ class Painter {
   struct ColorProgram {
     GLuint id = 0;
     GLint clip_from_world = -1;
+    GLint eye = -1;
     GLint light_from_world = -1;
     GLint shadow_width = -1;
   };

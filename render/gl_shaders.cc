@@ -23,9 +23,7 @@ uniform mat4 clip_from_world;
 out vec3 normal;
 flat out vec4 color;
 flat out ivec2 identity;
-#ifdef SHADOWS
 out vec3 world;
-#endif
 #ifdef PATTERNS
 out vec2 place;  // along, across
 #endif
@@ -43,9 +41,7 @@ void main() {
   vec4 from = vec4(local, 1);
   vec3 at = vec3(dot(row_x, from), dot(row_y, from), dot(row_z, from));
   normal = vec3(dot(row_x.xyz, n), dot(row_y.xyz, n), dot(row_z.xyz, n)) * inversesqrt(dot(n, n));
-#ifdef SHADOWS
   world = at;
-#endif
 #ifdef PATTERNS
   if ((kind.y & 4) == 0) {
     place = place_on_box(local);
@@ -61,6 +57,7 @@ void main() {
 
 constexpr const char* kColorHead = R"(
 in vec3 normal;
+in vec3 world;
 flat in vec4 color;
 flat in ivec2 identity;
 uniform vec3 to_light[8];
@@ -84,16 +81,39 @@ vec3 wood(vec2 at, vec2 footprint) {
   for (; larger > 2.0 && level < 7; ++level) larger *= 0.5;
   ivec2 texel = ivec2(floor(at * texels_per_metre / float(1 << level))) & ((size >> level) - 1);
   float brightness = texelFetch(wood_texels, texel, level).r;
-  return brightness * vec3(0.72, 0.84, 0.92) + vec3(0.55, 0.47, 0.42);
+  return 1.0 + (255.0 * brightness - 128.0) / 300.0 * vec3(0.90, 1.00, 1.10);
 }
 
 vec3 grid(vec2 at) {
-  vec2 bright = max(1.0 - abs(at - round(at)) / 0.026, 0.0);
-  return vec3(1.0 + 0.45 * max(bright.x, bright.y));
+  at += vec2(-0.009, 0.009);
+  vec2 bright = max(1.0 - abs(at - round(at)) / 0.0195, 0.0);
+  return vec3(1.0 + 0.46 * max(bright.x, bright.y));
 }
 
 vec3 pattern_at(vec2 at, vec2 footprint) {
   return (identity.y & 3) == 1 ? wood(at, footprint) : grid(at);
+}
+
+uniform vec3 eye;
+
+// How the lights are mirrored, of which `arriving` is left.
+float gloss(float arriving) {
+  if ((identity.y & 3) != 1) return 1.0;
+  const float kStrength = 0.548;
+  const float kWidth = 0.134;
+  vec3 n = normalize(normal);
+  vec3 to_eye = normalize(eye - world);
+  float sum = 0.0;
+  for (int i = 0; i < LIGHTS; ++i) {
+    float facing = dot(n, to_light[i]);
+    if (facing <= 0.0) continue;
+    float along = dot(n, to_eye) + facing;
+    float square = along * along;
+    float lobe = square * kWidth / max(2.0 + 2.0 * dot(to_eye, to_light[i]) -
+                                       square * (1.0 - kWidth), 1e-6);
+    sum += lobe * lobe;
+  }
+  return 1.0 + kStrength * sum * arriving;
 }
 
 vec3 pattern() {
@@ -114,6 +134,7 @@ vec3 pattern() {
 )";
 
 constexpr const char* kNoPattern = R"(
+float gloss(float arriving) { return 1.0; }
 vec3 pattern() { return vec3(1); }
 )";
 
@@ -124,7 +145,6 @@ float arriving(int light) { return 1.0; }
 // The blockers' mean distance gives the width of the penumbra. Maps hold the sides that face away
 // from the light, so that lit surfaces cannot shadow themselves.
 constexpr const char* kShadow = R"(
-in vec3 world;
 uniform sampler2DArrayShadow shadow_map;
 uniform sampler2DArray shadow_depth;
 uniform mat4 light_from_world[8];
@@ -166,11 +186,14 @@ constexpr const char* kColorMain = R"(
 void main() {
   vec3 n = normalize(normal);
   vec3 light = ambient + color.a;
+  float sum = 0.0;
   for (int i = 0; i < LIGHTS; ++i) {
     float amount = max(dot(n, to_light[i]), 0.0);
-    light += light_color[i] * (amount * arriving(i));
+    float here = arriving(i);
+    light += light_color[i] * (amount * here);
+    sum += here;
   }
-  result = vec4(color.rgb * light * pattern(), 1);
+  result = vec4(color.rgb * light * pattern() * gloss(sum / max(float(LIGHTS), 1.0)), 1);
 }
 )";
 
