@@ -73,8 +73,9 @@ constexpr std::array kBars = {
     Bar{kLink5, kShell, kCapsule, {0, 0.03, -0.2}, {0, 0.055, -0.04}, 0.033},
     Bar{kLink5, kBlack, kCapsule, {0, 0.05, -0.225}, {0, 0.07, -0.03}, 0.029},
     Bar{kLink5, kShell, kCapsule, {0, 0.066, -0.19}, {0, 0.082, -0.02}, 0.018},
-    Bar{kLink5, kBlack, kCylinder, {0, 0.045, 0}, {0, 0.094, 0}, 0.052},
-    Bar{kLink5, kShell, kCylinder, {0, 0.094, 0}, {0, 0.098, 0}, 0.038},
+    Bar{kLink5, kShell, kCylinder, {0, 0.030, 0}, {0, 0.068, 0}, 0.052},
+    Bar{kLink5, kBlack, kCylinder, {0, 0.068, 0}, {0, 0.117, 0}, 0.052},
+    Bar{kLink5, kShell, kCylinder, {0, 0.117, 0}, {0, 0.121, 0}, 0.038},
     // Wrist: the barrel of joint 6, the upright body, its black lid.
     Bar{kLink6, kShell, kCylinder, {0, 0, 0.03}, {0, 0, -0.045}, 0.047},
     Bar{kLink6, kShell, kCapsule, {0, 0, 0.005}, {0.075, 0, 0.002}, 0.043},
@@ -111,15 +112,19 @@ constexpr std::array kBlocks = {
     // The hand tapers towards the fingers, out of the wrist camera's sight.
     Block{kHand, kShell, kBox, {0, 0, 0.028}, {0.026, 0.075, 0.026}},
     Block{kHand, kGrey, kBox, {0, 0, 0.06}, {0.015, 0.095, 0.006}},
-    Block{kHand, kBlack, kBox, {0.004, 0.08, 0.0}, {0.014, 0.016, 0.007}},
-    Block{kHand, kBlack, kBox, {0.004, -0.08, 0.0}, {0.014, 0.016, 0.007}},
+    // Above its ends: the socket, with a black front, and a black bar.
+    Block{kHand, kShell, kBox, {-0.007, 0.063, -0.019}, {0.039, 0.028, 0.011}},
+    Block{kHand, kBlack, kBox, {0.0325, 0.0645, -0.019}, {0.001, 0.0145, 0.011}},
+    Block{kHand, kShell, kBox, {0.017, -0.068, -0.006}, {0.007, 0.027, 0.0097}},
+    Block{kHand, kBlack, kBox, {-0.020, -0.074, -0.0065}, {0.006, 0.029, 0.0070}},
     Block{kCamera, kSilver, kBox, {-0.0125, -0.02, 0}, {0.010025, 0.0495, 0.0115}},
-    Block{kLeftFinger, kShell, kBox, {0, 0.0185, 0.011}, {0.011, 0.0075, 0.01}},
+    Block{kLeftFinger, kShell, kBox, {0, 0.0185, 0.00915}, {0.011, 0.0075, 0.00815}},
     Block{kLeftFinger, kShell, kBox, {0, 0.0068, 0.0022}, {0.011, 0.0044, 0.0019}},
-    Block{kLeftFinger, kShell, kBox, {0, 0.0159, 0.02835}, {0.00875, 0.0035, 0.01175}, kTilt},
-    Block{kLeftFinger, kShell, kBox, {0, 0.0108, 0.0445}, {0.0085, 0.0040, 0.0085}},
+    Block{kLeftFinger, kShell, kBox, {0, 0.01728, 0.02597}, {0.00875, 0.0035, 0.0145}, kTilt},
+    Block{kLeftFinger, kShell, kBox, {0, 0.0108, 0.04185}, {0.0085, 0.0040, 0.00535}},
     Block{kLeftFinger, kBlack, kBox, {0, 0.0045, 0.04155}, {0.00875, 0.0045, 0.00565}},
-    Block{kLeftFinger, kBlack, kBox, {0, 0.0045, 0.05085}, {0.0065, 0.0045, 0.00365}},
+    Block{kLeftFinger, kShell, kBox, {0, 0.0132, 0.05055}, {0.0065, 0.0017, 0.00335}},
+    Block{kLeftFinger, kBlack, kBox, {0, 0.00575, 0.05085}, {0.0065, 0.00575, 0.00365}},
 };
 
 constexpr Block mirrored(Block block) {

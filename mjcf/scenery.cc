@@ -62,7 +62,7 @@ void add_wood(Element& assets) {
   set(texture, "rgb1", {0.67, 0.40, 0.25});
   set(texture, "mark", "random");
   set(texture, "random", 0.35);
-  set(texture, "markrgb", {0.5222, 0.3094, 0.1919});
+  set(texture, "markrgb", {0.529, 0.322, 0.212});
   Element& material = add_material(assets, "wood", 0.3);
   set(material, "texture", "wood");
   set(material, "texrepeat", {2, 1});

@@ -12,7 +12,7 @@ namespace engram::cpu {
 
 inline constexpr int kBlock = 16;  // pixels; rows are padded to whole blocks
 inline constexpr int kMaxLights = 8;
-inline constexpr int kMaxRays = 64;  // of all lights together
+inline constexpr int kMaxRays = 64;   // of all lights together
 inline constexpr int kGlossStep = 8;  // pixels from node to node of a gloss; divides kBlock
 
 // a u + b v + c
@@ -116,7 +116,7 @@ struct WoodTexture {
   static constexpr float kAlongLength = 2.418F;  // m, then it repeats: the table's size
   static constexpr float kAcrossLength = 1.209F;
   static constexpr int kMean = 128;  // of all levels: the colour as it is
-  const std::uint8_t* texels;  // level after level, row after row
+  const std::uint8_t* texels;        // level after level, row after row
   int offset[kLevels];
 };
 

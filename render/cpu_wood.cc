@@ -95,14 +95,36 @@ Board finest() {
   return board;
 }
 
+// Takes the mean over some 50 mm across off each texel: brightness at large is the figure's.
+void level_out(Board& board) {
+  constexpr int kHalf = 20;
+  const auto index = [&](int x, int y) {
+    return static_cast<std::size_t>((y + board.across) % board.across * board.along + x);
+  };
+  std::vector<float> column(static_cast<std::size_t>(board.across));
+  for (int x = 0; x < board.along; ++x) {
+    double sum = 0;
+    for (int y = -kHalf; y < kHalf; ++y) sum += board.grain[index(x, y)];
+    for (int y = 0; y < board.across; ++y) {
+      sum += board.grain[index(x, y + kHalf)];
+      column[static_cast<std::size_t>(y)] =
+          board.grain[index(x, y)] - static_cast<float>(sum / (2 * kHalf + 1));
+      sum -= board.grain[index(x, y - kHalf)];
+    }
+    for (int y = 0; y < board.across; ++y) {
+      board.grain[index(x, y)] = column[static_cast<std::size_t>(y)];
+    }
+  }
+}
+
 // Means of four texels.
 Board coarser(const Board& finer) {
   Board board = {finer.along / 2, finer.across / 2, {}};
   for (int y = 0; y < board.across; ++y) {
     for (int x = 0; x < board.along; ++x) {
       const float* from = &finer.grain[static_cast<std::size_t>(2 * y * finer.along + 2 * x)];
-      board.grain.push_back(
-          0.25F * (from[0] + from[1] + from[finer.along] + from[finer.along + 1]));
+      board.grain.push_back(0.25F *
+                            (from[0] + from[1] + from[finer.along] + from[finer.along + 1]));
     }
   }
   return board;
@@ -143,6 +165,7 @@ void paint(const Board& board, std::uint8_t* out) {
 std::vector<std::uint8_t> paint_all(const WoodTexture& texture, std::size_t size) {
   std::vector<std::uint8_t> texels(size);
   Board board = finest();
+  level_out(board);
   for (int level = 0; level < WoodTexture::kLevels; ++level) {
     if (level > 0) board = coarser(board);
     paint(board, &texels[static_cast<std::size_t>(texture.offset[level])]);
