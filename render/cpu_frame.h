@@ -95,7 +95,7 @@ struct Surface {
 // where the normal is halfway between eye and light, and less the farther off that is.
 struct Gloss {
   static constexpr float kStrength = 0.548F;
-  static constexpr float kWidth = 0.134F;  // half of that is left at about 0.25 rad
+  static constexpr float kWidth = 0.134F;  // half of it is left 0.46 rad from the mirror image
   float normal[3];                         // camera axes, like the rest
   int light_count;                         // those that the plane faces
   float light[kMaxLights][3];

@@ -37,11 +37,11 @@ float noise(float x, float y, std::uint32_t nx, std::uint32_t ny, std::uint32_t 
   return 2 * (low + sy * (high - low)) - 1;
 }
 
-// Streaks along the board, some 0.1 m long and 2 mm thick.
+// Streaks along the board, some 0.1 m long and 6 mm thick, that bend a little.
 float grain(float x, float y) {
-  const float streaks = 0.80F * noise(x, y, 9, 512, 1) + 0.60F * noise(x, y, 28, 512, 2) +
-                        0.40F * noise(x, y, 96, 512, 3);
-  return streaks;
+  const float bent = y + 0.003F * (1 + noise(x, y, 4, 6, 5));
+  return 0.80F * noise(x, bent, 9, 200, 1) + 0.60F * noise(x, bent, 28, 256, 2) +
+         0.40F * noise(x, bent, 96, 400, 3);
 }
 
 // sin(x) for |x| <= pi / 2, the same on every machine.
@@ -95,9 +95,10 @@ Board finest() {
   return board;
 }
 
-// Takes the mean over some 50 mm across off each texel: brightness at large is the figure's.
+// Takes the mean over 22 mm across off each texel: dark lines get bright ones beside them, and
+// brightness at large is the figure's.
 void level_out(Board& board) {
-  constexpr int kHalf = 20;
+  constexpr int kHalf = 9;
   const auto index = [&](int x, int y) {
     return static_cast<std::size_t>((y + board.across) % board.across * board.along + x);
   };
@@ -133,7 +134,7 @@ Board coarser(const Board& finer) {
 // The same contrast on every level: the original reads its photograph unfiltered, so that it stays
 // crisp far away. A difference of 1 is a brightness of kScale.
 void paint(const Board& board, std::uint8_t* out) {
-  constexpr float kContrast = 0.058F;  // standard deviation
+  constexpr float kContrast = 0.062F;  // standard deviation
   constexpr float kScale = 300;
   double sum = 0;
   double squares = 0;
