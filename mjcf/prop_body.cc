@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <span>
 
-#include "core/picture/display_color.h"
+#include "core/base/display_color.h"
 #include "mjcf/shape.h"
 
 namespace engram::mjcf {
@@ -13,17 +13,18 @@ std::string geom_name(const Prop& prop, std::size_t index) {
   return prop.name + "_" + std::to_string(index);
 }
 
-// As pictures show it. Even where a colour has nothing of a channel, its faces reflect some light.
-Rgba shown_color(const Rgba& base) {
-  constexpr double kGloss = 0.0002;
-  Rgba shown = base;
+bool glows(const Primitive& primitive) { return primitive.visible && primitive.emission > 0; }
+
+// As pictures show it. Even where a colour has nothing of a channel, faces reflect some light; next
+// to what glows that is nothing.
+Rgba shown_color(const Primitive& primitive) {
+  const double gloss = glows(primitive) ? 0 : 0.0002;
+  Rgba shown = primitive.rgba;
   for (std::size_t k = 0; k < 3; ++k) {
-    shown[k] = std::min(display_level(base[k] + kGloss), 1.0);
+    shown[k] = std::min(display_level(primitive.rgba[k] + gloss), 1.0);
   }
   return shown;
 }
-
-bool glows(const Primitive& primitive) { return primitive.visible && primitive.emission > 0; }
 
 void add_primitive(Element& body, const Prop& prop, std::size_t index, bool visuals) {
   const Primitive& primitive = prop.primitives[index];
@@ -35,7 +36,7 @@ void add_primitive(Element& body, const Prop& prop, std::size_t index, bool visu
   const int visual = primitive.hidden_from_sensors ? kPeopleGroup : kVisualGroup;
   set(geom, "group", shown ? visual : kCollisionGroup);
   if (!shown) return;
-  set(geom, "rgba", shown_color(primitive.rgba));
+  set(geom, "rgba", shown_color(primitive));
   set(geom, "material", glows(primitive) ? geom_name(prop, index) : "prop");
 }
 

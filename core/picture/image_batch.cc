@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "core/base/display_color.h"
 #include "core/base/error.h"
 #include "core/base/join.h"
-#include "core/picture/display_color.h"
 
 namespace engram {
 void check_image_size(int width, int height) {

@@ -27,7 +27,7 @@ const std::vector<Room> kRooms = {
     {"core/physics", {"core/base"}},
     {"core/picture", {"core/base", "core/physics"}},
     {"core", {"core/*"}},
-    {"mjcf", {}},
+    {"mjcf", {"core/base"}},
     {"render", {"core/*"}},
     {"media", {"core/base", "core/picture"}},
     {"tasks", {"core", "core/*"}},

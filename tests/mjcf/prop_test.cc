@@ -45,11 +45,22 @@ TEST_CASE("Glow, colour and visibility reach the picture only", "[mjcf][prop]") 
   CHECK(full->geom_rgba[4 * bulb + 1] == 1);
   CHECK(full->geom_group[bulb] == 2);
   CHECK(full->geom_group[id(full, mjOBJ_GEOM, "lamp_1")] == 3);
-  CHECK(full->geom_rgba[4 * id(full, mjOBJ_GEOM, "lamp_2") + 1] == 0);
+  CHECK(full->geom_rgba[4 * bulb] == 0);
+  CHECK(full->geom_rgba[4 * id(full, mjOBJ_GEOM, "lamp_2") + 1] < 0.03F);
 
   const Model physics = compile({{lamp}}, Detail::kPhysics);
   CHECK(mj_name2id(physics.get(), mjOBJ_GEOM, "lamp_1") >= 0);
   CHECK(mj_name2id(physics.get(), mjOBJ_GEOM, "lamp_2") == -1);
+}
+
+TEST_CASE("Pictures show base colours through the display's curve", "[mjcf][prop]") {
+  const Prop prop = cube("cube", 0.02, {1, 128 / 255.0, 20 / 255.0, 1});
+  const Model full = compile({{prop}}, Detail::kFull);
+  const float* rgba = full->geom_rgba + 4 * id(full, mjOBJ_GEOM, "cube_0");
+  // What the original shows of these colours in the same light: 231, 169, 73.
+  CHECK(rgba[0] == 1);
+  CHECK(rgba[1] == Approx(169.0 / 231).epsilon(0.01));
+  CHECK(rgba[2] == Approx(73.0 / 231).epsilon(0.01));
 }
 
 TEST_CASE("A dropped cube comes to rest on the table", "[mjcf][prop]") {

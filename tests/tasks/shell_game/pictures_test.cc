@@ -76,7 +76,7 @@ TEST_CASE("People see the goal of Push and Pick, sensors do not", "[render][shel
       env->render(0, camera, 128, 128, rgb);
       int count = 0;
       for (std::size_t i = 0; i < rgb.size(); i += 3) {
-        count += rgb[i] == 0 && rgb[i + 1] > 100 && rgb[i + 2] == 0 ? 1 : 0;
+        count += rgb[i] < 10 && rgb[i + 1] > 100 && rgb[i + 2] < 10 ? 1 : 0;
       }
       return count;
     };
