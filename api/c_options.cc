@@ -103,6 +103,7 @@ engram_options default_options() noexcept {
   options.renderer = "cpu";
   options.shadows = 0;
   options.antialias = 0;
+  options.render_shadows = 0;
   // end options
   return options;
 }
@@ -130,6 +131,7 @@ EnvOptions to_env_options(const engram_options& options) {
   convert("renderer", options.renderer, out.image_options.renderer);
   convert("shadows", options.shadows, out.image_options.shadows);
   convert("antialias", options.antialias, out.image_options.antialias);
+  convert("render_shadows", options.render_shadows, out.render_options.shadows);
   // end options
   out.pins = to_pins(options.pins, options.num_pins);
   out.task_options = to_choices(options.task_options, options.num_task_options);

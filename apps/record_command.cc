@@ -277,8 +277,8 @@ void add_view(const Command& command, RecordOptions& options) {
           "--camera all: pixels of the sensors, enlarged; 128 shows what policies see")
       .default_str("");
   add_renderer(command, options.env.render_options);
-  command.add_flag(
-      "--no-shadows", [&options] { options.env.render_options.shadows = false; }, "Faster");
+  bool& shadows = options.env.render_options.shadows;
+  command.add_flag("--shadows,!--no-shadows", shadows, "Soft shadows; slower");
 }
 
 }  // namespace

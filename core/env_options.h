@@ -116,7 +116,7 @@ struct EnvOptions {
   ImageShape images = {};                 // of rgb observations
   ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures
   // Of render_camera's pictures, which are for people.
-  ImageSourceOptions render_options = {.renderer = "cpu", .shadows = true, .antialias = true};
+  ImageSourceOptions render_options = {.renderer = "cpu", .shadows = false, .antialias = true};
 };
 
 // Throws Error unless every number is within its range. Images are checked where they are made.

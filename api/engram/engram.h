@@ -189,6 +189,8 @@ struct EnvOptions {
   std::vector<Pin> pins = {};
   // Variants of the task's rules, by name.
   std::vector<TaskOption> task_options = {};
+  // Soft shadows in pictures of render_camera; the original benchmark has none.
+  bool render_shadows = false;
   // end options
   ImageOptions images = {};
 };

@@ -174,6 +174,8 @@ typedef struct engram_options {
   int32_t shadows;
   /* 2 x 2 samples per pixel in rgb observations. Default 0. */
   int32_t antialias;
+  /* Soft shadows in pictures of render_camera; the original benchmark has none. Default 0. */
+  int32_t render_shadows;
   /* end options */
 } engram_options;
 

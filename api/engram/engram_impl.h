@@ -95,6 +95,7 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   c.renderer = plain(options.images.renderer);
   c.shadows = plain(options.images.shadows);
   c.antialias = plain(options.images.antialias);
+  c.render_shadows = plain(options.render_shadows);
   // end options
   c.pins = pins.data();
   c.num_pins = pins.size();

@@ -26,5 +26,6 @@ KINDS: dict[str, str | dict[str, int]] = {
     "renderer": "text",
     "shadows": "bool",
     "antialias": "bool",
+    "render_shadows": "bool",
 }
 # end options

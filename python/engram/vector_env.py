@@ -84,6 +84,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         language_in_info: False leaves "language_instruction" out of infos, for wrappers that know
             no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
         max_episode_steps: Gymnasium passes it on; it must be the task's own horizon.
+        render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
 
     Raises:
         UnknownIdError: No task of that id; the message names the nearest one.
@@ -123,6 +124,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         chunk: int = 0,
         language_in_info: bool = True,
         max_episode_steps: int | None = None,
+        render_shadows: bool = False,
         # end options
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "__class__")}

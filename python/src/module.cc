@@ -59,6 +59,7 @@ void bind_options(nb::module_& module) {
   field("renderer", &engram_options::renderer);
   field("shadows", &engram_options::shadows);
   field("antialias", &engram_options::antialias);
+  field("render_shadows", &engram_options::render_shadows);
   // end options
   options.def_rw("cameras", &Options::cameras)
       .def_rw("pins", &Options::pins)

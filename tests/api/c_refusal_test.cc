@@ -79,6 +79,7 @@ const std::vector<BadOption>& bad_options() {
        "ray"},
       {[](O& o) { o.shadows = 5; }, ENGRAM_INVALID_ARGUMENT, "shadows: 5"},
       {[](O& o) { o.antialias = 5; }, ENGRAM_INVALID_ARGUMENT, "antialias: 5"},
+      {[](O& o) { o.render_shadows = 5; }, ENGRAM_INVALID_ARGUMENT, "render_shadows: 5"},
   };
   return bad;
 }

@@ -181,6 +181,21 @@ TEST_CASE("Pictures for people and of sensors", "[cpp_door]") {
         Error::Kind::kInvalidArgument);
 }
 
+TEST_CASE("Shadows in pictures for people are an option", "[cpp_door]") {
+  const VectorEnv plain = make_running({});
+  const VectorEnv shadowed = make_running({.render_shadows = true});
+  const engram::Image lit = plain.render(0, "render_camera", 40, 40);
+  const engram::Image dark = shadowed.render(0, "render_camera", 40, 40);
+  int darker = 0;
+  for (std::size_t i = 0; i < lit.rgb.size(); ++i) {
+    CHECK(dark.rgb[i] <= lit.rgb[i] + 1);
+    darker += dark.rgb[i] + 10 < lit.rgb[i] ? 1 : 0;
+  }
+  CHECK(darker > 30);
+  CHECK(plain.render(0, "base_camera", 40, 40).rgb ==
+        shadowed.render(0, "base_camera", 40, 40).rgb);
+}
+
 TEST_CASE("A batch moves, and its views stay", "[cpp_door]") {
   VectorEnv first = make_running({.num_envs = 2});
   const float* data = first.observation().data();

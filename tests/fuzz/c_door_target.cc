@@ -141,7 +141,8 @@ engram_options any_options(Run& run, std::array<engram_pin, 2>& pins, std::array
         &options.substeps,      &options.obs_mode,   &options.reward_mode,
         &options.auto_reset,    &options.freeze_cue, &options.terminate_on_success,
         &options.rotation_sign, &options.sleep,      &options.image_width,
-        &options.image_height,  &options.shadows,    &options.antialias};
+        &options.image_height,  &options.shadows,    &options.antialias,
+        &options.render_shadows};
     const int which = input.choice(std::size(numbers) + 7);
     if (which < static_cast<int>(std::size(numbers))) {
       *numbers[which] = number(input);
