@@ -98,6 +98,7 @@ engram_options default_options() noexcept {
   options.terminate_on_success = -1;
   options.sleep = 1;
   options.robot_init_qpos_noise = 0.02;
+  options.rules = ENGRAM_RULES_REFERENCE;
   options.image_width = 128;
   options.image_height = 128;
   options.renderer = "cpu";
@@ -126,6 +127,7 @@ EnvOptions to_env_options(const engram_options& options) {
   convert("robot_init_qpos_noise", options.robot_init_qpos_noise, out.robot_init_qpos_noise);
   convert("sleep", options.sleep, out.sleep);
   convert("substeps", options.substeps, out.substeps);
+  convert("rules", options.rules, out.rules);
   convert("image_width", options.image_width, out.images.width);
   convert("image_height", options.image_height, out.images.height);
   convert("renderer", options.renderer, out.image_options.renderer);
@@ -138,6 +140,12 @@ EnvOptions to_env_options(const engram_options& options) {
   const bool default_cameras = options.cameras == nullptr && options.num_cameras == 0;
   if (!default_cameras) out.images.cameras = to_cameras(options);
   return out;
+}
+
+Rules to_rules(std::int32_t rules) {
+  Rules converted{};
+  convert("rules", rules, converted);
+  return converted;
 }
 
 std::vector<OptionChoice> to_choices(const engram_task_option* choices, std::size_t count) {
@@ -185,6 +193,8 @@ static_assert(static_cast<int>(Policy::kZero) == ENGRAM_POLICY_ZERO);
 static_assert(static_cast<int>(Policy::kRandom) == ENGRAM_POLICY_RANDOM);
 static_assert(static_cast<int>(Policy::kOracle) == ENGRAM_POLICY_ORACLE);
 static_assert(static_cast<int>(Policy::kBlind) == ENGRAM_POLICY_BLIND);
+static_assert(static_cast<int>(Rules::kReference) == ENGRAM_RULES_REFERENCE);
+static_assert(static_cast<int>(Rules::kOriginal) == ENGRAM_RULES_ORIGINAL);
 // end options
 
 }  // namespace engram::c

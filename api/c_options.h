@@ -1,6 +1,7 @@
 // From the plain structs of the C door to the library's own, refusing what they cannot hold.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "engram/engram_c.h"
@@ -13,6 +14,7 @@ engram_options default_options() noexcept;
 // Throws Error for anything that VectorEnv could not be asked for; VectorEnv checks the rest.
 EnvOptions to_env_options(const engram_options& options);
 
+Rules to_rules(std::int32_t rules);
 std::vector<OptionChoice> to_choices(const engram_task_option* choices, std::size_t count);
 
 std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count);

@@ -105,6 +105,7 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   engram::EnvOptions environment;
   environment.obs_mode = rgb ? engram::ObsMode::kRgb : engram::ObsMode::kState;
   if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
+  environment.rules = engram::c::to_rules(options.rules);
   environment.task_options = engram::c::to_choices(options.task_options, options.num_task_options);
   settings.set_environment(environment);
   return settings;

@@ -16,6 +16,7 @@ namespace {
 struct InfoOptions {
   std::string id;
   std::string mjcf;  // file to write the scene to; "-": standard output
+  EnvOptions env = batch_options(1, 1);
   bool json = false;
 };
 
@@ -25,7 +26,7 @@ void run(const InfoOptions& options) {
                 "--mjcf: '-' given with --json; standard output takes one of them, so a file name "
                 "is needed");
   }
-  const auto env = make(options.id, batch_options(1, 1));
+  const auto env = make(options.id, options.env);
   if (options.mjcf == "-") {
     print(env->document());
     return;
@@ -47,6 +48,9 @@ void add_info_command(const Command& program) {
       .add_option("--mjcf", options->mjcf,
                   "Also writes the scene as MJCF to FILE (-: to standard output, instead)")
       .type_name("FILE");
+  add_rules(command, options->env.rules);
+  add_task_options(command, options->env.task_options,
+                   "Chooses a variant of the task's rules (repeatable)");
   add_json(command, options->json);
   command.on_run([options] { run(*options); });
 }

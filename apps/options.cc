@@ -172,6 +172,12 @@ Option add_auto_reset(const Command& command, AutoReset& mode) {
                     "What happens to an environment whose episode has ended");
 }
 
+Option add_rules(const Command& command, Rules& rules) {
+  static constexpr std::array kBoth = {Rules::kReference, Rules::kOriginal};
+  return add_choice(command, "--rules", rules, named<Rules>(kBoth),
+                    "Whose rules tasks follow: what their options are unless --option says more");
+}
+
 Option add_split(const Command& command, std::optional<Split>& split) {
   std::vector<Choice<Split>> choices;
   for (const Split value : {Split::kShort, Split::kMedium, Split::kLong, Split::kExtended}) {
@@ -233,6 +239,7 @@ void add_env_options(const Command& command, EnvOptions& options) {
                       "(repeatable; "
                       "`engram info ID` lists them)")
       .type_name("NAME=VALUE");
+  add_rules(command, options.rules);
   add_task_options(
       command, options.task_options,
       "Chooses a variant of the task's rules (repeatable; `engram info ID` lists them)");

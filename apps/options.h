@@ -40,6 +40,7 @@ Option add_policy(const Command& command, Policy& policy, std::span<const Policy
 Option add_control_mode(const Command& command, ControlMode& mode);
 Option add_reward(const Command& command, RewardMode& mode);
 Option add_auto_reset(const Command& command, AutoReset& mode);
+Option add_rules(const Command& command, Rules& rules);
 Option add_split(const Command& command, std::optional<Split>& split);
 // --obs, where both observations are meant unless one is named.
 Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode);

@@ -93,9 +93,12 @@ std::string describe_in_words(const Document& task) {
   return head(task) + section("Phases", part(task, "phases"), {name, {"when"}}) +
          section("Drawn per episode, can be pinned", part(task, "draws"),
                  {name, width, {"integer"}, {"low", true}, {"high", true}, unit, description}) +
-         section("Options of the task", part(task, "options"),
+         section(fmt::format("Options of the task, rules {}", plain(task, "rules")),
+                 part(task, "options"),
                  {name,
+                  {"value", true},
                   {"default", true},
+                  {"original", true},
                   {"integer"},
                   {"low", true},
                   {"high", true},

@@ -63,6 +63,14 @@ enum class Policy {
 };
 inline constexpr std::array kPolicyNames = {"zero", "random", "oracle", "blind"};
 constexpr const auto& names_of(Policy) { return kPolicyNames; }
+
+// Whose rules a task follows where the original's code differs from what it is meant to do.
+enum class Rules {
+  kReference,  // engram's own, which follow the benchmark's documentation
+  kOriginal,   // what the original's code does, as far as a task option can say it
+};
+inline constexpr std::array kRulesNames = {"reference", "original"};
+constexpr const auto& names_of(Rules) { return kRulesNames; }
 // end options
 
 // Whether observations have a row of the state, which tells the hidden quantity.
@@ -112,6 +120,8 @@ struct EnvOptions {
   std::vector<Pin> pins = {};
   // Variants of the task's rules, by name.
   std::vector<OptionChoice> task_options = {};
+  // Whose rules the task follows: the default of every task option; task_options win.
+  Rules rules = Rules::kReference;
   // end options
   ImageShape images = {};                 // of rgb observations
   ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures

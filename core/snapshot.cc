@@ -13,7 +13,7 @@ namespace engram {
 namespace {
 
 constexpr char kMagic[8] = {'e', 'n', 'g', 'r', 'a', 'm', 's', 'n'};
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 
 // Header, label, then the rows of the environments.
 struct Header {
@@ -68,9 +68,10 @@ std::string to_text(double value) {
 
 }  // namespace
 
-// What the columns' meaning depends on, in words: task, control mode and the task's options.
+// What the columns' meaning depends on, in words: task, control mode, rules and the task's options.
 std::string VectorEnv::snapshot_label() const {
-  std::string label = info().id + ", " + name_of(options_.control_mode);
+  std::string label =
+      info().id + ", " + name_of(options_.control_mode) + ", rules=" + name_of(options_.rules);
   for (std::size_t i = 0; i < option_values_.size(); ++i) {
     label += ", " + info().options[i].name + "=" + to_text(option_values_[i]);
   }

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/join.h"
+#include "core/env_options.h"
 
 namespace engram {
 namespace {
@@ -28,10 +29,14 @@ void check_value(const TaskOption& option, double value) {
 
 }  // namespace
 
+double TaskOption::value_under(Rules rules) const {
+  return rules == Rules::kOriginal ? original.value_or(value) : value;
+}
+
 std::vector<double> option_values(std::span<const TaskOption> options,
-                                  std::span<const OptionChoice> choices) {
+                                  std::span<const OptionChoice> choices, Rules rules) {
   std::vector<double> values;
-  for (const TaskOption& option : options) values.push_back(option.value);
+  for (const TaskOption& option : options) values.push_back(option.value_under(rules));
   std::vector<bool> chosen(options.size(), false);
   for (const OptionChoice& choice : choices) {
     const auto found =

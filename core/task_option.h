@@ -2,11 +2,14 @@
 // environments of a batch.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace engram {
+
+enum class Rules;  // core/env_options.h
 
 // An option that a task has. A switch is a whole number of 0 and 1.
 struct TaskOption {
@@ -17,6 +20,10 @@ struct TaskOption {
   double high = 1;
   std::string unit;
   std::string description;
+  std::optional<double> original = std::nullopt;  // what the original's code has, where it differs
+
+  // Its value where nobody chooses one.
+  double value_under(Rules rules) const;
 };
 
 // A user's choice.
@@ -25,9 +32,10 @@ struct OptionChoice {
   double value = 0;
 };
 
-// The values of a task's options, in their order. Throws Error, naming what is allowed, unless
-// every choice names an option once and is within its range.
+// The values of a task's options, in their order: what the rules say, unless a choice says
+// something else. Throws Error, naming what is allowed, unless every choice names an option once
+// and is within its range.
 std::vector<double> option_values(std::span<const TaskOption> options,
-                                  std::span<const OptionChoice> choices);
+                                  std::span<const OptionChoice> choices, Rules rules = Rules{});
 
 }  // namespace engram

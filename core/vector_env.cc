@@ -51,7 +51,8 @@ VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options,
                      ImageSourceFactory renderers)
     : task_(std::move(task)),
       options_(checked(options)),
-      option_values_(option_values(task_->info().options, options_.task_options)),
+      option_values_(
+          engram::option_values(task_->info().options, options_.task_options, options_.rules)),
       model_(shared_model(task_->scene())),
       controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
                                                model_->joint_ranges(), options_.rotation_sign)),

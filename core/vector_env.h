@@ -47,6 +47,8 @@ class VectorEnv {
   int state_dim() const { return observation_.width(); }
   // The sampled quantities of an episode, the engine's robot_noise first.
   const std::vector<Draw>& draws() const { return pins_.draws(); }
+  // Values of info().options, in their order.
+  std::span<const double> option_values() const { return option_values_; }
   // MJCF text of the whole scene.
   std::string document() const { return task_->document(); }
   const PhysicsModel& physics_model() const { return *model_; }
@@ -102,9 +104,9 @@ class VectorEnv {
   std::uint64_t unstable_count() const { return unstable_count_.load(); }
 
   // Saves or restores one environment, or all, bit-exactly. A snapshot may be restored into any
-  // slot of any batch of the same task, control mode and task options. The other options are those
-  // of that batch. restore throws Error, changing nothing, if the bytes are damaged or of another
-  // task, version or number of environments.
+  // slot of any batch of the same task, control mode, rules and task options. The other options are
+  // those of that batch. restore throws Error, changing nothing, if the bytes are damaged or of
+  // another task, version or number of environments.
   std::vector<std::byte> save(int env) const;
   void restore(int env, std::span<const std::byte> bytes);
   std::vector<std::byte> save() const;

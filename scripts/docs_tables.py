@@ -7,8 +7,8 @@ A page marks where a table goes, each mark on a line of its own:
     <!-- end -->
 
 What stands between the marks is replaced. KIND is one of ids, phases, draws, constants, state,
-info, rewards, options. FAMILY is a family of tasks, such as RememberColor; several share a table.
-`table: all_ids`, without a family, is an index of all ids by page: a task's page is the one with
+info, rewards, options, rules. FAMILY is a family of tasks, such as RememberColor; several share a table.
+`table: rules`, without a family, has those of all. `table: all_ids`, without one, is an index of all ids by page: a task's page is the one with
 the family's `ids` table.
 
 In cells where ids differ, a value stands behind the part of the id that tells them apart: of
@@ -360,11 +360,40 @@ def options_table(ids):
     rows = ids.rows(
         [info["options"] for info in ids.infos],
         lambda option: number(option["default"]),
+        lambda option: (
+            number(option["original"]) if option["original"] != option["default"] else ""
+        ),
         span,
         lambda option: option["unit"],
         lambda option: option["description"],
     )
-    return table(["option", "default", "range", "unit", "what"], rows) if rows else "No options.\n"
+    return table(["option", "default", "original", "range", "unit", "what"], rows) if rows else "No options.\n"
+
+
+def rules_table(ids):
+    """The options in which the original's code differs, by family."""
+    rows = []
+    for family in dict.fromkeys(ids.families):
+        options = {}  # those of the family's ids: all have the same
+        for info in ids.infos:
+            if info["family"] == family:
+                options |= {option["name"]: option for option in info["options"]}
+        rows += [
+            [
+                code(family),
+                code(option["name"]),
+                number(option["default"]),
+                number(option["original"]),
+                option["description"],
+            ]
+            for option in options.values()
+            if option["original"] != option["default"]
+        ]
+    merged = {}
+    for family, *rest in rows:
+        merged.setdefault(tuple(rest), []).append(family)
+    rows = [[", ".join(families), *rest] for rest, families in merged.items()]
+    return table(["families", "option", "reference", "original", "what"], rows)
 
 
 KINDS = {
@@ -376,6 +405,7 @@ KINDS = {
     "info": info_table,
     "rewards": rewards_table,
     "options": options_table,
+    "rules": rules_table,
 }
 
 
@@ -416,6 +446,8 @@ def all_ids_table(engram, page):
 def make_table(engram, page, kind, families):
     if kind == "all_ids" and not families:
         return all_ids_table(engram, page)
+    if kind == "rules" and not families:
+        families = list(engram.families)
     if kind not in KINDS or not families or not set(families) <= set(engram.families):
         raise TableError(
             f"no table '{' '.join([kind, *families])}'; kinds: {', '.join(KINDS)}, or all_ids "

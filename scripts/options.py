@@ -410,6 +410,7 @@ BLOCKS = {
         "reward_mode": enum_in_c("reward_mode"),
         "auto_reset": enum_in_c("auto_reset"),
         "policy": enum_in_c("policy"),
+        "rules": enum_in_c("rules"),
         "fields": c_fields,
     },
     "api/engram/engram.h": {

@@ -107,6 +107,14 @@ enum class Policy {
   kBlind = ENGRAM_POLICY_BLIND,
 };
 
+// Whose rules a task follows where the original's code differs from what it is meant to do.
+enum class Rules {
+  // Engram's own, which follow the benchmark's documentation.
+  kReference = ENGRAM_RULES_REFERENCE,
+  // What the original's code does, as far as a task option can say it.
+  kOriginal = ENGRAM_RULES_ORIGINAL,
+};
+
 // What actions mean; in brackets their dimension.
 enum class ControlMode {
   kPdJointDeltaPos,        // (8)
@@ -189,6 +197,8 @@ struct EnvOptions {
   std::vector<Pin> pins = {};
   // Variants of the task's rules, by name.
   std::vector<TaskOption> task_options = {};
+  // Whose rules the task follows: the default of every task option; task_options win.
+  Rules rules = Rules::kReference;
   // Soft shadows in pictures of render_camera; the original benchmark has none.
   bool render_shadows = false;
   // end options

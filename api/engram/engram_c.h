@@ -161,6 +161,9 @@ typedef struct engram_options {
   /* Variants of the task's rules, by name. Default none. */
   const engram_task_option* task_options; /* num_task_options of them */
   size_t num_task_options;
+  /* Whose rules the task follows: the default of every task option; task_options win. An
+   * engram_rules; default ENGRAM_RULES_REFERENCE. */
+  int32_t rules;
   /* Width of rgb observations. 1 to 4096 pixels; default 128. */
   int32_t image_width;
   /* Height of rgb observations. 1 to 4096 pixels; default 128. */
@@ -240,6 +243,16 @@ ENGRAM_API engram_status engram_step(engram_env* env, const float* actions, size
 ENGRAM_API engram_status engram_step_async(engram_env* env, const float* actions, size_t count);
 /* Refused with ENGRAM_BAD_STATE if no step is under way. */
 ENGRAM_API engram_status engram_step_wait(engram_env* env);
+
+/* begin options: rules */
+/* Whose rules a task follows where the original's code differs from what it is meant to do. */
+typedef enum engram_rules {
+  /* Engram's own, which follow the benchmark's documentation. */
+  ENGRAM_RULES_REFERENCE = 0,
+  /* What the original's code does, as far as a task option can say it. */
+  ENGRAM_RULES_ORIGINAL = 1
+} engram_rules;
+/* end options */
 
 /* begin options: policy */
 /* Who chooses actions when the batch itself is asked to. */
@@ -381,6 +394,7 @@ typedef struct engram_evaluation_options {
   const engram_task_option* task_options; /* `num_task_options` of them; default none */
   size_t num_task_options;
   engram_progress_callback progress; /* default NULL; gets the `user` of engram_evaluate */
+  int32_t rules;                     /* an engram_rules; default ENGRAM_RULES_REFERENCE */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);

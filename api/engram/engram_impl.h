@@ -50,6 +50,7 @@ inline const char* plain(const std::string& value) { return value.c_str(); }
 inline std::int32_t plain(ObsMode value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(RewardMode value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(AutoReset value) { return static_cast<std::int32_t>(value); }
+inline std::int32_t plain(Rules value) { return static_cast<std::int32_t>(value); }
 inline const char* plain(ControlMode value) {
   const auto index = static_cast<std::size_t>(value);
   return index < kControlModeNames.size() ? kControlModeNames[index] : "unknown";
@@ -90,6 +91,7 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   c.robot_init_qpos_noise = plain(options.robot_init_qpos_noise);
   c.sleep = plain(options.sleep);
   c.substeps = plain(options.substeps);
+  c.rules = plain(options.rules);
   c.image_width = plain(options.images.width);
   c.image_height = plain(options.images.height);
   c.renderer = plain(options.images.renderer);

@@ -83,10 +83,16 @@ ConstantList describe_draws(const std::vector<Draw>& draws) {
   return list;
 }
 
-ConstantList describe_options(const std::vector<TaskOption>& options) {
+// With the value that this batch has, and the one that the original's code has.
+ConstantList describe_options(const VectorEnv& env) {
   ConstantList list;
-  for (const TaskOption& option : options) {
-    list.emplace_back(describe_quantity(option, "default", number(option.integer, option.value)));
+  for (std::size_t i = 0; i < env.option_values().size(); ++i) {
+    const TaskOption& option = env.info().options[i];
+    const auto as_number = [&](double value) { return number(option.integer, value); };
+    ConstantTable about = describe_quantity(option, "default", as_number(option.value));
+    about.emplace_back("original", as_number(option.value_under(Rules::kOriginal)));
+    about.emplace_back("value", as_number(env.option_values()[i]));
+    list.emplace_back(std::move(about));
   }
   return list;
 }
@@ -197,7 +203,8 @@ ConstantTable describe_task(const VectorEnv& env) {
                               {"control_mode", name_of(env.options().control_mode)},
                               {"action_spaces", describe_actions(env)},
                               {"draws", describe_draws(env.draws())},
-                              {"options", describe_options(info.options)},
+                              {"rules", name_of(env.options().rules)},
+                              {"options", describe_options(env)},
                               {"phases", describe_phases(info)},
                               {"state_dim", env.state_dim()},
                               {"state_fields", describe_layout(env.state_fields())},

@@ -43,6 +43,7 @@ DocumentTable provenance(const CollectionPlan& plan) {
   return {{"version", version()},
           {"start_seed", plan.start_seed},
           {"renderer", plan.renderer},
+          {"rules", name_of(plan.rules)},
           {"control_mode", name_of(options.control_mode)},
           {"reward_mode", "normalized_dense"}};
 }

@@ -32,6 +32,7 @@ struct CollectionPlan {
   int max_attempts = 5000;
   std::uint64_t start_seed = 0;
   std::string renderer = "cpu";
+  Rules rules = Rules::kReference;
 };
 
 // Takes the result of each seed and writes the episodes to keep in the order of their seeds. So the

@@ -30,7 +30,7 @@ struct Protocol {
   int num_envs = kEvaluationEnvs;             // episodes that a thread plays together, at most
   int threads = 0;
   bool samples = false;    // pictures of each task's first episode
-  EnvOptions environment;  // only obs_mode, image_options and task_options are used
+  EnvOptions environment;  // only obs_mode, image_options, rules and task_options are used
 };
 
 // The result of one task; vectors have one element per episode. What stands above the line does not

@@ -77,6 +77,7 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
                 {"mean success rate", decimal(number(part(summary, "sr_split")), 4)},
                 {"policy", settings.policy},
                 {"observations", name_of(settings.obs_mode)},
+                {"rules", name_of(settings.rules)},
                 {"renderer", settings.renderer},
                 {"episodes per task", std::to_string(settings.episodes)},
                 {"first seed", first},

@@ -47,8 +47,8 @@ std::string local_time() {
 }
 
 // Keys of a task document that say what was asked for: the same in all documents of a run.
-constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
-                                         "model"};
+constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode",
+                                         "obs_mode",   "rules",      "model"};
 
 template <class T>
 DocumentList to_list(const std::vector<T>& values) {
@@ -120,6 +120,7 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
                        {"benchmark_commit", nullptr},
                        {"control_mode", name_of(ControlMode::kPdEeDeltaPose)},
                        {"obs_mode", name_of(settings.obs_mode)},
+                       {"rules", name_of(settings.rules)},
                        {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
                        {"action_chunk_size", result.chunk_size},
                        {"model", model_document(settings)},

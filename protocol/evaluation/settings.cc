@@ -17,6 +17,7 @@ EvaluationSettings read(const Document& document) {
   settings.policy = text(part(document, "policy"));
   settings.policy_config = part(document, "policy_config");
   if (!is_null(settings.policy_config)) (void)table(settings.policy_config);
+  settings.rules = require_named<Rules>("rules", text(part(document, "rules")));
   for (const auto& [name, value] : table(part(document, "task_options"))) {
     settings.task_options[name] = number(value);
   }
@@ -28,6 +29,7 @@ EvaluationSettings read(const Document& document) {
 void EvaluationSettings::set_environment(const EnvOptions& environment) {
   obs_mode = environment.obs_mode;
   renderer = obs_mode == ObsMode::kRgb ? environment.image_options.renderer : "none";
+  rules = environment.rules;
   task_options.clear();
   for (const OptionChoice& choice : environment.task_options) {
     task_options[choice.name] = choice.value;
@@ -42,6 +44,7 @@ Document EvaluationSettings::document() const {
                        {"renderer", renderer},
                        {"policy", policy},
                        {"policy_config", policy_config},
+                       {"rules", name_of(rules)},
                        {"task_options", DocumentTable(task_options.begin(), task_options.end())}};
 }
 
@@ -75,6 +78,7 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   if (environment.obs_mode == ObsMode::kRgb) {
     environment.image_options.renderer = settings.renderer;
   }
+  environment.rules = settings.rules;
   for (const auto& [name, value] : settings.task_options) {
     environment.task_options.push_back({name, value});
   }

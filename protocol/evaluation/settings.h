@@ -19,9 +19,10 @@ struct EvaluationSettings {
   std::string renderer = "none";  // of rgb observations
   std::string policy;             // "oracle", or the name of an external one
   Document policy_config;         // what else the results say of it
+  Rules rules = Rules::kReference;
   std::map<std::string, double> task_options;
 
-  // Takes over the observations, the renderer and the task options.
+  // Takes over the observations, the renderer, the rules and the task options.
   void set_environment(const EnvOptions& environment);
 
   Document document() const;

@@ -7,6 +7,7 @@ OBS_MODE = {"none": 0, "state": 1, "state_dict": 2, "rgb": 3}
 REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
 AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
 POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3}
+RULES = {"reference": 0, "original": 1}
 
 # How each keyword is converted: by type, or by the numbers behind its names.
 KINDS: dict[str, str | dict[str, int]] = {
@@ -23,6 +24,7 @@ KINDS: dict[str, str | dict[str, int]] = {
     "robot_init_qpos_noise": "real",
     "sleep": "bool",
     "substeps": "int",
+    "rules": RULES,
     "renderer": "text",
     "shadows": "bool",
     "antialias": "bool",

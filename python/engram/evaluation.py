@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from engram import _core
-from engram._option_list import OBS_MODE
+from engram._option_list import OBS_MODE, RULES
+from engram._options import one_of
 from engram.errors import InvalidArgumentError
 
 __all__ = ["evaluate"]
@@ -28,6 +29,7 @@ def evaluate(
     threads: int = 0,
     obs: str = "rgb",
     renderer: str = "cpu",
+    rules: str = "reference",
     task_options: Mapping[str, float] | None = None,
     name: str = "external",
     config: Mapping[str, Any] | None = None,
@@ -51,6 +53,7 @@ def evaluate(
     before the episode is asked for again. It is called from several threads, by one at a time;
     for one large batch, ``threads=1, num_envs=50``.
 
+    ``rules`` ("reference" or "original"), ``task_options``: those of the environments.
     ``output``: results go to ``<output>/<split>/<date_time>/``. ``resume``: folder of an
     interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is
     called several times a second.
@@ -74,6 +77,7 @@ def evaluate(
         renderer=renderer,
         output=None if output is None else os.fspath(output),
         resume=None if resume is None else os.fspath(resume),
+        rules=one_of("rules", rules, RULES),
         task_options=[(option, float(value)) for option, value in (task_options or {}).items()],
         progress=progress,
     )

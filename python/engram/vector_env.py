@@ -84,6 +84,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         language_in_info: False leaves "language_instruction" out of infos, for wrappers that know
             no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
         max_episode_steps: Gymnasium passes it on; it must be the task's own horizon.
+        rules: Whose rules the task follows: the default of every task option; task_options win.
+            "reference" or "original".
         render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
 
     Raises:
@@ -124,6 +126,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         chunk: int = 0,
         language_in_info: bool = True,
         max_episode_steps: int | None = None,
+        rules: str = "reference",
         render_shadows: bool = False,
         # end options
     ) -> None:

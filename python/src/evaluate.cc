@@ -105,8 +105,8 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      std::uint64_t seed, int num_envs, int threads, int obs_mode,
                      const std::string& name, const std::string& config,
                      const std::string& renderer, const std::optional<std::string>& output,
-                     const std::optional<std::string>& resume, const NamedValue& task_options,
-                     nb::object progress) {
+                     const std::optional<std::string>& resume, int rules,
+                     const NamedValue& task_options, nb::object progress) {
   Session session(std::move(policy), std::move(progress));
   std::vector<const char*> names;
   for (const std::string& id : ids) names.push_back(id.c_str());
@@ -129,6 +129,7 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.task_options = choices.data();
   options.num_task_options = choices.size();
   options.progress = &Session::tell;
+  options.rules = rules;
   char* document = nullptr;
   engram_status status = ENGRAM_OK;
   {
@@ -148,7 +149,7 @@ void bind_evaluate(nb::module_& module) {
                                  // used
   module.def("evaluate", &evaluate, "policy"_a, "ids"_a, "episodes"_a, "seed"_a, "num_envs"_a,
              "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
-             "resume"_a.none(), "task_options"_a, "progress"_a.none());
+             "resume"_a.none(), "rules"_a, "task_options"_a, "progress"_a.none());
 }
 
 }  // namespace engram_python

@@ -243,6 +243,19 @@ def test_actions_played_again_show_the_same(root, format_name, capsys):
         assert result["steps"] > 2 * 9
 
 
+# The lamp game draws what goes where unless the original's rules fix it.
+def test_replay_follows_the_rules_of_the_data(tmp_path, capsys):
+    require("engram._core")
+    task = "ShellGameColorLampTouch-VLA-v0"
+    command = [cli(), "collect", task, "--episodes", "2", "--rules", "original", "--out", tmp_path]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    metadata = json.loads((tmp_path / "data_npz" / task / "metadata.json").read_text())
+    assert metadata["engram"]["rules"] == "original"
+    assert main(["replay", str(tmp_path), "--json"]) == 0
+    (result,) = json.loads(capsys.readouterr().out)
+    assert result["equal"], result
+
+
 def test_a_changed_action_is_noticed(root, tmp_path, capsys):
     require("engram._core")
     from engram.datasets import rlds  # noqa: F401 (its libraries are there)

@@ -65,6 +65,8 @@ def test_an_unknown_id_names_the_nearest():
         ({"pins": [1]}, "dict"),
         ({"task_options": {"nothing": 1}}, "nothing"),
         ({"task_options": {"nothing": None}}, "number"),
+        ({"rules": "upstream"}, "reference, original"),
+        ({"rules": 1}, "reference, original"),
         ({"image_size": 0, "obs_mode": "rgb"}, "image"),
         ({"image_size": "big"}, "integer"),
         ({"image_size": (1, 2, 3)}, "integer"),

@@ -119,6 +119,14 @@ def test_files_and_resume(tmp_path):
         engram.evaluate(policy, ids, episodes=3, obs="state", resume=folder)
 
 
+def test_results_say_whose_rules():
+    assert engram.evaluate(still, ID, episodes=1)["tasks"][0]["rules"] == "reference"
+    result = engram.evaluate(still, ID, episodes=1, rules="original")
+    assert result["tasks"][0]["rules"] == "original"
+    with pytest.raises(engram.Error, match="rules: 'upstream' given; allowed: reference, original"):
+        engram.evaluate(still, ID, episodes=1, rules="upstream")
+
+
 def test_wrong_arguments():
     with pytest.raises(engram.UnknownIdError):
         engram.evaluate(still, "RememberColour3-VLA-v0")

@@ -128,6 +128,27 @@ def test_task_options_reach_the_task(make):
         make("BunchOfColors3-VLA-v0", task_options={"touch_radius": -1})
 
 
+def test_rules_set_the_task_options():
+    def values(**options):
+        described = engram.describe("SeqOfColors3-VLA-v0", **options)
+        return described["rules"], {o["name"]: o["value"] for o in described["options"]}
+
+    assert values() == ("reference", {"touch_radius": 0.05, "strict_order": 0})
+    assert values(rules="original") == ("original", {"touch_radius": 0.02, "strict_order": 1})
+    assert values(rules="original", task_options={"touch_radius": 0.05}) == (
+        "original",
+        {"touch_radius": 0.05, "strict_order": 1},
+    )
+
+
+def test_snapshots_of_other_rules_are_refused(make):
+    batch, other = make(), make(rules="original")
+    batch.reset()
+    other.reset()
+    with pytest.raises(engram.Error, match="rules=reference.*rules=original"):
+        other.restore(batch.save())
+
+
 def test_results_are_views_that_stay_where_they_are(make):
     env = make()
     obs, info = env.reset(seed=0)

@@ -21,7 +21,8 @@ void CheckColumns::bind(const Bindings& bindings, int batteries) {
   stage = info.add<std::int32_t>("action_stage", 1, "", "0: insert, 1: return, 2: confirm");
   active = info.add<std::int32_t>("active_battery_idx", 1, "", "of this round, -1: none");
   socket_has_battery = info.add<std::uint8_t>("socket_has_battery");
-  socket_idx = info.add<std::int32_t>("socket_battery_idx", 1, "", "-1: none");
+  socket_idx =
+      info.add<std::int32_t>("socket_battery_idx", 1, "", "none: as the option of that name says");
   socket_works = info.add<std::uint8_t>("socket_has_working");
   active_count = info.add<std::int32_t>("active_battery_count");
   checked_count = info.add<std::int32_t>("checked_count");
@@ -57,7 +58,7 @@ void CheckColumns::store(int env, const CheckEvents& events, bool pressed) const
   confirm_event[env] = events.confirm ? 1 : 0;
   newly_found[env] = events.newly_found ? 1 : 0;
   press_event[env] = pressed ? 1 : 0;
-  socket_idx[env] = events.socket_battery;
+  socket_idx[env] = events.socket_battery >= 0 ? events.socket_battery : empty_socket_idx;
   socket_has_battery[env] = events.socket_battery >= 0 ? 1 : 0;
   socket_works[env] = events.socket_works ? 1 : 0;
   lit[env] = events.lamp ? 1 : 0;

@@ -19,6 +19,8 @@ struct CheckColumns {
   BatterySet found(int env) const { return static_cast<BatterySet>(found_set[env]); }
   BatterySet held(int env) const { return static_cast<BatterySet>(grasped_set[env]); }
 
+  int empty_socket_idx = -1;  // what socket_idx says of an empty socket
+
   // Remembered.
   Column<std::int32_t> working_set;
   Column<std::int32_t> checked_set;

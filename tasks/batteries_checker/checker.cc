@@ -47,6 +47,7 @@ class BatteryChecker final : public FamilyBase {
     button_.bind(bindings);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     check_.bind(bindings, rack_.batteries());
+    check_.empty_socket_idx = static_cast<int>(bindings.options[kSocketBatteryIdx]);
   }
 
   // The lamp may tell at any time.
@@ -60,7 +61,7 @@ class BatteryChecker final : public FamilyBase {
                     episode.real(kTrayYDraw, kTrayY[0], kTrayY[1]));
     check_.working_set[env] = static_cast<std::int32_t>(draw_working(episode));
     check_.active[env] = -1;
-    check_.socket_idx[env] = -1;
+    check_.socket_idx[env] = check_.empty_socket_idx;
     rack_.reset(env, tray);
     button_.reset(env, tray + Vec2(BUTTON_X_OFFSET_FROM_TRAY, BUTTON_Y_OFFSET_FROM_TRAY),
                   mjcf::kQuarterTurn);

@@ -109,7 +109,9 @@ void describe_batteries(const BatteryParams& params, TaskInfo& info) {
                  params.ACTIVE_BATTERY_COUNT - 1.0, "", "slots of the batteries that work", true}};
   info.hidden_draw = "working";
   info.options = {{"upstream_rewards", 0, true, 0, 1, "",
-                   "1: button reach, found bonus and press penalty as in upstream's code"}};
+                   "1: button reach, found bonus and press penalty as in upstream's code", 1},
+                  {"socket_battery_idx", -1, true, -1, 0, "",
+                   "what the info field of that name says of an empty socket", 0}};
   info.constants = constants(params);
   info.phases = {{"insert", "until a battery stands in the socket"},
                  {"return", params.easy ? "over at once: the battery returns by itself"

@@ -56,7 +56,7 @@ PressButtonParams battery_button();
 
 // What an episode samples, in the order of TaskInfo::draws, and the options.
 enum BatteryDraw { kTrayXDraw, kTrayYDraw, kWorking };
-enum BatteryOption { kUpstreamRewards };
+enum BatteryOption { kUpstreamRewards, kSocketBatteryIdx };
 
 // Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
 // state fields.

@@ -71,10 +71,10 @@ void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
   info.draws = draws_of(params);
   info.hidden_draw = "sequence";
   info.options = {{"touch_radius", GOAL_THRESH, false, 0.001, 0.2, "m",
-                   "how near its touch point a cube is touched; upstream's code has 0.02"}};
+                   "how near its touch point a cube is touched", CUBE_HALFSIZE}};
   if (params.rule == ColorRule::kSeq) {
-    info.options.push_back({"strict_order", 0, true, 0, 1, "",
-                            "1: the order of the cue counts, as in upstream's code"});
+    info.options.push_back(
+        {"strict_order", 0, true, 0, 1, "", "1: the order of the cue counts", 1});
   }
   info.constants = constants_of(params);
   info.phases = {{"cue", "elapsed < C"},

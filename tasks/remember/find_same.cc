@@ -85,6 +85,13 @@ class FindSame final : public ObjectRecall {
         settles_(params.vocabulary != kColor),
         spread_(params.count == 3) {
     if (settles_) add_constant("APPEAR_SETTLE_STEPS", APPEAR_SETTLE_STEPS);
+    info_.options = {{"success_in_cue", 0, true, 0, 1, "",
+                      "1: to rest at the object of the cue is a success, too", 1}};
+  }
+
+  void bind(const Bindings& bindings) override {
+    ObjectRecall::bind(bindings);
+    count_success_in_cue(bindings.options[kSuccessInCue] != 0);
   }
 
   // --- sampling ---
@@ -115,6 +122,8 @@ class FindSame final : public ObjectRecall {
   }
 
  private:
+  enum OptionIndex { kSuccessInCue };
+
   int settle_steps() const { return settles_ ? APPEAR_SETTLE_STEPS : 1; }
 
   // Only the target, pinned at the origin.

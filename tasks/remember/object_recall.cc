@@ -128,7 +128,7 @@ void ObjectRecall::set_positions(int env, const Layout& layout) const {
 void ObjectRecall::evaluate(Range envs) {
   for (int env = envs.begin; env < envs.end; ++env) {
     std::ranges::copy(objects_.identity(target_[env]), engine_.oracle_info.row(env));
-    touch_.evaluate(env, target_pos(env), is_manipulation(env));
+    touch_.evaluate(env, target_pos(env), success_in_cue_ || is_manipulation(env));
   }
 }
 

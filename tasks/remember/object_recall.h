@@ -66,6 +66,9 @@ class ObjectRecall : public FamilyBase {
     info_.constants.emplace_back(name, std::move(value));
   }
 
+  // Whether to rest at the target is a success before the manipulation phase, too.
+  void count_success_in_cue(bool counts) { success_in_cue_ = counts; }
+
   // Samples target and phase lengths.
   void begin_episode(const Episode& episode) const;
   // Samples where objects stand, by key: slots, jitter, permutation and guard, or the positions
@@ -97,6 +100,7 @@ class ObjectRecall : public FamilyBase {
   Layout slots_;
   PhaseClock clock_;
   TouchTarget touch_;
+  bool success_in_cue_ = false;
   Column<std::int32_t> target_;
   Column<double> positions_;  // (count * 3) m
 };

@@ -44,7 +44,7 @@ Draw LampCue::mapping_draw() {
 void LampCue::describe(TaskInfo& info) {
   info.hidden_draw = mapping_draw().name;
   info.options = {{"fixed_mapping", 0, true, 0, 1, "",
-                   "1: red left, green center, blue right in every episode, as upstream"}};
+                   "1: red left, green center, blue right in every episode", 1}};
   info.constants.emplace_back("LAMP_BEHIND_OFFSET_X", LAMP_BEHIND_OFFSET_X);
   info.constants.emplace_back("LAMP_HEIGHT", LAMP_HEIGHT);
 }

@@ -9,7 +9,7 @@ enum OwnDraw { kShuffleSteps, kNumSwaps, kSwapPairList };
 
 }  // namespace
 
-void ShufflePhase::describe(TaskInfo& info) const {
+void ShufflePhase::describe(TaskInfo& info) {
   info.phases = {{"cue", "elapsed < cue_steps"},
                  {"shuffle", "cue_steps <= elapsed < cue_steps + shuffle_steps"},
                  {"manipulation", "elapsed >= cue_steps + shuffle_steps"}};
@@ -23,6 +23,9 @@ void ShufflePhase::describe(TaskInfo& info) const {
   whole("num_swaps", 1, params_.NUM_SWAPS, "", "swaps in the shuffle");
   whole("swap_pairs", params_.NUM_SWAPS.high, {0, 2}, "",
         "slots of each swap: 0 left and center, 1 left and right, 2 center and right");
+  snap_back_option_ = info.options.size();
+  info.options.push_back({"snap_back", 0, true, 0, 1, "",
+                          "1: steps left over after the last swap show the mugs as before it", 1});
   info.constants.emplace_back("NUM_SWAPS", params_.NUM_SWAPS.constant());
   info.constants.emplace_back("SHUFFLE_PHASE_STEPS", params_.SHUFFLE_PHASE_STEPS.constant());
   info.constants.emplace_back("SWAP_ARC_HEIGHT", SWAP_ARC_HEIGHT);
@@ -30,7 +33,8 @@ void ShufflePhase::describe(TaskInfo& info) const {
 
 void ShufflePhase::bind(const Bindings& bindings) {
   state_ = bindings.state;
-  swaps_.bind(*bindings.memory, params_.NUM_SWAPS.high);
+  const bool snap_back = bindings.options[snap_back_option_] != 0;
+  swaps_.bind(*bindings.memory, params_.NUM_SWAPS.high, snap_back);
 }
 
 void ShufflePhase::reset(const Episode& episode, int begin) const {

@@ -25,8 +25,8 @@ class ShufflePhase {
   ShufflePhase(const ShuffleParams& params, int first_draw)
       : params_(params), first_draw_(first_draw) {}
 
-  // Adds phases, draws and constants.
-  void describe(TaskInfo& info) const;
+  // Adds phases, draws, constants and the option of steps that are left over after the last swap.
+  void describe(TaskInfo& info);
   void bind(const Bindings& bindings);
   // Draws a shuffle that begins at elapsed = begin.
   void reset(const Episode& episode, int begin) const;
@@ -40,6 +40,7 @@ class ShufflePhase {
  private:
   ShuffleParams params_;
   int first_draw_;
+  std::size_t snap_back_option_ = 0;  // index of the option
   const State* state_ = nullptr;
   Swaps swaps_;
 };

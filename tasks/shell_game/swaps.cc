@@ -13,7 +13,8 @@ double slot_y(int slot) { return (slot - 1) * MIN_DIST; }
 
 }  // namespace
 
-void Swaps::bind(ColumnStore& memory, int max_swaps) {
+void Swaps::bind(ColumnStore& memory, int max_swaps, bool snap_back) {
+  snap_back_ = snap_back;
   begin_ = memory.add<std::int32_t>("shuffle_begin", 1, "control steps");
   steps_ = memory.add<std::int32_t>("shuffle_steps", 1, "control steps");
   num_swaps_ = memory.add<std::int32_t>("num_swaps");
@@ -43,9 +44,9 @@ Eigen::Vector3d Swaps::offset(int env, int mug, int elapsed) const {
   const int steps_per_swap = std::max(1, steps_[env] / swaps);
   const int step = std::max(0, elapsed - begin_[env]);
   const int swap = step / steps_per_swap;
-  const double from = slot_y(slot_of(env, swap, mug));
-  if (swap >= swaps) return {0, from, 0};
+  if (swap >= swaps) return {0, slot_y(slot_of(env, snap_back_ ? swaps - 1 : swaps, mug)), 0};
 
+  const double from = slot_y(slot_of(env, swap, mug));
   const double to = slot_y(slot_of(env, swap + 1, mug));
   const double time = static_cast<double>(step % steps_per_swap) / steps_per_swap;
   const double angle = std::numbers::pi * time * time * (3 - 2 * time);

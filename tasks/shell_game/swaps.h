@@ -17,8 +17,9 @@ inline constexpr std::array<std::array<int, 2>, 3> kSwapPairs = {{{0, 1}, {0, 2}
 
 class Swaps {
  public:
-  // At most `max_swaps` swaps in an episode.
-  void bind(ColumnStore& memory, int max_swaps);
+  // At most `max_swaps` swaps in an episode. `snap_back`: steps that are left over after the last
+  // swap show the slots before it, not the final ones.
+  void bind(ColumnStore& memory, int max_swaps, bool snap_back = false);
 
   // A shuffle of `steps` control steps that begins at elapsed = begin; each pair is an index into
   // kSwapPairs, and only the first `swaps` of them count.
@@ -39,10 +40,11 @@ class Swaps {
 
   // Where a mug is while the shuffle runs: its offset from where it would stand in the center slot.
   // The mugs of a pair turn about their midpoint, counter-clockwise seen from above; all three are
-  // lifted. Steps that are left over after the last swap show the final slots.
+  // lifted.
   Eigen::Vector3d offset(int env, int mug, int elapsed) const;
 
  private:
+  bool snap_back_ = false;
   Column<std::int32_t> begin_;  // control steps
   Column<std::int32_t> steps_;  // control steps
   Column<std::int32_t> num_swaps_;

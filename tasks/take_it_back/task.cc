@@ -43,6 +43,8 @@ enum PropIndex { kCube, kInitialRegion, kGoalRegion, kChangedGoalRegion };
 // What an episode samples.
 enum DrawIndex { kSlot, kInitialX, kInitialShift, kGoalX, kGoalY, kDraws };
 
+enum OptionIndex { kMayOverlap };
+
 std::vector<Draw> draws() {
   return {
       {"slot", 1, true, -1, 1, "", "where the cube starts: right, middle or left"},
@@ -68,6 +70,8 @@ class TakeItBack final : public FamilyBase {
     info_.oracle_dim = 3;
     info_.oracle_is_real = true;
     info_.draws = draws();
+    info_.options = {{"may_overlap", 0, true, 0, 1, "",
+                      "1: the discs of start and target may overlap, which makes success easy", 1}};
     info_.constants = constants();
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"there", "the cube has not been on the target"},
@@ -224,9 +228,10 @@ class TakeItBack final : public FamilyBase {
     engine_.state->hide_prop(env, prop, pos);
   }
 
-  // Start and target; drawn again, the slot aside, while their discs overlap.
+  // Start and target; drawn again, the slot aside, while their discs overlap and may not.
   void draw_positions(const Episode& episode) const {
-    constexpr int kMostDraws = 100;  // pins may leave no choice
+    // Pins may leave no choice.
+    const int most_draws = engine_.options[kMayOverlap] != 0 ? 1 : 100;
     const std::vector<Draw>& about = info_.draws;
     const int slot = episode.integer(kSlot, -1, 1);
     std::array<double, kDraws> values{};
@@ -235,7 +240,7 @@ class TakeItBack final : public FamilyBase {
                                                 episode.stream(kGoalX), episode.stream(kGoalY)};
     double* start = initial_.row(episode.env());
     double* target = goal_.row(episode.env());
-    for (int attempt = 0; attempt < kMostDraws; ++attempt) {
+    for (int attempt = 0; attempt < most_draws; ++attempt) {
       for (std::size_t draw = kInitialX; draw < kDraws; ++draw) {
         const double* pinned = episode.pinned(static_cast<int>(draw));
         values[draw] =

@@ -47,6 +47,7 @@ const std::vector<BadOption>& bad_options() {
       {[](O& o) { o.obs_mode = 4; }, ENGRAM_INVALID_ARGUMENT, "obs_mode: 4 given, 0 to 3"},
       {[](O& o) { o.obs_mode = -1; }, ENGRAM_INVALID_ARGUMENT, "obs_mode: -1 given"},
       {[](O& o) { o.reward_mode = 17; }, ENGRAM_INVALID_ARGUMENT, "reward_mode: 17"},
+      {[](O& o) { o.rules = 2; }, ENGRAM_INVALID_ARGUMENT, "rules: 2 given, 0 to 1 allowed"},
       {[](O& o) { o.auto_reset = 3; }, ENGRAM_INVALID_ARGUMENT, "auto_reset: 3 given, 0 to 2"},
       {[](O& o) { o.control_mode = nullptr; }, ENGRAM_INVALID_ARGUMENT, "control_mode: NULL"},
       {[](O& o) { o.control_mode = "pd"; }, ENGRAM_UNKNOWN_ID, "'pd'; allowed are: pd_joint"},

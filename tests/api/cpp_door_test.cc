@@ -93,11 +93,13 @@ TEST_CASE("Options arrive", "[cpp_door]") {
                     .obs_mode = ObsMode::kRgb,
                     .reward_mode = engram::RewardMode::kSparse,
                     .control_mode = engram::ControlMode::kPdEeDeltaPos,
+                    .rules = engram::Rules::kOriginal,
                     .images = {.width = 8, .height = 6, .cameras = {"hand_camera"}}});
   CHECK(env.action_dim() == 4);
   CHECK(env.rgb().size() == 2 * 8 * 6 * 3);
   CHECK(env.observation().empty());
   CHECK(env.describe().find("\"control_mode\": \"pd_ee_delta_pos\"") != std::string_view::npos);
+  CHECK(env.describe().find("\"rules\": \"original\"") != std::string_view::npos);
 
   const auto refused = [](const EnvOptions& options, const char* part) {
     return kind_of([&] { engram::make(kId, options); }, part);
@@ -108,6 +110,8 @@ TEST_CASE("Options arrive", "[cpp_door]") {
   CHECK(refused({.obs_mode = ObsMode::kRgb, .images = {.cameras = {}}}, "camera") ==
         Error::Kind::kInvalidArgument);
   CHECK(refused({.obs_mode = static_cast<ObsMode>(9)}, "obs_mode") ==
+        Error::Kind::kInvalidArgument);
+  CHECK(refused({.rules = static_cast<engram::Rules>(9)}, "rules: 9 given, 0 to 1 allowed") ==
         Error::Kind::kInvalidArgument);
   CHECK(kind_of([] { engram::make("RememberColor"); }, "did you mean") == Error::Kind::kUnknownId);
 }

@@ -62,6 +62,19 @@ TEST_CASE("C door: a callback is evaluated", "[evaluation]") {
   CHECK(document["summary"]["tasks"][0] == kIds[0]);
 }
 
+TEST_CASE("C door: results say whose rules were followed", "[evaluation][rules]") {
+  for (const bool original : {false, true}) {
+    engram_evaluation_options options = options_of(1);
+    if (original) options.rules = ENGRAM_RULES_ORIGINAL;
+    Call call;
+    char* text = nullptr;
+    REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
+    const Json document = Json::parse(text);
+    engram_free_text(text);
+    CHECK(document["tasks"][0]["rules"] == (original ? "original" : "reference"));
+  }
+}
+
 TEST_CASE("C door: a policy's name may be any bytes", "[evaluation]") {
   engram_evaluation_options options = options_of(1);
   options.name = "caf\xe9";
@@ -87,6 +100,9 @@ TEST_CASE("C door: an evaluation that cannot be says why", "[evaluation]") {
   options = options_of(1);
   options.num_ids = 0;
   refused(options, ENGRAM_INVALID_ARGUMENT, "ids");
+  options = options_of(1);
+  options.rules = -1;
+  refused(options, ENGRAM_INVALID_ARGUMENT, "rules: -1 given, 0 to 1 allowed");
   options = options_of(1);
   options.num_task_options = 1;
   refused(options, ENGRAM_INVALID_ARGUMENT, "task_options: NULL given, 1 values needed");

@@ -77,10 +77,10 @@ TEST_CASE("eval: documents of the protocol", "[apps]") {
   REQUIRE(document["tasks"].size() == 1);
   const Json& task = document["tasks"][0];
   CHECK(keys_of(task) ==
-        std::vector<std::string>{"env_id", "split", "memory_type", "start_seed", "n_episodes",
-                                 "successes", "returns", "sr", "mean_return", "chance",
-                                 "benchmark_commit", "control_mode", "obs_mode", "wrapper_chain",
-                                 "action_chunk_size", "model", "episode_lengths", "episode_seeds"});
+        std::vector<std::string>{
+            "env_id", "split", "memory_type", "start_seed", "n_episodes", "successes", "returns",
+            "sr", "mean_return", "chance", "benchmark_commit", "control_mode", "obs_mode", "rules",
+            "wrapper_chain", "action_chunk_size", "model", "episode_lengths", "episode_seeds"});
   CHECK(task["split"] == "Short");
   CHECK(task["memory_type"] == "Object");
   CHECK(task["start_seed"] == 4242424242);
@@ -89,6 +89,7 @@ TEST_CASE("eval: documents of the protocol", "[apps]") {
   CHECK(task["episode_seeds"][4] == 4242424246);
   CHECK(task["chance"].get<double>() == Approx(1.0 / 3));
   CHECK(task["model"]["name"] == "oracle");
+  CHECK(task["rules"] == "reference");
   CHECK(document["summary"]["sr_per_memory_type"]["Object"] == 1.0);
 }
 

@@ -20,11 +20,11 @@ Json rollout(const std::string& options) {
 
 TEST_CASE("rollout: exactly the documented fields", "[apps]") {
   const Json report = rollout("--num-envs 8 --steps 70 --threads 2");
-  CHECK(keys_of(report) == std::vector<std::string>{"id", "num_envs", "steps", "threads", "obs",
-                                                    "policy", "renderer", "env_steps_per_second",
-                                                    "physics_steps_per_second", "images_per_second",
-                                                    "episodes", "success_once", "mean_return",
-                                                    "unstable", "hash", "wall_seconds"});
+  CHECK(keys_of(report) ==
+        std::vector<std::string>{"id", "num_envs", "steps", "threads", "obs", "policy", "renderer",
+                                 "rules", "env_steps_per_second", "physics_steps_per_second",
+                                 "images_per_second", "episodes", "success_once", "mean_return",
+                                 "unstable", "hash", "wall_seconds"});
   CHECK(report["id"] == kId);
   CHECK(report["num_envs"] == 8);
   CHECK(report["steps"] == 70);
@@ -32,6 +32,7 @@ TEST_CASE("rollout: exactly the documented fields", "[apps]") {
   CHECK(report["obs"] == "state");
   CHECK(report["policy"] == "random");
   CHECK(report["renderer"] == "none");
+  CHECK(report["rules"] == "reference");
   CHECK(report["images_per_second"] == 0);
   CHECK(report["episodes"] == 16);
   CHECK(report["unstable"] == 0);

@@ -184,7 +184,8 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   };
 
   constexpr std::size_t kHeader = 48;  // and the label behind it
-  const std::string label = std::string(kId) + ", pd_ee_delta_pose";
+  const std::string label =
+      std::string(kId) + ", pd_ee_delta_pose, rules=reference, success_in_cue=0";
   RandomStream random(5, 0, 0);
   for (int i = 0; i < 500; ++i) {  // any damaged byte of the content
     std::vector<std::byte> bad = good;
@@ -210,15 +211,16 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   refuse(longer, "needed by its header");
   std::vector<std::byte> older = good;
   older[8] = std::byte{1};
-  refuse(older, "version 1 given, 2 needed");
+  refuse(older, "version 1 given, 3 needed");
   refuse(single, "1 environments given, 2 needed");
   CHECK_THROWS_WITH(env->restore(0, good), Catch::Contains("2 environments given, 1 needed"));
 
   const auto foreign = make_env("RememberColor5-VLA-v0", batch_of(2));
   foreign->reset();
   refuse(foreign->save(),
-         "it is of RememberColor5-VLA-v0, pd_ee_delta_pose; this batch is of "
-         "RememberColor9-VLA-v0, pd_ee_delta_pose");
+         "it is of RememberColor5-VLA-v0, pd_ee_delta_pose, rules=reference, success_in_cue=0; "
+         "this batch is of RememberColor9-VLA-v0, pd_ee_delta_pose, rules=reference, "
+         "success_in_cue=0");
   // The same columns, but another task.
   const auto lengthy = make_env("RememberColor9-Long-VLA-v0", batch_of(2));
   lengthy->reset();
@@ -227,7 +229,7 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   other_mode.control_mode = ControlMode::kPdEePose;  // the same columns here too
   const auto mode = make_env(kId, other_mode);
   mode->reset();
-  refuse(mode->save(), "it is of RememberColor9-VLA-v0, pd_ee_pose; ");
+  refuse(mode->save(), "it is of RememberColor9-VLA-v0, pd_ee_pose, rules=reference, ");
   CHECK(test::batch_bytes(*env) == before);
   env->restore(good);  // the good one still is
   CHECK(env->save() == good);
@@ -332,9 +334,9 @@ TEST_CASE("A snapshot goes only into batches of the same task options", "[snapsh
   const Bytes before = env_bytes(*usual, 0);
   CHECK_THROWS_WITH(usual->restore(narrow->save()),
                     Catch::Contains("it is of SeqOfColors3-VLA-v0, pd_ee_delta_pose, "
-                                    "touch_radius=0.031, ") &&
-                        Catch::Contains("; this batch is of SeqOfColors3-VLA-v0, "
-                                        "pd_ee_delta_pose, touch_radius=0.05, "));
+                                    "rules=reference, touch_radius=0.031, ") &&
+                        Catch::Contains("; this batch is of SeqOfColors3-VLA-v0, pd_ee_delta_pose, "
+                                        "rules=reference, touch_radius=0.05, "));
   CHECK((env_bytes(*usual, 0) == before));
   const auto same = make_env(kRecall, options);
   same->restore(narrow->save());

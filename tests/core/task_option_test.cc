@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/env_options.h"
 #include "tests/core/scene_task.h"
 
 namespace engram {
@@ -15,12 +16,24 @@ const std::vector<TaskOption> kOptions = {
     {"touch_radius", 0.05, false, 0.001, 0.2, "m", "how near counts"},
     {"strict", 0, true, 0, 1, "", "a switch"},
 };
+const std::vector<TaskOption> kDeparting = {
+    {"touch_radius", 0.05, false, 0.001, 0.2, "m", "how near counts", 0.02},
+    {"gain", 3, true, 0, 9, "", "the same in both"},
+};
 
 TEST_CASE("Options have their defaults until the user chooses", "[options]") {
   CHECK(option_values(kOptions, {}) == std::vector<double>{0.05, 0});
   const std::vector<OptionChoice> choices = {{"strict", 1}, {"touch_radius", 0.02}};
   CHECK(option_values(kOptions, choices) == std::vector<double>{0.02, 1});
   CHECK(option_values({}, {}).empty());
+}
+
+TEST_CASE("Options that nobody chooses follow the rules", "[options][rules]") {
+  using Values = std::vector<double>;
+  CHECK(option_values(kDeparting, {}, Rules::kReference) == Values{0.05, 3});
+  CHECK(option_values(kDeparting, {}, Rules::kOriginal) == Values{0.02, 3});
+  const std::vector<OptionChoice> choices = {{"touch_radius", 0.05}};
+  CHECK(option_values(kDeparting, choices, Rules::kOriginal) == Values{0.05, 3});
 }
 
 TEST_CASE("Choices that are not allowed are refused", "[options]") {

@@ -40,7 +40,7 @@ void use(const Words& words) {
   (void)apps::select(words.filter);
   const RegistryEntry& entry = require_entry(words.id);
   const std::unique_ptr<Task> task = make_task(entry.id);
-  (void)option_values(task->info().options, words.env.task_options);
+  (void)option_values(task->info().options, words.env.task_options, words.env.rules);
   ColumnStore store(1);
   const PinTable table(store, task->info().draws);
   table.check(words.env.pins);

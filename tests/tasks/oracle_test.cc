@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,8 +18,9 @@ using test::row;
 constexpr std::uint64_t kCanonicalSeed = 4242424242;
 
 std::vector<std::uint8_t> outcomes(const std::string& id, Policy policy, bool sleep = true,
-                                   int episodes = 50) {
+                                   int episodes = 50, Rules rules = Rules::kReference) {
   EnvOptions options;
+  options.rules = rules;
   options.num_envs = episodes;
   options.seed = kCanonicalSeed;
   options.sleep = sleep;
@@ -83,6 +85,27 @@ TEST_CASE("Oracles solve the short tasks, guesses sometimes and idlers never", "
 
 TEST_CASE("Oracles solve the long tasks, guesses sometimes and idlers never", "[oracle][long]") {
   for (const std::string& id : ids(true)) check_policies(id);
+}
+
+// Where both rules are the same, there is nothing to see.
+void check_original_rules(const std::string& id) {
+  const std::unique_ptr<Task> task = make_task(id);
+  const std::vector<TaskOption>& options = task->info().options;
+  if (std::none_of(options.begin(), options.end(),
+                   [](const TaskOption& option) { return option.original.has_value(); })) {
+    return;
+  }
+  INFO(id);
+  CHECK(rate(outcomes(id, Policy::kOracle, true, affordable(id, 50), Rules::kOriginal)) >=
+        require_entry(id).oracle_floor);
+}
+
+TEST_CASE("Oracles solve the short tasks under the original's rules, too", "[oracle][rules]") {
+  for (const std::string& id : ids(false)) check_original_rules(id);
+}
+
+TEST_CASE("Oracles solve the long tasks under the original's rules, too", "[oracle][rules][long]") {
+  for (const std::string& id : ids(true)) check_original_rules(id);
 }
 
 TEST_CASE("Oracles succeed in the same episodes with and without sleep", "[oracle][sleep]") {

@@ -1,7 +1,7 @@
 """Plays stored actions in fresh environments and compares what they show with what is stored.
 
 An episode is determined by its task, its seed and its actions: `engram.make(id, obs_mode="rgb")`,
-`reset(seed=seed)`, then one `step` per action.
+with the rules of the metadata, `reset(seed=seed)`, then one `step` per action.
 """
 
 from __future__ import annotations
@@ -69,8 +69,13 @@ def compare(
     import engram  # the compiled part, which nothing else here needs
 
     count = min(len(folder), episodes or len(folder))
-    renderer = folder.metadata.get("engram", {}).get("renderer", "cpu")
-    env = engram.make(folder.env_id, obs_mode="rgb", renderer=renderer)
+    made_how = folder.metadata.get("engram", {})
+    env = engram.make(
+        folder.env_id,
+        obs_mode="rgb",
+        renderer=made_how.get("renderer", "cpu"),
+        rules=made_how.get("rules", "reference"),
+    )
     different = {}
     steps = 0
     played = 0

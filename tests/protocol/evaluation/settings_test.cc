@@ -15,6 +15,7 @@ EvaluationSettings example() {
   EnvOptions environment;
   environment.obs_mode = ObsMode::kRgb;
   environment.image_options.renderer = "egl";
+  environment.rules = Rules::kOriginal;
   environment.task_options = {{"touch_radius", 0.03}};
   settings.set_environment(environment);
   return settings;
@@ -25,6 +26,7 @@ TEST_CASE("Settings survive their document", "[evaluation][settings]") {
   CHECK((EvaluationSettings::of(document, "settings.json").document() == document));
   CHECK(text(part(document, "obs_mode")) == "rgb");
   CHECK(text(part(document, "renderer")) == "egl");
+  CHECK(text(part(document, "rules")) == "original");
   DocumentTable lacking = table(document);
   lacking.pop_back();
   CHECK_THROWS_WITH(EvaluationSettings::of(lacking, "settings.json"),
@@ -35,6 +37,12 @@ TEST_CASE("Settings survive their document", "[evaluation][settings]") {
   }
   CHECK_THROWS_WITH(EvaluationSettings::of(unknown, "settings.json"),
                     Catch::Contains("'pixels'") && Catch::Contains("state_dict, rgb"));
+  DocumentTable lawless = table(document);
+  for (auto& [key, value] : lawless) {
+    if (key == "rules") value = "none";
+  }
+  CHECK_THROWS_WITH(EvaluationSettings::of(lawless, "settings.json"),
+                    Catch::Contains("no rules named 'none'; allowed are: reference, original"));
 }
 
 TEST_CASE("Settings name no renderer where nothing is drawn", "[evaluation][settings]") {
@@ -55,6 +63,7 @@ TEST_CASE("A protocol plays what the settings say", "[evaluation][settings]") {
   CHECK(protocol.start_seed == UINT64_MAX);
   CHECK(protocol.environment.obs_mode == ObsMode::kRgb);
   CHECK(protocol.environment.image_options.renderer == "egl");
+  CHECK(protocol.environment.rules == Rules::kOriginal);
   REQUIRE(protocol.environment.task_options.size() == 1);
   CHECK(protocol.environment.task_options[0].name == "touch_radius");
   CHECK(protocol.environment.task_options[0].value == 0.03);

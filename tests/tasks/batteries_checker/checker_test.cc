@@ -236,6 +236,23 @@ TEST_CASE("upstream_rewards pays no bonus for a find", "[battery][reward]") {
   CHECK(reward_of_confirm(0) - reward_of_confirm(1) == Approx(14.0 / 40).margin(1e-6));
 }
 
+TEST_CASE("socket_battery_idx says what is told of an empty socket", "[battery]") {
+  for (const double empty : {-1.0, 0.0}) {
+    const auto env = start("Hard-3", {1}, {{"socket_battery_idx", empty}});
+    CHECK(number(*env, "socket_battery_idx") == empty);
+    idle(*env);
+    CHECK(number(*env, "socket_battery_idx") == empty);
+    CHECK_FALSE(flag(*env, "socket_has_battery"));
+    put(*env, 1, kSocketFloor);
+    idle(*env);
+    CHECK(flag(*env, "socket_has_battery"));
+    CHECK(number(*env, "socket_battery_idx") == 1);
+    put(*env, 1, {0, -0.3, 0.03});
+    idle(*env);
+    CHECK(number(*env, "socket_battery_idx") == empty);
+  }
+}
+
 TEST_CASE("Only the lamp tells which batteries work", "[battery]") {
   // What is shown of a prop is its pose, its colour and its light.
   const auto one = start("Hard-3", {0});

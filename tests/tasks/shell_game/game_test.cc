@@ -178,6 +178,35 @@ TEST_CASE("The shuffle's test vector holds for both shuffle families", "[shell]"
   }
 }
 
+// Steps 25 and 26 are left over: seven steps a swap, 23 in all.
+TEST_CASE("With snap_back, left-over steps show the mugs as before the last swap", "[shell]") {
+  for (const char* id : {"ShellGameShuffleTouch-VLA-v0", "ShellGameShuffleColorLampTouch-VLA-v0"}) {
+    EnvOptions options = pinned({{"base", {0.05, -0.03}},
+                                 {"cue_steps", {4}},
+                                 {"shuffle_steps", {23}},
+                                 {"num_swaps", {3}},
+                                 {"swap_pairs", {0, 2, 1, 0}}});
+    const auto plain = make_env(id, options);
+    options.task_options = {{"snap_back", 1}};
+    const auto snapping = make_env(id, options);
+    plain->reset();
+    snapping->reset();
+    const std::vector<Vector3d> before = {
+        {0.05, 0.17, 0.05295}, {0.05, -0.23, 0.05295}, {0.05, -0.03, 0.05295}};
+    for (int t = 0; t <= 30; ++t) {
+      INFO(id << ", t " << t);
+      for (int mug = 0; mug < 3; ++mug) {
+        const bool left_over = t == 25 || t == 26;
+        check_near(pos(*snapping, mug),
+                   left_over ? before[static_cast<std::size_t>(mug)] : pos(*plain, mug), 1e-5);
+      }
+      CHECK(oracle(*snapping) == oracle(*plain));
+      test::step(*plain, Policy::kZero);
+      test::step(*snapping, Policy::kZero);
+    }
+  }
+}
+
 TEST_CASE("The lamp games draw which colour goes with which mug", "[shell]") {
   // slot_of_color = (2, 0, 1) and green.
   const auto env = make_env(

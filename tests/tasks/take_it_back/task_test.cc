@@ -164,6 +164,29 @@ TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_bac
   CHECK(pinned->state().prop_pos_of(0, kGoalRegion)[0] == 0.2);
 }
 
+// Of all draws 0.2 % overlap.
+TEST_CASE("With may_overlap, start and target are drawn once and overlap now and then",
+          "[take_it_back]") {
+  EnvOptions options;
+  options.num_envs = 6000;
+  const auto guarded = make_env(kId, options);
+  options.task_options = {{"may_overlap", 1}};
+  const auto env = make_env(kId, options);
+  guarded->reset();
+  env->reset();
+  int overlaps = 0;
+  for (int i = 0; i < options.num_envs; ++i) {
+    const double* start = env->state().prop_pos_of(i, kInitialRegion);
+    const double* goal = env->state().prop_pos_of(i, kGoalRegion);
+    const bool overlap = std::hypot(start[0] - goal[0], start[1] - goal[1]) < 0.16;
+    overlaps += overlap ? 1 : 0;
+    const double* usual = guarded->state().prop_pos_of(i, kGoalRegion);
+    CHECK(std::equal(goal, goal + 2, usual) == !overlap);  // all others are as they were
+  }
+  CHECK(overlaps > 2);
+  CHECK(overlaps < 30);
+}
+
 TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
   const auto start_at = [](double slot, double x) {
     EnvOptions options;
