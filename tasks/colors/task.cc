@@ -178,13 +178,13 @@ class ColorRecall final : public FamilyBase {
     }
   }
 
-  // --- oracle: touches from above, then presses the button ---
+  // --- oracle: touches from above with open fingers, then presses the button with closed ones ---
 
   void act(Range envs, bool blind, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
       if (!is_acting(env) || button_pressed_[env] != 0) {
-        hold_tool(kGripperClosed, action);
+        hold_tool(kGripperOpen, action);
         continue;
       }
       std::array<std::int32_t, COLORS> guessed{};
@@ -195,7 +195,8 @@ class ColorRecall final : public FamilyBase {
           color < 0 ? button_.next_waypoint(env, kTravelHeight)
                     : glide_down(*engine_.state, env, touch_.touch_point(env, color) + above_touch_,
                                  kTravelHeight);
-      servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
+      const double gripper = color < 0 ? kGripperClosed : kGripperOpen;
+      servo_tool(*engine_.state, env, goal, kToolDown, gripper, action);
     }
   }
 

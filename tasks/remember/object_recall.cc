@@ -165,14 +165,42 @@ void ObjectRecall::act(Range envs, bool blind, FloatRows actions) {
     const Eigen::Vector3d touch = Eigen::Map<const Eigen::Vector3d>(position(env, key)) +
                                   Eigen::Vector3d(0, 0, rolls ? kRollingGap : kTouchGap);
     const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+    const double gripper = gripper_for(env, key);
     if (!is_manipulation(env) || (tcp - touch).norm() < kCloseEnough) {
-      hold_tool(kGripperClosed, action);
+      hold_tool(gripper, action);
       continue;
     }
     Eigen::Vector3d goal = approach_from_above(state, env, touch, kTravelGap);
     if (rolls) goal.z() = std::lerp(tcp.z(), goal.z(), kGently);
-    servo_tool(state, env, goal, lean_outwards(kToolDown, touch, kLean), kGripperClosed, action);
+    servo_tool(state, env, goal, lean_outwards(kToolDown, touch, kLean), gripper, action);
   }
+}
+
+// Whether open fingers that come down on an object, which they close along y, would meet another.
+bool ObjectRecall::is_crowded(int env, int key) const {
+  constexpr double kBesideX = 0.05;  // m, from origin to origin
+  constexpr double kBesideY = 0.10;
+  const double* at = position(env, key);
+  for (int other = 0; other < count(); ++other) {
+    const double* pos = position(env, other);
+    if (other != key && std::abs(pos[0] - at[0]) < kBesideX &&
+        std::abs(pos[1] - at[1]) < kBesideY) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// The original's demonstrations keep the gripper open while they wait, and in the Long ids to the
+// end. Where there is no room for that, it closes on the last bit of the way.
+double ObjectRecall::gripper_for(int env, int key) const {
+  constexpr double kNear = 0.12;  // m
+  if (!is_manipulation(env)) return kGripperOpen;
+  if (info_.frozen_cue) return kGripperClosed;
+  const double* at = position(env, key);
+  const Eigen::Vector3d tcp = tcp_pos(env);
+  const bool near = std::hypot(tcp.x() - at[0], tcp.y() - at[1]) < kNear;
+  return near && is_crowded(env, key) ? kGripperClosed : kGripperOpen;
 }
 
 // What an agent without memory would touch.

@@ -94,6 +94,8 @@ class ObjectRecall : public FamilyBase {
   template <class Row>
   void state_row(Row& row, int env) const;
   int guess(int env) const;
+  bool is_crowded(int env, int key) const;
+  double gripper_for(int env, int key) const;
 
   ObjectRecallParams params_;
   ObjectSet objects_;

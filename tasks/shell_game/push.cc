@@ -112,7 +112,7 @@ class Push final : public ShellGame {
           mugs_.slot_pos(env, slot, kPushHeight) - Eigen::Vector3d(kBehind, 0, 0);
       const double moved = mugs_.pos(env, slot).x() - mugs_.base(env).x();
       if (!is_manipulation(env) || moved >= kTravel) {
-        hold_tool(kGripperClosed, action);
+        hold_tool(is_manipulation(env) ? kGripperClosed : kGripperOpen, action);
         continue;
       }
       const Eigen::Vector3d tcp = tcp_pos(env);

@@ -99,17 +99,19 @@ void TouchRule::dense_reward(const ShellGame& game, Range envs, FloatRows out) c
 // --- oracle ---
 
 void TouchRule::act(const ShellGame& game, Range envs, bool blind, FloatRows actions) const {
+  // Demonstrations of the Long ids keep the fingers open all the time.
+  const double hovering = game.info().frozen_cue ? kGripperClosed : kGripperOpen;
   for (int env = envs.begin; env < envs.end; ++env) {
     float* action = actions.row(env);
     const Eigen::Vector3d goal = game.mugs().standing_pos(env, game.chosen_slot(env, blind)) +
                                  Eigen::Vector3d(0, 0, kHoverGap);
     const Eigen::Vector3d tcp = game.tcp_pos(env);
     if (!game.is_manipulation(env) || (tcp - goal).norm() < kCloseEnough) {
-      hold_tool(kGripperClosed, action);
+      hold_tool(game.is_manipulation(env) ? hovering : kGripperOpen, action);
     } else {
       Eigen::Vector3d way = approach_from_above(game.state(), env, goal, kTravelGap);
       way.z() = std::max(way.z(), tcp.z() - kDescent);
-      servo_tool(game.state(), env, way, kToolDown, kGripperClosed, action);
+      servo_tool(game.state(), env, way, kToolDown, hovering, action);
     }
   }
 }

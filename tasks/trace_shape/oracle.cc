@@ -54,6 +54,9 @@ void submit_trace(const State& state, int env, int cube, const PressButton& butt
              kGripperOpen, action);
 }
 
-void await_demo(float* action) { hold_tool(kGripperOpen, action); }
+void await_demo(float* action) {
+  constexpr double kAsWideAsTheCube = 0.22;  // 20.5 mm per finger
+  hold_tool(kAsWideAsTheCube, action);
+}
 
 }  // namespace engram::tasks

@@ -27,7 +27,7 @@ void trace_contour(const State& state, int env, int cube, const Contour& contour
 // Lets the cube go, then presses the button where it is nearest to the robot.
 void submit_trace(const State& state, int env, int cube, const PressButton& button, float* action);
 
-// The action while there is nothing to do yet: the tool stays, open.
+// The action while there is nothing to do yet: the tool stays, as wide open as the cube.
 void await_demo(float* action);
 
 }  // namespace engram::tasks

@@ -1,0 +1,163 @@
+// What the oracle does with the gripper while it waits for the cue and a delay to end, and after:
+// as the original's demonstrations do, for whoever learns from the wrist camera.
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+
+constexpr float kOpen = 1;
+constexpr float kClosed = -0.6F;
+constexpr float kCubeWide = 0.22F;
+constexpr float kDepends = -9;  // on what stands beside
+
+constexpr std::size_t kGripper = 6;  // of an action
+
+struct Habit {
+  const char* family;
+  float waiting;
+  float moving;       // when the hand begins to move
+  float moving_long;  // the same in Long ids
+};
+
+// Families whose episodes begin with a wait.
+constexpr std::array kHabits = {
+    Habit{"RememberColor", kOpen, kClosed, kDepends},
+    Habit{"RememberShape", kOpen, kClosed, kDepends},
+    Habit{"RememberShapeAndColor", kOpen, kClosed, kDepends},
+    Habit{"FindImposterColor", kOpen, kClosed, kClosed},
+    Habit{"FindImposterShape", kOpen, kClosed, kClosed},
+    Habit{"FindImposterShapeAndColor", kOpen, kClosed, kClosed},
+    Habit{"ShellGameTouch", kOpen, kClosed, kClosed},
+    Habit{"ShellGamePush", kOpen, kClosed, kClosed},
+    Habit{"ShellGameColorLampTouch", kOpen, kClosed, kClosed},
+    Habit{"ShellGameShuffleTouch", kOpen, kClosed, kOpen},
+    Habit{"ShellGameShuffleColorLampTouch", kOpen, kClosed, kOpen},
+    Habit{"BunchOfColors", kOpen, kOpen, kOpen},
+    Habit{"SeqOfColors", kOpen, kOpen, kOpen},
+    Habit{"ChainOfColors", kOpen, kOpen, kOpen},
+    Habit{"BlinkCountButtonPress", kClosed, kClosed, kClosed},
+    Habit{"TraceShape", kCubeWide, kOpen, kOpen},
+    Habit{"TraceShapeSeq", kCubeWide, kOpen, kOpen},
+};
+
+bool rests(const float* action) {
+  for (std::size_t i = 0; i < kGripper; ++i) {
+    if (action[i] != 0) return false;
+  }
+  return true;
+}
+
+void check_habit(const Habit& habit, const std::string& id) {
+  INFO(id);
+  const bool is_long = id.find("-Long-") != std::string::npos;
+  const auto env = make_env(id);
+  env->reset();
+  const bool frozen = env->info().frozen_cue;
+  int waited = 0;
+  while (true) {
+    const std::vector<float> action = test::act(*env, Policy::kOracle);
+    if (!rests(action.data())) {
+      const float expected = is_long ? habit.moving_long : habit.moving;
+      if (expected != kDepends) CHECK(action[kGripper] == expected);
+      break;
+    }
+    REQUIRE(action[kGripper] == habit.waiting);
+    ++waited;
+    env->step(action);
+    REQUIRE(env->truncated()[0] == 0);
+    // Where the cue is frozen, zeros are played instead: half closed.
+    const double* fingers = env->state().qpos.row(0) + kArmJoints;
+    if (frozen || habit.waiting != kOpen) continue;
+    REQUIRE(fingers[0] > 0.0399);
+    REQUIRE(fingers[1] > 0.0399);
+  }
+  CHECK(waited > 0);
+}
+
+TEST_CASE("While it waits the oracle holds its gripper as the demonstrations do",
+          "[oracle][gripper]") {
+  for (const Habit& habit : kHabits) {
+    const std::vector<std::string> ids = test::implemented_ids(habit.family);
+    REQUIRE_FALSE(ids.empty());
+    for (const std::string& id : ids) check_habit(habit, id);
+  }
+}
+
+TEST_CASE("Long Remember: the fingers stay open, but for neighbours of what is touched",
+          "[oracle][gripper]") {
+  for (const bool crowded : {false, true}) {
+    EnvOptions options;
+    const double beside = crowded ? 0.07 : 0.15;
+    options.pins = {{"target", {0}},
+                    {"cue_steps", {10}},
+                    {"empty_steps", {50}},
+                    {"positions", {0, 0.2, 0, 0.2 - beside, 0, -0.2}}};
+    const auto env = make_env("RememberColor3-Long-VLA-v0", options);
+    env->reset();
+    const auto away = [&env] { return std::abs(env->state().tcp_pos.row(0)[1] - 0.2); };
+    while (env->success()[0] == 0) {
+      const std::vector<float> action = test::act(*env, Policy::kOracle);
+      INFO("crowded " << crowded << ", " << away() << " m away");
+      REQUIRE(action[kGripper] == (crowded && away() < 0.11 ? kClosed : kOpen));
+      do {
+        env->step(action);  // over the band in which it closes
+      } while (away() > 0.11 && away() < 0.125 && env->success()[0] == 0);
+      REQUIRE(env->truncated()[0] == 0);
+    }
+    const double finger = env->state().qpos.row(0)[kArmJoints];
+    CHECK((crowded ? finger < 0.01 : finger > 0.0395));
+  }
+}
+
+TEST_CASE("The colour tasks' oracle closes its fingers for the button alone", "[oracle][gripper]") {
+  const auto env = make_env("BunchOfColors3-VLA-v0");
+  env->reset();
+  bool closed = false;
+  while (env->success()[0] == 0) {
+    const std::vector<float> action = test::act(*env, Policy::kOracle);
+    const bool touched_all = *test::row<std::uint8_t>(env->output("button_pressable"), 0) != 0;
+    closed = closed || action[kGripper] == kClosed;
+    if (action[kGripper] == kClosed) CHECK(touched_all);
+    env->step(action);
+    REQUIRE(env->truncated()[0] == 0);
+  }
+  CHECK(closed);
+}
+
+TEST_CASE("Open fingers nudge no coloured cube", "[oracle][gripper]") {
+  for (const char* id : {"BunchOfColors7-VLA-v0", "ChainOfColors5-VLA-v0"}) {
+    EnvOptions options;
+    options.num_envs = 30;
+    options.threads = 2;
+    options.auto_reset = AutoReset::kOff;
+    const auto env = make_env(id, options);
+    env->reset();
+    std::vector<bool> acting(30);
+    double moved = 0;
+    for (int step = 0; step < env->info().horizon; ++step) {
+      const std::vector<float> actions = test::act(*env, Policy::kOracle);
+      env->step(actions);
+      for (std::size_t i = 0; i < acting.size(); ++i) {
+        acting[i] = acting[i] || !rests(actions.data() + 7 * i);
+        if (!acting[i]) continue;
+        const ColumnView displacement = env->output("max_cube_displacement_xy");
+        const auto largest = *test::row<float>(displacement, static_cast<int>(i));
+        moved = std::max(moved, static_cast<double>(largest));
+      }
+    }
+    INFO(id);
+    CHECK(moved < 0.002);
+  }
+}
+
+}  // namespace
+}  // namespace engram
