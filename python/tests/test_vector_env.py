@@ -145,7 +145,7 @@ def test_snapshots_of_other_rules_are_refused(make):
     batch, other = make(), make(rules="original")
     batch.reset()
     other.reset()
-    with pytest.raises(engram.Error, match="rules=reference.*rules=original"):
+    with pytest.raises(engram.Error, match=r"rules=reference.*rules=original"):
         other.restore(batch.save())
 
 
