@@ -52,6 +52,7 @@ Arm::Arm(const mjModel& model) {
     chain.push_back(body);
   }
   std::reverse(chain.begin(), chain.end());
+  root_ = to_vec(model.body_pos + 3 * chain.front());
 
   // Fixed bodies between two joints are folded into the next link.
   Link pending{Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()};

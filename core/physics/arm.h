@@ -30,6 +30,9 @@ class Arm {
   // has no such site or not seven hinges above it.
   explicit Arm(const mjModel& model);
 
+  // Where the arm stands: origin of the root frame, whose axes are the world's.
+  const Eigen::Vector3d& root() const { return root_; }
+
   // TCP pose for the joint angles q[7].
   Pose forward(const double* q) const;
   // The same, with the geometric Jacobian of the TCP origin.
@@ -53,6 +56,7 @@ class Arm {
     Eigen::Vector3d offset;       // from the previous joint's frame
     Eigen::Quaterniond rotation;  // at joint angle zero
   };
+  Eigen::Vector3d root_;
   std::array<Link, kArmJoints> links_;
   Link tool_;
 };

@@ -105,7 +105,9 @@ Controller::Controller(ControlMode mode, const Arm& arm, const double* joint_ran
       action_space_(make_action_space(mode, joint_ranges)) {}
 
 Pose Controller::measured_pose(const State& state, int env) const {
-  return arm_.forward(state.qpos.row(env));
+  Pose pose = arm_.forward(state.qpos.row(env));
+  pose.pos -= arm_.root();
+  return pose;
 }
 
 void Controller::reset(const State& state, int env) const {
@@ -138,7 +140,8 @@ ArmVector Controller::delta_position_target(const State& state, int env,
 
 ArmVector Controller::pose_target(const State& state, int env, const Pose& target) const {
   ArmVector joints;
-  arm_.inverse(target, state.qpos.row(env), joints);  // on failure: the measured joints
+  const Pose in_world{target.pos + arm_.root(), target.quat};
+  arm_.inverse(in_world, state.qpos.row(env), joints);  // on failure: the measured joints
   return joints;
 }
 

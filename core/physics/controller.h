@@ -48,6 +48,7 @@ class Controller {
   const double* state_row(const State& state, int env) const;
 
  private:
+  // Poses that the controller takes, keeps and reports are in the root frame.
   Pose measured_pose(const State& state, int env) const;
   ArmVector delta_pose_target(const State& state, int env, const float* action) const;
   ArmVector delta_position_target(const State& state, int env, const float* action) const;

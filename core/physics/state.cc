@@ -18,7 +18,7 @@ State::State(ColumnStore& store, int props) : num_props(props) {
   tcp_pos = store.add<double>("tcp_pos", 3, "m");
   tcp_quat = store.add<double>("tcp_quat", 4);
   target_qpos = store.add<double>("target_qpos", kArmJoints, "rad");
-  target_pose = store.add<double>("target_pose", 7);
+  target_pose = store.add<double>("target_pose_in_root", 7);
 
   // A scene without props keeps one unused element, so that every column exists.
   const int width = std::max(1, props);

@@ -34,7 +34,7 @@ struct State {
   Column<double> tcp_pos;        // (3) m, world
   Column<double> tcp_quat;       // (4) w, x, y, z
   Column<double> target_qpos;    // (7) controller state of the joint target mode
-  Column<double> target_pose;    // (7) controller state of the pose target modes
+  Column<double> target_pose;    // (7) controller state of the pose target modes, root frame
 
   // Props, in task order; a row holds all props of one environment.
   Column<double> prop_pos;   // (num_props * 3) m, as observations report it

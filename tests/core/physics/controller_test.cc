@@ -257,7 +257,7 @@ TEST_CASE("The position mode moves the TCP and leaves its orientation free", "[c
 TEST_CASE("The absolute pose mode goes where the action says", "[controller]") {
   const Fixture fixture(ControlMode::kPdEePose);
   const float pi = std::numbers::pi_v<float>;
-  const Drive drive = fixture.drive({-0.03F, 0.05F, 0.28F, pi, 0.1F, -0.2F, 1});
+  const Drive drive = fixture.drive({0.585F, 0.05F, 0.28F, pi, 0.1F, -0.2F, 1});
   const Pose reached = robot_model().arm().forward(drive.target.data());
   CHECK((reached.pos - Eigen::Vector3d(-0.03, 0.05, 0.28)).norm() < 1e-4);
   using Eigen::AngleAxisd;
@@ -293,6 +293,7 @@ TEST_CASE("Target modes add to the target before and not to what is measured", "
     CHECK((reached.pos - from - Eigen::Vector3d(0, 0, 0.04)).norm() < 2e-4);
     CHECK(roll_pitch_yaw(reached.quat).z() == Approx(rotates ? -0.1 : 0).margin(2e-4));
     CHECK(std::string(pose.controller.state_name()) == "target_pose");
+    CHECK(pose.controller.state_row(pose.state, 0)[0] == Approx(from.x() + 0.615));
     CHECK(pose.controller.state_row(pose.state, 0)[2] == Approx(from.z() + 0.04));
     pose.controller.reset(pose.state, 0);
     CHECK(pose.controller.state_row(pose.state, 0)[2] == Approx(from.z()));
