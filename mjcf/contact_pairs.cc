@@ -24,11 +24,23 @@ constexpr Material kRubber{.friction = 2.0, .patch = 0.1};
 // How deep soft contacts let a resting prop sink, whatever it weighs, if it stands on four of them;
 // more contacts share its weight. The table's contacts begin that much earlier. So props rest at
 // the height of their shapes, where tasks place them, and wake without a jolt.
-constexpr double kSinkageOnFour = 5.3e-5;  // m
+constexpr double kSinkageOnFour = 1e-5;  // m
 
-// The fingers' contacts are harder than the default. With that, 30 N of grip would sink 1.5 mm into
-// a cube of 64 g; with this, 0.2 mm. Even harder ones cost solver iterations.
-constexpr std::array<double, 3> kGripImpedance = {0.99, 0.999, 0.0002};
+// The contacts of fingers and of what stands are harder than the default. With that, 30 N of grip
+// would sink 1.5 mm into a cube of 64 g, and a hand that presses with all its force would push one
+// 6 mm into the table; with this, 0.2 mm and 0.5 mm. Even harder ones cost solver iterations.
+constexpr std::array<double, 3> kHardImpedance = {0.99, 0.999, 0.0002};
+
+// Where a contact begins, m above the surface: where it pushes, and how far above that it is
+// foreseen (core/physics/contacts.h). MuJoCo's own step knows nothing of the latter.
+struct Onset {
+  double push = 0;
+  double foresight = 0;
+};
+constexpr double kTableForesight = 0.02;  // as in the original: the way of a substep at 2 m/s
+
+// What glides pushes from a millimetre on, so that contacts last: what is pushed would rattle.
+constexpr Onset kGliding{.push = 0.001, .foresight = 0.005};
 
 // Geoms of one material that collide alike.
 struct Side {
@@ -50,9 +62,8 @@ Side side(const Prop& prop) {
 }
 
 // Pairs every geom of one side with every geom of the other. The friction is the average of both,
-// as in PhysX; MuJoCo by itself would take the larger one. `margin`: contacts exist from that gap
-// on.
-void add_pairs(Element& contact, const Side& first, const Side& second, double margin = 0) {
+// as in PhysX; MuJoCo by itself would take the larger one.
+void add_pairs(Element& contact, const Side& first, const Side& second, const Onset& onset = {}) {
   const double friction = (first.material.friction + second.material.friction) / 2;
   const bool gripping = std::max(first.material.patch, second.material.patch) == kRubber.patch;
   const double torsion = friction * std::max(first.material.patch, second.material.patch);
@@ -62,8 +73,9 @@ void add_pairs(Element& contact, const Side& first, const Side& second, double m
       set(pair, "geom1", geom1);
       set(pair, "geom2", geom2);
       set(pair, "friction", {friction, friction, torsion, 1e-4, 1e-4});
-      if (gripping) set(pair, "solimp", kGripImpedance);
-      if (margin > 0) set(pair, "margin", margin);
+      if (gripping || onset.push > 0) set(pair, "solimp", kHardImpedance);
+      if (onset.push + onset.foresight > 0) set(pair, "margin", onset.push + onset.foresight);
+      if (onset.foresight > 0) set(pair, "gap", onset.foresight);
     }
   }
 }
@@ -100,7 +112,7 @@ void add_prop_pairs(Element& contact, const Prop& prop, const Side& support) {
   }
   if (prop.motion == Motion::kFree) {
     const double sinkage = kSinkageOnFour * 4 / standing_contacts(prop);
-    add_pairs(contact, support, own, sinkage);
+    add_pairs(contact, support, own, {.push = sinkage, .foresight = kTableForesight});
   }
 }
 
@@ -117,7 +129,9 @@ void add_contact_pairs(Element& root, const std::vector<Prop>& props, bool table
     for (std::size_t j = 0; j < i; ++j) {
       const bool either_moves =
           props[i].motion == Motion::kFree || props[j].motion == Motion::kFree;
-      if (either_moves) add_pairs(contact, side(props[j]), side(props[i]));
+      const bool either_glides = props[i].glides || props[j].glides;
+      const Onset onset = either_glides ? kGliding : Onset{};
+      if (either_moves) add_pairs(contact, side(props[j]), side(props[i]), onset);
     }
   }
 }

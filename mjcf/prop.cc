@@ -35,8 +35,9 @@ bool same_physics(const Prop& a, const Prop& b) {
     return p.shape == q.shape && p.size == q.size && p.pos == q.pos && p.quat == q.quat &&
            p.collides == q.collides;
   };
-  return a.motion == b.motion && a.mass == b.mass && a.center_of_mass == b.center_of_mass &&
-         a.inertia == b.inertia && a.friction == b.friction && a.damping == b.damping &&
+  return a.motion == b.motion && a.glides == b.glides && a.mass == b.mass &&
+         a.center_of_mass == b.center_of_mass && a.inertia == b.inertia &&
+         a.friction == b.friction && a.damping == b.damping &&
          std::equal(a.primitives.begin(), a.primitives.end(), b.primitives.begin(),
                     b.primitives.end(), same_shape);
 }

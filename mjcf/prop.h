@@ -35,6 +35,7 @@ enum class Motion {
 struct Prop {
   std::string name;
   Motion motion = Motion::kFree;
+  bool glides = false;  // kinematic, and meets free props on its way
   std::vector<Primitive> primitives;
   // Inertial properties of a free prop; about the centre of mass, in body axes.
   double mass = 0;                  // kg

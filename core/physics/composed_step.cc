@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/physics/sliding.h"
 
 namespace engram {
 namespace {
@@ -24,6 +25,7 @@ void compose_position(const StepModels& models, mjData* d) {
   mj_crb(m, d);
   if (has_props(m)) mj_factorM(m, d);
   mj_collision(models.colliding, d);
+  refine_contacts(*m, *d);
   if (d->ncon > 0) {
     mj_makeConstraint(m, d);
   } else {
@@ -31,10 +33,11 @@ void compose_position(const StepModels& models, mjData* d) {
   }
 }
 
-void compose_velocity(const mjModel* m, mjData* d) {
+void compose_velocity(const mjModel* m, mjData* d, std::span<const Glider> gliders) {
   mj_comVel(m, d);
   if (has_props(m)) mj_passive(m, d);
   mj_referenceConstraint(m, d);
+  meet_gliders(*m, *d, gliders);
   mj_rne(m, d, 0, d->qfrc_bias);
 }
 
@@ -88,7 +91,7 @@ bool robot_is_touched(const mjModel* m, const mjData* d) {
     return m->geom_bodyid[geom] > 0 && m->geom_bodyid[geom] <= last_link;
   };
   return std::any_of(d->contact, d->contact + d->ncon, [&](const mjContact& contact) {
-    return of_robot(contact.geom1) || of_robot(contact.geom2);
+    return contact.efc_address >= 0 && (of_robot(contact.geom1) || of_robot(contact.geom2));
   });
 }
 
@@ -230,10 +233,12 @@ void require_composable(const mjModel& model) {
   }
 }
 
-void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot) {
+void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot,
+                      std::span<const Glider> gliders) {
   compose_position(models, d);
-  compose_velocity(models.scene, d);
+  compose_velocity(models.scene, d, gliders);
   compose_forces(models.scene, d);
+  slide_freely(*models.scene, *d);
   move_robot(models.scene, d, robot);
   JointArray force{};
   if (d->nefc == 0) {

@@ -1,5 +1,5 @@
 // One physics step from MuJoCo's public stages, with a law of our own for the robot's joints.
-//  * Free props move as in mj_step, bit for bit.
+//  * Free props move as in mj_step with what contacts.h and sliding.h do in between, bit for bit.
 //  * The robot moves by RobotStep. Where nothing touches it, MuJoCo has no part in that. Where
 //    something does, MuJoCo's solver finds the forces of contact: for the acceleration that the
 //    robot would have without them, and for the inertia that they meet.
@@ -11,6 +11,9 @@
 
 #include <mujoco/mujoco.h>
 
+#include <span>
+
+#include "core/physics/contacts.h"
 #include "core/physics/robot_step.h"
 
 namespace engram {
@@ -30,6 +33,7 @@ void require_composable(const mjModel& model);
 inline void compose_kinematics(const mjModel* m, mjData* d) { mj_kinematics(m, d); }
 
 // The rest of the step, from the poses that compose_kinematics left.
-void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot);
+void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot,
+                      std::span<const Glider> gliders = {});
 
 }  // namespace engram

@@ -35,6 +35,7 @@ Loader::Workbench::Workbench(const PhysicsModel& physics_model) : model(&physics
   slot.resize(props);
   motion.resize(props);
   gliding.reserve(props);
+  gliders.reserve(props);
 }
 
 void Loader::Workbench::reset_data() {
@@ -93,15 +94,31 @@ void Loader::begin_glide(int prop) {
   std::copy_n(state_.prop_pos_of(env_, prop), 3, workbench_.motion[at(prop)].qpos.begin());
 }
 
-void Loader::glide(double part) {
+void Loader::glide(int substep, int substeps) {
+  const double part = static_cast<double>(substep) / substeps;
+  const double per_second = 1 / (substeps * scene_model().opt.timestep);
   for (const int prop : gliding()) {
-    double* pos = workbench_.motion[at(prop)].qpos.data();
+    Motion& motion = workbench_.motion[at(prop)];
     const double* from = state_.prop_pos_of(env_, prop);
     const double* way = state_.prop_qvel_of(env_, prop);
-    for (int i = 0; i < 3; ++i) pos[i] = from[i] + part * way[i];
+    for (std::size_t i = 0; i < 3; ++i) {
+      motion.qpos[i] = from[i] + part * way[i];
+      motion.qvel[i] = per_second * way[i];
+    }
     const int mocap = scene_->mocap[at(prop)];
-    if (mocap >= 0) std::copy_n(pos, 3, data_->mocap_pos + 3 * mocap);
+    if (mocap >= 0) std::copy_n(motion.qpos.begin(), 3, data_->mocap_pos + 3 * mocap);
   }
+}
+
+std::span<const Glider> Loader::gliders() {
+  workbench_.gliders.clear();
+  for (const int prop : gliding()) {
+    const int mocap = scene_->mocap[at(prop)];
+    if (mocap < 0) continue;
+    const Eigen::Map<const Eigen::Vector3d> velocity(workbench_.motion[at(prop)].qvel.data());
+    workbench_.gliders.push_back({mocap, velocity});
+  }
+  return workbench_.gliders;
 }
 
 // --- into a scene ---

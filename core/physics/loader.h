@@ -6,8 +6,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "core/physics/contacts.h"
 #include "core/physics/model.h"
 #include "core/physics/state.h"
 
@@ -17,7 +19,7 @@ inline std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 class Loader {
  public:
-  // What MuJoCo needs of a free prop; of a kinematic one, the position alone.
+  // What MuJoCo needs of a free prop; of a kinematic one, position and linear velocity alone.
   struct Motion {
     std::array<double, 7> qpos;
     std::array<double, 6> qvel;
@@ -38,6 +40,7 @@ class Loader {
     std::vector<int> slot;           // of each awake prop in the present scene, or kNoSlot
     std::vector<Motion> motion;      // of awake and gliding props, between scenes
     std::vector<int> gliding;        // kinematic props on their way
+    std::vector<Glider> gliders;     // the same, for contacts
   };
 
   Loader(Workbench& workbench, const State& state, int env)
@@ -56,8 +59,11 @@ class Loader {
   // Loads robot and props from the columns into a scene, which becomes the present one.
   void enter(int scene);
 
-  // Moves gliding props to where they are after this part of their way.
-  void glide(double part);
+  // Moves gliding props to where they are after so many of the control step's substeps.
+  void glide(int substep, int substeps);
+
+  // Those that are in the present scene.
+  std::span<const Glider> gliders();
 
   // Counts a sleeping free prop among the awake ones. It comes into the next scene.
   void wake(int prop);

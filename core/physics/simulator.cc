@@ -51,11 +51,12 @@ bool Simulator::advance(Workbench& workbench, const State& state, int env, const
   waker.begin();
   loader.enter(options_.sleep ? stepper.first_scene() : model_.full_scene());
   for (int i = 0; i < options_.substeps; ++i) {
-    loader.glide(static_cast<double>(i + 1) / options_.substeps);
+    loader.glide(i, options_.substeps);
     mark(clock, StepPart::kGather);
     const bool good = options_.sleep ? stepper.composed_substep(i == 0) : stepper.plain_substep();
     if (!good) return false;
   }
+  loader.glide(options_.substeps, options_.substeps);
   if (!loader.scene_is_plausible()) return false;
   loader.store();
   mark(clock, StepPart::kGather);

@@ -25,7 +25,7 @@ class PhysicsModel;
 
 struct SimulatorOptions {
   int substeps = 5;   // of 0.01 s per control step
-  bool sleep = true;  // false: plain mj_step on the whole scene, every present prop awake
+  bool sleep = true;  // false: the whole scene, every present prop awake
 };
 
 class Simulator {

@@ -29,7 +29,8 @@ bool Stepper::composed_substep(bool first) {
   apply_weights();
   mark(clock_, StepPart::kController);
   PairSieve& sieve = workbench_.sieves[at(loader_.scene_index())];
-  compose_dynamics(models(sieve.near_pairs(loader_.data())), &loader_.data(), robot_);
+  compose_dynamics(models(sieve.near_pairs(loader_.data())), &loader_.data(), robot_,
+                   loader_.gliders());
   mark(clock_, StepPart::kDynamics);
   limit_spins();
   return !warned();
@@ -39,7 +40,7 @@ bool Stepper::plain_substep() {
   pose_bodies();
   apply_weights();
   mark(clock_, StepPart::kController);
-  compose_dynamics(models(&loader_.scene_model()), &loader_.data(), robot_);
+  compose_dynamics(models(&loader_.scene_model()), &loader_.data(), robot_, loader_.gliders());
   mark(clock_, StepPart::kDynamics);
   limit_spins();
   return !warned();

@@ -33,6 +33,7 @@ enum TraceDraw { kShapes, kRadii, kCenterXDraw, kCenterYDraw, kRotations, kPreDe
 mjcf::Prop red_cube_prop() {
   mjcf::Prop cube = mjcf::cube("red_cube", CUBE_HALFSIZE, kRed);
   cube.motion = mjcf::Motion::kKinematic;
+  cube.glides = true;
   cube.pos = {0.1, 0, CUBE_HALFSIZE};
   return cube;
 }
@@ -60,12 +61,13 @@ double draw_rotation(RandomStream& random) { return random.uniform(0, kTurn); }
 
 }  // namespace
 
-Vec2 clear_of_red(const Vec2& green, const Vec2& red) {
-  constexpr double kOverlap = 2 * CUBE_HALFSIZE;
-  constexpr double kClear = 0.0405;  // m
+Vec2 clear_of_red(const Vec2& green, const Vec2& red, const Vec2& half) {
+  constexpr double kGap = 0.0005;  // m
   const Vec2 offset = green - red;
-  if (std::abs(offset.x()) >= kOverlap || std::abs(offset.y()) >= kOverlap) return green;
-  return {green.x(), red.y() + (offset.y() >= 0 ? kClear : -kClear)};
+  const Vec2 overlap = half + Vec2::Constant(CUBE_HALFSIZE);
+  if (std::abs(offset.x()) >= overlap.x() || std::abs(offset.y()) >= overlap.y()) return green;
+  const double clear = overlap.y() + kGap;
+  return {green.x(), red.y() + (offset.y() >= 0 ? clear : -clear)};
 }
 
 TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceDemoParams& params)
@@ -178,7 +180,9 @@ void TraceDemo::advance(int env) const {
   const int end = demo_end(env);
   light_lamp(env);
   if (elapsed < end) {
-    put_red(env, place_at(env, elapsed));
+    const Place place = place_at(env, elapsed);
+    put_red(env, place);
+    if (place.element > 0 && place.waypoint == 0) make_room_for_red(env);
   } else if (elapsed == end) {
     const double* last = engine_.state->prop_pos_of(env, red_);
     const double hidden[3] = {last[0], last[1], CUBE_HALFSIZE + HEIGHT_OFFSET};
@@ -202,6 +206,21 @@ void TraceDemo::put_green(int env) const {
   const Vec2 nominal = center(env) + Vec2(GREEN_CUBE_OFFSET_X, 0);
   const Vec2 at = clear_of_red(nominal, {red[0], red[1]});
   place_upright(*engine_.state, env, green_, at, CUBE_HALFSIZE);
+}
+
+// The red cube has jumped to the next shape. It does not appear inside the green one.
+void TraceDemo::make_room_for_red(int env) const {
+  const State& state = *engine_.state;
+  const double* red = state.prop_pos_of(env, red_);
+  const double* green = state.prop_pos_of(env, green_);
+  const double* q = state.prop_quat_of(env, green_);
+  const Eigen::Matrix3d axes = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+  const Eigen::Vector3d half = CUBE_HALFSIZE * axes.cwiseAbs().rowwise().sum();
+  const Vec2 at = clear_of_red({green[0], green[1]}, {red[0], red[1]}, Vec2(half.x(), half.y()));
+  if (at == Vec2(green[0], green[1])) return;
+  const double pos[3] = {at.x(), at.y(), green[2]};
+  const double quat[4] = {q[0], q[1], q[2], q[3]};
+  state.place_prop(env, green_, pos, quat, PropStatus::kAwake);
 }
 
 void TraceDemo::light_lamp(int env) const {

@@ -78,6 +78,7 @@ class TraceDemo {
   Place place_at(int env, int elapsed) const;
   void put_red(int env, const Place& place) const;
   void put_green(int env) const;
+  void make_room_for_red(int env) const;
   void light_lamp(int env) const;
 
   TraceDemoParams params_;
@@ -93,7 +94,9 @@ class TraceDemo {
   Column<std::int32_t> pre_demo_steps_;
 };
 
-// Moves the green cube in y away from the red one until the two do not overlap.
-Vec2 clear_of_red(const Vec2& green, const Vec2& red);
+// Moves the green cube in y away from the red one until the two do not overlap. `half`: of a box
+// around the green one, m.
+Vec2 clear_of_red(const Vec2& green, const Vec2& red,
+                  const Vec2& half = Vec2::Constant(TraceDemo::CUBE_HALFSIZE));
 
 }  // namespace engram::tasks

@@ -60,18 +60,17 @@ double energy(Rig& rig) {
 
 // --- rolling ---
 
-// Distance after `time` s of a ball that slides at `speed` until it rolls. If it falls from 0.02 m
-// first, its landing brakes it, too.
+// Distance after `time` s of a ball that slides at `speed` until it rolls. It may fall from 0.02 m
+// first; its landing does not brake it.
 double travelled(double speed, bool falls, double time) {
   constexpr double kFriction = 0.3;
   const double fall = falls ? std::sqrt(2 * kRadius / kGravity) : 0;
   if (time <= fall) return speed * time;
   const double rolling = 5.0 / 7 * speed;
-  const double landed = std::max(rolling, speed - kFriction * kGravity * fall);
-  const double braking = (landed - rolling) / (kFriction * kGravity);
+  const double braking = (speed - rolling) / (kFriction * kGravity);
   const double rest = time - fall;
   const double sliding = std::min(rest, braking);
-  return speed * fall + landed * sliding - kFriction * kGravity / 2 * sliding * sliding +
+  return speed * (fall + sliding) - kFriction * kGravity / 2 * sliding * sliding +
          rolling * (rest - sliding);
 }
 

@@ -103,6 +103,55 @@ TEST_CASE("The demonstration pushes the green cube gently out of its way", "[tra
   CHECK(fastest < 0.6);
 }
 
+// How deep the green cube, turned about the vertical, is inside the red one, m.
+double overlap(const VectorEnv& env, int index) {
+  constexpr double kHalf = 0.02;
+  const double* q = env.state().prop_quat_of(index, kGreen);
+  const double yaw = 2 * std::atan2(q[3], q[0]);
+  const Vec2 along(std::cos(yaw), std::sin(yaw));
+  const Vec2 across(-along.y(), along.x());
+  const Vec2 offset = place(env, kGreen, index) - place(env, kRed, index);
+  double least = 1;
+  for (const Vec2& axis : {Vec2(1, 0), Vec2(0, 1), along, across}) {
+    const double reach =
+        kHalf * (axis.lpNorm<1>() + std::abs(axis.dot(along)) + std::abs(axis.dot(across)));
+    least = std::min(least, reach - std::abs(axis.dot(offset)));
+  }
+  return least;
+}
+
+TEST_CASE("The red cube pushes the green one as something that moves", "[trace][pushing]") {
+  constexpr double kControlStep = 0.05;  // s
+  for (const char* id : {"TraceShapeEasy-VLA-v0", "TraceShapeMedium-VLA-v0",
+                         "TraceShapeHard-VLA-v0", "TraceShapeSeqHard-VLA-v0"}) {
+    EnvOptions options;
+    options.num_envs = 256;
+    const auto env = make_env(id, options);
+    env->reset();
+    double most_ahead = 0;  // m/s, of the green cube
+    double deepest = 0;     // m
+    std::vector<bool> pushed(256);
+    for (int step = 0; step < 90; ++step) {
+      std::vector<Vec2> before;
+      for (int i = 0; i < options.num_envs; ++i) before.push_back(place(*env, kRed, i));
+      test::step(*env, Policy::kZero);
+      for (int i = 0; i < options.num_envs; ++i) {
+        if (env->state().status_of(i, kRed) == PropStatus::kHidden) continue;
+        const auto index = static_cast<std::size_t>(i);
+        const double pace = (place(*env, kRed, i) - before[index]).norm() / kControlStep;
+        const Eigen::Map<const Eigen::Vector3d> green(env->state().prop_qvel_of(i, kGreen));
+        most_ahead = std::max(most_ahead, green.norm() - pace);
+        deepest = std::max(deepest, overlap(*env, i));
+        if (green.norm() > 0.01) pushed[index] = true;
+      }
+    }
+    INFO(id);
+    CHECK(std::count(pushed.begin(), pushed.end(), true) > 20);
+    CHECK(most_ahead < 0.1);
+    CHECK(deepest < 0.002);
+  }
+}
+
 TEST_CASE("Cubes never overlap at reset", "[trace]") {
   using tasks::clear_of_red;
   CHECK(clear_of_red({0, 0}, {0.041, 0}) == Vec2(0, 0));

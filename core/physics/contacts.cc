@@ -1,0 +1,167 @@
+#include "core/physics/contacts.h"
+
+#include <algorithm>
+
+namespace engram {
+namespace {
+
+using Axes = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using Vec3 = Eigen::Vector3d;
+
+// Deeper than this, a contact of boxes is checked.
+constexpr double kCredible = 0.001;  // m
+
+// Nothing that moves gets so deep into an object.
+constexpr double kEngulfed = 0.01;  // m
+
+// How far a box reaches along a direction.
+double half_extent(const mjModel& model, const mjData& data, int geom, const Vec3& direction) {
+  const Eigen::Map<const Axes> axes(data.geom_xmat + 9 * geom);
+  const Eigen::Map<const Vec3> half(model.geom_size + 3 * geom);
+  return half.dot((axes.transpose() * direction).cwiseAbs());
+}
+
+// Near their corners MuJoCo finds contacts of boxes that are as deep as the boxes are large. No
+// point can be deeper than the boxes overlap along the normal.
+bool is_false(const mjModel& model, const mjData& data, const mjContact& contact) {
+  const int first = contact.geom1;
+  const int second = contact.geom2;
+  if (contact.dist > -kCredible || model.geom_type[first] != mjGEOM_BOX ||
+      model.geom_type[second] != mjGEOM_BOX) {
+    return false;
+  }
+  const Eigen::Map<const Vec3> normal(contact.frame);
+  const Eigen::Map<const Vec3> from(data.geom_xpos + 3 * first);
+  const Eigen::Map<const Vec3> to(data.geom_xpos + 3 * second);
+  const double apart = normal.dot(to - from) - half_extent(model, data, first, normal) -
+                       half_extent(model, data, second, normal);
+  return contact.dist < apart - kCredible;
+}
+
+// A row's velocity v ends as v (1 - B I h) - K I^2 h r, with B = 2 / (I t), K = 1 / (I t)^2 and the
+// time constant t, which is two substeps h. With this r, that is -dist / h: it closes the gap.
+void foresee(mjContact& contact, double timestep) {
+  const double ratio = contact.solref[0] / timestep;
+  contact.exclude = 0;
+  contact.dim = 1;
+  contact.solimp[0] = contact.solimp[1];
+  contact.includemargin = contact.dist - ratio * ratio * contact.dist;
+}
+
+bool is_robot(const mjModel& model, int body) {
+  return body > 0 && model.body_mocapid[body] < 0 && !is_free_body(model, body);
+}
+
+// Of a contact between the robot and a free prop.
+struct Meeting {
+  int prop = -1;  // body; -1 if it is none
+  int robot_geom = -1;
+  double sign = 1;  // of the normal from the robot to the prop
+};
+
+Meeting meeting(const mjModel& model, const mjContact& contact) {
+  const int first = model.geom_bodyid[contact.geom1];
+  const int second = model.geom_bodyid[contact.geom2];
+  if (is_robot(model, first) && is_free_body(model, second)) return {second, contact.geom1, 1};
+  if (is_robot(model, second) && is_free_body(model, first)) return {first, contact.geom2, -1};
+  return {};
+}
+
+// The depth from which a contact pushes out at kPace.
+double depth_at_pace(const mjModel& model, const mjContact& contact) {
+  constexpr double kPace = 0.1;  // m/s
+  const double ratio = contact.solref[0] / model.opt.timestep;
+  return ratio * ratio * model.opt.timestep * kPace;
+}
+
+// From the parts of the robot that a prop meets to the prop, level.
+Vec3 way_out(const mjModel& model, const mjData& data, int prop) {
+  Vec3 way = Vec3::Zero();
+  for (int i = 0; i < data.ncon; ++i) {
+    const Meeting here = meeting(model, data.contact[i]);
+    if (here.prop != prop) continue;
+    way += Eigen::Map<const Vec3>(data.xipos + 3 * prop) -
+           Eigen::Map<const Vec3>(data.geom_xpos + 3 * here.robot_geom);
+  }
+  way.z() = 0;
+  return way.norm() > mjMINVAL ? way.normalized() : Vec3::UnitX().eval();
+}
+
+// An object that appears where the hand is has fingers in its middle. Their contacts would hold it
+// from the inside. All that it has with the robot push it one way instead, slowly, level and
+// without friction, until the fingers are nearly out.
+void push_out(const mjModel& model, mjData& data, int prop) {
+  const Vec3 way = way_out(model, data, prop);
+  for (int i = 0; i < data.ncon; ++i) {
+    mjContact& contact = data.contact[i];
+    const Meeting here = meeting(model, contact);
+    if (here.prop != prop) continue;
+    contact.exclude = 0;
+    contact.dim = 1;
+    contact.solimp[0] = contact.solimp[1];
+    contact.includemargin = contact.dist + depth_at_pace(model, contact);
+    Eigen::Map<Vec3>(contact.frame) = here.sign * way;
+  }
+}
+
+// Velocity of the contact's second body less that of the first, as far as they glide.
+Vec3 gliding_velocity(const mjModel& model, const mjContact& contact,
+                      std::span<const Glider> gliders) {
+  Vec3 velocity = Vec3::Zero();
+  const int first = model.body_mocapid[model.geom_bodyid[contact.geom1]];
+  const int second = model.body_mocapid[model.geom_bodyid[contact.geom2]];
+  for (const Glider& glider : gliders) {
+    if (glider.mocap == first) velocity -= glider.velocity;
+    if (glider.mocap == second) velocity += glider.velocity;
+  }
+  return velocity;
+}
+
+}  // namespace
+
+bool is_free_body(const mjModel& model, int body) {
+  const int joint = model.body_jntadr[body];
+  return joint >= 0 && model.jnt_type[joint] == mjJNT_FREE;
+}
+
+void refine_contacts(const mjModel& model, mjData& data) {
+  constexpr int kInGap = 1;  // as MuJoCo marks them
+  constexpr int kFalse = 2;
+  for (int i = 0; i < data.ncon; ++i) {
+    mjContact& contact = data.contact[i];
+    if (is_false(model, data, contact)) {
+      contact.exclude = kFalse;
+    } else if (contact.exclude == kInGap) {
+      foresee(contact, model.opt.timestep);
+    }
+  }
+  for (int i = 0; i < data.ncon; ++i) {
+    mjContact& contact = data.contact[i];
+    const double depth = depth_at_pace(model, contact);
+    if (contact.dist > -depth || contact.dim == 1 || contact.exclude != 0) continue;
+    const Meeting deep = meeting(model, contact);
+    if (deep.prop < 0) continue;
+    if (contact.dist < -kEngulfed) {
+      push_out(model, data, deep.prop);
+    } else {
+      contact.includemargin = contact.dist + depth;  // nothing is thrown
+    }
+  }
+}
+
+void meet_gliders(const mjModel& model, mjData& data, std::span<const Glider> gliders) {
+  if (gliders.empty()) return;
+  for (int i = 0; i < data.ncon; ++i) {
+    const mjContact& contact = data.contact[i];
+    if (contact.efc_address < 0) continue;
+    const Vec3 velocity =
+        Eigen::Map<const Axes>(contact.frame) * gliding_velocity(model, contact, gliders);
+    // The fourth row is the twist, which gliding has none of.
+    for (int k = 0; k < std::min(contact.dim, 3); ++k) {
+      const int row = contact.efc_address + k;
+      data.efc_aref[row] -= data.efc_KBIP[4 * row + 1] * velocity[k];
+    }
+  }
+}
+
+}  // namespace engram

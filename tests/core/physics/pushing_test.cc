@@ -1,0 +1,95 @@
+// What pushes, presses and lands: nothing gets inside anything, nothing is thrown.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "mjcf/shapes.h"
+#include "tests/core/physics/rig.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::Rig;
+using Vec3 = Eigen::Vector3d;
+
+// --- what lands ---
+
+TEST_CASE("What drops does not sink into the table", "[pushing]") {
+  EnvOptions options;
+  options.substeps = 1;
+  options.sleep = GENERATE(true, false);
+  for (int i = 0; i < mjcf::kObjectShapeCount; ++i) {
+    const auto shape = static_cast<mjcf::ObjectShape>(i);
+    const mjcf::Prop prop = mjcf::shape_prop("shape", shape, {1, 0, 0, 1});
+    const double rest = mjcf::resting_height(shape);
+    const auto& [w, x, y, z] = prop.quat;
+    Rig rig({prop},
+            {{{0.05, -0.1, rest + 0.02}, PropStatus::kAwake, Eigen::Quaterniond(w, x, y, z)}},
+            options);
+    double lowest = 1;
+    double highest = 0;  // after it has touched
+    for (int step = 0; step < 200; ++step) {
+      rig.rest(1);
+      if (lowest < rest + 1e-3) highest = std::max(highest, rig.pos(0).z());
+      lowest = std::min(lowest, rig.pos(0).z());
+    }
+    INFO("shape " << i << ", sinks " << 1000 * (rest - lowest) << " mm");
+    CHECK(lowest > rest - 0.0005);
+    CHECK(highest < rest + 0.001);
+    CHECK(rig.pos(0).z() == Approx(rest).margin(1e-4));
+  }
+}
+
+// --- what is pressed ---
+
+TEST_CASE("A cube that is pressed with all force stays on the table", "[pushing]") {
+  EnvOptions options;
+  options.sleep = GENERATE(true, false);
+  Rig rig = Rig::cubes({{{0, 0, 0.02}}}, options);
+  rig.move({0, 0, 0.08}, 30, -0.6);
+  double deepest = 0;
+  for (int step = 0; step < 100; ++step) {
+    rig.move({0, 0, -0.3}, 1, -0.6);
+    deepest = std::max(deepest, 0.02 - rig.pos(0).z());
+  }
+  CHECK(deepest < 0.001);
+  CHECK(rig.pos(0).head<2>().norm() < 0.05);
+}
+
+// --- what appears where the hand is ---
+
+TEST_CASE("What appears around closed fingers is pushed out and stays", "[pushing]") {
+  EnvOptions options;
+  options.sleep = GENERATE(true, false);
+  const Vec3 slot(-0.05, 0.1, 0);
+  using enum mjcf::ObjectShape;
+  for (const mjcf::ObjectShape shape :
+       {kCube, kSphere, kCylinder, kCross, kStar, kTShape, kCrescent}) {
+    for (const Vec3& offset : {Vec3(0, 0, 0), Vec3(0.004, -0.006, 0), Vec3(-0.01, 0.002, 0)}) {
+      const mjcf::Prop prop = mjcf::shape_prop("shape", shape, {1, 0, 0, 1});
+      const double rest = mjcf::resting_height(shape);
+      Rig rig({prop}, {{{0.3, 0.6, rest}, PropStatus::kHidden}}, options);
+      const Vec3 parked = slot + Vec3(0, 0, 0.02);
+      rig.move(parked, 60, -1);
+      const Vec3 place = slot + offset + Vec3(0, 0, rest);
+      rig.state().place_prop(0, 0, place.data(), prop.quat.data());
+      double fastest = 0;
+      for (int step = 0; step < 20; ++step) {
+        rig.move(parked, 1, -1);
+        const Eigen::Map<const Vec3> velocity(rig.state().prop_qvel_of(0, 0));
+        fastest = std::max(fastest, velocity.norm());
+      }
+      rig.move(slot + Vec3(0, 0, 0.3), 60, -1, 0.3F);
+      INFO(mjcf::shape_name(shape)
+           << ", offset " << offset.transpose() << ", now at " << rig.pos(0).transpose());
+      CHECK(rig.pos(0).z() < 0.05);
+      CHECK(fastest < 0.6);
+      if (shape != kSphere) CHECK((rig.pos(0) - place).norm() < 0.1);  // a ball rolls on
+    }
+  }
+}
+
+}  // namespace
+}  // namespace engram
