@@ -26,10 +26,12 @@ constexpr Material kRubber{.friction = 2.0, .patch = 0.1};
 // the height of their shapes, where tasks place them, and wake without a jolt.
 constexpr double kSinkageOnFour = 1e-5;  // m
 
-// The contacts of fingers and of what stands are harder than the default. With that, 30 N of grip
-// would sink 1.5 mm into a cube of 64 g, and a hand that presses with all its force would push one
-// 6 mm into the table; with this, 0.2 mm and 0.5 mm. Even harder ones cost solver iterations.
-constexpr std::array<double, 3> kHardImpedance = {0.99, 0.999, 0.0002};
+// The fingers' contacts are harder than the default. With that, 30 N of grip would sink 1.5 mm into
+// a cube of 64 g; with this, 0.2 mm. Even harder ones cost solver iterations.
+constexpr std::array<double, 3> kGripImpedance = {0.99, 0.999, 0.0002};
+// So are those of what stands: a hand that presses with all its force pushes a cube 0.5 mm into the
+// table; with the default, 6 mm.
+constexpr std::array<double, 3> kStandingImpedance = {0.99, 0.999, 0.0007};
 
 // Where a contact begins, m above the surface: where it pushes, and how far above that it is
 // foreseen (core/physics/contacts.h). MuJoCo's own step knows nothing of the latter.
@@ -73,7 +75,8 @@ void add_pairs(Element& contact, const Side& first, const Side& second, const On
       set(pair, "geom1", geom1);
       set(pair, "geom2", geom2);
       set(pair, "friction", {friction, friction, torsion, 1e-4, 1e-4});
-      if (gripping || onset.push > 0) set(pair, "solimp", kHardImpedance);
+      if (gripping) set(pair, "solimp", kGripImpedance);
+      if (!gripping && onset.push > 0) set(pair, "solimp", kStandingImpedance);
       if (onset.push + onset.foresight > 0) set(pair, "margin", onset.push + onset.foresight);
       if (onset.foresight > 0) set(pair, "gap", onset.foresight);
     }
