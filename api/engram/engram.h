@@ -381,7 +381,7 @@ inline VectorEnv make(const std::string& id, const EnvOptions& options = {}) {
 std::vector<std::string> task_ids();
 // The same with family, split, memory type, horizon, instruction and sizes, as JSON.
 std::string_view list();
-// Version of the library, "0.1.0".
+// Version of the library, "0.2.0".
 inline std::string_view version() { return engram_version(); }
 
 }  // namespace v0

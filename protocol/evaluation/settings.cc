@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "protocol/batch/make.h"
+
 namespace engram {
 namespace {
 
@@ -24,6 +26,16 @@ EvaluationSettings read(const Document& document) {
   return settings;
 }
 
+// The same seeds give other results in another version.
+void require_this_version(const Document& document, const std::filesystem::path& file) {
+  const Document* found = find(document, "version");
+  const std::string given = found == nullptr ? "0.1.0 or older" : text(*found);
+  if (given == version()) return;
+  throw Error(Error::kIo, "'" + file.string() + "' is of engram " + given +
+                              ", and this is engram " + version() +
+                              ": its results cannot be mixed with those; choose another folder");
+}
+
 }  // namespace
 
 void EvaluationSettings::set_environment(const EnvOptions& environment) {
@@ -37,7 +49,8 @@ void EvaluationSettings::set_environment(const EnvOptions& environment) {
 }
 
 Document EvaluationSettings::document() const {
-  return DocumentTable{{"tasks", DocumentList(tasks.begin(), tasks.end())},
+  return DocumentTable{{"version", version()},
+                       {"tasks", DocumentList(tasks.begin(), tasks.end())},
                        {"n_episodes", episodes},
                        {"start_seed", start_seed},
                        {"obs_mode", name_of(obs_mode)},
@@ -51,6 +64,7 @@ Document EvaluationSettings::document() const {
 EvaluationSettings EvaluationSettings::of(const Document& document,
                                           const std::filesystem::path& file) {
   EvaluationSettings settings;
+  require_this_version(document, file);
   try {
     settings = read(document);
   } catch (const Error& error) {

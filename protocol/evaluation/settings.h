@@ -26,7 +26,7 @@ struct EvaluationSettings {
   void set_environment(const EnvOptions& environment);
 
   Document document() const;
-  // Throws Error (kIo) if the document is not one of settings.
+  // Throws Error (kIo) if the document is not one of settings, or one of another version.
   static EvaluationSettings of(const Document& document, const std::filesystem::path& file);
 };
 

@@ -45,6 +45,18 @@ TEST_CASE("Settings survive their document", "[evaluation][settings]") {
                     Catch::Contains("no rules named 'none'; allowed are: reference, original"));
 }
 
+TEST_CASE("Settings of another version are refused by its name", "[evaluation][settings]") {
+  DocumentTable other = table(example().document());
+  REQUIRE(other.front().first == "version");
+  other.front().second = "0.3.0";
+  CHECK_THROWS_WITH(EvaluationSettings::of(other, "settings.json"),
+                    Catch::Contains("settings.json") && Catch::Contains("of engram 0.3.0") &&
+                        Catch::Contains("another folder"));
+  other.erase(other.begin());
+  CHECK_THROWS_WITH(EvaluationSettings::of(other, "settings.json"),
+                    Catch::Contains("of engram 0.1.0 or older"));
+}
+
 TEST_CASE("Settings name no renderer where nothing is drawn", "[evaluation][settings]") {
   EvaluationSettings settings = example();
   EnvOptions environment;
