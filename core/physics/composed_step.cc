@@ -11,9 +11,11 @@
 namespace engram {
 namespace {
 
-constexpr int kAttempts = 3;
+// How near the law's answer has to be to the solver's to be taken.
 constexpr double kArmTolerance = 0.02;      // rad/s
 constexpr double kFingerTolerance = 0.005;  // m/s
+// Of a drive's limit: up to here it answers to a change of force as the solver takes it to.
+constexpr double kBearable = 0.9;
 
 bool has_props(const mjModel* m) { return m->nv > kRobotJoints; }
 
@@ -127,12 +129,19 @@ void leave_out_robot(mjData* d) {
   std::fill_n(d->qacc_warmstart, kRobotJoints, 0.0);
 }
 
-// Whether the robot ends at the velocities for which the solver found the forces.
-bool as_foreseen(const mjModel* m, const mjData* d, const RobotStep& robot) {
+// The velocities at the substep's end for which the solver found the forces.
+JointArray foreseen_velocity(const mjModel* m, const mjData* d, const RobotStep& robot) {
+  JointArray velocity;
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    const double foreseen = robot.v[i] + m->opt.timestep * d->qacc[i];
+    velocity[i] = robot.v[i] + m->opt.timestep * d->qacc[i];
+  }
+  return velocity;
+}
+
+bool is_near(const JointArray& velocity, const JointArray& foreseen) {
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
     const double tolerance = i < kArmJoints ? kArmTolerance : kFingerTolerance;
-    if (std::abs(robot.end_v()[i] - foreseen) > tolerance) return false;
+    if (!(std::abs(velocity[i] - foreseen[i]) <= tolerance)) return false;
   }
   return true;
 }
@@ -145,17 +154,23 @@ void solve_without_contacts(const mjModel* m, mjData* d) {
 }
 
 // The forces of contacts, and how they change the robot's way. The solver takes the robot's answer
-// to a change of force for linear, starting from the forces of the last substep. It is not, quite;
-// so it is asked again.
+// to a change of force for linear, from the forces of the last substep on, as far as the drives can
+// bear them. Where the robot's law answers otherwise, because a drive or a joint comes to its
+// limit, the solver is right: nothing gets inside anything.
 JointArray solve_contacts(const StepModels& models, mjData* d, RobotStep& robot) {
   JointArray force = last_contact_force(d);
-  if (force != JointArray{}) robot.run(force);
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    describe_robot(models, d, robot, force);
-    mj_fwdConstraint(models.solving, d);
-    std::copy_n(d->qfrc_constraint, kRobotJoints, force.begin());
+  if (force != JointArray{}) {
+    const double bearable = kBearable * robot.force_limit();
+    for (double& value : force) value = std::clamp(value, -bearable, bearable);
     robot.run(force);
-    if (as_foreseen(models.scene, d, robot)) break;
+  }
+  describe_robot(models, d, robot, force);
+  mj_fwdConstraint(models.solving, d);
+  std::copy_n(d->qfrc_constraint, kRobotJoints, force.begin());
+  robot.run(force);
+  if (force != JointArray{}) {
+    const JointArray foreseen = foreseen_velocity(models.scene, d, robot);
+    robot.move_evenly(is_near(robot.end_v(), foreseen) ? robot.end_v() : foreseen);
   }
   return force;
 }
@@ -183,18 +198,6 @@ void move_props(const StepModels& models, mjData* d) {
   mju_addToScl(d->qvel, d->qacc, m->opt.timestep, m->nv);
   mj_integratePos(m, d->qpos, d->qvel, m->opt.timestep);
   d->time += m->opt.timestep;
-}
-
-// A robot that something pushes goes a step at its last velocity, as props do: otherwise it would
-// slip along what it holds whenever it speeds up.
-void place_robot(const mjModel* m, mjData* d, const RobotStep& robot, bool pushed) {
-  std::copy_n(robot.end_v().begin(), kRobotJoints, d->qvel);
-  for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    d->qpos[i] = robot.end_q()[i];
-    if (!pushed) continue;
-    const auto [low, high] = robot.reach(i);
-    d->qpos[i] = std::clamp(robot.q[i] + m->opt.timestep * robot.end_v()[i], low, high);
-  }
 }
 
 void compose_integration(const StepModels& models, mjData* d) {
@@ -250,7 +253,8 @@ void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot,
   }
   keep_contact_force(d, force);
   compose_integration(models, d);
-  place_robot(models.scene, d, robot, force != JointArray{});
+  std::copy_n(robot.end_q().begin(), kRobotJoints, d->qpos);
+  std::copy_n(robot.end_v().begin(), kRobotJoints, d->qvel);
 }
 
 }  // namespace engram

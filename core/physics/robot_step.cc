@@ -11,6 +11,10 @@ constexpr int kIterations = 15;
 constexpr double kLinkDamping = 0.05;       // 1/s, of the arm's turning
 constexpr double kCouplingStiffness = 1e5;  // N/m, between the fingers
 
+// Free rotation is integrated explicitly, in reach of no drive: wrist joints that spin faster than
+// this would gain speed from it. rad/s, m/s; PhysX's limit as well.
+constexpr double kFastest = 100;
+
 // Times its own: the inertia of a joint at its limit.
 constexpr double kHeldInertia = 1000;
 
@@ -74,6 +78,7 @@ void RobotStep::prepare() {
 }
 
 void RobotStep::run(const JointArray& force) {
+  force_ = force;
   JointRow pushed{};
   for (std::size_t i = 0; i < kJoints; ++i) {
     if (force[i] != 0) add_scaled(pushed, hh_ * force[i], w_[i]);
@@ -92,7 +97,17 @@ void RobotStep::run(const JointArray& force) {
     (std::make_index_sequence<kJoints>());
     for (std::size_t i = 0; i < kJoints; ++i) end_q_[i] += hh_ * speed[i];
   }
-  std::copy_n(speed.begin(), kJoints, end_v_.begin());
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    end_v_[i] = std::clamp(speed[i], -kFastest, kFastest);
+  }
+}
+
+void RobotStep::move_evenly(const JointArray& velocity) {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    end_v_[i] = velocity[i];
+    end_q_[i] = std::clamp(q[i] + law_.timestep * velocity[i], std::min(law_.lower[i], q[i]),
+                           std::max(law_.upper[i], q[i]));
+  }
 }
 
 // An undamped spring, taken implicitly.
@@ -160,7 +175,9 @@ JointMatrix RobotStep::effective_inertia() const {
   JointMatrix mass = inverse(response);
   for (std::size_t i = 0; i < kJoints; ++i) {
     for (double& value : mass[i]) value *= h;
-    if (at_lower_[i] > 0 || at_upper_[i] < 0) mass[i][i] *= kHeldInertia;
+    // A limit holds what a contact pushes into it.
+    const bool held = (at_lower_[i] > 0 && force_[i] < 0) || (at_upper_[i] < 0 && force_[i] > 0);
+    if (held) mass[i][i] *= kHeldInertia;
   }
   return mass;
 }

@@ -3,9 +3,7 @@
 // as forces. docs/physics.md says where this law comes from.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <utility>
 
 #include "core/physics/drive.h"
 
@@ -41,15 +39,17 @@ class RobotStep {
   // substep begins with.
   void prepare();
   void run(const JointArray& force);
+  // Instead of what run() found: the whole substep at its last velocity, as free props move, so
+  // that nothing slips along the robot whenever it speeds up. No joint gets further beyond its
+  // limits.
+  void move_evenly(const JointArray& velocity);
+
+  double force_limit() const { return law_.drive.limit; }  // of a drive, N m, N
 
   // --- after run() ---
 
   const JointArray& end_q() const { return end_q_; }
   const JointArray& end_v() const { return end_v_; }
-  // Where a joint may be at the end: within its limits, or as far beyond as the law has it.
-  std::pair<double, double> reach(std::size_t joint) const {
-    return {std::min(law_.lower[joint], end_q_[joint]), std::max(law_.upper[joint], end_q_[joint])};
-  }
   // The inertia that a contact's force f meets: it changes the velocity at the substep's end by
   // timestep inverse(inertia) f. Drives resist it, unless they are at their limits; joints at their
   // limits do not give way.
@@ -77,6 +77,7 @@ class RobotStep {
 
   JointArray end_q_{};
   JointArray end_v_{};
+  JointArray force_{};     // of contacts, in the last run
   JointArray driven_{};    // impulses of this substep, added up: drives,
   JointArray spent_{};     // part of the substep in which a drive is at its limit
   JointArray at_lower_{};  // lower limits,

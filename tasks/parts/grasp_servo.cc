@@ -20,7 +20,7 @@ constexpr double kOpenEnough = 0.004;    // m: what a finger may lack of its ope
 constexpr double kEmpty = 0.002;         // m: fingers this close have nothing in between
 
 // Coming down: the tool keeps above a cone around the goal.
-constexpr double kConeRadius = 0.004;  // m: of its tip
+constexpr double kConeRadius = 0.002;  // m: of its tip
 constexpr double kConeSlope = 4.0;
 constexpr double kTooLow = 0.015;  // m below the way: rise before going sideways
 constexpr double kHover = 0.05;    // m above the goal: wait there until fingers and turn are ready

@@ -274,7 +274,7 @@ class TakeItBack final : public FamilyBase {
       hold_tool(kGripperSqueezing, action);
       return;
     }
-    const Vec2 near_part = goal(env) + kAimInside * (initial(env) - goal(env)).normalized();
+    const Vec2 near_part = goal(env) + kAimInside * (home - goal(env)).normalized();
     const Vec2 aim = reached_[env] != 0 ? home : near_part;
     const Vector way(aim.x(), aim.y(), kCarryHeight);
     servo_tool(state, env, way, lean_outwards(kToolDown, way), kGripperSqueezing, action);

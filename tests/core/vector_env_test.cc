@@ -96,7 +96,9 @@ TEST_CASE("Target modes add the controller state after qvel", "[vector_env]") {
   const auto pose = make_env(kId, options);
   pose->reset();
   CHECK(pose->state_fields()[2].name == "target_pose");
-  CHECK(pose->observation()[18] == pose->observation()[25]);  // tcp_pose follows
+  // In the root frame; tcp_pose follows, in the world's.
+  CHECK(pose->observation()[18] == Approx(pose->observation()[25] + 0.615F));
+  CHECK(pose->observation()[19] == pose->observation()[26]);
 }
 
 TEST_CASE("Observation modes choose what is written", "[vector_env]") {
