@@ -268,7 +268,7 @@ TEST_CASE("Only the lamp tells which batteries work", "[battery]") {
   };
   const auto lit = [](const VectorEnv& env) { return observed(env, "lamp_on_pose")[2] == 0; };
   int told = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 240; ++i) {
     const std::vector<float> actions = test::act(*one, Policy::kOracle);
     one->step(actions);
     other->step(actions);
