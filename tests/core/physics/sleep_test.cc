@@ -122,7 +122,7 @@ TEST_CASE("A chain of sleeping cubes wakes one after another", "[sleep]") {
   rig.move({-0.08, 0, 0.08}, 30, -0.6);
   rig.move({-0.08, 0, 0.025}, 20, -0.6);
   std::vector<int> woke(4, -1);
-  for (int step = 0; step < 70; ++step) {
+  for (int step = 0; step < 45; ++step) {
     rig.move({-0.08 + 0.005 * (step + 1), 0, 0.025}, 1, -0.6, 0.3F);
     for (int i = 0; i < 4; ++i) {
       if (woke[static_cast<std::size_t>(i)] < 0 && rig.status(i) == PropStatus::kAwake) {
