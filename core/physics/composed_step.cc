@@ -19,11 +19,12 @@ constexpr double kBearable = 0.9;
 
 bool has_props(const mjModel* m) { return m->nv > kRobotJoints; }
 
-// Inertia, contacts, constraint rows. Only contacts make rows (require_composable). The Newton
-// solver does not need them projected.
+// Inertia, contacts, constraint rows; the bodies' velocities, which contacts depend on. Only
+// contacts make rows (require_composable). The Newton solver does not need them projected.
 void compose_position(const StepModels& models, mjData* d) {
   const mjModel* m = models.scene;
   mj_comPos(m, d);
+  mj_comVel(m, d);
   mj_crb(m, d);
   if (has_props(m)) mj_factorM(m, d);
   mj_collision(models.colliding, d);
@@ -36,7 +37,6 @@ void compose_position(const StepModels& models, mjData* d) {
 }
 
 void compose_velocity(const mjModel* m, mjData* d, std::span<const Glider> gliders) {
-  mj_comVel(m, d);
   if (has_props(m)) mj_passive(m, d);
   mj_referenceConstraint(m, d);
   meet_gliders(*m, *d, gliders);

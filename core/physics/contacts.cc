@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/physics/drive.h"
+
 namespace engram {
 namespace {
 
@@ -13,6 +15,8 @@ constexpr double kCredible = 0.001;  // m
 
 // Nothing that moves gets so deep into an object.
 constexpr double kEngulfed = 0.01;  // m
+constexpr double kStuck = 0.0015;   // m, where neither a grip nor a hand from above pushes
+constexpr double kSlanted = 0.7;    // cosine, between one direction and another
 
 // How far a box reaches along a direction.
 double half_extent(const mjModel& model, const mjData& data, int geom, const Vec3& direction) {
@@ -100,17 +104,71 @@ double depth_at_pace(const mjModel& model, const mjContact& contact) {
   return ratio * ratio * model.opt.timestep * kPace;
 }
 
-// From the parts of the robot that a prop meets to the prop, level.
-Vec3 way_out(const mjModel& model, const mjData& data, int prop) {
-  Vec3 way = Vec3::Zero();
-  for (int i = 0; i < data.ncon; ++i) {
-    const Meeting here = meeting(model, data.contact[i]);
-    if (here.prop != prop) continue;
-    way += Eigen::Map<const Vec3>(data.xipos + 3 * prop) -
-           Eigen::Map<const Vec3>(data.geom_xpos + 3 * here.robot_geom);
+// The closed fingers, where their tips are.
+struct Tool {
+  Vec3 middle = Vec3::Zero();
+  Vec3 thin_side;
+};
+
+// A finger's tip is its last geom, and the fingers' joints are the robot's last.
+Tool tool(const mjModel& model, const mjData& data) {
+  Tool tool;
+  for (int joint = kArmJoints; joint < kRobotJoints; ++joint) {
+    const int finger = model.dof_bodyid[joint];
+    const int tip = model.body_geomadr[finger] + model.body_geomnum[finger] - 1;
+    tool.middle += Eigen::Map<const Vec3>(data.geom_xpos + 3 * tip) / kFingers;
+    tool.thin_side = Eigen::Map<const Axes>(data.geom_xmat + 9 * tip).col(0);
   }
-  way.z() = 0;
-  return way.norm() > mjMINVAL ? way.normalized() : Vec3::UnitX().eval();
+  return tool;
+}
+
+Vec3 level(const Vec3& v) { return {v.x(), v.y(), 0}; }
+
+// From the tool to the prop, level; to the fingers' thin side if the prop is right around them.
+Vec3 way_out(const mjModel& model, const mjData& data, int prop) {
+  constexpr double kAround = 0.001;  // m
+  const Tool fingers = tool(model, data);
+  const Vec3 way = level(Eigen::Map<const Vec3>(data.xipos + 3 * prop) - fingers.middle);
+  if (way.norm() > kAround) return way.normalized();
+  const Vec3 thin = level(fingers.thin_side);
+  return thin.norm() > mjMINVAL ? thin.normalized() : Vec3::UnitX().eval();
+}
+
+// Of a body's point, from mj_comVel.
+Vec3 velocity_at(const mjModel& model, const mjData& data, int body, const Vec3& point) {
+  const Eigen::Map<const Vec3> turning(data.cvel + 6 * body);
+  const Eigen::Map<const Vec3> moving(data.cvel + 6 * body + 3);
+  return moving + turning.cross(point - Eigen::Map<const Vec3>(data.subtree_com +
+                                                               3 * model.body_rootid[body]));
+}
+
+// How deep a contact may be because of this substep's way.
+double way_in(const mjModel& model, const mjData& data, const mjContact& contact) {
+  const Eigen::Map<const Vec3> point(contact.pos);
+  const Vec3 closing = velocity_at(model, data, model.geom_bodyid[contact.geom1], point) -
+                       velocity_at(model, data, model.geom_bodyid[contact.geom2], point);
+  return model.opt.timestep * closing.norm();
+}
+
+// Whether a contact may be that of a grip: of a finger's inner side, and something is between both.
+bool may_grip(const mjModel& model, const mjData& data, const Meeting& here, const Vec3& normal) {
+  constexpr double kClosed = 0.001;  // m
+  const mjtNum* fingers = data.qpos + kArmJoints;
+  if (fingers[0] + fingers[1] < kClosed) return false;
+  const Vec3 inwards = level(tool(model, data).middle -
+                             Eigen::Map<const Vec3>(data.geom_xpos + 3 * here.robot_geom));
+  return normal.dot(inwards) > kSlanted * inwards.norm();
+}
+
+// Whether fingers are in the middle of a prop: deeper than anything gets that moves; or less deep,
+// where the contact is neither that of a grip nor of a hand that comes from above.
+bool is_engulfed(const mjModel& model, const mjData& data, const mjContact& contact,
+                 const Meeting& here) {
+  const double depth = -contact.dist - way_in(model, data, contact);
+  if (depth > kEngulfed) return true;
+  if (depth < kStuck) return false;
+  const Vec3 normal = here.sign * Eigen::Map<const Vec3>(contact.frame);
+  return normal.z() > -kSlanted && !may_grip(model, data, here, normal);
 }
 
 // An object that appears where the hand is has fingers in its middle. Their contacts would hold it
@@ -164,12 +222,13 @@ void refine_contacts(const mjModel& model, mjData& data) {
   for (int i = 0; i < data.ncon; ++i) {
     mjContact& contact = data.contact[i];
     const double depth = depth_at_pace(model, contact);
-    if (contact.dist > -depth || contact.dim == 1 || contact.exclude != 0) continue;
+    if (contact.dist > -std::min(kStuck, depth) || contact.dim == 1 || contact.exclude != 0)
+      continue;
     const Meeting deep = meeting(model, contact);
     if (deep.prop < 0) continue;
-    if (contact.dist < -kEngulfed) {
+    if (is_engulfed(model, data, contact, deep)) {
       push_out(model, data, deep.prop);
-    } else {
+    } else if (contact.dist < -depth) {
       contact.includemargin = contact.dist + depth;  // nothing is thrown
     }
   }

@@ -23,7 +23,7 @@ bool is_free_body(const mjModel& model, int body);
 //  * Lets those act that are still apart, within their pair's gap: they stop what comes just where
 //    it touches, without friction unless it slides on the table. Otherwise it would be inside
 //    before there is a contact at all.
-//  * Pushes objects out that have appeared around the fingers.
+//  * Pushes objects out that have appeared around the fingers. Needs mj_comVel.
 void refine_contacts(const mjModel& model, mjData& data);
 
 // MuJoCo takes kinematic bodies to stand still. Makes contacts meet them at their velocities. After

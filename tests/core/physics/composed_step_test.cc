@@ -91,6 +91,7 @@ void step_in_full(const mjModel* m, mjData* d) {
   mj_tendon(m, d);
   mj_crb(m, d);
   mj_factorM(m, d);
+  mj_comVel(m, d);
   mj_collision(m, d);
   refine_contacts(*m, *d);
   mj_makeConstraint(m, d);
