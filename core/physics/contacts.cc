@@ -60,20 +60,12 @@ bool may_close(const mjModel& model, const mjData& data, const mjContact& contac
   return contact.dist < kSlack + model.opt.timestep * speed;
 }
 
-// What slides on the table hops a little; it would slide too far if it landed without friction.
-bool slides_on(const mjModel& model, const mjContact& contact) {
-  const auto is_world = [&](int geom) { return model.geom_bodyid[geom] == 0; };
-  const auto is_ball = [&](int geom) { return model.geom_type[geom] == mjGEOM_SPHERE; };
-  return (is_world(contact.geom1) && !is_ball(contact.geom2)) ||
-         (is_world(contact.geom2) && !is_ball(contact.geom1));
-}
-
 // A row's velocity v ends as v (1 - B I h) - K I^2 h r, with B = 2 / (I t), K = 1 / (I t)^2 and the
 // time constant t, which is two substeps h. With this r, that is -dist / h: it closes the gap.
-void foresee(const mjModel& model, mjContact& contact) {
-  const double ratio = contact.solref[0] / model.opt.timestep;
+void foresee(mjContact& contact, double timestep) {
+  const double ratio = contact.solref[0] / timestep;
   contact.exclude = 0;
-  if (!slides_on(model, contact)) contact.dim = 1;
+  contact.dim = 1;
   contact.solimp[0] = contact.solimp[1];
   contact.includemargin = contact.dist - ratio * ratio * contact.dist;
 }
@@ -216,7 +208,7 @@ void refine_contacts(const mjModel& model, mjData& data) {
     if (is_false(model, data, contact)) {
       contact.exclude = kFalse;
     } else if (contact.exclude == kInGap && may_close(model, data, contact)) {
-      foresee(model, contact);
+      foresee(contact, model.opt.timestep);
     }
   }
   for (int i = 0; i < data.ncon; ++i) {

@@ -21,8 +21,7 @@ bool is_free_body(const mjModel& model, int body);
 // Between mj_collision and mj_makeConstraint:
 //  * Drops contacts that are none.
 //  * Lets those act that are still apart, within their pair's gap: they stop what comes just where
-//    it touches, without friction unless it slides on the table. Otherwise it would be inside
-//    before there is a contact at all.
+//    it touches, without friction. Otherwise it would be inside before there is a contact at all.
 //  * Pushes objects out that have appeared around the fingers. Needs mj_comVel.
 void refine_contacts(const mjModel& model, mjData& data);
 

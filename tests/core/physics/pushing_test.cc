@@ -60,32 +60,6 @@ TEST_CASE("A cube that is pressed with all force stays on the table", "[pushing]
   CHECK(rig.pos(0).head<2>().norm() < 0.05);
 }
 
-// --- what slides ---
-
-// Of substeps, each of which ends with a step at its last velocity.
-double coulombs_way(double speed, double timestep) {
-  constexpr double kFriction = 0.3;
-  return speed * speed / (2 * kFriction * 9.81) - speed * timestep / 2;
-}
-
-TEST_CASE("A cube slides as far as friction lets it", "[pushing]") {
-  EnvOptions options;
-  options.substeps = 1;
-  options.sleep = GENERATE(true, false);
-  for (const double speed : {0.25, 0.5, 1.0}) {
-    for (const double yaw : {0.0, 0.4, 0.8}) {
-      const Vec3 start(0.1, -0.6, 0.02);
-      const Eigen::Quaterniond turned(Eigen::AngleAxisd(yaw, Vec3::UnitZ()));
-      Rig rig = Rig::cubes({{start, PropStatus::kAwake, turned}}, options);
-      rig.state().prop_qvel_of(0, 0)[1] = speed;
-      rig.rest(100);
-      INFO(speed << " m/s, yaw " << yaw);
-      CHECK(rig.pos(0).y() - start.y() == Approx(coulombs_way(speed, 0.01)).epsilon(0.05));
-      CHECK(std::abs(rig.pos(0).x() - start.x()) < 1e-3);
-    }
-  }
-}
-
 // --- what appears where the hand is ---
 
 // What becomes of a shape that appears around closed fingers, which then are lifted.
