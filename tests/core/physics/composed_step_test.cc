@@ -56,8 +56,9 @@ struct Compiled {
   void lay_out(mjData* data) const {
     for (std::size_t i = 0; i < qpos.size(); ++i) {
       double* pos = data->qpos + qpos[i];
+      const std::size_t row = i / 3;
       pos[0] = -0.1 + 0.1 * static_cast<double>(i % 3);
-      pos[1] = -0.3 + 0.1 * static_cast<double>(i / 3);
+      pos[1] = -0.3 + 0.1 * static_cast<double>(row);
     }
   }
   void apply_weights(mjData* data) const {
