@@ -121,6 +121,17 @@ TEST_CASE("A grasped cube is lifted, held without slip and let go", "[physics]")
   CHECK(rig.pos(0).z() == Approx(0.02).margin(0.0021));
 }
 
+TEST_CASE("A held cube slips less than 2 mm in 200 steps", "[physics]") {
+  Rig rig = Rig::cubes({{{-0.05, 0.05, 0.02}}});
+  rig.move({-0.05, 0.05, 0.02}, 40);
+  rig.rest(10, -1);
+  rig.move({-0.05, 0.05, 0.15}, 20, -1);
+  const Eigen::Vector3d in_hand = rig.pos(0) - rig.tcp();
+  rig.rest(200, -1);
+  CHECK(is_grasping(rig.state(), 0, 0));
+  CHECK((rig.pos(0) - rig.tcp() - in_hand).norm() < 0.002);
+}
+
 TEST_CASE("The force of a grip is that of the drives", "[physics]") {
   Rig rig = Rig::cubes({{{-0.05, 0.05, 0.02}}});
   rig.move({-0.05, 0.05, 0.02}, 30);
