@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from engram._options import integer, pin_list, seed_value
+from engram._options import pin_list
+from engram._values import integer, seed_value
 from engram.errors import InvalidArgumentError, UnknownIdError
 
 _RESET_OPTIONS = ("reset_mask", "pins")

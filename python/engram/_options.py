@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 from engram import _core
 from engram._compat import DEFAULT_AUTORESET, AutoresetMode
 from engram._option_list import AUTO_RESET, KINDS
+from engram._values import integer, one_of, real, seed_value, text
 from engram.errors import InvalidArgumentError
 
 _AUTORESET_NAMES = {
@@ -21,50 +21,13 @@ _AUTORESET_NAMES = {
 }
 
 
-def one_of(name: str, value: Any, allowed: Mapping[str, int]) -> int:
-    """The number behind a word."""
-    if isinstance(value, str) and value in allowed:
-        return allowed[value]
-    raise InvalidArgumentError(f"{name}: {value!r} given; allowed: {', '.join(allowed)}")
-
-
-def integer(name: str, value: Any, low: int = -(2**31), high: int = 2**31 - 1) -> int:
-    """The value as an int that fits its place."""
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise InvalidArgumentError(f"{name}: {value!r} given, an integer needed") from None
-    if not low <= number <= high:
-        raise InvalidArgumentError(f"{name}: {number} given; allowed: {low} to {high}")
-    return number
-
-
-def seed_value(name: str, value: Any) -> int:
-    """A seed: any unsigned 64-bit integer."""
-    return integer(name, value, 0, 2**64 - 1)
-
-
-def real(name: str, value: Any) -> float:
-    """The value as a float."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise InvalidArgumentError(f"{name}: {value!r} given, a number needed") from None
-
-
-def _text(name: str, value: Any) -> str:
-    if not isinstance(value, str):
-        raise InvalidArgumentError(f"{name}: {value!r} given, a string needed")
-    return value
-
-
 def _mapping(name: str, value: Any) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
         raise InvalidArgumentError(
             f"{name}: {value!r} given; a dict from names to values is needed"
         )
     for key in value:
-        _text(f"name in {name}", key)
+        text(f"name in {name}", key)
     return value
 
 
@@ -78,7 +41,7 @@ _CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "int": integer,
     "seed": _random_or_seed,
     "real": real,
-    "text": _text,
+    "text": text,
 }
 
 
@@ -134,7 +97,7 @@ def make_options(arguments: Mapping[str, Any], autoreset_mode: AutoresetMode) ->
     if cameras is not None:
         if isinstance(cameras, str) or not isinstance(cameras, Sequence):
             raise InvalidArgumentError(f"cameras: {cameras!r} given, a list of names needed")
-        options.cameras = [_text("cameras", camera) for camera in cameras]
+        options.cameras = [text("cameras", camera) for camera in cameras]
     return options
 
 

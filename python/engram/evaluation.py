@@ -11,7 +11,7 @@ import numpy as np
 
 from engram import _core
 from engram._option_list import OBS_MODE, RULES
-from engram._options import one_of
+from engram._values import one_of
 from engram.errors import InvalidArgumentError
 
 __all__ = ["evaluate"]

@@ -13,7 +13,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from engram import _arguments, _core, _options
+from engram import _arguments, _core, _options, _values
 from engram._compat import AutoresetMode
 from engram._infos import Infos
 from engram._option_list import POLICY
@@ -289,7 +289,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
                 the action space, "zero".
             out: float32 (N, action_dim) to write to, instead of a new array.
         """
-        number = _options.one_of("policy", policy, POLICY)
+        number = _values.one_of("policy", policy, POLICY)
         if out is None:
             out = np.empty(self._action_shape, np.float32)
         elif not (
