@@ -41,6 +41,7 @@ def real(name: str, value: Any) -> float:
 
 
 def text(name: str, value: Any) -> str:
+    """The value, which must be a string."""
     if not isinstance(value, str):
         raise InvalidArgumentError(f"{name}: {value!r} given, a string needed")
     return value

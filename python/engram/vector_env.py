@@ -330,7 +330,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         if size is not None:
             width, height = _options.size_pair(size)
         picture: Any = self._batch.render(
-            _options.integer("index", index), camera or name, width, height
+            _values.integer("index", index), camera or name, width, height
         )
         return picture
 
