@@ -37,14 +37,14 @@ if(TARGET engram_cli)
   target_link_libraries(engram_tests PRIVATE
     CLI11::CLI11 fmt::fmt PkgConfig::ENGRAM_MEDIA ${CMAKE_DL_LIBS})
   # What makes the command's results depend on the order of its work.
-  add_library(engram_restless_sine MODULE "${PROJECT_SOURCE_DIR}/tests/apps/restless_sine.cc")
-  engram_configure_target(engram_restless_sine)
-  add_dependencies(engram_tests engram_restless_sine)
+  add_library(engram_restless_contacts MODULE "${PROJECT_SOURCE_DIR}/tests/apps/restless_contacts.cc")
+  engram_configure_target(engram_restless_contacts)
+  add_dependencies(engram_tests engram_restless_contacts)
 endif()
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/build_paths.cc" APPEND PROPERTY COMPILE_DEFINITIONS
   ENGRAM_ROOT="${PROJECT_SOURCE_DIR}"
   ENGRAM_CLI="$<$<TARGET_EXISTS:engram_cli>:$<TARGET_FILE:engram_cli>>"
-  ENGRAM_RESTLESS_SINE="$<$<TARGET_EXISTS:engram_restless_sine>:$<TARGET_FILE:engram_restless_sine>>")
+  ENGRAM_RESTLESS_CONTACTS="$<$<TARGET_EXISTS:engram_restless_contacts>:$<TARGET_FILE:engram_restless_contacts>>")
 
 # What scripts/options.py writes from the list of options.
 find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)

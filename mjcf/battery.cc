@@ -1,8 +1,9 @@
 #include "mjcf/battery.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
+
+#include "core/base/real_functions.h"
 
 namespace engram::mjcf {
 namespace {
@@ -38,8 +39,8 @@ Prop battery(const std::string& name, const BatteryShape& shape) {
   const double half = shape.BATTERY_HALF_HEIGHT;
   const double side = radius / std::numbers::sqrt2;
   const Quat upright = {kBatteryQuat[0], -kBatteryQuat[1], -kBatteryQuat[2], -kBatteryQuat[3]};
-  const double cosine = std::cos(std::numbers::pi / 8);  // quaternion of 45 degrees about the axis
-  const double sine = std::sin(std::numbers::pi / 8);
+  const double cosine = real::cos(std::numbers::pi / 8);  // quaternion of 45 degrees about the axis
+  const double sine = real::sin(std::numbers::pi / 8);
   const Quat turned = {upright[0] * cosine, upright[2] * sine, upright[2] * cosine,
                        upright[0] * sine};
 

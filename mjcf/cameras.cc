@@ -1,8 +1,8 @@
 #include "mjcf/cameras.h"
 
-#include <cmath>
 #include <numbers>
 
+#include "core/base/real_functions.h"
 #include "mjcf/prop.h"
 
 namespace engram::mjcf {
@@ -12,7 +12,7 @@ constexpr double kSensorFovy = 90;                      // degrees
 constexpr double kRenderFovy = 180 / std::numbers::pi;  // one radian
 
 Vec3 unit(const Vec3& v) {
-  const double norm = std::hypot(v[0], v[1], v[2]);
+  const double norm = real::hypot(v[0], v[1], v[2]);
   return {v[0] / norm, v[1] / norm, v[2] / norm};
 }
 

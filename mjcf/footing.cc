@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/real_functions.h"
+
 namespace engram::mjcf {
 namespace {
 
@@ -27,9 +29,9 @@ double half_height(const Primitive& primitive) {
     case Shape::kCapsule:
       return a + b * std::abs(up[2]);
     case Shape::kCylinder:
-      return a * std::hypot(up[0], up[1]) + b * std::abs(up[2]);
+      return a * real::hypot(up[0], up[1]) + b * std::abs(up[2]);
     case Shape::kEllipsoid:
-      return std::hypot(a * up[0], b * up[1], c * up[2]);
+      return real::hypot(a * up[0], b * up[1], c * up[2]);
   }
   return 0;
 }
@@ -46,7 +48,7 @@ int contacts_on_plane(const Primitive& primitive) {
       return flat(b * up[2]) ? 2 : 1;
     case Shape::kCylinder:
       if (flat(b * up[2])) return 2;
-      return flat(a * std::hypot(up[0], up[1])) ? 3 : 1;
+      return flat(a * real::hypot(up[0], up[1])) ? 3 : 1;
     case Shape::kSphere:
     case Shape::kEllipsoid:
       break;

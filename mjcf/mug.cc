@@ -1,7 +1,8 @@
 #include "mjcf/mug.h"
 
-#include <cmath>
 #include <numbers>
+
+#include "core/base/real_functions.h"
 
 namespace engram::mjcf {
 namespace {
@@ -46,8 +47,8 @@ void add(Prop& prop, Use use, Shape shape, const Vec3& size, const Vec3& pos, co
 
 constexpr Quat kStraight = {1, 0, 0, 0};
 
-Quat turn_z(double angle) { return {std::cos(angle / 2), 0, 0, std::sin(angle / 2)}; }
-Quat turn_y(double angle) { return {std::cos(angle / 2), 0, std::sin(angle / 2), 0}; }
+Quat turn_z(double angle) { return {real::cos(angle / 2), 0, 0, real::sin(angle / 2)}; }
+Quat turn_y(double angle) { return {real::cos(angle / 2), 0, real::sin(angle / 2), 0}; }
 
 void add_collision(Prop& prop) {
   constexpr double kGap = 0.0003;  // m above the table: only the rim touches it
@@ -66,12 +67,12 @@ void add_collision(Prop& prop) {
 
 // A ring of staves between two radii, low <= z <= high.
 void add_ring(Prop& prop, double inner, double outer, double low, double high) {
-  const double half_width = outer * std::tan(std::numbers::pi / kStaves) + kOverlap;
+  const double half_width = outer * real::tan(std::numbers::pi / kStaves) + kOverlap;
   const double middle = (inner + outer) / 2;
   for (int i = 0; i < kStaves; ++i) {
     const double angle = 2 * std::numbers::pi * i / kStaves;
     add(prop, Use::kLook, Shape::kBox, {(outer - inner) / 2, half_width, (high - low) / 2},
-        {kAxisX + middle * std::cos(angle), kAxisY + middle * std::sin(angle), (low + high) / 2},
+        {kAxisX + middle * real::cos(angle), kAxisY + middle * real::sin(angle), (low + high) / 2},
         turn_z(angle));
   }
 }
@@ -81,10 +82,10 @@ void add_ring(Prop& prop, double inner, double outer, double low, double high) {
 void add_handle(Prop& prop) {
   constexpr double kThickness = 0.0048;  // half
   const auto strap = [&prop](double from_x, double from_z, double to_x, double to_z) {
-    const double length = std::hypot(to_x - from_x, to_z - from_z);
+    const double length = real::hypot(to_x - from_x, to_z - from_z);
     add(prop, Use::kLook, Shape::kBox, {length / 2 + 0.0015, kHandleHalfWidth, kThickness},
         {kAxisX + (from_x + to_x) / 2, kAcross, (from_z + to_z) / 2},
-        turn_y(-std::atan2(to_z - from_z, to_x - from_x)));
+        turn_y(-real::atan2(to_z - from_z, to_x - from_x)));
   };
   for (const double side : {-1.0, 1.0}) {
     strap(0.0535, side * 0.0312, 0.0725, side * 0.0312);
@@ -136,8 +137,8 @@ Prop mug(const std::string& name, double handle_yaw) {
   add_collision(prop);
   add_looks(prop);
 
-  const double c = std::cos(handle_yaw);
-  const double s = std::sin(handle_yaw);
+  const double c = real::cos(handle_yaw);
+  const double s = real::sin(handle_yaw);
   for (Primitive& primitive : prop.primitives) {
     primitive.pos = turned(primitive.pos, c, s);
     primitive.quat = turned(primitive.quat, handle_yaw);

@@ -1,7 +1,6 @@
 #include "mjcf/scenery.h"
 
-#include <cmath>
-
+#include "core/base/real_functions.h"
 #include "mjcf/contact_pairs.h"
 #include "mjcf/shape.h"
 
@@ -23,7 +22,7 @@ constexpr double kSlanted = 0.2397;
 constexpr double kOverhead = 0.1875;
 
 Vec3 unit(const Vec3& v) {
-  const double norm = std::hypot(v[0], v[1], v[2]);
+  const double norm = real::hypot(v[0], v[1], v[2]);
   return {v[0] / norm, v[1] / norm, v[2] / norm};
 }
 

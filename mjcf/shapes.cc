@@ -1,10 +1,10 @@
 #include "mjcf/shapes.h"
 
 #include <array>
-#include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "core/base/real_functions.h"
 #include "mjcf/footing.h"
 #include "mjcf/inertia.h"
 
@@ -29,7 +29,7 @@ Primitive disc(double radius, double half_length, const Vec3& pos = {}) {
 }
 
 Vec3 polar(double radius, double angle) {
-  return {radius * std::cos(angle), radius * std::sin(angle), 0};
+  return {radius * real::cos(angle), radius * real::sin(angle), 0};
 }
 
 Primitives cross() {
@@ -46,7 +46,7 @@ Primitives torus() {
   for (int i = 0; i < kSegments; ++i) {
     const double angle = 2 * kPi * (i + 0.5) / kSegments;
     result.push_back(
-        disc(kTube, kScale * std::sin(edge_half), polar(kScale * std::cos(edge_half), angle)));
+        disc(kTube, kScale * real::sin(edge_half), polar(kScale * real::cos(edge_half), angle)));
   }
   return result;
 }
@@ -58,7 +58,7 @@ Primitives star() {
   for (int i = 0; i < kPoints; ++i) {
     const double angle = 2 * kPi * i / kPoints;
     Primitive arm = box({kArmHalf, kThickHalf, kThickHalf}, polar(kArmHalf, angle));
-    arm.quat = {std::cos(angle / 2), 0, 0, std::sin(angle / 2)};
+    arm.quat = {real::cos(angle / 2), 0, 0, real::sin(angle / 2)};
     result.push_back(arm);
   }
   return result;
@@ -91,9 +91,9 @@ Primitives arc(double radius, double shift) {
   const double edge_half = kPi / (2 * (kSegments - 1));
   Primitives result;
   for (int i = 0; i < kSegments; ++i) {
-    Vec3 pos = polar(radius * std::cos(edge_half), (2 * i + 1) * edge_half);
+    Vec3 pos = polar(radius * real::cos(edge_half), (2 * i + 1) * edge_half);
     pos[0] += shift;
-    result.push_back(disc(kDiscRadius, radius * std::sin(edge_half), pos));
+    result.push_back(disc(kDiscRadius, radius * real::sin(edge_half), pos));
   }
   return result;
 }

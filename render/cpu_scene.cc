@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/real_functions.h"
 
 namespace engram::cpu {
 namespace {
@@ -75,7 +76,7 @@ void check(const RenderScene& scene) {
   }
   for (const RenderLight& light : scene.lights) {
     if (!all_finite(light.direction, 3) || !all_finite(light.color, 3) ||
-        std::hypot(light.direction[0], light.direction[1], light.direction[2]) < 1e-6F) {
+        real::hypot(light.direction[0], light.direction[1], light.direction[2]) < 1e-6F) {
       refuse("a light needs a finite colour and a finite direction other than 0");
     }
   }
@@ -92,9 +93,9 @@ std::vector<Eigen::Vector3d> spread(const Eigen::Vector3d& axis, int count, doub
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
   std::vector<Eigen::Vector3d> directions;
   for (int i = 0; i < count; ++i) {
-    const double r = std::tan(half_angle) * std::sqrt((i + 0.5) / count);
+    const double r = real::tan(half_angle) * std::sqrt((i + 0.5) / count);
     directions.push_back(
-        (axis + r * (std::cos(golden * i) * x + std::sin(golden * i) * y)).normalized());
+        (axis + r * (real::cos(golden * i) * x + real::sin(golden * i) * y)).normalized());
   }
   return directions;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/real_functions.h"
+
 namespace engram::cpu {
 namespace {
 
@@ -82,7 +84,7 @@ void View::aim(const RenderCamera& camera, const float* pose, int width, int hei
   frame_.far_w = 1 / camera.far_clip;
 
   // Pixel centres.
-  const double half_v = std::tan(0.5 * camera.fovy);
+  const double half_v = real::tan(0.5 * camera.fovy);
   if (width == width_ && height == height_ && half_v == half_v_) return;
   width_ = width;
   height_ = height;
@@ -131,13 +133,13 @@ bool View::may_show(const RenderInstances& instances, std::size_t index) const {
       radius = geom.size[0] + geom.size[1];
       break;
     case RenderShape::kCylinder:
-      radius = std::hypot(geom.size[0], geom.size[1]);
+      radius = real::hypot(geom.size[0], geom.size[1]);
       break;
     case RenderShape::kEllipsoid:
       radius = std::max(geom.size[0], std::max(geom.size[1], geom.size[2]));
       break;
     case RenderShape::kBox:
-      radius = std::hypot(geom.size[0], geom.size[1], geom.size[2]);
+      radius = real::hypot(geom.size[0], geom.size[1], geom.size[2]);
       break;
     case RenderShape::kPlane:
     case RenderShape::kMesh:

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/real_functions.h"
 #include "render/cpu_view.h"
 
 namespace engram::cpu {
@@ -185,7 +186,7 @@ bool View::add_cylinder(const Placed& placed, Primitive& primitive) {
   const double half_length = placed.geom->size[1];
   const Vector3d axis = placed.axes.col(2);
   const Matrix3d across = Matrix3d::Identity() - axis * axis.transpose();
-  set_occluder(placed.center, std::hypot(radius, half_length), primitive.occluder);
+  set_occluder(placed.center, real::hypot(radius, half_length), primitive.occluder);
   set_form(across / (radius * radius), primitive.occluder);
   set_bar(axis, half_length, radius, primitive.occluder);
   primitive.kind = PrimitiveKind::kCylinder;

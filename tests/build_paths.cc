@@ -5,6 +5,6 @@ namespace engram::test {
 const char* const kRoot = ENGRAM_ROOT;
 const char* const kData = ENGRAM_ROOT "/tests/data";
 const char* const kCommand = ENGRAM_CLI;
-const char* const kRestlessSine = ENGRAM_RESTLESS_SINE;
+const char* const kRestlessContacts = ENGRAM_RESTLESS_CONTACTS;
 
 }  // namespace engram::test

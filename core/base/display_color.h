@@ -3,14 +3,15 @@
 
 #include <cmath>
 
+#include "core/base/real_functions.h"
+
 namespace engram {
 
-// A level of 0..1 as displays want it. Rounded, so that the last bits of std::pow, which differ
-// from machine to machine, reach neither documents nor pictures.
+// A level of 0..1 as displays want it, rounded to what can be seen.
 inline double display_level(double linear) {
   constexpr double kGamma = 2.2;
   constexpr double kSteps = 1 << 20;
-  return std::round(std::pow(linear, 1 / kGamma) * kSteps) / kSteps;
+  return std::round(real::exp(real::log(linear) / kGamma) * kSteps) / kSteps;
 }
 
 }  // namespace engram

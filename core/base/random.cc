@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/real_functions.h"
 
 namespace engram {
 namespace {
@@ -59,8 +60,8 @@ int RandomStream::integer(int lo, int hi) {
 double RandomStream::normal() noexcept {
   // Box and Muller, using one of the pair, so that every call consumes the same number of words.
   // 1 - uniform() lies in (0, 1], where the logarithm is finite.
-  const double radius = std::sqrt(-2 * std::log(1 - uniform()));
-  return radius * std::cos(2 * std::numbers::pi * uniform());
+  const double radius = std::sqrt(-2 * real::log(1 - uniform()));
+  return radius * real::cos(2 * std::numbers::pi * uniform());
 }
 
 void RandomStream::permutation(std::span<int> out) {

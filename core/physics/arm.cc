@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/real_functions.h"
+#include "core/base/sine_cosine.h"
 
 namespace engram {
 namespace {
@@ -89,8 +91,10 @@ Pose Arm::walk(const double* q, const Visit& visit) const {
   Pose pose;
   for (std::size_t i = 0; i < kArmJoints; ++i) {
     pose.pos += pose.quat * links_[i].offset;
-    const double half = 0.5 * q[i];
-    pose.quat = turned_about_z(pose.quat * links_[i].rotation, std::cos(half), std::sin(half));
+    double sine = 0;
+    double cosine = 0;
+    sine_cosine(0.5 * q[i], sine, cosine);
+    pose.quat = turned_about_z(pose.quat * links_[i].rotation, cosine, sine);
     visit(i, pose);
   }
   pose.pos += pose.quat * tool_.offset;
@@ -152,7 +156,7 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& quat) {
   const double sign = quat.w() < 0 ? -1.0 : 1.0;
   const double sine = quat.vec().norm();
   if (sine < 1e-12) return 2 * sign * quat.vec();
-  const double angle = 2 * std::atan2(sine, sign * quat.w());
+  const double angle = 2 * real::atan2(sine, sign * quat.w());
   return quat.vec() * (sign * angle / sine);
 }
 
@@ -161,9 +165,9 @@ Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& quat) {
   const double x = quat.x();
   const double y = quat.y();
   const double z = quat.z();
-  return {std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
-          std::asin(std::clamp(2 * (w * y - z * x), -1.0, 1.0)),
-          std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
+  return {real::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+          real::asin(std::clamp(2 * (w * y - z * x), -1.0, 1.0)),
+          real::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
 }
 
 }  // namespace engram

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/real_functions.h"
+#include "core/base/rotations.h"
+
 namespace engram {
 namespace {
 
@@ -33,10 +36,9 @@ Eigen::Vector3d clipped_translation(const float* action) {
 
 // Rx(a) Ry(b) Rz(c).
 Eigen::Quaterniond from_xyz_euler(const Eigen::Vector3d& angles) {
-  using Eigen::AngleAxisd;
-  return AngleAxisd(angles.x(), Eigen::Vector3d::UnitX()) *
-         AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
-         AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ());
+  return turn_about(Eigen::Vector3d::UnitX(), angles.x()) *
+         turn_about(Eigen::Vector3d::UnitY(), angles.y()) *
+         turn_about(Eigen::Vector3d::UnitZ(), angles.z());
 }
 
 int arm_dim(ControlMode mode) {
@@ -223,9 +225,9 @@ void Controller::hold_action(const State& state, int env, float* action) const {
     const Pose pose = measured_pose(state, env);
     const Eigen::Matrix3d rotation = pose.quat.toRotationMatrix();
     // Inverse of Rx(a) Ry(b) Rz(c).
-    const double b = std::asin(std::clamp(rotation(0, 2), -1.0, 1.0));
-    const double a = std::atan2(-rotation(1, 2), rotation(2, 2));
-    const double c = std::atan2(-rotation(0, 1), rotation(0, 0));
+    const double b = real::asin(std::clamp(rotation(0, 2), -1.0, 1.0));
+    const double a = real::atan2(-rotation(1, 2), rotation(2, 2));
+    const double c = real::atan2(-rotation(0, 1), rotation(0, 0));
     const double values[6] = {pose.pos.x(), pose.pos.y(), pose.pos.z(), a, b, c};
     std::transform(values, values + 6, action, [](double v) { return static_cast<float>(v); });
   } else {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/real_functions.h"
+
 namespace engram {
 
 State::State(ColumnStore& store, int props) : num_props(props) {
@@ -76,7 +78,7 @@ bool is_grasping(const State& state, int env, int prop, double min_force, double
   // The fingers' frames are parallel to the hand's; the left one opens along +y.
   const Eigen::Vector3d opening =
       Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]) * Eigen::Vector3d::UnitY();
-  const double min_cosine = std::cos(max_angle * std::numbers::pi / 180.0);
+  const double min_cosine = real::cos(max_angle * std::numbers::pi / 180.0);
   for (int finger = 0; finger < kFingers; ++finger) {
     const Eigen::Map<const Eigen::Vector3d> force(state.finger_force.row(env) + 6 * prop +
                                                   3 * finger);

@@ -1,8 +1,7 @@
 #include "core/picture/robot_poses.h"
 
-#include <cmath>
-
 #include "core/base/error.h"
+#include "core/base/rotations.h"
 
 namespace engram {
 
@@ -36,7 +35,7 @@ void RobotPoses::compute(const double* qpos, std::span<BodyView> out) const {
     Eigen::Quaterniond quat = body.quat;
     if (body.qpos >= 0 && body.slides) pos += quat * (body.axis * qpos[body.qpos]);
     if (body.qpos >= 0 && !body.slides) {
-      quat = quat * Eigen::Quaterniond(Eigen::AngleAxisd(qpos[body.qpos], body.axis));
+      quat = quat * turn_about(body.axis, qpos[body.qpos]);
     }
     if (body.parent >= 0) {
       const BodyView& parent = out[static_cast<std::size_t>(body.parent)];

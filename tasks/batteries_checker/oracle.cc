@@ -23,11 +23,11 @@ constexpr Tolerance kTolerance = {.sideways = 0.003, .height = 0.0025};
 constexpr Lean kLean = {.reach = 0.765, .per_metre = 2.5, .most = 0.1};
 
 // The fingers close along a diagonal of the tray, on which the neighbours are furthest away.
-const Eigen::Quaterniond kDiagonal = tool_down(std::numbers::pi / 4);
+Eigen::Quaterniond along_diagonal() { return tool_down(std::numbers::pi / 4); }
 
 Grip grip_of(int prop, const Eigen::Vector3d& goal) {
   return {.prop = prop,
-          .tool = lean_outwards(kDiagonal, goal, kLean),
+          .tool = lean_outwards(along_diagonal(), goal, kLean),
           .height = kGripHeight,
           .opening = kOpening,
           .travel_height = kTravelHeight};
@@ -120,7 +120,7 @@ void BatteryOracle::press(const State& state, int env, float* action) const {
   if (button_.ready(env)) goal = {goal.x(), goal.y(), button_.pressing_height()};
   const bool over = (goal - tcp).head<2>().norm() < kOverPad;
   if (!over) goal = over_the_top(state, env, goal, kTravelHeight);
-  servo_tool(state, env, goal, kDiagonal, kGripperClosed, action);
+  servo_tool(state, env, goal, along_diagonal(), kGripperClosed, action);
 }
 
 }  // namespace engram::tasks

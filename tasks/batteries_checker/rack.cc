@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "core/base/real_functions.h"
 #include "mjcf/battery.h"
 #include "tasks/batteries_checker/params.h"
 #include "tasks/parts/poses.h"
@@ -12,8 +13,8 @@
 namespace engram::tasks {
 namespace {
 
-const mjcf::BatteryShape kBattery;
-const mjcf::SocketShape kSocket;
+constexpr mjcf::BatteryShape kBattery;
+constexpr mjcf::SocketShape kSocket;
 constexpr double kBesides = 0.021;  // m between the axes of batteries that do not touch
 constexpr double kNear = 0.08;      // m between the centres of batteries that may touch
 
@@ -143,7 +144,7 @@ void BatteryRack::send_home(int env, int battery) const {
     for (int step = 0; step < kAngles && !clear; ++step) {
       const double angle = 2 * std::numbers::pi * step / kAngles;
       const double radius = SLOT_RETURN_XY_TOL * 0.98 * ring / kRings;
-      const Vec2 beside = home.head<2>() + radius * Vec2(std::cos(angle), std::sin(angle));
+      const Vec2 beside = home.head<2>() + radius * Vec2(real::cos(angle), real::sin(angle));
       clear = is_free(env, battery, beside);
       if (clear) place.head<2>() = beside;
     }

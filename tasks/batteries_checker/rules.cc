@@ -1,7 +1,8 @@
 #include "tasks/batteries_checker/rules.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "core/base/real_functions.h"
 
 namespace engram::tasks {
 
@@ -47,7 +48,7 @@ bool return_by_itself(CheckState& state, CheckEvents& events) {
 
 BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs, bool upstream) {
   const auto nearness = [](double sharpness, double distance) {
-    return distance < 0 ? 0.0 : 1 - std::tanh(sharpness * distance);
+    return distance < 0 ? 0.0 : 1 - real::tanh(sharpness * distance);
   };
   const CheckEvents& events = inputs.events;
   BatteryRewardTerms terms;

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "core/base/real_functions.h"
+
 namespace engram::tasks {
 namespace {
 
 double flag(bool value) { return value ? 1.0 : 0.0; }
-double near(double distance) { return 1 - std::tanh(8 * distance); }
+double near(double distance) { return 1 - real::tanh(8 * distance); }
 double share(double value) { return std::clamp(value, 0.0, 1.0); }
 
 // Upstream's sum, those parts that are always zero included: everything is multiplied by the
@@ -45,7 +47,7 @@ BlinkRewardTerms blink_reward(const BlinkRewardInputs& in, const PressButtonPara
   terms.press = share(in.depth / button.BUTTON_CAP_TRAVEL);
   terms.progress = 1 - share(std::abs(in.target - in.press_count) / std::max<double>(in.target, 1));
   terms.lift_gap = std::max(in.start_height + button.REQUIRED_LIFT_HEIGHT - in.height, 0.0);
-  terms.lift = 1 - std::tanh(4 * terms.lift_gap);
+  terms.lift = 1 - real::tanh(4 * terms.lift_gap);
   terms.upright = near(in.xy_distance);
   const double above = std::max(in.height - button.shape.top_height(), 0.0);
   terms.too_high = terms.pressing * share((above - 0.20) / 0.1);

@@ -1,10 +1,10 @@
 #include "tasks/colors/cubes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <string>
 
+#include "core/base/real_functions.h"
 #include "tasks/parts/colors.h"
 #include "tasks/parts/poses.h"
 
@@ -15,7 +15,7 @@ Layout arc_slots() {
   Layout slots;
   for (int slot = 0; slot < COLORS; ++slot) {
     const double angle = 1.15 * std::numbers::pi * (slot - 4) / COLORS;
-    slots.push_back({0.3 * std::cos(angle) + kArcX, 0.3 * std::sin(angle) + 0.018 * (slot - 4)});
+    slots.push_back({0.3 * real::cos(angle) + kArcX, 0.3 * real::sin(angle) + 0.018 * (slot - 4)});
   }
   return slots;
 }
@@ -23,7 +23,7 @@ Layout arc_slots() {
 // Where Bunch shows the cube of a colour; it tells nothing of where the cube will stand.
 Vec2 bunch_cue_position(int color) {
   const double angle = std::numbers::pi * (color - 4) / COLORS;
-  return {0.22 * std::cos(angle), 0.22 * std::sin(angle) - 0.015 * (color - 4)};
+  return {0.22 * real::cos(angle), 0.22 * real::sin(angle) - 0.015 * (color - 4)};
 }
 
 }  // namespace

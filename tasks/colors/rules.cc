@@ -1,7 +1,8 @@
 #include "tasks/colors/rules.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "core/base/real_functions.h"
 
 namespace engram::tasks {
 namespace {
@@ -77,10 +78,10 @@ TouchTally tally_touches(ColorRule rule, std::span<const std::int32_t> targets,
 
 ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params) {
   ColorRewardTerms terms;
-  terms.reaching = 1 - std::tanh(10 * in.goal_distance);
+  terms.reaching = 1 - real::tanh(10 * in.goal_distance);
   terms.smooth = smoothness(in.haste, params);
   terms.displacement_penalty = CUBE_DISPLACEMENT_PENALTY_COEF * in.mean_displacement;
-  const double stillness = 1 - std::tanh(5 * in.haste.arm_speed);
+  const double stillness = 1 - real::tanh(5 * in.haste.arm_speed);
   if (in.acting) {
     terms.reward = terms.reaching + 0.5 * stillness + 90.0 * in.tally.correct / in.length -
                    10.0 * in.tally.wrong - terms.smooth.penalty - terms.displacement_penalty;

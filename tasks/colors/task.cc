@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <span>
 
+#include "core/base/real_functions.h"
 #include "core/picture/overlay.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/params.h"
@@ -280,7 +280,7 @@ class ColorRecall final : public FamilyBase {
       if (touch_.touched(env)[color] != 0) continue;
       if (rule_ == ColorRule::kSeqStrict || rule_ == ColorRule::kChain) return color;
       const Vec2 at = cubes_.slot(env, color);
-      const double angle = std::atan2(at.y(), at.x() - kArcX);
+      const double angle = real::atan2(at.y(), at.x() - kArcX);
       for (int end = 0; end < 2; ++end) {
         const bool further = end == 0 ? angle < angles[end] : angle > angles[end];
         if (ends[end] >= 0 && !further) continue;

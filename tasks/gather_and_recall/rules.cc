@@ -1,7 +1,8 @@
 #include "tasks/gather_and_recall/rules.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "core/base/real_functions.h"
 
 namespace engram::tasks {
 
@@ -28,7 +29,7 @@ bool update_flash(Flash& flash, int cubes_on_disc, int trigger_count, int durati
 
 GatherRewardTerms gather_reward(const GatherRewardInputs& inputs) {
   GatherRewardTerms terms;
-  terms.reaching = 1 - std::tanh(8 * inputs.goal_distance);
+  terms.reaching = 1 - real::tanh(8 * inputs.goal_distance);
   terms.progress = static_cast<double>(inputs.cubes_on_disc) / inputs.cubes;
   terms.press = inputs.all_on_disc ? std::clamp(inputs.correct_depth, 0.0, 1.0) : 0.0;
   terms.smooth = smoothness(inputs.haste, kGatherSmoothness);

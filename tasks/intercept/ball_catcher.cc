@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/real_functions.h"
 #include "tasks/parts/tool_servo.h"
 
 namespace engram::tasks {
@@ -30,7 +31,7 @@ Vector meeting_point(const Vector& ball, const Vector& velocity, const Vector& t
   for (int step = 1; step <= kLongest; ++step) {
     point = ball + kControlStep * step * velocity;
     point.z() = kHoverHeight;
-    const double reach = std::hypot(point.x() - kBaseX, point.y());
+    const double reach = real::hypot(point.x() - kBaseX, point.y());
     const double steps = (point - tcp).norm() / kTopSpeed + kReactionSteps;
     if (reach <= kFarthest && steps <= step) break;
   }

@@ -1,8 +1,8 @@
 #include "tasks/intercept/deflect.h"
 
 #include <array>
-#include <cmath>
 
+#include "core/base/real_functions.h"
 #include "mjcf/target_disc.h"
 #include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
@@ -175,8 +175,8 @@ InterceptRewardTerms intercept_reward(const InterceptRewardInputs& in) {
   const Vector hit = in.ball + kHitDistance * (in.ball - in.goal).normalized();
   terms.tcp_to_hit_pose_dist = (hit - in.tcp).norm();
   terms.reached = in.reached || terms.tcp_to_hit_pose_dist < kReachedDistance;
-  terms.reaching = 1 - std::tanh(2 * terms.tcp_to_hit_pose_dist);
-  terms.place = 1 - std::tanh((in.ball - in.goal).head<2>().norm());
+  terms.reaching = 1 - real::tanh(2 * terms.tcp_to_hit_pose_dist);
+  terms.place = 1 - real::tanh((in.ball - in.goal).head<2>().norm());
   terms.reward = terms.reached ? 5 * terms.place : 2 * terms.reaching;
   if (in.success) terms.reward = kSuccessReward;
   return terms;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/real_functions.h"
 #include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
 #include "tasks/parts/family_base.h"
@@ -180,12 +181,12 @@ GrabRewardTerms grab_reward(const GrabRewardInputs& in) {
   terms.in_gripper = offset.x() <= 0.04 && offset.y() <= 0.04 && offset.z() <= 0.03 &&
                      terms.distance <= 0.04 && width >= 0.04;
   terms.very_close = terms.distance <= 0.025;
-  terms.ball_stillness = 1 - std::tanh(10 * in.ball_speed + in.ball_spin);
-  terms.robot_stillness = 1 - std::tanh(5 * in.arm_speed);
+  terms.ball_stillness = 1 - real::tanh(10 * in.ball_speed + in.ball_spin);
+  terms.robot_stillness = 1 - real::tanh(5 * in.arm_speed);
 
-  double reward = 10 * (1 - std::tanh(3 * terms.distance));
+  double reward = 10 * (1 - real::tanh(3 * terms.distance));
   if (terms.in_gripper) {
-    reward += 10 + 90 * std::exp(-5 * std::max(std::abs(width - 0.04) - 0.02, 0.0));
+    reward += 10 + 90 * real::exp(-5 * std::max(std::abs(width - 0.04) - 0.02, 0.0));
     if (width <= 0.06) reward += 90;
   }
   if (terms.very_close) reward += 30 * (1 - terms.distance / 0.06);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/real_functions.h"
+#include "core/base/rotations.h"
 #include "tasks/parts/poses.h"
 
 namespace engram::tasks {
@@ -60,7 +62,7 @@ Quaterniond tool_for_cube(const State& state, int env, int prop) {
   if (std::abs(edge.z()) > 0.7) edge = turn * Vector3d::UnitY();
   constexpr double kQuarter = std::numbers::pi / 2;
   const double now = tool_yaw(state, env);
-  const double away = std::atan2(edge.y(), edge.x()) - now;
+  const double away = real::atan2(edge.y(), edge.x()) - now;
   return tool_down(now + away - kQuarter * std::round(away / kQuarter));
 }
 
@@ -83,7 +85,7 @@ void steer_tool(const State& state, int env, const Vector3d& goal, const Quatern
                 double gripper, float* action) {
   servo_tool(state, env, goal, orientation, gripper, action);
   const Vector3d tcp = tcp_pos(state, env);
-  const double reach = std::hypot(tcp.x() - kRobotBaseX, tcp.y());
+  const double reach = real::hypot(tcp.x() - kRobotBaseX, tcp.y());
   const double beyond = std::max({0.0, kFolded - reach, reach - kStretched});
   const double fastest_here = action[2] < 0 ? kSinking : 1.0;
   const auto most = static_cast<float>(std::clamp(1 - kSlowing * beyond, kSlowest, fastest_here));
@@ -96,7 +98,7 @@ bool take(const State& state, int env, const Grip& grip, float* action) {
   if (is_held(state, env, grip.prop)) return true;
   const Vector3d goal = prop_pos(state, env, grip.prop) + Vector3d(0, 0, grip.height);
   const Vector3d tcp = tcp_pos(state, env);
-  const bool turned = grip.tool.angularDistance(quaternion(state.tcp_quat.row(env))) < kTurned;
+  const bool turned = angle_between(grip.tool, quaternion(state.tcp_quat.row(env))) < kTurned;
   const bool open = is_open(state, env, grip.opening);
   const bool low = std::abs(tcp.z() - goal.z()) < kInPlace;
   const double distance = (goal - tcp).head<2>().norm();

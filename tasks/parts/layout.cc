@@ -6,6 +6,8 @@
 #include <numbers>
 #include <span>
 
+#include "core/base/real_functions.h"
+
 namespace engram::tasks {
 namespace {
 
@@ -48,8 +50,8 @@ Layout nominal_slots(int count, const ArcParams& arc) {
       continue;
     }
     const double angle = std::numbers::pi * step / count;
-    slots.push_back({arc.radius * std::cos(angle) - 0.25,
-                     arc.radius * std::sin(angle) - step * arc.compression});
+    slots.push_back({arc.radius * real::cos(angle) - 0.25,
+                     arc.radius * real::sin(angle) - step * arc.compression});
   }
   return slots;
 }

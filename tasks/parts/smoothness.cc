@@ -1,7 +1,6 @@
 #include "tasks/parts/smoothness.h"
 
-#include <cmath>
-
+#include "core/base/real_functions.h"
 #include "tasks/parts/task_info.h"
 
 namespace engram::tasks {
@@ -28,9 +27,9 @@ void add_constants(const SmoothnessParams& params, ConstantTable& table) {
 
 SmoothnessTerms smoothness(const Haste& haste, const SmoothnessParams& params) {
   SmoothnessTerms terms;
-  terms.action_l2 = std::tanh(2 * haste.action_norm);
-  terms.action_delta_l2 = std::tanh(5 * haste.action_delta_norm);
-  terms.qvel_l2 = std::tanh(2 * haste.arm_speed);
+  terms.action_l2 = real::tanh(2 * haste.action_norm);
+  terms.action_delta_l2 = real::tanh(5 * haste.action_delta_norm);
+  terms.qvel_l2 = real::tanh(2 * haste.arm_speed);
   terms.penalty = params.ACTION_L2_COEF * terms.action_l2 +
                   params.ACTION_DELTA_L2_COEF * terms.action_delta_l2 +
                   params.QVEL_L2_COEF * terms.qvel_l2;

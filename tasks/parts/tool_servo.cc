@@ -1,8 +1,9 @@
 #include "tasks/parts/tool_servo.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "core/base/real_functions.h"
+#include "core/base/rotations.h"
 #include "core/physics/arm.h"
 #include "tasks/parts/poses.h"
 
@@ -19,7 +20,6 @@ constexpr double kOverhead = 0.03;  // m
 // Horizontal distance within which a gliding tool is at its lowest.
 constexpr double kGlideStart = 0.01;  // m
 
-using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
 // Turns the tool towards an orientation; leaves the translation alone.
@@ -63,13 +63,13 @@ void slow_down(const State& state, int env, double height, float* action) {
   if (norm > most) translation *= static_cast<float>(most / norm);
 }
 
-Eigen::Quaterniond tool_down(double yaw) { return AngleAxisd(yaw, Vector3d::UnitZ()) * kToolDown; }
+Eigen::Quaterniond tool_down(double yaw) { return turn_about(Vector3d::UnitZ(), yaw) * kToolDown; }
 
 double tool_yaw(const State& state, int env) {
   const double* quat = state.tcp_quat.row(env);
   const Vector3d forward =
       Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]) * Vector3d::UnitX();
-  return std::atan2(forward.y(), forward.x());
+  return real::atan2(forward.y(), forward.x());
 }
 
 Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
@@ -79,7 +79,7 @@ Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
   const double angle = std::clamp(lean.per_metre * (reach - lean.reach), 0.0, lean.most) -
                        std::clamp(lean.per_metre * (lean.fold - reach), 0.0, lean.most);
   const Eigen::Vector3d axis = -Eigen::Vector3d::UnitZ().cross(outward / reach);
-  return Eigen::AngleAxisd(angle, axis) * orientation;
+  return turn_about(axis, angle) * orientation;
 }
 
 void hold_tool(double gripper, float* action) {

@@ -1,6 +1,6 @@
 #include "tasks/parts/touch_target.h"
 
-#include <cmath>
+#include "core/base/real_functions.h"
 
 namespace engram::tasks {
 namespace {
@@ -23,8 +23,8 @@ void list_terms(Row& row, const TouchRewardInputs& in, const TouchRewardTerms& t
 
 TouchRewardTerms touch_reward(const TouchRewardInputs& in, const SmoothnessParams& params) {
   TouchRewardTerms terms;
-  terms.reaching = 1 - std::tanh(10 * in.distance);
-  terms.stillness = 1 - std::tanh(5 * in.arm_speed);
+  terms.reaching = 1 - real::tanh(10 * in.distance);
+  terms.stillness = 1 - real::tanh(5 * in.arm_speed);
   terms.smooth = smoothness({in.action_norm, in.action_delta_norm, in.arm_speed}, params);
   const double bonus = in.robot_static && in.placed ? 0.5 : 0.0;
   terms.reward = in.success ? kTouchSuccessReward

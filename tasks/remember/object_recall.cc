@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/real_functions.h"
 #include "tasks/parts/blind_guess.h"
 #include "tasks/parts/overlap_guard.h"
 #include "tasks/parts/task_info.h"
@@ -199,7 +200,7 @@ double ObjectRecall::gripper_for(int env, int key) const {
   if (info_.frozen_cue) return kGripperClosed;
   const double* at = position(env, key);
   const Eigen::Vector3d tcp = tcp_pos(env);
-  const bool near = std::hypot(tcp.x() - at[0], tcp.y() - at[1]) < kNear;
+  const bool near = real::hypot(tcp.x() - at[0], tcp.y() - at[1]) < kNear;
   return near && is_crowded(env, key) ? kGripperClosed : kGripperOpen;
 }
 

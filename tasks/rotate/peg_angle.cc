@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/real_functions.h"
+
 namespace engram::tasks {
 namespace {
 
@@ -36,7 +38,7 @@ double peg_angle(const double* quat) {
   const double scale = 2 / (w * w + x * x + y * y + z * z);
   const double r00 = 1 - scale * (y * y + z * z);
   const double r01 = scale * (x * y - w * z);
-  return std::atan2(-r01, r00);
+  return real::atan2(-r01, r00);
 }
 
 PegTurn peg_turn(double angle, double initial_angle, double target) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/base/real_functions.h"
 #include "tasks/parts/poses.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/rotate/peg_angle.h"
@@ -30,7 +31,8 @@ struct Peg {
 Peg measure_peg(const State& state, int env) {
   const double* pos = state.prop_pos_of(env, kPegProp);
   const double yaw = peg_angle(state.prop_quat_of(env, kPegProp));
-  return {{pos[0], pos[1]}, yaw, {std::cos(yaw), std::sin(yaw)}, {-std::sin(yaw), std::cos(yaw)}};
+  return {
+      {pos[0], pos[1]}, yaw, {real::cos(yaw), real::sin(yaw)}, {-real::sin(yaw), real::cos(yaw)}};
 }
 
 // --- pushing ---
@@ -57,6 +59,12 @@ Vec2 contact_point(const Peg& peg, int end, double turn, double gap) {
          (PEG_HALF_WIDTH + finger_extent(push) + gap) * push;
 }
 
+Vec2 turned_by(double angle, const Vec2& v) {
+  const double sine = real::sin(angle);
+  const double cosine = real::cos(angle);
+  return {cosine * v.x() - sine * v.y(), sine * v.x() + cosine * v.y()};
+}
+
 // The end that is easier to push: near the base, then and after the turn, and near the hand.
 int easier_end(const Peg& peg, double turn, const Vector& tcp) {
   const double sign = turn < 0 ? -1 : 1;
@@ -64,9 +72,9 @@ int easier_end(const Peg& peg, double turn, const Vector& tcp) {
   double least = std::numeric_limits<double>::max();
   for (const int end : {1, -1}) {
     Peg turned = peg;
-    turned.along = Eigen::Rotation2Dd(turn) * peg.along;
-    turned.across = Eigen::Rotation2Dd(turn) * peg.across;
-    turned.center += end * kDrift * turn * (Eigen::Rotation2Dd(turn / 2) * peg.across);
+    turned.along = turned_by(turn, peg.along);
+    turned.across = turned_by(turn, peg.across);
+    turned.center += end * kDrift * turn * turned_by(turn / 2, peg.across);
     double cost = (contact_point(peg, end, sign, kApproachGap) - tcp.head<2>()).norm();
     for (const Peg& pose : {peg, turned}) {
       const Vec2 point = contact_point(pose, end, sign, 0);

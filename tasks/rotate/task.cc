@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "core/base/real_functions.h"
 #include "core/picture/overlay.h"
 #include "mjcf/peg.h"
 #include "mjcf/scene.h"
@@ -124,7 +125,7 @@ class Rotate final : public FamilyBase {
     const double yaw = episode.real(kInitialYaw, 0, 2 * kPi);
     const double pos[3] = {episode.real(kPegX, -kStartSpan, kStartSpan),
                            episode.real(kPegY, -kStartSpan, kStartSpan), PEG_HALF_WIDTH};
-    const double quat[4] = {std::cos(yaw / 2), 0, 0, std::sin(yaw / 2)};
+    const double quat[4] = {real::cos(yaw / 2), 0, 0, real::sin(yaw / 2)};
     initial_yaw_[env] = yaw;
     std::copy_n(pos, 2, initial_position_.row(env));
     engine_.state->place_prop(env, kPeg, pos, quat);
@@ -269,9 +270,9 @@ RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
   const bool correct = is_correct(in.error);
   RotateRewardTerms terms;
   terms.smooth = smoothness(in.haste, kSmoothness);
-  terms.reaching = std::exp(-5 * in.distance);
+  terms.reaching = real::exp(-5 * in.distance);
   terms.reached = in.distance < 0.1;
-  terms.rotate = std::exp(-1.5 * error);
+  terms.rotate = real::exp(-1.5 * error);
   terms.reward = terms.reaching - terms.smooth.penalty;
   if (terms.reached) terms.reward += 15 * terms.rotate;
   if (correct) terms.reward += 5;
@@ -284,12 +285,12 @@ RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
   const double error = std::abs(in.error);
   RotateRewardTerms terms;
   terms.smooth = smoothness(in.haste, kSmoothness);
-  terms.reaching = 0.5 * std::exp(-3 * in.distance);
+  terms.reaching = 0.5 * real::exp(-3 * in.distance);
   terms.reached = in.distance < 0.04;
-  terms.x_pos = std::exp(-5 * std::abs(in.x_pos_error));
-  terms.y_pos = std::exp(-5 * std::abs(in.y_pos_error));
+  terms.x_pos = real::exp(-5 * std::abs(in.x_pos_error));
+  terms.y_pos = real::exp(-5 * std::abs(in.y_pos_error));
   terms.position_ok = std::max(std::abs(in.x_pos_error), std::abs(in.y_pos_error)) < kMostOffset;
-  terms.rotate = std::exp(-1.0 * error);
+  terms.rotate = real::exp(-1.0 * error);
   terms.reward = terms.reaching - terms.smooth.penalty;
   const bool at_work = terms.reached && terms.position_ok;
   const bool correct = at_work && is_correct(in.error);

@@ -1,9 +1,10 @@
 #include "tasks/shell_game/pick.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
+#include "core/base/real_functions.h"
+#include "core/base/rotations.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/variant.h"
 #include "tasks/shell_game/game.h"
@@ -27,9 +28,7 @@ const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // 
 
 // The bar's middle, seen from the mug's origin, m.
 const Eigen::Vector3d kGripFromMug(-0.0635, 0.0480, 0);
-// The tool turned so that the fingers close across the bar: -43.6 degrees about z.
-const Eigen::Quaterniond kGripTool =
-    Eigen::AngleAxisd(-43.6 * std::numbers::pi / 180, Eigen::Vector3d::UnitZ()) * kToolDown;
+constexpr double kGripYaw = -43.6 * std::numbers::pi / 180;  // the fingers close across the bar
 constexpr double kGripHeight = 0.072;  // m, of the TCP: the palm clears the mug's foot by 3 mm
 constexpr double kHoverHeight = 0.12;  // m: fingertips above the mugs
 constexpr double kFunnel = 0.01;       // m: the way down begins this near
@@ -161,7 +160,7 @@ class Pick final : public ShellGame {
       } else if (closing) {
         gripper = kSqueeze;
       }
-      servo_tool(*engine_.state, env, goal, kGripTool, gripper, actions.row(env));
+      servo_tool(*engine_.state, env, goal, grip_tool_, gripper, actions.row(env));
     }
   }
 
@@ -179,9 +178,10 @@ class Pick final : public ShellGame {
   // The angle by which the tool still has to turn.
   double turn_left(int env) const {
     const double* quat = engine_.state->tcp_quat.row(env);
-    return kGripTool.angularDistance(Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
+    return angle_between(grip_tool_, Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
   }
 
+  Eigen::Quaterniond grip_tool_ = tool_down(kGripYaw);
   int ball_;
   int goal_;
   Column<std::uint8_t> is_grasped_;
@@ -191,9 +191,9 @@ class Pick final : public ShellGame {
 
 PickTerms pick_reward(const PickInputs& in) {
   PickTerms terms;
-  terms.reaching = 1 - std::tanh(10 * in.to_handle);
-  terms.place = 1 - std::tanh(5 * in.to_goal);
-  terms.stillness = 1 - std::tanh(5 * in.arm_speed);
+  terms.reaching = 1 - real::tanh(10 * in.to_handle);
+  terms.place = 1 - real::tanh(5 * in.to_goal);
+  terms.stillness = 1 - real::tanh(5 * in.arm_speed);
   terms.reached = in.to_handle <= kReachedDistance;
   terms.open = terms.reached ? 0 : in.gripper_width / kGripperOpening;
   terms.grasp = terms.reached && in.grasped ? 1 : 0;

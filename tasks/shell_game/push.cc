@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/base/real_functions.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/variant.h"
 #include "tasks/shell_game/game.h"
@@ -138,9 +139,9 @@ class Push final : public ShellGame {
 
 PushTerms push_reward(const PushInputs& in) {
   PushTerms terms;
-  terms.reaching = 1 - std::tanh(10 * in.distance);
-  terms.place = 1 - std::tanh(5 * in.to_goal);
-  terms.stillness = 1 - std::tanh(5 * in.arm_speed);
+  terms.reaching = 1 - real::tanh(10 * in.distance);
+  terms.place = 1 - real::tanh(5 * in.to_goal);
+  terms.stillness = 1 - real::tanh(5 * in.arm_speed);
   terms.reached = in.distance <= kReachedDistance;
   if (!in.manipulation) return terms;
   if (in.success) {

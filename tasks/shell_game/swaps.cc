@@ -1,9 +1,9 @@
 #include "tasks/shell_game/swaps.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
+#include "core/base/real_functions.h"
 #include "tasks/shell_game/mugs.h"
 
 namespace engram::tasks {
@@ -52,8 +52,8 @@ Eigen::Vector3d Swaps::offset(int env, int mug, int elapsed) const {
   const double angle = std::numbers::pi * time * time * (3 - 2 * time);
   const double middle = (from + to) / 2;
   const double half = (from - to) / 2;
-  return {-half * std::sin(angle), middle + half * std::cos(angle),
-          SWAP_ARC_HEIGHT * std::sin(angle)};
+  return {-half * real::sin(angle), middle + half * real::cos(angle),
+          SWAP_ARC_HEIGHT * real::sin(angle)};
 }
 
 }  // namespace engram::tasks

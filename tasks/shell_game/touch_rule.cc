@@ -1,8 +1,8 @@
 #include "tasks/shell_game/touch_rule.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "core/base/real_functions.h"
 #include "tasks/parts/tool_servo.h"
 
 namespace engram::tasks {
@@ -72,9 +72,9 @@ ShellGame::Verdict TouchRule::judge(const ShellGame& game, int env, const Eigen:
 
 TouchRule::RewardTerms TouchRule::reward(const RewardInputs& in) {
   RewardTerms terms;
-  terms.reaching = 1 - std::tanh(5 * in.distance);
-  terms.stillness = 1 - std::tanh(5 * in.arm_speed);
-  terms.shift = MUG_DISPLACEMENT_PENALTY_COEF * std::tanh(10 * in.displacement);
+  terms.reaching = 1 - real::tanh(5 * in.distance);
+  terms.stillness = 1 - real::tanh(5 * in.arm_speed);
+  terms.shift = MUG_DISPLACEMENT_PENALTY_COEF * real::tanh(10 * in.displacement);
   if (in.success) {
     terms.reward = kSuccessReward;
   } else if (in.manipulation) {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
+#include "core/base/real_functions.h"
 #include "mjcf/scene.h"
 #include "mjcf/target_disc.h"
 #include "tasks/parts/blind_guess.h"
@@ -250,7 +250,7 @@ class TakeItBack final : public FamilyBase {
       start[1] = kSlotPitch * slot + values[kInitialShift];
       target[0] = values[kGoalX];
       target[1] = values[kGoalY];
-      if (std::hypot(target[0] - start[0], target[1] - start[1]) >= 2 * GOAL_RADIUS) return;
+      if (real::hypot(target[0] - start[0], target[1] - start[1]) >= 2 * GOAL_RADIUS) return;
     }
   }
 
@@ -304,11 +304,11 @@ TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
   terms.pull_distance = (in.cube + Vector(0.03, 0, 0) - in.tcp).norm();
   terms.at_push_point = terms.push_distance < kInPlace;
   terms.at_pull_point = terms.pull_distance < kInPlace;
-  terms.reaching_push = 1 - std::tanh(5 * terms.push_distance);
-  terms.reaching_pull = 1 - std::tanh(5 * terms.pull_distance);
-  terms.contact = 1 - std::tanh(6 * (in.cube - in.tcp).norm());
-  terms.in_goal = 1 - std::tanh(5 * (in.cube.head<2>() - in.goal).norm());
-  terms.back = 1 - std::tanh(5 * (in.cube.head<2>() - in.initial).norm());
+  terms.reaching_push = 1 - real::tanh(5 * terms.push_distance);
+  terms.reaching_pull = 1 - real::tanh(5 * terms.pull_distance);
+  terms.contact = 1 - real::tanh(6 * (in.cube - in.tcp).norm());
+  terms.in_goal = 1 - real::tanh(5 * (in.cube.head<2>() - in.goal).norm());
+  terms.back = 1 - real::tanh(5 * (in.cube.head<2>() - in.initial).norm());
   if (in.success) {
     terms.reward = kSuccessReward;
   } else if (in.reached) {

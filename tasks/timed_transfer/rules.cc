@@ -1,6 +1,6 @@
 #include "tasks/timed_transfer/rules.h"
 
-#include <cmath>
+#include "core/base/real_functions.h"
 
 namespace engram::tasks {
 
@@ -20,9 +20,9 @@ CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window) {
 
 TransferRewardTerms transfer_reward(const TransferRewardInputs& in) {
   TransferRewardTerms terms;
-  terms.reaching = 1 - std::tanh(10 * in.tcp_to_cube);
-  terms.place = 1 - std::tanh(5 * in.cube_to_goal);
-  terms.stillness = 1 - std::tanh(5 * in.haste.arm_speed);
+  terms.reaching = 1 - real::tanh(10 * in.tcp_to_cube);
+  terms.place = 1 - real::tanh(5 * in.cube_to_goal);
+  terms.stillness = 1 - real::tanh(5 * in.haste.arm_speed);
   terms.smooth = smoothness(in.haste, kTimedTransferSmoothness);
   if (in.count.signal_on) {
     terms.reward = 2 * terms.reaching + (in.grasped ? 3 : 0) - terms.smooth.penalty;

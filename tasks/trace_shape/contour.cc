@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/real_functions.h"
+
 namespace engram::tasks {
 namespace {
 
@@ -12,7 +14,7 @@ using Shape = std::array<Vec2, NUM_WAYPOINTS>;
 
 Vec2 on_circle(double turns) {
   const double angle = 2 * std::numbers::pi * turns;
-  return {std::cos(angle), std::sin(angle)};
+  return {real::cos(angle), real::sin(angle)};
 }
 
 Vec2 circle_point(int index) { return on_circle(static_cast<double>(index) / NUM_WAYPOINTS); }
@@ -68,7 +70,7 @@ const char* contour_name(int shape) {
 Contour::Contour(int shape, double radius, double rotation, const Vec2& center)
     : shape_(shape),
       center_(center),
-      x_axis_(radius * std::cos(rotation), radius * std::sin(rotation)) {}
+      x_axis_(radius * real::cos(rotation), radius * real::sin(rotation)) {}
 
 Vec2 Contour::waypoint(int index) const {
   const Vec2& unit = unit_waypoint(shape_, index);

@@ -1,7 +1,8 @@
 #include "tasks/trace_shape/rewards.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "core/base/real_functions.h"
 
 namespace engram::tasks {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 constexpr double kGraspDistance = 0.05;  // m: a TCP this near counts as a grasp
 constexpr double kFailedSubmitReward = -2;
 
-double nearness(double slope, double distance) { return 1 - std::tanh(slope * distance); }
+double nearness(double slope, double distance) { return 1 - real::tanh(slope * distance); }
 
 }  // namespace
 

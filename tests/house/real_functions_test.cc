@@ -1,0 +1,53 @@
+// What the C library and Eigen compute with sines and the like differs between processors. What
+// environments show and remember is computed with core/base/real_functions.h.
+#include <catch2/catch.hpp>
+#include <regex>
+#include <string>
+
+#include "tests/house/sources.h"
+
+namespace engram {
+namespace {
+
+bool is_inexact(const std::string& line) {
+  static const std::regex inexact(
+      R"(\bstd::(a?(sin|cos|tan)h?|atan2|exp2?|expm1|log(2|10|1p)?|pow|hypot|cbrt|erfc?)\()"
+      R"(|\b(AngleAxis|Rotation2D)|\.(angularDistance|slerp|eulerAngles)\()"
+      R"(|\bmju_(axisAngle2Quat|quat2Vel|quatIntegrate|euler2Quat)\()");
+  return std::regex_search(line, inexact);
+}
+
+// OpenGL's pictures depend on the driver anyway.
+bool may_be_inexact(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  return name.starts_with("egl_") || name.starts_with("gl_");
+}
+
+TEST_CASE("Nothing inexact is computed with what the C library and Eigen have", "[house]") {
+  for (const char* folder : {"core", "mjcf", "tasks", "render"}) {
+    for (const auto& file : test::files_in(folder, {".h", ".cc"})) {
+      if (may_be_inexact(file)) continue;
+      for (const std::string& line : test::lines_of(test::kRoot / file)) {
+        if (is_inexact(line)) FAIL_CHECK(file.string() << ": " << line);
+      }
+    }
+  }
+}
+
+TEST_CASE("Inexact functions are found", "[house]") {
+  for (const char* line :
+       {"x = std::sin(y);", "1 - std::tanh(5 * d)", "std::atan2(a, b)", "std::hypot(x, y)",
+        "std::exp(-x)", "Eigen::AngleAxisd(a, axis)", "q.angularDistance(p)", "std::log1p(x)",
+        "mju_quatIntegrate(q, v, h);"}) {
+    INFO(line);
+    CHECK(is_inexact(line));
+  }
+  for (const char* line : {"real::sin(y)", "std::sqrt(x)", "std::expected(x)", "std::floor(x)",
+                           "std::logic_error(\"\")", "std::cout"}) {
+    INFO(line);
+    CHECK_FALSE(is_inexact(line));
+  }
+}
+
+}  // namespace
+}  // namespace engram
