@@ -3,6 +3,7 @@
 
 #include <string_view>
 
+#include "core/base/ieee_scope.h"
 #include "engram/engram_c.h"
 
 namespace engram::c {
@@ -15,9 +16,11 @@ engram_status fail_with_current_exception() noexcept;
 
 const char* last_error() noexcept;
 
-// Runs a function that may throw, and turns what it throws into a status.
+// Runs a function that may throw, and turns what it throws into a status. It computes in an
+// IeeeScope.
 template <class F>
 engram_status guarded(F&& f) noexcept {
+  const IeeeScope scope;
   try {
     f();
     return ENGRAM_OK;

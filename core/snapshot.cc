@@ -7,6 +7,7 @@
 
 #include "core/base/checksum.h"
 #include "core/base/error.h"
+#include "core/base/ieee_scope.h"
 #include "core/vector_env.h"
 
 namespace engram {
@@ -161,6 +162,7 @@ void VectorEnv::check_snapshot(std::span<const std::byte> bytes, int count) cons
 }
 
 void VectorEnv::restore_range(Range envs, std::span<const std::byte> bytes) {
+  const IeeeScope scope;
   const int count = envs.end - envs.begin;
   check_snapshot(bytes, count);
   std::span<const std::byte> rest =

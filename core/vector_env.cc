@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "core/base/ieee_scope.h"
 #include "core/base/join.h"
 #include "core/base/length.h"
 #include "core/physics/shared_model.h"
@@ -49,6 +50,10 @@ std::vector<Draw> all_draws(const TaskInfo& info) {
 
 VectorEnv::VectorEnv(std::unique_ptr<Task> task, const EnvOptions& options,
                      ImageSourceFactory renderers)
+    : VectorEnv(IeeeScope{}, std::move(task), options, std::move(renderers)) {}
+
+VectorEnv::VectorEnv(const IeeeScope& /*scope*/, std::unique_ptr<Task> task,
+                     const EnvOptions& options, ImageSourceFactory renderers)
     : task_(std::move(task)),
       options_(checked(options)),
       option_values_(
@@ -140,6 +145,7 @@ void VectorEnv::allocate() {
 // --- reset ---
 
 void VectorEnv::reset(const ResetRequest& request) {
+  const IeeeScope scope;
   const auto count = static_cast<std::size_t>(num_envs());
   if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
   if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
@@ -447,12 +453,19 @@ ColumnView VectorEnv::final_output(std::string_view name) const {
   return named(final_outputs_, name);
 }
 
+std::string VectorEnv::document() const {
+  const IeeeScope scope;
+  return task_->document();
+}
+
 std::string VectorEnv::instruction(int env) const {
+  const IeeeScope scope;
   check_env(env);
   return task_->instruction(env);
 }
 
 int VectorEnv::cue_end(int env) const {
+  const IeeeScope scope;
   check_env(env);
   return task_->cue_end(env);
 }

@@ -19,6 +19,8 @@
 
 namespace engram {
 
+class IeeeScope;
+
 // Which environments to reset, and how. Empty spans: all environments; seeds and pins as before.
 struct ResetRequest {
   std::span<const std::uint8_t> mask;      // num_envs values, non-zero: reset
@@ -26,7 +28,8 @@ struct ResetRequest {
   const std::vector<Pin>* pins = nullptr;  // replaces the pins of the environments that are reset
 };
 
-// All spans stay valid, and point to the same memory, for the life of the object; their content
+// Computes in an IeeeScope whatever mode the calling thread has, and gives that back. All spans
+// stay valid, and point to the same memory, for the life of the object; their content
 // changes with step, reset and restore. Not for use from two threads at once.
 class VectorEnv {
  public:
@@ -50,7 +53,7 @@ class VectorEnv {
   // Values of info().options, in their order.
   std::span<const double> option_values() const { return option_values_; }
   // MJCF text of the whole scene.
-  std::string document() const { return task_->document(); }
+  std::string document() const;
   const PhysicsModel& physics_model() const { return *model_; }
 
   // Starts new episodes. Without seeds, the first reset uses options().seed, and later ones begin
@@ -129,6 +132,9 @@ class VectorEnv {
   }
 
  private:
+  // Under the scope.
+  VectorEnv(const IeeeScope&, std::unique_ptr<Task> task, const EnvOptions& options,
+            ImageSourceFactory renderers);
   void allocate();
   void check_env(int env) const;
   void reset_env(int env, std::uint64_t seed, std::uint64_t episode);

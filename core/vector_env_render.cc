@@ -1,5 +1,6 @@
 // Pictures of a batch.
 #include "core/base/error.h"
+#include "core/base/ieee_scope.h"
 #include "core/base/length.h"
 #include "core/vector_env.h"
 
@@ -19,12 +20,14 @@ std::span<const std::uint8_t> VectorEnv::final_rgb() const {
 }
 
 void VectorEnv::overlay(int env, Overlay& out) const {
+  const IeeeScope scope;
   check_env(env);
   task_->overlay(env, out);
 }
 
 void VectorEnv::render(int env, std::string_view camera, int width, int height,
                        std::span<std::uint8_t> rgb) {
+  const IeeeScope scope;
   check_env(env);
   check_image_size(width, height);
   require_length("image", rgb.size(),

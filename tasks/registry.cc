@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/ieee_scope.h"
 #include "core/task.h"
 
 // The families, in the benchmark's order. A new one is one line here and its own files.
@@ -123,6 +124,7 @@ const RegistryEntry& require_entry(std::string_view id) {
 }
 
 std::unique_ptr<Task> make_task(std::string_view id) {
+  const IeeeScope scope;
   const RegistryEntry& entry = require_entry(id);
   return entry.definition->make(entry);
 }

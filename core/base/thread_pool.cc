@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/ieee_scope.h"
 
 namespace engram {
 namespace {
@@ -72,6 +73,8 @@ void ThreadPool::run_loop(const Loop& loop) {
                 "this thread pool is running a loop; loops cannot nest or overlap");
   }
 
+  const IeeeScope scope;
+
   // Publish the loop, work along, and wait for the others: each of them must have seen the end of
   // this loop before the next one may overwrite it.
   loop_ = loop;
@@ -131,6 +134,7 @@ void ThreadPool::work(int worker) noexcept {
 
 // The life of a worker other than the caller.
 void ThreadPool::serve(int worker) noexcept {
+  const IeeeScope scope;  // a new thread has the mode of the one that starts it
   for (std::uint32_t seen = 0;; ++seen) {
     wait_for_change(generation_, seen);
     if (stopping_) return;

@@ -29,8 +29,8 @@ class ThreadPool {
   int threads() const noexcept { return static_cast<int>(workers_.size()) + 1; }
 
   // Calls f(worker, begin, end) for neighbouring ranges of [0, items), each range once, on
-  // whichever worker is free (0 <= worker < threads()), and returns when all are done. Does not
-  // allocate.
+  // whichever worker is free (0 <= worker < threads()), and returns when all are done. Every call
+  // of f computes in an IeeeScope. Does not allocate.
   //
   // Ranges have `chunk` items. If several threads share a loop, its last ranges get shorter and
   // shorter, so that no thread waits long for the last one. The ranges depend on items, chunk and

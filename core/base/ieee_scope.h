@@ -1,0 +1,41 @@
+// Arithmetic as IEEE 754 has it by default, whatever mode the host program has set.
+#pragma once
+
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#else
+#include <cfenv>
+#endif
+
+namespace engram {
+
+// While one lives, its thread rounds to nearest, keeps subnormal numbers and traps nothing. Then
+// the thread has back what it had, exception flags included.
+class IeeeScope {
+ public:
+#if defined(__SSE__)
+  IeeeScope() noexcept : before_(_mm_getcsr()) {
+    constexpr unsigned kFlags = 0x003f;    // exceptions that have occurred
+    constexpr unsigned kDefault = 0x1f80;  // exceptions masked
+    if ((before_ & ~kFlags) != kDefault) _mm_setcsr(kDefault);
+  }
+  ~IeeeScope() { _mm_setcsr(before_); }
+#else
+  IeeeScope() noexcept {
+    std::fegetenv(&before_);
+    std::fesetenv(FE_DFL_ENV);
+  }
+  ~IeeeScope() { std::fesetenv(&before_); }
+#endif
+  IeeeScope(const IeeeScope&) = delete;
+  IeeeScope& operator=(const IeeeScope&) = delete;
+
+ private:
+#if defined(__SSE__)
+  unsigned before_;
+#else
+  std::fenv_t before_{};
+#endif
+};
+
+}  // namespace engram
