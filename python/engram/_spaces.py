@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,51 @@ from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
 
 FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict; those before it are "agent"
+
+
+class ImageBox(spaces.Box):
+    """Space of images: all bytes. Its bounds are one byte each, seen as arrays of its shape.
+
+    Gymnasium's own would fill four arrays as large as the images, for a whole batch hundreds of
+    megabytes. Everything else is as in a Box: equality, samples, copies and pickles.
+    """
+
+    def __init__(self, shape: Sequence[int], seed: Any = None):
+        shape = tuple(int(size) for size in shape)
+        super().__init__(0, 255, (1,), np.uint8, seed)
+        self._set_shape(shape)
+
+    def _set_shape(self, shape: tuple[int, ...]) -> None:
+        self._shape = shape
+        self.low_repr, self.high_repr = "0", "255"
+        for name in ("low", "high", "bounded_below", "bounded_above"):
+            one = getattr(self, name).reshape(-1)[:1].copy()
+            setattr(self, name, np.broadcast_to(one, shape))
+
+    def contains(self, x: Any) -> bool:
+        """Whether these are images of this shape: every byte is within the bounds."""
+        if isinstance(x, np.ndarray):
+            return np.can_cast(x.dtype, np.uint8) and x.shape == self.shape
+        return super().contains(x)
+
+    def __eq__(self, other: Any) -> bool:
+        if isinstance(other, ImageBox):
+            return self.shape == other.shape
+        return super().__eq__(other)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ImageBox, (self.shape, self.np_random)
+
+    def __copy__(self) -> ImageBox:
+        return ImageBox(self.shape, self.np_random)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> ImageBox:
+        return ImageBox(self.shape, deepcopy(self.np_random, memo))
+
+
+@batch_space.register(ImageBox)
+def _batch_image_box(space: ImageBox, n: int = 1) -> ImageBox:
+    return ImageBox((n, *space.shape), deepcopy(space.np_random))
 
 
 class Layout:
@@ -106,5 +152,5 @@ def _unbounded(width: int) -> spaces.Box:
 
 def _box_like(array: np.ndarray) -> spaces.Box:
     if array.dtype == np.uint8:
-        return spaces.Box(0, 255, array.shape[1:], np.uint8)
+        return ImageBox(array.shape[1:])
     return _unbounded(array.shape[1])
