@@ -50,7 +50,7 @@ TEST_CASE("A cube is taken however it is turned", "[grasp]") {
   }
 }
 
-TEST_CASE("A held cube slips less than 2 mm in 200 steps", "[grasp]") {
+TEST_CASE("A cube in the oracle's grip slips less than 2 mm in 200 steps", "[grasp]") {
   Rig rig = make_rig();
   REQUIRE(take_cube(rig) > 0);
   std::array<float, 7> action{};
