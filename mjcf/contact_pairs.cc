@@ -21,6 +21,10 @@ struct Material {
 constexpr Material kHard{};
 constexpr Material kRubber{.friction = 2.0, .patch = 0.1};
 
+std::array<double, 5> pair_friction(double sliding, double patch) {
+  return {sliding, sliding, sliding * patch, 1e-4, 1e-4};
+}
+
 // How deep soft contacts let a resting prop sink, whatever it weighs, if it stands on four of them;
 // more contacts share its weight. The table's contacts begin that much earlier. So props rest at
 // the height of their shapes, where tasks place them, and wake without a jolt.
@@ -67,14 +71,15 @@ Side side(const Prop& prop) {
 // as in PhysX; MuJoCo by itself would take the larger one.
 void add_pairs(Element& contact, const Side& first, const Side& second, const Onset& onset = {}) {
   const double friction = (first.material.friction + second.material.friction) / 2;
-  const bool gripping = std::max(first.material.patch, second.material.patch) == kRubber.patch;
-  const double torsion = friction * std::max(first.material.patch, second.material.patch);
+  const double patch = std::max(first.material.patch, second.material.patch);
+  const bool gripping = patch == kRubber.patch;
+  const bool usual = friction == kHard.friction && patch == kHard.patch;
   for (const std::string& geom1 : first.geoms) {
     for (const std::string& geom2 : second.geoms) {
       Element& pair = add(contact, "pair");
       set(pair, "geom1", geom1);
       set(pair, "geom2", geom2);
-      set(pair, "friction", {friction, friction, torsion, 1e-4, 1e-4});
+      if (!usual) set(pair, "friction", pair_friction(friction, patch));
       if (gripping) set(pair, "solimp", kGripImpedance);
       if (!gripping && onset.push > 0) set(pair, "solimp", kStandingImpedance);
       if (onset.push + onset.foresight > 0) set(pair, "margin", onset.push + onset.foresight);
@@ -120,6 +125,13 @@ void add_prop_pairs(Element& contact, const Prop& prop, const Side& support) {
 }
 
 }  // namespace
+
+void set_pair_defaults(Element& pair) {
+  set(pair, "condim", 4);
+  set(pair, "friction", pair_friction(kHard.friction, kHard.patch));
+  set(pair, "solref", {0.02, 1});
+  set(pair, "solimp", {0.95, 0.99, 0.001});
+}
 
 void add_contact_pairs(Element& root, const std::vector<Prop>& props, bool table_ends) {
   Element& contact = add(root, "contact");

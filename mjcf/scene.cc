@@ -31,13 +31,9 @@ void add_options(Element& root) {
   set(option, "solver", "Newton");
 }
 
-// Contacts: stiff within two steps, no bounce.
 void add_defaults(Element& root) {
   Element& defaults = add(root, "default");
-  Element& pair = add(defaults, "pair");
-  set(pair, "condim", 4);
-  set(pair, "solref", {0.02, 1});
-  set(pair, "solimp", {0.95, 0.99, 0.001});
+  set_pair_defaults(add(defaults, "pair"));
   Element& geom = add(defaults, "geom");
   set(geom, "contype", 0);
   set(geom, "conaffinity", 0);

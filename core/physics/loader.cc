@@ -28,7 +28,7 @@ bool all_plausible(const double* values, int count) {
 }  // namespace
 
 Loader::Workbench::Workbench(const PhysicsModel& physics_model) : model(&physics_model) {
-  for (const SceneModel& scene : model->scenes()) data.push_back(make_data(*scene.model));
+  for (const SceneModel& scene : model->scenes()) data.push_back(make_sparing_data(*scene.model));
   const std::size_t props = model->props().size();
   status.resize(props);
   awake_by_type.resize(at(model->num_types()));

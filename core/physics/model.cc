@@ -60,8 +60,16 @@ RobotStep::Law read_robot_law(const mjModel& model) {
   return law;
 }
 
-std::vector<SceneModel> compile_scenes(const SceneSource& source, const std::vector<int>& all,
+std::vector<int> all_props(const SceneSource& source) {
+  std::vector<int> all(source.props.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+// `text_model`: the scene with all props, even those of which nothing collides.
+std::vector<SceneModel> compile_scenes(const SceneSource& source, ModelPtr text_model,
                                        const std::vector<PropModel>& props) {
+  const std::vector<int> all = all_props(source);
   std::vector<int> free_props;
   std::vector<int> kinematic_props;
   for (const int prop : all) {
@@ -84,31 +92,35 @@ std::vector<SceneModel> compile_scenes(const SceneSource& source, const std::vec
   }
   std::vector<int> whole = free_props;
   whole.insert(whole.end(), kinematic_props.begin(), kinematic_props.end());
-  if (!whole.empty()) add(std::move(whole), RobotDetail::kCollision);
+  if (whole.size() == all.size() && !all.empty()) {
+    scenes.push_back(make_scene(std::move(text_model), source, all));
+  } else if (!whole.empty()) {
+    add(std::move(whole), RobotDetail::kCollision);
+  }
   return scenes;
 }
 
 }  // namespace
 
 PhysicsModel::PhysicsModel(const SceneSource& source)
-    : arm_(*compile_model(source.compose({}, RobotDetail::kDynamics))) {
-  std::vector<int> all(source.props.size());
-  std::iota(all.begin(), all.end(), 0);
-  read_text_model(source, all);
-  scenes_ = compile_scenes(source, all, props_);
+    : PhysicsModel(source,
+                   compile_model(source.compose(all_props(source), RobotDetail::kCollision))) {}
+
+PhysicsModel::PhysicsModel(const SceneSource& source, ModelPtr whole) : arm_(*whole) {
+  read_text_model(source, *whole);
+  scenes_ = compile_scenes(source, std::move(whole), props_);
   robot_bounds_ = RobotBounds(robot(), full());
 }
 
 // What is read before the engine makes the models its own.
-void PhysicsModel::read_text_model(const SceneSource& source, const std::vector<int>& all) {
-  const ModelPtr whole = compile_model(source.compose(all, RobotDetail::kCollision));
-  gravity_ = -whole->opt.gravity[2];
-  if (whole->nu != kRobotJoints) refuse("scene without the nine driven joints of the robot");
-  robot_law_ = read_robot_law(*whole);
-  describe_props(source, *whole);
-  find_reach_geoms(*whole);
-  finger_bodies_[0] = body_named(*whole, "leftfinger");
-  finger_bodies_[1] = body_named(*whole, "rightfinger");
+void PhysicsModel::read_text_model(const SceneSource& source, const mjModel& whole) {
+  gravity_ = -whole.opt.gravity[2];
+  if (whole.nu != kRobotJoints) refuse("scene without the nine driven joints of the robot");
+  robot_law_ = read_robot_law(whole);
+  describe_props(source, whole);
+  find_reach_geoms(whole);
+  finger_bodies_[0] = body_named(whole, "leftfinger");
+  finger_bodies_[1] = body_named(whole, "rightfinger");
 }
 
 void PhysicsModel::describe_props(const SceneSource& source, const mjModel& whole) {

@@ -65,7 +65,9 @@ class PhysicsModel {
   double gravity() const { return gravity_; }
 
  private:
-  void read_text_model(const SceneSource& source, const std::vector<int>& all);
+  // `whole`: the whole scene as its text has it.
+  PhysicsModel(const SceneSource& source, ModelPtr whole);
+  void read_text_model(const SceneSource& source, const mjModel& whole);
   void describe_props(const SceneSource& source, const mjModel& whole);
   void find_reach_geoms(const mjModel& whole);
 

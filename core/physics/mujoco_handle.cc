@@ -1,9 +1,16 @@
 #include "core/physics/mujoco_handle.h"
 
+#include <mujoco/mjxmacro.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <string_view>
+#include <type_traits>
 
 #include "core/base/error.h"
 
@@ -61,21 +68,90 @@ MujocoScope::MujocoScope() {
 
 MujocoScope::~MujocoScope() { --scope_depth; }
 
+void PageDeleter::operator()(std::byte* pages) const noexcept { munmap(pages, bytes); }
+
+namespace {
+
+// Zeros, each page of which takes up memory from when it is first written.
+std::unique_ptr<std::byte, PageDeleter> make_pages(std::size_t bytes) {
+  constexpr int kProtection = PROT_READ | PROT_WRITE;
+  void* pages = mmap(nullptr, bytes, kProtection, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (pages == MAP_FAILED) {
+    throw Error(Error::Kind::kUnavailable, "no memory for " + std::to_string(bytes) + " bytes");
+  }
+  return {static_cast<std::byte*>(pages), PageDeleter{bytes}};
+}
+
+// Gives the pages of what is all zeros back to the system, until they are written again.
+void give_back(void* zeros, std::size_t bytes) {
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  const auto begin = reinterpret_cast<std::uintptr_t>(zeros);
+  const std::uintptr_t first = (begin + page - 1) / page * page;
+  const std::uintptr_t last = (begin + bytes) / page * page;
+  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_DONTNEED);
+}
+
+}  // namespace
+
 ModelPtr compile_model(const std::string& mjcf) {
   const MujocoScope scope;
-  // The virtual file system is a few megabytes: too large for a stack.
-  const auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
+  // The virtual file system is two megabytes. All zeros is an empty one; to clear it time and again
+  // would take a quarter of the time in which a scene is compiled.
+  const auto pages = make_pages(sizeof(mjVFS));
+  auto* const files = reinterpret_cast<mjVFS*>(pages.get());
   const char* name = "scene.xml";
-  mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(mjcf.size()) + 1);
+  mj_makeEmptyFileVFS(files, name, static_cast<int>(mjcf.size()) + 1);
   std::memcpy(files->filedata[0], mjcf.c_str(), mjcf.size() + 1);
   char message[1000] = "";
-  ModelPtr model(mj_loadXML(name, files.get(), message, sizeof message));
-  mj_deleteVFS(files.get());
+  ModelPtr model(mj_loadXML(name, files, message, sizeof message));
+  mj_deleteFileVFS(files, name);
   if (model == nullptr) {
     throw Error(Error::Kind::kInternal, std::string("scene refused by MuJoCo: ") + message);
   }
   return model;
+}
+
+namespace {
+
+// Calls f(array, bytes) for each array of mjData that has room for contacts or constraints.
+template <class F>
+void for_each_contact_array(const mjModel* model, mjData& data, F&& f) {
+  MJDATA_POINTERS_PREAMBLE(model)
+  const auto is_one = [](std::string_view rows, std::string_view columns) {
+    return rows == "njmax" || rows == "nconmax" || columns.find("njmax") != std::string_view::npos;
+  };
+#define X(type, name, rows, columns)                                                             \
+  if (is_one(#rows, #columns)) {                                                                 \
+    f(data.name,                                                                                 \
+      sizeof(type) * static_cast<std::size_t>(model->rows) * static_cast<std::size_t>(columns)); \
+  }
+  MJDATA_POINTERS
+#undef X
+}
+
+}  // namespace
+
+DataPtr make_sparing_data(const mjModel& model) {
+  constexpr std::size_t kAlignment = 64;
+  mjModel without_contacts = model;  // its arrays are the model's
+  without_contacts.njmax = 0;
+  without_contacts.nconmax = 0;
+  DataPtr data = make_data(without_contacts);
+
+  const auto rounded = [](std::size_t bytes) {
+    return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+  };
+  std::size_t total = kAlignment;  // never empty
+  for_each_contact_array(&model, *data,
+                         [&](auto* /*array*/, std::size_t bytes) { total += rounded(bytes); });
+  data.get_deleter().room = make_pages(total);
+  std::byte* next = data.get_deleter().room.get();
+  for_each_contact_array(&model, *data, [&](auto*& array, std::size_t bytes) {
+    array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(next);
+    next += rounded(bytes);
+  });
+  give_back(data->solver, sizeof data->solver);
+  return data;
 }
 
 DataPtr make_data(const mjModel& model) {

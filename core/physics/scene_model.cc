@@ -78,8 +78,12 @@ bool SceneModel::has_room(std::span<const int> count_by_type) const {
 
 SceneModel compile_scene(const SceneSource& source, std::span<const int> props,
                          RobotDetail detail) {
+  return make_scene(compile_model(source.compose(props, detail)), source, props);
+}
+
+SceneModel make_scene(ModelPtr compiled, const SceneSource& source, std::span<const int> props) {
   SceneModel scene;
-  scene.model = compile_model(source.compose(props, detail));
+  scene.model = std::move(compiled);
   const mjModel& model = *scene.model;
   if (model.nu != kRobotJoints || model.nv < kRobotJoints) {
     refuse("scene without the nine driven joints of the robot");

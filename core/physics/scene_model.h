@@ -35,8 +35,10 @@ struct SceneModel {
   bool has_room(std::span<const int> count_by_type) const;
 };
 
-// Compiles a scene with the props of these indices. Throws Error if the text is refused.
+// A scene with the props of these indices. Throws Error if the text is refused.
 SceneModel compile_scene(const SceneSource& source, std::span<const int> props, RobotDetail detail);
+// The same from its text, compiled.
+SceneModel make_scene(ModelPtr compiled, const SceneSource& source, std::span<const int> props);
 
 // Choices of free props, by index, for which smaller scenes are compiled: all combinations of types
 // with 1 to 4 props, then with some larger numbers of props, up to `limit` choices.

@@ -1,7 +1,9 @@
 #include "core/physics/mujoco_handle.h"
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <string>
 #include <thread>
 
@@ -42,6 +44,32 @@ TEST_CASE("An error of MuJoCo inside a scope is an Error and nothing is lost", "
   mj_resetData(model.get(), data.get());
   mj_step(model.get(), data.get());
   CHECK(data->time > 0);
+}
+
+TEST_CASE("Sparing data computes what MuJoCo's own does, and again after a reset", "[mujoco]") {
+  const ModelPtr model = compile_model(
+      "<mujoco><option cone='elliptic'/><size nstack='20000' nconmax='30' njmax='120'/><worldbody>"
+      "<geom type='plane' size='1 1 1'/>"
+      "<body pos='0 0 0.1'><freejoint/><geom type='box' size='.1 .1 .1' mass='1'/></body>"
+      "<body pos='.05 0 0.32'><freejoint/><geom type='box' size='.1 .1 .1' mass='1'/></body>"
+      "</worldbody></mujoco>");
+  const DataPtr usual = make_data(*model);
+  const DataPtr sparing = make_sparing_data(*model);
+  for (int episode = 0; episode < 2; ++episode) {
+    for (int i = 0; i < 50; ++i) {
+      mj_step(model.get(), usual.get());
+      mj_step(model.get(), sparing.get());
+      REQUIRE(std::equal(usual->qpos, usual->qpos + model->nq, sparing->qpos));
+      REQUIRE(std::equal(usual->qvel, usual->qvel + model->nv, sparing->qvel));
+    }
+    CHECK(usual->ncon > 0);
+    CHECK(sparing->ncon == usual->ncon);
+    CHECK(sparing->nefc == usual->nefc);
+    mj_resetData(model.get(), usual.get());
+    mj_resetData(model.get(), sparing.get());
+  }
+  CHECK(reinterpret_cast<std::uintptr_t>(sparing->contact) % 64 == 0);
+  CHECK(sparing->nbuffer < usual->nbuffer);
 }
 
 TEST_CASE("Inside a scope warnings are counted and not shown", "[mujoco]") {
