@@ -123,7 +123,8 @@ void add_verify_command(const Command& program) {
   command.footer(fmt::format(
       "Each task plays {} stretches of episodes, random actions and the oracle's, in one batch of "
       "64 on one thread; then again in {} ways, with 1 to 8 threads, batches of 64, 7 and 1, other "
-      "chunks, and in shuffled slots. Every output, image and remembered value of every step must "
+      "chunks, in shuffled slots, and on every instruction set that the machine has. Every output, "
+      "image and remembered value of every step must "
       "be the same to the bit; otherwise the exit code is 1. docs/determinism.md tells more.",
       bench::kStretches, bench::plays().size()));
   command.on_run([options] { run(*options); });

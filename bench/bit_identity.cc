@@ -8,28 +8,32 @@
 
 #include "bench/mixed_actions.h"
 #include "bench/row_hash.h"
+#include "render/document_source.h"
 
 namespace engram::bench {
 namespace {
 
-constexpr std::array<Play, 18> kPlays = {{{1, 0, 64, true},
-                                          {1, 1, 7, false},
-                                          {1, 5, 64, false},
-                                          {2, 0, 7, false},
-                                          {2, 1, 64, true},
-                                          {2, 5, 7, true},
+constexpr InstructionSet kBaseline = InstructionSet::kBaseline;
+constexpr InstructionSet kAvx2 = InstructionSet::kAvx2;
+constexpr InstructionSet kAvx512 = InstructionSet::kAvx512;
+constexpr std::array<Play, 18> kPlays = {{{1, 0, 64, true, kBaseline},
+                                          {1, 1, 7, false, kAvx2},
+                                          {1, 5, 64, false, kAvx512},
+                                          {2, 0, 7, false, kBaseline},
+                                          {2, 1, 64, true, kAvx2},
+                                          {2, 5, 7, true, kAvx512},
                                           {3, 0, 64, false},
-                                          {3, 1, 7, true},
-                                          {3, 5, 64, true},
-                                          {4, 0, 7, true},
+                                          {3, 1, 7, true, kBaseline},
+                                          {3, 5, 64, true, kAvx2},
+                                          {4, 0, 7, true, kAvx512},
                                           {4, 1, 64, false},
-                                          {4, 5, 7, false},
-                                          {8, 0, 64, true},
-                                          {8, 1, 64, false},
+                                          {4, 5, 7, false, kBaseline},
+                                          {8, 0, 64, true, kAvx2},
+                                          {8, 1, 64, false, kAvx512},
                                           {8, 5, 7, true},
-                                          {2, 0, 1, false},
-                                          {4, 1, 1, true},
-                                          {8, 5, 1, false}}};
+                                          {2, 0, 1, false, kBaseline},
+                                          {4, 1, 1, true, kAvx2},
+                                          {8, 5, 1, false, kAvx512}}};
 
 constexpr int kSeeds = kStretches / 2;
 // Whole episodes that are played, and at how many of their steps snapshots are taken.
@@ -157,7 +161,8 @@ class Checker {
     options.threads = play.threads;
     options.chunk = play.chunk;
     options.obs_mode = obs_mode;
-    return options_.make_batch(id_, options);
+    const bool has_it = is_supported(play.instruction_set);
+    return options_.make_batch(has_it ? play.instruction_set : InstructionSet::kAuto, id_, options);
   }
 
   static std::vector<int> order_of(int count, bool shuffled) {
@@ -220,6 +225,16 @@ class Checker {
 };
 
 }  // namespace
+
+std::unique_ptr<VectorEnv> make_on(InstructionSet set, const std::string& id,
+                                   const EnvOptions& options) {
+  return std::make_unique<VectorEnv>(
+      make_task(id), options,
+      [set](const std::string& document, const std::vector<std::string>& bodies,
+            const ImageSourceOptions& image_options, int workers) {
+        return make_document_source_on(set, document, bodies, image_options, workers);
+      });
+}
 
 std::span<const Play> plays() { return kPlays; }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "protocol/batch/make.h"
+#include "render/cpu_renderer.h"
 
 namespace engram::bench {
 
@@ -17,6 +18,7 @@ struct Play {
   int chunk = 0;          // 0: chosen
   int num_envs = 64;      // environments stepped together
   bool shuffled = false;  // the order in which stretches fill the slots
+  InstructionSet instruction_set = InstructionSet::kAuto;  // kAuto too where the machine has it not
 };
 
 // What all plays are compared to.
@@ -24,21 +26,25 @@ inline constexpr Play kReferencePlay = {};
 
 // The plays that are compared to the reference. They hold every pair of a number of threads (1, 2,
 // 3, 4, 8), a chunk (0, 1, 5), a batch size (64, 7, 1) and an order, except that a batch of one has
-// one thread.
+// one thread. Instruction sets take turns.
 std::span<const Play> plays();
 
 // Stretches of episodes of each play: half from a reset, half from snapshots along 16 whole
 // episodes, up to and past their ends. State checks also compare those episodes as wholes.
 inline constexpr int kStretches = 128;
 
+// Makes a batch that runs on that instruction set.
+std::unique_ptr<VectorEnv> make_on(InstructionSet set, const std::string& id,
+                                   const EnvOptions& options);
+
 struct IdentityOptions {
   ObsMode obs_mode = ObsMode::kState;
   int steps = 15;          // control steps of each stretch
   std::uint64_t seed = 0;  // the first of 64
   // Makes the batches.
-  std::function<std::unique_ptr<VectorEnv>(const std::string& id, const EnvOptions& options)>
-      make_batch =
-          [](const std::string& id, const EnvOptions& options) { return make(id, options); };
+  std::function<std::unique_ptr<VectorEnv>(InstructionSet set, const std::string& id,
+                                           const EnvOptions& options)>
+      make_batch = make_on;
   std::function<void(double fraction)> progress = [](double) {};  // called between plays
 };
 

@@ -4,7 +4,6 @@
 
 #include "core/base/error.h"
 #include "core/physics/mujoco_handle.h"
-#include "render/cpu_renderer.h"
 #include "render/egl_renderer.h"
 #include "render/scene_from_model.h"
 
@@ -16,9 +15,10 @@ constexpr int kEglSamples = 4;
 constexpr std::size_t kPoseSize = 7;
 
 std::unique_ptr<Renderer> make_renderer(const RenderScene& scene, const ImageSourceOptions& options,
-                                        int workers) {
+                                        int workers, InstructionSet set) {
   if (options.renderer == "cpu") {
     CpuRendererOptions cpu;
+    cpu.instruction_set = set;
     cpu.shadow_rays = options.shadows ? kShadowRays : 0;
     cpu.antialias = options.antialias;
     cpu.max_width = options.max_size;
@@ -40,7 +40,7 @@ std::unique_ptr<Renderer> make_renderer(const RenderScene& scene, const ImageSou
 class DocumentSource final : public ImageSource {
  public:
   DocumentSource(const std::string& document, const std::vector<std::string>& bodies,
-                 const ImageSourceOptions& options, int workers) {
+                 const ImageSourceOptions& options, int workers, InstructionSet set) {
     const ModelPtr model = compile_model(document);
     scene_ = scene_from_model(*model, options.for_people);
     // The first light is slanted. The shadows of the one from above would be hidden under things.
@@ -54,7 +54,7 @@ class DocumentSource final : public ImageSource {
       bodies_.push_back(static_cast<std::size_t>(body));
     }
     prepare_workbenches(*model, workers);
-    renderer_ = make_renderer(scene_.scene, options, workers);
+    renderer_ = make_renderer(scene_.scene, options, workers, set);
   }
 
   const std::vector<std::string>& cameras() const override { return cameras_; }
@@ -136,7 +136,15 @@ class DocumentSource final : public ImageSource {
 std::unique_ptr<ImageSource> make_document_source(const std::string& document,
                                                   const std::vector<std::string>& bodies,
                                                   const ImageSourceOptions& options, int workers) {
-  return std::make_unique<DocumentSource>(document, bodies, options, workers);
+  return make_document_source_on(InstructionSet::kAuto, document, bodies, options, workers);
+}
+
+std::unique_ptr<ImageSource> make_document_source_on(InstructionSet set,
+                                                     const std::string& document,
+                                                     const std::vector<std::string>& bodies,
+                                                     const ImageSourceOptions& options,
+                                                     int workers) {
+  return std::make_unique<DocumentSource>(document, bodies, options, workers, set);
 }
 
 }  // namespace engram

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/picture/image_source.h"
+#include "render/cpu_renderer.h"
 
 namespace engram {
 
@@ -11,5 +12,12 @@ namespace engram {
 std::unique_ptr<ImageSource> make_document_source(const std::string& document,
                                                   const std::vector<std::string>& bodies,
                                                   const ImageSourceOptions& options, int workers);
+
+// The same with the ray caster on that instruction set. All of them draw the same: for checks.
+std::unique_ptr<ImageSource> make_document_source_on(InstructionSet set,
+                                                     const std::string& document,
+                                                     const std::vector<std::string>& bodies,
+                                                     const ImageSourceOptions& options,
+                                                     int workers);
 
 }  // namespace engram

@@ -7,6 +7,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "core/base/error.h"
@@ -42,10 +43,15 @@ IdentityResult check_changed(const Change& change, std::uint64_t seed = 0) {
   IdentityOptions options;
   options.steps = 4;
   options.seed = seed;
-  options.make_batch = [&change](const std::string&, const EnvOptions& env_options) {
+  options.make_batch = [&change]([[maybe_unused]] InstructionSet set, const std::string&,
+                                 const EnvOptions& env_options) {
     auto task = std::make_unique<SceneTask>();
     task->description.horizon = 20;
-    change(*task);
+    if constexpr (std::is_invocable_v<Change, SceneTask&, InstructionSet>) {
+      change(*task, set);
+    } else {
+      change(*task);
+    }
     return std::make_unique<VectorEnv>(std::move(task), env_options);
   };
   return check_identity("SceneTask", options);
@@ -81,6 +87,15 @@ TEST_CASE("A dependence on who came first is found", "[bit_identity]") {
     task.reward = [&calls](int) { return static_cast<float>(calls.fetch_add(1)); };
   });
   CHECK(result.different > 0);
+}
+
+TEST_CASE("A dependence on the instruction set is found", "[bit_identity]") {
+  const IdentityResult result = check_changed([](SceneTask& task, InstructionSet set) {
+    const bool baseline = set == InstructionSet::kBaseline;
+    task.reward = [baseline](int) { return baseline ? 1e-30F : 0.0F; };
+  });
+  CHECK(result.different > 0);
+  CHECK(result.fingerprint == check_unchanged().fingerprint);
 }
 
 // A task that remembers its slot, without showing it.
