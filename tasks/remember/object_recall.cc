@@ -154,6 +154,8 @@ void ObjectRecall::state_row(Row& row, int env) const {
   }
 }
 
+void ObjectRecall::observe(Range envs, FloatRows out) { write_state(*this, envs, out); }
+
 // --- oracle ---
 
 // Keeps above the target's stored place until it is nearly overhead, then comes down to touch.

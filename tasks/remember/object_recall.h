@@ -33,7 +33,7 @@ class ObjectRecall : public FamilyBase {
   int cue_end(int env) const override { return clock_.cue_end(env); }
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
-  void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
+  void observe(Range envs, FloatRows out) override;
   void act(Range envs, bool blind, FloatRows actions) override;
   void overlay(int env, Overlay& out) const override { objects_.overlay(target_[env], out); }
 
