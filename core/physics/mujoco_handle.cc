@@ -4,7 +4,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <cstdint>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -82,13 +82,18 @@ std::unique_ptr<std::byte, PageDeleter> make_pages(std::size_t bytes) {
   return {static_cast<std::byte*>(pages), PageDeleter{bytes}};
 }
 
-// Gives the pages of what is all zeros back to the system, until they are written again.
-void give_back(void* zeros, std::size_t bytes) {
+// Gives pages that hold nothing but zeros back to the system, until they are written again.
+void give_back_zeros(void* memory, std::size_t bytes) {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  const auto begin = reinterpret_cast<std::uintptr_t>(zeros);
-  const std::uintptr_t first = (begin + page - 1) / page * page;
-  const std::uintptr_t last = (begin + bytes) / page * page;
-  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_DONTNEED);
+  void* next = memory;
+  while (std::align(page, page, next, bytes) != nullptr) {
+    auto* const begin = static_cast<std::byte*>(next);
+    const bool zeros =
+        std::all_of(begin, begin + page, [](std::byte byte) { return byte == std::byte{0}; });
+    if (zeros) madvise(begin, page, MADV_DONTNEED);
+    next = begin + page;
+    bytes -= page;
+  }
 }
 
 }  // namespace
@@ -150,7 +155,10 @@ DataPtr make_sparing_data(const mjModel& model) {
     array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(next);
     next += rounded(bytes);
   });
-  give_back(data->solver, sizeof data->solver);
+  // Much of the rest stays zero as well: statistics of the solver, and what only other settings
+  // need.
+  give_back_zeros(data.get(), sizeof *data);
+  give_back_zeros(data->buffer, static_cast<std::size_t>(data->nbuffer));
   return data;
 }
 
