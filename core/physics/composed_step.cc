@@ -17,123 +17,145 @@ constexpr double kFingerTolerance = 0.005;  // m/s
 // Of a drive's limit: up to here it answers to a change of force as the solver takes it to.
 constexpr double kBearable = 0.9;
 
-bool has_props(const mjModel* m) { return m->nv > kRobotJoints; }
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-// Inertia, contacts, constraint rows; the bodies' velocities, which contacts depend on. Only
-// contacts make rows (require_composable). The Newton solver does not need them projected.
-void compose_position(const StepModels& models, mjData* d) {
-  const mjModel* m = models.scene;
+// --- the robot alone ---
+
+// Inertia and bias, from MuJoCo, and how it moves if nothing touches it.
+void run_alone(const mjModel* m, mjData* d, RobotStep& robot) {
   mj_comPos(m, d);
   mj_comVel(m, d);
   mj_crb(m, d);
-  if (has_props(m)) mj_factorM(m, d);
-  mj_collision(models.colliding, d);
-  refine_contacts(*m, *d);
-  if (d->ncon > 0) {
-    mj_makeConstraint(m, d);
-  } else {
-    d->ne = d->nf = d->nefc = 0;
-  }
-}
-
-void compose_velocity(const mjModel* m, mjData* d, std::span<const Glider> gliders) {
-  if (has_props(m)) mj_passive(m, d);
-  mj_referenceConstraint(m, d);
-  meet_gliders(*m, *d, gliders);
   mj_rne(m, d, 0, d->qfrc_bias);
-}
-
-// Of the props; without forces on bodies. The robot's part means nothing yet.
-void compose_forces(const mjModel* m, mjData* d) {
-  if (!has_props(m)) return;
-  mju_sub(d->qfrc_smooth, d->qfrc_passive, d->qfrc_bias, m->nv);
-  mju_addTo(d->qfrc_smooth, d->qfrc_applied, m->nv);
-  mj_solveM(m, d, d->qacc_smooth, d->qfrc_smooth, 1);
-}
-
-// --- the robot ---
-
-// Calls visit(row, column, entry of qM) for the robot's part of the inertia matrix.
-template <class Visit>
-void visit_robot_inertia(const mjModel* m, mjData* d, const Visit& visit) {
-  for (int row = 0; row < kRobotJoints; ++row) {
-    mjtNum* entry = d->qM + m->dof_Madr[row];
-    for (int column = row; column >= 0; column = m->dof_parentid[column]) {
-      visit(static_cast<std::size_t>(row), static_cast<std::size_t>(column), *entry++);
-    }
-  }
-}
-
-// As if nothing touched it.
-void move_robot(const mjModel* m, mjData* d, RobotStep& robot) {
   std::copy_n(d->qpos, kRobotJoints, robot.q.begin());
   std::copy_n(d->qvel, kRobotJoints, robot.v.begin());
   std::copy_n(d->qfrc_bias, kRobotJoints, robot.bias.begin());
-  visit_robot_inertia(m, d, [&](std::size_t row, std::size_t column, const mjtNum& entry) {
-    robot.inertia[row][column] = robot.inertia[column][row] = entry;
-  });
+  for (int row = 0; row < kRobotJoints; ++row) {
+    const mjtNum* entry = d->qM + m->dof_Madr[row];
+    for (int column = row; column >= 0; column = m->dof_parentid[column]) {
+      robot.inertia[at(row)][at(column)] = robot.inertia[at(column)][at(row)] = *entry++;
+    }
+  }
   robot.prepare();
   robot.run({});
 }
 
+// --- what moves, as if nothing touched it ---
+
+void accelerate_props(const SceneModel& scene, mjData& data) {
+  for (std::size_t slot = 0; slot < scene.slots.size(); ++slot) {
+    const int dof = scene.slots[slot].dof;
+    if (scene.free_bodies[slot].is_idle(data)) {
+      std::fill_n(data.qacc_smooth + dof, FreeBody::kSize, 0.0);
+      std::fill_n(data.qfrc_smooth + dof, FreeBody::kSize, 0.0);
+    } else {
+      scene.free_bodies[slot].accelerate(data);
+    }
+  }
+}
+
+// --- one island ---
+
+// Where MuJoCo has a mover's velocity, and how many numbers it has.
+struct Place {
+  int dof;
+  int count;
+};
+Place place_of(const SceneModel& scene, int mover) {
+  if (mover == kRobotMover) return {0, kRobotJoints};
+  return {scene.slots[at(mover - 1)].dof, kPropWidth};
+}
+
+// `resisting`: the robot's inertia; null where the island does not hold it.
+void gather_island(const SceneModel& scene, const mjData& data, int island,
+                   const JointMatrix* resisting, StepBench& bench) {
+  bench.bodies.clear();
+  double* mass = bench.masses.data();
+  for (const int mover : bench.islands.movers(island)) {
+    const int begin = bench.islands.begin_of(mover);
+    const int width = mover == kRobotMover ? kRobotWidth : kPropWidth;
+    const Place place = place_of(scene, mover);
+    const auto gather = [&](const mjtNum* from, std::vector<double>& to) {
+      std::copy_n(from + place.dof, place.count, &to[at(begin)]);
+      std::fill_n(&to[at(begin)] + place.count, width - place.count, 0.0);
+    };
+    gather(data.qfrc_smooth, bench.smooth_force);
+    gather(data.qacc_smooth, bench.smooth);
+    gather(data.qacc_warmstart, bench.start);
+    bench.bodies.push_back({mass, begin, width});
+    if (mover == kRobotMover) {
+      for (const JointRow& row : *resisting) mass = std::copy(row.begin(), row.end(), mass);
+      mass = std::fill_n(mass, kRobotJoints, 0.0);
+      *mass++ = 1;  // of the number to spare
+    } else {
+      const FreeBody::MassMatrix matrix = scene.free_bodies[at(mover - 1)].mass_matrix(data);
+      mass = std::copy(matrix.begin(), matrix.end(), mass);
+    }
+  }
+}
+
+// Sets qacc, qfrc_constraint and the warm start of the island's movers.
+void solve_island(const SceneModel& scene, mjData& data, int island, const JointMatrix* resisting,
+                  StepBench& bench) {
+  const mjModel& model = *scene.model;
+  gather_island(scene, data, island, resisting, bench);
+  // The same in all scenes, but for rounding.
+  const auto scale = static_cast<float>(model.stat.meaninertia * model.nv);
+  bench.solver.solve(bench.bodies, bench.islands.contacts(island),
+                     {bench.rows.jacobian(), data.efc_D, data.efc_aref, data.efc_force},
+                     {scale, model.opt.tolerance, model.opt.iterations}, bench.smooth_force.data(),
+                     bench.smooth.data(), bench.start.data());
+  for (const int mover : bench.islands.movers(island)) {
+    const int begin = bench.islands.begin_of(mover);
+    const Place place = place_of(scene, mover);
+    const auto scatter = [&](const double* from, mjtNum* to) {
+      std::copy_n(from + begin, place.count, to + place.dof);
+    };
+    scatter(bench.solver.acceleration(), data.qacc);
+    scatter(bench.solver.acceleration(), data.qacc_warmstart);
+    scatter(bench.solver.contact_force(), data.qfrc_constraint);
+  }
+}
+
+// --- the robot among contacts ---
+
 // The forces of contacts on the robot's joints travel from substep to substep where MuJoCo has the
 // robot's part of its warm start.
-JointArray last_contact_force(const mjData* d) {
+JointArray last_contact_force(const mjData& data) {
   JointArray force;
-  std::copy_n(d->qacc_warmstart, kRobotJoints, force.begin());
+  std::copy_n(data.qacc_warmstart, kRobotJoints, force.begin());
   return force;
 }
-void keep_contact_force(mjData* d, const JointArray& force) {
-  std::copy_n(force.begin(), kRobotJoints, d->qacc_warmstart);
+void keep_contact_force(mjData& data, const JointArray& force) {
+  std::copy_n(force.begin(), kRobotJoints, data.qacc_warmstart);
 }
 
-bool robot_is_touched(const mjModel* m, const mjData* d) {
-  const int last_link = m->dof_bodyid[kRobotJoints - 1];
-  const auto of_robot = [&](int geom) {
-    return m->geom_bodyid[geom] > 0 && m->geom_bodyid[geom] <= last_link;
-  };
-  return std::any_of(d->contact, d->contact + d->ncon, [&](const mjContact& contact) {
-    return contact.efc_address >= 0 && (of_robot(contact.geom1) || of_robot(contact.geom2));
-  });
-}
-
-// Tells the solver how the robot would accelerate without contacts, and what resists them, by the
-// last run of the robot, which was with this force of contacts.
-void describe_robot(const StepModels& models, mjData* d, const RobotStep& robot,
-                    const JointArray& force) {
-  const JointMatrix inertia = robot.effective_inertia();
-  const JointMatrix mobility = inverse(inertia);
-  visit_robot_inertia(models.solving, d, [&](std::size_t row, std::size_t column, mjtNum& entry) {
-    entry = inertia[row][column];
-  });
+// Tells the solver how the robot would accelerate without contacts, by the last run of the robot,
+// which was with this force of contacts. `resisting`: what resists them.
+void describe_robot(const RobotStep& robot, const JointMatrix& resisting, const JointArray& force,
+                    double timestep, mjData& data) {
+  const JointMatrix mobility = inverse(resisting);
   JointArray change{};  // by the force
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     for (std::size_t j = 0; j < kRobotJoints; ++j) change[i] += mobility[i][j] * force[j];
   }
   JointArray free{};
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    free[i] = (robot.end_v()[i] - robot.v[i]) / models.scene->opt.timestep - change[i];
-    d->qacc_smooth[i] = free[i];
-    d->qacc_warmstart[i] = free[i] + change[i];
+    free[i] = (robot.end_v()[i] - robot.v[i]) / timestep - change[i];
+    data.qacc_smooth[i] = free[i];
+    data.qacc_warmstart[i] = free[i] + change[i];
   }
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    d->qfrc_smooth[i] = 0;
-    for (std::size_t j = 0; j < kRobotJoints; ++j) d->qfrc_smooth[i] += inertia[i][j] * free[j];
+    data.qfrc_smooth[i] = 0;
+    for (std::size_t j = 0; j < kRobotJoints; ++j) data.qfrc_smooth[i] += resisting[i][j] * free[j];
   }
-}
-
-// For a robot that nothing touches.
-void leave_out_robot(mjData* d) {
-  std::fill_n(d->qacc_smooth, kRobotJoints, 0.0);
-  std::fill_n(d->qfrc_smooth, kRobotJoints, 0.0);
-  std::fill_n(d->qacc_warmstart, kRobotJoints, 0.0);
 }
 
 // The velocities at the substep's end for which the solver found the forces.
-JointArray foreseen_velocity(const mjModel* m, const mjData* d, const RobotStep& robot) {
+JointArray foreseen_velocity(const mjData& data, const RobotStep& robot, double timestep) {
   JointArray velocity;
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    velocity[i] = robot.v[i] + m->opt.timestep * d->qacc[i];
+    velocity[i] = robot.v[i] + timestep * data.qacc[i];
   }
   return velocity;
 }
@@ -146,69 +168,85 @@ bool is_near(const JointArray& velocity, const JointArray& foreseen) {
   return true;
 }
 
-void solve_without_contacts(const mjModel* m, mjData* d) {
-  if (!has_props(m)) return;
-  mju_copy(d->qacc, d->qacc_smooth, m->nv);
-  mju_copy(d->qacc_warmstart + kRobotJoints, d->qacc_smooth + kRobotJoints, m->nv - kRobotJoints);
-  mju_zero(d->qfrc_constraint, m->nv);
-}
-
 // The forces of contacts, and how they change the robot's way. The solver takes the robot's answer
 // to a change of force for linear, from the forces of the last substep on, as far as the drives can
 // bear them. Where the robot's law answers otherwise, because a drive or a joint comes to its
 // limit, the solver is right: nothing gets inside anything.
-JointArray solve_contacts(const StepModels& models, mjData* d, RobotStep& robot) {
-  JointArray force = last_contact_force(d);
+JointArray solve_robot_island(const SceneModel& scene, mjData& data, int island, RobotStep& robot,
+                              StepBench& bench) {
+  const double timestep = scene.model->opt.timestep;
+  JointArray force = last_contact_force(data);
   if (force != JointArray{}) {
     const double bearable = kBearable * robot.force_limit();
     for (double& value : force) value = std::clamp(value, -bearable, bearable);
     robot.run(force);
   }
-  describe_robot(models, d, robot, force);
-  mj_fwdConstraint(models.solving, d);
-  std::copy_n(d->qfrc_constraint, kRobotJoints, force.begin());
+  const JointMatrix resisting = robot.effective_inertia();
+  describe_robot(robot, resisting, force, timestep, data);
+  solve_island(scene, data, island, &resisting, bench);
+  std::copy_n(data.qfrc_constraint, kRobotJoints, force.begin());
   robot.run(force);
   if (force != JointArray{}) {
-    const JointArray foreseen = foreseen_velocity(models.scene, d, robot);
+    const JointArray foreseen = foreseen_velocity(data, robot, timestep);
     robot.move_evenly(is_near(robot.end_v(), foreseen) ? robot.end_v() : foreseen);
   }
   return force;
 }
 
-// Contacts of props alone.
-void solve_without_robot(const StepModels& models, mjData* d) {
-  leave_out_robot(d);
-  mj_fwdConstraint(models.solving, d);
+// --- the stages ---
+
+// Rows of all contacts, and who is solved with whom.
+void find_contacts(const StepModels& models, mjData& data, StepBench& bench,
+                   std::span<const Glider> gliders) {
+  const SceneModel& scene = *models.scene;
+  mj_collision(models.colliding, &data);
+  refine_contacts(*scene.model, data);
+  bench.rows.build(scene, data, gliders);
+  slide_freely(scene, data, bench.rows);
+  bench.islands.find(bench.rows, static_cast<int>(scene.slots.size()) + 1);
 }
 
-// --- the end of the step ---
-
-bool has_damped_props(const mjModel* m) {
-  return std::any_of(m->dof_damping + kRobotJoints, m->dof_damping + m->nv,
-                     [](mjtNum damping) { return damping != 0; });
-}
-
-// As mj_Euler does it. Where there is damping, it goes into the matrix.
-void move_props(const StepModels& models, mjData* d) {
-  const mjModel* m = models.scene;
-  if (has_damped_props(m)) {
-    mj_Euler(models.solving, d);
-    return;
+// Sets the accelerations of all props, and the robot's way.
+void solve_contacts(const SceneModel& scene, mjData& data, RobotStep& robot, StepBench& bench) {
+  JointArray force{};
+  for (int island = 0; island < bench.islands.count(); ++island) {
+    if (bench.islands.holds_robot(island)) {
+      force = solve_robot_island(scene, data, island, robot, bench);
+    } else {
+      solve_island(scene, data, island, nullptr, bench);
+    }
   }
-  mju_addToScl(d->qvel, d->qacc, m->opt.timestep, m->nv);
-  mj_integratePos(m, d->qpos, d->qvel, m->opt.timestep);
-  d->time += m->opt.timestep;
+  keep_contact_force(data, force);
 }
 
-void compose_integration(const StepModels& models, mjData* d) {
-  if (has_props(models.scene)) {
-    move_props(models, d);
-  } else {
-    d->time += models.scene->opt.timestep;
+void move_props(const SceneModel& scene, mjData& data, const StepBench& bench) {
+  for (std::size_t slot = 0; slot < scene.slots.size(); ++slot) {
+    const FreeBody& body = scene.free_bodies[slot];
+    if (bench.rows.contacts_of(static_cast<int>(slot) + 1) == 0) {
+      const int dof = scene.slots[slot].dof;
+      std::copy_n(data.qacc_smooth + dof, FreeBody::kSize, data.qacc + dof);
+      std::copy_n(data.qacc_smooth + dof, FreeBody::kSize, data.qacc_warmstart + dof);
+      std::fill_n(data.qfrc_constraint + dof, FreeBody::kSize, 0.0);
+      if (body.is_idle(data)) continue;
+    }
+    body.integrate(data, scene.model->opt.timestep);
   }
 }
 
 }  // namespace
+
+StepBench::StepBench(std::span<const SceneModel> scenes)
+    : rows(scenes),
+      islands(rows.most_movers(), rows.most_contacts()),
+      solver(kRobotWidth + kPropWidth * (rows.most_movers() - 1), rows.most_contacts(),
+             rows.most_rows()) {
+  const int props = rows.most_movers() - 1;
+  bodies.reserve(at(rows.most_movers()));
+  masses.resize(at(kRobotWidth * kRobotWidth + props * kPropWidth * kPropWidth));
+  for (std::vector<double>* vector : {&smooth_force, &smooth, &start}) {
+    vector->resize(at(kRobotWidth + props * kPropWidth));
+  }
+}
 
 void require_composable(const mjModel& model) {
   const auto refuse = [](const char* why) {
@@ -228,6 +266,7 @@ void require_composable(const mjModel& model) {
   for (int i = 0; i < model.njnt; ++i) {
     if (model.jnt_limited[i] != 0) refuse("a joint has a limit that is a constraint");
   }
+  require_plain_pairs(model);
   for (int i = 0; i < model.ntendon; ++i) {
     if (model.tendon_stiffness[i] != 0 || model.tendon_damping[i] != 0 ||
         model.tendon_limited[i] != 0 || model.tendon_frictionloss[i] != 0) {
@@ -236,25 +275,17 @@ void require_composable(const mjModel& model) {
   }
 }
 
-void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot,
+void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot, StepBench& bench,
                       std::span<const Glider> gliders) {
-  compose_position(models, d);
-  compose_velocity(models.scene, d, gliders);
-  compose_forces(models.scene, d);
-  slide_freely(*models.scene, *d);
-  move_robot(models.scene, d, robot);
-  JointArray force{};
-  if (d->nefc == 0) {
-    solve_without_contacts(models.scene, d);
-  } else if (robot_is_touched(models.scene, d)) {
-    force = solve_contacts(models, d, robot);
-  } else {
-    solve_without_robot(models, d);
-  }
-  keep_contact_force(d, force);
-  compose_integration(models, d);
+  const SceneModel& scene = *models.scene;
+  run_alone(scene.model.get(), d, robot);
+  accelerate_props(scene, *d);
+  find_contacts(models, *d, bench, gliders);
+  solve_contacts(scene, *d, robot, bench);
+  move_props(scene, *d, bench);
   std::copy_n(robot.end_q().begin(), kRobotJoints, d->qpos);
   std::copy_n(robot.end_v().begin(), kRobotJoints, d->qvel);
+  d->time += scene.model->opt.timestep;
 }
 
 }  // namespace engram

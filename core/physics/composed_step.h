@@ -1,39 +1,56 @@
-// One physics step from MuJoCo's public stages, with a law of our own for the robot's joints.
-//  * Free props move as in mj_step with what contacts.h and sliding.h do in between, bit for bit.
-//  * The robot moves by RobotStep. Where nothing touches it, MuJoCo has no part in that. Where
-//    something does, MuJoCo's solver finds the forces of contact: for the acceleration that the
-//    robot would have without them, and for the inertia that they meet.
-// Left out are
-//  * what these scenes do not have: sensors, cameras, lights, energy;
-//  * what they do not use: actuators, tendons, a second factor of the same matrix;
-//  * the checks of the state, which Loader makes.
+// One physics step: MuJoCo finds the contacts, and contacts are of its model (contact_rows.h,
+// cone_solver.h); what moves obeys laws of our own.
+//  * Free props move by the equations of Newton and Euler, as in mj_step (free_body.h).
+//  * The robot moves by RobotStep. Where nothing touches it, that is all. Where something does, the
+//    forces of contact are found for the acceleration that it would have without them, and for the
+//    inertia that they meet.
+//  * What touches one another is solved together, everything else apart (islands.h).
+// The checks of the state are Loader's.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
 #include <span>
+#include <vector>
 
+#include "core/physics/cone_solver.h"
+#include "core/physics/contact_rows.h"
 #include "core/physics/contacts.h"
+#include "core/physics/islands.h"
 #include "core/physics/robot_step.h"
+#include "core/physics/scene_model.h"
 
 namespace engram {
 
-// The models that the stages of a step work on. They share everything but what is named here.
 struct StepModels {
-  const mjModel* scene;
+  const SceneModel* scene;
   const mjModel* colliding;  // has the contact pairs to look at (see pair_sieve.h)
-  const mjModel* solving;    // its inertia matrix has room for what couples the fingers
+};
+
+// Working memory of one thread, with room for the largest of some scenes.
+struct StepBench {
+  explicit StepBench(std::span<const SceneModel> scenes);
+
+  ContactRows rows;
+  Islands islands;
+  ConeSolver solver;
+  // Of the island that is being solved; numbers are those of its movers' velocities.
+  std::vector<ConeBody> bodies;
+  std::vector<double> masses;  // matrices
+  std::vector<double> smooth_force;
+  std::vector<double> smooth;
+  std::vector<double> start;
 };
 
 // Throws Error unless the composed step can do the model: the robot's joints first, one coordinate
-// each; no constraints but contacts and the limits of free props' neighbours.
+// each; no constraints but contacts.
 void require_composable(const mjModel& model);
 
 // Poses bodies and geoms from qpos.
 inline void compose_kinematics(const mjModel* m, mjData* d) { mj_kinematics(m, d); }
 
 // The rest of the step, from the poses that compose_kinematics left.
-void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot,
+void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot, StepBench& bench,
                       std::span<const Glider> gliders = {});
 
 }  // namespace engram

@@ -126,12 +126,25 @@ Vec3 way_out(const mjModel& model, const mjData& data, int prop) {
   return thin.norm() > mjMINVAL ? thin.normalized() : Vec3::UnitX().eval();
 }
 
-// Of a body's point, from mj_comVel.
+// Of a free body's point, or of one that the robot's joints move.
 Vec3 velocity_at(const mjModel& model, const mjData& data, int body, const Vec3& point) {
-  const Eigen::Map<const Vec3> turning(data.cvel + 6 * body);
-  const Eigen::Map<const Vec3> moving(data.cvel + 6 * body + 3);
-  return moving + turning.cross(point - Eigen::Map<const Vec3>(data.subtree_com +
-                                                               3 * model.body_rootid[body]));
+  if (is_free_body(model, body)) {
+    const mjtNum* qvel = data.qvel + model.body_dofadr[body];
+    const Vec3 lever = point - Eigen::Map<const Vec3>(data.xpos + 3 * body);
+    const Vec3 turning =
+        Eigen::Map<const Axes>(data.xmat + 9 * body) * Eigen::Map<const Vec3>(qvel + 3);
+    return Eigen::Map<const Vec3>(qvel) + turning.cross(lever);
+  }
+  while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
+  Vec3 velocity = Vec3::Zero();
+  int joint = body > 0 ? model.body_dofadr[body] : -1;
+  for (; joint >= 0; joint = model.dof_parentid[joint]) {
+    const Eigen::Map<const Vec3> axis(data.xaxis + 3 * joint);
+    const Vec3 lever = point - Eigen::Map<const Vec3>(data.xanchor + 3 * joint);
+    const bool turns = model.jnt_type[joint] == mjJNT_HINGE;
+    velocity += data.qvel[joint] * (turns ? axis.cross(lever) : Vec3(axis));
+  }
+  return velocity;
 }
 
 // How deep a contact may be because of this substep's way.
@@ -180,19 +193,6 @@ void push_out(const mjModel& model, mjData& data, int prop) {
   }
 }
 
-// Velocity of the contact's second body less that of the first, as far as they glide.
-Vec3 gliding_velocity(const mjModel& model, const mjContact& contact,
-                      std::span<const Glider> gliders) {
-  Vec3 velocity = Vec3::Zero();
-  const int first = model.body_mocapid[model.geom_bodyid[contact.geom1]];
-  const int second = model.body_mocapid[model.geom_bodyid[contact.geom2]];
-  for (const Glider& glider : gliders) {
-    if (glider.mocap == first) velocity -= glider.velocity;
-    if (glider.mocap == second) velocity += glider.velocity;
-  }
-  return velocity;
-}
-
 }  // namespace
 
 bool is_free_body(const mjModel& model, int body) {
@@ -222,21 +222,6 @@ void refine_contacts(const mjModel& model, mjData& data) {
       push_out(model, data, deep.prop);
     } else if (contact.dist < -depth) {
       contact.includemargin = contact.dist + depth;  // nothing is thrown
-    }
-  }
-}
-
-void meet_gliders(const mjModel& model, mjData& data, std::span<const Glider> gliders) {
-  if (gliders.empty()) return;
-  for (int i = 0; i < data.ncon; ++i) {
-    const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0) continue;
-    const Vec3 velocity =
-        Eigen::Map<const Axes>(contact.frame) * gliding_velocity(model, contact, gliders);
-    // The fourth row is the twist, which gliding has none of.
-    for (int k = 0; k < std::min(contact.dim, 3); ++k) {
-      const int row = contact.efc_address + k;
-      data.efc_aref[row] -= data.efc_KBIP[4 * row + 1] * velocity[k];
     }
   }
 }

@@ -18,15 +18,11 @@ struct Glider {
 // Whether a body is moved by physics and by no joint of the robot.
 bool is_free_body(const mjModel& model, int body);
 
-// Between mj_collision and mj_makeConstraint:
+// Between mj_collision and ContactRows::build:
 //  * Drops contacts that are none.
 //  * Lets those act that are still apart, within their pair's gap: they stop what comes just where
 //    it touches, without friction. Otherwise it would be inside before there is a contact at all.
-//  * Pushes objects out that have appeared around the fingers. Needs mj_comVel.
+//  * Pushes objects out that have appeared around the fingers.
 void refine_contacts(const mjModel& model, mjData& data);
-
-// MuJoCo takes kinematic bodies to stand still. Makes contacts meet them at their velocities. After
-// mj_referenceConstraint.
-void meet_gliders(const mjModel& model, mjData& data, std::span<const Glider> gliders);
 
 }  // namespace engram

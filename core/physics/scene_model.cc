@@ -27,15 +27,16 @@ void release_robot(mjModel& model) {
   std::fill_n(model.tendon_stiffness, model.ntendon, 0.0);
 }
 
-// The inertia matrix has an element more: for the two fingers' joints.
-void couple_fingers(SceneModel& scene) {
-  mjModel& model = *scene.model;
-  for (int i = kRobotJoints; i < model.nv; ++i) ++model.dof_Madr[i];
-  ++model.nM;
-  scene.solving_parents.assign(model.dof_parentid, model.dof_parentid + model.nv);
-  scene.solving_parents[kRobotJoints - 1] = kRobotJoints - 2;
-  scene.solving = model;
-  scene.solving.dof_parentid = scene.solving_parents.data();
+// The robot's joints that move a body, as bits; none for a free one.
+std::uint16_t joints_that_move(const mjModel& model, int body) {
+  while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
+  int joint = body > 0 ? model.body_dofadr[body] + model.body_dofnum[body] - 1 : -1;
+  if (joint >= kRobotJoints) return 0;
+  std::uint16_t joints = 0;
+  for (; joint >= 0; joint = model.dof_parentid[joint]) {
+    joints = static_cast<std::uint16_t>(joints | (1U << static_cast<unsigned>(joint)));
+  }
+  return joints;
 }
 
 PropSlot find_slot(const mjModel& model, int body, int type) {
@@ -90,7 +91,6 @@ SceneModel make_scene(ModelPtr compiled, const SceneSource& source, std::span<co
   }
   release_robot(*scene.model);
   require_composable(model);
-  couple_fingers(scene);
   scene.mocap.assign(source.props.size(), -1);
   for (const int prop : props) {
     const auto index = static_cast<std::size_t>(prop);
@@ -108,6 +108,10 @@ SceneModel make_scene(ModelPtr compiled, const SceneSource& source, std::span<co
   scene.slot_of_body.assign(static_cast<std::size_t>(model.nbody), -1);
   for (std::size_t i = 0; i < scene.slots.size(); ++i) {
     scene.slot_of_body[static_cast<std::size_t>(scene.slots[i].body)] = static_cast<int>(i);
+    scene.free_bodies.emplace_back(model, scene.slots[i].body);
+  }
+  for (int body = 0; body < model.nbody; ++body) {
+    scene.joints_of_body.push_back(joints_that_move(model, body));
   }
   return scene;
 }

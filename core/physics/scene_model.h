@@ -1,9 +1,11 @@
 // A compiled scene with room for some of a task's props.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "core/physics/free_body.h"
 #include "core/physics/mujoco_handle.h"
 #include "core/physics/scene_source.h"
 
@@ -22,13 +24,11 @@ struct PropSlot {
 // the coupling of the fingers are the engine's, too (robot_step.h).
 struct SceneModel {
   ModelPtr model;
-  // The same model, but for an inertia matrix in which the right finger's joint hangs on the left
-  // one's: contacts are solved for fingers that are coupled (composed_step.h).
-  mjModel solving;
-  std::vector<int> solving_parents;  // of the degrees of freedom, for `solving`
-  std::vector<PropSlot> slots;       // in ascending order of type
-  std::vector<int> slot_of_body;     // or -1
-  std::vector<int> mocap;            // of each prop of the task: its mocap body, or -1
+  std::vector<PropSlot> slots;                // in ascending order of type
+  std::vector<FreeBody> free_bodies;          // of the slots
+  std::vector<int> slot_of_body;              // or -1
+  std::vector<std::uint16_t> joints_of_body;  // the robot's joints that move it, as bits
+  std::vector<int> mocap;                     // of each prop of the task: its mocap body, or -1
   bool has_kinematic_props = false;
 
   // Whether there is a slot for each of these awake props, counted by type.

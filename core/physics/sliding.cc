@@ -2,33 +2,13 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-
-#include "core/physics/contacts.h"
+#include <cstddef>
 
 namespace engram {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
 using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-// The free body of a contact with the world, or -1.
-int body_on_world(const mjModel& model, const mjContact& contact) {
-  const int first = model.geom_bodyid[contact.geom1];
-  const int second = model.geom_bodyid[contact.geom2];
-  if (first == 0 && is_free_body(model, second)) return second;
-  return second == 0 && is_free_body(model, first) ? first : -1;
-}
-
-bool is_only_contact(const mjModel& model, const mjData& data, int body) {
-  int count = 0;
-  for (int i = 0; i < data.ncon; ++i) {
-    const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0) continue;
-    if (model.geom_bodyid[contact.geom1] == body) ++count;
-    if (model.geom_bodyid[contact.geom2] == body) ++count;
-  }
-  return count == 1;
-}
 
 Matrix cross_matrix(const Vec3& v) {
   Matrix m;
@@ -92,12 +72,16 @@ void slide(const mjModel& model, mjData& data, const mjContact& contact, int bod
 
 }  // namespace
 
-void slide_freely(const mjModel& model, mjData& data) {
-  for (int i = 0; i < data.ncon; ++i) {
-    const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0 || contact.dim < 3) continue;
-    const int body = body_on_world(model, contact);
-    if (body > 0 && is_only_contact(model, data, body)) slide(model, data, contact, body);
+void slide_freely(const SceneModel& scene, mjData& data, const ContactRows& rows) {
+  const mjModel& model = *scene.model;
+  for (const ContactRows::Contact& entry : rows.contacts()) {
+    const mjContact& contact = data.contact[entry.index];
+    const int mover = entry.movers[0];
+    if (contact.dim < 3 || mover == kRobotMover || rows.contacts_of(mover) > 1) continue;
+    const int body = scene.slots[static_cast<std::size_t>(mover - 1)].body;
+    const bool on_world =
+        model.geom_bodyid[contact.geom1] == 0 || model.geom_bodyid[contact.geom2] == 0;
+    if (on_world) slide(model, data, contact, body);
   }
 }
 

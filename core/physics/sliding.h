@@ -3,14 +3,14 @@
 // takes in seven.
 #pragma once
 
-#include <mujoco/mujoco.h>
+#include "core/physics/contact_rows.h"
 
 namespace engram {
 
 // Lets a free body that slides on the table with a single contact feel Coulomb's friction: the
 // share mu of the normal force, against the slip. For bodies that friction stops within this
-// substep, and for all others, nothing changes. Needs the unconstrained acceleration; before
-// mj_fwdConstraint.
-void slide_freely(const mjModel& model, mjData& data);
+// substep, and for all others, nothing changes. Changes reference accelerations of rows; needs the
+// accelerations without contacts.
+void slide_freely(const SceneModel& scene, mjData& data, const ContactRows& rows);
 
 }  // namespace engram

@@ -9,7 +9,7 @@ constexpr double kFastestSpin = 100;
 
 }  // namespace
 
-Stepper::Workbench::Workbench(const PhysicsModel& model) {
+Stepper::Workbench::Workbench(const PhysicsModel& model) : bench(model.scenes()) {
   for (const SceneModel& scene : model.scenes()) sieves.emplace_back(*scene.model);
 }
 
@@ -30,7 +30,7 @@ bool Stepper::composed_substep(bool first) {
   mark(clock_, StepPart::kController);
   PairSieve& sieve = workbench_.sieves[at(loader_.scene_index())];
   compose_dynamics(models(sieve.near_pairs(loader_.data())), &loader_.data(), robot_,
-                   loader_.gliders());
+                   workbench_.bench, loader_.gliders());
   mark(clock_, StepPart::kDynamics);
   limit_spins();
   return !warned();
@@ -40,7 +40,8 @@ bool Stepper::plain_substep() {
   pose_bodies();
   apply_weights();
   mark(clock_, StepPart::kController);
-  compose_dynamics(models(&loader_.scene_model()), &loader_.data(), robot_, loader_.gliders());
+  compose_dynamics(models(&loader_.scene_model()), &loader_.data(), robot_, workbench_.bench,
+                   loader_.gliders());
   mark(clock_, StepPart::kDynamics);
   limit_spins();
   return !warned();
@@ -71,9 +72,7 @@ bool Stepper::robot_is_clear() {
 
 // --- forces ---
 
-StepModels Stepper::models(const mjModel* colliding) const {
-  return {&loader_.scene_model(), colliding, &loader_.scene().solving};
-}
+StepModels Stepper::models(const mjModel* colliding) const { return {&loader_.scene(), colliding}; }
 
 void Stepper::apply_weights() const {
   if (!loader_.scene_has_props()) return;

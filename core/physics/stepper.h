@@ -22,6 +22,7 @@ class Stepper {
     explicit Workbench(const PhysicsModel& model);
 
     std::vector<PairSieve> sieves;  // for every compiled scene
+    StepBench bench;
   };
 
   // `clearance`: of the environment's robot, as the last step left it. `clock` may be null.

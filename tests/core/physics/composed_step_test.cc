@@ -1,5 +1,5 @@
-// The composed step: free props against all of MuJoCo's stages, bit for bit; the robot among
-// contacts.
+// The composed step: free props against all of MuJoCo's stages; the robot among contacts; what does
+// not touch does not matter.
 #include "core/physics/composed_step.h"
 
 #include <algorithm>
@@ -7,11 +7,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/base/random.h"
-#include "core/physics/contacts.h"
 #include "core/physics/model.h"
 #include "core/physics/pair_sieve.h"
 #include "core/physics/sliding.h"
@@ -43,7 +44,7 @@ mjcf::Scene nine_shapes() {
 // A scene as the engine runs it: without drives, and with weights that it applies itself.
 struct Compiled {
   explicit Compiled(int cube_count) : Compiled(cubes(cube_count)) {}
-  explicit Compiled(const mjcf::Scene& scene) : model(tasks::scene_source(scene)) {
+  explicit Compiled(const mjcf::Scene& scene) : source(tasks::scene_source(scene)), model(source) {
     for (const mjcf::Prop& prop : scene.props) {
       const int body = mj_name2id(&model.full(), mjOBJ_BODY, prop.name.c_str());
       const int joint = model.full().body_jntadr[body];
@@ -65,6 +66,7 @@ struct Compiled {
     for (std::size_t i = 0; i < dof.size(); ++i) data->qfrc_applied[dof[i] + 2] = -weight[i];
   }
 
+  SceneSource source;
   PhysicsModel model;
   std::vector<int> qpos;
   std::vector<int> dof;
@@ -84,8 +86,20 @@ RobotStep::Law no_drives(const PhysicsModel& model) {
   return law;
 }
 
+// Lets balls slide: in MuJoCo's rows, the reference accelerations that are changed by it.
+void slide(const SceneModel& scene, mjData* d, ContactRows& rows) {
+  const std::vector<double> theirs(d->efc_aref, d->efc_aref + d->nefc);
+  rows.build(scene, *d, {});
+  const std::vector<double> before(d->efc_aref, d->efc_aref + d->nefc);
+  slide_freely(scene, *d, rows);
+  for (std::size_t i = 0; i < theirs.size(); ++i) {
+    if (d->efc_aref[i] == before[i]) d->efc_aref[i] = theirs[i];
+  }
+}
+
 // All stages of mj_step, with what the engine does to contacts in between.
-void step_in_full(const mjModel* m, mjData* d) {
+void step_in_full(const SceneModel& scene, mjData* d, ContactRows& rows) {
+  const mjModel* m = scene.model.get();
   mj_kinematics(m, d);
   mj_comPos(m, d);
   mj_camlight(m, d);
@@ -100,20 +114,31 @@ void step_in_full(const mjModel* m, mjData* d) {
   mj_fwdVelocity(m, d);
   mj_fwdActuation(m, d);
   mj_fwdAcceleration(m, d);
-  slide_freely(*m, *d);
+  slide(scene, d, rows);
   mj_fwdConstraint(m, d);
   mj_Euler(m, d);
 }
 
-// Two data of a model, one stepped by MuJoCo's stages, the other by the composed step. The robot is
-// at rest and out of reach.
+// With a solver that goes on until nothing gets better.
+SceneModel compile_exact(const Compiled& compiled) {
+  std::vector<int> all(compiled.dof.size());
+  std::iota(all.begin(), all.end(), 0);
+  SceneModel scene = compile_scene(compiled.source, all, RobotDetail::kCollision);
+  scene.model->opt.tolerance = 1e-15;
+  return scene;
+}
+
+// Two data of a model, one stepped by MuJoCo's stages, the other by the composed step, from the
+// same state every time: heaps are chaotic. The robot is at rest and out of reach.
 struct Twins {
   explicit Twins(const Compiled& compiled)
       : scene(compiled),
-        model(compiled.model.full()),
+        exact(compile_exact(compiled)),
+        model(*exact.model),
         sieve(model),
         law(no_drives(compiled.model)),
         robot(law, {}),
+        bench({&exact, 1}),
         mine(make_data(model)),
         theirs(make_data(model)) {
     for (mjData* data : {mine.get(), theirs.get()}) {
@@ -124,23 +149,35 @@ struct Twins {
   void step() {
     scene.apply_weights(theirs.get());
     std::copy_n(theirs->qfrc_applied, model.nv, mine->qfrc_applied);
-    step_in_full(&model, theirs.get());
+    step_in_full(exact, theirs.get(), bench.rows);
     compose_kinematics(&model, mine.get());
-    compose_dynamics({&model, sieve.near_pairs(*mine), &scene.model.scenes().back().solving},
-                     mine.get(), robot);
+    compose_dynamics({&exact, sieve.near_pairs(*mine)}, mine.get(), robot, bench);
     contacts += mine->ncon;
   }
-  bool equal() const {
-    return same(mine->qpos, theirs->qpos, model.nq) && same(mine->qvel, theirs->qvel, model.nv) &&
-           same(mine->qacc_warmstart, theirs->qacc_warmstart, model.nv) &&
-           mine->time == theirs->time;
+  // Of velocities, m/s, rad/s; positions are those times the timestep.
+  double difference() const {
+    double most = 0;
+    for (int i = kRobotJoints; i < model.nv; ++i) {
+      most = std::max(most, std::abs(mine->qvel[i] - theirs->qvel[i]));
+    }
+    for (int i = kRobotJoints; i < model.nq; ++i) {
+      most = std::max(most, std::abs(mine->qpos[i] - theirs->qpos[i]) / model.opt.timestep);
+    }
+    return most;
+  }
+  void follow() const {
+    std::copy_n(mine->qpos, model.nq, theirs->qpos);
+    std::copy_n(mine->qvel, model.nv, theirs->qvel);
+    std::copy_n(mine->qacc_warmstart, model.nv, theirs->qacc_warmstart);
   }
 
   const Compiled& scene;
+  SceneModel exact;
   const mjModel& model;
   PairSieve sieve;
   RobotStep::Law law;
   RobotStep robot;
+  StepBench bench;
   DataPtr mine;
   DataPtr theirs;
   long contacts = 0;
@@ -161,10 +198,13 @@ void check_heap(const Compiled& scene, int steps, int contacts_per_step = 5) {
         std::copy_n(quat, 4, data->qpos + address + 3);
       }
     }
+    double most = 0;
     for (int i = 0; i < steps; ++i) {
       twins.step();
-      REQUIRE(twins.equal());
+      most = std::max(most, twins.difference());
+      twins.follow();
     }
+    CHECK(most < 1e-11);
     CHECK(twins.contacts > contacts_per_step * steps);
   }
 }
@@ -175,6 +215,28 @@ TEST_CASE("The composed step equals the full one with falling and colliding cube
 
 TEST_CASE("The composed step equals the full one with falling and colliding shapes", "[physics]") {
   check_heap(Compiled(nine_shapes()), 300);
+}
+
+// Nothing is chaotic here, so that the two may go their own ways.
+TEST_CASE("Cubes that slide and come to rest stay where MuJoCo's stages take them", "[physics]") {
+  const Compiled scene(9);
+  Twins twins(scene);
+  RandomStream random(1, 1, 0);
+  for (std::size_t i = 0; i < scene.qpos.size(); ++i) {
+    const double velocity[6] = {random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), 0, 0, 0,
+                                random.uniform(-1, 1)};
+    for (mjData* data : {twins.mine.get(), twins.theirs.get()}) {
+      scene.lay_out(data);
+      std::copy_n(velocity, 6, data->qvel + scene.dof[i]);
+    }
+  }
+  double most = 0;
+  for (int i = 0; i < 500; ++i) {
+    twins.step();
+    most = std::max(most, twins.difference());
+  }
+  CHECK(most < 1e-9);
+  CHECK(twins.contacts > 10'000);
 }
 
 TEST_CASE("The composed step equals the full one with balls, whose rolling is damped",
@@ -190,16 +252,18 @@ TEST_CASE("The composed step equals the full one with balls, whose rolling is da
 struct Driven {
   Driven(const Compiled& compiled, int scene_index)
       : scene(compiled.model.scenes()[static_cast<std::size_t>(scene_index)]),
+        bench(compiled.model.scenes()),
         data(make_data(*scene.model)) {
     std::copy(kStart.begin(), kStart.end(), data->qpos);
   }
-  void step(const RobotStep::Law& law, const Drive& drive) const {
+  void step(const RobotStep::Law& law, const Drive& drive) {
     RobotStep robot(law, drive);
     compose_kinematics(scene.model.get(), data.get());
-    compose_dynamics({scene.model.get(), scene.model.get(), &scene.solving}, data.get(), robot);
+    compose_dynamics({&scene, scene.model.get()}, data.get(), robot, bench);
   }
 
   const SceneModel& scene;
+  StepBench bench;
   DataPtr data;
 };
 
@@ -210,8 +274,8 @@ TEST_CASE("The robot moves the same with resting cubes in the scene and without"
   int at_limits = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     RandomStream random(seed, 2, 0);
-    const Driven alone(scene, PhysicsModel::kDynamicsScene);
-    const Driven full(scene, scene.model.full_scene());
+    Driven alone(scene, PhysicsModel::kDynamicsScene);
+    Driven full(scene, scene.model.full_scene());
     scene.lay_out(full.data.get());
     Drive drive;
     for (int i = 0; i < 2000; ++i) {
@@ -237,8 +301,8 @@ TEST_CASE("The robot moves the same with resting cubes in the scene and without"
 // The hand rests on a cube and is driven away from it: the contact is there, its force is not.
 TEST_CASE("A contact without force leaves the robot's motion alone, to the bit", "[physics]") {
   const Compiled scene(1);
-  const Driven alone(scene, PhysicsModel::kDynamicsScene);
-  const Driven touching(scene, scene.model.full_scene());
+  Driven alone(scene, PhysicsModel::kDynamicsScene);
+  Driven touching(scene, scene.model.full_scene());
   mj_kinematics(touching.scene.model.get(), touching.data.get());
   const int tip = mj_name2id(touching.scene.model.get(), mjOBJ_BODY, "leftfinger");
   double* cube = touching.data->qpos + scene.qpos[0];
