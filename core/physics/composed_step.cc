@@ -1,11 +1,13 @@
 #include "core/physics/composed_step.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
 
 #include "core/base/error.h"
+#include "core/physics/dense.h"
 #include "core/physics/sliding.h"
 
 namespace engram {
@@ -66,9 +68,9 @@ Place place_of(const SceneModel& scene, int mover) {
   return {scene.slots[at(mover - 1)].dof, kPropWidth};
 }
 
-// `resisting`: the robot's inertia; null where the island does not hold it.
-void gather_island(const SceneModel& scene, const mjData& data, int island,
-                   const JointMatrix* resisting, StepBench& bench) {
+// `resisting`: what contacts with the robot meet; null where the island does not hold it.
+void gather_island(const SceneModel& scene, const mjData& data, int island, const double* resisting,
+                   StepBench& bench) {
   bench.bodies.clear();
   double* mass = bench.masses.data();
   for (const int mover : bench.islands.movers(island)) {
@@ -82,12 +84,10 @@ void gather_island(const SceneModel& scene, const mjData& data, int island,
     gather(data.qfrc_smooth, bench.smooth_force);
     gather(data.qacc_smooth, bench.smooth);
     gather(data.qacc_warmstart, bench.start);
-    bench.bodies.push_back({mass, begin, width});
     if (mover == kRobotMover) {
-      for (const JointRow& row : *resisting) mass = std::copy(row.begin(), row.end(), mass);
-      mass = std::fill_n(mass, kRobotJoints, 0.0);
-      *mass++ = 1;  // of the number to spare
+      bench.bodies.push_back({resisting, begin, width});
     } else {
+      bench.bodies.push_back({mass, begin, width});
       const FreeBody::MassMatrix matrix = scene.free_bodies[at(mover - 1)].mass_matrix(data);
       mass = std::copy(matrix.begin(), matrix.end(), mass);
     }
@@ -95,7 +95,7 @@ void gather_island(const SceneModel& scene, const mjData& data, int island,
 }
 
 // Sets qacc, qfrc_constraint and the warm start of the island's movers.
-void solve_island(const SceneModel& scene, mjData& data, int island, const JointMatrix* resisting,
+void solve_island(const SceneModel& scene, mjData& data, int island, const double* resisting,
                   StepBench& bench) {
   const mjModel& model = *scene.model;
   gather_island(scene, data, island, resisting, bench);
@@ -130,24 +130,42 @@ void keep_contact_force(mjData& data, const JointArray& force) {
   std::copy_n(force.begin(), kRobotJoints, data.qacc_warmstart);
 }
 
+// As the solver has it: with a number to spare.
+using RobotMatrix = std::array<double, kRobotWidth * kRobotWidth>;
+RobotMatrix robot_matrix(const JointMatrix& inertia) {
+  RobotMatrix matrix{};
+  double* to = matrix.data();
+  for (const JointRow& row : inertia) to = std::copy(row.begin(), row.end(), to);
+  matrix.back() = 1;
+  return matrix;
+}
+
+// The acceleration that a force gives.
+JointArray answer(RobotMatrix resisting, const JointArray& force) {
+  JointArray acceleration{};
+  if (force == JointArray{}) return acceleration;
+  std::array<double, kRobotWidth> inverse;
+  std::array<double, kRobotWidth> x{};
+  std::copy(force.begin(), force.end(), x.begin());
+  factor(resisting.data(), inverse.data(), kRobotWidth);
+  solve(resisting.data(), inverse.data(), x.data(), kRobotWidth);
+  std::copy_n(x.begin(), kRobotJoints, acceleration.begin());
+  return acceleration;
+}
+
 // Tells the solver how the robot would accelerate without contacts, by the last run of the robot,
 // which was with this force of contacts. `resisting`: what resists them.
-void describe_robot(const RobotStep& robot, const JointMatrix& resisting, const JointArray& force,
+void describe_robot(const RobotStep& robot, const RobotMatrix& resisting, const JointArray& force,
                     double timestep, mjData& data) {
-  const JointMatrix mobility = inverse(resisting);
-  JointArray change{};  // by the force
-  for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    for (std::size_t j = 0; j < kRobotJoints; ++j) change[i] += mobility[i][j] * force[j];
-  }
-  JointArray free{};
+  const JointArray change = answer(resisting, force);
+  std::array<double, kRobotWidth> free{};
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     free[i] = (robot.end_v()[i] - robot.v[i]) / timestep - change[i];
     data.qacc_smooth[i] = free[i];
     data.qacc_warmstart[i] = free[i] + change[i];
   }
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    data.qfrc_smooth[i] = 0;
-    for (std::size_t j = 0; j < kRobotJoints; ++j) data.qfrc_smooth[i] += resisting[i][j] * free[j];
+    data.qfrc_smooth[i] = dot(&resisting[i * kRobotWidth], free.data(), kRobotWidth);
   }
 }
 
@@ -181,9 +199,9 @@ JointArray solve_robot_island(const SceneModel& scene, mjData& data, int island,
     for (double& value : force) value = std::clamp(value, -bearable, bearable);
     robot.run(force);
   }
-  const JointMatrix resisting = robot.effective_inertia();
+  const RobotMatrix resisting = robot_matrix(robot.effective_inertia());
   describe_robot(robot, resisting, force, timestep, data);
-  solve_island(scene, data, island, &resisting, bench);
+  solve_island(scene, data, island, resisting.data(), bench);
   std::copy_n(data.qfrc_constraint, kRobotJoints, force.begin());
   robot.run(force);
   if (force != JointArray{}) {
@@ -242,7 +260,7 @@ StepBench::StepBench(std::span<const SceneModel> scenes)
              rows.most_rows()) {
   const int props = rows.most_movers() - 1;
   bodies.reserve(at(rows.most_movers()));
-  masses.resize(at(kRobotWidth * kRobotWidth + props * kPropWidth * kPropWidth));
+  masses.resize(at(props * kPropWidth * kPropWidth));
   for (std::vector<double>* vector : {&smooth_force, &smooth, &start}) {
     vector->resize(at(kRobotWidth + props * kPropWidth));
   }

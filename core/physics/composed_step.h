@@ -36,7 +36,7 @@ struct StepBench {
   ConeSolver solver;
   // Of the island that is being solved; numbers are those of its movers' velocities.
   std::vector<ConeBody> bodies;
-  std::vector<double> masses;  // matrices
+  std::vector<double> masses;  // of the props, matrices
   std::vector<double> smooth_force;
   std::vector<double> smooth;
   std::vector<double> start;

@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kTiny = 1e-15;
 
+// A search along a line may leave so much of its slope: the next direction sees to that.
+constexpr double kShare = 0.01;
+
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 // --- what a contact's rows have to do with the bodies' numbers ---
@@ -429,67 +432,30 @@ ConeSolver::Point ConeSolver::evaluate(double way) const {
   return point;
 }
 
-// Returns how far to go along the direction.
+// Returns how far to go along the direction: Newton's method within a bracket that shrinks.
 double ConeSolver::search(double cost) {
   constexpr int kMost = 50;  // points
   const double length = std::sqrt(dot(direction_.data(), direction_.data(), size_));
   if (length < kTiny) return 0;
-  const double enough = 0.01 * rules_.tolerance * length * rules_.scale;
   prepare_courses();
-  // Newton's own step ends at 1.
   const double descent = dot(direction_.data(), gradient_.data(), size_);
-  const Point start{0, cost, descent, -descent};
-  Point point = evaluate(1);
-  if (start.cost < point.cost) point = start;
-  if (std::abs(point.slope) < enough) return point.way;
-  const double sign = point.slope < 0 ? 1 : -1;
-  Point before = point;
-  int tried = 1;
-  while (point.slope * sign <= -enough && tried < kMost) {
-    before = point;
-    point = evaluate(point.way - point.slope / point.curvature);
-    ++tried;
-    if (std::abs(point.slope) < enough) return point.way;
+  const double enough =
+      std::max(0.01 * rules_.tolerance * length * rules_.scale, -kShare * descent);
+  double low = 0;
+  double high = -1;  // none yet
+  double step = 1;
+  Point point = evaluate(1);  // where Newton's own step ends
+  for (int tried = 1; !(std::abs(point.slope) < enough); ++tried) {
+    (point.slope < 0 ? low : high) = point.way;
+    double next = point.way - point.slope / point.curvature;
+    const bool slow = std::abs(next - point.way) > 0.5 * std::abs(step);
+    if (high >= 0 && (slow || next <= low || next >= high)) next = 0.5 * (low + high);
+    step = next - point.way;
+    if (next == point.way || next == low || next == high) break;  // exact
+    if (tried == kMost) return point.cost <= cost ? point.way : 0;
+    point = evaluate(next);
   }
-  if (tried >= kMost || tried == 1) return point.way;
-  return search_between(point, before, start, enough, tried);
-}
-
-// Moves one end of the bracket to the best candidate on its side.
-bool ConeSolver::narrow(Point& end, const Point (&candidates)[3], Point& next) const {
-  bool moved = false;
-  for (const Point& candidate : candidates) {
-    const bool below = end.slope < 0 && candidate.slope < 0 && end.slope < candidate.slope;
-    const bool above = end.slope > 0 && candidate.slope > 0 && end.slope > candidate.slope;
-    if (!below && !above) continue;
-    end = candidate;
-    moved = true;
-  }
-  if (moved) next = evaluate(end.way - end.slope / end.curvature);
-  return moved;
-}
-
-double ConeSolver::search_between(Point from, Point to, const Point& start, double enough,
-                                  int tried) const {
-  constexpr int kMost = 50;
-  Point next_to = from;
-  Point next_from = evaluate(from.way - from.slope / from.curvature);
-  for (++tried; tried < kMost; tried += 3) {
-    const Point middle = evaluate(0.5 * (from.way + to.way));
-    const Point candidates[3] = {next_from, next_to, middle};
-    const Point* best = nullptr;
-    for (const Point& candidate : candidates) {
-      if (!(std::abs(candidate.slope) < enough)) continue;
-      if (best == nullptr || candidate.cost < best->cost) best = &candidate;
-    }
-    if (best != nullptr) return best->way;
-    const bool moved_from = narrow(from, candidates, next_from);
-    const bool moved_to = narrow(to, candidates, next_to);
-    if (!moved_from && !moved_to) return middle.way;
-  }
-  if (from.cost <= to.cost && from.cost < start.cost) return from.way;
-  if (to.cost <= from.cost && to.cost < start.cost) return to.way;
-  return 0;
+  return point.way;
 }
 
 // --- all of it ---

@@ -1,5 +1,5 @@
 // Forces of contacts among some bodies: the optimum of MuJoCo's convex problem, found by Newton's
-// method with MuJoCo's line search and rules for when to stop.
+// method, with MuJoCo's rules for when to stop.
 #pragma once
 
 #include <array>
@@ -89,8 +89,6 @@ class ConeSolver {
   void prepare_courses();
   Point evaluate(double way) const;
   double search(double cost);
-  double search_between(Point from, Point to, const Point& start, double enough, int tried) const;
-  bool narrow(Point& end, const Point (&candidates)[3], Point& next) const;
 
   // --- of the present problem ---
   std::span<const ConeBody> bodies_;

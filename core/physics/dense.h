@@ -23,32 +23,48 @@ inline double dot(const double* a, const double* b, int count) {
 
 // Factors a symmetric positive definite matrix, of whose rows only what is on and right of the
 // diagonal counts: matrix = U' D U. Afterwards its rows hold D U, and `inverse` the inverse of D.
+// Two pivots at a time.
 inline void factor(double* matrix, double* inverse, int size) {
   constexpr double kLeast = 1e-15;  // of a pivot
-  for (int k = 0; k < size; ++k) {
-    const double* const row = matrix + k * size;
-    inverse[k] = 1 / (row[k] > kLeast ? row[k] : kLeast);
-    for (int i = k + 1; i < size; ++i) {
-      if (row[i] == 0) continue;  // as between bodies that do not touch
-      const int begin = i & ~1;
-      add_scaled(matrix + i * size + begin, -(row[i] * inverse[k]), row + begin, size - begin);
+  for (int k = 0; k < size; k += 2) {
+    double* const a = matrix + k * size;
+    double* const b = a + size;
+    inverse[k] = 1 / (a[k] > kLeast ? a[k] : kLeast);
+    add_scaled(b + k, -(a[k + 1] * inverse[k]), a + k, size - k);
+    inverse[k + 1] = 1 / (b[k + 1] > kLeast ? b[k + 1] : kLeast);
+    for (int i = k + 2; i < size; ++i) {
+      if (a[i] == 0 && b[i] == 0) continue;  // as between bodies that do not touch
+      const double p = a[i] * inverse[k];
+      const double q = b[i] * inverse[k + 1];
+      double* const to = matrix + i * size;
+      for (int j = i & ~1; j < size; j += 2) {
+        pair_at(to + j) -= p * pair_at(a + j) + q * pair_at(b + j);
+      }
     }
   }
 }
 
 // Overwrites x with the solution of matrix * solution = x, for a matrix that is factored.
 inline void solve(const double* matrix, const double* inverse, double* x, int size) {
-  for (int k = 0; k < size; ++k) {
-    const double value = x[k] * inverse[k];
-    const int begin = (k + 1) & ~1;
-    add_scaled(x + begin, -value, matrix + k * size + begin, size - begin);
-    x[k] = value;
+  for (int k = 0; k < size; k += 2) {
+    const double* const a = matrix + k * size;
+    const double* const b = a + size;
+    const double p = x[k] * inverse[k];
+    const double q = (x[k + 1] - p * a[k + 1]) * inverse[k + 1];
+    for (int j = k + 2; j < size; j += 2) pair_at(x + j) -= p * pair_at(a + j) + q * pair_at(b + j);
+    pair_at(x + k) = Pair{p, q};
   }
-  for (int k = size - 1; k >= 0; --k) {
-    const double value = x[k];
-    const int begin = (k + 1) & ~1;
-    x[k] = 0;
-    x[k] = value - inverse[k] * dot(matrix + k * size + begin, x + begin, size - begin);
+  for (int k = size - 2; k >= 0; k -= 2) {
+    const double* const a = matrix + k * size;
+    const double* const b = a + size;
+    Pair first = {0, 0};
+    Pair second = {0, 0};
+    for (int j = size - 2; j > k; j -= 2) {  // the latest comes last
+      first += pair_at(a + j) * pair_at(x + j);
+      second += pair_at(b + j) * pair_at(x + j);
+    }
+    x[k + 1] -= inverse[k + 1] * (second[0] + second[1]);
+    x[k] -= inverse[k] * (first[0] + first[1] + a[k + 1] * x[k + 1]);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "core/base/sine_cosine.h"
 #include "core/physics/dense.h"
@@ -11,6 +12,8 @@ namespace {
 
 using Axes = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Vec3 = Eigen::Vector3d;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 Eigen::Matrix3d cross_matrix(const Vec3& v) {
   Eigen::Matrix3d m;
@@ -52,8 +55,9 @@ void FreeBody::accelerate(mjData& data) const {
   const Eigen::Map<const Vec3> spin(data.qvel + dof_ + 3);
   const Vec3 swing = spin.cross(spin.cross(center_));
   std::array<double, kSize> applied;
-  for (int i = 0; i < kSize; ++i) {
-    applied[i] = data.qfrc_applied[dof_ + i] - damping_[i] * data.qvel[dof_ + i];
+  const mjtNum* const velocity = data.qvel + dof_;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    applied[i] = data.qfrc_applied[at(dof_) + i] - damping_[i] * velocity[i];
   }
   const Eigen::Map<const Vec3> force(applied.data());
   const Eigen::Map<const Vec3> torque(applied.data() + 3);
@@ -85,9 +89,9 @@ std::array<double, FreeBody::kSize> FreeBody::damped_acceleration(const mjData& 
   MassMatrix resisting = mass_matrix(data);
   std::array<double, kSize> result;
   std::array<double, kSize> inverse;
-  for (int i = 0; i < kSize; ++i) {
+  for (std::size_t i = 0; i < kSize; ++i) {
     resisting[i * (kSize + 1)] += timestep * damping_[i];
-    result[i] = data.qfrc_smooth[dof_ + i] + data.qfrc_constraint[dof_ + i];
+    result[i] = data.qfrc_smooth[at(dof_) + i] + data.qfrc_constraint[at(dof_) + i];
   }
   factor(resisting.data(), inverse.data(), kSize);
   solve(resisting.data(), inverse.data(), result.data(), kSize);
@@ -102,7 +106,7 @@ void FreeBody::integrate(mjData& data, double timestep) const {
     std::copy_n(data.qacc + dof_, kSize, acceleration.begin());
   }
   double* const velocity = data.qvel + dof_;
-  for (int i = 0; i < kSize; ++i) velocity[i] += timestep * acceleration[i];
+  for (std::size_t i = 0; i < kSize; ++i) velocity[i] += timestep * acceleration[i];
   for (int i = 0; i < 3; ++i) data.qpos[qpos_ + i] += timestep * velocity[i];
   turn(data.qpos + qpos_ + 3, Eigen::Map<const Vec3>(velocity + 3), timestep);
 }

@@ -238,7 +238,7 @@ void check(const Differences& differences) {
   CHECK(differences.jacobian < 1e-12);
   CHECK(differences.reference < 1e-11);
   CHECK(differences.stiffness < 1e-12);
-  CHECK(differences.acceleration < 1e-11);
+  CHECK(differences.acceleration < 1e-10);
   CHECK(differences.force < 1e-9);
 }
 
