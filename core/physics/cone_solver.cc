@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <type_traits>
-#include <utility>
 
+#include "core/physics/contact_blocks.h"
 #include "core/physics/dense.h"
 
 namespace engram {
@@ -18,81 +17,13 @@ constexpr double kShare = 0.01;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-// --- what a contact's rows have to do with the bodies' numbers ---
-
-// Calls visit with the widths of its one or two bodies as constants.
-template <class Visit>
-void with_widths(const ConeContact& contact, const Visit& visit) {
-  using Robot = std::integral_constant<int, kRobotWidth>;
-  using Prop = std::integral_constant<int, kPropWidth>;
-  using None = std::integral_constant<int, 0>;
-  const bool pair = contact.width[1] != 0;
-  if (contact.width[0] == kRobotWidth) {
-    pair ? visit(Robot(), Prop()) : visit(Robot(), None());
-  } else {
-    pair ? visit(Prop(), Prop()) : visit(Prop(), None());
-  }
-}
-
-// product[row] = Jacobian * vector
-template <int kFirst, int kSecond>
-void multiply_rows(const ConeContact& contact, const double* jacobian, const double* vector,
-                   double* product) {
-  Pair local[(kFirst + kSecond) / 2];
-  for (int i = 0; i < kFirst / 2; ++i) local[i] = pair_at(vector + contact.begin[0] + 2 * i);
-  for (int i = 0; i < kSecond / 2; ++i) {
-    local[kFirst / 2 + i] = pair_at(vector + contact.begin[1] + 2 * i);
-  }
-  for (int k = 0; k < contact.dim; ++k) {
-    const double* const row = jacobian + (contact.row + k) * kRowWidth;
-    Pair sum = pair_at(row) * local[0];
-    for (int i = 1; i < (kFirst + kSecond) / 2; ++i) sum += pair_at(row + 2 * i) * local[i];
-    product[contact.row + k] = sum[0] + sum[1];
-  }
-}
-
-// vector += Jacobian' * force
-template <int kFirst, int kSecond>
-void add_force(const ConeContact& contact, const double* jacobian, const double* force,
-               double* vector) {
-  for (int k = 0; k < contact.dim; ++k) {
-    const double* const row = jacobian + (contact.row + k) * kRowWidth;
-    const double scale = force[contact.row + k];
-    if (kFirst > 0) add_scaled(vector + contact.begin[0], scale, row, kFirst);
-    if (kSecond > 0) add_scaled(vector + contact.begin[1], scale, row + kFirst, kSecond);
-  }
-}
-
-// matrix += weighted' * rows, for so many rows; on and right of the diagonal.
-template <int kRows, int kFirst, int kSecond>
-void add_squares(const ConeContact& contact, const double* rows, const double* weighted,
-                 double* matrix, int size) {
-  constexpr int kWidth = kFirst + kSecond;
-  const int first = contact.begin[0];
-  const int second = contact.begin[1] - kFirst;
-  for (int i = 0; i < kWidth; ++i) {
-    double* const to = matrix + ((i < kFirst ? first : second) + i) * size;
-    double scale[kRows];
-    for (int k = 0; k < kRows; ++k) scale[k] = weighted[k * kRowWidth + i];
-    for (int j = i & ~1; j < kWidth; j += 2) {
-      Pair& sum = pair_at(to + (j < kFirst ? first : second) + j);
-      for (int k = 0; k < kRows; ++k) sum += scale[k] * pair_at(rows + k * kRowWidth + j);
-    }
-  }
-}
-
-template <int kFirst, int kSecond>
-void add_squares(const ConeContact& contact, const double* rows, const double* weighted,
-                 double* matrix, int size) {
-  constexpr int kMany = 4;
-  int k = 0;
-  for (; k + kMany <= contact.dim; k += kMany) {
-    add_squares<kMany, kFirst, kSecond>(contact, rows + k * kRowWidth, weighted + k * kRowWidth,
-                                        matrix, size);
-  }
-  for (; k < contact.dim; ++k) {
-    add_squares<1, kFirst, kSecond>(contact, rows + k * kRowWidth, weighted + k * kRowWidth, matrix,
-                                    size);
+// Of a symmetric matrix.
+template <int kSize>
+void multiply(const double* matrix, const double* vector, double* product) {
+  for (int i = 0; i < kSize; i += 2) {
+    Pair sum = vector[0] * pair_at(matrix + i);
+    for (int j = 1; j < kSize; ++j) sum += vector[j] * pair_at(matrix + j * kSize + i);
+    pair_at(product + i) = sum;
   }
 }
 
@@ -192,18 +123,19 @@ ConeSolver::ConeSolver(int numbers, int contacts, int rows) {
 
 void ConeSolver::multiply_mass(const double* vector, double* product) const {
   for (const ConeBody& body : bodies_) {
-    double* const to = product + body.begin;
-    std::fill_n(to, body.width, 0.0);
-    for (int i = 0; i < body.width; ++i) {
-      add_scaled(to, vector[body.begin + i], body.mass + i * body.width, body.width);
+    const double* const from = vector + body.begin;
+    if (body.width == kRobotWidth) {
+      multiply<kRobotWidth>(body.mass, from, product + body.begin);
+    } else {
+      multiply<kPropWidth>(body.mass, from, product + body.begin);
     }
   }
 }
 
 void ConeSolver::multiply_jacobian(const double* vector, double* product) const {
   for (const ConeContact* contact : contacts_) {
-    with_widths(*contact, [&](auto first, auto second) {
-      multiply_rows<first, second>(*contact, rows_.jacobian, vector, product);
+    with_shape(*contact, [&](auto first, auto second, auto dim) {
+      multiply_rows<first, second>(*contact, dim, rows_.jacobian, vector, product);
     });
   }
 }
@@ -294,8 +226,9 @@ void ConeSolver::find_gradient() {
   std::fill_n(contact_force_.begin(), size_, 0.0);
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     if (zone_[i] == Zone::kOpen) continue;
-    with_widths(*contacts_[i], [&](auto first, auto second) {
-      add_force<first, second>(*contacts_[i], rows_.jacobian, rows_.force, contact_force_.data());
+    with_shape(*contacts_[i], [&](auto first, auto second, auto dim) {
+      add_force<first, second>(*contacts_[i], dim, rows_.jacobian, rows_.force,
+                               contact_force_.data());
     });
   }
   for (int i = 0; i < size_; i += 2) {
@@ -319,14 +252,15 @@ void ConeSolver::build_base() {
     const ConeContact& contact = *contacts_[i];
     const double* const rows = rows_.jacobian + contact.row * kRowWidth;
     const double* const stiffness = rows_.stiffness + contact.row;
-    double weighted[kMostRows * kRowWidth];
-    for (int k = 0; k < contact.dim; ++k) {
-      for (int j = 0; j < kRowWidth; ++j) {
-        weighted[k * kRowWidth + j] = stiffness[k] * rows[k * kRowWidth + j];
+    with_shape(contact, [&](auto first, auto second, auto dim) {
+      double weighted[kMostRows * kRowWidth];
+      for (int k = 0; k < dim; ++k) {
+        for (int j = 0; j < first + second; j += 2) {
+          const int where = k * kRowWidth + j;
+          pair_at(weighted + where) = stiffness[k] * pair_at(rows + where);
+        }
       }
-    }
-    with_widths(contact, [&](auto first, auto second) {
-      add_squares<first, second>(contact, rows, weighted, base_.data(), size_);
+      add_squares<first, second>(contact, dim, rows, weighted, base_.data(), size_);
     });
   }
   sticking_changed_ = false;
@@ -336,19 +270,17 @@ void ConeSolver::add_cone(const ConeContact& contact) {
   double cone[kMostRows * kMostRows];
   sliding_hessian(contact, rows_.stiffness[contact.row], residual_.data() + contact.row, cone);
   const double* const rows = rows_.jacobian + contact.row * kRowWidth;
-  double weighted[kMostRows * kRowWidth];
-  for (int k = 0; k < contact.dim; ++k) {
-    double* const to = weighted + k * kRowWidth;
-    for (int j = 0; j < kRowWidth; j += 2) {
-      Pair sum = cone[k * kMostRows] * pair_at(rows + j);
-      for (int l = 1; l < contact.dim; ++l) {
-        sum += cone[k * kMostRows + l] * pair_at(rows + l * kRowWidth + j);
+  with_shape(contact, [&](auto first, auto second, auto dim) {
+    double weighted[kMostRows * kRowWidth];
+    for (int k = 0; k < dim; ++k) {
+      const double* const scale = cone + k * kMostRows;
+      for (int j = 0; j < first + second; j += 2) {
+        Pair sum = scale[0] * pair_at(rows + j);
+        for (int l = 1; l < dim; ++l) sum += scale[l] * pair_at(rows + l * kRowWidth + j);
+        pair_at(weighted + k * kRowWidth + j) = sum;
       }
-      pair_at(to + j) = sum;
     }
-  }
-  with_widths(contact, [&](auto first, auto second) {
-    add_squares<first, second>(contact, rows, weighted, hessian_.data(), size_);
+    add_squares<first, second>(contact, dim, rows, weighted, hessian_.data(), size_);
   });
 }
 

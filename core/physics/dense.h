@@ -63,8 +63,9 @@ inline void solve(const double* matrix, const double* inverse, double* x, int si
       first += pair_at(a + j) * pair_at(x + j);
       second += pair_at(b + j) * pair_at(x + j);
     }
-    x[k + 1] -= inverse[k + 1] * (second[0] + second[1]);
-    x[k] -= inverse[k] * (first[0] + first[1] + a[k + 1] * x[k + 1]);
+    const double q = x[k + 1] - inverse[k + 1] * (second[0] + second[1]);
+    const double p = x[k] - inverse[k] * (first[0] + first[1] + a[k + 1] * q);
+    pair_at(x + k) = Pair{p, q};
   }
 }
 
