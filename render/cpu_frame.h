@@ -10,7 +10,8 @@
 
 namespace engram::cpu {
 
-inline constexpr int kBlock = 16;  // pixels; rows are padded to whole blocks
+inline constexpr int kBlock = 16;       // pixels; rows are padded to whole blocks
+inline constexpr int kPanelTiles = 64;  // tiles are kBlock x kBlock pixels
 inline constexpr int kMaxLights = 8;
 inline constexpr int kMaxRays = 64;   // of all lights together
 inline constexpr int kGlossStep = 8;  // pixels from node to node of a gloss; divides kBlock
@@ -74,6 +75,9 @@ struct Form {
   float a, b, c, d;
 };
 
+// A surface's code is the pixel if that is the same all over; else this bit, and its index.
+inline constexpr std::uint32_t kShaded = 0x80000000U;
+
 struct Surface {
   Lighting lighting;
   Pattern pattern;
@@ -121,13 +125,17 @@ struct WoodTexture {
 };
 
 struct Frame {
-  const float* u;  // of each column, padded to whole blocks
-  const float* v;  // of each row
-  float pixel;     // size of a pixel in u and v
+  const float* u;      // of each column, padded to whole blocks, and a block more
+  const float* v;      // of each row, padded to whole blocks
+  const float* left;   // u of each block's first column, padded to whole blocks of blocks
+  const float* right;  // and of its last
+  int width, height;
+  float pixel;  // size of a pixel in u and v
   float near_w, far_w;
   const Primitive* const* primitives;  // roughly from near to far
   int primitive_count;
-  const Surface* surfaces;  // surface 0 is the background
+  const Surface* surfaces;     // surface 0 is the background
+  const std::uint32_t* codes;  // of the surfaces
   const Gloss* glosses;
   int gloss_count;
   int light_count;
@@ -147,6 +155,44 @@ struct Band {
   std::uint32_t* color;  // 0x00bbggrr
 };
 
+// Primitives are drawn from near to far, so that few pixels are drawn twice; at equal depths in the
+// geoms' order.
+struct Rank {
+  float depth;
+  int geom;
+  int primitive;
+};
+
+// What never moves, as one camera sees it.
+struct Backdrop {
+  const float* w;
+  const std::uint32_t* color;
+  int stride;
+  Rank last;  // of what it shows
+};
+
+// A primitive that reaches into a row of tiles, and those where it may show: a bit each.
+struct Sieved {
+  const Primitive* primitive;
+  std::uint64_t tiles;
+};
+
+// Part of a row of tiles of one picture, and working memory for it.
+struct TileRow {
+  static constexpr int kStride = (kPanelTiles + 1) * kBlock;  // vectors may reach beyond the panel
+
+  int x, y;            // of its first pixel
+  int tiles, rows;     // at most kPanelTiles, kBlock
+  bool keeps_depth;    // w is wanted, too
+  float* w;            // kBlock rows of kStride
+  std::int32_t* code;  // the same; codes, then colours
+  Sieved* sieved;      // as many as the frame has primitives
+  int sieved_count;
+  // The colours of each tile: where they begin, and from row to row.
+  const std::uint32_t* source[kPanelTiles];
+  int stride[kPanelTiles];
+};
+
 // Red, green, blue; the processor is little endian.
 static inline void store_color(std::uint32_t color, std::uint8_t* out) {
   const auto red_green = static_cast<std::uint16_t>(color);
@@ -154,12 +200,20 @@ static inline void store_color(std::uint32_t color, std::uint8_t* out) {
   out[2] = static_cast<std::uint8_t>(color >> 16);
 }
 
+struct EightsKernel;  // cpu_eights.h
+
 // One build of the inner loops.
 struct Kernel {
   void (*trace)(const Frame& frame, const Band& band);  // fills w and id
   void (*shade)(const Frame& frame, const Band& band);  // fills color
   // Writes three bytes for each colour, six bytes apart.
   void (*store_pairs)(const std::uint32_t* colors, int count, std::uint8_t* out);
+  // The same pixels as trace and shade, without shadows. The backdrop may be null.
+  void (*draw_tiles)(const Frame& frame, const Backdrop* backdrop, TileRow& row);
+  // Writes a row of pixels of two cameras' tiles, `y` rows below the tiles' first one.
+  void (*store_both)(const TileRow& first, const TileRow& second, int y, int count,
+                     std::uint8_t* out);
+  const EightsKernel* eights;
 };
 
 // Null where this build of the library lacks them.

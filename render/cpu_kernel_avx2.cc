@@ -1,14 +1,17 @@
 // The ray caster's inner loops for AVX2; compiled with -mavx2.
 #if defined(__AVX2__) && !defined(__AVX512F__)
 
+#include "render/cpu_eights_body.h"
 #include "render/cpu_shade_body.h"
 #include "render/cpu_store_body.h"
+#include "render/cpu_tile_body.h"
 #include "render/cpu_trace_body.h"
 
 namespace engram::cpu {
 
 const Kernel* avx2_kernel() {
-  static constexpr Kernel kKernel = {&trace, &shade, &store_pairs};
+  static constexpr Kernel kKernel = {&trace,      &shade,      &store_pairs,
+                                     &draw_tiles, &store_both, &kEights};
   return &kKernel;
 }
 

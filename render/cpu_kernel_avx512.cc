@@ -2,14 +2,17 @@
 // -mavx512vl.
 #if defined(__AVX512F__) && defined(__AVX512BW__)
 
+#include "render/cpu_eights_body.h"
 #include "render/cpu_shade_body.h"
 #include "render/cpu_store_body.h"
+#include "render/cpu_tile_body.h"
 #include "render/cpu_trace_body.h"
 
 namespace engram::cpu {
 
 const Kernel* avx512_kernel() {
-  static constexpr Kernel kKernel = {&trace, &shade, &store_pairs};
+  static constexpr Kernel kKernel = {&trace,      &shade,      &store_pairs,
+                                     &draw_tiles, &store_both, &kEights};
   return &kKernel;
 }
 

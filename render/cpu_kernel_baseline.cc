@@ -1,12 +1,15 @@
 // The ray caster's inner loops for every machine.
+#include "render/cpu_eights_body.h"
 #include "render/cpu_shade_body.h"
 #include "render/cpu_store_body.h"
+#include "render/cpu_tile_body.h"
 #include "render/cpu_trace_body.h"
 
 namespace engram::cpu {
 
 const Kernel* baseline_kernel() {
-  static constexpr Kernel kKernel = {&trace, &shade, &store_pairs};
+  static constexpr Kernel kKernel = {&trace,      &shade,      &store_pairs,
+                                     &draw_tiles, &store_both, &kEights};
   return &kKernel;
 }
 

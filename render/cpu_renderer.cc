@@ -7,6 +7,7 @@
 
 #include "core/base/aligned_array.h"
 #include "core/base/error.h"
+#include "render/cpu_backdrop.h"
 #include "render/cpu_frame.h"
 #include "render/cpu_scene.h"
 #include "render/cpu_view.h"
@@ -14,10 +15,13 @@
 namespace engram {
 namespace {
 
+using cpu::Backdrop;
 using cpu::Band;
 using cpu::Frame;
 using cpu::kBlock;
 using cpu::Kernel;
+using cpu::kPanelTiles;
+using cpu::TileRow;
 
 constexpr int kBandPixels = 8192;  // three words each: a band stays in the caches
 constexpr int kLargestSide = 16384;
@@ -100,12 +104,20 @@ void store_means(const std::uint32_t* upper, const std::uint32_t* lower, int cou
   }
 }
 
+// Two images of one size that share their pixels: three bytes of each.
+bool are_woven(const RenderImage& first, const RenderImage& second) {
+  return first.width == second.width && first.height == second.height && first.pixel_stride == 6 &&
+         second.pixel_stride == 6 && first.row_stride == second.row_stride &&
+         second.rgb == first.rgb + 3;
+}
+
 class CpuRenderer final : public Renderer {
  public:
   CpuRenderer(const RenderScene& scene, const CpuRendererOptions& options, int workers)
       : prepared_(scene, options),
         options_(options),
-        kernel_(find_kernel(options.instruction_set)) {
+        kernel_(find_kernel(options.instruction_set)),
+        backdrops_(prepared_, std::int64_t{padded(options.max_width)} * options.max_height) {
     for (int i = 0; i < workers; ++i) workbenches_.push_back(std::make_unique<Workbench>(*this));
   }
 
@@ -113,8 +125,21 @@ class CpuRenderer final : public Renderer {
 
   void render(int worker, const RenderInstances& instances,
               std::span<const RenderImage> images) override {
-    for (const RenderImage& image : images) {
-      if (fits(image)) render(*workbenches_[static_cast<std::size_t>(worker)], instances, image);
+    Workbench& workbench = *workbenches_[static_cast<std::size_t>(worker)];
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const RenderImage& image = images[i];
+      if (!fits(image)) continue;
+      if (!is_plain(image)) {
+        render(workbench, instances, image);
+        continue;
+      }
+      const RenderImage* other = i + 1 < images.size() ? &images[i + 1] : nullptr;
+      if (other != nullptr && fits(*other) && is_plain(*other) && are_woven(image, *other)) {
+        draw_both(workbench, instances, image, *other);
+        ++i;
+      } else {
+        draw_tiles(workbench, instances, image);
+      }
     }
   }
 
@@ -122,17 +147,42 @@ class CpuRenderer final : public Renderer {
   // Working memory of one thread.
   struct Workbench {
     explicit Workbench(const CpuRenderer& owner)
-        : view(owner.prepared_, owner.samples() * owner.options_.max_width,
-               owner.samples() * owner.options_.max_height),
+        : view(owner.make_view()),
+          other_view(owner.make_view()),
           w(owner.band_size()),
           id(w.size()),
-          color(w.size()) {}
+          color(w.size()),
+          tiles(2 * kBlock * TileRow::kStride),
+          tile_w(kBlock * TileRow::kStride),
+          sieved(owner.prepared_.scene.geoms.size()) {
+      for (std::size_t i = 0; i < 2; ++i) {
+        rows[i].w = tile_w.data();
+        rows[i].code = tiles.data() + i * kBlock * TileRow::kStride;
+        rows[i].sieved = sieved.data();
+      }
+    }
 
     cpu::View view;
+    cpu::View other_view;  // of the second camera of two
     AlignedArray<float> w;
     AlignedArray<std::int32_t> id;
     AlignedArray<std::uint32_t> color;
+    TileRow rows[2] = {};
+    AlignedArray<std::int32_t> tiles;
+    AlignedArray<float> tile_w;
+    std::vector<cpu::Sieved> sieved;
   };
+
+  // What one camera sees, to be drawn in tiles.
+  struct Scenery {
+    const Frame* frame;
+    const Backdrop* backdrop;
+  };
+
+  cpu::View make_view() const {
+    return {prepared_, kernel_->eights, samples() * options_.max_width,
+            samples() * options_.max_height};
+  }
 
   int samples() const { return options_.antialias ? 2 : 1; }
 
@@ -146,6 +196,71 @@ class CpuRenderer final : public Renderer {
     return image.camera >= 0 && image.camera < static_cast<int>(prepared_.scene.cameras.size()) &&
            image.width > 0 && image.width <= options_.max_width && image.height > 0 &&
            image.height <= options_.max_height;
+  }
+
+  // Colours alone, of pixel centres, without shadows: most pictures.
+  bool is_plain(const RenderImage& image) const {
+    return image.rgb != nullptr && image.depth == nullptr && image.segment == nullptr &&
+           !options_.antialias && !prepared_.casts_shadows();
+  }
+
+  Scenery look(Workbench& workbench, cpu::View& view, const RenderInstances& instances,
+               const RenderImage& image) {
+    const Backdrop* backdrop = backdrops_.find(instances, image.camera, image.width, image.height,
+                                               *kernel_, view, workbench.rows[0]);
+    if (backdrop != nullptr) {
+      const Frame& frame =
+          view.look(instances, image.camera, image.width, image.height, cpu::Shown::kMoving);
+      // What is drawn first wins where two are equally near: the backdrop must come first.
+      if (view.ranks().empty() || backdrop->last < view.ranks().front()) return {&frame, backdrop};
+    }
+    return {&view.look(instances, image.camera, image.width, image.height), nullptr};
+  }
+
+  // Calls store(y, x, count) for each row of pixels, part by part, when its tiles are drawn.
+  template <typename Store>
+  void draw_rows(const Scenery* sceneries, TileRow* rows, int count, Store store) const {
+    const int width = sceneries->frame->width;
+    const int height = sceneries->frame->height;
+    for (int y = 0; y < height; y += kBlock) {
+      for (int x = 0; x < width; x += kPanelTiles * kBlock) {
+        for (int i = 0; i < count; ++i) {
+          rows[i].x = x;
+          rows[i].y = y;
+          rows[i].tiles = std::min(kPanelTiles, padded(width - x) / kBlock);
+          rows[i].rows = std::min(kBlock, height - y);
+          kernel_->draw_tiles(*sceneries[i].frame, sceneries[i].backdrop, rows[i]);
+        }
+        for (int k = 0; k < rows->rows; ++k) {
+          store(k, std::min(kPanelTiles * kBlock, width - x));
+        }
+      }
+    }
+  }
+
+  void draw_both(Workbench& workbench, const RenderInstances& instances, const RenderImage& image,
+                 const RenderImage& other) {
+    const Scenery sceneries[2] = {look(workbench, workbench.view, instances, image),
+                                  look(workbench, workbench.other_view, instances, other)};
+    TileRow* rows = workbench.rows;
+    draw_rows(sceneries, rows, 2, [&](int k, int count) {
+      kernel_->store_both(rows[0], rows[1], k, count,
+                          image.rgb + (rows->y + k) * image.row_stride + 6 * rows->x);
+    });
+  }
+
+  void draw_tiles(Workbench& workbench, const RenderInstances& instances,
+                  const RenderImage& image) {
+    const Scenery scenery = look(workbench, workbench.view, instances, image);
+    TileRow& row = workbench.rows[0];
+    draw_rows(&scenery, &row, 1, [&](int k, int count) {
+      std::uint8_t* out = image.rgb + (row.y + k) * image.row_stride + row.x * image.pixel_stride;
+      for (int x = 0; x < count; x += kBlock) {
+        const int tile = x / kBlock;
+        store(row.source[tile] + k * row.stride[tile], std::min(kBlock, count - x),
+              image.pixel_stride, out + x * image.pixel_stride);
+      }
+    });
   }
 
   void render(Workbench& workbench, const RenderInstances& instances, const RenderImage& image) {
@@ -177,14 +292,21 @@ class CpuRenderer final : public Renderer {
     }
   }
 
+  void store(const std::uint32_t* colors, int count, std::ptrdiff_t stride,
+             std::uint8_t* out) const {
+    if (stride == 6) {
+      kernel_->store_pairs(colors, count, out);
+    } else {
+      store_colors(colors, count, stride, out);
+    }
+  }
+
   void store(const Band& band, const RenderImage& image, int scale) const {
     for (int y = band.y0; y < band.y1; y += scale) {
       const std::uint32_t* row = band.color + static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
       std::uint8_t* out = image.rgb + (y / scale) * image.row_stride;
-      if (scale == 1 && image.pixel_stride == 6) {
-        kernel_->store_pairs(row, image.width, out);
-      } else if (scale == 1) {
-        store_colors(row, image.width, image.pixel_stride, out);
+      if (scale == 1) {
+        store(row, image.width, image.pixel_stride, out);
       } else {
         store_means(row, row + band.width, image.width, image.pixel_stride, out);
       }
@@ -207,6 +329,7 @@ class CpuRenderer final : public Renderer {
   cpu::PreparedScene prepared_;
   CpuRendererOptions options_;
   const Kernel* kernel_;
+  cpu::Backdrops backdrops_;
   std::vector<std::unique_ptr<Workbench>> workbenches_;
 };
 

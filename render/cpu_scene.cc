@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -113,6 +114,47 @@ std::size_t plane_count(const RenderGeom& geom, const std::vector<Hull>& hulls) 
   }
 }
 
+// As occluders have it.
+float rank_radius_of(const RenderGeom& geom) {
+  const Eigen::Vector3d size = Eigen::Map<const Eigen::Vector3f>(geom.size).cast<double>();
+  switch (geom.shape) {
+    case RenderShape::kBox:
+      return static_cast<float>(size.norm());
+    case RenderShape::kCapsule:
+      return static_cast<float>(size[0] + size[1]);
+    case RenderShape::kCylinder:
+      return static_cast<float>(std::hypot(size[0], size[1]));
+    default:
+      return 0;
+  }
+}
+
+double ball_radius_of(const RenderGeom& geom) {
+  const float* size = geom.size;
+  double radius = 0;
+  switch (geom.shape) {
+    case RenderShape::kSphere:
+      radius = size[0];
+      break;
+    case RenderShape::kCapsule:
+      radius = size[0] + size[1];
+      break;
+    case RenderShape::kCylinder:
+      radius = std::hypot(size[0], size[1]);
+      break;
+    case RenderShape::kEllipsoid:
+      radius = std::max(size[0], std::max(size[1], size[2]));
+      break;
+    case RenderShape::kBox:
+      radius = std::hypot(size[0], size[1], size[2]);
+      break;
+    case RenderShape::kPlane:
+    case RenderShape::kMesh:
+      return std::numeric_limits<double>::infinity();
+  }
+  return 1.001 * radius + 1e-6;
+}
+
 }  // namespace
 
 Hull make_hull(const RenderMesh& mesh, const std::string& name) {
@@ -196,6 +238,8 @@ PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& 
   for (const RenderGeom& geom : scene.geoms) {
     const std::size_t planes = plane_count(geom, hulls);
     max_planes += planes;
+    ball_radius.push_back(ball_radius_of(geom));
+    rank_radius.push_back(rank_radius_of(geom));
     max_surfaces += std::max<std::size_t>(planes, 3);
     // A box has three faces at most that are seen.
     if (geom.pattern == RenderPattern::kWood) max_glosses += 3;
@@ -204,6 +248,11 @@ PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& 
     return geom.pattern == RenderPattern::kWood;
   });
   if (any_wood) wood = wood_texture();
+}
+
+bool PreparedScene::casts_shadows() const {
+  return std::any_of(rays.begin(), rays.end(),
+                     [](const auto& of_light) { return !of_light.empty(); });
 }
 
 }  // namespace engram::cpu

@@ -24,6 +24,8 @@ struct PreparedScene {
   // Throws Error.
   PreparedScene(const RenderScene& from, const CpuRendererOptions& options);
 
+  bool casts_shadows() const;
+
   RenderScene scene;
   std::vector<Hull> hulls;                         // one per mesh
   std::vector<Eigen::Vector3d> to_light;           // unit, one per light
@@ -32,6 +34,9 @@ struct PreparedScene {
   std::size_t max_planes = 0;                      // of all geoms together
   std::size_t max_surfaces = 0;                    // the background included
   std::size_t max_glosses = 0;
+  // Radius of the ball around each geom, and a little more; planes and meshes are in none.
+  std::vector<double> ball_radius;
+  std::vector<float> rank_radius;  // and exactly, of boxes, capsules and cylinders
 };
 
 // Throws Error if the mesh is not convex or not closed. `name` is for messages.

@@ -71,74 +71,110 @@ ENGRAM_INLINE Footprint measure(const Frame& frame, const Surface& s, const Pixe
   return {footprint_of(s.spread[0], u, p.v) * scale, footprint_of(s.spread[1], u, p.v) * scale};
 }
 
-// Whole number below scale times the form, give or take one unit in the last place.
-ENGRAM_INLINE Int cell_of(const Form& f, float scale, const Pixels& p) {
-  const Float scaled = (f.a * scale) * p.u + (f.b * p.v + f.c) * scale;
-  return round(scaled * p.depth + (f.d * scale - 0.5F));
-}
+// Texels per metre of the finest level.
+constexpr float kTexels[2] = {WoodTexture::kAlong / WoodTexture::kAlongLength,
+                              WoodTexture::kAcross / WoodTexture::kAcrossLength};
+constexpr int kFloatBias = 127;
+
+// A level of the wood's texture as a surface shows it. Cells are whole numbers below scale times
+// the surface's forms, give or take one unit in the last place.
+struct WoodLevel {
+  float a[2], scale[2], d[2];
+  int mask[2];
+  int shift;
+  const std::uint8_t* texels;
+
+  ENGRAM_INLINE WoodLevel(const Frame& frame, const Surface& s, int level) {
+    const float shrink = __builtin_bit_cast(float, (kFloatBias - level) << 23);
+    for (int i = 0; i < 2; ++i) {
+      scale[i] = kTexels[i] * shrink;
+      a[i] = s.axes[i].a * scale[i];
+      d[i] = s.axes[i].d * scale[i] - 0.5F;
+    }
+    mask[0] = (WoodTexture::kAlong >> level) - 1;
+    mask[1] = (WoodTexture::kAcross >> level) - 1;
+    shift = WoodTexture::kAlongBits - level;
+    texels = frame.wood.texels + frame.wood.offset[level];
+  }
+  // Along or across, of pixels in columns a u and in row v.
+  ENGRAM_INLINE Int cell(int i, const Surface& s, Float column, float v, Float depth) const {
+    const Float scaled = column + (s.axes[i].b * v + s.axes[i].c) * scale[i];
+    return round(scaled * depth + d[i]) & mask[i];
+  }
+  ENGRAM_INLINE Float brightness(Int along, Int across) const {
+    return to_float(gather_bytes(texels, (across << shift) + along));
+  }
+};
 
 // The wood's brightness, 0..255, from the level whose texels are about as large as pixels.
 ENGRAM_INLINE Float read_wood(const Frame& frame, const Surface& s, const Pixels& p) {
-  constexpr float kAlongScale = WoodTexture::kAlong / WoodTexture::kAlongLength;
-  constexpr float kAcrossScale = WoodTexture::kAcross / WoodTexture::kAcrossLength;
   const Footprint footprint = measure(frame, s, p);
-  const float texels = larger(footprint.along * kAlongScale, footprint.across * kAcrossScale);
+  const float texels = larger(footprint.along * kTexels[0], footprint.across * kTexels[1]);
   // The level is the logarithm, read from the exponent's bits.
-  constexpr int kBias = 127;
-  int level = (__builtin_bit_cast(std::int32_t, texels) >> 23) - kBias;
+  int level = (__builtin_bit_cast(std::int32_t, texels) >> 23) - kFloatBias;
   level = level < 0 ? 0 : (level < WoodTexture::kLevels ? level : WoodTexture::kLevels - 1);
-  const float shrink = __builtin_bit_cast(float, (kBias - level) << 23);
-  const int along_mask = (WoodTexture::kAlong >> level) - 1;
-  const int across_mask = (WoodTexture::kAcross >> level) - 1;
-  const Int along = cell_of(s.axes[0], kAlongScale * shrink, p) & along_mask;
-  const Int across = cell_of(s.axes[1], kAcrossScale * shrink, p) & across_mask;
-  const Int at = (across << (WoodTexture::kAlongBits - level)) + along;
-  return to_float(gather_bytes(frame.wood.texels + frame.wood.offset[level], at));
+  const WoodLevel wood(frame, s, level);
+  return wood.brightness(wood.cell(0, s, wood.a[0] * p.u, p.v, p.depth),
+                         wood.cell(1, s, wood.a[1] * p.u, p.v, p.depth));
 }
 
-// Of a row of nodes, at every kGlossStep-th pixel.
-void find_gloss(const Frame& frame, const Gloss& gloss, int y, int width, float* nodes) {
+// How much brighter the plane is at these rays.
+ENGRAM_INLINE Float gloss_along(const Gloss& gloss, Float u, Float v) {
   constexpr float kRest = 1 - Gloss::kWidth;
-  const float v = frame.v[0] - static_cast<float>(y) * frame.pixel;
+  const Float nearness = 1.0F / sqrt(u * u + (v * v + 1.0F));  // 1 / length of the ray
+  const float* n = gloss.normal;
+  const Float leaving = (n[0] * u + (n[1] * v + n[2])) * nearness;
+  Float factor = splat(1.0F);
+  for (int k = 0; k < gloss.light_count; ++k) {
+    const float* l = gloss.light[k];
+    const Float toward = (l[0] * u + (l[1] * v + l[2])) * nearness;
+    const Float sum = gloss.facing[k] - leaving;
+    const Float square = sum * sum;
+    const Float lobe =
+        square * Gloss::kWidth / max(2.0F - 2.0F * toward - square * kRest, splat(1e-6F));
+    factor += lobe * lobe * Gloss::kStrength;
+  }
+  return factor;
+}
+
+// Of nodes at every kGlossStep-th pixel.
+ENGRAM_INLINE Float gloss_at_nodes(const Frame& frame, const Gloss& gloss, Float column,
+                                   Float row) {
   const float spacing = frame.pixel * kGlossStep;
+  return gloss_along(gloss, column * spacing + frame.u[0], frame.v[0] - row * frame.pixel);
+}
+
+// Of a row of nodes.
+void find_gloss(const Frame& frame, const Gloss& gloss, int y, int width, float* nodes) {
   for (int i = 0; i * kGlossStep <= width; i += kLanes) {
     Float index;
     for (int lane = 0; lane < kLanes; ++lane) index[lane] = static_cast<float>(i + lane);
-    const Float u = index * spacing + frame.u[0];
-    const Float nearness = 1.0F / sqrt(u * u + (v * v + 1.0F));  // 1 / length of the ray
-    const float* n = gloss.normal;
-    const Float leaving = (n[0] * u + (n[1] * v + n[2])) * nearness;
-    Float factor = splat(1.0F);
-    for (int k = 0; k < gloss.light_count; ++k) {
-      const float* l = gloss.light[k];
-      const Float toward = (l[0] * u + (l[1] * v + l[2])) * nearness;
-      const Float sum = gloss.facing[k] - leaving;
-      const Float square = sum * sum;
-      const Float lobe =
-          square * Gloss::kWidth / max(2.0F - 2.0F * toward - square * kRest, splat(1e-6F));
-      factor += lobe * lobe * Gloss::kStrength;
-    }
-    store(nodes + i, factor);
+    store(nodes + i, gloss_at_nodes(frame, gloss, index, splat(static_cast<float>(y))));
+  }
+}
+
+// Between nodes: factors in a strip's first row, and what is added from row to row.
+ENGRAM_INLINE void fill_in(const float* above, const float* below, float* first, float* step) {
+  constexpr float kPart = 1.0F / kGlossStep;
+  const float left = (below[0] - above[0]) * kPart;
+  const float right = (below[1] - above[1]) * kPart;
+  for (int k = 0; k < kGlossStep; ++k) {
+    const float part = static_cast<float>(k) * kPart;
+    first[k] = above[0] + (above[1] - above[0]) * part;
+    step[k] = left + (right - left) * part;
   }
 }
 
 // For the strip of rows that `y` begins. `known`: the nodes below the last strip are those above
 // this one.
 void prepare_strip(const Frame& frame, Gloss gloss, int y, int width, bool known) {
-  constexpr float kPart = 1.0F / kGlossStep;
   const int strip = y / kGlossStep;
   float* above = gloss.nodes[strip & 1];
   float* below = gloss.nodes[(strip + 1) & 1];
   if (!known) find_gloss(frame, gloss, y, width, above);
   find_gloss(frame, gloss, y + kGlossStep, width, below);
   for (int i = 0; i * kGlossStep < width; ++i) {
-    const float left = (below[i] - above[i]) * kPart;
-    const float right = (below[i + 1] - above[i + 1]) * kPart;
-    for (int k = 0; k < kGlossStep; ++k) {
-      const float part = static_cast<float>(k) * kPart;
-      gloss.first[i * kGlossStep + k] = above[i] + (above[i + 1] - above[i]) * part;
-      gloss.step[i * kGlossStep + k] = left + (right - left) * part;
-    }
+    fill_in(above + i, below + i, gloss.first + i * kGlossStep, gloss.step + i * kGlossStep);
   }
 }
 
@@ -170,17 +206,29 @@ ENGRAM_INLINE Color wood(const Frame& frame, const Surface& s, const Pixels& p, 
   return color;
 }
 
-// The same with the same light all over: the table top, the larger part of most pictures.
-ENGRAM_INLINE Int even_wood(const Frame& frame, const Surface& s, const Pixels& p) {
-  const Float brightness = read_wood(frame, s, p);
-  const Float gloss = gloss_at(frame, s, p);
-  Int channel[3];
-  for (int i = 0; i < 3; ++i) {
-    const Float value = brightness * (kWoodTint[i].slope * s.constant[i]) +
-                        splat(kWoodTint[i].least * s.constant[i]);
-    channel[i] = round(min(value * gloss, splat(255.0F)));
+// Wood with the same light all over: the table top, the larger part of most pictures.
+struct EvenWood {
+  float slope[3], least[3];
+
+  ENGRAM_INLINE explicit EvenWood(const Surface& s) {
+    for (int i = 0; i < 3; ++i) {
+      slope[i] = kWoodTint[i].slope * s.constant[i];
+      least[i] = kWoodTint[i].least * s.constant[i];
+    }
   }
-  return channel[0] | (channel[1] << 8) | (channel[2] << 16);
+  ENGRAM_INLINE Int color(Float brightness, Float gloss) const {
+    Int channel[3];
+    for (int i = 0; i < 3; ++i) {
+      const Float value = brightness * slope[i] + splat(least[i]);
+      channel[i] = round(min(value * gloss, splat(255.0F)));
+    }
+    return channel[0] | (channel[1] << 8) | (channel[2] << 16);
+  }
+};
+
+ENGRAM_INLINE Int even_wood(const Frame& frame, const Surface& s, const Pixels& p) {
+  const EvenWood wood(s);
+  return wood.color(read_wood(frame, s, p), gloss_at(frame, s, p));
 }
 
 // Brightness of lines one metre apart, which fade to both sides. They are not filtered: far away,

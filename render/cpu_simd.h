@@ -55,6 +55,24 @@ ENGRAM_INLINE void store(Word* to, Int value) {
   __builtin_memcpy(__builtin_assume_aligned(to, sizeof value), &value, sizeof value);
 }
 
+// The same anywhere.
+ENGRAM_INLINE Float load_anywhere(const float* from) {
+  Float value;
+  __builtin_memcpy(&value, from, sizeof value);
+  return value;
+}
+ENGRAM_INLINE Int load_anywhere(const std::int32_t* from) {
+  Int value;
+  __builtin_memcpy(&value, from, sizeof value);
+  return value;
+}
+ENGRAM_INLINE void store_anywhere(float* to, Float value) {
+  __builtin_memcpy(to, &value, sizeof value);
+}
+ENGRAM_INLINE void store_anywhere(std::int32_t* to, Int value) {
+  __builtin_memcpy(to, &value, sizeof value);
+}
+
 ENGRAM_INLINE Float splat(float value) { return value - Float{}; }
 ENGRAM_INLINE Int splat(std::int32_t value) { return value - Int{}; }
 ENGRAM_INLINE Float to_float(Int a) { return __builtin_convertvector(a, Float); }
@@ -76,6 +94,7 @@ ENGRAM_INLINE Mask at_most(Float a, Float b) {
   return {_mm512_cmp_ps_mask(__m512(a), __m512(b), _CMP_LE_OQ)};
 }
 ENGRAM_INLINE Mask equal(Int a, Int b) { return {_mm512_cmpeq_epi32_mask(__m512i(a), __m512i(b))}; }
+ENGRAM_INLINE Mask negative(Int a) { return {_mm512_movepi32_mask(__m512i(a))}; }
 ENGRAM_INLINE int bits(Mask m) { return m.bits; }
 ENGRAM_INLINE Float select(Mask m, Float a, Float b) {
   return Float(_mm512_mask_blend_ps(m.bits, __m512(b), __m512(a)));
@@ -99,6 +118,7 @@ ENGRAM_INLINE Mask without(Mask a, Mask b) { return {a.lanes & ~b.lanes}; }
 ENGRAM_INLINE Mask less(Float a, Float b) { return {a < b}; }
 ENGRAM_INLINE Mask at_most(Float a, Float b) { return {a <= b}; }
 ENGRAM_INLINE Mask equal(Int a, Int b) { return {a == b}; }
+ENGRAM_INLINE Mask negative(Int a) { return {a < 0}; }
 
 #if defined(__AVX2__)
 

@@ -46,7 +46,78 @@ void store_pairs(const std::uint32_t* colors, int count, std::uint8_t* out) {
   for (; x < count; ++x, out += 6) store_color(colors[x], out);
 }
 
+// Which 16-bit half goes where if both cameras' pixels are woven together. The second one's have
+// been turned into 0x_brg: green and red, then blue on its own. Halves of the first one are
+// 0 to 31, of the second one 32 to 63.
+struct Weave {
+  alignas(64) std::uint16_t from[4][32];
+};
+constexpr Weave make_weave() {
+  Weave weave = {};
+  const auto half = [](int to) {
+    const int pixel = to / 3;
+    const int part = to % 3;
+    return static_cast<std::uint16_t>(part == 0 ? 2 * pixel : 32 + 2 * pixel + part - 1);
+  };
+  // Vectors of the result: the first sixteen pixels' halves 0 to 31, 32 to 47; then the others'.
+  for (int i = 0; i < 32; ++i) weave.from[0][i] = half(i);
+  for (int i = 0; i < 16; ++i) weave.from[1][i] = half(32 + i);
+  for (int i = 16; i < 32; ++i) weave.from[2][i] = half(i - 16);
+  for (int i = 0; i < 32; ++i) weave.from[3][i] = half(16 + i);
+  return weave;
+}
+
+// Blue of the first camera below red of the second, then that one's green and blue.
+ENGRAM_INLINE __m512i tail_of(__m512i first, __m512i second) {
+  return _mm512_or_si512(_mm512_srli_epi32(first, 16), _mm512_slli_epi32(second, 8));
+}
+
+void store_both(const TileRow& first, const TileRow& second, int y, int count, std::uint8_t* out) {
+  static_assert(kBlock == 16);
+  static constexpr Weave kWeave = make_weave();
+  __m512i weave[4];
+  for (int i = 0; i < 4; ++i) weave[i] = _mm512_load_si512(kWeave.from[i]);
+  int tile = 0;
+  for (; (tile + 2) * kBlock <= count; tile += 2, out += 12 * kBlock) {
+    __m512i head[2];
+    __m512i tail[2];
+    for (int i = 0; i < 2; ++i) {
+      const int k = tile + i;
+      head[i] = _mm512_loadu_si512(first.source[k] + y * first.stride[k]);
+      tail[i] = tail_of(head[i], _mm512_loadu_si512(second.source[k] + y * second.stride[k]));
+    }
+    const __m512i middle =
+        _mm512_mask_blend_epi16(0xffff0000U, _mm512_permutex2var_epi16(head[0], weave[1], tail[0]),
+                                _mm512_permutex2var_epi16(head[1], weave[2], tail[1]));
+    _mm512_storeu_si512(out, _mm512_permutex2var_epi16(head[0], weave[0], tail[0]));
+    _mm512_storeu_si512(out + 64, middle);
+    _mm512_storeu_si512(out + 128, _mm512_permutex2var_epi16(head[1], weave[3], tail[1]));
+  }
+  for (int x = tile * kBlock; x < count; ++x, out += 6) {
+    store_color(first.source[x / kBlock][y * first.stride[x / kBlock] + x % kBlock], out);
+    store_color(second.source[x / kBlock][y * second.stride[x / kBlock] + x % kBlock], out + 3);
+  }
+}
+
 #else
+
+void store_both(const TileRow& first, const TileRow& second, int y, int count, std::uint8_t* out) {
+  for (int x = 0; x < count; x += kBlock) {
+    const int tile = x / kBlock;
+    const std::uint32_t* a = first.source[tile] + y * first.stride[tile];
+    const std::uint32_t* b = second.source[tile] + y * second.stride[tile];
+    const int pixels = count - x < kBlock ? count - x : kBlock;
+    for (int i = 0; i < pixels; ++i, out += 6) {
+      const std::uint64_t both = a[i] | static_cast<std::uint64_t>(b[i]) << 24;
+      if (x + i + 1 < count) {
+        __builtin_memcpy(out, &both, 8);  // the next pixel mends the last two bytes
+      } else {
+        store_color(a[i], out);
+        store_color(b[i], out + 3);
+      }
+    }
+  }
+}
 
 void store_pairs(const std::uint32_t* colors, int count, std::uint8_t* out) {
   for (int x = 0; x < count; ++x, out += 6) store_color(colors[x], out);

@@ -14,22 +14,30 @@ using Pose = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>;
 
 }  // namespace
 
-View::View(const PreparedScene& prepared, int max_width, int max_height)
+View::View(const PreparedScene& prepared, const EightsKernel* eights, int max_width, int max_height)
     : prepared_(&prepared),
+      eights_(eights),
       lights_(prepared.to_light.size()),
-      u_(static_cast<std::size_t>(round_up(max_width, kBlock))),
-      v_(static_cast<std::size_t>(max_height)),
+      u_(static_cast<std::size_t>(round_up(max_width, kBlock) + kBlock)),
+      v_(static_cast<std::size_t>(round_up(max_height, kBlock))),
+      left_(static_cast<std::size_t>(round_up(max_width, kBlock * kBlock) / kBlock)),
+      right_(left_.size()),
       primitives_(prepared.scene.geoms.size()),
       order_(primitives_.size()),
       ranks_(primitives_.size()),
       surfaces_(prepared.max_surfaces),
+      codes_(prepared.max_surfaces),
       glosses_(prepared.max_glosses),
       gloss_rows_(4 * prepared.max_glosses * u_.size()),
-      planes_(prepared.max_planes) {
+      planes_(prepared.max_planes),
+      waiting_(prepared.scene.geoms.size()) {
   frame_.u = u_.data();
   frame_.v = v_.data();
+  frame_.left = left_.data();
+  frame_.right = right_.data();
   frame_.primitives = order_.data();
   frame_.surfaces = surfaces_.data();
+  frame_.codes = codes_.data();
   frame_.glosses = glosses_.data();
   for (std::size_t i = 0; i < glosses_.size(); ++i) {
     float* rows = gloss_rows_.data() + 4 * i * u_.size();
@@ -49,7 +57,8 @@ View::View(const PreparedScene& prepared, int max_width, int max_height)
   frame_.shadows = ray > 0;
 }
 
-const Frame& View::look(const RenderInstances& instances, int camera, int width, int height) {
+const Frame& View::look(const RenderInstances& instances, int camera, int width, int height,
+                        Shown shown) {
   const auto index = static_cast<std::size_t>(camera);
   aim(prepared_->scene.cameras[index], instances.camera_pose + 12 * index, width, height);
   set_lights();
@@ -58,18 +67,18 @@ const Frame& View::look(const RenderInstances& instances, int camera, int width,
   surface_count_ = 0;
   frame_.gloss_count = 0;
   add_background();
-  for (std::size_t i = 0; i < prepared_->scene.geoms.size(); ++i) {
-    if (instances.geom_visible != nullptr && instances.geom_visible[i] == 0) continue;
-    if (instances.geom_rgba[4 * i + 3] > 0 && may_show(instances, i)) add(place(instances, i));
+  if (eights_ != nullptr && !frame_.shadows) {
+    add_eights(instances, shown);
+  } else {
+    for (std::size_t i = 0; i < prepared_->scene.geoms.size(); ++i) {
+      if (is_shown(instances, i, shown) && may_show(instances, i)) add(place(instances, i), i);
+    }
   }
 
-  // From near to far, so that few pixels are drawn twice; in a fixed order at equal depths.
   const auto count = static_cast<std::ptrdiff_t>(primitive_count_);
-  std::sort(ranks_.begin(), ranks_.begin() + count, [](const Ranked& a, const Ranked& b) {
-    return a.depth < b.depth || (a.depth == b.depth && a.index < b.index);
-  });
+  std::sort(ranks_.begin(), ranks_.begin() + count);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    order_[i] = &primitives_[static_cast<std::size_t>(ranks_[i].index)];
+    order_[i] = &primitives_[static_cast<std::size_t>(ranks_[i].primitive)];
   }
   frame_.primitive_count = primitive_count_;
   return frame_;
@@ -90,12 +99,18 @@ void View::aim(const RenderCamera& camera, const float* pose, int width, int hei
   height_ = height;
   half_v_ = half_v;
   half_u_ = half_v * width / height;
+  frame_.width = width;
+  frame_.height = height;
   frame_.pixel = static_cast<float>(2 * half_v / height);
   for (int x = 0; x < round_up(width, kBlock); ++x) {
     u_[static_cast<std::size_t>(x)] = static_cast<float>(((x + 0.5) / width * 2 - 1) * half_u_);
   }
-  for (int y = 0; y < height; ++y) {
+  for (int y = 0; y < round_up(height, kBlock); ++y) {
     v_[static_cast<std::size_t>(y)] = static_cast<float>((1 - (y + 0.5) / height * 2) * half_v_);
+  }
+  for (int x = 0; x < width; x += kBlock) {
+    left_[static_cast<std::size_t>(x / kBlock)] = u_[static_cast<std::size_t>(x)];
+    right_[static_cast<std::size_t>(x / kBlock)] = u_[static_cast<std::size_t>(x + kBlock - 1)];
   }
 }
 
@@ -119,33 +134,19 @@ void View::add_background() {
     background.constant[k] = level;
     background.packed |= static_cast<std::uint32_t>(std::lrint(level)) << (8 * k);
   }
+  codes_[0] = background.packed;
+}
+
+bool View::is_shown(const RenderInstances& instances, std::size_t index, Shown shown) const {
+  if (instances.geom_visible != nullptr && instances.geom_visible[index] == 0) return false;
+  if (!(instances.geom_rgba[4 * index + 3] > 0)) return false;
+  return shown == Shown::kAll || prepared_->scene.geoms[index].still == (shown == Shown::kStill);
 }
 
 bool View::may_show(const RenderInstances& instances, std::size_t index) const {
   if (frame_.shadows) return true;  // a geom out of sight may cast some
-  const RenderGeom& geom = prepared_->scene.geoms[index];
-  double radius = 0;
-  switch (geom.shape) {
-    case RenderShape::kSphere:
-      radius = geom.size[0];
-      break;
-    case RenderShape::kCapsule:
-      radius = geom.size[0] + geom.size[1];
-      break;
-    case RenderShape::kCylinder:
-      radius = real::hypot(geom.size[0], geom.size[1]);
-      break;
-    case RenderShape::kEllipsoid:
-      radius = std::max(geom.size[0], std::max(geom.size[1], geom.size[2]));
-      break;
-    case RenderShape::kBox:
-      radius = real::hypot(geom.size[0], geom.size[1], geom.size[2]);
-      break;
-    case RenderShape::kPlane:
-    case RenderShape::kMesh:
-      return true;
-  }
-  radius = 1.001 * radius + 1e-6;
+  const double radius = prepared_->ball_radius[index];
+  if (std::isinf(radius)) return true;
   const float* position = instances.geom_pose + 12 * index + 9;
   const Eigen::Vector3d center =
       world_to_camera_ * (Eigen::Map<const Eigen::Vector3f>(position).cast<double>() - eye_);
@@ -168,7 +169,7 @@ Placed View::place(const RenderInstances& instances, std::size_t index) const {
   return placed;
 }
 
-void View::add(const Placed& placed) {
+void View::add(const Placed& placed, std::size_t geom) {
   if (!placed.center.allFinite() || !placed.axes.allFinite()) return;  // diverged physics
   Primitive& primitive = primitives_[static_cast<std::size_t>(primitive_count_)];
   primitive.surface = surface_count_;
@@ -203,9 +204,18 @@ void View::add(const Placed& placed) {
     frame_.gloss_count = glosses;
     if (!frame_.shadows) return;
   }
+  for (int i = primitive.surface; i < surface_count_; ++i) {
+    const Surface& surface = surfaces_[static_cast<std::size_t>(i)];
+    const bool even = surface.lighting == Lighting::kConstant && surface.pattern == Pattern::kPlain;
+    codes_[static_cast<std::size_t>(i)] =
+        even ? surface.packed : kShaded | static_cast<std::uint32_t>(i);
+  }
+  keep(primitive, primitive.occluder.center[2] - primitive.occluder.radius, geom);
+}
+
+void View::keep(Primitive& primitive, float depth, std::size_t geom) {
   primitive.surface_count = surface_count_ - primitive.surface;
-  const Occluder& occluder = primitive.occluder;
-  ranks_[static_cast<std::size_t>(primitive_count_)] = {occluder.center[2] - occluder.radius,
+  ranks_[static_cast<std::size_t>(primitive_count_)] = {depth, static_cast<int>(geom),
                                                         primitive_count_};
   ++primitive_count_;
 }

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "core/base/aligned_array.h"
 #include "core/picture/renderer.h"
+#include "render/cpu_eights.h"
 #include "render/cpu_frame.h"
 #include "render/cpu_scene.h"
 
@@ -27,28 +29,49 @@ struct Extent {
   double high[2] = {-1e30, -1e30};
 };
 
+inline bool operator<(const Rank& a, const Rank& b) {
+  return a.depth < b.depth || (a.depth == b.depth && a.geom < b.geom);
+}
+
+// Which geoms a view shows: those that never move, the others, or all.
+enum class Shown { kAll, kStill, kMoving };
+
 // Part of one thread's Workbench (cpu_renderer.cc): the frame, and the memory that it points to.
 class View {
  public:
   // `max_width` and `max_height` are those of frames, in samples.
-  View(const PreparedScene& prepared, int max_width, int max_height);
+  // Without `eights`, all geoms are taken one by one, which gives the same frame.
+  View(const PreparedScene& prepared, const EightsKernel* eights, int max_width, int max_height);
 
   // Does not allocate.
-  const Frame& look(const RenderInstances& instances, int camera, int width, int height);
+  const Frame& look(const RenderInstances& instances, int camera, int width, int height,
+                    Shown shown = Shown::kAll);
+  // Of the primitives that it looked at, from near to far.
+  std::span<const Rank> ranks() const {
+    return {ranks_.data(), static_cast<std::size_t>(primitive_count_)};
+  }
 
  private:
-  struct Ranked {
-    float depth;
-    int index;
-  };
-
   void aim(const RenderCamera& camera, const float* pose, int width, int height);
   void set_lights();
   void add_background();
+  bool is_shown(const RenderInstances& instances, std::size_t index, Shown shown) const;
   // False only if the geom's bounding ball is out of sight.
   bool may_show(const RenderInstances& instances, std::size_t index) const;
   Placed place(const RenderInstances& instances, std::size_t index) const;
-  void add(const Placed& placed);
+  void add(const Placed& placed, std::size_t geom);
+  // The last step: the primitive counts from now on. `depth`: of its nearest point, or less.
+  void keep(Primitive& primitive, float depth, std::size_t geom);
+
+  // All geoms, eight of a shape at a time where that is possible (cpu_view_eights.cc).
+  void add_eights(const RenderInstances& instances, Shown shown);
+  std::size_t find_waiting(const RenderInstances& instances, Shown shown, RenderShape shape);
+  void add_boxes(const RenderInstances& instances, std::span<const int> geoms);
+  void add_capsules(const RenderInstances& instances, std::span<const int> geoms);
+  void add_cylinders(const RenderInstances& instances, std::span<const int> geoms);
+  Primitive& begin(PrimitiveKind kind, const Seen& seen, std::size_t lane);
+  Surface& add_colored(std::size_t geom, std::int32_t code);
+  Surface& add_lit(std::size_t geom, const RoundLight& lit, std::size_t lane);
 
   // Shapes. Each returns whether the camera can see any of it.
   bool add_box(const Placed& placed, Primitive& primitive);
@@ -82,6 +105,8 @@ class View {
                 Primitive& primitive, Affine* fronts, Affine* backs);
 
   const PreparedScene* prepared_;
+  const EightsKernel* eights_;
+  Lens lens_ = {};
   Frame frame_ = {};
   Eigen::Matrix3d world_to_camera_;
   Eigen::Vector3d eye_;
@@ -93,13 +118,17 @@ class View {
   int height_ = 0;
   AlignedArray<float> u_;
   AlignedArray<float> v_;
+  AlignedArray<float> left_;  // u of blocks
+  AlignedArray<float> right_;
   std::vector<Primitive> primitives_;
   std::vector<const Primitive*> order_;
-  std::vector<Ranked> ranks_;
+  std::vector<Rank> ranks_;
   std::vector<Surface> surfaces_;
+  std::vector<std::uint32_t> codes_;
   std::vector<Gloss> glosses_;
   AlignedArray<float> gloss_rows_;
   std::vector<Affine> planes_;
+  std::vector<int> waiting_;  // geoms that are to be taken eight at a time
   std::size_t plane_count_ = 0;
   int primitive_count_ = 0;
   int surface_count_ = 0;

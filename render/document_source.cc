@@ -53,6 +53,7 @@ class DocumentSource final : public ImageSource {
       if (body < 0) throw Error(Error::kInternal, "document without a body '" + name + "'");
       bodies_.push_back(static_cast<std::size_t>(body));
     }
+    mark_still();
     prepare_workbenches(*model, workers);
     renderer_ = make_renderer(scene_.scene, options, workers, set);
   }
@@ -91,7 +92,20 @@ class DocumentSource final : public ImageSource {
     std::vector<float> camera_pose;
   };
 
-  // Bodies that are not in `bodies_` stay where the document has them.
+  // Bodies that are not in `bodies_` stay where the document has them, and as they are.
+  bool is_still(int body) const {
+    const auto index = static_cast<std::size_t>(body);
+    return std::find(bodies_.begin(), bodies_.end(), index) == bodies_.end();
+  }
+  void mark_still() {
+    for (std::size_t i = 0; i < scene_.scene.geoms.size(); ++i) {
+      scene_.scene.geoms[i].still = is_still(scene_.geom_body[i]);
+    }
+    for (std::size_t i = 0; i < scene_.scene.cameras.size(); ++i) {
+      scene_.scene.cameras[i].still = is_still(scene_.camera_body[i]);
+    }
+  }
+
   void prepare_workbenches(const mjModel& model, int workers) {
     const DataPtr data = make_data(model);
     mj_kinematics(&model, data.get());

@@ -28,6 +28,7 @@ struct RenderGeom {
   float size[3] = {};
   int mesh = -1;
   RenderPattern pattern = RenderPattern::kPlain;
+  bool still = false;        // in all pictures in one place, seen, and in one colour
   std::int32_t segment = 0;  // value in segmentation images; 0 is the background
 };
 
@@ -42,6 +43,7 @@ struct RenderCamera {
   float fovy = 0;           // vertical, rad
   float near_clip = 0.01F;  // m
   float far_clip = 100.0F;
+  bool still = false;  // in one place in all environments and pictures
 };
 
 struct RenderLight {

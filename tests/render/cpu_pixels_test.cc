@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
-#include <random>
 #include <thread>
 
 #include "tests/allocation_counter.h"
@@ -10,32 +9,6 @@
 
 namespace engram::test {
 namespace {
-
-using Eigen::Vector3f;
-
-// All shapes and patterns above a table and a floor.
-RenderRig crowd(unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> any(-1, 1);
-  RenderRig rig;
-  rig.scene.meshes.push_back(box_mesh(0.1F, 0.1F, 0.1F));
-  rig.add(RenderShape::kPlane, {0, 0, 0}, {0, 0, -1});
-  rig.scene.geoms.back().pattern = RenderPattern::kGrid;
-  rig.add(RenderShape::kBox, {0.6F, 1.2F, 0.1F}, {0.3F, 0, -0.1F}, Eigen::Matrix3f::Identity(),
-          {0.9F, 0.5F, 0.3F, 1});
-  rig.scene.geoms.back().pattern = RenderPattern::kWood;
-  for (int i = 0; i < 36; ++i) {
-    rig.add(static_cast<RenderShape>(1 + i % 6), {0.04F, 0.06F, 0.05F},
-            {0.3F + 0.4F * any(random), 0.5F * any(random), 0.2F + 0.2F * any(random)},
-            turned(3 * any(random), {any(random), any(random), 1}),
-            {0.5F + 0.5F * any(random), 0.5F, 0.5F + 0.5F * any(random), 1});
-    rig.scene.geoms.back().mesh = 0;
-  }
-  rig.add_light({1, 1, -1}, 0.4F, true);
-  rig.add_light({0, 0, -1}, 0.3F);
-  rig.set_camera({-0.4F + 0.05F * any(random), 0, 0.5F}, look_along({1, 0.1F, -0.6F}, {0, 0, 1}));
-  return rig;
-}
 
 TEST_CASE("images of any size and layout have the same pixels", "[render]") {
   const RenderRig rig = crowd(1);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include "core/picture/renderer.h"
@@ -138,6 +139,30 @@ inline RenderMesh box_mesh(float x, float y, float z) {
   mesh.triangles = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
                     2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
   return mesh;
+}
+
+// All shapes and patterns above a table and a floor.
+inline RenderRig crowd(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> any(-1, 1);
+  RenderRig rig;
+  rig.scene.meshes.push_back(box_mesh(0.1F, 0.1F, 0.1F));
+  rig.add(RenderShape::kPlane, {0, 0, 0}, {0, 0, -1});
+  rig.scene.geoms.back().pattern = RenderPattern::kGrid;
+  rig.add(RenderShape::kBox, {0.6F, 1.2F, 0.1F}, {0.3F, 0, -0.1F}, Eigen::Matrix3f::Identity(),
+          {0.9F, 0.5F, 0.3F, 1});
+  rig.scene.geoms.back().pattern = RenderPattern::kWood;
+  for (int i = 0; i < 36; ++i) {
+    rig.add(static_cast<RenderShape>(1 + i % 6), {0.04F, 0.06F, 0.05F},
+            {0.3F + 0.4F * any(random), 0.5F * any(random), 0.2F + 0.2F * any(random)},
+            turned(3 * any(random), {any(random), any(random), 1}),
+            {0.5F + 0.5F * any(random), 0.5F, 0.5F + 0.5F * any(random), 1});
+    rig.scene.geoms.back().mesh = 0;
+  }
+  rig.add_light({1, 1, -1}, 0.4F, true);
+  rig.add_light({0, 0, -1}, 0.3F);
+  rig.set_camera({-0.4F + 0.05F * any(random), 0, 0.5F}, look_along({1, 0.1F, -0.6F}, {0, 0, 1}));
+  return rig;
 }
 
 }  // namespace engram::test
