@@ -96,11 +96,8 @@ struct WoodLevel {
     shift = WoodTexture::kAlongBits - level;
     texels = frame.wood.texels + frame.wood.offset[level];
   }
-  // Along or across, of pixels in columns a u and in row v.
-  ENGRAM_INLINE Int cell(int i, const Surface& s, Float column, float v, Float depth) const {
-    const Float scaled = column + (s.axes[i].b * v + s.axes[i].c) * scale[i];
-    return round(scaled * depth + d[i]) & mask[i];
-  }
+  // Along or across, for the forms' part that changes with the depth.
+  ENGRAM_INLINE Int cell(int i, Float place) const { return round(place + d[i]) & mask[i]; }
   ENGRAM_INLINE Float brightness(Int along, Int across) const {
     return to_float(gather_bytes(texels, (across << shift) + along));
   }
@@ -114,8 +111,12 @@ ENGRAM_INLINE Float read_wood(const Frame& frame, const Surface& s, const Pixels
   int level = (__builtin_bit_cast(std::int32_t, texels) >> 23) - kFloatBias;
   level = level < 0 ? 0 : (level < WoodTexture::kLevels ? level : WoodTexture::kLevels - 1);
   const WoodLevel wood(frame, s, level);
-  return wood.brightness(wood.cell(0, s, wood.a[0] * p.u, p.v, p.depth),
-                         wood.cell(1, s, wood.a[1] * p.u, p.v, p.depth));
+  Int cell[2];
+  for (int i = 0; i < 2; ++i) {
+    const float row = (s.axes[i].b * p.v + s.axes[i].c) * wood.scale[i];
+    cell[i] = wood.cell(i, (wood.a[i] * p.u + row) * p.depth);
+  }
+  return wood.brightness(cell[0], cell[1]);
 }
 
 // How much brighter the plane is at these rays.

@@ -273,7 +273,9 @@ void shade_tile(const Scan& s, const TileRow& row, int tile) {
         const Mask same = equal(codes, splat(code));
         left = without(left, same);
         const Surface& surface = frame.surfaces[code & kIndex];
-        if (!is_even_wood(surface)) {
+        if (surface.lighting == Lighting::kLinear && surface.pattern == Pattern::kPlain) {
+          color = select(same, pack(light_surface(frame, surface, pixels)), color);
+        } else if (!is_even_wood(surface)) {
           color = select(same, shade_surface(frame, surface, pixels), color);
         } else if (wood == 0) {
           wood = code;

@@ -52,7 +52,6 @@ ENGRAM_INLINE void scan(const Scan& s, const Span& span, MakeColumns make_column
       Float w = Float{};
       Int code = Int{};
       const Mask nearer = inside & hit(y, seen, w, code);
-      if (!any(nearer)) continue;
       store_anywhere(w_at, select(nearer, w, seen));
       store_anywhere(code_at, select(nearer, code, load_anywhere(code_at)));
     }
@@ -171,7 +170,6 @@ void scan_ball(const Scan& s, const Primitive& p, const std::int32_t* codes, con
         return [ =, &rows ](int y, Float seen, Float& w, Int& code) __attribute__((always_inline)) {
           const Float disc = columns.discriminant(rows, y);
           const Mask crossed = at_most(Float{}, disc);
-          if (!any(crossed)) return crossed;
           w = columns.middle(rows, y) + sqrt(max(disc, Float{}));
           code = splat(codes[0]);
           return crossed & less(seen, w) & at_most(w, splat(near_w));
@@ -232,7 +230,6 @@ void scan_cylinder(const Scan& s, const Primitive& p, const std::int32_t* codes,
             __attribute__((always_inline)) {
           const Float disc = columns.discriminant(rows, y);
           const Mask crossed = at_most(Float{}, disc);
-          if (!any(crossed)) return crossed;
           const Float middle = columns.middle(rows, y);
           const Float root = sqrt(max(disc, Float{}));
           const Float cap = column[0] + caps[0][y];

@@ -72,6 +72,19 @@ struct TileGloss {
   }
 };
 
+// The part of each row in the place of its cells.
+struct WoodPlace {
+  alignas(64) float row[2][kBlock];
+
+  ENGRAM_INLINE WoodPlace(const WoodLevel& level, const Surface& s, const float* v) {
+    for (int k = 0; k < 2; ++k) {
+      for (int i = 0; i < kBlock; i += kLanes) {
+        store(row[k] + i, (load(v + i) * s.axes[k].b + s.axes[k].c) * level.scale[k]);
+      }
+    }
+  }
+};
+
 // Colours some rows of the tile that begins at column x of a row of tiles: in all of their pixels,
 // or in those that have the wood's code.
 template <bool kAll>
@@ -89,11 +102,11 @@ void paint_wood(const Scan& s, const TileRow& row, int x, std::int32_t index, st
     const std::uint32_t same = rows & levels.of(level_here);
     rows &= ~same;
     const WoodLevel level(frame, surface, level_here);
+    const WoodPlace place(level, surface, s.v);
     for (int part = 0; part < kBlock; part += kLanes) {
       const Float u = load(u_of_columns + part);
       const Float plane_column = surface.plane.a * u;
-      const Float along_column = level.a[0] * u;
-      const Float across_column = level.a[1] * u;
+      const Float cell_column[2] = {level.a[0] * u, level.a[1] * u};
       for (std::uint32_t left = same; left != 0; left &= left - 1) {
         const int y = __builtin_ctz(left);
         std::int32_t* at = s.code + y * TileRow::kStride + x + part;
@@ -102,10 +115,10 @@ void paint_wood(const Scan& s, const TileRow& row, int x, std::int32_t index, st
           here = equal(load(at), code);
           if (!any(here)) continue;
         }
-        const float v = s.v[y];
         const Float depth = 1.0F / (plane_column + plane[y]);
-        const Float brightness = level.brightness(level.cell(0, surface, along_column, v, depth),
-                                                  level.cell(1, surface, across_column, v, depth));
+        const Float brightness =
+            level.brightness(level.cell(0, (cell_column[0] + place.row[0][y]) * depth),
+                             level.cell(1, (cell_column[1] + place.row[1][y]) * depth));
         const int strip = y / kGlossStep;
         const Float factor = load(gloss.first[strip] + part) +
                              load(gloss.step[strip] + part) * static_cast<float>(y % kGlossStep);

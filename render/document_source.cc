@@ -71,9 +71,9 @@ class DocumentSource final : public ImageSource {
     }
     const BodyPoses<double> poses{workbench.poses.data(), kPoseSize, workbench.poses.data() + 3,
                                   kPoseSize};
-    pose_geoms(scene_, poses, workbench.geom_pose.data());
-    pose_cameras(scene_, poses, workbench.camera_pose.data());
     dress_geoms(workbench);
+    pose_geoms(scene_, poses, workbench.geom_pose.data(), workbench.visible.data());
+    pose_cameras(scene_, poses, workbench.camera_pose.data());
     renderer_->render(worker,
                       {workbench.geom_pose.data(), workbench.rgba.data(), workbench.emission.data(),
                        workbench.visible.data(), workbench.camera_pose.data()},

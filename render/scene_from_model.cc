@@ -195,12 +195,13 @@ void add_lights(const mjModel& model, RenderScene& scene) {
 // World pose = body pose * local pose, for each row.
 template <typename Number>
 void pose_rows(std::span<const int> bodies_of, std::span<const float> local,
-               const BodyPoses<Number>& bodies, float* out) {
+               const BodyPoses<Number>& bodies, const std::uint8_t* wanted, float* out) {
   using Quaternion = Eigen::Quaternion<Number>;
   int previous = -1;
   Eigen::Matrix<Number, 3, 3> rotation = Eigen::Matrix<Number, 3, 3>::Identity();
   Eigen::Matrix<Number, 3, 1> position = Eigen::Matrix<Number, 3, 1>::Zero();
   for (std::size_t i = 0; i < bodies_of.size(); ++i) {
+    if (wanted != nullptr && wanted[i] == 0) continue;
     if (bodies_of[i] != previous) {
       previous = bodies_of[i];
       const Number* p = bodies.position + previous * bodies.position_stride;
@@ -233,17 +234,19 @@ ModelScene scene_from_model(const mjModel& model, bool for_people) {
   return result;
 }
 
-void pose_geoms(const ModelScene& scene, const BodyPoses<double>& bodies, float* geom_pose) {
-  pose_rows<double>(scene.geom_body, scene.geom_local, bodies, geom_pose);
+void pose_geoms(const ModelScene& scene, const BodyPoses<double>& bodies, float* geom_pose,
+                const std::uint8_t* visible) {
+  pose_rows<double>(scene.geom_body, scene.geom_local, bodies, visible, geom_pose);
 }
-void pose_geoms(const ModelScene& scene, const BodyPoses<float>& bodies, float* geom_pose) {
-  pose_rows<float>(scene.geom_body, scene.geom_local, bodies, geom_pose);
+void pose_geoms(const ModelScene& scene, const BodyPoses<float>& bodies, float* geom_pose,
+                const std::uint8_t* visible) {
+  pose_rows<float>(scene.geom_body, scene.geom_local, bodies, visible, geom_pose);
 }
 void pose_cameras(const ModelScene& scene, const BodyPoses<double>& bodies, float* camera_pose) {
-  pose_rows<double>(scene.camera_body, scene.camera_local, bodies, camera_pose);
+  pose_rows<double>(scene.camera_body, scene.camera_local, bodies, nullptr, camera_pose);
 }
 void pose_cameras(const ModelScene& scene, const BodyPoses<float>& bodies, float* camera_pose) {
-  pose_rows<float>(scene.camera_body, scene.camera_local, bodies, camera_pose);
+  pose_rows<float>(scene.camera_body, scene.camera_local, bodies, nullptr, camera_pose);
 }
 
 }  // namespace engram

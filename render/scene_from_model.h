@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/picture/renderer.h"
@@ -42,9 +43,12 @@ struct BodyPoses {
   std::ptrdiff_t quaternion_stride = 4;
 };
 
-// Fills (geoms, 12) and (cameras, 12) for RenderInstances. Do not allocate.
-void pose_geoms(const ModelScene& scene, const BodyPoses<double>& bodies, float* geom_pose);
-void pose_geoms(const ModelScene& scene, const BodyPoses<float>& bodies, float* geom_pose);
+// Fill (geoms, 12) and (cameras, 12) for RenderInstances. Do not allocate. With `visible`, the rows
+// of geoms where it is 0 are left alone.
+void pose_geoms(const ModelScene& scene, const BodyPoses<double>& bodies, float* geom_pose,
+                const std::uint8_t* visible = nullptr);
+void pose_geoms(const ModelScene& scene, const BodyPoses<float>& bodies, float* geom_pose,
+                const std::uint8_t* visible = nullptr);
 void pose_cameras(const ModelScene& scene, const BodyPoses<double>& bodies, float* camera_pose);
 void pose_cameras(const ModelScene& scene, const BodyPoses<float>& bodies, float* camera_pose);
 

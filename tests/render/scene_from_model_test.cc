@@ -116,6 +116,13 @@ TEST_CASE("geoms and cameras move with their bodies", "[render]") {
   std::vector<float> again(geoms.size());
   pose_geoms(scene, BodyPoses<float>{rows.data(), 7, rows.data() + 3, 7}, again.data());
   for (std::size_t i = 0; i < geoms.size(); ++i) CHECK(again[i] == Approx(geoms[i]).margin(1e-5));
+
+  // Rows of hidden geoms are left alone.
+  std::vector<std::uint8_t> visible(scene.scene.geoms.size(), 1);
+  visible[1] = 0;
+  std::vector<float> some(geoms.size(), 7);
+  pose_geoms(scene, bodies, some.data(), visible.data());
+  for (std::size_t i = 0; i < geoms.size(); ++i) CHECK(some[i] == (i / 12 == 1 ? 7 : geoms[i]));
 }
 
 TEST_CASE("a model with a height field cannot be drawn", "[render]") {
