@@ -124,6 +124,15 @@ struct WoodTexture {
   int offset[kLevels];
 };
 
+// Balls around primitives, in their order: what may cast shadows. Padded with balls that no ray
+// meets.
+struct Casters {
+  const float* x;
+  const float* y;
+  const float* z;
+  const float* radius;
+};
+
 struct Frame {
   const float* u;      // of each column, padded to whole blocks, and a block more
   const float* v;      // of each row, padded to whole blocks
@@ -143,6 +152,7 @@ struct Frame {
   bool shadows;
   int ray_begin[kMaxLights + 1];
   float ray[kMaxRays][3];
+  Casters casters;
   WoodTexture wood;
 };
 

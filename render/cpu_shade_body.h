@@ -262,9 +262,10 @@ Int shade_surface(const Frame& frame, const Surface& s, const Pixels& p) {
   return pack(color);
 }
 
-// Shades a vector of pixels: once for each surface among them.
+// Shades a vector of pixels: once for each surface among them. With shadows, `arriving` is where
+// each light's part is found.
 ENGRAM_INLINE void shade_vector(const Frame& frame, const Band& band, std::ptrdiff_t at, int x,
-                                int y) {
+                                int y, const Float* arriving) {
   const Int ids = load(band.id + at);
   const std::int32_t first = band.id[at];
   Mask same = equal(ids, splat(first));
@@ -275,13 +276,7 @@ ENGRAM_INLINE void shade_vector(const Frame& frame, const Band& band, std::ptrdi
     return;
   }
 
-  Float arriving[kMaxLights];
-  const float v = frame.v[y];
-  Pixels pixels = {load(frame.u + x), 1.0F / load(band.w + at), v, x, y, nullptr};
-  if (frame.shadows) {
-    find_shadows(frame, ids, pixels.u, v, pixels.depth, arriving);
-    pixels.arriving = arriving;
-  }
+  const Pixels pixels = {load(frame.u + x), 1.0F / load(band.w + at), frame.v[y], x, y, arriving};
   Int color = shade_surface(frame, surface, pixels);
   Mask done = same;
   while (!all(done)) {
@@ -294,15 +289,47 @@ ENGRAM_INLINE void shade_vector(const Frame& frame, const Band& band, std::ptrdi
   store(band.color + at, color);
 }
 
-void shade(const Frame& frame, const Band& band) {
-  for (int y = band.y0; y < band.y1; ++y) {
-    const bool first = y == band.y0;
-    for (int i = 0; i < frame.gloss_count && (first || y % kGlossStep == 0); ++i) {
-      prepare_strip(frame, frame.glosses[i], y & -kGlossStep, band.width, !first);
+// Shades the rows y0 <= y < y1 of a block of columns, with shadows.
+void shade_block(const Frame& frame, const Band& band, int x0, int y0, int y1) {
+  ShadowTile tile;
+  for (int y = y0; y < y1; ++y) {
+    for (int x = x0; x < x0 + kBlock; x += kLanes, tile.count += kLanes) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y - band.y0) * band.width + x;
+      const Float depth = 1.0F / load(band.w + at);
+      store(tile.x + tile.count, load(frame.u + x) * depth);
+      store(tile.y + tile.count, frame.v[y] * depth);
+      store(tile.z + tile.count, depth);
+      store(tile.id + tile.count, load(band.id + at));
     }
-    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
-    for (int x = 0; x < band.width; x += kLanes) {
-      shade_vector(frame, band, row + x, x, y);
+  }
+  find_shadows(frame, tile);
+  int i = 0;
+  for (int y = y0; y < y1; ++y) {
+    for (int x = x0; x < x0 + kBlock; x += kLanes, i += kLanes) {
+      Float arriving[kMaxLights];
+      for (int k = 0; k < frame.light_count; ++k) arriving[k] = load(tile.lit[k] + i);
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y - band.y0) * band.width + x;
+      shade_vector(frame, band, at, x, y, arriving);
+    }
+  }
+}
+
+void shade(const Frame& frame, const Band& band) {
+  // A strip of the glosses at a time.
+  for (int y = band.y0; y < band.y1;) {
+    const int strip_end = (y & -kGlossStep) + kGlossStep;
+    const int end = strip_end < band.y1 ? strip_end : band.y1;
+    for (int i = 0; i < frame.gloss_count; ++i) {
+      prepare_strip(frame, frame.glosses[i], y & -kGlossStep, band.width, y != band.y0);
+    }
+    for (int x = 0; x < band.width && frame.shadows; x += kBlock) {
+      shade_block(frame, band, x, y, end);
+    }
+    for (; y < end; ++y) {
+      const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
+      for (int x = 0; x < band.width && !frame.shadows; x += kLanes) {
+        shade_vector(frame, band, row + x, x, y, nullptr);
+      }
     }
   }
 }

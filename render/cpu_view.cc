@@ -55,6 +55,11 @@ View::View(const PreparedScene& prepared, const EightsKernel* eights, int max_wi
     frame_.ray_begin[i + 1] = ray;
   }
   frame_.shadows = ray > 0;
+  if (!frame_.shadows) return;
+  const auto row = static_cast<std::size_t>(round_up(static_cast<int>(primitives_.size()), kBlock));
+  caster_rows_ = AlignedArray<float>(4 * row);
+  const float* rows = caster_rows_.data();
+  frame_.casters = {rows, rows + row, rows + 2 * row, rows + 3 * row};
 }
 
 const Frame& View::look(const RenderInstances& instances, int camera, int width, int height,
@@ -81,7 +86,21 @@ const Frame& View::look(const RenderInstances& instances, int camera, int width,
     order_[i] = &primitives_[static_cast<std::size_t>(ranks_[i].primitive)];
   }
   frame_.primitive_count = primitive_count_;
+  if (frame_.shadows) set_casters();
   return frame_;
+}
+
+void View::set_casters() {
+  const std::size_t row = caster_rows_.size() / 4;
+  constexpr float kNever = -1e30F;
+  std::fill(caster_rows_.begin(), caster_rows_.end(), 0.0F);
+  std::fill(caster_rows_.end() - static_cast<std::ptrdiff_t>(row), caster_rows_.end(), kNever);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(primitive_count_); ++i) {
+    if (order_[i]->kind == PrimitiveKind::kPlane) continue;
+    const Occluder& occluder = order_[i]->occluder;
+    for (std::size_t k = 0; k < 3; ++k) caster_rows_[k * row + i] = occluder.center[k];
+    caster_rows_[3 * row + i] = occluder.radius;
+  }
 }
 
 void View::aim(const RenderCamera& camera, const float* pose, int width, int height) {

@@ -52,6 +52,7 @@ class View {
   }
 
  private:
+  void set_casters();
   void aim(const RenderCamera& camera, const float* pose, int width, int height);
   void set_lights();
   void add_background();
@@ -127,6 +128,7 @@ class View {
   std::vector<std::uint32_t> codes_;
   std::vector<Gloss> glosses_;
   AlignedArray<float> gloss_rows_;
+  AlignedArray<float> caster_rows_;  // of Casters, one after the other
   std::vector<Affine> planes_;
   std::vector<int> waiting_;  // geoms that are to be taken eight at a time
   std::size_t plane_count_ = 0;

@@ -177,6 +177,74 @@ TEST_CASE("the ray caster sees what a plain ray tracer sees", "[render]") {
   }
 }
 
+// How many pixels have another light than a plain ray tracer finds, of those that face the light.
+struct Shadows {
+  int pixels = 0;
+  int dark = 0;
+  int wrong = 0;
+};
+
+Shadows compare_shadows(const RenderRig& rig, const Vector3d& to_light, int width, int height) {
+  using Rows = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>;
+  CpuRendererOptions hard;
+  hard.shadow_rays = 1;
+  RenderRig unlit = rig;
+  unlit.scene.lights.clear();
+  const Picture shadowed = rig.look(width, height, hard);
+  const Picture plain = rig.look(width, height);
+  const Picture ambient = unlit.look(width, height);
+  const Eigen::Matrix3d camera = Rows(rig.camera_pose.data()).cast<double>();
+  const Vector3d eye = Eigen::Map<const Vector3f>(rig.camera_pose.data() + 9).cast<double>();
+  const double tangent = std::tan(0.5 * rig.scene.cameras[0].fovy);
+  Shadows result;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const std::size_t at = plain.at(x, y);
+      if (plain.color(x, y)[0] - ambient.color(x, y)[0] < 8) continue;
+      const double u = ((x + 0.5) / width * 2 - 1) * tangent * width / height;
+      const double v = (1 - (y + 0.5) / height * 2) * tangent;
+      const Vector3d point =
+          eye + camera * Vector3d(u, v, -1) * static_cast<double>(plain.depth[at]);
+      bool dark = false;
+      for (std::size_t g = 0; g < rig.scene.geoms.size(); ++g) {
+        const RenderGeom& geom = rig.scene.geoms[g];
+        if (geom.shape == RenderShape::kPlane || geom.segment == plain.segment[at]) continue;
+        const float* pose = &rig.geom_pose[12 * g];
+        const Eigen::Matrix3d rotation = Rows(pose).cast<double>().transpose();
+        const Vector3d position = Eigen::Map<const Vector3f>(pose + 9).cast<double>();
+        const Interval inside = hit(geom, rotation * (point - position), rotation * to_light);
+        dark = dark || (!inside.empty() && inside.leave > 1e-3);
+      }
+      ++result.pixels;
+      result.dark += dark ? 1 : 0;
+      result.wrong += dark != (shadowed.color(x, y) != plain.color(x, y)) ? 1 : 0;
+    }
+  }
+  return result;
+}
+
+TEST_CASE("shadows fall where a plain ray tracer has them", "[render]") {
+  Shadows all;
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    RenderRig rig = crowd(seed);
+    rig.scene.lights.clear();
+    for (RenderGeom& geom : rig.scene.geoms) {
+      geom.pattern = RenderPattern::kPlain;
+      if (geom.shape == RenderShape::kMesh) std::fill_n(geom.size, 3, 0.1F);  // the mesh's
+    }
+    for (std::size_t i = 0; i < rig.rgba.size(); ++i) rig.rgba[i] = 1;
+    const Vector3f light = Vector3f(0.4F * static_cast<float>(seed) - 2, 1, -1.5F).normalized();
+    rig.add_light(light, 0.4F, true);
+    const Shadows found = compare_shadows(rig, -light.cast<double>(), 150, 130);
+    all.pixels += found.pixels;
+    all.dark += found.dark;
+    all.wrong += found.wrong;
+  }
+  CHECK(all.pixels > 100000);
+  CHECK(all.dark > 15000);
+  CHECK(all.wrong <= all.pixels / 2000);
+}
+
 TEST_CASE("infinite planes reach the horizon", "[render]") {
   RenderRig rig;
   rig.add(RenderShape::kPlane, {0, 0, 0}, {0, 0, -1});
