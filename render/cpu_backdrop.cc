@@ -21,7 +21,7 @@ void draw(const Frame& frame, const Kernel& kernel, TileRow& row, int stride, fl
       kernel.draw_tiles(frame, nullptr, row);
       for (int y = 0; y < row.rows; ++y) {
         const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(row.y + y) * stride + row.x;
-        const int from = y * TileRow::kStride;
+        const int from = y * row.pitch;
         std::copy_n(row.w + from, row.tiles * kBlock, w + to);
         std::copy_n(row.code + from, row.tiles * kBlock, color + to);
       }

@@ -189,13 +189,14 @@ struct Sieved {
 
 // Part of a row of tiles of one picture, and working memory for it.
 struct TileRow {
-  static constexpr int kStride = (kPanelTiles + 1) * kBlock;  // vectors may reach beyond the panel
-
-  int x, y;            // of its first pixel
-  int tiles, rows;     // at most kPanelTiles, kBlock
-  bool keeps_depth;    // w is wanted, too
-  float* w;            // kBlock rows of kStride
-  std::int32_t* code;  // the same; codes, then colours
+  int x, y;          // of its first pixel
+  int tiles, rows;   // at most kPanelTiles, kBlock
+  bool keeps_depth;  // w is wanted, too
+  // Memory for kBlock rows of `pitch` pixels: a block more than the widest row of tiles, as vectors
+  // may reach beyond. Every row begins on a vector's boundary.
+  int pitch;
+  float* w;
+  std::int32_t* code;  // codes, then colours
   Sieved* sieved;      // as many as the frame has primitives
   int sieved_count;
   // The colours of each tile: where they begin, and from row to row.

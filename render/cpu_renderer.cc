@@ -152,12 +152,13 @@ class CpuRenderer final : public Renderer {
           w(owner.band_size()),
           id(w.size()),
           color(w.size()),
-          tiles(2 * kBlock * TileRow::kStride),
-          tile_w(kBlock * TileRow::kStride),
+          tile_w(owner.tiles_size()),
+          tile_codes(2 * tile_w.size()),
           sieved(owner.prepared_.scene.geoms.size()) {
       for (std::size_t i = 0; i < 2; ++i) {
+        rows[i].pitch = static_cast<int>(tile_w.size()) / kBlock;
         rows[i].w = tile_w.data();
-        rows[i].code = tiles.data() + i * kBlock * TileRow::kStride;
+        rows[i].code = tile_codes.data() + i * tile_w.size();
         rows[i].sieved = sieved.data();
       }
     }
@@ -168,8 +169,8 @@ class CpuRenderer final : public Renderer {
     AlignedArray<std::int32_t> id;
     AlignedArray<std::uint32_t> color;
     TileRow rows[2] = {};
-    AlignedArray<std::int32_t> tiles;
     AlignedArray<float> tile_w;
+    AlignedArray<std::int32_t> tile_codes;
     std::vector<cpu::Sieved> sieved;
   };
 
@@ -185,6 +186,12 @@ class CpuRenderer final : public Renderer {
   }
 
   int samples() const { return options_.antialias ? 2 : 1; }
+
+  // Of a row of tiles.
+  std::size_t tiles_size() const {
+    const int widest = std::min(padded(options_.max_width), kPanelTiles * kBlock);
+    return static_cast<std::size_t>(kBlock * (widest + kBlock));
+  }
 
   // At least two rows of the widest image, for the means of 2x2 samples.
   std::size_t band_size() const {

@@ -237,11 +237,11 @@ PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& 
   max_surfaces = 1;
   for (const RenderGeom& geom : scene.geoms) {
     const std::size_t planes = plane_count(geom, hulls);
+    const std::size_t surfaces = geom.shape == RenderShape::kMesh ? planes : 3;
     max_planes += planes;
     ball_radius.push_back(ball_radius_of(geom));
     rank_radius.push_back(rank_radius_of(geom));
-    max_surfaces += std::max<std::size_t>(planes, 3);
-    // A box has three faces at most that are seen.
+    max_surfaces += surfaces;  // three faces of a box at most are seen
     if (geom.pattern == RenderPattern::kWood) max_glosses += 3;
   }
   const bool any_wood = std::any_of(scene.geoms.begin(), scene.geoms.end(), [](const auto& geom) {

@@ -135,8 +135,8 @@ ENGRAM_INLINE void fill_tile(const Scan& s, const TileRow& row, int tile, const 
   for (int part = 0; part < kBlock; part += kLanes) {
     const Float column = plane.a * load(s.u + x + part);
     for (int y = 0; y < row.rows; ++y) {
-      store(s.w + y * TileRow::kStride + x + part, column + rows[y]);
-      store(s.code + y * TileRow::kStride + x + part, splat(static_cast<std::int32_t>(code)));
+      store(s.w + y * s.pitch + x + part, column + rows[y]);
+      store(s.code + y * s.pitch + x + part, splat(static_cast<std::int32_t>(code)));
     }
   }
 }
@@ -214,8 +214,8 @@ void copy_tiles(const Scan& s, const Backdrop& backdrop, TileRow& row) {
     const auto* color = reinterpret_cast<const std::int32_t*>(backdrop.color) + from;
     for (int y = 0; y < row.rows; ++y, w += backdrop.stride, color += backdrop.stride) {
       for (int part = 0; part < kBlock; part += kLanes) {
-        store(s.w + y * TileRow::kStride + x + part, load_anywhere(w + part));
-        store(s.code + y * TileRow::kStride + x + part, load_anywhere(color + part));
+        store(s.w + y * s.pitch + x + part, load_anywhere(w + part));
+        store(s.code + y * s.pitch + x + part, load_anywhere(color + part));
       }
     }
   }
@@ -253,7 +253,7 @@ void shade_tile(const Scan& s, const TileRow& row, int tile) {
   bool again = false;           // there is another wood
   for (int y = 0; y < row.rows; ++y) {
     for (int part = 0; part < kBlock; part += kLanes) {
-      const int place = y * TileRow::kStride + x + part;
+      const std::ptrdiff_t place = y * s.pitch + x + part;
       const Int codes = load(s.code + place);
       const Mask wooden = equal(codes, splat(wood));  // not if `wood` is 0: then it is a colour
       Mask left = negative(codes);
@@ -292,10 +292,10 @@ void shade_tile(const Scan& s, const TileRow& row, int tile) {
 }
 
 void draw_tiles(const Frame& frame, const Backdrop* backdrop, TileRow& row) {
-  const Scan s = {&frame, frame.u + row.x, frame.v + row.y, row.w, row.code};
+  const Scan s = {&frame, frame.u + row.x, frame.v + row.y, row.w, row.code, row.pitch};
   for (int tile = 0; tile < row.tiles; ++tile) {
     row.source[tile] = reinterpret_cast<const std::uint32_t*>(row.code) + tile * kBlock;
-    row.stride[tile] = TileRow::kStride;
+    row.stride[tile] = row.pitch;
   }
   sieve(frame, row);
   Tiles shaded = 0;

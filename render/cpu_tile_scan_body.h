@@ -20,6 +20,7 @@ struct Scan {
   const float* v;  // of its rows
   float* w;
   std::int32_t* code;
+  std::ptrdiff_t pitch;  // from row to row
 };
 
 // b v + c of a tile's rows.
@@ -46,8 +47,8 @@ ENGRAM_INLINE void scan(const Scan& s, const Span& span, MakeColumns make_column
     const Mask inside = first_lanes(span.x1 - x);
     auto hit = make_columns(load_anywhere(s.u + x));
     for (int y = span.y0; y < span.y1; ++y) {
-      float* w_at = s.w + y * TileRow::kStride + x;
-      std::int32_t* code_at = s.code + y * TileRow::kStride + x;
+      float* w_at = s.w + y * s.pitch + x;
+      std::int32_t* code_at = s.code + y * s.pitch + x;
       const Float seen = load_anywhere(w_at);
       Float w = Float{};
       Int code = Int{};

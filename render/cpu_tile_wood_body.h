@@ -109,7 +109,7 @@ void paint_wood(const Scan& s, const TileRow& row, int x, std::int32_t index, st
       const Float cell_column[2] = {level.a[0] * u, level.a[1] * u};
       for (std::uint32_t left = same; left != 0; left &= left - 1) {
         const int y = __builtin_ctz(left);
-        std::int32_t* at = s.code + y * TileRow::kStride + x + part;
+        std::int32_t* at = s.code + y * s.pitch + x + part;
         Mask here = equal(code, code);
         if constexpr (!kAll) {
           here = equal(load(at), code);

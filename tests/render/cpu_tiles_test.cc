@@ -146,10 +146,11 @@ TEST_CASE("what working memory held before does not show in tiles", "[render]") 
       const RenderInstances instances = two_cameras(rig, poses);
       const cpu::PreparedScene prepared(rig.scene, {});
       cpu::View view(prepared, kernel->eights, 100, 90);
-      AlignedArray<float> w(cpu::kBlock * cpu::TileRow::kStride);
+      AlignedArray<float> w(cpu::kBlock * 128);
       AlignedArray<std::int32_t> code(w.size());
       std::vector<cpu::Sieved> sieved(rig.scene.geoms.size());
       cpu::TileRow row = {};
+      row.pitch = 128;
       row.w = w.data();
       row.code = code.data();
       row.sieved = sieved.data();
