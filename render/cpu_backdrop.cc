@@ -35,7 +35,7 @@ void draw(const Frame& frame, const Kernel& kernel, TileRow& row, int stride, fl
 Backdrops::Backdrops(const PreparedScene& prepared, std::int64_t most_pixels)
     : capacity_(std::min(most_pixels, kMostPixels)), slots_(prepared.scene.cameras.size()) {
   for (std::size_t i = 0; i < slots_.size(); ++i) {
-    if (!prepared.scene.cameras[i].still) continue;
+    if (!prepared.scene.cameras[i].still || capacity_ == 0) continue;
     // Pages that no picture needs are never touched.
     slots_[i].w = std::make_unique_for_overwrite<float[]>(static_cast<std::size_t>(capacity_));
     slots_[i].color =

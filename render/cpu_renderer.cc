@@ -117,7 +117,9 @@ class CpuRenderer final : public Renderer {
       : prepared_(scene, options),
         options_(options),
         kernel_(find_kernel(options.instruction_set)),
-        backdrops_(prepared_, std::int64_t{padded(options.max_width)} * options.max_height) {
+        backdrops_(prepared_, draws_tiles()
+                                  ? std::int64_t{padded(options.max_width)} * options.max_height
+                                  : 0) {
     for (int i = 0; i < workers; ++i) workbenches_.push_back(std::make_unique<Workbench>(*this));
   }
 
@@ -205,10 +207,11 @@ class CpuRenderer final : public Renderer {
            image.height <= options_.max_height;
   }
 
-  // Colours alone, of pixel centres, without shadows: most pictures.
+  // Tiles are for colours alone, of pixel centres, without shadows: most pictures.
+  bool draws_tiles() const { return !options_.antialias && !prepared_.casts_shadows(); }
   bool is_plain(const RenderImage& image) const {
-    return image.rgb != nullptr && image.depth == nullptr && image.segment == nullptr &&
-           !options_.antialias && !prepared_.casts_shadows();
+    return draws_tiles() && image.rgb != nullptr && image.depth == nullptr &&
+           image.segment == nullptr;
   }
 
   Scenery look(Workbench& workbench, cpu::View& view, const RenderInstances& instances,
