@@ -281,7 +281,7 @@ ENGRAM_INLINE Three middle_of(const Lens& lens, const Rects& rects) {
   alignas(64) std::int32_t y[kDoubles];
   // Rectangles of what is not seen may be anything.
   const auto within = [](Double at, int size) __attribute__((always_inline)) {
-    return (at >= 0.0) & (at < size) ? at : Double{};
+    return ((at >= 0.0) & (at < size)) ? at : Double{};
   };
   store(x, within((rects.x0 + rects.x1) * 0.5, lens.width));
   store(y, within((rects.y0 + rects.y1) * 0.5, lens.height));
@@ -422,7 +422,7 @@ void set_up_cylinders(const Lens& lens, const Eight& eight, SeenCylinders& out) 
     const Double bottom = half_length - middle_height;
     const auto from_above = top <= -1e-7;
     const auto from_below = bottom <= -1e-7;
-    const Double has_front = from_above | from_below ? splat_double(1) : Double{};
+    const Double has_front = (from_above | from_below) ? splat_double(1) : Double{};
     const Double top_divisor = plane_divisor(top);
     const Double bottom_divisor = plane_divisor(bottom);
     Three planes[2];

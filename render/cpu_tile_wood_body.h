@@ -57,8 +57,9 @@ struct TileGloss {
     alignas(64) static constexpr float kRow[16] = {0, 0, 0, 1, 1, 1, 2, 2, 2};
     constexpr int kNodes = 9;
     alignas(64) float nodes[16];
+    const int first_column = x / kGlossStep;
     for (int i = 0; i < kNodes; i += kLanes) {
-      const Float column = load(kColumn + i) + static_cast<float>(x / kGlossStep);
+      const Float column = load(kColumn + i) + static_cast<float>(first_column);
       const Float row = load(kRow + i) * kGlossStep + static_cast<float>(y);
       store(nodes + i, gloss_at_nodes(frame, gloss, column, row));
     }

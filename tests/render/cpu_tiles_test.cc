@@ -226,6 +226,7 @@ TEST_CASE("workers that ask for the first picture at once all get it", "[render]
     const auto renderer = make_cpu_renderer(rig.scene, {}, 4);
     std::vector<Rgb> pictures(4, Rgb(expected.size()));
     std::vector<std::thread> threads;
+    threads.reserve(4);
     for (int worker = 0; worker < 4; ++worker) {
       threads.emplace_back([&, worker] {
         RenderImage image;
