@@ -106,6 +106,9 @@ struct EightsKernel {
   void (*boxes)(const Lens& lens, const Eight& eight, SeenBoxes& seen);
   void (*capsules)(const Lens& lens, const Eight& eight, SeenCapsules& seen);
   void (*cylinders)(const Lens& lens, const Eight& eight, SeenCylinders& seen);
+  // How many come before each: by depth, or by number where depths are equal. All arrays have room
+  // for whole blocks.
+  void (*count_nearer)(const float* depth, const float* number, int count, std::int32_t* nearer);
 };
 
 }  // namespace engram::cpu

@@ -456,7 +456,23 @@ void set_up_cylinders(const Lens& lens, const Eight& eight, SeenCylinders& out) 
   light_flat(lens, out.lit, amount, out.code);
 }
 
-constexpr EightsKernel kEights = {&cull, &set_up_boxes, &set_up_capsules, &set_up_cylinders};
+void count_nearer(const float* depth, const float* number, int count, std::int32_t* nearer) {
+  for (int i = 0; i < count; i += kLanes) {
+    const Float own_depth = load(depth + i);
+    const Float own_number = load(number + i);
+    Int sum = Int{};
+    for (int k = 0; k < count; ++k) {
+      const Float other = splat(depth[k]);
+      const Mask before =
+          less(other, own_depth) | (at_most(other, own_depth) & less(splat(number[k]), own_number));
+      sum = select(before, sum + 1, sum);
+    }
+    store(nearer + i, sum);
+  }
+}
+
+constexpr EightsKernel kEights = {&cull, &set_up_boxes, &set_up_capsules, &set_up_cylinders,
+                                  &count_nearer};
 
 }  // namespace
 }  // namespace engram::cpu

@@ -142,6 +142,7 @@ struct Frame {
   float pixel;  // size of a pixel in u and v
   float near_w, far_w;
   const Primitive* const* primitives;  // roughly from near to far
+  const Rect* rects;                   // theirs
   int primitive_count;
   const Surface* surfaces;     // surface 0 is the background
   const std::uint32_t* codes;  // of the surfaces

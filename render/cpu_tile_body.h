@@ -103,7 +103,7 @@ ENGRAM_INLINE Tiles hidden_by(const Cover& cover, const Primitive& plane, const 
 void sieve(const Frame& frame, TileRow& row) {
   row.sieved_count = 0;
   for (int i = 0; i < frame.primitive_count; ++i) {
-    const Rect& rect = frame.primitives[i]->rect;
+    const Rect& rect = frame.rects[i];
     if (rect.y0 >= row.y + row.rows || rect.y1 <= row.y) continue;
     const int first = rect.x0 > row.x ? (rect.x0 - row.x) / kBlock : 0;
     const int end = (rect.x1 - row.x + kBlock - 1) / kBlock;

@@ -24,7 +24,12 @@ View::View(const PreparedScene& prepared, const EightsKernel* eights, int max_wi
       right_(left_.size()),
       primitives_(prepared.scene.geoms.size()),
       order_(primitives_.size()),
+      rects_(primitives_.size()),
       ranks_(primitives_.size()),
+      unsorted_(primitives_.size()),
+      depths_(static_cast<std::size_t>(round_up(static_cast<int>(primitives_.size()), kBlock))),
+      geoms_(depths_.size()),
+      nearer_(depths_.size()),
       surfaces_(prepared.max_surfaces),
       codes_(prepared.max_surfaces),
       glosses_(prepared.max_glosses),
@@ -36,6 +41,7 @@ View::View(const PreparedScene& prepared, const EightsKernel* eights, int max_wi
   frame_.left = left_.data();
   frame_.right = right_.data();
   frame_.primitives = order_.data();
+  frame_.rects = rects_.data();
   frame_.surfaces = surfaces_.data();
   frame_.codes = codes_.data();
   frame_.glosses = glosses_.data();
@@ -80,14 +86,38 @@ const Frame& View::look(const RenderInstances& instances, int camera, int width,
     }
   }
 
-  const auto count = static_cast<std::ptrdiff_t>(primitive_count_);
-  std::sort(ranks_.begin(), ranks_.begin() + count);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    order_[i] = &primitives_[static_cast<std::size_t>(ranks_[i].primitive)];
-  }
+  sort();
   frame_.primitive_count = primitive_count_;
   if (frame_.shadows) set_casters();
   return frame_;
+}
+
+// Brings `ranks_` into order. Counting what comes before needs no branches.
+void View::sort() {
+  const auto count = static_cast<std::size_t>(primitive_count_);
+  bool distinct = eights_ != nullptr;  // and not if a depth is no number
+  if (distinct) {
+    for (std::size_t i = 0; i < count; ++i) {
+      depths_[i] = unsorted_[i].depth;
+      geoms_[i] = static_cast<float>(unsorted_[i].geom);
+    }
+    eights_->count_nearer(depths_.data(), geoms_.data(), primitive_count_, nearer_.data());
+    constexpr int kFree = -1;
+    for (std::size_t i = 0; i < count; ++i) ranks_[i].primitive = kFree;
+    for (std::size_t i = 0; i < count; ++i) {
+      Rank& rank = ranks_[static_cast<std::size_t>(nearer_[i])];
+      distinct = distinct && rank.primitive == kFree;
+      rank = unsorted_[i];
+    }
+  }
+  if (!distinct) {
+    std::copy_n(unsorted_.begin(), count, ranks_.begin());
+    std::sort(ranks_.begin(), ranks_.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    order_[i] = &primitives_[static_cast<std::size_t>(ranks_[i].primitive)];
+    rects_[i] = order_[i]->rect;
+  }
 }
 
 void View::set_casters() {
@@ -234,8 +264,8 @@ void View::add(const Placed& placed, std::size_t geom) {
 
 void View::keep(Primitive& primitive, float depth, std::size_t geom) {
   primitive.surface_count = surface_count_ - primitive.surface;
-  ranks_[static_cast<std::size_t>(primitive_count_)] = {depth, static_cast<int>(geom),
-                                                        primitive_count_};
+  unsorted_[static_cast<std::size_t>(primitive_count_)] = {depth, static_cast<int>(geom),
+                                                           primitive_count_};
   ++primitive_count_;
 }
 

@@ -52,6 +52,7 @@ class View {
   }
 
  private:
+  void sort();
   void set_casters();
   void aim(const RenderCamera& camera, const float* pose, int width, int height);
   void set_lights();
@@ -123,7 +124,12 @@ class View {
   AlignedArray<float> right_;
   std::vector<Primitive> primitives_;
   std::vector<const Primitive*> order_;
+  std::vector<Rect> rects_;  // in their order
   std::vector<Rank> ranks_;
+  std::vector<Rank> unsorted_;  // of the primitives as they come
+  AlignedArray<float> depths_;  // theirs
+  AlignedArray<float> geoms_;
+  AlignedArray<std::int32_t> nearer_;
   std::vector<Surface> surfaces_;
   std::vector<std::uint32_t> codes_;
   std::vector<Gloss> glosses_;

@@ -1,6 +1,9 @@
 // Set-up of boxes, capsules and cylinders eight at a time: the frame is what it is one by one.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -38,6 +41,11 @@ RenderRig scatter(unsigned seed) {
             {any(random), 2 * any(random), 0.5F, 1});
     rig.emission.back() = 0.3F * any(random);
     rig.visible.back() = i % 11 == 0 ? 0 : 1;
+  }
+  // Some share middle and size with another: equally near.
+  for (std::size_t i = 30; i < 48; ++i) {
+    std::copy_n(rig.scene.geoms[i - 6].size, 3, rig.scene.geoms[i].size);
+    std::copy_n(&rig.geom_pose[12 * (i - 6) + 9], 3, &rig.geom_pose[12 * i + 9]);
   }
   rig.geom_pose[12 * 5 + 9] = std::numeric_limits<float>::quiet_NaN();
   rig.geom_pose[12 * 7] = std::numeric_limits<float>::infinity();
