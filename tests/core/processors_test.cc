@@ -3,13 +3,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <map>
 #include <string>
 
 #include "core/base/checksum.h"
 #include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
+#include "tests/own_process.h"
 
 namespace engram {
 namespace {
@@ -62,18 +62,11 @@ struct Printed {
 };
 
 Printed print_bits(const std::string& environment) {
-  const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
-  const std::string command = environment + " '" + program + "' '[print_bits]'";
   Printed printed;
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  char line[200];
-  while (std::fgets(line, sizeof line, pipe) != nullptr) {
-    const std::string text = line;
-    if (text.starts_with("bits of")) printed.bits.push_back(text);
-    if (text.starts_with("sines")) printed.sines = text;
+  for (const std::string& line : test::lines_of_own_process("print_bits", environment)) {
+    if (line.starts_with("bits of")) printed.bits.push_back(line);
+    if (line.starts_with("sines")) printed.sines = line;
   }
-  CHECK(pclose(pipe) == 0);
   return printed;
 }
 

@@ -1,13 +1,14 @@
 // What a thread's working memory takes up. Measured in processes of their own: what others have
 // left free would be used first.
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <fstream>
 #include <string>
 
 #include "tests/env_helpers.h"
+#include "tests/own_process.h"
 #include "tests/sanitizers.h"
 
 namespace engram {
@@ -21,32 +22,29 @@ double resident_bytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-// Resident bytes of a process that has played with a batch of that many threads.
+// Not for itself: what the other one runs in processes of their own.
+TEST_CASE("Bytes of a process that has played", "[.][print_memory]") {
+  const char* id = std::getenv("ENGRAM_TEST_ID");
+  const char* threads = std::getenv("ENGRAM_TEST_THREADS");
+  if (id == nullptr || threads == nullptr) return;
+  EnvOptions options;
+  options.num_envs = 36;
+  options.threads = std::atoi(threads);
+  options.chunk = 1;
+  const auto env = test::make_env(id, options);
+  env->reset();
+  for (int i = 0; i < 40; ++i) test::step(*env, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
+  std::printf("bytes %f\n", resident_bytes());
+}
+
 double bytes_with(const std::string& id, int threads) {
-  int ends[2];
-  REQUIRE(pipe(ends) == 0);
-  const pid_t child = fork();
-  REQUIRE(child >= 0);
-  if (child == 0) {
-    EnvOptions options;
-    options.num_envs = 36;
-    options.threads = threads;
-    options.chunk = 1;
-    const auto env = test::make_env(id, options);
-    env->reset();
-    for (int i = 0; i < 40; ++i) test::step(*env, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
-    const double bytes = resident_bytes();
-    const bool written = write(ends[1], &bytes, sizeof bytes) == sizeof bytes;
-    _exit(written ? 0 : 1);
+  const std::string environment =
+      "ENGRAM_TEST_ID=" + id + " ENGRAM_TEST_THREADS=" + std::to_string(threads);
+  for (const std::string& line : test::lines_of_own_process("print_memory", environment)) {
+    if (line.starts_with("bytes ")) return std::stod(line.substr(6));
   }
-  double bytes = 0;
-  REQUIRE(read(ends[0], &bytes, sizeof bytes) == sizeof bytes);
-  int status = 0;
-  REQUIRE(waitpid(child, &status, 0) == child);
-  REQUIRE(status == 0);
-  close(ends[0]);
-  close(ends[1]);
-  return bytes;
+  FAIL("nothing printed");
+  return 0;
 }
 
 TEST_CASE("A thread takes up less than two megabytes", "[memory]") {
