@@ -19,30 +19,47 @@ float lattice(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
   return static_cast<float>((h ^ (h >> 15)) >> 8) * 0x1p-24F;
 }
 
-// Smooth noise in -1..1 that repeats after nx by ny cells; x and y run from 0 to 1.
-float noise(float x, float y, std::uint32_t nx, std::uint32_t ny, std::uint32_t seed) {
-  const float fx = x * static_cast<float>(nx);
-  const float fy = y * static_cast<float>(ny);
-  const auto ix = static_cast<std::uint32_t>(fx);
-  const auto iy = static_cast<std::uint32_t>(fy);
-  const float tx = fx - static_cast<float>(ix);
-  const float ty = fy - static_cast<float>(iy);
-  const float sx = tx * tx * (3 - 2 * tx);
-  const float sy = ty * ty * (3 - 2 * ty);
-  const auto at = [&](std::uint32_t dx, std::uint32_t dy) {
-    return lattice((ix + dx) % nx, (iy + dy) % ny, seed);
-  };
-  const float low = at(0, 0) + sx * (at(1, 0) - at(0, 0));
-  const float high = at(0, 1) + sx * (at(1, 1) - at(0, 1));
-  return 2 * (low + sy * (high - low)) - 1;
-}
+// Smooth noise in -1..1 that repeats after nx by ny cells. x runs from 0 to 1, y a little farther.
+class Noise {
+ public:
+  Noise(std::uint32_t nx, std::uint32_t ny, std::uint32_t seed)
+      : nx_(static_cast<float>(nx)), ny_(static_cast<float>(ny)), pitch_(nx + 1) {
+    const std::uint32_t rows = ny + ny / 50 + 2;
+    for (std::uint32_t y = 0; y < rows; ++y) {
+      for (std::uint32_t x = 0; x <= nx; ++x) values_.push_back(lattice(x % nx, y % ny, seed));
+    }
+  }
+  float operator()(float x, float y) const {
+    const float fx = x * nx_;
+    const float fy = y * ny_;
+    const auto ix = static_cast<int>(fx);
+    const auto iy = static_cast<int>(fy);
+    const float tx = fx - static_cast<float>(ix);
+    const float ty = fy - static_cast<float>(iy);
+    const float sx = tx * tx * (3 - 2 * tx);
+    const float sy = ty * ty * (3 - 2 * ty);
+    const float* at = &values_[static_cast<std::size_t>(iy) * pitch_ + static_cast<std::size_t>(ix)];
+    const float low = at[0] + sx * (at[1] - at[0]);
+    const float high = at[pitch_] + sx * (at[pitch_ + 1] - at[pitch_]);
+    return 2 * (low + sy * (high - low)) - 1;
+  }
+
+ private:
+  float nx_, ny_;
+  std::size_t pitch_;
+  std::vector<float> values_;
+};
 
 // Streaks along the board, some 0.1 m long and 6 mm thick, that bend a little.
-float grain(float x, float y) {
-  const float bent = y + 0.003F * (1 + noise(x, y, 4, 6, 5));
-  return 0.80F * noise(x, bent, 9, 200, 1) + 0.60F * noise(x, bent, 28, 256, 2) +
-         0.40F * noise(x, bent, 96, 400, 3);
-}
+struct Grain {
+  Noise bend{4, 6, 5};
+  Noise streaks[3] = {{9, 200, 1}, {28, 256, 2}, {96, 400, 3}};
+
+  float operator()(float x, float y) const {
+    const float bent = y + 0.003F * (1 + bend(x, y));
+    return 0.80F * streaks[0](x, bent) + 0.60F * streaks[1](x, bent) + 0.40F * streaks[2](x, bent);
+  }
+};
 
 // sin(x) for |x| <= pi / 2, the same on every machine.
 float sine(float x) {
@@ -85,6 +102,7 @@ struct Board {
 };
 
 Board finest() {
+  const Grain grain;
   Board board = {WoodTexture::kAlong, WoodTexture::kAcross, {}};
   for (int y = 0; y < board.across; ++y) {
     for (int x = 0; x < board.along; ++x) {
@@ -99,21 +117,23 @@ Board finest() {
 // brightness at large is the figure's.
 void level_out(Board& board) {
   constexpr int kHalf = 9;
-  const auto index = [&](int x, int y) {
-    return static_cast<std::size_t>((y + board.across) % board.across * board.along + x);
+  const auto along = static_cast<std::size_t>(board.along);
+  const std::vector<float> before = board.grain;
+  const auto row = [&](int y) {
+    return &before[static_cast<std::size_t>((y + board.across) % board.across) * along];
   };
-  std::vector<float> column(static_cast<std::size_t>(board.across));
-  for (int x = 0; x < board.along; ++x) {
-    double sum = 0;
-    for (int y = -kHalf; y < kHalf; ++y) sum += board.grain[index(x, y)];
-    for (int y = 0; y < board.across; ++y) {
-      sum += board.grain[index(x, y + kHalf)];
-      column[static_cast<std::size_t>(y)] =
-          board.grain[index(x, y)] - static_cast<float>(sum / (2 * kHalf + 1));
-      sum -= board.grain[index(x, y - kHalf)];
-    }
-    for (int y = 0; y < board.across; ++y) {
-      board.grain[index(x, y)] = column[static_cast<std::size_t>(y)];
+  std::vector<double> sums(along);
+  const auto add = [&](const float* values) {
+    for (std::size_t x = 0; x < along; ++x) sums[x] += values[x];
+  };
+  for (int y = -kHalf; y < kHalf; ++y) add(row(y));
+  for (int y = 0; y < board.across; ++y) {
+    add(row(y + kHalf));
+    float* out = &board.grain[static_cast<std::size_t>(y) * along];
+    const float* gone = row(y - kHalf);
+    for (std::size_t x = 0; x < along; ++x) {
+      out[x] -= static_cast<float>(sums[x] / (2 * kHalf + 1));
+      sums[x] -= gone[x];
     }
   }
 }
@@ -145,6 +165,8 @@ void paint(const Board& board, std::uint8_t* out) {
   const auto count = static_cast<double>(board.grain.size());
   const auto mean = static_cast<float>(sum / count);
   const auto spread = static_cast<float>(std::sqrt(squares / count - sum / count * sum / count));
+  std::vector<Waves> along;
+  for (int x = 0; x < board.along; ++x) along.push_back(waves(place_of(x, board.along)));
   for (int y = 0; y < board.across; ++y) {
     const Waves across = waves(place_of(y, board.across));
     Waves row = {};
@@ -153,9 +175,9 @@ void paint(const Board& board, std::uint8_t* out) {
     }
     for (int x = 0; x < board.along; ++x) {
       const auto at = static_cast<std::size_t>(y * board.along + x);
-      const Waves along = waves(place_of(x, board.along));
+      const Waves& column = along[static_cast<std::size_t>(x)];
       float figure = 0;
-      for (std::size_t k = 0; k < kWaves; ++k) figure += row[k] * along[k];
+      for (std::size_t k = 0; k < kWaves; ++k) figure += row[k] * column[k];
       const float value = figure * (1 + kContrast * (board.grain[at] - mean) / spread) - 1;
       const float level = WoodTexture::kMean + kScale * value;
       out[at] = static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0F, 255.0F)));
