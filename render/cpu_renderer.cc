@@ -117,9 +117,7 @@ class CpuRenderer final : public Renderer {
       : prepared_(scene, options),
         options_(options),
         kernel_(find_kernel(options.instruction_set)),
-        backdrops_(prepared_, draws_tiles()
-                                  ? std::int64_t{padded(options.max_width)} * options.max_height
-                                  : 0) {
+        backdrops_(prepared_, draws_tiles() ? most_samples() : 0) {
     for (int i = 0; i < workers; ++i) workbenches_.push_back(std::make_unique<Workbench>(*this));
   }
 
@@ -136,7 +134,8 @@ class CpuRenderer final : public Renderer {
         continue;
       }
       const RenderImage* other = i + 1 < images.size() ? &images[i + 1] : nullptr;
-      if (other != nullptr && fits(*other) && is_plain(*other) && are_woven(image, *other)) {
+      if (other != nullptr && fits(*other) && is_plain(*other) && !options_.antialias &&
+          are_woven(image, *other)) {
         draw_both(workbench, instances, image, *other);
         ++i;
       } else {
@@ -189,9 +188,13 @@ class CpuRenderer final : public Renderer {
 
   int samples() const { return options_.antialias ? 2 : 1; }
 
+  std::int64_t most_samples() const {
+    return std::int64_t{padded(samples() * options_.max_width)} * samples() * options_.max_height;
+  }
+
   // Of a row of tiles.
   std::size_t tiles_size() const {
-    const int widest = std::min(padded(options_.max_width), kPanelTiles * kBlock);
+    const int widest = std::min(padded(samples() * options_.max_width), kPanelTiles * kBlock);
     return static_cast<std::size_t>(kBlock * (widest + kBlock));
   }
 
@@ -207,8 +210,8 @@ class CpuRenderer final : public Renderer {
            image.height <= options_.max_height;
   }
 
-  // Tiles are for colours alone, of pixel centres, without shadows: most pictures.
-  bool draws_tiles() const { return !options_.antialias && !prepared_.casts_shadows(); }
+  // Tiles are for colours alone, without shadows: most pictures.
+  bool draws_tiles() const { return !prepared_.casts_shadows(); }
   bool is_plain(const RenderImage& image) const {
     return draws_tiles() && image.rgb != nullptr && image.depth == nullptr &&
            image.segment == nullptr;
@@ -216,18 +219,20 @@ class CpuRenderer final : public Renderer {
 
   Scenery look(Workbench& workbench, cpu::View& view, const RenderInstances& instances,
                const RenderImage& image) {
-    const Backdrop* backdrop = backdrops_.find(instances, image.camera, image.width, image.height,
-                                               *kernel_, view, workbench.rows[0]);
+    const int width = samples() * image.width;
+    const int height = samples() * image.height;
+    const Backdrop* backdrop =
+        backdrops_.find(instances, image.camera, width, height, *kernel_, view, workbench.rows[0]);
     if (backdrop != nullptr) {
-      const Frame& frame =
-          view.look(instances, image.camera, image.width, image.height, cpu::Shown::kMoving);
+      const Frame& frame = view.look(instances, image.camera, width, height, cpu::Shown::kMoving);
       // What is drawn first wins where two are equally near: the backdrop must come first.
       if (view.ranks().empty() || backdrop->last < view.ranks().front()) return {&frame, backdrop};
     }
-    return {&view.look(instances, image.camera, image.width, image.height), nullptr};
+    return {&view.look(instances, image.camera, width, height), nullptr};
   }
 
-  // Calls store(y, x, count) for each row of pixels, part by part, when its tiles are drawn.
+  // Draws rows of tiles, part by part, and calls store(k, count) for `count` samples in each of
+  // their rows k that begins a row of pixels.
   template <typename Store>
   void draw_rows(const Scenery* sceneries, TileRow* rows, int count, Store store) const {
     const int width = sceneries->frame->width;
@@ -241,7 +246,7 @@ class CpuRenderer final : public Renderer {
           rows[i].rows = std::min(kBlock, height - y);
           kernel_->draw_tiles(*sceneries[i].frame, sceneries[i].backdrop, rows[i]);
         }
-        for (int k = 0; k < rows->rows; ++k) {
+        for (int k = 0; k < rows->rows; k += samples()) {
           store(k, std::min(kPanelTiles * kBlock, width - x));
         }
       }
@@ -264,11 +269,13 @@ class CpuRenderer final : public Renderer {
     const Scenery scenery = look(workbench, workbench.view, instances, image);
     TileRow& row = workbench.rows[0];
     draw_rows(&scenery, &row, 1, [&](int k, int count) {
-      std::uint8_t* out = image.rgb + (row.y + k) * image.row_stride + row.x * image.pixel_stride;
+      std::uint8_t* out = image.rgb + (row.y + k) / samples() * image.row_stride +
+                          row.x / samples() * image.pixel_stride;
       for (int x = 0; x < count; x += kBlock) {
         const int tile = x / kBlock;
-        store(row.source[tile] + k * row.stride[tile], std::min(kBlock, count - x),
-              image.pixel_stride, out + x * image.pixel_stride);
+        const std::uint32_t* colors = row.source[tile] + k * row.stride[tile];
+        store(colors, colors + row.stride[tile], std::min(kBlock, count - x) / samples(), image,
+              out + x / samples() * image.pixel_stride);
       }
     });
   }
@@ -302,24 +309,22 @@ class CpuRenderer final : public Renderer {
     }
   }
 
-  void store(const std::uint32_t* colors, int count, std::ptrdiff_t stride,
-             std::uint8_t* out) const {
-    if (stride == 6) {
-      kernel_->store_pairs(colors, count, out);
+  // A row of samples, or two of them.
+  void store(const std::uint32_t* upper, const std::uint32_t* lower, int pixels,
+             const RenderImage& image, std::uint8_t* out) const {
+    if (options_.antialias) {
+      store_means(upper, lower, pixels, image.pixel_stride, out);
+    } else if (image.pixel_stride == 6) {
+      kernel_->store_pairs(upper, pixels, out);
     } else {
-      store_colors(colors, count, stride, out);
+      store_colors(upper, pixels, image.pixel_stride, out);
     }
   }
 
   void store(const Band& band, const RenderImage& image, int scale) const {
     for (int y = band.y0; y < band.y1; y += scale) {
       const std::uint32_t* row = band.color + static_cast<std::ptrdiff_t>(y - band.y0) * band.width;
-      std::uint8_t* out = image.rgb + (y / scale) * image.row_stride;
-      if (scale == 1) {
-        store(row, image.width, image.pixel_stride, out);
-      } else {
-        store_means(row, row + band.width, image.width, image.pixel_stride, out);
-      }
+      store(row, row + band.width, image.width, image, image.rgb + (y / scale) * image.row_stride);
     }
   }
 

@@ -38,7 +38,8 @@ class Noise {
     const float ty = fy - static_cast<float>(iy);
     const float sx = tx * tx * (3 - 2 * tx);
     const float sy = ty * ty * (3 - 2 * ty);
-    const float* at = &values_[static_cast<std::size_t>(iy) * pitch_ + static_cast<std::size_t>(ix)];
+    const float* at =
+        &values_[static_cast<std::size_t>(iy) * pitch_ + static_cast<std::size_t>(ix)];
     const float low = at[0] + sx * (at[1] - at[0]);
     const float high = at[pitch_] + sx * (at[pitch_ + 1] - at[pitch_]);
     return 2 * (low + sy * (high - low)) - 1;

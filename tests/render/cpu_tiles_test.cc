@@ -39,9 +39,10 @@ Rgb draw(Source& source, const std::vector<int>& cameras, int width, int height,
   return rgb;
 }
 
-CpuRendererOptions with(InstructionSet set) {
+CpuRendererOptions with(InstructionSet set, bool antialias = false) {
   CpuRendererOptions options;
   options.instruction_set = set;
+  options.antialias = antialias;
   options.max_width = 1300;
   options.max_height = 300;
   return options;
@@ -80,6 +81,7 @@ RenderInstances two_cameras(const RenderRig& rig, std::vector<float>& poses) {
 
 TEST_CASE("tiles have the colours of pixels drawn one by one", "[render]") {
   const std::vector<std::vector<int>> cameras = {{0}, {1}, {0, 1}, {1, 0, 1}};
+  const bool antialias = GENERATE(false, true);
   for (const InstructionSet set : sets()) {
     for (unsigned seed = 0; seed < 6; ++seed) {
       const RenderRig rig = still_life(seed);
@@ -87,9 +89,10 @@ TEST_CASE("tiles have the colours of pixels drawn one by one", "[render]") {
       const RenderInstances instances = two_cameras(rig, poses);
       for (const auto& [width, height] :
            {std::pair{1, 1}, {33, 70}, {128, 128}, {100, 75}, {256, 31}, {1100, 40}}) {
-        const auto renderer = make_cpu_renderer(rig.scene, with(set), 1);
+        const auto renderer = make_cpu_renderer(rig.scene, with(set, antialias), 1);
         for (const std::vector<int>& some : cameras) {
-          INFO(name_of(set) << ", seed " << seed << ", " << width << " x " << height);
+          INFO(name_of(set) << ", seed " << seed << ", " << width << " x " << height
+                            << (antialias ? ", anti-aliased" : ""));
           CHECK(draw(*renderer, some, width, height, false, instances) ==
                 draw(*renderer, some, width, height, true, instances));
         }
