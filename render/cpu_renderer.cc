@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -134,7 +135,7 @@ class CpuRenderer final : public Renderer {
         continue;
       }
       const RenderImage* other = i + 1 < images.size() ? &images[i + 1] : nullptr;
-      if (other != nullptr && fits(*other) && is_plain(*other) && !options_.antialias &&
+      if (other != nullptr && fits(*other) && is_plain(*other) && draws_pairs() &&
           are_woven(image, *other)) {
         draw_both(workbench, instances, image, *other);
         ++i;
@@ -149,7 +150,6 @@ class CpuRenderer final : public Renderer {
   struct Workbench {
     explicit Workbench(const CpuRenderer& owner)
         : view(owner.make_view()),
-          other_view(owner.make_view()),
           w(owner.band_size()),
           id(w.size()),
           color(w.size()),
@@ -162,10 +162,11 @@ class CpuRenderer final : public Renderer {
         rows[i].code = tile_codes.data() + i * tile_w.size();
         rows[i].sieved = sieved.data();
       }
+      if (owner.draws_pairs()) other_view.emplace(owner.make_view());
     }
 
     cpu::View view;
-    cpu::View other_view;  // of the second camera of two
+    std::optional<cpu::View> other_view;  // of the second camera of a pair
     AlignedArray<float> w;
     AlignedArray<std::int32_t> id;
     AlignedArray<std::uint32_t> color;
@@ -212,6 +213,8 @@ class CpuRenderer final : public Renderer {
 
   // Tiles are for colours alone, without shadows: most pictures.
   bool draws_tiles() const { return !prepared_.casts_shadows(); }
+  // Two cameras whose pixels lie side by side, at once.
+  bool draws_pairs() const { return draws_tiles() && !options_.antialias; }
   bool is_plain(const RenderImage& image) const {
     return draws_tiles() && image.rgb != nullptr && image.depth == nullptr &&
            image.segment == nullptr;
@@ -256,7 +259,7 @@ class CpuRenderer final : public Renderer {
   void draw_both(Workbench& workbench, const RenderInstances& instances, const RenderImage& image,
                  const RenderImage& other) {
     const Scenery sceneries[2] = {look(workbench, workbench.view, instances, image),
-                                  look(workbench, workbench.other_view, instances, other)};
+                                  look(workbench, *workbench.other_view, instances, other)};
     TileRow* rows = workbench.rows;
     draw_rows(sceneries, rows, 2, [&](int k, int count) {
       kernel_->store_both(rows[0], rows[1], k, count,
