@@ -167,6 +167,7 @@ void paint(const Board& board, std::uint8_t* out) {
   const auto mean = static_cast<float>(sum / count);
   const auto spread = static_cast<float>(std::sqrt(squares / count - sum / count * sum / count));
   std::vector<Waves> along;
+  along.reserve(static_cast<std::size_t>(board.along));
   for (int x = 0; x < board.along; ++x) along.push_back(waves(place_of(x, board.along)));
   for (int y = 0; y < board.across; ++y) {
     const Waves across = waves(place_of(y, board.across));
