@@ -98,6 +98,7 @@ engram_options default_options() noexcept {
   options.terminate_on_success = -1;
   options.sleep = 1;
   options.robot_init_qpos_noise = 0.02;
+  options.lanes = 0;
   options.rules = ENGRAM_RULES_REFERENCE;
   options.image_width = 128;
   options.image_height = 128;
@@ -126,6 +127,7 @@ EnvOptions to_env_options(const engram_options& options) {
   convert("terminate_on_success", options.terminate_on_success, out.terminate_on_success);
   convert("robot_init_qpos_noise", options.robot_init_qpos_noise, out.robot_init_qpos_noise);
   convert("sleep", options.sleep, out.sleep);
+  convert("lanes", options.lanes, out.lanes);
   convert("substeps", options.substeps, out.substeps);
   convert("rules", options.rules, out.rules);
   convert("image_width", options.image_width, out.images.width);

@@ -108,6 +108,7 @@ void add_bench_command(const Command& program) {
   add_int(command, "--num-envs", options->bench.num_envs, 0, kMaxNumEnvs,
           "Environments stepped together; 0: the suite's own number");
   add_threads(command, options->bench.threads);
+  add_lanes(command, options->bench.lanes);
   add_json(command, options->json);
   command.on_run([options] { run(*options); });
 }

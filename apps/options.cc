@@ -201,6 +201,12 @@ Option add_threads(const Command& command, int& threads) {
   return add_int(command, "--threads", threads, 0, kMaxThreads, "Threads; 0: one per core");
 }
 
+Option add_lanes(const Command& command, int& lanes) {
+  return add_int(
+      command, "--lanes", lanes, 0, 8,
+      "Robots side by side in vector registers: 1, 2, 4 or 8; 0: as many as there is room for");
+}
+
 Option add_json(const Command& command, bool& json) {
   return command.add_flag("--json", json,
                           "One JSON document on standard output, nothing else there");

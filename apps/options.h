@@ -49,6 +49,7 @@ Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode);
 
 Option add_num_envs(const Command& command, int& num_envs);
 Option add_threads(const Command& command, int& threads);
+Option add_lanes(const Command& command, int& lanes);
 Option add_json(const Command& command, bool& json);
 
 // --obs and --renderer: what is observed, and who draws it.

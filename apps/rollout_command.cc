@@ -187,6 +187,7 @@ void add_rollout_command(const Command& program) {
       .default_str("");
   add_seed(command, options->env.seed, "Environment i begins with seed + i");
   add_threads(command, options->env.threads);
+  add_lanes(command, options->env.lanes);
   add_obs(command, options->env);
   add_policy(command, options->policy, kPolicies);
   add_env_options(command, options->env);

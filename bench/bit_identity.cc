@@ -8,6 +8,7 @@
 
 #include "bench/mixed_actions.h"
 #include "bench/row_hash.h"
+#include "core/physics/lane_kernel.h"
 #include "render/document_source.h"
 
 namespace engram::bench {
@@ -58,6 +59,16 @@ struct Trace {
 
   bool operator==(const Trace&) const = default;
 };
+
+// What robots move in on that instruction set; as many as there is room for where the machine has
+// it not.
+int lanes_of(InstructionSet set) {
+  int lanes = 0;
+  if (set == kBaseline) lanes = 2;
+  if (set == kAvx2) lanes = 4;
+  if (set == kAvx512) lanes = 8;
+  return lane_kernel(lanes) != nullptr ? lanes : 0;
+}
 
 class Checker {
  public:
@@ -161,6 +172,7 @@ class Checker {
     options.threads = play.threads;
     options.chunk = play.chunk;
     options.obs_mode = obs_mode;
+    options.lanes = lanes_of(play.instruction_set);
     const bool has_it = is_supported(play.instruction_set);
     return options_.make_batch(has_it ? play.instruction_set : InstructionSet::kAuto, id_, options);
   }

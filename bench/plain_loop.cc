@@ -7,7 +7,7 @@ namespace {
 
 // Drives as a user of MuJoCo would write them: explicit springs, the damping in the inertia, and a
 // kilogram for the fingers, which makes them stable at this time step. Limits are constraints.
-ModelPtr drive_plainly(const mjModel& engine_model, const RobotStep::Law& law) {
+ModelPtr drive_plainly(const mjModel& engine_model, const RobotLaw& law) {
   ModelPtr model(mj_copyModel(nullptr, &engine_model));
   for (int i = 0; i < kRobotJoints; ++i) {
     const double rotor = i < kArmJoints ? 0.005 : 1.0;

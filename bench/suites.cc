@@ -67,17 +67,28 @@ Comparison compare_with_plain(const Options& options, Rollout& rollout, PlainLoo
   return rounds.result();
 }
 
+Comparison compare_with_one_lane(const Options& options, const std::string& id,
+                                 EnvOptions batch_options) {
+  constexpr int kSteps = 25;
+  Rollout wide(id, batch_options, options.policy);
+  batch_options.lanes = 1;
+  Rollout single(id, batch_options, options.policy);
+  return interleave(
+      options, [&] { return wide.rate(kSteps); }, [&] { return single.rate(kSteps); });
+}
+
 std::vector<Row> run_physics(const Options& options) {
   const std::vector<std::string> ids =
       ids_or(options, {"RememberColor3-VLA-v0", kMainId, "RememberShapeAndColor5x3-VLA-v0",
                        "ChainOfColors7-VLA-v0"});
   std::vector<Row> rows;
-  const int total = 2 * static_cast<int>(ids.size());
+  const int total = 3 * static_cast<int>(ids.size());
   for (const std::string& id : ids) {
     const int done = static_cast<int>(rows.size());
     EnvOptions batch_options = batch(envs_or(options, 64), 1);
     // The plain loop has no curriculum: both get the same live actions.
     batch_options.freeze_cue = false;
+    batch_options.lanes = options.lanes;
     Rollout rollout(id, batch_options, options.policy);
     const Comparison full =
         compare_with_plain(options, rollout, PlainLoop::SceneKind::kFull, done, total);
@@ -87,6 +98,9 @@ std::vector<Row> run_physics(const Options& options) {
         compare_with_plain(options, rollout, PlainLoop::SceneKind::kRobotAlone, done + 1, total);
     rows.push_back(make_row("physics." + id + ".vs_robot_alone", "env steps/s",
                             "mj_step on robot and table alone", robot, options.rounds));
+    rows.push_back(make_row("physics." + id + ".vs_one_lane", "env steps/s",
+                            "the same engine with --lanes 1",
+                            compare_with_one_lane(options, id, batch_options), options.rounds));
   }
   return rows;
 }

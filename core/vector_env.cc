@@ -62,9 +62,9 @@ VectorEnv::VectorEnv(const IeeeScope& /*scope*/, std::unique_ptr<Task> task,
       controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
                                                model_->joint_ranges(), options_.rotation_sign)),
       pool_(options_.threads),
-      simulator_(std::make_unique<Simulator>(*model_,
-                                             SimulatorOptions{options_.substeps, options_.sleep},
-                                             options_.threads, options_.num_envs)),
+      simulator_(std::make_unique<Simulator>(
+          *model_, SimulatorOptions{options_.substeps, options_.sleep, options_.lanes},
+          options_.threads, options_.num_envs)),
       renderers_(std::move(renderers)),
       memory_(options_.num_envs),
       pin_memory_(options_.num_envs),
@@ -177,7 +177,7 @@ void VectorEnv::reset(const ResetRequest& request) {
         episode = state_.episode[env] + 1;
       }
       if (pins != nullptr) pins_.set(env, *pins);
-      reset_env(env, seed, episode);
+      reset_env(worker, env, seed, episode);
       mark(clock(worker), StepPart::kReset);
       draw(worker, env);
       final_mask_[static_cast<std::size_t>(env)] = 0;
@@ -186,7 +186,7 @@ void VectorEnv::reset(const ResetRequest& request) {
   started_ = true;
 }
 
-void VectorEnv::reset_env(int env, std::uint64_t seed, std::uint64_t episode_number) {
+void VectorEnv::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode_number) {
   memory_.clear_row(env);
   outputs_.clear_row(env);
   state_.seed[env] = seed;
@@ -201,7 +201,7 @@ void VectorEnv::reset_env(int env, std::uint64_t seed, std::uint64_t episode_num
     qpos[i] +=
         pinned_noise != nullptr ? pinned_noise[i] : options_.robot_init_qpos_noise * noise.normal();
   }
-  simulator_->update_tcp(state_, env);
+  simulator_->update_tcp(state_, env, 1, worker);
   controller_->reset(state_, env);
 
   task_->reset(episode);
@@ -246,7 +246,7 @@ void VectorEnv::step_range(int worker, Range envs, const float* actions) {
       // With same-step resets, only an environment restored from another batch's snapshot can be
       // finished here.
       if (options_.auto_reset != AutoReset::kOff) {
-        reset_env(env, state_.seed[env], state_.episode[env] + 1);
+        reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
         mark(clock(worker), StepPart::kReset);
         draw(worker, env);
       } else {
@@ -258,35 +258,47 @@ void VectorEnv::step_range(int worker, Range envs, const float* actions) {
     const int begin = env;
     for (; env < envs.end && state_.finished[env] == 0; ++env) {
       final_mask_[static_cast<std::size_t>(env)] = 0;
-      simulate(worker, env, actions + static_cast<std::ptrdiff_t>(env) * action_dim());
+    }
+    for (int first = begin; first < env; first += simulator_->lanes()) {
+      simulate(worker, {first, std::min(env, first + simulator_->lanes())}, actions);
     }
     finish_steps(worker, {begin, env});
   }
 }
 
-// Action, controller and physics of one environment.
-void VectorEnv::simulate(int worker, int env, const float* action) {
+// Action, controller and physics of environments that move side by side.
+void VectorEnv::simulate(int worker, Range envs, const float* actions) {
+  StepClock::Worker* const time = clock(worker);
+  for (int env = envs.begin; env < envs.end; ++env) take_action(env, actions);
+  mark(time, StepPart::kController);
+  task_->before_physics(envs);
+  mark(time, StepPart::kTask);
+  std::array<Drive, kMostLanes> drives;
+  std::array<bool, kMostLanes> stable{};
+  const std::span<Drive> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
+  controller_->drive(state_, envs.begin, bindings_.action, simulator_->block(worker), used);
+  mark(time, StepPart::kController);
+  simulator_->step(state_, envs.begin, worker, used, stable.data(), time);
+  for (int env = envs.begin; env < envs.end; ++env) {
+    unstable_[env] = stable[static_cast<std::size_t>(env - envs.begin)] ? 0 : 1;
+    if (unstable_[env] != 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
+    ++state_.elapsed[env];
+  }
+  mark(time, StepPart::kGather);
+  simulator_->update_tcp(state_, envs.begin, envs.end - envs.begin, worker);
+  mark(time, StepPart::kObservation);
+}
+
+// The action that an environment follows, and the one before.
+void VectorEnv::take_action(int env, const float* actions) {
   const auto dim = static_cast<std::size_t>(action_dim());
   float* current = bindings_.action.row(env);
   std::copy_n(current, dim, bindings_.previous_action.row(env));
   if (options_.freeze_cue && state_.elapsed[env] < bindings_.freeze_steps[env]) {
     controller_->hold_action(state_, env, current);
   } else {
-    std::copy_n(action, dim, current);
+    std::copy_n(actions + static_cast<std::ptrdiff_t>(env) * action_dim(), dim, current);
   }
-  StepClock::Worker* const time = clock(worker);
-  mark(time, StepPart::kController);
-  task_->before_physics({env, env + 1});
-  mark(time, StepPart::kTask);
-  const Drive drive = controller_->drive(state_, env, current);
-  mark(time, StepPart::kController);
-  const bool stable = simulator_->step(state_, env, worker, drive, time);
-  unstable_[env] = stable ? 0 : 1;
-  if (!stable) unstable_count_.fetch_add(1, std::memory_order_relaxed);
-  mark(time, StepPart::kGather);
-  simulator_->update_tcp(state_, env);
-  ++state_.elapsed[env];
-  mark(time, StepPart::kObservation);
 }
 
 // Everything after physics: phases, info, observation, reward, endings.
@@ -343,7 +355,7 @@ void VectorEnv::finish_step(int worker, int env) {
   final_mask_[static_cast<std::size_t>(env)] = 1;
   const float reward = reward_[env];
   const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};
-  reset_env(env, state_.seed[env], state_.episode[env] + 1);
+  reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
   mark(clock(worker), StepPart::kReset);
   reward_[env] = reward;
   terminated_[env] = flags[0];

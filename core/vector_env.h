@@ -137,9 +137,10 @@ class VectorEnv {
             ImageSourceFactory renderers);
   void allocate();
   void check_env(int env) const;
-  void reset_env(int env, std::uint64_t seed, std::uint64_t episode);
+  void reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode);
   void step_range(int worker, Range envs, const float* actions);
-  void simulate(int worker, int env, const float* action);
+  void simulate(int worker, Range envs, const float* actions);
+  void take_action(int env, const float* actions);
   void finish_steps(int worker, Range envs);
   void finish_step(int worker, int env);
   bool outputs_finite(int env) const;

@@ -123,7 +123,7 @@ float rank_radius_of(const RenderGeom& geom) {
     case RenderShape::kCapsule:
       return static_cast<float>(size[0] + size[1]);
     case RenderShape::kCylinder:
-      return static_cast<float>(std::hypot(size[0], size[1]));
+      return static_cast<float>(real::hypot(size[0], size[1]));
     default:
       return 0;
   }
@@ -140,13 +140,13 @@ double ball_radius_of(const RenderGeom& geom) {
       radius = size[0] + size[1];
       break;
     case RenderShape::kCylinder:
-      radius = std::hypot(size[0], size[1]);
+      radius = real::hypot(size[0], size[1]);
       break;
     case RenderShape::kEllipsoid:
       radius = std::max(size[0], std::max(size[1], size[2]));
       break;
     case RenderShape::kBox:
-      radius = std::hypot(size[0], size[1], size[2]);
+      radius = real::hypot(size[0], size[1], size[2]);
       break;
     case RenderShape::kPlane:
     case RenderShape::kMesh:

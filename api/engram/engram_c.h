@@ -52,7 +52,7 @@ typedef enum engram_status {
  * next failing call. Never NULL. */
 ENGRAM_API const char* engram_last_error(void);
 
-/* Version of the library, "0.2.0". */
+/* Version of the library, "0.3.0". */
 ENGRAM_API const char* engram_version(void);
 
 /* ---- tasks ---- */
@@ -155,6 +155,9 @@ typedef struct engram_options {
   int32_t sleep;
   /* Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad; default 0.02. */
   double robot_init_qpos_noise;
+  /* Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
+   * same. 0, 1, 2, 4 or 8; default 0. */
+  int32_t lanes;
   /* Quantities of every episode that are fixed instead of drawn. Default none. */
   const engram_pin* pins; /* num_pins of them */
   size_t num_pins;

@@ -90,6 +90,7 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   c.terminate_on_success = plain(options.terminate_on_success);
   c.robot_init_qpos_noise = plain(options.robot_init_qpos_noise);
   c.sleep = plain(options.sleep);
+  c.lanes = plain(options.lanes);
   c.substeps = plain(options.substeps);
   c.rules = plain(options.rules);
   c.image_width = plain(options.images.width);

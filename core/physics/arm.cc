@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
-#include "core/base/error.h"
 #include "core/base/real_functions.h"
-#include "core/base/sine_cosine.h"
+#include "core/physics/robot_chain_reader.h"
 
 namespace engram {
 namespace {
@@ -14,24 +12,11 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-Eigen::Quaterniond to_quat(const mjtNum* q) { return {q[0], q[1], q[2], q[3]}; }
-Eigen::Vector3d to_vec(const mjtNum* v) { return {v[0], v[1], v[2]}; }
-
-// Minimum-norm solution by way of the normal equations where they are well conditioned, and by a
-// full SVD with upstream's cut-off where they are not.
+// By a full SVD with upstream's cut-off.
 template <int Rows>
-ArmVector minimum_norm(const Eigen::Matrix<double, Rows, kArmJoints>& jacobian,
-                       const Eigen::Matrix<double, Rows, 1>& twist) {
-  constexpr double kWellConditioned = 1e-4;       // smallest over largest pivot
+ArmVector svd_step(const Eigen::Matrix<double, Rows, kArmJoints>& jacobian,
+                   const Eigen::Matrix<double, Rows, 1>& twist) {
   constexpr double kRelativeCutOff = 7 * 1.2e-7;  // float32 default of the pseudo-inverse
-  const Eigen::Matrix<double, Rows, Rows> normal = jacobian * jacobian.transpose();
-  const Eigen::LLT<Eigen::Matrix<double, Rows, Rows>> factor(normal);
-  if (factor.info() == Eigen::Success) {
-    const auto pivots = factor.matrixLLT().diagonal().eval();
-    if (pivots.minCoeff() > kWellConditioned * pivots.maxCoeff()) {
-      return jacobian.transpose() * factor.solve(twist);
-    }
-  }
   const Eigen::JacobiSVD<Eigen::Matrix<double, Rows, kArmJoints>> svd(
       jacobian, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const auto& sigma = svd.singularValues();
@@ -45,88 +30,46 @@ ArmVector minimum_norm(const Eigen::Matrix<double, Rows, kArmJoints>& jacobian,
 
 }  // namespace
 
-Arm::Arm(const mjModel& model) {
-  const int site = mj_name2id(&model, mjOBJ_SITE, "tcp");
-  if (site < 0) throw Error(Error::Kind::kInternal, "scene without a site named 'tcp'");
-
-  std::vector<int> chain;  // bodies from the tool's up to the base
-  for (int body = model.site_bodyid[site]; body > 0; body = model.body_parentid[body]) {
-    chain.push_back(body);
-  }
-  std::reverse(chain.begin(), chain.end());
-  root_ = to_vec(model.body_pos + 3 * chain.front());
-
-  // Fixed bodies between two joints are folded into the next link.
-  Link pending{Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()};
-  const auto append = [&pending](const mjtNum* pos, const mjtNum* quat) {
-    pending.offset += pending.rotation * to_vec(pos);
-    pending.rotation = pending.rotation * to_quat(quat);
-  };
-  int joints = 0;
-  for (const int body : chain) {
-    append(model.body_pos + 3 * body, model.body_quat + 4 * body);
-    if (model.body_jntnum[body] == 0) continue;
-    if (joints == kArmJoints || model.jnt_type[model.body_jntadr[body]] != mjJNT_HINGE) {
-      throw Error(Error::Kind::kInternal, "the arm above 'tcp' needs exactly seven hinges");
-    }
-    links_[static_cast<std::size_t>(joints++)] = pending;
-    pending = {Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()};
-  }
-  if (joints != kArmJoints) {
-    throw Error(Error::Kind::kInternal, "the arm above 'tcp' needs exactly seven hinges");
-  }
-  append(model.site_pos + 3 * site, model.site_quat + 4 * site);
-  tool_ = pending;
+Arm::Arm(const mjModel& model) : chain_(read_robot_chain(model)) {
+  root_ = Eigen::Map<const Eigen::Vector3d>(chain_.base);
 }
 
-// rotation * (cosine, 0, 0, sine), without the products that are zero.
-Eigen::Quaterniond turned_about_z(const Eigen::Quaterniond& rotation, double cosine, double sine) {
-  return {rotation.w() * cosine - rotation.z() * sine, rotation.x() * cosine + rotation.y() * sine,
-          rotation.y() * cosine - rotation.x() * sine, rotation.z() * cosine + rotation.w() * sine};
-}
+Pose Arm::forward(const double* q) const { return follow(q, nullptr); }
 
-// Follows the chain; visit(joint, pose) sees each joint's frame.
-template <class Visit>
-Pose Arm::walk(const double* q, const Visit& visit) const {
-  Pose pose;
-  for (std::size_t i = 0; i < kArmJoints; ++i) {
-    pose.pos += pose.quat * links_[i].offset;
-    double sine = 0;
-    double cosine = 0;
-    sine_cosine(0.5 * q[i], sine, cosine);
-    pose.quat = turned_about_z(pose.quat * links_[i].rotation, cosine, sine);
-    visit(i, pose);
-  }
-  pose.pos += pose.quat * tool_.offset;
-  pose.quat = (pose.quat * tool_.rotation).normalized();
+Pose Arm::forward(const double* q, ArmJacobian& jacobian) const {
+  ToolJacobian<double> columns;
+  Pose pose = follow(q, &columns);
+  jacobian = Eigen::Map<const ArmJacobian>(&columns.column[0][0]);
   return pose;
 }
 
-Pose Arm::forward(const double* q) const {
-  return walk(q, [](std::size_t, const Pose&) {});
-}
-
-Pose Arm::forward(const double* q, ArmJacobian& jacobian) const {
-  std::array<Eigen::Vector3d, kArmJoints> origins;
-  std::array<Eigen::Vector3d, kArmJoints> axes;
-  Pose tool = walk(q, [&](std::size_t i, const Pose& joint) {
-    origins[i] = joint.pos;
-    axes[i] = joint.quat * Eigen::Vector3d::UnitZ();
-  });
-  for (std::size_t i = 0; i < kArmJoints; ++i) {
-    const auto column = static_cast<Eigen::Index>(i);
-    jacobian.col(column).head<3>() = axes[i].cross(tool.pos - origins[i]);
-    jacobian.col(column).tail<3>() = axes[i];
-  }
-  return tool;
+Pose Arm::follow(const double* q, ToolJacobian<double>* jacobian) const {
+  const ToolPose<double> tool = follow_arm(chain_, q, jacobian);
+  // In the order of operations of the kernels.
+  return {Eigen::Vector3d(tool.pos.x + root_.x(), tool.pos.y + root_.y(), tool.pos.z + root_.z()),
+          Eigen::Quaterniond(tool.quat.w, tool.quat.x, tool.quat.y, tool.quat.z)};
 }
 
 ArmVector Arm::pseudo_inverse_step(const ArmJacobian& jacobian, const Vector6& twist) {
-  return minimum_norm<6>(jacobian, twist);
+  ToolJacobian<double> columns;
+  Eigen::Map<ArmJacobian>(&columns.column[0][0]) = jacobian;
+  ArmVector step;
+  if (minimum_norm_step(columns, twist.data(), step.data())) return step;
+  return svd_step<6>(jacobian, twist);
 }
 
 ArmVector Arm::pseudo_inverse_step(const ArmJacobian& jacobian, const Eigen::Vector3d& linear) {
-  return minimum_norm<3>(jacobian.topRows<3>(), linear);
+  constexpr double kWellConditioned = 1e-4;  // smallest over largest pivot
+  const Eigen::Matrix<double, 3, kArmJoints> rows = jacobian.topRows<3>();
+  const Eigen::Matrix3d normal = rows * rows.transpose();
+  const Eigen::LLT<Eigen::Matrix3d> factor(normal);
+  if (factor.info() == Eigen::Success) {
+    const auto pivots = factor.matrixLLT().diagonal().eval();
+    if (pivots.minCoeff() > kWellConditioned * pivots.maxCoeff()) {
+      return rows.transpose() * factor.solve(linear);
+    }
+  }
+  return svd_step<3>(rows, linear);
 }
 
 bool Arm::inverse(const Pose& target, const double* q, ArmVector& q_target) const {

@@ -8,11 +8,9 @@
 #include <Eigen/Dense>
 #include <array>
 
-namespace engram {
+#include "core/physics/arm_chain.h"
 
-inline constexpr int kArmJoints = 7;
-inline constexpr int kFingers = 2;
-inline constexpr int kRobotJoints = kArmJoints + kFingers;  // qpos order: arm, left, right finger
+namespace engram {
 
 // A pose in the world frame. The robot's base is parallel to the world, so the orientation is the
 // same in the base's frame.
@@ -27,9 +25,10 @@ using ArmJacobian = Eigen::Matrix<double, 6, kArmJoints>;  // rows: linear, then
 class Arm {
  public:
   // Reads the chain that ends in the site "tcp" from a compiled model. Throws Error if the model
-  // has no such site or not seven hinges above it.
+  // has no such site, or is not the robot that kernels know.
   explicit Arm(const mjModel& model);
 
+  const RobotChain& chain() const { return chain_; }
   // Where the arm stands: origin of the root frame, whose axes are the world's.
   const Eigen::Vector3d& root() const { return root_; }
 
@@ -49,16 +48,10 @@ class Arm {
   bool inverse(const Pose& target, const double* q, ArmVector& q_target) const;
 
  private:
-  template <class Visit>
-  Pose walk(const double* q, const Visit& visit) const;
+  Pose follow(const double* q, ToolJacobian<double>* jacobian) const;
 
-  struct Link {
-    Eigen::Vector3d offset;       // from the previous joint's frame
-    Eigen::Quaterniond rotation;  // at joint angle zero
-  };
+  RobotChain chain_;
   Eigen::Vector3d root_;
-  std::array<Link, kArmJoints> links_;
-  Link tool_;
 };
 
 // Rotation vector (axis times angle) of a unit quaternion; the shorter way round.

@@ -21,27 +21,6 @@ constexpr double kBearable = 0.9;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-// --- the robot alone ---
-
-// Inertia and bias, from MuJoCo, and how it moves if nothing touches it.
-void run_alone(const mjModel* m, mjData* d, RobotStep& robot) {
-  mj_comPos(m, d);
-  mj_comVel(m, d);
-  mj_crb(m, d);
-  mj_rne(m, d, 0, d->qfrc_bias);
-  std::copy_n(d->qpos, kRobotJoints, robot.q.begin());
-  std::copy_n(d->qvel, kRobotJoints, robot.v.begin());
-  std::copy_n(d->qfrc_bias, kRobotJoints, robot.bias.begin());
-  for (int row = 0; row < kRobotJoints; ++row) {
-    const mjtNum* entry = d->qM + m->dof_Madr[row];
-    for (int column = row; column >= 0; column = m->dof_parentid[column]) {
-      robot.inertia[at(row)][at(column)] = robot.inertia[at(column)][at(row)] = *entry++;
-    }
-  }
-  robot.prepare();
-  robot.run({});
-}
-
 // --- what moves, as if nothing touched it ---
 
 void accelerate_props(const SceneModel& scene, mjData& data) {
@@ -194,11 +173,9 @@ JointArray solve_robot_island(const SceneModel& scene, mjData& data, int island,
                               StepBench& bench) {
   const double timestep = scene.model->opt.timestep;
   JointArray force = last_contact_force(data);
-  if (force != JointArray{}) {
-    const double bearable = kBearable * robot.force_limit();
-    for (double& value : force) value = std::clamp(value, -bearable, bearable);
-    robot.run(force);
-  }
+  const double bearable = kBearable * robot.force_limit();
+  for (double& value : force) value = std::clamp(value, -bearable, bearable);
+  robot.run(force);
   const RobotMatrix resisting = robot_matrix(robot.effective_inertia());
   describe_robot(robot, resisting, force, timestep, data);
   solve_island(scene, data, island, resisting.data(), bench);
@@ -296,7 +273,6 @@ void require_composable(const mjModel& model) {
 void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot, StepBench& bench,
                       std::span<const Glider> gliders) {
   const SceneModel& scene = *models.scene;
-  run_alone(scene.model.get(), d, robot);
   accelerate_props(scene, *d);
   find_contacts(models, *d, bench, gliders);
   solve_contacts(scene, *d, robot, bench);

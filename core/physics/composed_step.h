@@ -46,10 +46,8 @@ struct StepBench {
 // each; no constraints but contacts.
 void require_composable(const mjModel& model);
 
-// Poses bodies and geoms from qpos.
-inline void compose_kinematics(const mjModel* m, mjData* d) { mj_kinematics(m, d); }
-
-// The rest of the step, from the poses that compose_kinematics left.
+// The rest of the step, from poses of bodies and geoms. `robot` knows how the robot moves if
+// nothing touches it, and is told what becomes of it.
 void compose_dynamics(const StepModels& models, mjData* d, RobotStep& robot, StepBench& bench,
                       std::span<const Glider> gliders = {});
 

@@ -127,9 +127,37 @@ Eigen::Vector3d Controller::scaled_rotation(const float* action) const {
 ArmVector Controller::delta_pose_target(const State& state, int env, const float* action) const {
   ArmJacobian jacobian;
   arm_.forward(state.qpos.row(env), jacobian);
+  return measured_joints(state, env) + Arm::pseudo_inverse_step(jacobian, scaled_twist(action));
+}
+
+Eigen::Matrix<double, 6, 1> Controller::scaled_twist(const float* action) const {
   Eigen::Matrix<double, 6, 1> twist;
   twist << clipped_translation(action), scaled_rotation(action);
-  return measured_joints(state, env) + Arm::pseudo_inverse_step(jacobian, twist);
+  return twist;
+}
+
+void Controller::delta_pose_targets(const State& state, int first, const Column<float>& actions,
+                                    LaneBlock& block, std::span<Drive> drives) const {
+  const int count = static_cast<int>(drives.size());
+  for (int lane = 0; lane < count; ++lane) {
+    const auto twist = scaled_twist(actions.row(first + lane));
+    block.put(LaneRows::kQ, lane, state.qpos.row(first + lane), kArmJoints);
+    block.put(LaneRows::kTwist, lane, twist.data(), 6);
+  }
+  block.pad(LaneRows::kQ, kArmJoints, count);
+  block.pad(LaneRows::kTwist, 6, count);
+  const unsigned ill = block.kernel().reach(arm_.chain(), block.rows());
+  for (int lane = 0; lane < count; ++lane) {
+    ArmVector step;
+    block.get(LaneRows::kStep, lane, step.data(), kArmJoints);
+    if ((ill >> lane & 1) != 0) {
+      ArmJacobian jacobian;
+      block.get(LaneRows::kJacobian, lane, jacobian.data(), 6 * kArmJoints);
+      step = Arm::pseudo_inverse_step(jacobian, scaled_twist(actions.row(first + lane)));
+    }
+    const ArmVector target = measured_joints(state, first + lane) + step;
+    std::copy_n(target.data(), kArmJoints, drives[static_cast<std::size_t>(lane)].target.begin());
+  }
 }
 
 ArmVector Controller::delta_position_target(const State& state, int env,
@@ -215,6 +243,25 @@ Drive Controller::drive(const State& state, int env, const float* action) const 
   const double finger = gripper_target(action[arm_dim(mode_)]);
   std::fill(drive.target.begin() + kArmJoints, drive.target.end(), finger);
   return drive;
+}
+
+void Controller::drive(const State& state, int first, const Column<float>& actions,
+                       LaneBlock& block, std::span<Drive> drives) const {
+  if (mode_ == ControlMode::kPdEeDeltaPose) {
+    delta_pose_targets(state, first, actions, block, drives);
+    for (std::size_t i = 0; i < drives.size(); ++i) {
+      const float* action = actions.row(first + static_cast<int>(i));
+      const double finger = gripper_target(action[arm_dim(mode_)]);
+      std::fill(drives[i].target.begin() + kArmJoints, drives[i].target.end(), finger);
+      drives[i].velocity = {};
+      drives[i].velocity_mode = false;
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    const int env = first + static_cast<int>(i);
+    drives[i] = drive(state, env, actions.row(env));
+  }
 }
 
 void Controller::hold_action(const State& state, int env, float* action) const {

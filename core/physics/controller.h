@@ -1,11 +1,13 @@
 // The control modes: from an action row to what the drives follow. See docs/control_modes.md.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/physics/arm.h"
 #include "core/physics/control_mode.h"
 #include "core/physics/drive.h"
+#include "core/physics/lane_block.h"
 #include "core/physics/state.h"
 
 namespace engram {
@@ -37,6 +39,10 @@ class Controller {
 
   // Works out one control step's drive targets from the measured state and an action row.
   Drive drive(const State& state, int env, const float* action) const;
+  // The same for the environments from `first` on, one for each drive; at most as many as the block
+  // has lanes.
+  void drive(const State& state, int first, const Column<float>& actions, LaneBlock& block,
+             std::span<Drive> drives) const;
 
   // The action that keeps the robot where it is: all zeros, or the measured position in the modes
   // that take absolute ones. `action` has action_space().dim() elements.
@@ -57,6 +63,10 @@ class Controller {
   ArmVector tracked_pose_target(const State& state, int env, const float* action,
                                 bool rotates) const;
   Eigen::Vector3d scaled_rotation(const float* action) const;
+  Eigen::Matrix<double, 6, 1> scaled_twist(const float* action) const;
+  // In lanes: joint targets of pd_ee_delta_pose.
+  void delta_pose_targets(const State& state, int first, const Column<float>& actions,
+                          LaneBlock& block, std::span<Drive> drives) const;
 
   ControlMode mode_;
   const Arm& arm_;

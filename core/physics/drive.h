@@ -1,21 +1,13 @@
-// The drives of the robot's joints: what they follow during a control step, and by which law.
+// What the drives of the robot's joints follow during a control step.
 #pragma once
 
 #include <array>
 
-#include "core/physics/arm.h"
+#include "core/physics/joints.h"
 
 namespace engram {
 
 using JointArray = std::array<double, kRobotJoints>;
-
-// force = stiffness (target - q) + damping (target velocity - qvel), within the limit. Taken
-// implicitly: see robot_step.h.
-struct DriveLaw {
-  double stiffness = 0;  // N m/rad, N/m
-  double damping = 0;    // N m s/rad, N s/m
-  double limit = 0;      // N m, N
-};
 
 // What the drives of the nine joints follow during one control step.
 struct Drive {

@@ -27,21 +27,15 @@ bool all_plausible(const double* values, int count) {
 
 }  // namespace
 
-Loader::Workbench::Workbench(const PhysicsModel& physics_model) : model(&physics_model) {
-  for (const SceneModel& scene : model->scenes()) data.push_back(make_sparing_data(*scene.model));
-  const std::size_t props = model->props().size();
+Loader::Workbench::Workbench(const PhysicsModel& model) {
+  const std::size_t props = model.props().size();
   status.resize(props);
-  awake_by_type.resize(at(model->num_types()));
+  awake_by_type.resize(at(model.num_types()));
   slot.resize(props);
+  prop.reserve(props);
   motion.resize(props);
   gliding.reserve(props);
   gliders.reserve(props);
-}
-
-void Loader::Workbench::reset_data() {
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    mj_resetData(model->scenes()[i].model.get(), data[i].get());
-  }
 }
 
 bool Loader::state_is_plausible() const {
@@ -54,14 +48,20 @@ bool Loader::state_is_plausible() const {
          all_plausible(state_.prop_qacc_warmstart.row(env_), 6 * count);
 }
 
-bool Loader::scene_is_plausible() const {
-  return all_plausible(data_->qpos, scene_model().nq) &&
-         all_plausible(data_->qvel, scene_model().nv);
+bool Loader::is_plausible(const JointArray& qpos, const JointArray& qvel) const {
+  bool good = all_plausible(qpos.data(), kRobotJoints) && all_plausible(qvel.data(), kRobotJoints);
+  for (int prop = 0; prop < num_props() && num_awake_ > 0; ++prop) {
+    if (!is_awake(prop)) continue;
+    const Motion& motion = workbench_.motion[at(prop)];
+    good = good && all_plausible(motion.qpos.data(), 7) && all_plausible(motion.qvel.data(), 6);
+  }
+  return good;
 }
 
 // --- which props are awake, which glide ---
 
 void Loader::begin(bool sleep) {
+  std::copy_n(state_.contact_force.row(env_), kRobotJoints, workbench_.contact_force.begin());
   std::fill(workbench_.awake_by_type.begin(), workbench_.awake_by_type.end(), 0);
   workbench_.gliding.clear();
   for (int prop = 0; prop < num_props(); ++prop) {
@@ -96,7 +96,7 @@ void Loader::begin_glide(int prop) {
 
 void Loader::glide(int substep, int substeps) {
   const double part = static_cast<double>(substep) / substeps;
-  const double per_second = 1 / (substeps * scene_model().opt.timestep);
+  const double per_second = 1 / (substeps * model_.robot_law().timestep);
   for (const int prop : gliding()) {
     Motion& motion = workbench_.motion[at(prop)];
     const double* from = state_.prop_pos_of(env_, prop);
@@ -105,8 +105,6 @@ void Loader::glide(int substep, int substeps) {
       motion.qpos[i] = from[i] + part * way[i];
       motion.qvel[i] = per_second * way[i];
     }
-    const int mocap = scene_->mocap[at(prop)];
-    if (mocap >= 0) std::copy_n(motion.qpos.begin(), 3, data_->mocap_pos + 3 * mocap);
   }
 }
 
@@ -124,24 +122,23 @@ std::span<const Glider> Loader::gliders() {
 // --- into a scene ---
 
 void Loader::enter(int scene) {
-  load(scene, state_.qpos.row(env_), state_.qvel.row(env_), state_.contact_force.row(env_));
-}
-
-void Loader::move_to(int scene) {
-  harvest();
-  load(scene, data_->qpos, data_->qvel, data_->qacc_warmstart);
-}
-
-void Loader::load(int scene, const double* qpos, const double* qvel, const double* contact_force) {
   scene_index_ = scene;
   scene_ = &model_.scenes()[at(scene)];
-  data_ = workbench_.data[at(scene)].get();
-  std::copy_n(qpos, kRobotJoints, data_->qpos);
-  std::copy_n(qvel, kRobotJoints, data_->qvel);
-  std::copy_n(contact_force, kRobotJoints, data_->qacc_warmstart);  // see composed_step.cc
+  place_ = &scenes_.place(scene);
+  place_->owner = nullptr;
+  assign_slots();
+}
+
+void Loader::load(const JointArray& qpos, const JointArray& qvel) {
+  std::copy_n(qpos.begin(), kRobotJoints, data().qpos);
+  std::copy_n(qvel.begin(), kRobotJoints, data().qvel);
+  // See composed_step.cc.
+  std::copy_n(workbench_.contact_force.begin(), kRobotJoints, data().qacc_warmstart);
   if (!scene_has_props()) return;
-  load_kinematic_props();
-  load_free_props();
+  const bool is_mine = place_->owner == &workbench_;
+  if (!is_mine || !gliding().empty()) load_kinematic_props();
+  if (!is_mine) load_free_props();
+  place_->owner = &workbench_;
 }
 
 void Loader::load_kinematic_props() {
@@ -152,65 +149,71 @@ void Loader::load_kinematic_props() {
     const double* pos =
         is_gliding(prop) ? workbench_.motion[at(prop)].qpos.data() : state_.prop_pos_of(env_, prop);
     const bool hidden = workbench_.status[at(prop)] == PropStatus::kHidden;
-    std::copy_n(hidden ? parked : pos, 3, data_->mocap_pos + 3 * mocap);
-    std::copy_n(state_.prop_quat_of(env_, prop), 4, data_->mocap_quat + 4 * mocap);
+    std::copy_n(hidden ? parked : pos, 3, data().mocap_pos + 3 * mocap);
+    std::copy_n(state_.prop_quat_of(env_, prop), 4, data().mocap_quat + 4 * mocap);
+  }
+}
+
+void Loader::assign_slots() {
+  workbench_.prop.clear();
+  const int count = static_cast<int>(scene_->slots.size());
+  for (int slot = 0; slot < count;) {
+    const int type = scene_->slots[at(slot)].type;
+    for (int prop = 0; prop < num_props(); ++prop) {
+      if (!is_awake(prop) || prop_model(prop).type != type) continue;
+      workbench_.slot[at(prop)] = slot++;
+      workbench_.prop.push_back(prop);
+    }
+    for (; slot < count && scene_->slots[at(slot)].type == type; ++slot) {
+      workbench_.prop.push_back(kParked);
+    }
   }
 }
 
 void Loader::load_free_props() {
-  int slot = 0;
-  const int count = static_cast<int>(scene_->slots.size());
-  while (slot < count) {
-    const int type = scene_->slots[at(slot)].type;
-    for (int prop = 0; prop < num_props(); ++prop) {
-      if (!is_awake(prop) || prop_model(prop).type != type) continue;
-      workbench_.slot[at(prop)] = slot;
-      load_slot(slot++, workbench_.motion[at(prop)]);
-    }
-    for (; slot < count && scene_->slots[at(slot)].type == type; ++slot) {
-      const Motion parked{{0, 0, kParkingSpacing * (slot + 1), 1, 0, 0, 0}, {}, {}};
-      load_slot(slot, parked);
+  for (int slot = 0; slot < static_cast<int>(workbench_.prop.size()); ++slot) {
+    const int prop = workbench_.prop[at(slot)];
+    if (prop != kParked) {
+      load_slot(slot, workbench_.motion[at(prop)]);
+    } else {
+      load_slot(slot, {{0, 0, kParkingSpacing * (slot + 1), 1, 0, 0, 0}, {}, {}});
     }
   }
 }
 
 void Loader::load_slot(int slot, const Motion& motion) const {
   const PropSlot& where = scene_->slots[at(slot)];
-  std::copy_n(motion.qpos.begin(), 7, data_->qpos + where.qpos);
-  std::copy_n(motion.qvel.begin(), 6, data_->qvel + where.dof);
-  std::copy_n(motion.qacc_warmstart.begin(), 6, data_->qacc_warmstart + where.dof);
-  std::fill_n(data_->qfrc_applied + where.dof, 6, 0.0);
+  std::copy_n(motion.qpos.begin(), 7, data().qpos + where.qpos);
+  std::copy_n(motion.qvel.begin(), 6, data().qvel + where.dof);
+  std::copy_n(motion.qacc_warmstart.begin(), 6, data().qacc_warmstart + where.dof);
+  std::fill_n(data().qfrc_applied + where.dof, 6, 0.0);
 }
 
 void Loader::harvest() {
-  if (!scene_has_props()) return;
-  for (int prop = 0; prop < num_props(); ++prop) {
-    if (!is_awake(prop) || workbench_.slot[at(prop)] == kNoSlot) continue;
-    const PropSlot& where = slot_of(prop);
+  std::copy_n(data().qacc_warmstart, kRobotJoints, workbench_.contact_force.begin());
+  for (std::size_t slot = 0; slot < workbench_.prop.size(); ++slot) {
+    const int prop = workbench_.prop[slot];
+    if (prop == kParked) continue;
+    const PropSlot& where = scene_->slots[slot];
     Motion& motion = workbench_.motion[at(prop)];
-    std::copy_n(data_->qpos + where.qpos, 7, motion.qpos.begin());
-    std::copy_n(data_->qvel + where.dof, 6, motion.qvel.begin());
-    std::copy_n(data_->qacc_warmstart + where.dof, 6, motion.qacc_warmstart.begin());
+    std::copy_n(data().qpos + where.qpos, 7, motion.qpos.begin());
+    std::copy_n(data().qvel + where.dof, 6, motion.qvel.begin());
+    std::copy_n(data().qacc_warmstart + where.dof, 6, motion.qacc_warmstart.begin());
   }
 }
 
 // --- into the columns ---
 
-void Loader::store() {
-  store_robot();
+void Loader::store(const JointArray& qpos, const JointArray& qvel) {
+  std::copy_n(qpos.begin(), kRobotJoints, state_.qpos.row(env_));
+  std::copy_n(qvel.begin(), kRobotJoints, state_.qvel.row(env_));
+  std::copy_n(workbench_.contact_force.begin(), kRobotJoints, state_.contact_force.row(env_));
   if (num_props() == 0) return;
   store_gliding_props();
   std::fill_n(state_.finger_force.row(env_), 6 * num_props(), 0.0);
   if (!scene_has_props()) return;
-  harvest();
   store_awake_props();
   store_finger_forces();
-}
-
-void Loader::store_robot() const {
-  std::copy_n(data_->qpos, kRobotJoints, state_.qpos.row(env_));
-  std::copy_n(data_->qvel, kRobotJoints, state_.qvel.row(env_));
-  std::copy_n(data_->qacc_warmstart, kRobotJoints, state_.contact_force.row(env_));
 }
 
 // They have arrived.
@@ -236,18 +239,18 @@ void Loader::store_awake_props() const {
 
 void Loader::store_finger_forces() const {
   const mjModel& model = scene_model();
-  for (int i = 0; i < data_->ncon; ++i) {
-    const mjContact& contact = data_->contact[i];
+  for (int i = 0; i < data().ncon; ++i) {
+    const mjContact& contact = data().contact[i];
     if (contact.efc_address < 0) continue;
     const int bodies[2] = {model.geom_bodyid[contact.geom1], model.geom_bodyid[contact.geom2]};
     const int slot =
         std::max(scene_->slot_of_body[at(bodies[0])], scene_->slot_of_body[at(bodies[1])]);
-    const int prop = slot < 0 ? -1 : prop_in_slot(slot);
+    const int prop = slot < 0 ? kParked : workbench_.prop[at(slot)];
     for (int finger = 0; finger < kFingers && prop >= 0; ++finger) {
       const int body = model_.finger_bodies()[finger];
       if (body != bodies[0] && body != bodies[1]) continue;
       mjtNum wrench[6];  // in the contact's frame, on the second body
-      mj_contactForce(&model, data_, i, wrench);
+      mj_contactForce(&model, &data(), i, wrench);
       const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> frame(contact.frame);
       const Eigen::Vector3d force =
           frame.transpose() * Eigen::Vector3d(wrench[0], wrench[1], wrench[2]);
@@ -255,12 +258,6 @@ void Loader::store_finger_forces() const {
       sum += body == bodies[1] ? force : Eigen::Vector3d(-force);
     }
   }
-}
-
-int Loader::prop_in_slot(int slot) const {
-  int prop = num_props() - 1;
-  while (prop >= 0 && (!is_awake(prop) || workbench_.slot[at(prop)] != slot)) --prop;
-  return prop;
 }
 
 }  // namespace engram

@@ -11,6 +11,7 @@
 
 #include "core/physics/contacts.h"
 #include "core/physics/model.h"
+#include "core/physics/scene_bench.h"
 #include "core/physics/state.h"
 
 namespace engram {
@@ -26,25 +27,22 @@ class Loader {
     std::array<double, 6> qacc_warmstart;
   };
 
-  // Working memory of one thread.
+  // Working memory of one environment on its way through a step.
   struct Workbench {
     explicit Workbench(const PhysicsModel& model);
 
-    // Makes every mjData as good as new, after a step that diverged.
-    void reset_data();
-
-    const PhysicsModel* model;
-    std::vector<DataPtr> data;       // for every compiled scene
+    JointArray contact_force{};      // on the robot's joints, in the last substep, N m, N
     std::vector<PropStatus> status;  // of each prop while a step is under way
     std::vector<int> awake_by_type;  // how many
     std::vector<int> slot;           // of each awake prop in the present scene, or kNoSlot
+    std::vector<int> prop;           // in each slot of the present scene, or kParked
     std::vector<Motion> motion;      // of awake and gliding props, between scenes
     std::vector<int> gliding;        // kinematic props on their way
     std::vector<Glider> gliders;     // the same, for contacts
   };
 
-  Loader(Workbench& workbench, const State& state, int env)
-      : model_(*workbench.model), workbench_(workbench), state_(state), env_(env) {}
+  Loader(Workbench& workbench, SceneBench& scenes, const State& state, int env)
+      : model_(scenes.model()), workbench_(workbench), scenes_(scenes), state_(state), env_(env) {}
 
   // --- the way of a step ---
 
@@ -56,8 +54,15 @@ class Loader {
   // is awake.
   void begin(bool sleep);
 
-  // Loads robot and props from the columns into a scene, which becomes the present one.
+  // Makes a scene the present one. Nothing is in it yet.
   void enter(int scene);
+
+  // Loads props, and the robot at these joint positions and velocities, into the present scene;
+  // what other environments have left there is gone.
+  void load(const JointArray& qpos, const JointArray& qvel);
+
+  // Takes what a substep made of them out again.
+  void harvest();
 
   // Moves gliding props to where they are after so many of the control step's substeps.
   void glide(int substep, int substeps);
@@ -68,14 +73,12 @@ class Loader {
   // Counts a sleeping free prop among the awake ones. It comes into the next scene.
   void wake(int prop);
 
-  // From the present scene to another one, in the middle of a step.
-  void move_to(int scene);
+  // Whether all numbers of the robot and of awake props are finite and not huge.
+  bool is_plausible(const JointArray& qpos, const JointArray& qvel) const;
 
-  // Whether all numbers in the present scene are finite and not huge.
-  bool scene_is_plausible() const;
-
-  // Writes robot, props and contact forces of the present scene into the columns.
-  void store();
+  // Writes robot, props and contact forces into the columns. The present scene must hold the last
+  // substep still.
+  void store(const JointArray& qpos, const JointArray& qvel);
 
   // --- props ---
 
@@ -100,7 +103,9 @@ class Loader {
   int scene_index() const { return scene_index_; }
   const SceneModel& scene() const { return *scene_; }
   const mjModel& scene_model() const { return *scene_->model; }
-  mjData& data() const { return *data_; }
+  mjData& data() const { return *place_->data; }
+  PairSieve& sieve() const { return place_->sieve; }
+  StepBench& step_bench() const { return scenes_.step_bench(); }
   // Whether there is more in it than robot and table.
   bool scene_has_props() const { return scene_index_ > PhysicsModel::kRobotScene; }
   // Where an awake prop's coordinates are.
@@ -112,34 +117,30 @@ class Loader {
 
  private:
   static constexpr int kNoSlot = -1;  // of a prop that woke in this scene
+  static constexpr int kParked = -1;  // in a slot: no prop
 
   void begin_glide(int prop);
 
-  void load(int scene, const double* qpos, const double* qvel, const double* contact_force);
   void load_kinematic_props();
-  // Awake props take the slots of their types in order; slots that stay empty are parked.
   void load_free_props();
+  // Awake props take the slots of their types in order; slots that stay empty are parked.
+  void assign_slots();
   void load_slot(int slot, const Motion& motion) const;
 
-  // Takes the motion of awake props out of the present scene.
-  void harvest();
-
-  void store_robot() const;
   void store_gliding_props() const;
   void store_awake_props() const;
   // Sums the contact forces between each prop and each finger, as the prop exerts them.
   void store_finger_forces() const;
-  // The awake prop in a slot, or -1 for one that is parked.
-  int prop_in_slot(int slot) const;
 
   const PhysicsModel& model_;
   Workbench& workbench_;
+  SceneBench& scenes_;
   const State& state_;
   int env_;
   int num_awake_ = 0;
   int scene_index_ = 0;
   const SceneModel* scene_ = nullptr;
-  mjData* data_ = nullptr;
+  SceneBench::Place* place_ = nullptr;
 };
 
 }  // namespace engram

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/physics/robot_chain_reader.h"
 
 namespace engram {
 namespace {
@@ -44,8 +45,8 @@ void bound_prop(const mjModel& model, int body, PropModel& prop) {
 
 // The drive that all nine joints share, and their limits. Throws Error for scenes in which they
 // differ.
-RobotStep::Law read_robot_law(const mjModel& model) {
-  RobotStep::Law law;
+RobotLaw read_robot_law(const mjModel& model) {
+  RobotLaw law;
   law.drive = {model.actuator_gainprm[0], model.dof_damping[0], model.actuator_forcerange[1]};
   law.timestep = model.opt.timestep;
   for (int i = 0; i < kRobotJoints; ++i) {
@@ -54,8 +55,8 @@ RobotStep::Law read_robot_law(const mjModel& model) {
                       model.actuator_forcerange[2 * i + 1] == law.drive.limit &&
                       model.actuator_trnid[2 * i] == i;
     if (!same) refuse("the robot's joints need one drive law and actuators in joint order");
-    law.lower[static_cast<std::size_t>(i)] = model.jnt_range[2 * i];
-    law.upper[static_cast<std::size_t>(i)] = model.jnt_range[2 * i + 1];
+    law.lower[i] = model.jnt_range[2 * i];
+    law.upper[i] = model.jnt_range[2 * i + 1];
   }
   return law;
 }
@@ -110,6 +111,8 @@ PhysicsModel::PhysicsModel(const SceneSource& source, ModelPtr whole) : arm_(*wh
   read_text_model(source, *whole);
   scenes_ = compile_scenes(source, std::move(whole), props_);
   robot_bounds_ = RobotBounds(robot(), full());
+  robot_chain_ = read_robot_chain(robot());
+  std::copy(robot_bounds_.arms().begin(), robot_bounds_.arms().end(), robot_chain_.arms);
 }
 
 // What is read before the engine makes the models its own.

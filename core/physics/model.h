@@ -8,7 +8,7 @@
 #include "core/physics/arm.h"
 #include "core/physics/proximity.h"
 #include "core/physics/robot_bounds.h"
-#include "core/physics/robot_step.h"
+#include "core/physics/robot_law.h"
 #include "core/physics/scene_model.h"
 
 namespace engram {
@@ -60,7 +60,8 @@ class PhysicsModel {
   // Lower and upper limits of the nine robot joints, (9, 2).
   const double* joint_ranges() const { return full().jnt_range; }
   // How the robot's joints move: its numbers are the text's.
-  const RobotStep::Law& robot_law() const { return robot_law_; }
+  const RobotLaw& robot_law() const { return robot_law_; }
+  const RobotChain& robot_chain() const { return robot_chain_; }
   // Weight of one kilogram, N.
   double gravity() const { return gravity_; }
 
@@ -71,7 +72,8 @@ class PhysicsModel {
   void describe_props(const SceneSource& source, const mjModel& whole);
   void find_reach_geoms(const mjModel& whole);
 
-  RobotStep::Law robot_law_;
+  RobotLaw robot_law_;
+  RobotChain robot_chain_;
   double gravity_ = 0;
   std::vector<PropModel> props_;
   int num_types_ = 0;

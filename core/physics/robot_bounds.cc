@@ -138,7 +138,12 @@ void RobotBounds::add_capsule(const mjModel& robot, int body) {
     if (volume(segment) < volume(best)) best = segment;
   }
   const double ball_radius = 0.5 * (best.b - best.a).norm() + best.radius;
-  capsules_.push_back({body, best.a, best.b, best.radius, ball_radius, false, false});
+  const Attachment fixed = attachment_of(robot, body);
+  const auto in_link = [&](const Vec3& point) {
+    return Vec3(fixed.frame.pos + fixed.frame.axes * point);
+  };
+  capsules_.push_back(
+      {body, fixed.link, in_link(best.a), in_link(best.b), best.radius, ball_radius, false, false});
 }
 
 RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
@@ -169,13 +174,11 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
 // A joint's arm is the farthest that a point of its body, or of what the body carries, can be from
 // the body's origin.
 void RobotBounds::measure_arms(const mjModel& robot) {
-  if (static_cast<std::size_t>(robot.njnt) > kMaxJoints) {
-    throw Error(Error::kInternal, "robot of more than " + std::to_string(kMaxJoints) + " joints");
-  }
   std::vector<double> extent(static_cast<std::size_t>(robot.nbody), 0.0);
   for (const Capsule& capsule : capsules_) {
-    extent[static_cast<std::size_t>(capsule.body)] =
-        std::max(capsule.a.norm(), capsule.b.norm()) + capsule.radius;
+    const int link = capsule.link < 0 ? 0 : robot.jnt_bodyid[capsule.link];
+    double& reach = extent[static_cast<std::size_t>(link)];
+    reach = std::max(reach, std::max(capsule.a.norm(), capsule.b.norm()) + capsule.radius);
   }
   for (int body = robot.nbody - 1; body > 0; --body) {  // children come after their parents
     double offset = Eigen::Map<const Vec3>(robot.body_pos + 3 * body).norm();
@@ -188,16 +191,15 @@ void RobotBounds::measure_arms(const mjModel& robot) {
     double& parent = extent[static_cast<std::size_t>(robot.body_parentid[body])];
     parent = std::max(parent, offset + extent[static_cast<std::size_t>(body)]);
   }
-  arms_.clear();
-  for (int joint = 0; joint < robot.njnt; ++joint) {
+  for (int joint = 0; joint < kRobotJoints; ++joint) {
     const double anchor = Eigen::Map<const Vec3>(robot.jnt_pos + 3 * joint).norm();
     const bool slides = robot.jnt_type[joint] == mjJNT_SLIDE;
-    arms_.push_back(slides ? 1.0
-                           : anchor + extent[static_cast<std::size_t>(robot.jnt_bodyid[joint])]);
+    arms_[static_cast<std::size_t>(joint)] =
+        slides ? 1.0 : anchor + extent[static_cast<std::size_t>(robot.jnt_bodyid[joint])];
   }
 }
 
-RobotBounds::Clearance RobotBounds::clearance(const mjData& data,
+RobotBounds::Clearance RobotBounds::clearance(const RobotPose& pose,
                                               std::span<const Obstacle> obstacles) const {
   Placed placed;
   Clearance result;
@@ -205,11 +207,13 @@ RobotBounds::Clearance RobotBounds::clearance(const mjData& data,
   double lowest = kFarAway;  // of what can meet props
   for (std::size_t i = 0; i < capsules_.size(); ++i) {
     const Capsule& capsule = capsules_[i];
-    const Eigen::Map<const Vec3> pos(data.xpos + 3 * capsule.body);
-    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.xmat +
-                                                                              9 * capsule.body);
-    placed.a[i] = pos + axes * capsule.a;
-    placed.b[i] = pos + axes * capsule.b;
+    placed.a[i] = capsule.a;
+    placed.b[i] = capsule.b;
+    if (capsule.link >= 0) {
+      const Frame& link = pose.links[static_cast<std::size_t>(capsule.link)];
+      placed.a[i] = link.pos + link.axes * capsule.a;
+      placed.b[i] = link.pos + link.axes * capsule.b;
+    }
     placed.middle[i] = 0.5 * (placed.a[i] + placed.b[i]);
     const double low = std::min(placed.a[i].z(), placed.b[i].z()) - capsule.radius;
     if (capsule.meets_table) table = std::min(table, low);
@@ -221,7 +225,7 @@ RobotBounds::Clearance RobotBounds::clearance(const mjData& data,
   result.own = std::min(result.own, table);
   result.around = obstacle_clearance(placed, obstacles, lowest);
   result.lowest = lowest;
-  std::copy_n(data.qpos, arms_.size(), result.qpos.begin());
+  result.qpos = pose.qpos;
   return result;
 }
 
@@ -270,18 +274,18 @@ RobotBounds::Clearance RobotBounds::among(const Clearance& before,
   return result;
 }
 
-double RobotBounds::way_from(const std::array<double, kMaxJoints>& qpos, const mjData& data) const {
+double RobotBounds::way(const JointArray& from, const JointArray& to) const {
   double way = 0;
   for (std::size_t joint = 0; joint < arms_.size(); ++joint) {
-    way += arms_[joint] * std::abs(data.qpos[joint] - qpos[joint]);
+    way += arms_[joint] * std::abs(to[joint] - from[joint]);
   }
   return way;
 }
 
-// Two bodies of the robot move relative to one another only by the joints between them. So way_from
+// Two bodies of the robot move relative to one another only by the joints between them. So way()
 // bounds, too, how much nearer they can have come.
-bool RobotBounds::still_clear(const Clearance& before, const mjData& data) const {
-  return way_from(before.qpos, data) < std::min(before.own, before.around);
+bool RobotBounds::still_clear(const Clearance& before, const JointArray& qpos) const {
+  return way(before.qpos, qpos) < before.room();
 }
 
 }  // namespace engram

@@ -5,18 +5,19 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "core/physics/robot_pose.h"
+
 namespace engram {
 
 class RobotBounds {
  public:
-  // Most bodies and joints of a robot.
   static constexpr std::size_t kMaxBodies = 16;
-  static constexpr std::size_t kMaxJoints = 12;
 
   // A sphere that the robot may come near.
   struct Obstacle {
@@ -30,8 +31,10 @@ class RobotBounds {
     double own = 0;     // between its own bodies, and to the table top (z = 0)
     double around = 0;  // to obstacles
     double lowest = 0;  // height of the parts that may meet obstacles; valid if `own` is above zero
-    std::array<double, kMaxJoints> qpos{};  // at which this was found
-    bool is_clear() const { return own > 0 && around > 0; }
+    JointArray qpos{};  // at which this was found
+    // How far any part of the robot may move from there before it could touch something, m.
+    double room() const { return std::min(own, around); }
+    bool is_clear() const { return room() > 0; }
   };
 
   RobotBounds() = default;
@@ -39,21 +42,23 @@ class RobotBounds {
   // capsules matter.
   RobotBounds(const mjModel& robot, const mjModel& whole);
 
-  // With bodies posed as in `data`. Needs body poses only, no geometry.
-  Clearance clearance(const mjData& data, std::span<const Obstacle> obstacles) const;
+  Clearance clearance(const RobotPose& pose, std::span<const Obstacle> obstacles) const;
   // The same clearance among other obstacles. Compares heights only.
   static Clearance among(const Clearance& before, std::span<const Obstacle> obstacles);
-  // Most that a point of the robot can have moved between joint angles `qpos` and data.qpos, m: the
-  // joints' turns times the longest arms that they have.
-  double way_from(const std::array<double, kMaxJoints>& qpos, const mjData& data) const;
-  // True only if the robot cannot have touched anything on its way from before.qpos to data.qpos.
-  // The obstacles must be the same.
-  bool still_clear(const Clearance& before, const mjData& data) const;
+  // Of each joint: most that a point of the robot moves per rad or m.
+  const JointArray& arms() const { return arms_; }
+  // Most that a point of the robot can have moved between joint positions, m: the joints' turns
+  // times the longest arms that they have.
+  double way(const JointArray& from, const JointArray& to) const;
+  // True only if the robot cannot have touched anything on its way from before.qpos. The obstacles
+  // must be the same.
+  bool still_clear(const Clearance& before, const JointArray& qpos) const;
 
  private:
   struct Capsule {
     int body = 0;
-    Eigen::Vector3d a;  // ends of the axis, body frame
+    int link = -1;      // that carries it; -1: none does
+    Eigen::Vector3d a;  // ends of the axis, in the link's frame
     Eigen::Vector3d b;
     double radius = 0;
     double ball_radius = 0;  // of the ball around it
@@ -77,7 +82,7 @@ class RobotBounds {
 
   std::vector<Capsule> capsules_;
   std::vector<std::pair<int, int>> pairs_;
-  std::vector<double> arms_;  // of each joint: most that a point moves per rad or m
+  JointArray arms_{};
 };
 
 }  // namespace engram

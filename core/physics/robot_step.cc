@@ -1,19 +1,12 @@
 #include "core/physics/robot_step.h"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
+
+#include "core/physics/lane_kernel.h"
+#include "core/physics/robot_motion.h"
 
 namespace engram {
 namespace {
-
-constexpr int kIterations = 15;
-constexpr double kLinkDamping = 0.05;       // 1/s, of the arm's turning
-constexpr double kCouplingStiffness = 1e5;  // N/m, between the fingers
-
-// Free rotation is integrated explicitly, in reach of no drive: wrist joints that spin faster than
-// this would gain speed from it. rad/s, m/s; PhysX's limit as well.
-constexpr double kFastest = 100;
 
 // Times its own: the inertia of a joint at its limit.
 constexpr double kHeldInertia = 1000;
@@ -53,53 +46,79 @@ JointMatrix inverse(JointMatrix m) {
   return m;
 }
 
-RobotStep::RobotStep(const Law& law, const Drive& drive)
-    : law_(law), hh_(law.timestep / kIterations), most_(law.drive.limit * law.timestep) {
-  stiffness_.fill(law.drive.stiffness);
-  if (drive.velocity_mode) std::fill_n(stiffness_.begin(), kArmJoints, 0.0);
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    aim_[i] = stiffness_[i] * drive.target[i];
-    if (i < kArmJoints) aim_[i] += law.drive.damping * drive.velocity[i];
-    resistance_[i] = law.drive.damping + hh_ * stiffness_[i];
+double drive_stiffness(const RobotLaw& law, const Drive& drive, int joint) {
+  return drive.velocity_mode && joint < kArmJoints ? 0.0 : law.drive.stiffness;
+}
+
+double drive_aim(const RobotLaw& law, const Drive& drive, int joint) {
+  const auto i = static_cast<std::size_t>(joint);
+  const double aim = drive_stiffness(law, drive, joint) * drive.target[i];
+  return joint < kArmJoints ? aim + law.drive.damping * drive.velocity[i] : aim;
+}
+
+RobotStep::RobotStep(const RobotLaw& law, const Drive& drive) : law_(law) {
+  for (int i = 0; i < kRobotJoints; ++i) {
+    joints_.stiffness[i] = drive_stiffness(law, drive, i);
+    joints_.aim[i] = drive_aim(law, drive, i);
   }
+}
+
+void RobotStep::take(const double* rows, int lanes, int lane) {
+  const auto copy = [=](int first, double* to, int count) {
+    for (int i = 0; i < count; ++i) to[i] = rows[(first + i) * lanes + lane];
+  };
+  copy(LaneRows::kQ, q.data(), kRobotJoints);
+  copy(LaneRows::kV, v.data(), kRobotJoints);
+  copy(LaneRows::kBias, bias.data(), kRobotJoints);
+  for (int i = 0; i < kRobotJoints; ++i) {
+    copy(LaneRows::kInertia + i * kRobotJoints, inertia[static_cast<std::size_t>(i)].data(),
+         kRobotJoints);
+  }
+  copy(LaneRows::kEndQ, end_q_.data(), kRobotJoints);
+  copy(LaneRows::kEndV, end_v_.data(), kRobotJoints);
+  prepared_ = false;
+}
+
+void RobotStep::begin(const RobotChain& chain, const double* qpos, const double* qvel) {
+  std::copy_n(qpos, kRobotJoints, q.begin());
+  std::copy_n(qvel, kRobotJoints, v.begin());
+  LinkPose<double> links[kArmJoints];
+  place_links(chain, qpos, links);
+  const RobotDynamics<double> dynamics(chain, qpos, links);
+  JointSquare<double> matrix;
+  dynamics.inertia(matrix);
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    std::copy_n(matrix[static_cast<int>(i)].at, kRobotJoints, inertia[i].begin());
+  }
+  dynamics.bias(qvel, bias.data());
+  prepared_ = false;
 }
 
 void RobotStep::prepare() {
-  w_ = inverse(inertia);
+  prepared_ = true;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    gain_[i] = hh_ / (1 + w_[i][i] * hh_ * resistance_[i]);
-    brake_[i] = gain_[i] * resistance_[i];
-    couple_[i] = w_[i][kLeft] - w_[i][kRight];
-    begin_v_[i] = i < kArmJoints ? v[i] * (1 - kLinkDamping * law_.timestep) : v[i];
+    const int joint = static_cast<int>(i);
+    for (std::size_t k = 0; k < kJoints; ++k) joints_.w[joint][static_cast<int>(k)] = inertia[i][k];
+    joints_.w[joint][kRobotJoints] = 0;
+    joints_.begin_v[joint] = v[i];
+    joints_.bias[joint] = bias[i];
   }
-  const double give = couple_[kLeft] - couple_[kRight];
-  couple_gain_ = hh_ * kCouplingStiffness / (1 + give * hh_ * hh_ * kCouplingStiffness);
-  for (std::size_t i = 0; i < kJoints; ++i) add_scaled(begin_v_, -law_.timestep * bias[i], w_[i]);
+  joints_.prepare(law_);
 }
 
 void RobotStep::run(const JointArray& force) {
+  if (!prepared_) prepare();
   force_ = force;
-  JointRow pushed{};
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    if (force[i] != 0) add_scaled(pushed, hh_ * force[i], w_[i]);
+  JointsOf<double> pushed;
+  for (int i = 0; i < kRobotJoints; ++i) {
+    const double value = force[static_cast<std::size_t>(i)];
+    if (value != 0) add_scaled(pushed, joints_.hh * value, joints_.w[i]);
   }
-  const bool is_pushed = pushed != JointRow{};
-  JointRow speed = begin_v_;
-  end_q_ = q;
-  driven_ = spent_ = at_lower_ = at_upper_ = {};
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
-    if (is_pushed) add_scaled(speed, 1, pushed);
-    couple_fingers(speed);
-    for (std::size_t i = 0; i < kJoints; ++i) {
-      pull_[i] = gain_[i] * (aim_[i] - stiffness_[i] * end_q_[i]);
-    }
-    [&]<std::size_t... kJoint>(std::index_sequence<kJoint...>) { (move_joint(kJoint, speed), ...); }
-    (std::make_index_sequence<kJoints>());
-    for (std::size_t i = 0; i < kJoints; ++i) end_q_[i] += hh_ * speed[i];
-  }
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    end_v_[i] = std::clamp(speed[i], -kFastest, kFastest);
-  }
+  std::copy(q.begin(), q.end(), joints_.end_q.at);
+  spent_ = {};
+  joints_.run(law_, force == JointArray{} ? nullptr : &pushed, &spent_);
+  std::copy_n(joints_.end_q.at, kJoints, end_q_.begin());
+  std::copy_n(joints_.end_v.at, kJoints, end_v_.begin());
 }
 
 void RobotStep::move_evenly(const JointArray& velocity) {
@@ -108,43 +127,6 @@ void RobotStep::move_evenly(const JointArray& velocity) {
     end_q_[i] = std::clamp(q[i] + law_.timestep * velocity[i], std::min(law_.lower[i], q[i]),
                            std::max(law_.upper[i], q[i]));
   }
-}
-
-// An undamped spring, taken implicitly.
-inline void RobotStep::couple_fingers(JointRow& speed) const {
-  const double apart = end_q_[kLeft] - end_q_[kRight] + hh_ * (speed[kLeft] - speed[kRight]);
-  add_scaled(speed, -couple_gain_ * apart, couple_);
-}
-
-// The drive's impulse, and those of the limits: a joint goes no faster than to its limit.
-inline void RobotStep::move_joint(std::size_t joint, JointRow& speed) {
-  double impulse = pull_[joint] - brake_[joint] * speed[joint];
-  const double sum = driven_[joint] + impulse;
-  if (std::abs(sum) >= most_) [[unlikely]] {
-    impulse = std::clamp(sum, -most_, most_) - driven_[joint];
-    spent_[joint] += 1.0 / kIterations;
-  }
-  add_scaled(speed, impulse, w_[joint]);
-  driven_[joint] += impulse;
-  const double way = hh_ * speed[joint];
-  const double to_lower = law_.lower[joint] - end_q_[joint];
-  const double to_upper = law_.upper[joint] - end_q_[joint];
-  if (way < to_lower || way > to_upper || at_lower_[joint] > 0 || at_upper_[joint] < 0)
-      [[unlikely]] {
-    stop_at_limits(joint, speed);
-  }
-}
-
-// A limit pushes one way only.
-void RobotStep::stop_at_limits(std::size_t joint, JointRow& speed) {
-  const double excess_below = (law_.lower[joint] - end_q_[joint]) / hh_ - speed[joint];
-  const double up = std::max(0.0, at_lower_[joint] + excess_below / w_[joint][joint]);
-  add_scaled(speed, up - at_lower_[joint], w_[joint]);
-  at_lower_[joint] = up;
-  const double excess_above = (law_.upper[joint] - end_q_[joint]) / hh_ - speed[joint];
-  const double down = std::min(0.0, at_upper_[joint] + excess_above / w_[joint][joint]);
-  add_scaled(speed, down - at_upper_[joint], w_[joint]);
-  at_upper_[joint] = down;
 }
 
 // Response of velocities to forces over the substep, in four implicit steps instead of the
@@ -156,7 +138,8 @@ JointMatrix RobotStep::effective_inertia() const {
   const double coupling = h * h * kCouplingStiffness;
   JointMatrix resisting = inertia;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    resisting[i][i] += (1 - spent_[i]) * part * (law_.drive.damping + 0.5 * h * stiffness_[i]);
+    const double free = 1 - spent_[static_cast<int>(i)] / kLawIterations;
+    resisting[i][i] += free * part * (law_.drive.damping + 0.5 * h * joints_.stiffness[i]);
   }
   resisting[kLeft][kLeft] += coupling;
   resisting[kRight][kRight] += coupling;
@@ -176,7 +159,9 @@ JointMatrix RobotStep::effective_inertia() const {
   for (std::size_t i = 0; i < kJoints; ++i) {
     for (double& value : mass[i]) value *= h;
     // A limit holds what a contact pushes into it.
-    const bool held = (at_lower_[i] > 0 && force_[i] < 0) || (at_upper_[i] < 0 && force_[i] > 0);
+    const int joint = static_cast<int>(i);
+    const bool held = (joints_.at_lower[joint] > 0 && force_[i] < 0) ||
+                      (joints_.at_upper[joint] < 0 && force_[i] > 0);
     if (held) mass[i][i] *= kHeldInertia;
   }
   return mass;

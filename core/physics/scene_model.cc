@@ -91,6 +91,7 @@ SceneModel make_scene(ModelPtr compiled, const SceneSource& source, std::span<co
   }
   release_robot(*scene.model);
   require_composable(model);
+  scene.kinematics = SceneKinematics(model);
   scene.mocap.assign(source.props.size(), -1);
   for (const int prop : props) {
     const auto index = static_cast<std::size_t>(prop);

@@ -7,6 +7,7 @@
 
 #include "core/physics/free_body.h"
 #include "core/physics/mujoco_handle.h"
+#include "core/physics/scene_kinematics.h"
 #include "core/physics/scene_source.h"
 
 namespace engram {
@@ -30,6 +31,7 @@ struct SceneModel {
   std::vector<std::uint16_t> joints_of_body;  // the robot's joints that move it, as bits
   std::vector<int> mocap;                     // of each prop of the task: its mocap body, or -1
   bool has_kinematic_props = false;
+  SceneKinematics kinematics;
 
   // Whether there is a slot for each of these awake props, counted by type.
   bool has_room(std::span<const int> count_by_type) const;

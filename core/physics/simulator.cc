@@ -1,78 +1,207 @@
 #include "core/physics/simulator.h"
 
+#include <algorithm>
+#include <optional>
+#include <string>
+
 #include "core/base/error.h"
+#include "core/physics/lane_block.h"
 #include "core/physics/loader.h"
 #include "core/physics/stepper.h"
 #include "core/physics/waker.h"
 
 namespace engram {
+namespace {
+
+const LaneKernel& choose_kernel(int lanes) {
+  if (lanes == 0) return widest_lane_kernel();
+  const LaneKernel* kernel = lane_kernel(lanes);
+  if (kernel != nullptr) return *kernel;
+  std::string allowed = "0";
+  for (int width = 1; width <= kMostLanes; width *= 2) {
+    if (lane_kernel(width) != nullptr) allowed += ", " + std::to_string(width);
+  }
+  throw Error(Error::kInvalidArgument,
+              "lanes: " + std::to_string(lanes) + " given; this processor allows: " + allowed);
+}
+
+void set_room(LaneBlock& block, int lane, const RobotBounds::Clearance& clearance) {
+  const double room = clearance.room();
+  block.put(LaneRows::kSeen, lane, clearance.qpos.data(), kRobotJoints);
+  block.put(LaneRows::kRoom, lane, &room, 1);
+}
+
+}  // namespace
+
+struct Simulator::Lane {
+  Lane(Loader::Workbench& loader_bench, Waker::Workbench& waker_bench, SceneBench& scenes,
+       const State& state, int env, RobotBounds::Clearance& clearance, const Drive& drive,
+       StepClock::Worker* clock)
+      : loader(loader_bench, scenes, state, env),
+        waker(waker_bench, loader),
+        stepper(loader, waker, clearance, drive, clock) {}
+
+  Loader loader;
+  Waker waker;
+  Stepper stepper;
+  bool good = true;
+};
 
 struct Simulator::Workbench {
-  explicit Workbench(const PhysicsModel& model) : loader(model), waker(model), stepper(model) {}
+  Workbench(const PhysicsModel& model, const LaneKernel& kernel) : scenes(model), block(kernel) {
+    for (int i = 0; i < kernel.lanes; ++i) {
+      loaders.emplace_back(model);
+      wakers.emplace_back(model);
+    }
+  }
 
-  Loader::Workbench loader;
-  Waker::Workbench waker;
-  Stepper::Workbench stepper;
+  SceneBench scenes;
+  LaneBlock block;
+  // For each lane.
+  std::vector<Loader::Workbench> loaders;
+  std::vector<Waker::Workbench> wakers;
+  std::array<std::optional<Lane>, kMostLanes> lanes;
 };
 
 Simulator::Simulator(const PhysicsModel& model, const SimulatorOptions& options, int workers,
                      int num_envs)
-    : model_(model), options_(options), clearances_(at(num_envs)) {
+    : model_(model),
+      options_(options),
+      kernel_(choose_kernel(options.lanes)),
+      clearances_(at(num_envs)) {
   workbenches_.reserve(at(workers));
-  for (int i = 0; i < workers; ++i) workbenches_.emplace_back(model);
+  for (int i = 0; i < workers; ++i) workbenches_.emplace_back(model, kernel_);
 }
 
 Simulator::~Simulator() = default;
 
+LaneBlock& Simulator::block(int worker) { return workbenches_[at(worker)].block; }
+
 bool Simulator::step(const State& state, int env, int worker, const Drive& drive,
                      StepClock::Worker* clock) {
-  if (options_.substeps == 0) return true;
-  Workbench& workbench = workbenches_[at(worker)];
-  const MujocoScope scope;
-  bool good = false;
-  try {
-    good = advance(workbench, state, env, drive, clock);
-  } catch (const Error&) {
-    // MuJoCo gave up in the middle of a step; nothing has been stored.
-  }
-  if (!good) workbench.loader.reset_data();
+  bool good = true;
+  step(state, env, worker, {&drive, 1}, &good, clock);
   return good;
 }
 
-// The way of one control step. Returns false if physics diverged, before anything is stored.
-bool Simulator::advance(Workbench& workbench, const State& state, int env, const Drive& drive,
-                        StepClock::Worker* clock) {
-  Loader loader(workbench.loader, state, env);
-  Waker waker(workbench.waker, loader);
-  Stepper stepper(workbench.stepper, loader, waker, clearances_[at(env)], drive, clock);
-
-  if (!loader.state_is_plausible()) return false;
-  loader.begin(options_.sleep);
-  waker.begin();
-  loader.enter(options_.sleep ? stepper.first_scene() : model_.full_scene());
-  for (int i = 0; i < options_.substeps; ++i) {
-    loader.glide(i, options_.substeps);
-    mark(clock, StepPart::kGather);
-    const bool good = options_.sleep ? stepper.composed_substep(i == 0) : stepper.plain_substep();
-    if (!good) return false;
+void Simulator::step(const State& state, int first, int worker, std::span<const Drive> drives,
+                     bool* good, StepClock::Worker* clock) {
+  const int count = static_cast<int>(drives.size());
+  std::fill_n(good, count, true);
+  if (options_.substeps == 0) return;
+  Workbench& workbench = workbenches_[at(worker)];
+  const MujocoScope scope;
+  for (int lane = 0; lane < count; ++lane) {
+    const int env = first + lane;
+    const Drive& drive = drives[at(lane)];
+    workbench.lanes[at(lane)].emplace(workbench.loaders[at(lane)], workbench.wakers[at(lane)],
+                                      workbench.scenes, state, env, clearances_[at(env)], drive,
+                                      clock);
+    for (int joint = 0; joint < kRobotJoints; ++joint) {
+      const double aim = drive_aim(model_.robot_law(), drive, joint);
+      workbench.block.put(LaneRows::kAim + joint, lane, &aim, 1);
+    }
+    begin_lane(workbench, lane);
   }
-  loader.glide(options_.substeps, options_.substeps);
-  if (!loader.scene_is_plausible()) return false;
-  loader.store();
+  workbench.block.pad(LaneRows::kQ, LaneRows::kEndQ, count);
+  workbench.block.pad(LaneRows::kSeen, kRobotJoints + 1, count);
   mark(clock, StepPart::kGather);
-  if (options_.sleep) waker.put_to_sleep();
-  mark(clock, StepPart::kWake);
-  return true;
+  for (int i = 0; i < options_.substeps; ++i) {
+    for (int lane = 0; lane < count; ++lane) {
+      workbench.lanes[at(lane)]->loader.glide(i, options_.substeps);
+    }
+    substep(workbench, count, i + 1 == options_.substeps, drives.front().velocity_mode, clock);
+  }
+  for (int lane = 0; lane < count; ++lane) {
+    good[lane] = workbench.lanes[at(lane)]->good;
+    workbench.lanes[at(lane)].reset();
+  }
 }
 
-void Simulator::update_tcp(const State& state, int env) const {
-  const Pose pose = model_.arm().forward(state.qpos.row(env));
-  Eigen::Map<Eigen::Vector3d>(state.tcp_pos.row(env)) = pose.pos;
-  double* quat = state.tcp_quat.row(env);
-  quat[0] = pose.quat.w();
-  quat[1] = pose.quat.x();
-  quat[2] = pose.quat.y();
-  quat[3] = pose.quat.z();
+// Takes an environment out of its columns.
+void Simulator::begin_lane(Workbench& workbench, int lane) {
+  Lane& here = *workbench.lanes[at(lane)];
+  const State& state = here.loader.state();
+  const int env = here.loader.env();
+  workbench.block.put(LaneRows::kQ, lane, state.qpos.row(env), kRobotJoints);
+  workbench.block.put(LaneRows::kV, lane, state.qvel.row(env), kRobotJoints);
+  here.good = here.loader.state_is_plausible();
+  if (!here.good) return;
+  here.loader.begin(options_.sleep);
+  here.waker.begin();
+  here.loader.enter(options_.sleep ? here.stepper.first_scene() : model_.full_scene());
+  set_room(workbench.block, lane, here.stepper.clearance());
+}
+
+// All robots as if nothing touched them; then, one by one, the environments in which something may.
+void Simulator::substep(Workbench& workbench, int count, bool last, bool velocity_mode,
+                        StepClock::Worker* clock) {
+  LaneBlock& block = workbench.block;
+  const RobotChain& chain = model_.robot_chain();
+  const unsigned moved_far = kernel_.moved_far(chain, block.rows());
+  unsigned busy = 0;
+  unsigned looking = 0;
+  for (int lane = 0; lane < count; ++lane) {
+    const Lane& here = *workbench.lanes[at(lane)];
+    if (!here.good) continue;
+    if (here.stepper.is_busy()) {
+      busy |= 1U << lane;
+    } else {
+      looking |= moved_far & (1U << lane);
+    }
+  }
+  kernel_.substep(chain, model_.robot_law(), velocity_mode, block.rows(), (busy | looking) != 0);
+  mark(clock, StepPart::kDynamics);
+  for (int lane = 0; lane < count; ++lane) {
+    Lane& here = *workbench.lanes[at(lane)];
+    if (!here.good) continue;
+    if (((busy | looking) >> lane & 1) != 0) {
+      const RobotPose pose = pose_in_lane(chain, block.rows(), block.lanes(), lane);
+      try {
+        if ((looking >> lane & 1) != 0) {
+          here.stepper.look_around(pose);
+          set_room(block, lane, here.stepper.clearance());
+          mark(clock, StepPart::kWake);
+        }
+        if (here.stepper.is_busy())
+          here.good = here.stepper.substep(pose, options_.sleep, block, lane);
+      } catch (const Error&) {
+        here.good = false;  // MuJoCo gave up in the middle of a step; nothing has been stored
+      }
+      if (!here.good) workbench.scenes.reset_data();
+    }
+    if (last && here.good) finish_lane(workbench, lane, clock);
+  }
+  block.advance();
+}
+
+// Puts an environment back into its columns, if all is well.
+void Simulator::finish_lane(Workbench& workbench, int lane, StepClock::Worker* clock) {
+  Lane& here = *workbench.lanes[at(lane)];
+  JointArray qpos;
+  JointArray qvel;
+  workbench.block.get(LaneRows::kEndQ, lane, qpos.data(), kRobotJoints);
+  workbench.block.get(LaneRows::kEndV, lane, qvel.data(), kRobotJoints);
+  here.loader.glide(options_.substeps, options_.substeps);
+  here.good = here.loader.is_plausible(qpos, qvel);
+  if (!here.good) return;
+  here.loader.store(qpos, qvel);
+  mark(clock, StepPart::kGather);
+  if (options_.sleep) here.waker.put_to_sleep();
+  mark(clock, StepPart::kWake);
+}
+
+void Simulator::update_tcp(const State& state, int first, int count, int worker) {
+  LaneBlock& block = workbenches_[at(worker)].block;
+  for (int lane = 0; lane < count; ++lane) {
+    block.put(LaneRows::kQ, lane, state.qpos.row(first + lane), kArmJoints);
+  }
+  block.pad(LaneRows::kQ, kArmJoints, count);
+  kernel_.tool(model_.robot_chain(), block.rows());
+  for (int lane = 0; lane < count; ++lane) {
+    block.get(LaneRows::kTcp, lane, state.tcp_pos.row(first + lane), 3);
+    block.get(LaneRows::kTcp + 3, lane, state.tcp_quat.row(first + lane), 4);
+  }
 }
 
 }  // namespace engram

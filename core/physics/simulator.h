@@ -3,56 +3,77 @@
 // it. So the data stay in the cache, an environment costs a few kilobytes instead of hundreds, and
 // a step that diverges is simply not stored.
 //
-// Work that provably has no effect is left out:
+// Robots move side by side, one in each lane of the processor's vectors (lane_kernel.h), whatever
+// their scenes are. What else there is, each environment computes by itself. Work that provably has
+// no effect is left out:
+//  * While nothing at all can touch a robot, and no prop moves, the lane is all there is.
 //  * Props that rest are asleep. They wake in the very substep in which something that moves comes
 //    within reach of their bounding spheres; in the very step in which a kinematic prop glides by.
 //  * Each substep runs on the smallest compiled scene that has room for what is awake.
-//  * While nothing at all can touch the robot, its dynamics runs without any geometry.
 //
-// Simulator::advance is the way of one step; Loader, Waker and Stepper are its parts.
+// Simulator::step is the way of one step; Loader, Waker and Stepper are its parts.
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/base/step_clock.h"
 #include "core/physics/drive.h"
+#include "core/physics/lane_kernel.h"
 #include "core/physics/robot_bounds.h"
 #include "core/physics/state.h"
 
 namespace engram {
 
+class LaneBlock;
 class PhysicsModel;
 
 struct SimulatorOptions {
   int substeps = 5;   // of 0.01 s per control step
   bool sleep = true;  // false: the whole scene, every present prop awake
+  int lanes = 0;      // robots side by side: 1, 2, 4, 8; 0: as many as the processor has room for
 };
 
 class Simulator {
  public:
-  // One workbench for each of `workers` threads. `model` must outlive this object.
+  // One workbench for each of `workers` threads. `model` must outlive this object. Throws Error if
+  // the processor has no vectors of so many lanes.
   Simulator(const PhysicsModel& model, const SimulatorOptions& options, int workers, int num_envs);
   Simulator(const Simulator&) = delete;
   Simulator& operator=(const Simulator&) = delete;
   ~Simulator();
 
-  // One control step of environment `env` on the workbench of `worker`. Returns false, and leaves
-  // the state as it was, if physics diverged (non-finite or huge values, or an error of MuJoCo).
-  // `clock` may be null.
+  // At most so many environments step at once.
+  int lanes() const { return kernel_.lanes; }
+  // Memory of a worker's lanes, free between two calls of step.
+  LaneBlock& block(int worker);
+
+  // One control step of the environments from `first` on, one for each of the drives, at most
+  // lanes(), on the workbench of `worker`. Their drives must agree in their mode. Tells which were
+  // good; the state of the others, whose physics diverged (non-finite or huge values, or an error
+  // of MuJoCo), stays as it was. `clock` may be null.
+  void step(const State& state, int first, int worker, std::span<const Drive> drives, bool* good,
+            StepClock::Worker* clock = nullptr);
+  // The same for one.
   bool step(const State& state, int env, int worker, const Drive& drive,
             StepClock::Worker* clock = nullptr);
 
-  // Recomputes the TCP pose from the joint angles.
-  void update_tcp(const State& state, int env) const;
+  // Recomputes the TCP poses of so many environments, at most lanes(), from their joint positions.
+  void update_tcp(const State& state, int first, int count, int worker);
 
  private:
+  struct Lane;       // one environment on its way through a step
   struct Workbench;  // what one worker computes on; nothing in it outlives a step
 
-  bool advance(Workbench& workbench, const State& state, int env, const Drive& drive,
+  void begin_lane(Workbench& workbench, int lane);
+  void substep(Workbench& workbench, int count, bool last, bool velocity_mode,
                StepClock::Worker* clock);
+  void finish_lane(Workbench& workbench, int lane, StepClock::Worker* clock);
 
   const PhysicsModel& model_;
   SimulatorOptions options_;
+  const LaneKernel& kernel_;
   std::vector<Workbench> workbenches_;
   // Of each environment's robot, as last found. Not part of the state: it holds the joint angles
   // that it was found at, and so stays true after a reset or a restored snapshot.

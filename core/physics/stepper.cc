@@ -9,10 +9,6 @@ constexpr double kFastestSpin = 100;
 
 }  // namespace
 
-Stepper::Workbench::Workbench(const PhysicsModel& model) : bench(model.scenes()) {
-  for (const SceneModel& scene : model.scenes()) sieves.emplace_back(*scene.model);
-}
-
 int Stepper::first_scene() {
   const bool was_clear = clearance_.is_clear();
   clearance_ = RobotBounds::among(clearance_, waker_.obstacles());
@@ -21,58 +17,42 @@ int Stepper::first_scene() {
   return was_clear ? PhysicsModel::kDynamicsScene : PhysicsModel::kRobotScene;
 }
 
-bool Stepper::composed_substep(bool first) {
-  pose_bodies();
-  mark(clock_, StepPart::kDynamics);
-  find_scene(first);
-  mark(clock_, StepPart::kWake);
-  apply_weights();
-  mark(clock_, StepPart::kController);
-  PairSieve& sieve = workbench_.sieves[at(loader_.scene_index())];
-  compose_dynamics(models(sieve.near_pairs(loader_.data())), &loader_.data(), robot_,
-                   workbench_.bench, loader_.gliders());
-  mark(clock_, StepPart::kDynamics);
-  limit_spins();
-  return !warned();
+void Stepper::look_around(const RobotPose& pose) {
+  looked_ = true;
+  clearance_ = model_.robot_bounds().clearance(pose, waker_.obstacles());
+  if (!is_busy() && !clearance_.is_clear()) loader_.enter(PhysicsModel::kRobotScene);
 }
 
-bool Stepper::plain_substep() {
-  pose_bodies();
-  apply_weights();
-  mark(clock_, StepPart::kController);
-  compose_dynamics(models(&loader_.scene_model()), &loader_.data(), robot_, workbench_.bench,
-                   loader_.gliders());
+bool Stepper::substep(const RobotPose& pose, bool sleep, LaneBlock& block, int lane) {
+  robot_.take(block.rows(), block.lanes(), lane);
+  load(pose);
   mark(clock_, StepPart::kDynamics);
-  limit_spins();
-  return !warned();
-}
-
-// --- scenes ---
-
-void Stepper::pose_bodies() { compose_kinematics(&loader_.scene_model(), &loader_.data()); }
-
-void Stepper::find_scene(bool first) {
-  if (loader_.scene_index() == PhysicsModel::kDynamicsScene) {
-    if (robot_is_clear()) return;
-    loader_.move_to(PhysicsModel::kRobotScene);
-    pose_bodies();
-  } else if (loader_.scene_index() == PhysicsModel::kRobotScene && first) {
-    // Looked at once per step, for the next one's first_scene(). This step keeps its geometry.
-    robot_is_clear();
+  const mjModel* colliding = &loader_.scene_model();
+  if (sleep) {
+    // For the next step's first_scene(). This one keeps its geometry.
+    if (loader_.scene_index() == PhysicsModel::kRobotScene && !looked_) look_around(pose);
+    while (waker_.wake_what_is_near(pose.qpos)) load(pose);
+    mark(clock_, StepPart::kWake);
+    colliding = loader_.sieve().near_pairs(loader_.data());
   }
-  while (waker_.wake_what_is_near()) pose_bodies();
+  apply_weights();
+  mark(clock_, StepPart::kController);
+  compose_dynamics({&loader_.scene(), colliding}, &loader_.data(), robot_, loader_.step_bench(),
+                   loader_.gliders());
+  block.put(LaneRows::kEndQ, lane, robot_.end_q().data(), kRobotJoints);
+  block.put(LaneRows::kEndV, lane, robot_.end_v().data(), kRobotJoints);
+  limit_spins();
+  loader_.harvest();
+  mark(clock_, StepPart::kDynamics);
+  return !warned();
 }
 
-bool Stepper::robot_is_clear() {
-  const RobotBounds& bounds = model_.robot_bounds();
-  if (bounds.still_clear(clearance_, loader_.data())) return true;
-  clearance_ = bounds.clearance(loader_.data(), waker_.obstacles());
-  return clearance_.is_clear();
+void Stepper::load(const RobotPose& pose) {
+  loader_.load(pose.qpos, robot_.v);
+  loader_.scene().kinematics.pose(pose, loader_.data());
 }
 
 // --- forces ---
-
-StepModels Stepper::models(const mjModel* colliding) const { return {&loader_.scene(), colliding}; }
 
 void Stepper::apply_weights() const {
   if (!loader_.scene_has_props()) return;

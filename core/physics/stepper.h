@@ -1,14 +1,13 @@
-// Computes substeps: poses the bodies, finds the scene that has everything that could touch,
-// applies weights, and has the robot and the props moved.
+// Computes what lanes do not: an environment's substeps near things that the robot could touch, or
+// with props that move. Poses the bodies, finds the scene that has everything that could touch,
+// applies weights, and has props and contacts computed.
 #pragma once
-
-#include <vector>
 
 #include "core/base/step_clock.h"
 #include "core/physics/composed_step.h"
 #include "core/physics/drive.h"
+#include "core/physics/lane_block.h"
 #include "core/physics/loader.h"
-#include "core/physics/pair_sieve.h"
 #include "core/physics/robot_bounds.h"
 #include "core/physics/robot_step.h"
 #include "core/physics/waker.h"
@@ -17,19 +16,10 @@ namespace engram {
 
 class Stepper {
  public:
-  // Working memory of one thread.
-  struct Workbench {
-    explicit Workbench(const PhysicsModel& model);
-
-    std::vector<PairSieve> sieves;  // for every compiled scene
-    StepBench bench;
-  };
-
   // `clearance`: of the environment's robot, as the last step left it. `clock` may be null.
-  Stepper(Workbench& workbench, Loader& loader, Waker& waker, RobotBounds::Clearance& clearance,
-          const Drive& drive, StepClock::Worker* clock)
+  Stepper(Loader& loader, Waker& waker, RobotBounds::Clearance& clearance, const Drive& drive,
+          StepClock::Worker* clock)
       : model_(loader.model()),
-        workbench_(workbench),
         loader_(loader),
         waker_(waker),
         clearance_(clearance),
@@ -39,33 +29,34 @@ class Stepper {
   // The scene to begin a step in. After Waker::begin.
   int first_scene();
 
-  // One substep on the smallest scene that will do. Returns false if MuJoCo warns. `first`: of this
-  // control step.
-  bool composed_substep(bool first);
+  // Whether there is anything to compute beside the robot's free motion.
+  bool is_busy() const { return loader_.scene_index() != PhysicsModel::kDynamicsScene; }
 
-  // One substep on the present scene, with a look at every contact pair.
-  bool plain_substep();
+  // Looks again, for a robot that has come to this pose, whether it is still clear of everything.
+  // If not, it will be busy from now on.
+  void look_around(const RobotPose& pose);
+
+  // What the present substep is beside the robot's free motion: the lane holds that, with details,
+  // and is told its end if something touches the robot. On the smallest scene that will do; without
+  // `sleep` on the present scene, with a look at every contact pair. Returns false if MuJoCo warns.
+  bool substep(const RobotPose& pose, bool sleep, LaneBlock& block, int lane);
+
+  const RobotBounds::Clearance& clearance() const { return clearance_; }
 
  private:
-  void pose_bodies();
-  // Changes to the scene that has everything that the robot or an awake prop could touch.
-  void find_scene(bool first);
-  // Whether the robot is so far from everything that it needs no geometry.
-  bool robot_is_clear();
-
-  StepModels models(const mjModel* colliding) const;
+  void load(const RobotPose& pose);
   // Of awake props, at their centres of mass. The robot is weightless.
   void apply_weights() const;
   void limit_spins() const;
   bool warned() const;
 
   const PhysicsModel& model_;
-  Workbench& workbench_;
   Loader& loader_;
   Waker& waker_;
   RobotBounds::Clearance& clearance_;
   RobotStep robot_;
   StepClock::Worker* clock_;
+  bool looked_ = false;  // around, in this step
 };
 
 }  // namespace engram

@@ -171,10 +171,10 @@ void Waker::wake_beside_gliding() {
 
 // --- waking and sleeping ---
 
-bool Waker::wake_what_is_near() {
+bool Waker::wake_what_is_near(const JointArray& qpos) {
   locate_awake();
-  const double way = model_.robot_bounds().way_from(seen_qpos_, loader_.data());
-  std::copy_n(loader_.data().qpos, kRobotJoints, seen_qpos_.begin());
+  const double way = model_.robot_bounds().way(seen_qpos_, qpos);
+  seen_qpos_ = qpos;
   std::optional<double> lowest;
   bool kinematic = loader_.scene().has_kinematic_props;
   bool changed = false;
@@ -188,7 +188,7 @@ bool Waker::wake_what_is_near() {
     kinematic = true;  // awake props meet kinematic ones too
     changed = true;
   }
-  if (changed) loader_.move_to(loader_.smallest_scene(kinematic));
+  if (changed) loader_.enter(loader_.smallest_scene(kinematic));
   return changed;
 }
 

@@ -2,7 +2,6 @@
 // proximity.h for the measures of nearness.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -15,7 +14,8 @@ namespace engram {
 
 class Waker {
  public:
-  // Working memory of one thread; one entry per prop, but for obstacles.
+  // Working memory of one environment on its way through a step; one entry per prop, but for
+  // obstacles.
   struct Workbench {
     explicit Workbench(const PhysicsModel& model);
 
@@ -42,8 +42,8 @@ class Waker {
 
   // Wakes sleeping props that the robot or an awake prop could touch, and changes to a scene that
   // has them; one with the kinematic props, too, if any of them could be touched. True if the scene
-  // changed: its bodies have to be posed before the next call.
-  bool wake_what_is_near();
+  // changed: it has to be loaded and posed before the next call. `qpos`: of the robot.
+  bool wake_what_is_near(const JointArray& qpos);
 
   // Puts props to sleep that have rested long enough beside nothing that moves. After
   // Loader::store.
@@ -98,7 +98,7 @@ class Waker {
   Loader& loader_;
   const State& state_;
   int env_;
-  std::array<double, RobotBounds::kMaxJoints> seen_qpos_{};  // when sleeping props were looked at
+  JointArray seen_qpos_{};  // when sleeping props were looked at
 };
 
 }  // namespace engram

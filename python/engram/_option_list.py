@@ -23,6 +23,7 @@ KINDS: dict[str, str | dict[str, int]] = {
     "terminate_on_success": "maybe",
     "robot_init_qpos_noise": "real",
     "sleep": "bool",
+    "lanes": "int",
     "substeps": "int",
     "rules": RULES,
     "renderer": "text",

@@ -81,6 +81,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             1000.
         sleep: Shortcuts of the physics; off: none of them, for comparison.
         chunk: Most environments that a thread claims at a time. 0 (chosen) or more.
+        lanes: Environments whose robots move side by side in vector registers: 1, 2, 4 or 8;
+            results are the same. 0, 1, 2, 4 or 8.
         language_in_info: False leaves "language_instruction" out of infos, for wrappers that know
             no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
         max_episode_steps: Gymnasium passes it on; it must be the task's own horizon.
@@ -124,6 +126,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         substeps: int = 5,
         sleep: bool = True,
         chunk: int = 0,
+        lanes: int = 0,
         language_in_info: bool = True,
         max_episode_steps: int | None = None,
         rules: str = "reference",

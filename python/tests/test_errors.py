@@ -429,9 +429,9 @@ def test_closing_while_another_thread_steps(make):
 
 
 def test_the_gil_is_free_while_a_step_runs(make):
-    env = make(num_envs=64, threads=1)
+    env = make(num_envs=4096, threads=1)
     env.reset(seed=0)
-    actions = np.zeros((64, 7), np.float32)
+    actions = np.zeros((4096, 7), np.float32)
     counted, done = [0], threading.Event()
 
     def count():

@@ -22,7 +22,7 @@ constexpr const char* kOldProcessor =
 // Everything about a task: its scene, compiled, and what a batch shows and remembers after some
 // steps.
 std::uint64_t bits_of(std::string_view id) {
-  constexpr int kSteps = 0;
+  constexpr int kSteps = 12;
   EnvOptions options;
   options.num_envs = 2;
   options.threads = 1;

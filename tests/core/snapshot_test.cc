@@ -211,7 +211,7 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   refuse(longer, "needed by its header");
   std::vector<std::byte> older = good;
   older[8] = std::byte{1};
-  refuse(older, "version 1 given, 3 needed");
+  refuse(older, "version 1 given, 4 needed");
   refuse(single, "1 environments given, 2 needed");
   CHECK_THROWS_WITH(env->restore(0, good), Catch::Contains("2 environments given, 1 needed"));
 

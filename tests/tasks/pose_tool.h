@@ -11,16 +11,18 @@ namespace engram::test {
 // Joint angles that bring the TCP there, pointing down, and no velocity. Without physics
 // (EnvOptions::substeps 0) the tool stays there, and the next step measures it there.
 inline void pose_tool(const VectorEnv& env, const Eigen::Vector3d& pos, int index = 0) {
+  constexpr double kLongest = 0.1;  // step, m and rad: longer ones may lead anywhere
   const Arm& arm = env.physics_model().arm();
   const State& state = env.state();
   double* q = state.qpos.row(index);
   ArmJacobian jacobian;
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 200; ++i) {
     const Pose pose = arm.forward(q, jacobian);
     Eigen::Matrix<double, 6, 1> twist;
     twist.head<3>() = pos - pose.pos;
     twist.tail<3>() = rotation_vector(tasks::kToolDown * pose.quat.conjugate());
     if (twist.norm() < 1e-13) break;
+    if (twist.norm() > kLongest) twist *= kLongest / twist.norm();
     Eigen::Map<ArmVector>(q) += Arm::pseudo_inverse_step(jacobian, twist);
   }
   std::fill_n(state.qvel.row(index), kRobotJoints, 0.0);

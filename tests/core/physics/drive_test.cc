@@ -37,7 +37,7 @@ struct Robot {
 };
 
 TEST_CASE("The drive law has the published numbers", "[physics]") {
-  const RobotStep::Law& law = robot_model().robot_law();
+  const RobotLaw& law = robot_model().robot_law();
   CHECK(law.drive.stiffness == 1000);
   CHECK(law.drive.damping == 100);
   CHECK(law.drive.limit == 100);
@@ -105,7 +105,7 @@ TEST_CASE("A saturated arm joint is turned by its limit, not by its spring", "[p
 
 // Under the full force of a drive, the arm upright and away from the table.
 TEST_CASE("Joint limits are hard", "[physics]") {
-  const RobotStep::Law& law = robot_model().robot_law();
+  const RobotLaw& law = robot_model().robot_law();
   for (int joint = 0; joint < kRobotJoints; ++joint) {
     for (const double sign : {-1.0, 1.0}) {
       if (joint == 1 && sign > 0) continue;  // the table is before it

@@ -23,6 +23,10 @@ void random_robot(const mjModel& model, RandomStream& random, bool near_start, m
   }
 }
 
+RobotPose pose_of(const PhysicsModel& physics, const mjData& data) {
+  return pose_at(physics.robot_chain(), data.qpos);
+}
+
 TEST_CASE("The robot is never called clear where it has a contact", "[proximity]") {
   const PhysicsModel physics(tasks::scene_source({}));
   const mjModel& model = physics.robot();
@@ -35,7 +39,7 @@ TEST_CASE("The robot is never called clear where it has a contact", "[proximity]
     random_robot(model, random, round % 2 == 0, data.get());
     mj_kinematics(&model, data.get());
     mj_collision(&model, data.get());
-    const bool is_clear = physics.robot_bounds().clearance(*data, {}).is_clear();
+    const bool is_clear = physics.robot_bounds().clearance(pose_of(physics, *data), {}).is_clear();
     if (data->ncon > 0) REQUIRE_FALSE(is_clear);
     contacts += data->ncon > 0 ? 1 : 0;
     clear += is_clear ? 1 : 0;
@@ -56,7 +60,7 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
   for (int round = 0; round < 5000; ++round) {
     random_robot(model, random, true, data.get());
     mj_kinematics(&model, data.get());
-    if (!physics.robot_bounds().clearance(*data, {}).is_clear()) continue;
+    if (!physics.robot_bounds().clearance(pose_of(physics, *data), {}).is_clear()) continue;
     const int site = mj_name2id(&model, mjOBJ_SITE, "tcp");
     const Eigen::Map<const Eigen::Vector3d> tcp(data->site_xpos + 3 * site);
     for (int k = 0; k < 10; ++k) {
@@ -68,7 +72,8 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
           std::any_of(physics.reach_geoms().begin(), physics.reach_geoms().end(), [&](int geom) {
             return sphere_to_geom(model, *data, geom, obstacle.center, obstacle.radius) <= 0;
           });
-      const bool is_clear = physics.robot_bounds().clearance(*data, {&obstacle, 1}).is_clear();
+      const bool is_clear =
+          physics.robot_bounds().clearance(pose_of(physics, *data), {&obstacle, 1}).is_clear();
       if (reaches) REQUIRE_FALSE(is_clear);
       reached += reaches ? 1 : 0;
       clear += is_clear ? 1 : 0;
@@ -90,7 +95,7 @@ TEST_CASE("The robot is never called still clear where it has come to a contact"
   for (int round = 0; round < 5000; ++round) {
     random_robot(model, random, round % 2 == 0, data.get());
     mj_kinematics(&model, data.get());
-    const RobotBounds::Clearance before = bounds.clearance(*data, {});
+    const RobotBounds::Clearance before = bounds.clearance(pose_of(physics, *data), {});
     if (!before.is_clear()) continue;
     const std::vector<double> from(data->qpos, data->qpos + kRobotJoints);
     for (const double turn : {0.003, 0.03, 0.3}) {
@@ -100,8 +105,8 @@ TEST_CASE("The robot is never called still clear where it has come to a contact"
       }
       mj_kinematics(&model, data.get());
       mj_collision(&model, data.get());
-      const bool still_clear = bounds.still_clear(before, *data);
-      if (still_clear) REQUIRE(bounds.clearance(*data, {}).is_clear());
+      const bool still_clear = bounds.still_clear(before, pose_of(physics, *data).qpos);
+      if (still_clear) REQUIRE(bounds.clearance(pose_of(physics, *data), {}).is_clear());
       if (data->ncon > 0) REQUIRE_FALSE(still_clear);
       contacts += data->ncon > 0 ? 1 : 0;
       still += still_clear ? 1 : 0;

@@ -1,0 +1,22 @@
+#include "core/physics/scene_bench.h"
+
+namespace engram {
+
+SceneBench::SceneBench(const PhysicsModel& model) : model_(&model), step_bench_(model.scenes()) {
+  places_.reserve(model.scenes().size());
+  for (const SceneModel& scene : model.scenes()) {
+    places_.push_back({make_sparing_data(*scene.model), PairSieve(*scene.model)});
+    scene.kinematics.pose_fixed(*places_.back().data);
+  }
+}
+
+void SceneBench::reset_data() {
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const SceneModel& scene = model_->scenes()[i];
+    mj_resetData(scene.model.get(), places_[i].data.get());
+    scene.kinematics.pose_fixed(*places_[i].data);
+    places_[i].owner = nullptr;
+  }
+}
+
+}  // namespace engram
