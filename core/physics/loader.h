@@ -63,6 +63,8 @@ class Loader {
 
   // Takes what a substep made of them out again.
   void harvest();
+  // Nothing touches the robot in this substep.
+  void forget_contacts() { workbench_.contact_force = {}; }
 
   // Moves gliding props to where they are after so many of the control step's substeps.
   void glide(int substep, int substeps);

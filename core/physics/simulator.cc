@@ -170,6 +170,7 @@ void Simulator::substep(Workbench& workbench, int count, bool last, bool velocit
       }
       if (!here.good) workbench.scenes.reset_data();
     }
+    if (!here.stepper.is_busy()) here.loader.forget_contacts();
     if (last && here.good) finish_lane(workbench, lane, clock);
   }
   block.advance();
