@@ -340,6 +340,6 @@ const Family kTraceShapeSeq = {
         "the button to submit your answer.",
     .tasks = kRows,
     .make = make_plain<TraceShapeSeq>,
-    .expectations = {.least_reward = -0.0501, .most_reward = 0.3575}};
+    .expectations = {.least_reward = -0.05, .most_reward = 0.3575}};
 
 }  // namespace engram::tasks

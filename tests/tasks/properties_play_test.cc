@@ -119,9 +119,9 @@ struct RewardWatch : Watch {
     const float reward = env.reward()[static_cast<std::size_t>(scene.index())];
     if (scene.elapsed() > 0) sum += static_cast<double>(reward);
     const bool good = scene.elapsed() == 0 ? reward == 0
-                      : scene.success()
-                          ? reward == 1
-                          : reward >= range.least_reward && reward <= range.most_reward;
+                      : scene.success()    ? reward == 1
+                                           : reward >= static_cast<float>(range.least_reward) &&
+                                              reward <= static_cast<float>(range.most_reward);
     // Not a number is in no range.
     if (!good) complain(scene, "reward " + std::to_string(reward));
     if (scene.info("episode_return") != sum) complain(scene, "return is not the sum of rewards");
