@@ -1,4 +1,5 @@
 // Predicates of the state, and a real grasp.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -141,6 +142,24 @@ TEST_CASE("The force of a grip is that of the drives", "[physics]") {
     CHECK(force.norm() == Approx(30).margin(1.5));
     CHECK(std::abs(force.y()) > 0.99 * force.norm());
   }
+}
+
+TEST_CASE("Forces on the joints end when a held cube vanishes", "[physics]") {
+  EnvOptions options;
+  options.sleep = GENERATE(true, false);
+  Rig rig = Rig::cubes({{{-0.05, 0.05, 0.02}}}, options);
+  const auto strongest = [&] {
+    const double* force = rig.state().contact_force.row(0);
+    return std::max(std::abs(force[7]), std::abs(force[8]));  // fingers
+  };
+  rig.move({-0.05, 0.05, 0.02}, 30);
+  rig.rest(10, -1);
+  rig.move({-0.05, 0.05, 0.2}, 30, -1);
+  REQUIRE(strongest() > 20);
+  const double away[3] = {0.3, 0.6, 0.02};
+  rig.task().engine.state->hide_prop(0, 0, away);
+  rig.rest(1);
+  CHECK(strongest() == 0);
 }
 
 }  // namespace
