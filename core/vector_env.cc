@@ -10,6 +10,7 @@
 #include "core/base/ieee_scope.h"
 #include "core/base/join.h"
 #include "core/base/length.h"
+#include "core/physics/lane_kernel.h"
 #include "core/physics/shared_model.h"
 
 namespace engram {
@@ -24,6 +25,15 @@ constexpr std::array<double, kRobotJoints> kStartQpos = {
 constexpr int kProprioDim = 7;
 constexpr int kTcpPoseDim = 7;
 
+// Several claims per worker, since some environments take longer than others; several environments
+// per claim, since workers share the counter of claims, and whole blocks of lanes at best.
+int chosen_chunk(const EnvOptions& options) {
+  const int lanes = options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
+  const int share = (options.num_envs + options.threads - 1) / options.threads;
+  const int chunk = std::clamp(options.num_envs / (options.threads * 8), 1, 16);
+  return chunk < lanes ? std::min(lanes, share) : chunk - chunk % lanes;
+}
+
 EnvOptions checked(EnvOptions options) {
   check_ranges(options);
   if (options.threads == 0) {
@@ -31,11 +41,7 @@ EnvOptions checked(EnvOptions options) {
         std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxNumEnvs);
   }
   options.threads = std::min(options.threads, options.num_envs);
-  if (options.chunk == 0) {
-    // Several claims per worker, since some environments take longer than others; several
-    // environments per claim, since workers share the counter of claims.
-    options.chunk = std::clamp(options.num_envs / (options.threads * 8), 1, 16);
-  }
+  if (options.chunk == 0) options.chunk = chosen_chunk(options);
   return options;
 }
 
