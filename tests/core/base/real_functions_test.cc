@@ -23,7 +23,8 @@ std::vector<double> numbers() {
   for (int i = 0; i < 100000; ++i) {
     result.push_back(stream.uniform(-1, 1));
     result.push_back(stream.uniform(-40, 40));
-    result.push_back(std::ldexp(stream.uniform(-1, 1), stream.integer(-40, 8)));
+    const int exponent = stream.integer(-40, 8);
+    result.push_back(std::ldexp(stream.uniform(-1, 1), exponent));
   }
   return result;
 }
