@@ -23,7 +23,7 @@ void multiply(const double* matrix, const double* vector, double* product) {
   for (int i = 0; i < kSize; i += 2) {
     Pair sum = vector[0] * pair_at(matrix + i);
     for (int j = 1; j < kSize; ++j) sum += vector[j] * pair_at(matrix + j * kSize + i);
-    pair_at(product + i) = sum;
+    set_pair(product + i, sum);
   }
 }
 
@@ -232,8 +232,8 @@ void ConeSolver::find_gradient() {
     });
   }
   for (int i = 0; i < size_; i += 2) {
-    pair_at(&gradient_[at(i)]) = pair_at(&mass_acceleration_[at(i)]) - pair_at(smooth_force_ + i) -
-                                 pair_at(&contact_force_[at(i)]);
+    set_pair(&gradient_[at(i)], pair_at(&mass_acceleration_[at(i)]) - pair_at(smooth_force_ + i) -
+                                    pair_at(&contact_force_[at(i)]));
   }
 }
 
@@ -257,7 +257,7 @@ void ConeSolver::build_base() {
       for (int k = 0; k < dim; ++k) {
         for (int j = 0; j < first + second; j += 2) {
           const int where = k * kRowWidth + j;
-          pair_at(weighted + where) = stiffness[k] * pair_at(rows + where);
+          set_pair(weighted + where, stiffness[k] * pair_at(rows + where));
         }
       }
       add_squares<first, second>(contact, dim, rows, weighted, base_.data(), size_);
@@ -277,7 +277,7 @@ void ConeSolver::add_cone(const ConeContact& contact) {
       for (int j = 0; j < first + second; j += 2) {
         Pair sum = scale[0] * pair_at(rows + j);
         for (int l = 1; l < dim; ++l) sum += scale[l] * pair_at(rows + l * kRowWidth + j);
-        pair_at(weighted + k * kRowWidth + j) = sum;
+        set_pair(weighted + k * kRowWidth + j, sum);
       }
     }
     add_squares<first, second>(contact, dim, rows, weighted, hessian_.data(), size_);

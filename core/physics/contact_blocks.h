@@ -58,7 +58,7 @@ void add_force(const ConeContact& contact, Dim dim, const double* jacobian, cons
   for (int i = 0; i < kFirst + kSecond; i += 2) {
     Pair sum = scale[0] * pair_at(rows + i);
     for (int k = 1; k < dim; ++k) sum += scale[k] * pair_at(rows + k * kRowWidth + i);
-    pair_at(vector + (i < kFirst ? contact.begin[0] : contact.begin[1] - kFirst) + i) += sum;
+    add_pair(vector + (i < kFirst ? contact.begin[0] : contact.begin[1] - kFirst) + i, sum);
   }
 }
 
@@ -84,8 +84,8 @@ void add_squares(const ConeContact& contact, const double* rows, const double* w
         sum_above += scale[k][0] * row;
         sum_below += scale[k][1] * row;
       }
-      pair_at(above + column) = sum_above;
-      pair_at(below + column) = sum_below;
+      set_pair(above + column, sum_above);
+      set_pair(below + column, sum_below);
     }
   }
 }

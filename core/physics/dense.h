@@ -1,18 +1,26 @@
 // Small dense linear algebra. Every sum has a fixed order, two numbers side by side, so that every
-// compiler gives the same bits, and all of them can use vectors. Rows begin at even addresses and
-// have even lengths.
+// compiler gives the same bits, and all of them can use vectors. Rows have even
+// lengths.
 #pragma once
+
+#include <cstring>
 
 namespace engram {
 
-using Pair = double __attribute__((vector_size(16), aligned(8), may_alias));
+using Pair = double __attribute__((vector_size(16)));
 
-inline const Pair& pair_at(const double* at) { return *reinterpret_cast<const Pair*>(at); }
-inline Pair& pair_at(double* at) { return *reinterpret_cast<Pair*>(at); }
+// Two numbers anywhere in memory. A reference would not do: Clang takes it to lie on 16 bytes.
+inline Pair pair_at(const double* at) {
+  Pair pair;
+  std::memcpy(&pair, at, sizeof pair);
+  return pair;
+}
+inline void set_pair(double* at, Pair pair) { std::memcpy(at, &pair, sizeof pair); }
+inline void add_pair(double* at, Pair pair) { set_pair(at, pair_at(at) + pair); }
 
 // to += scale * row
 inline void add_scaled(double* to, double scale, const double* row, int count) {
-  for (int i = 0; i < count; i += 2) pair_at(to + i) += scale * pair_at(row + i);
+  for (int i = 0; i < count; i += 2) add_pair(to + i, scale * pair_at(row + i));
 }
 
 inline double dot(const double* a, const double* b, int count) {
@@ -38,7 +46,7 @@ inline void factor(double* matrix, double* inverse, int size) {
       const double q = b[i] * inverse[k + 1];
       double* const to = matrix + i * size;
       for (int j = i & ~1; j < size; j += 2) {
-        pair_at(to + j) -= p * pair_at(a + j) + q * pair_at(b + j);
+        set_pair(to + j, pair_at(to + j) - (p * pair_at(a + j) + q * pair_at(b + j)));
       }
     }
   }
@@ -51,8 +59,10 @@ inline void solve(const double* matrix, const double* inverse, double* x, int si
     const double* const b = a + size;
     const double p = x[k] * inverse[k];
     const double q = (x[k + 1] - p * a[k + 1]) * inverse[k + 1];
-    for (int j = k + 2; j < size; j += 2) pair_at(x + j) -= p * pair_at(a + j) + q * pair_at(b + j);
-    pair_at(x + k) = Pair{p, q};
+    for (int j = k + 2; j < size; j += 2) {
+      set_pair(x + j, pair_at(x + j) - (p * pair_at(a + j) + q * pair_at(b + j)));
+    }
+    set_pair(x + k, Pair{p, q});
   }
   for (int k = size - 2; k >= 0; k -= 2) {
     const double* const a = matrix + k * size;
@@ -65,7 +75,7 @@ inline void solve(const double* matrix, const double* inverse, double* x, int si
     }
     const double q = x[k + 1] - inverse[k + 1] * (second[0] + second[1]);
     const double p = x[k] - inverse[k] * (first[0] + first[1] + a[k + 1] * q);
-    pair_at(x + k) = Pair{p, q};
+    set_pair(x + k, Pair{p, q});
   }
 }
 
