@@ -186,6 +186,8 @@ ResultFolder ResultFolder::open(const fs::path& folder) {
   }
   require_writable_folder(folder);
   remove_temporary_files(folder);
+  const fs::path samples = folder / kSampleFolder;
+  if (fs::is_directory(samples)) remove_temporary_files(samples);
   return ResultFolder(folder);
 }
 

@@ -264,6 +264,18 @@ TEST_CASE("eval: a full disk is an error that loses nothing", "[apps]") {
   }
 }
 
+TEST_CASE("eval: what a killed run left half written is gone when it is resumed", "[apps]") {
+  const Run run;
+  std::filesystem::remove(run.path / "RememberColor3-VLA-v0.json");
+  std::ofstream(run.path / "RememberColor3-VLA-v0.json.7.engram-tmp") << "half";
+  std::ofstream(run.path / "samples" / "RememberColor3-VLA-v0.png.7.engram-tmp") << "half";
+  CHECK(engram_command(run.resume()).code == 0);
+  CHECK(std::filesystem::exists(run.path / "RememberColor3-VLA-v0.json"));
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(run.path)) {
+    CHECK(entry.path().extension() != ".engram-tmp");
+  }
+}
+
 TEST_CASE("eval: the report holds everything", "[apps]") {
   const Run run;
   const std::string report = read_file(run.path / "report.html");
