@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/names.h"
+#include "protocol/batch/variants.h"
 
 namespace engram::c {
 namespace {
@@ -138,6 +139,7 @@ EnvOptions to_env_options(const engram_options& options) {
   convert("render_shadows", options.render_shadows, out.render_options.shadows);
   // end options
   out.pins = to_pins(options.pins, options.num_pins);
+  if (options.constants != nullptr) out.constants = parse_constants(options.constants);
   out.task_options = to_choices(options.task_options, options.num_task_options);
   const bool default_cameras = options.cameras == nullptr && options.num_cameras == 0;
   if (!default_cameras) out.images.cameras = to_cameras(options);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <thread>
 
 #include "api/c_batch.h"
@@ -11,6 +13,7 @@
 #include "api/c_options.h"
 #include "core/base/join.h"
 #include "protocol/batch/task_description.h"
+#include "protocol/batch/variants.h"
 
 namespace {
 
@@ -43,6 +46,22 @@ const engram_array& named(const std::vector<engram_array>& arrays, const char* n
                                      engram::join(arrays, &engram_array::name));
 }
 
+// As JSON. Earlier lists stay, since callers hold them; a new one is made when there are more
+// tasks.
+const char* list_of_tasks() {
+  static std::mutex mutex;
+  static std::map<size_t, std::string> lists;  // by number of tasks
+  const std::lock_guard lock(mutex);
+  const std::vector<const engram::RegistryEntry*> entries = engram::all_entries();
+  const auto found = lists.find(entries.size());
+  if (found != lists.end()) return found->second.c_str();
+  engram::ConstantList tasks;
+  for (const engram::RegistryEntry* entry : entries) {
+    tasks.emplace_back(engram::describe_entry(*entry));
+  }
+  return lists.emplace(entries.size(), engram::to_text(tasks)).first->second.c_str();
+}
+
 void copy_text(const std::string& from, char* text, size_t capacity) {
   if (capacity == 0) return;
   const size_t count = std::min(from.size(), capacity - 1);
@@ -56,30 +75,54 @@ const char* engram_last_error() { return engram::c::last_error(); }
 
 const char* engram_version() { return engram::version(); }
 
-size_t engram_num_tasks() { return engram::registry().size(); }
+size_t engram_num_tasks() {
+  size_t count = 0;
+  guarded([&count] {
+    engram::load_environment_variants();
+    count = engram::all_entries().size();
+  });
+  return count;
+}
 
 const char* engram_task_id(size_t index) {
-  if (index < engram_num_tasks()) return engram::registry()[index].id.data();  // closed by a 0
-  guarded([index] {
-    throw Error(Error::kInvalidArgument, "task " + std::to_string(index) + " given, 0 to " +
-                                             std::to_string(engram_num_tasks() - 1) + " allowed");
+  const char* id = nullptr;
+  guarded([&] {
+    engram::load_environment_variants();
+    const size_t count = engram::all_entries().size();
+    if (index >= count) {
+      throw Error(Error::kInvalidArgument, "task " + std::to_string(index) + " given, 0 to " +
+                                               std::to_string(count - 1) + " allowed");
+    }
+    id = engram::entry_at(static_cast<int>(index)).id.data();  // closed by a 0
   });
-  return nullptr;
+  return id;
 }
 
 const char* engram_list_json() {
   const char* text = nullptr;
   guarded([&text] {
-    static const std::string list = [] {
-      engram::ConstantList tasks;
-      for (const engram::RegistryEntry& entry : engram::registry()) {
-        tasks.emplace_back(engram::describe_entry(entry));
-      }
-      return engram::to_text(tasks);
-    }();
-    text = list.c_str();
+    engram::load_environment_variants();
+    text = list_of_tasks();
   });
   return text;
+}
+
+engram_status engram_register_variant(const char* id, const char* base, const char* constants,
+                                      const char* instruction) {
+  if (id == nullptr) return refuse_null("id");
+  if (base == nullptr) return refuse_null("base");
+  return guarded([&] {
+    engram::load_environment_variants();
+    engram::VariantDefinition definition{id, base};
+    if (constants != nullptr) definition.constants = engram::parse_constants(constants);
+    if (instruction != nullptr) definition.instruction = instruction;
+    engram::register_variants({&definition, 1});
+  });
+}
+
+engram_status engram_load_variants(const char* path) {
+  if (path == nullptr) return refuse_null("path");
+  return guarded([&] { engram::load_variants(path); });
 }
 
 // ---- life of a batch ----
@@ -97,6 +140,7 @@ engram_status engram_make(const char* id, const engram_options* options, engram_
   *env = nullptr;
   if (id == nullptr) return refuse_null("id");
   return guarded([&] {
+    engram::load_environment_variants();
     const engram_options defaults = engram::c::default_options();
     const engram_options& given = options != nullptr ? *options : defaults;
     auto batch = engram::make(id, engram::c::to_env_options(given));
@@ -169,6 +213,7 @@ engram_status engram_reset(engram_env* env, const engram_reset_request* request)
   return with_batch(env, [request](VectorEnv& batch) {
     engram::ResetRequest wanted;
     std::vector<engram::Pin> pins;
+    engram::ConstantTable ranges;
     if (request != nullptr) {
       const auto count = static_cast<size_t>(batch.num_envs());
       if (request->mask != nullptr) wanted.mask = {request->mask, count};
@@ -176,6 +221,10 @@ engram_status engram_reset(engram_env* env, const engram_reset_request* request)
       if (request->has_pins != 0) {
         pins = engram::c::to_pins(request->pins, request->num_pins);
         wanted.pins = &pins;
+      }
+      if (request->constants != nullptr) {
+        ranges = engram::parse_constants(request->constants);
+        wanted.constants = &ranges;
       }
     }
     batch.reset(wanted);

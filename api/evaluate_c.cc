@@ -8,6 +8,7 @@
 #include "api/c_error.h"
 #include "api/c_options.h"
 #include "engram/engram_c.h"
+#include "protocol/batch/variants.h"
 #include "protocol/evaluation/run.h"
 
 struct engram_policy_reply {
@@ -74,13 +75,13 @@ class CallbackPolicy final : public engram::ExternalPolicy {
 engram::EvaluationSettings settings_of(const engram_evaluation_options& options) {
   engram::EvaluationSettings settings;
   if (options.num_ids == 0 || options.ids == nullptr) refuse("ids: none given, 1 or more needed");
+  engram::load_environment_variants();
   std::set<const engram::RegistryEntry*> tasks;
   for (std::size_t i = 0; i < options.num_ids; ++i) {
     if (options.ids[i] == nullptr) refuse("ids: a null pointer given");
     tasks.insert(&engram::require_entry(options.ids[i]));
   }
   settings.tasks = engram::ids_in_order({tasks.begin(), tasks.end()});
-  for (const std::string& id : settings.tasks) (void)engram::make_task(id);
   if (options.episodes < 1) {
     refuse("episodes: " + std::to_string(options.episodes) + " given, 1 or more allowed");
   }
@@ -107,7 +108,11 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
   environment.rules = engram::c::to_rules(options.rules);
   environment.task_options = engram::c::to_choices(options.task_options, options.num_task_options);
+  if (options.constants != nullptr) {
+    environment.constants = engram::parse_constants(options.constants);
+  }
   settings.set_environment(environment);
+  for (const std::string& id : settings.tasks) (void)engram::make_task(id, settings.constants);
   return settings;
 }
 

@@ -128,6 +128,7 @@ void add_collect_command(const Command& program) {
           "Attempts per task, of one episode or one batch");
   add_seed(command, plan.start_seed, "The first episode's; those after it follow one by one");
   add_renderer(command, options->images);
+  add_constants(command, plan.constants);
   add_rules(command, plan.rules);
   add_num_envs(command, options->collection.num_envs);
   add_threads(command, options->collection.threads);

@@ -89,6 +89,8 @@ bool Command::given(const std::string& name) const {
   return option != nullptr && option->count() > 0;
 }
 
+void Command::share_options() const { app_->fallthrough(); }
+
 void Command::footer(const std::string& text) const { app_->footer(text); }
 
 void Command::when_parsed(std::function<void()> call) const {

@@ -56,6 +56,8 @@ class Command {
   // Whether the user has given the option; false if there is no such option.
   bool given(const std::string& name) const;
 
+  // The option of this command may stand behind its subcommands' words, too.
+  void share_options() const;
   // Text at the end of the help.
   void footer(const std::string& text) const;
   // Called when the command's words are read, before it runs.

@@ -16,11 +16,11 @@ constexpr std::array kPolicies = {Policy::kOracle, Policy::kBlind, Policy::kZero
 
 // Which setting each option sets.
 constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
-    {"ids", "tasks"},         {"--split", "tasks"},        {"--family", "tasks"},
-    {"--canonical", "tasks"}, {"--all", "tasks"},          {"--episodes", "n_episodes"},
-    {"--seed", "start_seed"}, {"--obs", "obs_mode"},       {"--renderer", "renderer"},
-    {"--policy", "policy"},   {"--policy-name", "policy"}, {"--policy-command", "policy_config"},
-    {"--rules", "rules"},     {"--option", "task_options"}};
+    {"ids", "tasks"},         {"--split", "tasks"},         {"--family", "tasks"},
+    {"--canonical", "tasks"}, {"--all", "tasks"},           {"--episodes", "n_episodes"},
+    {"--seed", "start_seed"}, {"--obs", "obs_mode"},        {"--renderer", "renderer"},
+    {"--policy", "policy"},   {"--policy-name", "policy"},  {"--policy-command", "policy_config"},
+    {"--rules", "rules"},     {"--option", "task_options"}, {"--set", "constants"}};
 
 }  // namespace
 
@@ -40,6 +40,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
     if (!options.given.contains("obs_mode")) environment.obs_mode = ObsMode::kRgb;
   }
   settings.set_environment(environment);
+  for (const std::string& id : settings.tasks) (void)make_task(id, settings.constants);
   return settings;
 }
 
@@ -123,6 +124,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
       .description("Episodes that a thread plays together");
   add_obs(command, options.protocol.environment);
   add_rules(command, options.protocol.environment.rules);
+  add_constants(command, options.protocol.environment.constants);
   add_task_options(
       command, options.protocol.environment.task_options,
       "Chooses a variant of the tasks' rules, which all of them must have (repeatable)");

@@ -16,6 +16,7 @@
 #include "apps/soak_command.h"
 #include "apps/verify_command.h"
 #include "protocol/batch/make.h"
+#include "protocol/batch/variants.h"
 
 namespace engram::apps {
 namespace {
@@ -35,6 +36,13 @@ int run(int argc, char** argv) {
   line.require_command();
   line.set_version(std::string("engram ") + version());
   const Command program = line.program();
+  program
+      .add_option(
+          "--variants", [](const std::string& file) { load_variants(file); },
+          "Registers the variants of a file of ids and constants (docs/variants.md), as "
+          "the environment variable ENGRAM_VARIANTS does")
+      .type_name("FILE");
+  program.share_options();
   program.footer("Exit code: 0 success, 1 failure, 2 usage error.");
   add_list_command(program);
   add_info_command(program);
@@ -46,6 +54,7 @@ int run(int argc, char** argv) {
   add_soak_command(program);
   add_verify_command(program);
   add_doctor_command(program);
+  load_environment_variants();
   const std::string asked_for = line.parse(argc, argv);
   if (!asked_for.empty()) print(asked_for);
   return kSuccess;

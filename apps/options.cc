@@ -81,6 +81,7 @@ void add_switch(const Command& command, const char* option, Field& field, bool s
       option, [&field, sets] { field = sets; }, help);
 }
 
+constexpr std::string_view kConstantForm = "NAME=VALUE or NAME=VALUE,VALUE,...";
 constexpr std::string_view kPinForm = "NAME=NUMBER or NAME=NUMBER,NUMBER,...";
 
 }  // namespace
@@ -125,6 +126,30 @@ OptionChoice parse_option(const std::string& text) {
   const auto value = parse_number<double>(std::string_view(text).substr(equals + 1));
   if (!value || !std::isfinite(*value)) refuse("--option", text, "NAME=NUMBER");
   return {text.substr(0, equals), *value};
+}
+
+std::pair<std::string, Constant> parse_constant(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) refuse("--set", text, kConstantForm);
+  ConstantList values;
+  std::string_view rest = std::string_view(text).substr(equals + 1);
+  while (true) {
+    const std::size_t comma = rest.find(',');
+    const std::string_view part = rest.substr(0, comma);
+    if (const auto whole = parse_number<std::int64_t>(part)) {
+      values.emplace_back(*whole);
+    } else if (const auto real = parse_number<double>(part); real && std::isfinite(*real)) {
+      values.emplace_back(*real);
+    } else if (!part.empty()) {
+      values.emplace_back(part);
+    } else {
+      refuse("--set", text, kConstantForm);
+    }
+    if (comma == std::string_view::npos) break;
+    rest.remove_prefix(comma + 1);
+  }
+  Constant value = values.size() == 1 ? values.front() : Constant(std::move(values));
+  return {text.substr(0, equals), std::move(value)};
 }
 
 Option add_int(const Command& command, const std::string& option, int& value, int low, int high,
@@ -245,6 +270,7 @@ void add_env_options(const Command& command, EnvOptions& options) {
                       "(repeatable; "
                       "`engram info ID` lists them)")
       .type_name("NAME=VALUE");
+  add_constants(command, options.constants);
   add_rules(command, options.rules);
   add_task_options(
       command, options.task_options,
@@ -274,6 +300,18 @@ void add_task_options(const Command& command, std::vector<OptionChoice>& choices
   command.add_repeatable("--option", take, help).type_name("NAME=VALUE");
 }
 
+void add_constants(const Command& command, ConstantTable& constants) {
+  const auto take = [&constants](const std::string& text) {
+    constants.push_back(parse_constant(text));
+  };
+  command
+      .add_repeatable(
+          "--set", take,
+          "Changes a constant of the task: COLORS=7, CUE_PHASE_STEPS=30,50 (repeatable; "
+          "`engram info ID` lists them)")
+      .type_name("NAME=VALUE");
+}
+
 EnvOptions batch_options(int num_envs, int threads) {
   EnvOptions options;
   options.num_envs = num_envs;
@@ -289,12 +327,12 @@ void add_filter(const Command& command, TaskFilter& filter) {
 std::vector<const RegistryEntry*> select(const TaskFilter& filter) {
   std::vector<const RegistryEntry*> selected;
   std::vector<std::string_view> families;
-  for (const RegistryEntry& entry : registry()) {
-    if (families.empty() || families.back() != entry.family) families.push_back(entry.family);
-    if (filter.split && entry.split != *filter.split) continue;
-    if (!filter.family.empty() && entry.family != filter.family) continue;
-    if (filter.canonical && !entry.canonical) continue;
-    selected.push_back(&entry);
+  for (const RegistryEntry* entry : all_entries()) {
+    if (families.empty() || families.back() != entry->family) families.push_back(entry->family);
+    if (filter.split && entry->split != *filter.split) continue;
+    if (!filter.family.empty() && entry->family != filter.family) continue;
+    if (filter.canonical && !entry->canonical) continue;
+    selected.push_back(entry);
   }
   std::sort(families.begin(), families.end());
   families.erase(std::unique(families.begin(), families.end()), families.end());

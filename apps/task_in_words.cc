@@ -104,6 +104,8 @@ std::string describe_in_words(const Document& task) {
                   {"high", true},
                   unit,
                   description}) +
+         section("Constants that can be changed (--set NAME=VALUE)", part(task, "changeable"),
+                 {name, {"value"}, {"low", true}, {"high", true}, unit, description}) +
          section("Props", part(task, "props"),
                  {name, {"motion"}, {"mass", true}, {"bounding_radius", true}}) +
          action_section(part(task, "action_spaces")) +

@@ -23,6 +23,7 @@ struct VerifyOptions {
   TaskFilter filter;
   std::optional<ObsMode> obs_mode;  // none: both
   bench::IdentityOptions identity;
+  ConstantTable constants;
   bool json = false;
 };
 
@@ -45,6 +46,10 @@ std::vector<Row> check_all(const VerifyOptions& options) {
   }
   Progress progress("verify", "env steps");
   bench::IdentityOptions identity = options.identity;
+  identity.make_batch = [&options](InstructionSet set, const std::string& id, EnvOptions batch) {
+    batch.constants = options.constants;
+    return bench::make_on(set, id, batch);
+  };
   double done = 0;
   double env_steps = 0;
   identity.progress = [&](double fraction) {
@@ -118,6 +123,7 @@ void add_verify_command(const Command& program) {
   add_int(command, "--steps", options->identity.steps, 1, kMaxSteps,
           "Control steps of each stretch")
       .type_name("T");
+  add_constants(command, options->constants);
   add_seed(command, options->identity.seed, "The first of 64 seeds");
   add_json(command, options->json);
   command.footer(fmt::format(

@@ -241,7 +241,7 @@ class Checker {
 std::unique_ptr<VectorEnv> make_on(InstructionSet set, const std::string& id,
                                    const EnvOptions& options) {
   return std::make_unique<VectorEnv>(
-      make_task(id), options,
+      make_task(id, options.constants), options,
       [set](const std::string& document, const std::vector<std::string>& bodies,
             const ImageSourceOptions& image_options, int workers) {
         return make_document_source_on(set, document, bodies, image_options, workers);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/constant.h"
 #include "core/base/names.h"
 #include "core/episode.h"
 #include "core/physics/control_mode.h"
@@ -123,6 +124,8 @@ struct EnvOptions {
   std::vector<Pin> pins = {};
   // Variants of the task's rules, by name.
   std::vector<OptionChoice> task_options = {};
+  // Constants of the task that differ from its own, by name: docs/variants.md.
+  ConstantTable constants = {};
   // Whose rules the task follows: the default of every task option; task_options win.
   Rules rules = Rules::kReference;
   // end options

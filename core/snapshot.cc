@@ -1,13 +1,12 @@
 // Snapshots: a header that says what follows, then the rows of an environment's columns as bytes.
 // Physics keeps nothing outside the columns, so there is nothing else to save.
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cstring>
 
 #include "core/base/checksum.h"
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
+#include "core/base/join.h"
 #include "core/vector_env.h"
 
 namespace engram {
@@ -60,21 +59,24 @@ Header read_header(std::span<const std::byte> bytes) {
   return header;
 }
 
-// The shortest decimal number that reads back as this one.
-std::string to_text(double value) {
-  std::array<char, 32> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
-  return {digits.data(), end};
+// Where an episode begins and ends is up to the batch that goes on with a snapshot.
+bool is_of_state(const std::string& constant) {
+  return constant != kHorizonConstant && constant != kNoiseConstant;
 }
 
 }  // namespace
 
-// What the columns' meaning depends on, in words: task, control mode, rules and the task's options.
+// What the columns' meaning depends on, in words: task, changed constants, control mode, rules and
+// the task's options.
 std::string VectorEnv::snapshot_label() const {
-  std::string label =
-      info().id + ", " + name_of(options_.control_mode) + ", rules=" + name_of(options_.rules);
+  std::string label = info().id;
+  for (const auto& [name, value] : info().changed) {
+    if (is_of_state(name)) label += ", " + name + "=" + in_words(value);
+  }
+  label +=
+      std::string(", ") + name_of(options_.control_mode) + ", rules=" + name_of(options_.rules);
   for (std::size_t i = 0; i < option_values_.size(); ++i) {
-    label += ", " + info().options[i].name + "=" + to_text(option_values_[i]);
+    label += ", " + info().options[i].name + "=" + shortest(option_values_[i]);
   }
   return label;
 }

@@ -1,6 +1,7 @@
 // What a task is to the engine.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "core/episode.h"
 #include "core/physics/scene_source.h"
 #include "core/physics/state.h"
+#include "core/task_constant.h"
 #include "core/task_option.h"
 
 namespace engram {
@@ -43,6 +45,10 @@ struct TaskInfo {
   std::string hidden_draw;          // the draw that an agent has to remember
   std::vector<TaskOption> options;  // variants of the rules, for users to choose
   ConstantTable constants;          // the class constants of the original benchmark
+  std::vector<TaskConstant> changeable;  // those that users may change, and a few more
+  ConstantTable changed;  // those that users have changed, in that order
+  // Where that was changed: instead of the batch's option.
+  std::optional<double> robot_init_qpos_noise;
   std::vector<Field> reward_terms;  // columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
   std::vector<Field> state_fields;  // of the state observation, after tcp_pose

@@ -83,6 +83,7 @@ VectorEnv::VectorEnv(const IeeeScope& /*scope*/, std::unique_ptr<Task> task,
                                          " environments of " + task_->info().id);
   }
   pins_.check(options_.pins);
+  if (info().robot_init_qpos_noise) options_.robot_init_qpos_noise = *info().robot_init_qpos_noise;
 }
 
 VectorEnv::~VectorEnv() = default;
@@ -156,6 +157,9 @@ void VectorEnv::reset(const ResetRequest& request) {
   if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
   if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
   if (request.pins != nullptr) pins_.check(*request.pins);
+  const std::vector<Narrowing> ranges = request.constants != nullptr
+                                            ? pins_.narrowings(*request.constants)
+                                            : std::vector<Narrowing>();
   const auto selected = [&request](int env) {
     return request.mask.empty() || request.mask[static_cast<std::size_t>(env)] != 0;
   };
@@ -183,6 +187,7 @@ void VectorEnv::reset(const ResetRequest& request) {
         episode = state_.episode[env] + 1;
       }
       if (pins != nullptr) pins_.set(env, *pins);
+      if (request.constants != nullptr) pins_.narrow(env, ranges);
       reset_env(worker, env, seed, episode);
       mark(clock(worker), StepPart::kReset);
       draw(worker, env);

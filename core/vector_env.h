@@ -26,6 +26,8 @@ struct ResetRequest {
   std::span<const std::uint8_t> mask;      // num_envs values, non-zero: reset
   std::span<const std::uint64_t> seeds;    // num_envs values; those of masked-out ones are ignored
   const std::vector<Pin>* pins = nullptr;  // replaces the pins of the environments that are reset
+  // Replaces their narrower ranges: range constants, [least, greatest] within those of the batch.
+  const ConstantTable* constants = nullptr;
 };
 
 // Computes in an IeeeScope whatever mode the calling thread has, and gives that back. All spans

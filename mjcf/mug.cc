@@ -8,7 +8,7 @@ namespace engram::mjcf {
 namespace {
 
 // Everything here is in the frame of the handle: x along its radius, y across it, z from foot to
-// rim, about the mug's origin. Metres and kilograms, scaled by 1.3.
+// rim, about the mug's origin. Metres and kilograms, of a mug of kMugScale.
 
 constexpr double kMass = 0.30;
 constexpr Vec3 kCenterOfMass = {-0.0041, -0.0057, -0.0172};
@@ -128,9 +128,25 @@ std::array<double, 6> turned_inertia(double c, double s) {
           s * xz + c * yz};
 }
 
+// Makes everything `ratio` times as large.
+void enlarge(Prop& prop, double ratio) {
+  const auto lengths = [ratio](Vec3& v) {
+    for (double& length : v) length *= ratio;
+  };
+  for (Primitive& primitive : prop.primitives) {
+    lengths(primitive.size);
+    lengths(primitive.pos);
+  }
+  lengths(prop.pos);
+  lengths(prop.center_of_mass);
+  const double volume = ratio * ratio * ratio;
+  prop.mass *= volume;
+  for (double& moment : prop.inertia) moment *= volume * ratio * ratio;
+}
+
 }  // namespace
 
-Prop mug(const std::string& name, double handle_yaw) {
+Prop mug(const std::string& name, double handle_yaw, double scale) {
   Prop prop;
   prop.name = name;
   prop.pos = {0, 0, kMugRestingHeight};
@@ -146,6 +162,7 @@ Prop mug(const std::string& name, double handle_yaw) {
   prop.mass = kMass;
   prop.center_of_mass = turned(kCenterOfMass, c, s);
   prop.inertia = turned_inertia(c, s);
+  enlarge(prop, scale / kMugScale);
   return prop;
 }
 

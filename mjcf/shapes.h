@@ -21,6 +21,8 @@ enum class ObjectShape {
   kCrescent,
 };
 inline constexpr int kObjectShapeCount = 9;
+// The length from which all sizes of a shape follow, m: half the side of its cube.
+inline constexpr double kShapeScale = 0.02;
 
 // As the original benchmark spells it: "cube", "pyramide", "t_shape", ...
 std::string_view shape_name(ObjectShape shape);
@@ -30,6 +32,7 @@ double resting_height(ObjectShape shape);
 
 // A prop with all primitives of a shape, upright at the resting height. All of them count for mass
 // and inertia, whether they collide or not.
-Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba);
+Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba,
+                double scale = kShapeScale);
 
 }  // namespace engram::mjcf

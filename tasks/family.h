@@ -8,6 +8,8 @@
 #include <span>
 #include <string_view>
 
+#include "core/base/constant.h"
+
 namespace engram {
 
 class Task;            // core/task.h
@@ -44,7 +46,8 @@ struct Family {
   // In English; "{angle_deg}" stands for a number of the episode. Empty where tasks have their own.
   std::string_view instruction = {};
   std::span<const TaskRow> tasks;  // in the benchmark's order
-  std::unique_ptr<Task> (*make)(const RegistryEntry& entry);
+  // constants: what users change of this task, the entry's own included.
+  std::unique_ptr<Task> (*make)(const RegistryEntry& entry, const ConstantTable& constants);
   Expectations expectations = {};
 };
 

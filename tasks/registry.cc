@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
+#include "core/base/nearest.h"
 #include "core/task.h"
+#include "tasks/variants.h"
 
 // The families, in the benchmark's order. A new one is one line here and its own files.
 #define ENGRAM_FAMILIES(FAMILY)           \
@@ -70,7 +71,7 @@ class Table {
   static constexpr std::size_t kMostTasks = 512;
 
   void add(const Family& family, const TaskRow& row) {
-    entries_.at(count_++) = {
+    entries_.at(count_) = {
         .id = row.id,
         .family = family.name,
         .horizon = row.horizon,
@@ -79,31 +80,15 @@ class Table {
         .canonical = row.split != Split::kExtended,
         .instruction = row.instruction.empty() ? family.instruction : row.instruction,
         .oracle_floor = row.oracle_floor,
-        .definition = &family};
+        .definition = &family,
+        .base = row.id,
+        .index = static_cast<int>(count_)};
+    ++count_;
   }
 
   std::array<RegistryEntry, kMostTasks> entries_;
   std::size_t count_ = 0;
 };
-
-char to_lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-// Number of characters to insert, delete or replace to turn `a` into `b`, case being ignored.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  // row[j]: distance between the part of `a` read so far and the first j characters of `b`.
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (to_lower(a[i]) == to_lower(b[j]) ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
-    }
-  }
-  return row.back();
-}
 
 }  // namespace
 
@@ -114,7 +99,7 @@ std::span<const RegistryEntry> registry() noexcept {
 
 const RegistryEntry* find_entry(std::string_view id) noexcept {
   const auto found = std::ranges::find(registry(), id, &RegistryEntry::id);
-  return found == registry().end() ? nullptr : &*found;
+  return found == registry().end() ? find_variant_entry(id) : &*found;
 }
 
 const RegistryEntry& require_entry(std::string_view id) {
@@ -123,17 +108,15 @@ const RegistryEntry& require_entry(std::string_view id) {
                                      nearest_id(id) + "'? `engram list` shows all");
 }
 
-std::unique_ptr<Task> make_task(std::string_view id) {
-  const IeeeScope scope;
+std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& constants) {
   const RegistryEntry& entry = require_entry(id);
-  return entry.definition->make(entry);
+  const IeeeScope scope;
+  if (entry.constants == nullptr) return entry.definition->make(entry, constants);
+  return entry.definition->make(entry, overridden(*entry.constants, constants));
 }
 
 std::string nearest_id(std::string_view id) {
-  // No id is nearly this long: what follows tells nothing and would only cost time.
-  id = id.substr(0, 100);
-  const auto distance = [id](const RegistryEntry& entry) { return edit_distance(id, entry.id); };
-  return std::string(std::ranges::min_element(registry(), {}, distance)->id);
+  return nearest(all_entries(), id, [](const RegistryEntry* entry) { return entry->id; });
 }
 
 std::string_view split_name(Split split) noexcept {

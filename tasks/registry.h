@@ -1,11 +1,14 @@
-// The registered tasks: from an id to what it means to a benchmark, and to a task that can be run.
+// The registered tasks, the benchmark's own and those that users add: from an id to what it means
+// to a benchmark, and to a task that can be run.
 #pragma once
 
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "core/base/constant.h"
 #include "tasks/family.h"
 
 namespace engram {
@@ -20,10 +23,39 @@ struct RegistryEntry {
   std::string_view instruction;  // in English; "{angle_deg}" stands for a number of the episode
   double oracle_floor = 0;       // least share of episodes that the oracle solves
   const Family* definition = nullptr;
+  // Of a user's variant: the benchmark's task that it changes, and how. Otherwise its own id, and
+  // null.
+  std::string_view base;
+  const ConstantTable* constants = nullptr;
+  int index = 0;  // place among all_entries()
 };
 
-// All tasks, in the benchmark's order.
+// A new id for a task with other constants.
+struct VariantDefinition {
+  std::string id;    // "RememberColor7-Slow-v0"
+  std::string base;  // "RememberColor9-VLA-v0"; may be a variant itself
+  ConstantTable constants = {};
+  std::string instruction = {};  // "": that of the base
+
+  friend bool operator==(const VariantDefinition&, const VariantDefinition&) = default;
+};
+
+// Registers all of them, or none, for the life of the process; may be called from any thread. A
+// later one may build on an earlier one; the same definition twice is one. Throws Error: kUnknownId
+// if there is no such base or constant, kInvalidArgument if an id is taken or not of the form
+// name-vN, or the base's family refuses the constants.
+void register_variants(std::span<const VariantDefinition> definitions);
+
+// The benchmark's tasks, in its order.
 std::span<const RegistryEntry> registry() noexcept;
+
+// These, then users' variants in the order in which they were registered. Entries stay where they
+// are for the life of the process.
+std::vector<const RegistryEntry*> all_entries();
+const RegistryEntry& entry_at(int index);
+
+// How a variant was defined, its base being one of the benchmark's tasks.
+VariantDefinition definition_of(const RegistryEntry& entry);
 
 // The task of that exact id, or nullptr.
 const RegistryEntry* find_entry(std::string_view id) noexcept;
@@ -38,7 +70,9 @@ std::string nearest_id(std::string_view id);
 // "short", "medium", "long" or "extended".
 std::string_view split_name(Split split) noexcept;
 
-// Throws Error with the nearest id if there is no such task.
-std::unique_ptr<Task> make_task(std::string_view id);
+// constants: what users change, by name. Throws Error with the nearest id if there is no such task,
+// kUnknownId if it has no such constant, and kInvalidArgument if it cannot be made with these
+// values.
+std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& constants = {});
 
 }  // namespace engram

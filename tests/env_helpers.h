@@ -12,7 +12,7 @@
 namespace engram::test {
 
 inline std::unique_ptr<VectorEnv> make_env(std::string_view id, const EnvOptions& options = {}) {
-  return std::make_unique<VectorEnv>(make_task(id), options);
+  return std::make_unique<VectorEnv>(make_task(id, options.constants), options);
 }
 
 // The ids of all tasks, or of those of one family.

@@ -200,6 +200,8 @@ struct EnvOptions {
   std::vector<Pin> pins = {};
   // Variants of the task's rules, by name.
   std::vector<TaskOption> task_options = {};
+  // Constants of the task that differ from its own, by name: docs/variants.md.
+  std::string constants = {};
   // Whose rules the task follows: the default of every task option; task_options win.
   Rules rules = Rules::kReference;
   // Soft shadows in pictures of render_camera; the original benchmark has none.
@@ -208,12 +210,15 @@ struct EnvOptions {
   ImageOptions images = {};
 };
 
-// Which environments to reset, and how. What is left empty: all environments; seeds and pins as
-// before.
+// Which environments to reset, and how. What is left empty: all environments; seeds, pins and
+// ranges as before.
 struct ResetRequest {
   std::span<const std::uint8_t> mask = {};    // N values, non-zero: reset
   std::span<const std::uint64_t> seeds = {};  // N values; masked-out ones are ignored
   std::optional<std::vector<Pin>> pins = {};  // replaces those of the reset environments
+  // Replaces their narrower ranges: a JSON object of constants that are ranges, each within that of
+  // the batch, {"EMPTY_PHASE_STEPS": [1, 3]}; pins still win.
+  std::optional<std::string> constants = {};
 };
 
 // Type of an output's elements.
@@ -380,7 +385,20 @@ inline VectorEnv make(const std::string& id, const EnvOptions& options = {}) {
   return VectorEnv(id, options);
 }
 
-// Ids of all tasks, in the benchmark's order.
+// A new id for a task with other constants.
+struct Variant {
+  std::string id;             // "RememberColor7-Slow-v0"
+  std::string base;           // "RememberColor9-VLA-v0"
+  std::string constants;      // a JSON object: {"COLORS": 7}
+  std::string instruction{};  // empty: that of the base
+};
+// Registers it for the life of the process. Throws Error: kUnknownId if there is no such base or
+// constant, kInvalidArgument if the id is taken or the task cannot be made so.
+void register_variant(const Variant& variant);
+// Registers all variants of a file, or none (docs/variants.md). Throws Error as above, and kIo.
+void load_variants(const std::string& path);
+
+// Ids of all tasks: the benchmark's, in its order, then variants.
 std::vector<std::string> task_ids();
 // The same with family, split, memory type, horizon, instruction and sizes, as JSON.
 std::string_view list();

@@ -57,14 +57,28 @@ ENGRAM_API const char* engram_version(void);
 
 /* ---- tasks ---- */
 
-/* Ids of all registered tasks, in the benchmark's order. */
+/* Ids of all registered tasks: the benchmark's, in its order, then variants, in the order in which
+ * they were registered. Variants out of the file that the environment variable ENGRAM_VARIANTS
+ * names are registered by the first call that looks for ids; while that file is refused, so are
+ * these calls. */
 ENGRAM_API size_t engram_num_tasks(void);
 /* index: 0 to engram_num_tasks() - 1; NULL beyond. Valid for the life of the process. */
 ENGRAM_API const char* engram_task_id(size_t index);
 
-/* All registered tasks as a JSON array, in the benchmark's order: what `engram list --json` prints.
- * Valid for the life of the process. NULL if there is no memory for it. */
+/* All registered tasks as a JSON array, in that order: what `engram list --json` prints. Valid for
+ * the life of the process. NULL, with a message, if there is no memory for it. */
 ENGRAM_API const char* engram_list_json(void);
+
+/* Registers a new id ("RememberColor7-Slow-v0") for a task ("RememberColor9-VLA-v0") with other
+ * constants, for the life of the process. constants: a JSON object as in engram_options; NULL:
+ * none. instruction: NULL: that of the base. The same variant twice is one. Fails with
+ * ENGRAM_UNKNOWN_ID if there is no such base or constant, ENGRAM_INVALID_ARGUMENT if the id is
+ * taken or not of the form name-vN, or the task cannot be made with these constants. */
+ENGRAM_API engram_status engram_register_variant(const char* id, const char* base,
+                                                 const char* constants, const char* instruction);
+/* Registers all variants of a file (docs/variants.md), or none. Fails also with ENGRAM_IO if it
+ * cannot be read. */
+ENGRAM_API engram_status engram_load_variants(const char* path);
 
 /* ---- options ---- */
 
@@ -164,6 +178,8 @@ typedef struct engram_options {
   /* Variants of the task's rules, by name. Default none. */
   const engram_task_option* task_options; /* num_task_options of them */
   size_t num_task_options;
+  /* Constants of the task that differ from its own, by name: docs/variants.md. Default none. */
+  const char* constants; /* a JSON object: {"COLORS": 7, "CUE_PHASE_STEPS": [30, 50]}; NULL: none */
   /* Whose rules the task follows: the default of every task option; task_options win. An
    * engram_rules; default ENGRAM_RULES_REFERENCE. */
   int32_t rules;
@@ -231,6 +247,10 @@ typedef struct engram_reset_request {
   const engram_pin* pins; /* replaces the pins of the environments that are reset if has_pins */
   size_t num_pins;
   int32_t has_pins; /* 0: pins stay as they are */
+  /* Replaces the narrower ranges of the environments that are reset: a JSON object of constants
+   * that are ranges, each within that of the batch, {"EMPTY_PHASE_STEPS": [1, 3]}; pins still win.
+   * NULL: ranges stay as they are. */
+  const char* constants;
 } engram_reset_request;
 
 /* Starts new episodes. request: NULL for all environments, seeds and pins as before. */
@@ -398,6 +418,7 @@ typedef struct engram_evaluation_options {
   size_t num_task_options;
   engram_progress_callback progress; /* default NULL; gets the `user` of engram_evaluate */
   int32_t rules;                     /* an engram_rules; default ENGRAM_RULES_REFERENCE */
+  const char* constants; /* of all tasks, a JSON object as in engram_options; default NULL */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);

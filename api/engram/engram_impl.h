@@ -102,6 +102,7 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   // end options
   c.pins = pins.data();
   c.num_pins = pins.size();
+  c.constants = options.constants.empty() ? nullptr : options.constants.c_str();
   c.task_options = task_options.data();
   c.num_task_options = task_options.size();
   c.cameras = cameras.empty() ? &no_camera : cameras.data();  // NULL would mean the default ones
@@ -214,6 +215,7 @@ inline void VectorEnv::reset(const ResetRequest& request) {
     c.num_pins = pins.size();
     c.has_pins = 1;
   }
+  if (request.constants) c.constants = request.constants->c_str();
   detail::check(engram_reset(handle(), &c));
 }
 
@@ -299,6 +301,18 @@ inline void VectorEnv::restore(std::span<const std::byte> snapshot) {
 
 inline void VectorEnv::restore(int env, std::span<const std::byte> snapshot) {
   detail::check(engram_restore(handle(), slot(env), snapshot.data(), snapshot.size()));
+}
+
+inline void register_variant(const Variant& variant) {
+  const auto text = [](const std::string& value) {
+    return value.empty() ? nullptr : value.c_str();
+  };
+  detail::check(engram_register_variant(variant.id.c_str(), variant.base.c_str(),
+                                        text(variant.constants), text(variant.instruction)));
+}
+
+inline void load_variants(const std::string& path) {
+  detail::check(engram_load_variants(path.c_str()));
 }
 
 inline std::vector<std::string> task_ids() {

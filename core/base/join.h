@@ -1,6 +1,9 @@
-// Texts in a row, as messages list the names that are allowed.
+// Texts of numbers, and texts in a row, as messages list the names that are allowed.
 #pragma once
 
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -18,6 +21,16 @@ std::string join(const Items& items, Text&& text = {}, std::string_view separato
     first = false;
   }
   return joined;
+}
+
+// The shortest decimal number that reads back as this one.
+inline std::string shortest(double value) {
+  constexpr double kWritten = 1e9;  // whole numbers up to here have no exponent
+  if (std::abs(value) <= kWritten && std::trunc(value) == value) {
+    return std::to_string(static_cast<long>(value));
+  }
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
 }
 
 }  // namespace engram

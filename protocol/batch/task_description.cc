@@ -97,6 +97,47 @@ ConstantList describe_options(const VectorEnv& env) {
   return list;
 }
 
+const char* kind_name(TaskConstant::Kind kind) {
+  using enum TaskConstant::Kind;
+  switch (kind) {
+    case kInteger:
+      return "integer";
+    case kReal:
+      return "real";
+    case kIntegerRange:
+      return "integer range";
+    case kRealRange:
+      return "real range";
+    case kReals:
+      return "reals";
+    case kName:
+      return "name";
+    case kNames:
+      return "names";
+  }
+  return "";
+}
+
+// Constants that users may change, as they are in this batch.
+ConstantList describe_changeable(const TaskInfo& info) {
+  ConstantList list;
+  for (const TaskConstant& constant : info.changeable) {
+    ConstantTable about = {{"name", constant.name},
+                           {"value", constant.value},
+                           {"kind", kind_name(constant.kind)}};
+    const bool counted = constant.kind != TaskConstant::Kind::kName;
+    about.emplace_back("low", counted ? Constant(constant.low) : Constant());
+    about.emplace_back("high", counted ? Constant(constant.high) : Constant());
+    if (!constant.names.empty()) {
+      about.emplace_back("names", ConstantList(constant.names.begin(), constant.names.end()));
+    }
+    about.emplace_back("unit", constant.unit);
+    about.emplace_back("description", constant.description);
+    list.emplace_back(std::move(about));
+  }
+  return list;
+}
+
 // Parts of a row, one after the other.
 ConstantList describe_layout(const std::vector<Field>& fields) {
   ConstantList list;
@@ -205,6 +246,8 @@ ConstantTable describe_task(const VectorEnv& env) {
                               {"draws", describe_draws(env.draws())},
                               {"rules", name_of(env.options().rules)},
                               {"options", describe_options(env)},
+                              {"changeable", describe_changeable(info)},
+                              {"changed", info.changed},
                               {"phases", describe_phases(info)},
                               {"state_dim", env.state_dim()},
                               {"state_fields", describe_layout(env.state_fields())},

@@ -124,6 +124,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
   EnvOptions env_options = demonstration_options();
   env_options.image_options.renderer = options.plan.renderer;
   env_options.rules = options.plan.rules;
+  env_options.constants = options.plan.constants;
   std::vector<EpisodeBatch> batches(
       static_cast<std::size_t>(worker_threads(options.threads, ranks)));
   const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {

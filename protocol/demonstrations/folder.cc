@@ -11,6 +11,7 @@
 #include <limits>
 #include <optional>
 
+#include "protocol/batch/variants.h"
 #include "protocol/demonstrations/npz.h"
 #include "protocol/formats/files.h"
 
@@ -38,14 +39,15 @@ int file_number(const std::string& name) {
 }
 
 // How the episodes in a folder were made. A run that continues a folder must agree.
-DocumentTable provenance(const CollectionPlan& plan) {
+DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
   const EnvOptions options = demonstration_options();
   return {{"version", version()},
           {"start_seed", plan.start_seed},
           {"renderer", plan.renderer},
           {"rules", name_of(plan.rules)},
           {"control_mode", name_of(options.control_mode)},
-          {"reward_mode", "normalized_dense"}};
+          {"reward_mode", "normalized_dense"},
+          {"variant", changes_document(entry, plan.constants)}};
 }
 
 }  // namespace
@@ -69,6 +71,7 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
       rule_(collection_rule(entry)),
       path_(root / "data_npz" / entry.id),
       next_(plan.start_seed) {
+  (void)make_task(entry.id, plan.constants);  // before there is a folder
   const std::uint64_t seeds = end_seed() - plan.start_seed;
   if (plan.start_seed > kMaxDemonstrationSeed - seeds) {
     throw Error(Error::kInvalidArgument,
@@ -139,7 +142,7 @@ void DemonstrationFolder::check_metadata() const {
   if (id == nullptr || *id != Document(entry_.id) || before == nullptr || !is_table(*before)) {
     fail(path, "is damaged or not engram's; without it, it is made anew from the data files");
   }
-  for (const auto& [key, value] : provenance(plan_)) {
+  for (const auto& [key, value] : provenance(entry_, plan_)) {
     const Document* entry = find(*before, key);
     const Document found = entry != nullptr ? *entry : Document();
     if (found == value) continue;
@@ -261,7 +264,7 @@ Document DemonstrationFolder::metadata() const {
     rewards.emplace_back(kept.reward_sum);
     seeds.emplace_back(kept.seed);
   }
-  DocumentTable made_how = provenance(plan_);
+  DocumentTable made_how = provenance(entry_, plan_);
   made_how.emplace_back("attempts", attempts());
   return DocumentTable{{"env_id", entry_.id},
                        {"num_episodes", episodes()},

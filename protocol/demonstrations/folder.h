@@ -33,6 +33,7 @@ struct CollectionPlan {
   std::uint64_t start_seed = 0;
   std::string renderer = "cpu";
   Rules rules = Rules::kReference;
+  ConstantTable constants = {};  // that all tasks have instead of their own
 };
 
 // Takes the result of each seed and writes the episodes to keep in the order of their seeds. So the

@@ -28,7 +28,7 @@ void append(std::vector<T>& to, std::span<const T> values) {
 CollectionRule collection_rule(const RegistryEntry& entry) {
   const bool planned = std::find(kPlannedFamilies.begin(), kPlannedFamilies.end(), entry.family) !=
                            kPlannedFamilies.end() ||
-                       entry.id.find("-Long-") != std::string_view::npos;
+                       entry.base.find("-Long-") != std::string_view::npos;
   if (planned) return {.batch = 1, .min_steps = 0};
   return {.batch = entry.family == "ShellGamePick" ? 1 : 10, .min_steps = 10};
 }

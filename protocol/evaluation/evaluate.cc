@@ -114,7 +114,7 @@ class Player {
     const auto start = std::chrono::steady_clock::now();
     Workbench& workbench = workbenches_[static_cast<std::size_t>(context.worker())];
     if (protocol_.external && !workbench.policy) workbench.policy = protocol_.external(context);
-    const RegistryEntry& entry = registry()[static_cast<std::size_t>(item.task)];
+    const RegistryEntry& entry = entry_at(item.task);
     VectorEnv& env =
         workbench.batch.of(entry.id, item.count, protocol_.num_envs, protocol_.environment);
 
@@ -171,7 +171,7 @@ class Evaluation final : public WorkSource {
   std::optional<WorkItem> next() override {
     if (task_ == order_.size()) return std::nullopt;
     const RegistryEntry* entry = order_[task_];
-    const auto row = static_cast<int>(entry - registry().data());
+    const int row = entry->index;
     if (episode_ == 0) results_[row] = blank(entry);
     const WorkItem item{row, protocol_.start_seed + static_cast<std::uint64_t>(episode_),
                         std::min(block_, protocol_.episodes - episode_)};

@@ -8,6 +8,7 @@
 #include <set>
 #include <thread>
 
+#include "protocol/batch/variants.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/formats/files.h"
 
@@ -101,31 +102,44 @@ DocumentTable model_document(const EvaluationSettings& settings) {
   return {{"name", settings.policy}, {"config", std::move(config)}};
 }
 
+// Throws Error unless a result is of the task as it is now.
+void check_variant(const fs::path& file, const Document& task, const Document& now) {
+  const Document* variant = find(task, "variant");
+  const Document then = variant == nullptr ? Document() : *variant;
+  if (then == now) return;
+  throw Error(Error::kInvalidArgument, "'" + file.string() + "' has variant " + to_line(then) +
+                                           ", this run " + to_line(now) +
+                                           "; one folder holds results of one protocol");
+}
+
 }  // namespace
 
 // --- documents ---
 
 Document task_document(const TaskResult& result, const EvaluationSettings& settings) {
   const RegistryEntry& entry = *result.entry;
-  return DocumentTable{{"env_id", entry.id},
-                       {"split", title(entry.split)},
-                       {"memory_type", entry.memory_type},
-                       {"start_seed", settings.start_seed},
-                       {"n_episodes", settings.episodes},
-                       {"successes", to_list(result.successes)},
-                       {"returns", to_list(result.returns)},
-                       {"sr", result.success_rate()},
-                       {"mean_return", result.mean_return()},
-                       {"chance", result.chance},
-                       {"benchmark_commit", nullptr},
-                       {"control_mode", name_of(ControlMode::kPdEeDeltaPose)},
-                       {"obs_mode", name_of(settings.obs_mode)},
-                       {"rules", name_of(settings.rules)},
-                       {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
-                       {"action_chunk_size", result.chunk_size},
-                       {"model", model_document(settings)},
-                       {"episode_lengths", to_list(result.lengths)},
-                       {"episode_seeds", to_list(result.seeds)}};
+  DocumentTable document{{"env_id", entry.id},
+                         {"split", title(entry.split)},
+                         {"memory_type", entry.memory_type},
+                         {"start_seed", settings.start_seed},
+                         {"n_episodes", settings.episodes},
+                         {"successes", to_list(result.successes)},
+                         {"returns", to_list(result.returns)},
+                         {"sr", result.success_rate()},
+                         {"mean_return", result.mean_return()},
+                         {"chance", result.chance},
+                         {"benchmark_commit", nullptr},
+                         {"control_mode", name_of(ControlMode::kPdEeDeltaPose)},
+                         {"obs_mode", name_of(settings.obs_mode)},
+                         {"rules", name_of(settings.rules)},
+                         {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
+                         {"action_chunk_size", result.chunk_size},
+                         {"model", model_document(settings)},
+                         {"episode_lengths", to_list(result.lengths)},
+                         {"episode_seeds", to_list(result.seeds)}};
+  Document variant = changes_document(entry, settings.constants);
+  if (!is_null(variant)) document.emplace_back("variant", std::move(variant));
+  return document;
 }
 
 Document summary_document(const DocumentList& tasks) {
@@ -203,8 +217,8 @@ std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings&
   none.entry = &registry().front();
   const Document expected = task_document(none, settings);
   std::map<std::string, Document> tasks;
-  for (const RegistryEntry& entry : registry()) {
-    const std::string id(entry.id);
+  for (const RegistryEntry* entry : all_entries()) {
+    const std::string id(entry->id);
     const fs::path file = path_ / (id + ".json");
     const std::optional<std::string> text = read_file(file);
     if (!text) continue;
@@ -218,6 +232,7 @@ std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings&
                                                to_line(found) + ", this run " + to_line(asked) +
                                                "; one folder holds results of one protocol");
     }
+    check_variant(file, *task, changes_document(*entry, settings.constants));
     tasks.emplace(id, std::move(*task));
   }
   return tasks;
@@ -265,8 +280,8 @@ void ResultFolder::write_sample(const std::string& id, const Bytes& png) const {
 
 std::map<std::string, Bytes> ResultFolder::samples() const {
   std::map<std::string, Bytes> samples;
-  for (const RegistryEntry& entry : registry()) {
-    const std::string id(entry.id);
+  for (const RegistryEntry* entry : all_entries()) {
+    const std::string id(entry->id);
     const std::optional<std::string> text = read_file(path_ / kSampleFolder / (id + ".png"));
     if (!text) continue;
     const auto bytes = std::as_bytes(std::span(text->data(), text->size()));

@@ -43,8 +43,8 @@ void EvaluationRun::finish(const std::string& compute) const {
 
 DocumentList EvaluationRun::tasks() const {
   DocumentList documents;
-  for (const RegistryEntry& entry : registry()) {
-    const auto found = finished_.find(std::string(entry.id));
+  for (const RegistryEntry* entry : all_entries()) {
+    const auto found = finished_.find(std::string(entry->id));
     if (found != finished_.end()) documents.push_back(found->second);
   }
   return documents;

@@ -4,9 +4,20 @@
 #include <limits>
 
 #include "protocol/batch/make.h"
+#include "protocol/batch/variants.h"
 
 namespace engram {
 namespace {
+
+// Of those tasks that are users' variants.
+DocumentList definitions_of(const std::vector<std::string>& ids) {
+  DocumentList definitions;
+  for (const std::string& id : ids) {
+    const RegistryEntry& entry = require_entry(id);
+    if (entry.constants != nullptr) definitions.push_back(to_document(definition_of(entry)));
+  }
+  return definitions;
+}
 
 EvaluationSettings read(const Document& document) {
   EvaluationSettings settings;
@@ -23,6 +34,12 @@ EvaluationSettings read(const Document& document) {
   for (const auto& [name, value] : table(part(document, "task_options"))) {
     settings.task_options[name] = number(value);
   }
+  settings.constants = table(part(document, "constants"));
+  std::vector<VariantDefinition> variants;
+  for (const Document& variant : list(part(document, "variants"))) {
+    variants.push_back(to_definition(variant, "variants"));
+  }
+  register_variants(variants);
   return settings;
 }
 
@@ -46,6 +63,7 @@ void EvaluationSettings::set_environment(const EnvOptions& environment) {
   for (const OptionChoice& choice : environment.task_options) {
     task_options[choice.name] = choice.value;
   }
+  constants = environment.constants;
 }
 
 Document EvaluationSettings::document() const {
@@ -58,7 +76,9 @@ Document EvaluationSettings::document() const {
                        {"policy", policy},
                        {"policy_config", policy_config},
                        {"rules", name_of(rules)},
-                       {"task_options", DocumentTable(task_options.begin(), task_options.end())}};
+                       {"task_options", DocumentTable(task_options.begin(), task_options.end())},
+                       {"constants", constants},
+                       {"variants", definitions_of(tasks)}};
 }
 
 EvaluationSettings EvaluationSettings::of(const Document& document,
@@ -76,7 +96,7 @@ EvaluationSettings EvaluationSettings::of(const Document& document,
 }
 
 std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks) {
-  std::sort(tasks.begin(), tasks.end());  // as they lie in the registry
+  std::ranges::sort(tasks, {}, &RegistryEntry::index);
   std::vector<std::string> ids;
   ids.reserve(tasks.size());
   for (const RegistryEntry* task : tasks) ids.emplace_back(task->id);
@@ -96,6 +116,7 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   for (const auto& [name, value] : settings.task_options) {
     environment.task_options.push_back({name, value});
   }
+  environment.constants = settings.constants;
   return protocol;
 }
 

@@ -21,12 +21,14 @@ struct EvaluationSettings {
   Document policy_config;         // what else the results say of it
   Rules rules = Rules::kReference;
   std::map<std::string, double> task_options;
+  ConstantTable constants;  // that all tasks have instead of their own
 
-  // Takes over the observations, the renderer, the rules and the task options.
+  // Takes over the observations, the renderer, the rules, the task options and the constants.
   void set_environment(const EnvOptions& environment);
 
   Document document() const;
-  // Throws Error (kIo) if the document is not one of settings, or one of another version.
+  // Registers the variants that it is about. Throws Error (kIo) if the document is not one of
+  // settings, or one of another version.
   static EvaluationSettings of(const Document& document, const std::filesystem::path& file);
 };
 

@@ -62,6 +62,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         pins: Sampled quantities of every episode that are fixed, by name: {"target": 2}.
             ``engram.describe(id)["draws"]`` names them.
         task_options: Options of the task's own, by name; ``engram.describe(id)["options"]``.
+        constants: Constants of the task that differ from its own, by name; numbers, [least,
+            greatest], names or lists of names; ``engram.describe(id)["changeable"]``.
         copy: Return copies instead of views.
         render_mode: "rgb_array" (or None) makes ``render`` return pictures.
         render_size: Side of ``render``'s pictures in pixels, or (width, height).
@@ -85,7 +87,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             results are the same. 0, 1, 2, 4 or 8.
         language_in_info: False leaves "language_instruction" out of infos, for wrappers that know
             no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
-        max_episode_steps: Gymnasium passes it on; it must be the task's own horizon.
+        max_episode_steps: Control steps of an episode; None: the task's own horizon, or what
+            constants say.
         rules: Whose rules the task follows: the default of every task option; task_options win.
             "reference" or "original".
         render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
@@ -110,6 +113,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         autoreset_mode: AutoresetMode | str | None = None,
         pins: Mapping[str, float | Sequence[float]] | None = None,
         task_options: Mapping[str, float] | None = None,
+        constants: Mapping[str, Any] | None = None,
         copy: bool = False,
         render_mode: str | None = "rgb_array",
         render_size: int | tuple[int, int] = 512,
@@ -151,20 +155,26 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             "render_fps": 20,
             "autoreset_mode": self.autoreset_mode,
         }
+        arguments["constants"] = self._with_horizon(constants, max_episode_steps)
         options = _options.make_options(arguments, self.autoreset_mode)
         self._batch = _core.Batch(self.task_id, options)
         self._seed = options.seed
         self._copy = bool(copy)
         self._started = False
         self._open(obs_mode, bool(language_in_info))
-        horizon = self.description["horizon"]
-        if max_episode_steps not in (None, horizon):
-            self.close()
-            raise InvalidArgumentError(
-                f"max_episode_steps: {max_episode_steps} given; episodes of {self.task_id} "
-                f"have {horizon} steps"
-            )
         self.spec = spec_of(self._arguments, _defaults())
+
+    def _with_horizon(
+        self, constants: Mapping[str, Any] | None, steps: int | None
+    ) -> Mapping[str, Any] | None:
+        """The constants, with the horizon among them where it is not the registered one."""
+        if steps is None:
+            return constants
+        registered = gymnasium.registry.get(NAMESPACE + self.task_id)
+        steps = _values.integer("max_episode_steps", steps)
+        if registered is not None and steps == registered.max_episode_steps:
+            return constants
+        return {**(constants or {}), "max_episode_steps": steps}
 
     def _open(self, obs_mode: str, language_in_info: bool) -> None:
         """Everything that follows from an open batch: its description, spaces and views."""
@@ -211,7 +221,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
                 without a seed), or None: the first reset uses the seed given to the constructor,
                 later ones go on to the next episode of each environment.
             options: {"reset_mask": bool array (N,), True where an environment is to be reset;
-                "pins": dict that replaces the pins of the environments that are reset}.
+                "pins": dict that replaces the pins of the environments that are reset;
+                "constants": dict that replaces their narrower ranges, such as
+                {"EMPTY_PHASE_STEPS": (1, 3)}, each within that of the batch; pins still win}.
 
         Returns:
             Observations and infos. With a mask, rows of environments that were not reset are
@@ -222,21 +234,21 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             UnknownIdError: No option or pin of that name.
             BadStateError: The first reset leaves environments out, or a step is under way.
         """
-        mask, pins = _arguments.reset_options(options, self.num_envs)
+        mask, *fixed = _arguments.reset_options(options, self.num_envs)
         seeds = _arguments.seed_list(seed, self.num_envs)
         if isinstance(seeds, list):  # some are None
             given = np.array([value is not None for value in seeds])
             filled = [self._seed + i if value is None else value for i, value in enumerate(seeds)]
             array = np.array([value % 2**64 for value in filled], np.uint64)
             if not self._started:
-                self._batch.reset(mask, array, pins)
+                self._batch.reset(mask, array, *fixed)
             else:
                 chosen = self._ones if mask is None else mask
                 for part, part_seeds in ((chosen & given, array), (chosen & ~given, None)):
                     if part.any():
-                        self._batch.reset(part, part_seeds, pins)
+                        self._batch.reset(part, part_seeds, *fixed)
         else:
-            self._batch.reset(mask, seeds, pins)
+            self._batch.reset(mask, seeds, *fixed)
         self._started = True
         which = self._ones if mask is None else mask
         self._infos.refresh_instructions(np.flatnonzero(which))

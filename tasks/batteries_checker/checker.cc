@@ -30,8 +30,8 @@ class BatteryChecker final : public FamilyBase {
   BatteryChecker(const RegistryEntry& entry, const BatteryParams& params)
       : FamilyBase(entry),
         params_(params),
-        rack_(scene_, params.ACTIVE_BATTERY_COUNT),
-        button_(scene_, "battery_button", battery_button()),
+        rack_(scene_, params),
+        button_(scene_, "battery_button", params.button),
         lamp_(scene_, "battery_checker_lamp"),
         oracle_(rack_, button_) {
     scene_.render_camera = mjcf::RenderCamera::kB;
@@ -82,6 +82,7 @@ class BatteryChecker final : public FamilyBase {
       in.home = rack_.home(env) & ~check_.held(env) & ~in.in_socket;
       in.working = check_.working(env);
       in.pressed = button_.press_once(env, true, true);
+      in.afterglow = params_.LAMP_AFTERGLOW_STEPS;
       CheckState state = check_.load(env);
       CheckEvents events = check_step(in, state);
       if (events.insert) rack_.snap(env, state.active);
@@ -120,7 +121,7 @@ class BatteryChecker final : public FamilyBase {
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const BatteryRewardInputs in = measure(env);
-      const BatteryRewardTerms terms = battery_reward(in, upstream_rewards_);
+      const BatteryRewardTerms terms = battery_reward(in, params_.smoothness, upstream_rewards_);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }

@@ -19,11 +19,15 @@ constexpr double kTravelHeight = 0.13;   // m: a battery in the hand passes over
 constexpr double kAboveSocket = 0.0015;  // m above the floor, where a battery is let go
 constexpr double kAboveTable = 0.0010;   // m
 constexpr double kClearance = 0.045;     // m: of the tool above the centre of one that was left
-constexpr Tolerance kTolerance = {.sideways = 0.003, .height = 0.0025};
 constexpr Lean kLean = {.reach = 0.765, .per_metre = 2.5, .most = 0.1};
 
 // The fingers close along a diagonal of the tray, on which the neighbours are furthest away.
 Eigen::Quaterniond along_diagonal() { return tool_down(std::numbers::pi / 4); }
+
+// How near to its place a battery is brought: twice as near as it has to be, where that is near.
+Tolerance within(double required) {
+  return {.sideways = std::min(0.003, required / 2), .height = 0.0025};
+}
 
 Grip grip_of(int prop, const Eigen::Vector3d& goal) {
   return {.prop = prop,
@@ -76,7 +80,8 @@ void BatteryOracle::insert(const State& state, int env, int battery, float* acti
   const bool held = is_held(state, env, prop);
   const Grip grip = grip_of(prop, held ? place : rack_.pos(env, battery));
   if (!held && !is_centred(state, env, grip, rack_.pos(env, battery), action)) return;
-  if (bring(state, env, grip, place, action, kTolerance)) hold_tool(kOpening, action);
+  const Tolerance tolerance = within(rack_.params().SOCKET_INSERT_XY_TOL);
+  if (bring(state, env, grip, place, action, tolerance)) hold_tool(kOpening, action);
 }
 
 bool BatteryOracle::put_back(const State& state, int env, int battery, int slot,
@@ -85,7 +90,7 @@ bool BatteryOracle::put_back(const State& state, int env, int battery, int slot,
   const Eigen::Vector3d place = rack_.slot(env, slot) + Eigen::Vector3d(0, 0, kAboveTable);
   const bool held = is_held(state, env, prop);
   const Grip grip = grip_of(prop, held ? place : rack_.pos(env, battery));
-  if (is_at(state, env, prop, place, kTolerance)) {
+  if (is_at(state, env, prop, place, within(rack_.params().SLOT_RETURN_XY_TOL))) {
     return leave(state, env, grip, kClearance, action);
   }
   if (!held && !is_centred(state, env, grip, rack_.pos(env, battery), action)) return false;
@@ -112,14 +117,21 @@ bool BatteryOracle::clear_tool(const State& state, int env, float* action) const
 // On the part of the pad that is nearest to the tray.
 void BatteryOracle::press(const State& state, int env, float* action) const {
   constexpr double kTowardsTray = 0.045;   // m
+  constexpr double kInside = 0.029;        // m from the pad's edge
   constexpr double kReleaseHeight = 0.10;  // m
+  constexpr double kClear = 0.012;         // m above where the button is released, or pressed
   constexpr double kOverPad = 0.02;        // m
+  const PressButtonParams& pad = button_.params();
   const Eigen::Vector3d tcp = tcp_pos(state, env);
   const Vec2 center = button_.center(env);
-  Eigen::Vector3d goal(center.x(), center.y() - kTowardsTray, kReleaseHeight);
+  const double size = std::min(pad.BUTTON_PRESS_XY_RADIUS, pad.shape.BUTTON_BASE_HALF_SIZE[0]);
+  const double aside = std::clamp(size - kInside, 0.0, kTowardsTray);
+  Eigen::Vector3d goal(center.x(), center.y() - aside,
+                       std::max(kReleaseHeight, pad.release_height() + kClear));
   if (button_.ready(env)) goal = {goal.x(), goal.y(), button_.pressing_height()};
   const bool over = (goal - tcp).head<2>().norm() < kOverPad;
-  if (!over) goal = over_the_top(state, env, goal, kTravelHeight);
+  const double travel = std::max(kTravelHeight, pad.zone_height() + kClear);
+  if (!over) goal = over_the_top(state, env, goal, travel);
   servo_tool(state, env, goal, along_diagonal(), kGripperClosed, action);
 }
 

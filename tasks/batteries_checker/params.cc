@@ -4,6 +4,8 @@
 #include <array>
 #include <limits>
 
+#include "core/base/error.h"
+#include "core/base/join.h"
 #include "tasks/batteries_checker/rules.h"
 #include "tasks/parts/colors.h"
 #include "tasks/parts/lamp.h"
@@ -27,11 +29,11 @@ double count_guesses(const BatteryParams& params) {
 
 ConstantList list(const mjcf::Vec3& values) { return {values[0], values[1], values[2]}; }
 
-ConstantTable constants(const BatteryParams& params) {
+ConstantTable constants_of(const BatteryParams& params) {
   const mjcf::BatteryShape battery;
   const mjcf::TrayShape tray;
   const mjcf::SocketShape socket;
-  const PressButtonParams button = battery_button();
+  const PressButtonParams& button = params.button;
   ConstantTable table = {
       {"ACTIVE_BATTERY_COUNT", params.ACTIVE_BATTERY_COUNT},
       {"WORKING_BATTERY_COUNT", params.WORKING_BATTERY_COUNT},
@@ -56,10 +58,10 @@ ConstantTable constants(const BatteryParams& params) {
       {"SOCKET_COLOR", published_color(socket.SOCKET_COLOR)},
       {"SOCKET_SLOT_COLOR", published_color(socket.SOCKET_SLOT_COLOR)},
       {"SOCKET_X_OFFSET_FROM_TRAY", SOCKET_X_OFFSET_FROM_TRAY},
-      {"SOCKET_INSERT_XY_TOL", SOCKET_INSERT_XY_TOL},
-      {"SOCKET_INSERT_Z_TOL", SOCKET_INSERT_Z_TOL},
-      {"SLOT_RETURN_XY_TOL", SLOT_RETURN_XY_TOL},
-      {"SLOT_RETURN_Z_TOL", SLOT_RETURN_Z_TOL},
+      {"SOCKET_INSERT_XY_TOL", params.SOCKET_INSERT_XY_TOL},
+      {"SOCKET_INSERT_Z_TOL", params.SOCKET_INSERT_Z_TOL},
+      {"SLOT_RETURN_XY_TOL", params.SLOT_RETURN_XY_TOL},
+      {"SLOT_RETURN_Z_TOL", params.SLOT_RETURN_Z_TOL},
       {"BUTTON_X_OFFSET_FROM_TRAY", BUTTON_X_OFFSET_FROM_TRAY},
       {"BUTTON_Y_OFFSET_FROM_TRAY", BUTTON_Y_OFFSET_FROM_TRAY},
       {"BUTTON_RELEASE_READY_RATIO", button.BUTTON_RELEASE_READY_RATIO},
@@ -71,29 +73,65 @@ ConstantTable constants(const BatteryParams& params) {
   append(table, {
                     {"LAMP_OFF_COLOR", published_color(LAMP_OFF_COLOR)},
                     {"LAMP_ON_COLOR", published_color(LAMP_ON_COLOR)},
-                    {"LAMP_AFTERGLOW_STEPS", LAMP_AFTERGLOW_STEPS},
+                    {"LAMP_AFTERGLOW_STEPS", params.LAMP_AFTERGLOW_STEPS},
                     {"STAGE_INSERT", STAGE_INSERT},
                     {"STAGE_RETURN", STAGE_RETURN},
                     {"STAGE_CONFIRM", STAGE_CONFIRM},
                     {"HEIGHT_OFFSET", kHiddenOffset},
                     {"SUCCESS_BONUS", kBatterySuccessReward},
                 });
-  add_constants(kBatterySmoothness, table);
+  add_constants(params.smoothness, table);
   add_press_constants(button, table);
   return table;
 }
 
 }  // namespace
 
-PressButtonParams battery_button() {
-  PressButtonParams params;
-  params.shape.BUTTON_BASE_HALF_SIZE = {0.075, 0.075, 0.015};
-  params.shape.BUTTON_CAP_RADIUS = 0.033;
-  params.shape.base_rgba = {58 / 255.0, 66 / 255.0, 80 / 255.0, 1};
-  params.shape.cap_rgba = {205 / 255.0, 110 / 255.0, 110 / 255.0, 1};
-  params.BUTTON_PRESS_XY_RADIUS = 0.075;
-  params.radius_counts = true;
-  return params;
+// --- what users may change ---
+
+void BatteryParams::constants(Changes& list) {
+  list.integer("ACTIVE_BATTERY_COUNT", ACTIVE_BATTERY_COUNT, {1, NUM_BATTERIES}, "",
+               "batteries to be tested");
+  list.integer("WORKING_BATTERY_COUNT", WORKING_BATTERY_COUNT, {1, NUM_BATTERIES}, "",
+               "how many of them work");
+  list.real("SOCKET_INSERT_XY_TOL", SOCKET_INSERT_XY_TOL, {0.004, 0.05}, "m",
+            "how near the socket's axis an inserted battery has to be");
+  // A battery that stands in the socket is 10.5 mm above the height from which this is measured.
+  list.real("SOCKET_INSERT_Z_TOL", SOCKET_INSERT_Z_TOL, {0.011, 0.1}, "m",
+            "how near the socket's height its centre has to be");
+  list.real("SLOT_RETURN_XY_TOL", SLOT_RETURN_XY_TOL, {0.005, 0.04}, "m",
+            "how near its slot's axis a returned battery has to be");
+  list.real("SLOT_RETURN_Z_TOL", SLOT_RETURN_Z_TOL, {0.003, 0.1}, "m",
+            "how near its slot's height its centre has to be");
+  list.integer("LAMP_AFTERGLOW_STEPS", LAMP_AFTERGLOW_STEPS, {0, 1000}, "control steps",
+               "how long the lamp stays on after a working battery was inserted");
+  button.constants(list);
+  smoothness.constants(list);
+}
+
+void BatteryParams::check(int horizon) const {
+  if (WORKING_BATTERY_COUNT > ACTIVE_BATTERY_COUNT) {
+    throw Error(Error::kInvalidArgument,
+                "constant 'WORKING_BATTERY_COUNT': " + std::to_string(WORKING_BATTERY_COUNT) +
+                    " given, at most ACTIVE_BATTERY_COUNT " + std::to_string(ACTIVE_BATTERY_COUNT) +
+                    " allowed");
+  }
+  button.check();
+  constexpr double kSlotToButton = BUTTON_Y_OFFSET_FROM_TRAY - TRAY_ROWS / 2 * SLOT_SPACING_X;
+  if (button.BUTTON_PRESS_XY_RADIUS > kSlotToButton) {
+    throw Error(Error::kInvalidArgument,
+                "constant 'BUTTON_PRESS_XY_RADIUS': " + shortest(button.BUTTON_PRESS_XY_RADIUS) +
+                    " given, at most the " + shortest(kSlotToButton) +
+                    " m from the button to the nearest slot allowed");
+  }
+  const int per_battery = easy ? 70 : 110;  // control steps
+  const int least = per_battery * ACTIVE_BATTERY_COUNT;
+  if (least <= horizon) return;
+  throw Error(Error::kInvalidArgument,
+              "constants leave no time to act: ACTIVE_BATTERY_COUNT " +
+                  std::to_string(ACTIVE_BATTERY_COUNT) + " x " + std::to_string(per_battery) +
+                  " = " + std::to_string(least) + " control steps, more than max_episode_steps " +
+                  std::to_string(horizon));
 }
 
 void describe_batteries(const BatteryParams& params, TaskInfo& info) {
@@ -112,7 +150,7 @@ void describe_batteries(const BatteryParams& params, TaskInfo& info) {
                    "1: button reach, found bonus and press penalty as in upstream's code", 1},
                   {"socket_battery_idx", -1, true, -1, 0, "",
                    "what the info field of that name says of an empty socket", 0}};
-  info.constants = constants(params);
+  info.constants = constants_of(params);
   info.phases = {{"insert", "until a battery stands in the socket"},
                  {"return", params.easy ? "over at once: the battery returns by itself"
                                         : "until that battery stands in its own slot again"},

@@ -7,14 +7,35 @@
 #include "mjcf/battery.h"
 #include "tasks/family.h"
 #include "tasks/parts/press_button.h"
+#include "tasks/parts/smoothness.h"
 
 namespace engram::tasks {
+
+constexpr PressButtonParams battery_button() {
+  return {.shape = {.BUTTON_BASE_HALF_SIZE = {0.075, 0.075, 0.015},
+                    .BUTTON_CAP_RADIUS = 0.033,
+                    .base_rgba = {58 / 255.0, 66 / 255.0, 80 / 255.0, 1},
+                    .cap_rgba = {205 / 255.0, 110 / 255.0, 110 / 255.0, 1}},
+          .BUTTON_PRESS_XY_RADIUS = 0.075,
+          .radius_counts = true};
+}
 
 struct BatteryParams {
   TaskRow task;
   bool easy;  // an inserted battery returns by itself
   int ACTIVE_BATTERY_COUNT;
   int WORKING_BATTERY_COUNT;
+  double SOCKET_INSERT_XY_TOL = 0.010;  // m
+  double SOCKET_INSERT_Z_TOL = 0.025;   // m
+  double SLOT_RETURN_XY_TOL = 0.023;    // m
+  double SLOT_RETURN_Z_TOL = 0.024;     // m
+  int LAMP_AFTERGLOW_STEPS = 7;
+  PressButtonParams button = battery_button();
+  SmoothnessParams smoothness = {
+      .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.02, .QVEL_L2_COEF = 0.01};
+
+  void constants(Changes& list);
+  void check(int horizon) const;
 };
 
 inline constexpr std::array<BatteryParams, 5> kEasyVariants = {{
@@ -38,10 +59,6 @@ inline constexpr int NUM_BATTERIES = TRAY_ROWS * TRAY_COLS;
 inline constexpr double SLOT_SPACING_X = 0.052;            // m, from row to row: the world's y
 inline constexpr double SLOT_SPACING_Y = 0.050;            // m, from column to column
 inline constexpr double SOCKET_X_OFFSET_FROM_TRAY = 0.2;   // m
-inline constexpr double SOCKET_INSERT_XY_TOL = 0.010;      // m
-inline constexpr double SOCKET_INSERT_Z_TOL = 0.025;       // m
-inline constexpr double SLOT_RETURN_XY_TOL = 0.023;        // m
-inline constexpr double SLOT_RETURN_Z_TOL = 0.024;         // m
 inline constexpr double BUTTON_X_OFFSET_FROM_TRAY = 0.0;   // m
 inline constexpr double BUTTON_Y_OFFSET_FROM_TRAY = 0.24;  // m
 inline constexpr double LAMP_X_OFFSET_FROM_SOCKET = 0.08;  // m
@@ -51,8 +68,6 @@ inline constexpr double kTrayY[2] = {-0.05, 0.05};         // m
 inline constexpr double kHiddenOffset = 1000;              // m
 inline constexpr mjcf::Rgba LAMP_OFF_COLOR = {1, 1, 1, 1};
 inline constexpr mjcf::Rgba LAMP_ON_COLOR = {1, 236 / 255.0, 110 / 255.0, 1};
-
-PressButtonParams battery_button();
 
 // What an episode samples, in the order of TaskInfo::draws, and the options.
 enum BatteryDraw { kTrayXDraw, kTrayYDraw, kWorking };

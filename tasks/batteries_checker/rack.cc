@@ -27,13 +27,13 @@ Vec2 slot_offset(int slot) {
 
 }  // namespace
 
-BatteryRack::BatteryRack(mjcf::Scene& scene, int batteries)
-    : batteries_(batteries),
+BatteryRack::BatteryRack(mjcf::Scene& scene, const BatteryParams& params)
+    : params_(params),
       first_(static_cast<int>(scene.props.size())),
-      tray_(first_ + batteries),
+      tray_(first_ + params.ACTIVE_BATTERY_COUNT),
       socket_(tray_ + 1) {
   const Vec2 tray((kTrayX[0] + kTrayX[1]) / 2, (kTrayY[0] + kTrayY[1]) / 2);
-  for (int battery = 0; battery < batteries; ++battery) {
+  for (int battery = 0; battery < batteries(); ++battery) {
     scene.props.push_back(mjcf::battery("battery_" + std::to_string(battery), kBattery));
     const Vec2 at = tray + slot_offset(battery);
     scene.props.back().pos = {at.x(), at.y(), kBattery.BATTERY_HALF_HEIGHT};
@@ -55,7 +55,7 @@ void BatteryRack::bind(const Bindings& bindings) {
 void BatteryRack::reset(int env, const Vec2& tray) const {
   const State& state = *engine_.state;
   Eigen::Map<Vec2>(tray_xy_.row(env)) = tray;
-  for (int battery = 0; battery < batteries_; ++battery) {
+  for (int battery = 0; battery < batteries(); ++battery) {
     state.place_prop(env, prop(battery), slot(env, battery).data(), mjcf::kBatteryQuat.data());
   }
   const double on_table[3] = {tray.x(), tray.y(), mjcf::TrayShape{}.half_size[2]};
@@ -80,7 +80,7 @@ Eigen::Vector3d BatteryRack::pos(int env, int battery) const {
 
 BatterySet BatteryRack::grasped(int env) const {
   BatterySet set = 0;
-  for (int battery = 0; battery < batteries_; ++battery) {
+  for (int battery = 0; battery < batteries(); ++battery) {
     if (is_grasping(*engine_.state, env, prop(battery))) set |= battery_bit(battery);
   }
   return set;
@@ -88,10 +88,10 @@ BatterySet BatteryRack::grasped(int env) const {
 
 BatterySet BatteryRack::in_socket(int env) const {
   BatterySet set = 0;
-  for (int battery = 0; battery < batteries_; ++battery) {
+  for (int battery = 0; battery < batteries(); ++battery) {
     const Eigen::Vector3d offset = pos(env, battery) - socket(env);
-    const bool inside = offset.head<2>().norm() <= SOCKET_INSERT_XY_TOL &&
-                        std::abs(offset.z()) <= SOCKET_INSERT_Z_TOL;
+    const bool inside = offset.head<2>().norm() <= params_.SOCKET_INSERT_XY_TOL &&
+                        std::abs(offset.z()) <= params_.SOCKET_INSERT_Z_TOL;
     if (inside) set |= battery_bit(battery);
   }
   return set;
@@ -99,10 +99,10 @@ BatterySet BatteryRack::in_socket(int env) const {
 
 BatterySet BatteryRack::home(int env, double tolerance) const {
   BatterySet set = 0;
-  for (int battery = 0; battery < batteries_; ++battery) {
+  for (int battery = 0; battery < batteries(); ++battery) {
     const Eigen::Vector3d offset = pos(env, battery) - slot(env, battery);
-    const bool there = offset.head<2>().norm() <= tolerance * SLOT_RETURN_XY_TOL &&
-                       std::abs(offset.z()) <= tolerance * SLOT_RETURN_Z_TOL;
+    const bool there = offset.head<2>().norm() <= tolerance * params_.SLOT_RETURN_XY_TOL &&
+                       std::abs(offset.z()) <= tolerance * params_.SLOT_RETURN_Z_TOL;
     if (there) set |= battery_bit(battery);
   }
   return set;
@@ -143,7 +143,7 @@ void BatteryRack::send_home(int env, int battery) const {
   for (int ring = 1; ring <= kRings && !clear; ++ring) {
     for (int step = 0; step < kAngles && !clear; ++step) {
       const double angle = 2 * std::numbers::pi * step / kAngles;
-      const double radius = SLOT_RETURN_XY_TOL * 0.98 * ring / kRings;
+      const double radius = params_.SLOT_RETURN_XY_TOL * 0.98 * ring / kRings;
       const Vec2 beside = home.head<2>() + radius * Vec2(real::cos(angle), real::sin(angle));
       clear = is_free(env, battery, beside);
       if (clear) place.head<2>() = beside;
@@ -165,7 +165,7 @@ double BatteryRack::axis_distance(int env, int battery, const Vec2& point) const
 
 // Whether no other battery is in the way of one that stands there.
 bool BatteryRack::is_free(int env, int battery, const Vec2& point) const {
-  for (int other = 0; other < batteries_; ++other) {
+  for (int other = 0; other < batteries(); ++other) {
     if (other != battery && axis_distance(env, other, point) < kBesides) return false;
   }
   return true;
@@ -178,7 +178,7 @@ void BatteryRack::teleport(int env, int battery, const Eigen::Vector3d& place, b
   const Eigen::Vector3d from = pos(env, battery);
   state.place_prop(env, prop(battery), place.data(), mjcf::kBatteryQuat.data(),
                    clear ? PropStatus::kAsleep : PropStatus::kAwake);
-  for (int other = 0; other < batteries_; ++other) {
+  for (int other = 0; other < batteries(); ++other) {
     if (other == battery || (pos(env, other) - from).norm() > kNear) continue;
     state.prop_status.row(env)[prop(other)] = static_cast<std::uint8_t>(PropStatus::kAwake);
     state.prop_slow_steps.row(env)[prop(other)] = 0;

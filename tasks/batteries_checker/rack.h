@@ -4,6 +4,7 @@
 
 #include "core/task.h"
 #include "mjcf/scene.h"
+#include "tasks/batteries_checker/params.h"
 #include "tasks/batteries_checker/rules.h"
 #include "tasks/parts/layout.h"
 
@@ -12,13 +13,14 @@ namespace engram::tasks {
 class BatteryRack {
  public:
   // Appends the props to a scene.
-  BatteryRack(mjcf::Scene& scene, int batteries);
+  BatteryRack(mjcf::Scene& scene, const BatteryParams& params);
 
   void bind(const Bindings& bindings);
   // A new episode: every battery in its slot.
   void reset(int env, const Vec2& tray) const;
 
-  int batteries() const { return batteries_; }
+  const BatteryParams& params() const { return params_; }
+  int batteries() const { return params_.ACTIVE_BATTERY_COUNT; }
   int prop(int battery) const { return first_ + battery; }
   int tray_prop() const { return tray_; }
   int socket_prop() const { return socket_; }
@@ -51,7 +53,7 @@ class BatteryRack {
   bool is_free(int env, int battery, const Vec2& point) const;
   void teleport(int env, int battery, const Eigen::Vector3d& pos, bool clear) const;
 
-  int batteries_;
+  BatteryParams params_;
   int first_;  // index of the first battery's prop
   int tray_;
   int socket_;

@@ -17,7 +17,7 @@ CheckEvents check_step(const CheckInputs& inputs, CheckState& state) {
     events.insert = true;
     state.stage = STAGE_RETURN;
     state.active = events.socket_battery;
-    if (events.socket_works) state.afterglow = LAMP_AFTERGLOW_STEPS;
+    if (events.socket_works) state.afterglow = inputs.afterglow;
   }
   events.lamp = events.socket_works || state.afterglow > 0;
 
@@ -46,7 +46,8 @@ bool return_by_itself(CheckState& state, CheckEvents& events) {
   return true;
 }
 
-BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs, bool upstream) {
+BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs,
+                                  const SmoothnessParams& weights, bool upstream) {
   const auto nearness = [](double sharpness, double distance) {
     return distance < 0 ? 0.0 : 1 - real::tanh(sharpness * distance);
   };
@@ -60,7 +61,7 @@ BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs, bool upstre
   terms.newly_found = !upstream && events.newly_found;
   terms.wrong_press =
       inputs.pressed && inputs.stage != STAGE_CONFIRM && (upstream || !events.confirm);
-  terms.smooth = smoothness(inputs.haste, kBatterySmoothness);
+  terms.smooth = smoothness(inputs.haste, weights);
 
   double reward = -terms.smooth.penalty;
   if (inputs.stage == STAGE_INSERT) reward += 1.2 * terms.reach + 2.0 * terms.carry;

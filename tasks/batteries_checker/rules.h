@@ -18,8 +18,6 @@ inline int count(BatterySet set) { return std::popcount(set); }
 // The lowest index, -1 of an empty set.
 inline int lowest(BatterySet set) { return set == 0 ? -1 : std::countr_zero(set); }
 
-inline constexpr int LAMP_AFTERGLOW_STEPS = 7;
-
 // Stages, named by what has to be done next.
 inline constexpr int STAGE_INSERT = 0;
 inline constexpr int STAGE_RETURN = 1;
@@ -40,6 +38,7 @@ struct CheckInputs {
   BatterySet home = 0;       // released in their own slots
   BatterySet working = 0;
   bool pressed = false;  // a press of the button begins
+  int afterglow = 7;     // LAMP_AFTERGLOW_STEPS
 };
 
 struct CheckEvents {
@@ -60,8 +59,6 @@ CheckEvents check_step(const CheckInputs& inputs, CheckState& state);
 bool return_by_itself(CheckState& state, CheckEvents& events);
 
 inline constexpr double kBatterySuccessReward = 40;
-inline constexpr SmoothnessParams kBatterySmoothness = {
-    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.02, .QVEL_L2_COEF = 0.01};
 
 // Distances in m; negative where there is nothing to measure.
 struct BatteryRewardInputs {
@@ -116,6 +113,7 @@ void list_terms(Row& row, const BatteryRewardInputs& in, const BatteryRewardTerm
 }
 
 // upstream: with the three terms that differ from what is meant.
-BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs, bool upstream);
+BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs,
+                                  const SmoothnessParams& weights, bool upstream);
 
 }  // namespace engram::tasks

@@ -17,11 +17,15 @@ int Blinks::draw(const Episode& episode, int blinks) const {
   const auto steps = [](const double* pinned, int i, StepRange range, RandomStream& random) {
     return pinned != nullptr ? static_cast<int>(pinned[i]) : random.integer(range.low, range.high);
   };
+  StepRange on_steps = params_.BLINK_ON_STEPS;
+  StepRange off_steps = params_.BLINK_OFF_STEPS;
+  episode.narrow(kOnSteps, on_steps.low, on_steps.high);
+  episode.narrow(kOffSteps, off_steps.low, off_steps.high);
   const StepRange pre = params_.PRE_BLINK_OFF_STEPS;
   int end = episode.integer(kPreSteps, pre.low, pre.high);
   for (int i = 0; i < blinks; ++i) {
-    const int on = steps(pinned_on, i, BLINK_ON_STEPS, on_stream);
-    const int off = steps(pinned_off, i, BLINK_OFF_STEPS, off_stream);
+    const int on = steps(pinned_on, i, on_steps, on_stream);
+    const int off = steps(pinned_off, i, off_steps, off_stream);
     start_.row(env)[i] = end;
     length_.row(env)[i] = on;
     end += on + off;

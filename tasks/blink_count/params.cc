@@ -1,7 +1,10 @@
 #include "tasks/blink_count/params.h"
 
 #include <array>
+#include <cmath>
 
+#include "core/base/error.h"
+#include "core/base/join.h"
 #include "tasks/blink_count/reward.h"
 #include "tasks/parts/lamp.h"
 
@@ -10,23 +13,23 @@ namespace {
 
 std::vector<Draw> draws_of(const BlinkCountParams& params) {
   const int most = params.BLINK_COUNT_RANGE.high;
-  const auto steps = [](const char* name, int width, StepRange range, const char* what) {
-    return Draw{name,
-                width,
-                true,
-                static_cast<double>(range.low),
-                static_cast<double>(range.high),
-                "control steps",
-                what};
+  const auto steps = [](const char* name, int width, StepRange range, const char* what,
+                        const char* constant) {
+    Draw draw = range.draw(name, what, constant);
+    draw.width = width;
+    return draw;
   };
   return {
       {"target_blinks", 1, true, static_cast<double>(params.BLINK_COUNT_RANGE.low),
-       static_cast<double>(most), "", "blinks to count"},
+       static_cast<double>(most), "", "blinks to count", false, "BLINK_COUNT_RANGE"},
       {"button_x", 1, false, kButtonX[0], kButtonX[1], "m", "place of the red button"},
       {"button_y", 1, false, kButtonY[0], kButtonY[1], "m", "place of the red button"},
-      steps("pre_blink_off_steps", 1, params.PRE_BLINK_OFF_STEPS, "before the first blink"),
-      steps("blink_on_steps", most, BLINK_ON_STEPS, "length of every blink"),
-      steps("blink_off_steps", most, BLINK_OFF_STEPS, "darkness after every blink"),
+      steps("pre_blink_off_steps", 1, params.PRE_BLINK_OFF_STEPS, "before the first blink",
+            "PRE_BLINK_OFF_STEPS"),
+      steps("blink_on_steps", most, params.BLINK_ON_STEPS, "length of every blink",
+            "BLINK_ON_STEPS"),
+      steps("blink_off_steps", most, params.BLINK_OFF_STEPS, "darkness after every blink",
+            "BLINK_OFF_STEPS"),
   };
 }
 
@@ -38,8 +41,8 @@ ConstantTable constants_of(const BlinkCountParams& params) {
   ConstantTable table = {
       {"BLINK_COUNT_RANGE", params.BLINK_COUNT_RANGE.constant()},
       {"PRE_BLINK_OFF_STEPS", params.PRE_BLINK_OFF_STEPS.constant()},
-      {"BLINK_ON_STEPS", BLINK_ON_STEPS.constant()},
-      {"BLINK_OFF_STEPS", BLINK_OFF_STEPS.constant()},
+      {"BLINK_ON_STEPS", params.BLINK_ON_STEPS.constant()},
+      {"BLINK_OFF_STEPS", params.BLINK_OFF_STEPS.constant()},
       {"CONFIRM_BUTTON_Y_OFFSET", CONFIRM_BUTTON_Y_OFFSET},
   };
   add_lamp_constants(table);
@@ -51,14 +54,14 @@ ConstantTable constants_of(const BlinkCountParams& params) {
       {"DEFAULT_BLINK_COLOR", color_constant({0, 0, 1, 1})},
       {"PHASE_WAIT_COLOR", color_constant(PHASE_WAIT_COLOR)},
       {"PHASE_READY_COLOR", color_constant(PHASE_READY_COLOR)},
-      {"ACTION_L2_COEF", kBlinkSmoothness.ACTION_L2_COEF},
-      {"ACTION_DELTA_L2_COEF", kBlinkSmoothness.ACTION_DELTA_L2_COEF},
-      {"QVEL_L2_COEF", kBlinkSmoothness.QVEL_L2_COEF},
+      {"ACTION_L2_COEF", params.smoothness.ACTION_L2_COEF},
+      {"ACTION_DELTA_L2_COEF", params.smoothness.ACTION_DELTA_L2_COEF},
+      {"QVEL_L2_COEF", params.smoothness.QVEL_L2_COEF},
       {"SUCCESS_BONUS", SUCCESS_BONUS},
       {"FAILURE_PENALTY", FAILURE_PENALTY},
   };
   table.insert(table.end(), more.begin(), more.end());
-  add_constants(kRedButton, table);
+  add_constants(params.button, table);
   return table;
 }
 
@@ -75,7 +78,51 @@ std::vector<TaskOption> options() {
   return {component("blink_red", 0), component("blink_green", 0), component("blink_blue", 1)};
 }
 
+// Throws Error unless the two buttons stand apart, and no place is over both.
+void check_apart(const PressButtonParams& button) {
+  const auto require = [](const char* name, double value) {
+    if (2 * value <= CONFIRM_BUTTON_Y_OFFSET) return;
+    throw Error(Error::kInvalidArgument,
+                std::string("constant '") + name + "': " + shortest(value) +
+                    " given, at most half of the " + shortest(CONFIRM_BUTTON_Y_OFFSET) +
+                    " m between the two buttons allowed");
+  };
+  require("BUTTON_BASE_HALF_SIZE", button.shape.BUTTON_BASE_HALF_SIZE[1]);
+  require("BUTTON_PRESS_XY_RADIUS", button.BUTTON_PRESS_XY_RADIUS);
+}
+
 }  // namespace
+
+// --- what users may change ---
+
+void BlinkCountParams::constants(Changes& list) {
+  constexpr double kLongest = 1000;  // control steps
+  list.integer_range("BLINK_COUNT_RANGE", BLINK_COUNT_RANGE.low, BLINK_COUNT_RANGE.high, {1, 100},
+                     "", "blinks to count");
+  list.steps("PRE_BLINK_OFF_STEPS", PRE_BLINK_OFF_STEPS, {0, kLongest},
+             "darkness before the first blink");
+  list.steps("BLINK_ON_STEPS", BLINK_ON_STEPS, {1, kLongest}, "how long a blink is");
+  list.steps("BLINK_OFF_STEPS", BLINK_OFF_STEPS, {1, kLongest}, "darkness after every blink");
+  button.constants(list);
+  list.real("REQUIRED_LIFT_HEIGHT", button.REQUIRED_LIFT_HEIGHT, {0.02, 0.3}, "m",
+            "how far above the height of a press the tool has to rise until it counts");
+  smoothness.constants(list);
+}
+
+void BlinkCountParams::check(int horizon) const {
+  // Down and up again: in strokes at full speed, with time to turn.
+  const int per_press = static_cast<int>(std::lround(8 + 30 * button.REQUIRED_LIFT_HEIGHT));
+  button.check();
+  check_apart(button);
+  const int most = BLINK_COUNT_RANGE.high;
+  const std::string blinks = std::to_string(most) + " x (BLINK_ON_STEPS " +
+                             std::to_string(BLINK_ON_STEPS.high) + " + BLINK_OFF_STEPS " +
+                             std::to_string(BLINK_OFF_STEPS.high) + ")";
+  check_time(horizon,
+             {{"PRE_BLINK_OFF_STEPS", PRE_BLINK_OFF_STEPS.high},
+              {(blinks + " =").c_str(), most * (BLINK_ON_STEPS.high + BLINK_OFF_STEPS.high)}},
+             per_press * (most + 1));
+}
 
 void describe_blink_count(const BlinkCountParams& params, TaskInfo& info) {
   info.candidates = params.BLINK_COUNT_RANGE.high - params.BLINK_COUNT_RANGE.low + 1;

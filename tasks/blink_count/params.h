@@ -8,6 +8,7 @@
 #include "tasks/family.h"
 #include "tasks/parts/phase_clock.h"
 #include "tasks/parts/press_button.h"
+#include "tasks/parts/smoothness.h"
 
 namespace engram::tasks {
 
@@ -15,6 +16,14 @@ struct BlinkCountParams {
   TaskRow task;
   StepRange BLINK_COUNT_RANGE;
   StepRange PRE_BLINK_OFF_STEPS;
+  StepRange BLINK_ON_STEPS{3, 3};
+  StepRange BLINK_OFF_STEPS{3, 5};
+  PressButtonParams button = {};  // the red one; the black one differs in its colours
+  SmoothnessParams smoothness = {
+      .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
+
+  void constants(Changes& list);
+  void check(int horizon) const;
 };
 
 inline constexpr std::array<BlinkCountParams, 6> kBlinkVariants = {{
@@ -26,19 +35,12 @@ inline constexpr std::array<BlinkCountParams, 6> kBlinkVariants = {{
     {{"BlinkCountButtonPressHard-Long-VLA-v0", 1200, Split::kLong}, {20, 30}, {5, 50}},
 }};
 
-inline constexpr StepRange BLINK_ON_STEPS{3, 3};
-inline constexpr StepRange BLINK_OFF_STEPS{3, 5};
 inline constexpr double CONFIRM_BUTTON_Y_OFFSET = 0.16;   // m
 inline constexpr double INDICATOR_FORWARD_OFFSET = 0.22;  // m
 inline constexpr double PHASE_INDICATOR_X_OFFSET = 0.2;   // m, towards -y despite its name
 inline constexpr double INDICATOR_HEIGHT = 0;             // m
 inline constexpr double kButtonX[2] = {-0.15, -0.05};     // m: where the red button may stand
 inline constexpr double kButtonY[2] = {-0.12, 0.12};      // m
-
-inline constexpr PressButtonParams kRedButton;
-inline constexpr PressButtonParams kBlackButton = {
-    .shape = {.base_rgba = {40 / 255.0, 40 / 255.0, 40 / 255.0, 1},
-              .cap_rgba = {20 / 255.0, 20 / 255.0, 20 / 255.0, 1}}};
 
 inline constexpr mjcf::Rgba PHASE_WAIT_COLOR = {1, 0, 0, 1};
 inline constexpr mjcf::Rgba PHASE_READY_COLOR = {0, 1, 0, 1};

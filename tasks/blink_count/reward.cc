@@ -35,7 +35,8 @@ double weighted_sum(const BlinkRewardInputs& in, const BlinkRewardTerms& terms) 
 
 }  // namespace
 
-BlinkRewardTerms blink_reward(const BlinkRewardInputs& in, const PressButtonParams& button) {
+BlinkRewardTerms blink_reward(const BlinkRewardInputs& in, const BlinkCountParams& params) {
+  const PressButtonParams& button = params.button;
   BlinkRewardTerms terms;
   const double acting = flag(in.acting);
   terms.cue = 1 - acting;
@@ -55,7 +56,7 @@ BlinkRewardTerms blink_reward(const BlinkRewardInputs& in, const PressButtonPara
 
   terms.black_reach = near(in.black_cap_distance);
   terms.black_press = share(in.black_depth / button.BUTTON_CAP_TRAVEL);
-  terms.smooth = smoothness(in.haste, kBlinkSmoothness);
+  terms.smooth = smoothness(in.haste, params.smoothness);
   terms.reward = in.success ? SUCCESS_BONUS : weighted_sum(in, terms);
   return terms;
 }

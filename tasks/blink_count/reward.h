@@ -1,6 +1,7 @@
 // The dense reward of BlinkCountButtonPress (docs/tasks/blink_count.md).
 #pragma once
 
+#include "tasks/blink_count/params.h"
 #include "tasks/parts/press_button.h"
 #include "tasks/parts/smoothness.h"
 
@@ -8,8 +9,6 @@ namespace engram::tasks {
 
 inline constexpr double SUCCESS_BONUS = 30.0;
 inline constexpr double FAILURE_PENALTY = 25.0;
-inline constexpr SmoothnessParams kBlinkSmoothness = {
-    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
 
 // Everything after the evaluation of the step.
 struct BlinkRewardInputs {
@@ -53,7 +52,7 @@ struct BlinkRewardTerms {
   double reward = 0;
 };
 
-BlinkRewardTerms blink_reward(const BlinkRewardInputs& inputs, const PressButtonParams& button);
+BlinkRewardTerms blink_reward(const BlinkRewardInputs& inputs, const BlinkCountParams& params);
 
 // The terms of info "reward_dict", name beside value.
 template <class Row>

@@ -26,6 +26,12 @@ constexpr double kBlinkEmission = 20;
 constexpr double kPhaseEmission = 3;
 constexpr double kTravelHeight = 0.13;  // m: well above both buttons' press zones
 
+PressButtonParams in_black(PressButtonParams button) {
+  button.shape.base_rgba = {40 / 255.0, 40 / 255.0, 40 / 255.0, 1};
+  button.shape.cap_rgba = {20 / 255.0, 20 / 255.0, 20 / 255.0, 1};
+  return button;
+}
+
 // One component above 1 tells that all are of 0 to 255.
 mjcf::Rgba blink_color(std::span<const double> options) {
   const double scale = *std::max_element(options.begin(), options.end()) > 1 ? 255.0 : 1.0;
@@ -37,8 +43,8 @@ class BlinkCount final : public FamilyBase {
   BlinkCount(const RegistryEntry& entry, const BlinkCountParams& params)
       : FamilyBase(entry),
         params_(params),
-        red_(scene_, "button", kRedButton),
-        black_(scene_, "confirm_button", kBlackButton),
+        red_(scene_, "button", params.button),
+        black_(scene_, "confirm_button", in_black(params.button)),
         blink_lamp_(scene_, "blink_lamp"),
         phase_lamp_(scene_, "phase_lamp"),
         blinks_(params) {
@@ -118,7 +124,7 @@ class BlinkCount final : public FamilyBase {
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const BlinkRewardInputs in = reward_inputs(env);
-      const BlinkRewardTerms terms = blink_reward(in, kRedButton);
+      const BlinkRewardTerms terms = blink_reward(in, params_);
       *out.row(env) = static_cast<float>(terms.reward);
       reward_dict_.note(env, [&](auto& row) { list_blink_terms(row, in, terms); });
     }

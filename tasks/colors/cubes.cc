@@ -1,48 +1,122 @@
 #include "tasks/colors/cubes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
 
+#include "core/base/error.h"
+#include "core/base/join.h"
 #include "core/base/real_functions.h"
 #include "tasks/parts/colors.h"
+#include "tasks/parts/overlap_guard.h"
 #include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 namespace {
 
-Layout arc_slots() {
+// Slots and colours are counted from the middle of their row.
+double from_middle(int index, int count) { return index - 0.5 * (count - 1); }
+
+Layout arc_slots(int count) {
   Layout slots;
-  for (int slot = 0; slot < COLORS; ++slot) {
-    const double angle = 1.15 * std::numbers::pi * (slot - 4) / COLORS;
-    slots.push_back({0.3 * real::cos(angle) + kArcX, 0.3 * real::sin(angle) + 0.018 * (slot - 4)});
+  for (int slot = 0; slot < count; ++slot) {
+    const double step = from_middle(slot, count);
+    const double angle = 1.15 * std::numbers::pi * step / count;
+    slots.push_back({0.3 * real::cos(angle) + kArcX, 0.3 * real::sin(angle) + 0.018 * step});
   }
   return slots;
 }
 
 // Where Bunch shows the cube of a colour; it tells nothing of where the cube will stand.
-Vec2 bunch_cue_position(int color) {
-  const double angle = std::numbers::pi * (color - 4) / COLORS;
-  return {0.22 * real::cos(angle), 0.22 * real::sin(angle) - 0.015 * (color - 4)};
+Vec2 bunch_cue_position(int color, int count) {
+  const double step = from_middle(color, count);
+  const double angle = std::numbers::pi * step / count;
+  return {0.22 * real::cos(angle), 0.22 * real::sin(angle) - 0.015 * step};
+}
+
+// Where cubes may be seen together in the cue.
+Layout cue_places(const ColorRecallParams& params) {
+  Layout places;
+  if (params.rule != ColorRule::kBunch) {
+    places.push_back(Vec2::Zero());
+    return places;
+  }
+  for (int color = 0; color < params.COLORS; ++color) {
+    places.push_back(bunch_cue_position(color, params.COLORS));
+  }
+  return places;
+}
+
+Layout draw_places(const Layout& arc, double half_size, RandomStream& random) {
+  return assign_slots(jitter_slots(arc, half_size, random), random);
+}
+
+// The place of the button. position: gives those of the cubes.
+template <class Position>
+Vec2 amid(int count, const Position& position) {
+  Vec2 center(BUTTON_X_SHIFT_TOWARD_ROBOT, 0);
+  for (int i = 0; i < count; ++i) center += position(i) / count;
+  return center;
+}
+
+std::string millimetres(double metres) {
+  return std::to_string(std::lround(1000 * metres)) + " mm";
 }
 
 }  // namespace
 
+void check_places(const ColorRecallParams& params) {
+  constexpr int kLayouts = 20;
+  const double size = params.CUBE_HALFSIZE;
+  const double reach = params.button.shape.BUTTON_BASE_HALF_SIZE[0] + size + kMinClearance;
+  const Layout arc = arc_slots(params.COLORS);
+  const Layout cue = cue_places(params);
+  const auto gap = [size](std::size_t, std::size_t, const Vec2& offset) {
+    return square_clearance(size, offset);
+  };
+  bool apart = is_clear(cue, gap);
+  bool beside = true;
+  for (int i = 0; i < kLayouts; ++i) {
+    RandomStream random(0, static_cast<std::uint64_t>(i), 0);
+    const Layout places = draw_places(arc, size, random);
+    const auto place_of = [&](int color) { return places[static_cast<std::size_t>(color)]; };
+    const Vec2 button = amid(params.COLORS, place_of);
+    const auto clear_of_button = [&](const Vec2& place) {
+      return (place - button).cwiseAbs().maxCoeff() >= reach;
+    };
+    apart = apart && is_clear(places, gap);
+    beside = beside && std::ranges::all_of(places, clear_of_button) &&
+             std::ranges::all_of(cue, clear_of_button);
+  }
+  if (apart && beside) return;
+  const std::string cubes = std::to_string(params.COLORS) + " cubes of CUBE_HALFSIZE " +
+                            shortest(size) + " m do not stand apart";
+  if (apart) {
+    throw Error(Error::kInvalidArgument,
+                cubes + " from the button, which is in the middle of their places");
+  }
+  throw Error(Error::kInvalidArgument,
+              cubes + ": they are " + millimetres(2 * size) + " wide, and their places " +
+                  millimetres(std::min(least_distance(arc), least_distance(cue))) +
+                  " from one another");
+}
+
 ColorCubes::ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params)
-    : params_(params), arc_(arc_slots()) {
-  for (int color = 0; color < COLORS; ++color) {
+    : params_(params), arc_(arc_slots(params.COLORS)) {
+  for (int color = 0; color < count(); ++color) {
     const auto index = static_cast<std::size_t>(color);
-    mjcf::Prop cube = mjcf::cube("cube_" + std::to_string(color), CUBE_HALFSIZE,
+    mjcf::Prop cube = mjcf::cube("cube_" + std::to_string(color), params.CUBE_HALFSIZE,
                                  to_rgba(COLOR_MAPPING[index].rgba));
     // Apart, so that the document by itself shows all of them.
-    cube.pos = {arc_[index].x(), arc_[index].y(), CUBE_HALFSIZE};
+    cube.pos = {arc_[index].x(), arc_[index].y(), params.CUBE_HALFSIZE};
     scene.props.push_back(std::move(cube));
   }
 }
 
 void ColorCubes::bind(const Bindings& bindings) {
   engine_ = bindings;
-  positions_ = bindings.memory->add<double>("positions", 2 * COLORS, "m");
+  positions_ = bindings.memory->add<double>("positions", 2 * count(), "m");
 }
 
 // --- sampling ---
@@ -50,15 +124,18 @@ void ColorCubes::bind(const Bindings& bindings) {
 void ColorCubes::reset(const Episode& episode) const {
   double* positions = positions_.row(episode.env());
   if (const double* pinned = episode.pinned(kPositions)) {
-    std::copy_n(pinned, 2 * COLORS, positions);
+    std::copy_n(pinned, 2 * count(), positions);
     return;
   }
   RandomStream random = episode.stream(kPositions);
-  const Layout jittered = jitter_slots(arc_, random);
-  for (const Vec2& place : assign_slots(jittered, random)) {
+  for (const Vec2& place : draw_places(arc_, params_.CUBE_HALFSIZE, random)) {
     *positions++ = place.x();
     *positions++ = place.y();
   }
+}
+
+Vec2 ColorCubes::button_center(int env) const {
+  return amid(count(), [&](int color) { return slot(env, color); });
 }
 
 // --- phases ---
@@ -67,7 +144,7 @@ void ColorCubes::show_cue(int env, std::span<const std::int32_t> sequence, int e
                           int cue_steps) const {
   if (params_.rule == ColorRule::kBunch) {
     if (elapsed == 0) hide_all(env, {});
-    for (const std::int32_t color : sequence) place(env, color, bunch_cue_position(color));
+    for (const std::int32_t color : sequence) place(env, color, bunch_cue_position(color, count()));
     return;
   }
   // In a made-up snapshot the cue need not be a multiple of its items.
@@ -79,7 +156,7 @@ void ColorCubes::show_cue(int env, std::span<const std::int32_t> sequence, int e
 }
 
 void ColorCubes::hide_all(int env, std::span<const std::int32_t> past) const {
-  for (int color = 0; color < COLORS; ++color) {
+  for (int color = 0; color < count(); ++color) {
     const bool middle = params_.rule == ColorRule::kBunch ||
                         std::find(past.begin(), past.end(), color) != past.end();
     const Vec2 at = middle ? Vec2(0, 0) : slot(env, color);
@@ -89,24 +166,24 @@ void ColorCubes::hide_all(int env, std::span<const std::int32_t> past) const {
 }
 
 void ColorCubes::show_all(int env) const {
-  for (int color = 0; color < COLORS; ++color) place(env, color, slot(env, color));
+  for (int color = 0; color < count(); ++color) place(env, color, slot(env, color));
 }
 
 void ColorCubes::place(int env, int color, const Vec2& at) const {
-  const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
+  const double pos[3] = {at.x(), at.y(), params_.CUBE_HALFSIZE};
   engine_.state->place_prop(env, color, pos, kUprightQuat);
 }
 
 ColorCubes::Displacement ColorCubes::displacement(int env) const {
   double sum = 0;
   double largest = 0;
-  for (int color = 0; color < COLORS; ++color) {
+  for (int color = 0; color < count(); ++color) {
     const double* pos = engine_.state->prop_pos_of(env, color);
     const double distance = (Vec2(pos[0], pos[1]) - slot(env, color)).norm();
     sum += distance;
     largest = std::max(largest, distance);
   }
-  return {.mean = sum / COLORS, .largest = largest};
+  return {.mean = sum / count(), .largest = largest};
 }
 
 }  // namespace engram::tasks

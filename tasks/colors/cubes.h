@@ -1,4 +1,4 @@
-// The nine cubes, one of each colour: where they stand, and when they show.
+// The cubes, nine or fewer, one of each colour: where they stand, and when they show.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,9 @@ namespace engram::tasks {
 
 inline constexpr double kArcX = -0.25;  // m: centre of the arc on which the cubes stand
 
+// Throws Error unless all cubes stand apart from each other and from the button, in every phase.
+void check_places(const ColorRecallParams& params);
+
 class ColorCubes {
  public:
   // Appends the cubes to the scene. They are its first props, so that colours are indices.
@@ -22,6 +25,8 @@ class ColorCubes {
   // Draws where the cubes stand in the action phase.
   void reset(const Episode& episode) const;
 
+  // Between the cubes' places, nearer to the robot.
+  Vec2 button_center(int env) const;
   // Where a cube stands in the action phase.
   Vec2 slot(int env, int color) const {
     return {positions_.row(env)[2 * color], positions_.row(env)[2 * color + 1]};
@@ -43,12 +48,13 @@ class ColorCubes {
   Displacement displacement(int env) const;
 
  private:
+  int count() const { return params_.COLORS; }
   void place(int env, int color, const Vec2& at) const;
 
   ColorRecallParams params_;
   Layout arc_;
   Bindings engine_;
-  Column<double> positions_;  // (COLORS * 2) m
+  Column<double> positions_;  // (count * 2) m
 };
 
 }  // namespace engram::tasks

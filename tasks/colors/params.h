@@ -7,7 +7,7 @@
 #include "core/task.h"
 #include "tasks/colors/rules.h"
 #include "tasks/family.h"
-#include "tasks/parts/phase_clock.h"
+#include "tasks/parts/changes.h"
 #include "tasks/parts/press_button.h"
 
 namespace engram::tasks {
@@ -16,9 +16,19 @@ struct ColorRecallParams {
   TaskRow task;
   ColorRule rule;
   int SEQUENCE_LENGTH;
-  StepRange cue;  // Bunch: of the whole cue; Seq and Chain: of every item
+  StepRange cue;  // Bunch: CUE_PHASE_STEPS, of the whole cue; else CUE_STEP_DURATION, of every item
   StepRange EMPTY_PHASE_STEPS;
+  int COLORS = 9;               // cubes, in the first so many colours of the colour table
+  double GOAL_THRESH = 0.05;    // m
+  double CUBE_HALFSIZE = 0.02;  // m
+  SmoothnessParams smoothness = {};
   PressButtonParams button = {};
+
+  // How many times the cue lasts as long as is drawn.
+  int cue_items() const { return rule == ColorRule::kBunch ? 1 : SEQUENCE_LENGTH; }
+
+  void constants(Changes& list);
+  void check(int horizon) const;
 };
 
 inline constexpr StepRange kShortCue{1, 5};
@@ -59,12 +69,9 @@ inline constexpr std::array<ColorRecallParams, 6> kBunchVariants = {{
     {{"BunchOfColors7-VLA-v0", 400, Split::kMedium}, ColorRule::kBunch, 7, kShortCue, kShortEmpty},
 }};
 
-inline constexpr int COLORS = 9;
-inline constexpr double CUBE_HALFSIZE = 0.02;                  // m
 inline constexpr double MAX_ALLOWED_CUBE_DISPLACEMENT = 0.06;  // m
 inline constexpr double BUTTON_X_SHIFT_TOWARD_ROBOT = -0.04;   // m
 inline constexpr double kHiddenHeight = 1000;                  // reported while a cube is hidden
-inline constexpr SmoothnessParams kColorSmoothness;            // no weight on anything
 
 // What an episode samples, in the order of TaskInfo::draws, and the options.
 enum ColorDraw { kSequence, kPositions, kCueSteps, kEmptySteps };

@@ -11,6 +11,7 @@
 #include "tasks/parts/blind_guess.h"
 #include "tasks/parts/colors.h"
 #include "tasks/parts/family_base.h"
+#include "tasks/parts/phase_clock.h"
 #include "tasks/parts/reward_dict.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/touch_latch.h"
@@ -19,7 +20,9 @@
 namespace engram::tasks {
 namespace {
 
-constexpr double kTouchHeight = CUBE_HALFSIZE + 0.005;  // of touch points above a cube's centre
+using Permutation = std::array<std::int32_t, COLOR_MAPPING.size()>;
+
+constexpr double kTouchGap = 0.005;       // m: touch points are that far above a cube
 constexpr int kStabiliseSteps = 5;        // in which cubes are put back after they appear
 constexpr double kTravelHeight = 0.115;   // m: the TCP between two touches touches nothing
 constexpr double kMostAboveTouch = 0.02;  // m: clear of the cube, even when it overshoots
@@ -31,8 +34,8 @@ class ColorRecall final : public FamilyBase {
         params_(params),
         rule_(params.rule),
         cubes_(scene_, params),
-        touch_(
-            {COLORS, kTouchHeight, params.rule == ColorRule::kBunch ? 0 : params.SEQUENCE_LENGTH}),
+        touch_({params.COLORS, params.CUBE_HALFSIZE + kTouchGap,
+                params.rule == ColorRule::kBunch ? 0 : params.SEQUENCE_LENGTH}),
         button_(scene_, "center_button", params.button) {
     describe_color_recall(params, info_);
     info_.reward_terms =
@@ -53,7 +56,7 @@ class ColorRecall final : public FamilyBase {
     button_.bind(bindings);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     sequence_ = memory.add<std::int32_t>("sequence", params_.SEQUENCE_LENGTH);
-    memory.limit("sequence", 0, COLORS - 1);
+    memory.limit("sequence", 0, params_.COLORS - 1);
     cubes_.bind(bindings);
     goal_ = memory.add<double>("obj_to_goal_pos", 3, "m");
     displacement_ = memory.add<double>("displacement", 2, "m", "mean, largest");
@@ -68,14 +71,10 @@ class ColorRecall final : public FamilyBase {
     const int env = episode.env();
     draw_sequence(episode);
     cubes_.reset(episode);
-    const int items = params_.rule == ColorRule::kBunch ? 1 : params_.SEQUENCE_LENGTH;
-    clock_.reset(env, items * episode.integer(kCueSteps, params_.cue.low, params_.cue.high),
-                 episode.integer(kEmptySteps, params_.EMPTY_PHASE_STEPS.low,
-                                 params_.EMPTY_PHASE_STEPS.high));
+    clock_.reset(env, params_.cue_items() * params_.cue.sample(episode, kCueSteps),
+                 params_.EMPTY_PHASE_STEPS.sample(episode, kEmptySteps));
     touch_.reset(env);
-    Vec2 center(BUTTON_X_SHIFT_TOWARD_ROBOT, 0);
-    for (int color = 0; color < COLORS; ++color) center += cubes_.slot(env, color) / COLORS;
-    button_.reset(env, center);
+    button_.reset(env, cubes_.button_center(env));
   }
 
   // --- phases ---
@@ -142,7 +141,7 @@ class ColorRecall final : public FamilyBase {
       in.success = engine_.success[env] != 0;
       in.displaced = strong_displacement_[env] != 0;
       in.robot_static = is_robot_static_[env] != 0;
-      const ColorRewardTerms terms = color_reward(in, kColorSmoothness);
+      const ColorRewardTerms terms = color_reward(in, params_.smoothness);
       *out.row(env) = static_cast<float>(terms.reward);
       reward_dict_.note(env, [&](auto& row) { list_color_terms(row, rule_, in, terms); });
     }
@@ -166,7 +165,7 @@ class ColorRecall final : public FamilyBase {
               [&] { return button_pressed_[env]; });
     int next = -1;
     if constexpr (std::is_same_v<Row, RowWriter>) next = next_target(env);
-    for (int color = 0; color < COLORS; ++color) {
+    for (int color = 0; color < params_.COLORS; ++color) {
       row.field(NumberedName{"cube_", color, "_pose"}, 3, "m", "position",
                 [&] { return engine_.state->prop_pos_of(env, color); });
       row.field(NumberedName{"touched_", color, ""}, 1, "", "has been touched",
@@ -187,7 +186,7 @@ class ColorRecall final : public FamilyBase {
         hold_tool(kGripperOpen, action);
         continue;
       }
-      std::array<std::int32_t, COLORS> guessed{};
+      Permutation guessed{};
       std::span<const std::int32_t> targets = sequence(env);
       if (blind) targets = guess(env, guessed);
       const int color = choose(env, targets);
@@ -240,7 +239,9 @@ class ColorRecall final : public FamilyBase {
     return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
   }
   TouchTally count_touches(int env) const {
-    return tally_touches(rule_, sequence(env), {touch_.touched(env), COLORS}, touch_.order(env));
+    return tally_touches(rule_, sequence(env),
+                         {touch_.touched(env), static_cast<std::size_t>(params_.COLORS)},
+                         touch_.order(env));
   }
   // The colour to be touched next, -1: none.
   int next_target(int env) const { return is_acting(env) ? count_touches(env).next : -1; }
@@ -252,8 +253,8 @@ class ColorRecall final : public FamilyBase {
                      [](double value) { return static_cast<std::int32_t>(value); });
       return;
     }
-    std::array<int, COLORS> colors{};
-    episode.stream(kSequence).permutation(colors);
+    Permutation storage{};
+    const std::span colors = shuffled(storage, episode.stream(kSequence));
     std::copy_n(colors.begin(), params_.SEQUENCE_LENGTH, sequence);
   }
 
@@ -297,11 +298,16 @@ class ColorRecall final : public FamilyBase {
   }
 
   // What an agent without memory would touch, one after another.
-  std::span<const std::int32_t> guess(int env, std::array<std::int32_t, COLORS>& storage) const {
-    const State& state = *engine_.state;
-    RandomStream random = blind_guess(state, env);
-    random.permutation(storage);
-    return std::span(storage).first(static_cast<std::size_t>(params_.SEQUENCE_LENGTH));
+  std::span<const std::int32_t> guess(int env, Permutation& storage) const {
+    return shuffled(storage, blind_guess(*engine_.state, env))
+        .first(static_cast<std::size_t>(params_.SEQUENCE_LENGTH));
+  }
+
+  // All colours in a random order.
+  std::span<const std::int32_t> shuffled(Permutation& storage, RandomStream random) const {
+    const auto colors = std::span(storage).first(static_cast<std::size_t>(params_.COLORS));
+    random.permutation(colors);
+    return colors;
   }
 
   ColorRecallParams params_;

@@ -14,21 +14,15 @@ constexpr double kClearance = 0.06;     // m above a cube that was left
 constexpr double kOpening = 0.44;       // 26 mm per finger: clear of the neighbours
 constexpr Lean kLean{.reach = 0.77, .per_metre = 4.0, .most = 0.12};
 
-// A grid around the middle of the disc, the far end last. The fingers close along y, so the rows
-// need more room.
 Eigen::Vector3d place_of(int cube, const Vec2& disc) {
-  static constexpr std::array<std::array<int, 2>, kMaxCubes> kOrder = {
-      {{0, 0}, {-1, 0}, {1, 0}, {-1, -1}, {0, -1}, {-1, 1}, {0, 1}, {1, -1}, {1, 1}}};
-  constexpr double kPitchX = 0.052;  // m
-  constexpr double kPitchY = 0.066;  // m
-  const auto& [column, row] = kOrder[static_cast<std::size_t>(cube)];
-  return {disc.x() + column * kPitchX, disc.y() + row * kPitchY, kOnDisc};
+  const Vec2 place = disc + place_on_disc(cube);
+  return {place.x(), place.y(), kOnDisc};
 }
 
-bool has_landed(const Eigen::Vector3d& cube, const Vec2& disc) {
+bool has_landed(const Eigen::Vector3d& cube, const Vec2& disc, double threshold) {
   constexpr double kRim = 0.005;  // m
   const Eigen::Vector3d offset = cube - Eigen::Vector3d(disc.x(), disc.y(), kOnDisc);
-  return offset.head<2>().norm() < DISC_ON_THRESH - kRim && std::abs(offset.z()) < kRim;
+  return offset.head<2>().norm() < threshold - kRim && std::abs(offset.z()) < kRim;
 }
 
 // Only the cube between the fingers has to be left; others may stand close by.
@@ -53,7 +47,7 @@ bool GatherOracle::bring_cubes(const State& state, int env, const Vec2& disc, fl
     Grip grip{.prop = cube, .opening = kOpening, .travel_height = kTravelHeight};
     if (!is_held(state, env, cube)) {
       grip.tool = lean_outwards(tool_for_cube(state, env, cube), pos, kLean);
-      if (has_landed(pos, disc)) {
+      if (has_landed(pos, disc, threshold_)) {
         if (!leave_cube(state, env, grip, action)) return false;
         continue;
       }

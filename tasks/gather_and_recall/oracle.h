@@ -18,8 +18,8 @@ struct GatherGoal {
 
 class GatherOracle {
  public:
-  GatherOracle(int cubes, const std::array<PressButton, kColors>& buttons)
-      : cubes_(cubes), buttons_(buttons) {}
+  GatherOracle(const GatherParams& params, const std::array<PressButton, kColors>& buttons)
+      : cubes_(params.N_CUBES), threshold_(params.DISC_ON_THRESH), buttons_(buttons) {}
 
   void act(const State& state, int env, const GatherGoal& goal, float* action) const;
 
@@ -29,6 +29,7 @@ class GatherOracle {
   void press(const State& state, int env, const GatherGoal& goal, float* action) const;
 
   int cubes_;
+  double threshold_;  // m: DISC_ON_THRESH
   const std::array<PressButton, kColors>& buttons_;
 };
 

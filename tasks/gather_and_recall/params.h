@@ -6,7 +6,11 @@
 #include "core/task.h"
 #include "mjcf/prop.h"
 #include "tasks/family.h"
+#include "tasks/gather_and_recall/rules.h"
+#include "tasks/parts/changes.h"
+#include "tasks/parts/layout.h"
 #include "tasks/parts/press_button.h"
+#include "tasks/parts/smoothness.h"
 #include "tasks/parts/step_range.h"
 
 namespace engram::tasks {
@@ -14,6 +18,14 @@ namespace engram::tasks {
 struct GatherParams {
   TaskRow task;
   int N_CUBES;
+  StepRange FLASH_DURATION_STEPS{8, 14};
+  double DISC_RADIUS = 0.12;     // m
+  double DISC_ON_THRESH = 0.10;  // m from the disc's centre
+  SmoothnessParams smoothness = kGatherSmoothness;
+
+  void constants(Changes& list);
+  // Throws Error unless the disc has room for the cubes, and the episode time.
+  void check(int horizon) const;
 };
 
 inline constexpr std::array<GatherParams, 5> kGatherVariants = {{
@@ -29,7 +41,6 @@ inline constexpr int kColors = 3;
 inline constexpr std::array<mjcf::Rgba, kColors> FLASH_COLORS = {
     {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}}};
 inline constexpr double CUBE_HALF_SIZE = 0.02;                 // m
-inline constexpr double DISC_RADIUS = 0.12;                    // m
 inline constexpr double DISC_HALF_HEIGHT = 0.003;              // m
 inline constexpr double BUTTON_SPACING = 0.14;                 // m
 inline constexpr double BUTTON_X_OFFSET_FROM_DISC = -0.22;     // m
@@ -38,8 +49,8 @@ inline constexpr double DISC_Y_MIN = 0.10, DISC_Y_MAX = 0.18;  // m
 inline constexpr double LAMP_X_OFFSET_FROM_DISC = 0.24;        // m
 inline constexpr double LAMP_Y_OFFSET_FROM_DISC = 0.06;        // m
 inline constexpr double GRASP_THRESH = 0.05;                   // m
-inline constexpr StepRange FLASH_DURATION_STEPS{8, 14};
-inline constexpr double kJitter = 0.005;  // m
+inline constexpr double kJitter = 0.005;                       // m
+inline constexpr double kPlaceMargin = 0.011;  // m: how far from its place a cube may come to rest
 inline constexpr double kOnDisc =
     2 * DISC_HALF_HEIGHT + CUBE_HALF_SIZE;  // m: height of a placed cube
 inline constexpr mjcf::Rgba kDiscColor = {160 / 255.0, 160 / 255.0, 170 / 255.0, 1};
@@ -56,6 +67,10 @@ PressButtonParams gather_button(int color);
 int most_triggers(int cubes);
 
 // Fills in what is constant about a variant, apart from reward terms and state fields.
-void describe_gather(int cubes, TaskInfo& info);
+void describe_gather(const GatherParams& params, TaskInfo& info);
+
+// Where a cube is brought, from the disc's centre: a grid around the middle, the far end last. The
+// fingers close along y, so the rows need more room.
+Vec2 place_on_disc(int cube);
 
 }  // namespace engram::tasks

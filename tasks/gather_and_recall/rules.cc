@@ -16,9 +16,10 @@ Vec2 cluster_place(int cube, int cubes, double half_size, const Vec2& disc) {
           CUBE_CLUSTER_CENTER_Y + (row - (rows - 1) / 2.0) * spacing};
 }
 
-bool is_on_disc(const Eigen::Vector3d& pos, const Eigen::Vector3d& velocity, const Vec2& disc) {
+bool is_on_disc(const Eigen::Vector3d& pos, const Eigen::Vector3d& velocity, const Vec2& disc,
+                double threshold) {
   constexpr double kCeiling = 0.5;  // m
-  return (pos.head<2>() - disc).norm() < DISC_ON_THRESH && pos.z() < kCeiling &&
+  return (pos.head<2>() - disc).norm() < threshold && pos.z() < kCeiling &&
          velocity.norm() < CUBE_VEL_THRESH;
 }
 
@@ -32,7 +33,7 @@ GatherRewardTerms gather_reward(const GatherRewardInputs& inputs) {
   terms.reaching = 1 - real::tanh(8 * inputs.goal_distance);
   terms.progress = static_cast<double>(inputs.cubes_on_disc) / inputs.cubes;
   terms.press = inputs.all_on_disc ? std::clamp(inputs.correct_depth, 0.0, 1.0) : 0.0;
-  terms.smooth = smoothness(inputs.haste, kGatherSmoothness);
+  terms.smooth = smoothness(inputs.haste, inputs.smoothness);
   terms.reward = 2 * terms.reaching + 10 * terms.progress + 5 * terms.press - terms.smooth.penalty;
   if (inputs.all_on_disc) terms.reward += 3 * terms.reaching;
   if (inputs.failed) terms.reward = -FAILURE_PENALTY;

@@ -9,7 +9,6 @@
 
 namespace engram::tasks {
 
-inline constexpr double DISC_ON_THRESH = 0.10;   // m from the disc's centre
 inline constexpr double CUBE_VEL_THRESH = 0.15;  // m/s
 inline constexpr double CUBE_CLUSTER_SPACING_SCALE = 4.5;
 inline constexpr double CUBE_CLUSTER_X_OFFSET = -0.08;  // m from the disc
@@ -23,7 +22,8 @@ inline constexpr SmoothnessParams kGatherSmoothness = {
 Vec2 cluster_place(int cube, int cubes, double half_size, const Vec2& disc);
 
 // Whether a cube counts as on the disc. One that is carried slowly above it does too.
-bool is_on_disc(const Eigen::Vector3d& pos, const Eigen::Vector3d& velocity, const Vec2& disc);
+bool is_on_disc(const Eigen::Vector3d& pos, const Eigen::Vector3d& velocity, const Vec2& disc,
+                double threshold = 0.10);
 
 // The one flash of an episode.
 struct Flash {
@@ -43,6 +43,7 @@ struct GatherRewardInputs {
   Haste haste;
   bool failed = false;
   bool success = false;
+  SmoothnessParams smoothness = kGatherSmoothness;
 };
 
 struct GatherRewardTerms {

@@ -24,14 +24,15 @@ class GatherAndRecall final : public FamilyBase {
  public:
   GatherAndRecall(const RegistryEntry& entry, const GatherParams& params)
       : FamilyBase(entry),
+        params_(params),
         cubes_(params.N_CUBES),
-        disc_(add_cubes_and_disc(scene_, cubes_)),
+        disc_(add_cubes_and_disc(scene_, params)),
         buttons_{PressButton(scene_, "button_red", gather_button(0)),
                  PressButton(scene_, "button_green", gather_button(1)),
                  PressButton(scene_, "button_blue", gather_button(2))},
         lamp_(scene_, "lamp"),
-        oracle_(cubes_, buttons_) {
-    describe_gather(cubes_, info_);
+        oracle_(params, buttons_) {
+    describe_gather(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
   }
@@ -67,7 +68,7 @@ class GatherAndRecall final : public FamilyBase {
     const int env = episode.env();
     flash_color_[env] = episode.integer(kFlashColor, 0, kColors - 1);
     trigger_count_[env] = episode.integer(kTriggerCount, 1, most_triggers(cubes_));
-    duration_[env] = FLASH_DURATION_STEPS.sample(episode, kDuration);
+    duration_[env] = params_.FLASH_DURATION_STEPS.sample(episode, kDuration);
     const Vec2 disc(episode.real(kDiscX, DISC_X_MIN, DISC_X_MAX),
                     episode.real(kDiscY, DISC_Y_MIN, DISC_Y_MAX));
     Eigen::Map<Vec2>(disc_xy_.row(env)) = disc;
@@ -138,6 +139,7 @@ class GatherAndRecall final : public FamilyBase {
       in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
       in.failed = engine_.failed[env] != 0;
       in.success = engine_.success[env] != 0;
+      in.smoothness = params_.smoothness;
       const GatherRewardTerms terms = gather_reward(in);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
@@ -179,7 +181,8 @@ class GatherAndRecall final : public FamilyBase {
 
  private:
   // Returns the index of the disc's prop.
-  static int add_cubes_and_disc(mjcf::Scene& scene, int cubes) {
+  static int add_cubes_and_disc(mjcf::Scene& scene, const GatherParams& params) {
+    const int cubes = params.N_CUBES;
     scene.render_camera = mjcf::RenderCamera::kB;
     const Vec2 disc((DISC_X_MIN + DISC_X_MAX) / 2, (DISC_Y_MIN + DISC_Y_MAX) / 2);
     for (int cube = 0; cube < cubes; ++cube) {
@@ -188,7 +191,8 @@ class GatherAndRecall final : public FamilyBase {
       const Vec2 place = cluster_place(cube, cubes, CUBE_HALF_SIZE, disc);
       scene.props.back().pos = {place.x(), place.y(), CUBE_HALF_SIZE};
     }
-    scene.props.push_back(mjcf::disc("target_disc", DISC_RADIUS, DISC_HALF_HEIGHT, kDiscColor));
+    scene.props.push_back(
+        mjcf::disc("target_disc", params.DISC_RADIUS, DISC_HALF_HEIGHT, kDiscColor));
     return cubes;
   }
 
@@ -222,7 +226,7 @@ class GatherAndRecall final : public FamilyBase {
     bool all = true;
     for (int cube = 0; cube < cubes_; ++cube) {
       const Eigen::Map<const Eigen::Vector3d> velocity(engine_.state->prop_qvel_of(env, cube));
-      const bool on = is_on_disc(prop_pos(env, cube), velocity, disc(env));
+      const bool on = is_on_disc(prop_pos(env, cube), velocity, disc(env), params_.DISC_ON_THRESH);
       now_on_disc_.row(env)[cube] = on ? 1 : 0;
       sticky_.row(env)[cube] |= on ? 1 : 0;
       sticky += sticky_.row(env)[cube];
@@ -265,6 +269,7 @@ class GatherAndRecall final : public FamilyBase {
   // The button that an agent without memory would press.
   int guess(int env) const { return blind_guess(*engine_.state, env).integer(0, kColors - 1); }
 
+  GatherParams params_;
   int cubes_;
   int disc_;  // index of the prop
   std::array<PressButton, kColors> buttons_;

@@ -6,10 +6,12 @@
 
 namespace engram::tasks {
 
+// `radius`: of the ball, m.
+
 // True while the closed fingers have the ball between them.
-bool holds_ball(const State& state, int env);
+bool holds_ball(const State& state, int env, double radius);
 
 // Writes the next action towards a catch; it keeps the ball once it is held, moving on with it.
-void catch_ball(const State& state, int env, float* action);
+void catch_ball(const State& state, int env, double radius, float* action);
 
 }  // namespace engram::tasks

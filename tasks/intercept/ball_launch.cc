@@ -1,6 +1,7 @@
 #include "tasks/intercept/ball_launch.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "mjcf/ball.h"
 #include "tasks/parts/poses.h"
@@ -15,11 +16,33 @@ constexpr Interval kStartX = {-0.35, -0.05};  // m
 constexpr Interval kStartY = {-0.9, -0.65};
 constexpr Interval kDrift = {0, 0.05};  // m/s
 
+// The farthest and slowest ball has so far to roll until a hand can reach it.
+constexpr double kWayIntoReach = 0.39;  // m
+constexpr double kRolling = 5 / 7.0;    // of the launch's speed is left once it rolls
+constexpr double kControlStep = 0.05;   // s
+constexpr int kTimeToAct = 15;          // control steps that a catch takes
+
 using Vector = Eigen::Vector3d;
 
 }  // namespace
 
-mjcf::Prop launched_ball() { return mjcf::ball("ball", BALL_RADIUS, {1, 0, 0, 1}); }
+void BallParams::constants(Changes& list) {
+  list.real_range("VELOCITY_RANGE", VELOCITY_RANGE.low, VELOCITY_RANGE.high, {0.1, 1.5}, "m/s",
+                  "speed of the ball's launch, in y; drawn anew in every episode");
+  list.real("BALL_RADIUS", BALL_RADIUS, {0.012, 0.03}, "m",
+            "of the ball; its mass grows with it, and the hand opens 0.04 m to either side");
+  smoothness.constants(list);
+}
+
+void BallParams::check(int horizon) const {
+  const double steps = kWayIntoReach / (kRolling * VELOCITY_RANGE.low * kControlStep);
+  check_time(horizon,
+             {{"the slowest ball's way into reach at VELOCITY_RANGE[0]",
+               static_cast<int>(std::ceil(steps))}},
+             kTimeToAct);
+}
+
+mjcf::Prop launched_ball(double radius) { return mjcf::ball("ball", radius, {1, 0, 0, 1}); }
 
 void describe_launch(VelocityRange speed, TaskInfo& info) {
   info.termination = Termination::kNever;
@@ -29,9 +52,16 @@ void describe_launch(VelocityRange speed, TaskInfo& info) {
       {"ball_x", 1, false, kStartX.low, kStartX.high, "m", "where the ball starts"},
       {"ball_y", 1, false, kStartY.low, kStartY.high, "m", "where the ball starts"},
       {"velocity_x", 1, false, kDrift.low, kDrift.high, "m/s", "of the ball's launch"},
-      {"velocity_y", 1, false, speed.low, speed.high, "m/s", "of the ball's launch"},
+      {"velocity_y", 1, false, speed.low, speed.high, "m/s", "of the ball's launch", false,
+       "VELOCITY_RANGE"},
   };
   info.phases = {{"manipulation", "always"}};
+}
+
+double haste_penalty(const Bindings& engine, int env, const SmoothnessParams& params) {
+  const bool free =
+      params.ACTION_L2_COEF == 0 && params.ACTION_DELTA_L2_COEF == 0 && params.QVEL_L2_COEF == 0;
+  return free ? 0.0 : smoothness(measure_haste(engine, env), params).penalty;
 }
 
 void BallLaunch::bind(const Bindings& bindings) {

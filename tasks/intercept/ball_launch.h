@@ -4,11 +4,13 @@
 
 #include "core/task.h"
 #include "mjcf/prop.h"
+#include "tasks/parts/changes.h"
+#include "tasks/parts/smoothness.h"
 #include "tasks/parts/state_row.h"
 
 namespace engram::tasks {
 
-inline constexpr double BALL_RADIUS = 0.02;  // m
+inline constexpr double BALL_RADIUS = 0.02;  // m, unless a user changes it
 
 struct VelocityRange {
   double low = 0;  // m/s
@@ -17,15 +19,29 @@ struct VelocityRange {
   Constant constant() const { return ConstantList{low, high}; }
 };
 
+// What the parameters of both families begin with.
+struct BallParams {
+  VelocityRange VELOCITY_RANGE;
+  double BALL_RADIUS = tasks::BALL_RADIUS;  // m
+  SmoothnessParams smoothness = {};         // in the original nothing comes of it
+
+  void constants(Changes& list);
+  // Throws Error unless even the slowest ball comes within reach in time.
+  void check(int horizon) const;
+};
+
 // The ball is the scene's first prop.
 inline constexpr int kBallProp = 0;
-mjcf::Prop launched_ball();
+mjcf::Prop launched_ball(double radius);
 
 // A task's first draws are those of the launch.
 enum BallDraw { kBallX, kBallY, kVelocityX, kVelocityY, kBallDraws };
 
 // Fills in what both families say of themselves, the draws of the launch included.
 void describe_launch(VelocityRange speed, TaskInfo& info);
+
+// The penalty on haste; nothing is computed where it weighs nothing.
+double haste_penalty(const Bindings& engine, int env, const SmoothnessParams& params);
 
 class BallLaunch {
  public:

@@ -1,5 +1,6 @@
 #include "tasks/intercept/deflect.h"
 
+#include <algorithm>
 #include <array>
 
 #include "core/base/real_functions.h"
@@ -21,22 +22,29 @@ using Vector = Eigen::Vector3d;
 
 struct Params {
   TaskRow task;
-  VelocityRange VELOCITY_RANGE;  // m/s
+  BallParams ball;
+  double GOAL_RADIUS = 0.1;  // m
+
+  void constants(Changes& list) {
+    ball.constants(list);
+    list.real("GOAL_RADIUS", GOAL_RADIUS, {0.02, 0.2}, "m",
+              "how near the target's centre the ball has to be");
+  }
+  void check(int horizon) const { ball.check(horizon); }
 };
 
 constexpr std::array<Params, 3> kVariants = {{
-    {{"InterceptFast-VLA-v0", 60, Split::kShort, 0.85}, {0.75, 1.0}},
-    {{"InterceptMedium-VLA-v0", 60, Split::kShort, 0.90}, {0.5, 0.75}},
-    {{"InterceptSlow-VLA-v0", 60, Split::kShort}, {0.25, 0.5}},
+    {{"InterceptFast-VLA-v0", 60, Split::kShort, 0.85}, {{0.75, 1.0}}},
+    {{"InterceptMedium-VLA-v0", 60, Split::kShort, 0.90}, {{0.5, 0.75}}},
+    {{"InterceptSlow-VLA-v0", 60, Split::kShort}, {{0.25, 0.5}}},
 }};
 
-constexpr double GOAL_RADIUS = 0.1;               // m
-constexpr double kStartHeight = 2 * BALL_RADIUS;  // m: it falls onto the table
-constexpr double kGoalAhead = 0.2;                // m, in x, from the ball's start
-constexpr double kGoalSpan = 0.2;                 // m, in y, to either side
-constexpr double kGoalHeight = 0.001;             // m
-constexpr double kHitDistance = 0.02 + 0.05;      // m: behind the ball, as seen from the goal
-constexpr double kReachedDistance = 0.04;         // m
+constexpr double kStartRadii = 2;          // of the ball, high: it falls onto the table
+constexpr double kGoalAhead = 0.2;         // m, in x, from the ball's start
+constexpr double kGoalSpan = 0.2;          // m, in y, to either side
+constexpr double kGoalHeight = 0.001;      // m
+constexpr double kHitGap = 0.05;           // m: behind the ball, as seen from the goal
+constexpr double kReachedDistance = 0.04;  // m
 constexpr double kSuccessReward = 30;
 constexpr mjcf::Rgba kTargetRed = {194 / 255.0, 19 / 255.0, 22 / 255.0, 1};
 
@@ -44,9 +52,11 @@ constexpr int kGoalProp = 1;
 constexpr int kGoalY = kBallDraws;
 
 ConstantTable constants(const Params& params) {
-  return {{"BALL_RADIUS", BALL_RADIUS}, {"GOAL_RADIUS", GOAL_RADIUS},
-          {"ACTION_L2_COEF", 0.0},      {"ACTION_DELTA_L2_COEF", 0.0},
-          {"QVEL_L2_COEF", 0.0},        {"VELOCITY_RANGE", params.VELOCITY_RANGE.constant()}};
+  ConstantTable table = {{"BALL_RADIUS", params.ball.BALL_RADIUS},
+                         {"GOAL_RADIUS", params.GOAL_RADIUS}};
+  add_constants(params.ball.smoothness, table);
+  table.emplace_back("VELOCITY_RANGE", params.ball.VELOCITY_RANGE.constant());
+  return table;
 }
 
 template <class Row>
@@ -60,15 +70,18 @@ void list_terms(Row& row, const InterceptRewardTerms& terms) {
 class Intercept final : public FamilyBase {
  public:
   Intercept(const RegistryEntry& entry, const Params& params)
-      : FamilyBase(entry), launch_(params.VELOCITY_RANGE, kStartHeight) {
-    describe_launch(params.VELOCITY_RANGE, info_);
+      : FamilyBase(entry),
+        params_(params),
+        launch_(params.ball.VELOCITY_RANGE, kStartRadii * params.ball.BALL_RADIUS) {
+    describe_launch(params.ball.VELOCITY_RANGE, info_);
     info_.draws.push_back(
         {"goal_y", 1, false, -kGoalSpan, kGoalSpan, "m", "where the target lies"});
     info_.success_reward = kSuccessReward;
     info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
     declare_state(*this);
-    scene_.props = {launched_ball(), mjcf::target_disc("goal_region", GOAL_RADIUS, kTargetRed)};
+    scene_.props = {launched_ball(params.ball.BALL_RADIUS),
+                    mjcf::target_disc("goal_region", params.GOAL_RADIUS, kTargetRed)};
     scene_.table_ends = true;
   }
 
@@ -99,7 +112,7 @@ class Intercept final : public FamilyBase {
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       launch_.tell_velocity(env);
-      engine_.success[env] = goal_distance(env) < GOAL_RADIUS ? 1 : 0;
+      engine_.success[env] = goal_distance(env) < params_.GOAL_RADIUS ? 1 : 0;
       reward_dict_.publish(env);
     }
   }
@@ -110,7 +123,8 @@ class Intercept final : public FamilyBase {
     for (int env = envs.begin; env < envs.end; ++env) {
       const InterceptRewardTerms terms =
           intercept_reward({launch_.ball(env), goal(env), launch_.tcp(env), reached_[env] != 0,
-                            engine_.success[env] != 0});
+                            engine_.success[env] != 0, params_.ball.BALL_RADIUS,
+                            haste_penalty(engine_, env, params_.ball.smoothness)});
       reached_[env] = terms.reached ? 1 : 0;
       reward_dict_.note(env, [&](auto& row) { list_terms(row, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
@@ -140,29 +154,35 @@ class Intercept final : public FamilyBase {
   // --- oracle: catch the ball and carry it to the target ---
 
   void act(Range envs, bool /*blind*/, FloatRows actions) override {
+    const double radius = params_.ball.BALL_RADIUS;
+    const double near_enough =
+        std::max(kNearEnough + (params_.GOAL_RADIUS - kUsualRadius), params_.GOAL_RADIUS / 2);
+    const double height = radius + kCarryGap;
     for (int env = envs.begin; env < envs.end; ++env) {
       const State& state = *engine_.state;
       float* action = actions.row(env);
-      if (!holds_ball(state, env)) {
-        catch_ball(state, env, action);
-      } else if (goal_distance(env) < kNearEnough) {
+      if (!holds_ball(state, env, radius)) {
+        catch_ball(state, env, radius, action);
+      } else if (goal_distance(env) < near_enough) {
         hold_tool(kGripperSqueezing, action);
       } else {
-        const Vector aim(goal(env).x(), goal(env).y(), kCarryHeight);
+        const Vector aim(goal(env).x(), goal(env).y(), height);
         servo_tool(state, env, aim, kToolDown, kGripperSqueezing, action);
       }
     }
   }
 
  private:
-  static constexpr double kNearEnough = 0.07;    // m
-  static constexpr double kCarryHeight = 0.025;  // m
+  static constexpr double kUsualRadius = 0.1;  // m, of a target in which a ball is brought
+  static constexpr double kNearEnough = 0.07;  // m, so near to the centre
+  static constexpr double kCarryGap = 0.005;   // m above a ball that rolls
 
   Vector goal(int env) const {
     return Eigen::Map<const Vector>(engine_.state->prop_pos_of(env, kGoalProp));
   }
   double goal_distance(int env) const { return (launch_.ball(env) - goal(env)).head<2>().norm(); }
 
+  Params params_;
   BallLaunch launch_;
   RewardDict reward_dict_;
   Column<std::uint8_t> reached_;  // latched: the hand was once behind the ball
@@ -172,12 +192,12 @@ class Intercept final : public FamilyBase {
 
 InterceptRewardTerms intercept_reward(const InterceptRewardInputs& in) {
   InterceptRewardTerms terms;
-  const Vector hit = in.ball + kHitDistance * (in.ball - in.goal).normalized();
+  const Vector hit = in.ball + (in.ball_radius + kHitGap) * (in.ball - in.goal).normalized();
   terms.tcp_to_hit_pose_dist = (hit - in.tcp).norm();
   terms.reached = in.reached || terms.tcp_to_hit_pose_dist < kReachedDistance;
   terms.reaching = 1 - real::tanh(2 * terms.tcp_to_hit_pose_dist);
   terms.place = 1 - real::tanh((in.ball - in.goal).head<2>().norm());
-  terms.reward = terms.reached ? 5 * terms.place : 2 * terms.reaching;
+  terms.reward = (terms.reached ? 5 * terms.place : 2 * terms.reaching) - in.penalty;
   if (in.success) terms.reward = kSuccessReward;
   return terms;
 }

@@ -14,6 +14,8 @@ struct InterceptRewardInputs {
   Eigen::Vector3d tcp = Eigen::Vector3d::Zero();
   bool reached = false;  // in an earlier step
   bool success = false;
+  double ball_radius = 0.02;  // m
+  double penalty = 0;         // on haste
 };
 
 struct InterceptRewardTerms {

@@ -21,23 +21,25 @@ using Vector = Eigen::Vector3d;
 
 struct Params {
   TaskRow task;
-  VelocityRange VELOCITY_RANGE;  // m/s
+  BallParams ball;
+
+  void constants(Changes& list) { ball.constants(list); }
+  void check(int horizon) const { ball.check(horizon); }
 };
 
 constexpr std::array<Params, 3> kVariants = {{
-    {{"InterceptGrabFast-VLA-v0", 60, Split::kShort, 0.70}, {0.75, 1.0}},
-    {{"InterceptGrabMedium-VLA-v0", 60, Split::kShort, 0.80}, {0.5, 0.75}},
-    {{"InterceptGrabSlow-VLA-v0", 60, Split::kShort, 0.90}, {0.25, 0.5}},
+    {{"InterceptGrabFast-VLA-v0", 60, Split::kShort, 0.70}, {{0.75, 1.0}}},
+    {{"InterceptGrabMedium-VLA-v0", 60, Split::kShort, 0.80}, {{0.5, 0.75}}},
+    {{"InterceptGrabSlow-VLA-v0", 60, Split::kShort, 0.90}, {{0.25, 0.5}}},
 }};
 
 constexpr double kSuccessReward = 300;
 
 ConstantTable constants(const Params& params) {
-  return {{"BALL_RADIUS", BALL_RADIUS},
-          {"ACTION_L2_COEF", 0.0},
-          {"ACTION_DELTA_L2_COEF", 0.0},
-          {"QVEL_L2_COEF", 0.0},
-          {"VELOCITY_RANGE", params.VELOCITY_RANGE.constant()}};
+  ConstantTable table = {{"BALL_RADIUS", params.ball.BALL_RADIUS}};
+  add_constants(params.ball.smoothness, table);
+  table.emplace_back("VELOCITY_RANGE", params.ball.VELOCITY_RANGE.constant());
+  return table;
 }
 
 template <class Row>
@@ -58,13 +60,15 @@ void list_terms(Row& row, const GrabRewardInputs& in, const GrabRewardTerms& ter
 class InterceptGrab final : public FamilyBase {
  public:
   InterceptGrab(const RegistryEntry& entry, const Params& params)
-      : FamilyBase(entry), launch_(params.VELOCITY_RANGE, BALL_RADIUS) {
-    describe_launch(params.VELOCITY_RANGE, info_);
+      : FamilyBase(entry),
+        params_(params),
+        launch_(params.ball.VELOCITY_RANGE, params.ball.BALL_RADIUS) {
+    describe_launch(params.ball.VELOCITY_RANGE, info_);
     info_.success_reward = kSuccessReward;
     info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
-    scene_.props = {launched_ball()};
+    scene_.props = {launched_ball(params.ball.BALL_RADIUS)};
     scene_.table_ends = true;
   }
 
@@ -108,6 +112,8 @@ class InterceptGrab final : public FamilyBase {
       in.gripper_width = gripper_width(env);
       in.grasped = is_ball_grasped_[env] != 0;
       in.success = engine_.success[env] != 0;
+      in.ball_radius = params_.ball.BALL_RADIUS;
+      in.penalty = haste_penalty(engine_, env, params_.ball.smoothness);
       in.ball_speed = launch_.linear_velocity(env).norm();
       in.ball_spin = launch_.angular_velocity(env).norm();
       in.arm_speed = Eigen::Map<const ArmVector>(engine_.state->qvel.row(env)).norm();
@@ -142,12 +148,13 @@ class InterceptGrab final : public FamilyBase {
   // --- oracle: catch the ball and stop ---
 
   void act(Range envs, bool /*blind*/, FloatRows actions) override {
+    const double radius = params_.ball.BALL_RADIUS;
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
-      if (holds_ball(*engine_.state, env)) {
+      if (holds_ball(*engine_.state, env, radius)) {
         hold_tool(kGripperSqueezing, action);
       } else {
-        catch_ball(*engine_.state, env, action);
+        catch_ball(*engine_.state, env, radius, action);
       }
     }
   }
@@ -164,6 +171,7 @@ class InterceptGrab final : public FamilyBase {
     return jacobian.topRows<3>() * Eigen::Map<const ArmVector>(engine_.state->qvel.row(env));
   }
 
+  Params params_;
   BallLaunch launch_;
   RewardDict reward_dict_;
   Column<std::uint8_t> is_ball_grasped_;
@@ -177,21 +185,22 @@ GrabRewardTerms grab_reward(const GrabRewardInputs& in) {
   terms.offset = (in.ball - in.tcp).cwiseAbs();
   const Vector& offset = terms.offset;
   const double width = in.gripper_width;
+  const double diameter = 2 * in.ball_radius;
   terms.distance = offset.norm();
   terms.in_gripper = offset.x() <= 0.04 && offset.y() <= 0.04 && offset.z() <= 0.03 &&
-                     terms.distance <= 0.04 && width >= 0.04;
+                     terms.distance <= 0.04 && width >= diameter;
   terms.very_close = terms.distance <= 0.025;
   terms.ball_stillness = 1 - real::tanh(10 * in.ball_speed + in.ball_spin);
   terms.robot_stillness = 1 - real::tanh(5 * in.arm_speed);
 
   double reward = 10 * (1 - real::tanh(3 * terms.distance));
   if (terms.in_gripper) {
-    reward += 10 + 90 * real::exp(-5 * std::max(std::abs(width - 0.04) - 0.02, 0.0));
-    if (width <= 0.06) reward += 90;
+    reward += 10 + 90 * real::exp(-5 * std::max(std::abs(width - diameter) - 0.02, 0.0));
+    if (width <= diameter + 0.02) reward += 90;
   }
   if (terms.very_close) reward += 30 * (1 - terms.distance / 0.06);
   if (in.grasped) reward += 200;
-  terms.reward = in.success ? kSuccessReward : reward;
+  terms.reward = in.success ? kSuccessReward : reward - in.penalty;
   return terms;
 }
 

@@ -14,6 +14,8 @@ struct GrabRewardInputs {
   double gripper_width = 0;  // m
   bool grasped = false;
   bool success = false;
+  double ball_radius = 0.02;  // m
+  double penalty = 0;         // on haste
   // For reward_dict alone.
   double ball_speed = 0;  // m/s
   double ball_spin = 0;   // rad/s

@@ -1,10 +1,27 @@
 #include "tasks/parts/family_base.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "tasks/parts/task_info.h"
 
 namespace engram::tasks {
 
 FamilyBase::FamilyBase(const RegistryEntry& entry) : info_(describe(entry)) {}
+
+void FamilyBase::set_changeable(std::vector<TaskConstant> changeable,
+                                const ConstantTable& changed) {
+  info_.changeable = std::move(changeable);
+  info_.canonical = info_.canonical && changed.empty();
+  for (const TaskConstant& constant : info_.changeable) {
+    const auto same = [&constant](const auto& one) { return one.first == constant.name; };
+    if (std::ranges::none_of(changed, same)) continue;
+    info_.changed.emplace_back(constant.name, constant.value);
+    if (constant.name == kNoiseConstant) {
+      info_.robot_init_qpos_noise = std::get<double>(constant.value.value);
+    }
+  }
+}
 
 SceneSource FamilyBase::scene() const { return scene_source(scene_); }
 

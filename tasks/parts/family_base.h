@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/task.h"
 #include "mjcf/scene.h"
@@ -17,6 +18,8 @@ class FamilyBase : public Task {
   SceneSource scene() const final;
   std::string document() const final { return mjcf::compose(scene_, mjcf::Detail::kFull); }
   void bind(const Bindings& bindings) override { engine_ = bindings; }
+  // What users may change, as it is here, and which of it they have changed.
+  void set_changeable(std::vector<TaskConstant> changeable, const ConstantTable& changed);
 
  protected:
   // The description begins with what the registry knows.

@@ -11,11 +11,12 @@
 namespace engram::tasks {
 namespace {
 
-constexpr double kJitter = 0.01;        // m: 0.5 x 0.02
-constexpr double kSlotDistance = 0.06;  // m: 3 x 0.02
+// In sizes of the objects.
+constexpr double kJitter = 0.5;
+constexpr double kSlotDistance = 3;
+constexpr double kSpreadJitter = 0.6;
 constexpr int kJitterAttempts = 50;
 constexpr int kLayoutAttempts = 20;
-constexpr double kSpreadJitter = 0.012;  // m: 0.6 x 0.02
 constexpr int kSpreadAttempts = 80;
 
 Vec2 normal_pair(double deviation, RandomStream& random) {
@@ -29,6 +30,8 @@ bool keeps_distance(const Vec2& point, const Layout& others, std::size_t count, 
                      [&](const Vec2& other) { return (point - other).norm() >= distance; });
 }
 
+}  // namespace
+
 double least_distance(const Layout& layout) {
   double least = std::numeric_limits<double>::max();
   for (std::size_t i = 0; i < layout.size(); ++i) {
@@ -38,8 +41,6 @@ double least_distance(const Layout& layout) {
   }
   return std::sqrt(least);
 }
-
-}  // namespace
 
 Layout nominal_slots(int count, const ArcParams& arc) {
   Layout slots;
@@ -56,12 +57,12 @@ Layout nominal_slots(int count, const ArcParams& arc) {
   return slots;
 }
 
-Layout jitter_slots(const Layout& nominal, RandomStream& random) {
+Layout jitter_slots(const Layout& nominal, double size, RandomStream& random) {
   Layout slots = nominal;
   for (std::size_t i = 0; i < slots.size(); ++i) {
     for (int attempt = 0; attempt < kJitterAttempts; ++attempt) {
-      const Vec2 candidate = nominal[i] + normal_pair(kJitter, random);
-      if (!keeps_distance(candidate, slots, i, kSlotDistance)) continue;
+      const Vec2 candidate = nominal[i] + normal_pair(kJitter * size, random);
+      if (!keeps_distance(candidate, slots, i, kSlotDistance * size)) continue;
       slots[i] = candidate;
       break;
     }
@@ -69,12 +70,14 @@ Layout jitter_slots(const Layout& nominal, RandomStream& random) {
   return slots;
 }
 
-Layout jitter_layout(const Layout& nominal, RandomStream& random) {
+Layout jitter_layout(const Layout& nominal, double size, RandomStream& random) {
   Layout best;
   double best_distance = -1;
-  for (int attempt = 0; attempt < kLayoutAttempts && best_distance < kSlotDistance; ++attempt) {
+  for (int attempt = 0; attempt < kLayoutAttempts && best_distance < kSlotDistance * size;
+       ++attempt) {
     Layout candidate;
-    for (const Vec2& slot : nominal) candidate.push_back(slot + normal_pair(kJitter, random));
+    for (const Vec2& slot : nominal)
+      candidate.push_back(slot + normal_pair(kJitter * size, random));
     const double distance = least_distance(candidate);
     if (distance <= best_distance) continue;
     best = candidate;
@@ -92,11 +95,12 @@ Layout assign_slots(const Layout& slots, RandomStream& random) {
   return layout;
 }
 
-void spread_and_stretch(Layout& layout, const SpreadParams& params, RandomStream& random) {
+void spread_and_stretch(Layout& layout, const SpreadParams& params, double size,
+                        RandomStream& random) {
   for (std::size_t key = 0; key < layout.size(); ++key) {
     for (int attempt = 0; attempt < kSpreadAttempts; ++attempt) {
       if (keeps_distance(layout[key], layout, key, params.MANIP_MIN_DISTANCE)) break;
-      layout[key] += normal_pair(kSpreadJitter, random);
+      layout[key] += normal_pair(kSpreadJitter * size, random);
     }
   }
   const Eigen::Index axis = params.MANIP_WIDTH_AXIS;

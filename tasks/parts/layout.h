@@ -37,16 +37,21 @@ struct ArcParams {
   double compression = 0.025;  // m in y per slot from the middle
 };
 
+// Between the nearest two points, m.
+double least_distance(const Layout& layout);
+
 // Slots of three objects in a row, of more on an arc.
 Layout nominal_slots(int count, const ArcParams& arc = {});
 
-// Moves every slot by N(0, 0.01^2) in x and y, up to 50 times each until it keeps 0.06 m from the
-// slots before it; the nominal slot stays if all fail.
-Layout jitter_slots(const Layout& nominal, RandomStream& random);
+// `size`: half the side of a cube as large as the objects, m; jitter and distances grow with it.
 
-// Moves all slots by N(0, 0.01^2) in x and y, up to 20 times until all pairs keep 0.06 m; the most
-// spacious attempt stays if none does.
-Layout jitter_layout(const Layout& nominal, RandomStream& random);
+// Moves every slot by N(0, (0.5 size)^2) in x and y, up to 50 times each until it keeps 3 sizes
+// from the slots before it; the nominal slot stays if all fail.
+Layout jitter_slots(const Layout& nominal, double size, RandomStream& random);
+
+// Moves all slots by N(0, (0.5 size)^2) in x and y, up to 20 times until all pairs keep 3 sizes;
+// the most spacious attempt stays if none does.
+Layout jitter_layout(const Layout& nominal, double size, RandomStream& random);
 
 // Gives key k the slot permutation[k], the permutation drawn uniformly.
 Layout assign_slots(const Layout& slots, RandomStream& random);
@@ -61,6 +66,7 @@ struct SpreadParams {
 
 // Pushes keys apart at random until they keep the minimum distance, then widens the row about its
 // mean (three objects only).
-void spread_and_stretch(Layout& layout, const SpreadParams& params, RandomStream& random);
+void spread_and_stretch(Layout& layout, const SpreadParams& params, double size,
+                        RandomStream& random);
 
 }  // namespace engram::tasks

@@ -2,9 +2,55 @@
 
 #include <algorithm>
 
+#include "core/base/error.h"
+#include "core/base/join.h"
 #include "tasks/parts/task_info.h"
 
 namespace engram::tasks {
+namespace {
+
+// Throws Error unless value <= most.
+void require(const char* name, double value, double most, const char* what) {
+  if (value <= most) return;
+  throw Error(Error::kInvalidArgument, std::string("constant '") + name + "': " + shortest(value) +
+                                           " given, at most " + shortest(most) + ", " + what +
+                                           ", allowed");
+}
+
+}  // namespace
+
+// --- what users may change ---
+
+void PressButtonParams::constants(Changes& list) {
+  list.reals("BUTTON_BASE_HALF_SIZE", shape.BUTTON_BASE_HALF_SIZE, {0.005, 0.1}, "m",
+             "half the sides and half the height of the button's base");
+  list.real("BUTTON_CAP_RADIUS", shape.BUTTON_CAP_RADIUS, {0.005, 0.1}, "m",
+            "radius of the button's cap");
+  list.real("BUTTON_CAP_HALF_HEIGHT", shape.BUTTON_CAP_HALF_HEIGHT, {0.002, 0.03}, "m",
+            "half the height of the button's cap");
+  list.real("BUTTON_CAP_TRAVEL", BUTTON_CAP_TRAVEL, {0.002, 0.05}, "m", "how far the cap sinks");
+  list.real("BUTTON_PRESS_EVENT_RATIO", BUTTON_PRESS_EVENT_RATIO, {0.05, 1}, "",
+            "share of the travel at which a press begins");
+  list.real("BUTTON_RELEASE_READY_RATIO", BUTTON_RELEASE_READY_RATIO, {0, 0.95}, "",
+            "share of the travel at which the button is released again");
+  list.real("BUTTON_PRESS_XY_RADIUS", BUTTON_PRESS_XY_RADIUS, {0.01, 0.2}, "m",
+            "how near the button's axis the tool has to be");
+  list.real("BUTTON_PRESS_Z_MARGIN", BUTTON_PRESS_Z_MARGIN, {0.015, 0.1}, "m",
+            "how far above the cap the tool begins to press");
+}
+
+void PressButtonParams::check() const {
+  const mjcf::Vec3& base = shape.BUTTON_BASE_HALF_SIZE;
+  require("BUTTON_CAP_RADIUS", shape.BUTTON_CAP_RADIUS, std::min(base[0], base[1]),
+          "half the base's side");
+  require("BUTTON_CAP_TRAVEL", BUTTON_CAP_TRAVEL, 2 * shape.BUTTON_CAP_HALF_HEIGHT,
+          "the cap's height");
+  if (BUTTON_RELEASE_READY_RATIO < BUTTON_PRESS_EVENT_RATIO) return;
+  throw Error(Error::kInvalidArgument,
+              "constant 'BUTTON_RELEASE_READY_RATIO': " + shortest(BUTTON_RELEASE_READY_RATIO) +
+                  " given, less than BUTTON_PRESS_EVENT_RATIO " +
+                  shortest(BUTTON_PRESS_EVENT_RATIO) + " allowed");
+}
 
 void add_press_constants(const PressButtonParams& params, ConstantTable& table) {
   const mjcf::Vec3& base = params.shape.BUTTON_BASE_HALF_SIZE;
@@ -28,7 +74,7 @@ double press_depth(const PressButtonParams& params, double distance, double heig
   const bool over = params.radius_counts ? distance <= params.BUTTON_PRESS_XY_RADIUS
                                          : distance < params.BUTTON_PRESS_XY_RADIUS;
   if (!over) return 0;
-  const double raw = params.shape.top_height() + params.BUTTON_PRESS_Z_MARGIN - height;
+  const double raw = params.zone_height() - height;
   return std::clamp(raw, 0.0, params.BUTTON_CAP_TRAVEL);
 }
 
@@ -133,15 +179,15 @@ bool PressButton::at_lift_target(int env) const {
 
 double PressButton::pressing_height() const {
   constexpr double kBelowFullTravel = 0.004;  // m
-  return top_height() + params_.BUTTON_PRESS_Z_MARGIN - params_.BUTTON_CAP_TRAVEL -
-         kBelowFullTravel;
+  return params_.zone_height() - params_.BUTTON_CAP_TRAVEL - kBelowFullTravel;
 }
 
 Eigen::Vector3d PressButton::next_waypoint(int env, double travel_height) const {
   constexpr double kOverhead = 0.03;  // m: near enough to the centre to come down
-  double height = travel_height;
+  constexpr double kClear = 0.02;     // m above where a press begins, or ends
+  double height = std::max(travel_height, params_.zone_height() + kClear);
   if (pending(env)) {
-    height = lift_target(env);
+    height = std::max(lift_target(env), params_.release_height() + kClear);
   } else if (ready(env) && distance(env) < kOverhead) {
     height = pressing_height();
   }

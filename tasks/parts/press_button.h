@@ -7,6 +7,7 @@
 #include "core/task.h"
 #include "mjcf/button.h"
 #include "mjcf/scene.h"
+#include "tasks/parts/changes.h"
 #include "tasks/parts/layout.h"
 #include "tasks/parts/poses.h"
 
@@ -23,6 +24,21 @@ struct PressButtonParams {
   double REQUIRED_LIFT_HEIGHT = 0.1;        // m above the height at which the press began
   double LIFT_CONFIRM_TOL = 0.015;          // m
   bool radius_counts = false;               // whether a TCP exactly at the radius is over it
+
+  // Lists those of the button and of a press; not the lift, which some families do not ask for.
+  void constants(Changes& list);
+  // Throws Error for a button that cannot be, or could not be pressed and released.
+  void check() const;
+
+  // Heights of a TCP over the button, m: where it begins to press, where a press begins, and where
+  // the button is released again.
+  double zone_height() const { return shape.top_height() + BUTTON_PRESS_Z_MARGIN; }
+  double event_height() const {
+    return zone_height() - BUTTON_CAP_TRAVEL * BUTTON_PRESS_EVENT_RATIO;
+  }
+  double release_height() const {
+    return zone_height() - BUTTON_CAP_TRAVEL * BUTTON_RELEASE_READY_RATIO;
+  }
 };
 
 // Adds those of a press alone, or all of these, as class constants.
@@ -103,8 +119,8 @@ class PressButton {
 
   // Height of the TCP at which an oracle presses for certain; still clear of the sunken cap.
   double pressing_height() const;
-  // Where an oracle should move its tool next to press: over the button at `travel_height`, down
-  // until the press begins, then up until it counts.
+  // Where an oracle should move its tool next to press: over the button at `travel_height`, or
+  // higher where the button demands it, down until the press begins, then up until it counts.
   Eigen::Vector3d next_waypoint(int env, double travel_height) const;
 
  private:

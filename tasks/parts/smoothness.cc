@@ -5,6 +5,16 @@
 
 namespace engram::tasks {
 
+void SmoothnessParams::constants(Changes& list) {
+  constexpr Bounds kWeight{0, 10};
+  list.real("ACTION_L2_COEF", ACTION_L2_COEF, kWeight, "",
+            "penalty on the size of actions in dense rewards");
+  list.real("ACTION_DELTA_L2_COEF", ACTION_DELTA_L2_COEF, kWeight, "",
+            "penalty on changes of the action in dense rewards");
+  list.real("QVEL_L2_COEF", QVEL_L2_COEF, kWeight, "s/rad",
+            "penalty on the speed of the arm's joints in dense rewards");
+}
+
 Haste measure_haste(const Bindings& engine, int env, FirstChange first) {
   const State& state = *engine.state;
   using Vector = Eigen::Map<const Eigen::VectorXf>;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/task.h"
+#include "tasks/parts/changes.h"
 
 namespace engram::tasks {
 
@@ -10,6 +11,8 @@ struct SmoothnessParams {
   double ACTION_L2_COEF = 0;
   double ACTION_DELTA_L2_COEF = 0;
   double QVEL_L2_COEF = 0;
+
+  void constants(Changes& list);
 };
 
 // What the penalty is made of.

@@ -15,14 +15,16 @@ struct StepRange {
   int high = 1;
 
   Constant constant() const { return ConstantList{low, high}; }
-  // A draw from this range, for TaskInfo::draws; `index` is its place there.
-  Draw draw(std::string name, std::string description) const {
+  // A draw from this range, for TaskInfo::draws; `index` is its place there. constant: the name of
+  // the range, where resets may narrow it.
+  Draw draw(std::string name, std::string description, std::string constant = {}) const {
     return {.name = std::move(name),
             .integer = true,
             .low = static_cast<double>(low),
             .high = static_cast<double>(high),
             .unit = "control steps",
-            .description = std::move(description)};
+            .description = std::move(description),
+            .constant = std::move(constant)};
   }
   int sample(const Episode& episode, int index) const { return episode.integer(index, low, high); }
 };

@@ -10,7 +10,7 @@ void list_terms(Row& row, const TouchRewardInputs& in, const TouchRewardTerms& t
   row.term("tcp_to_obj_dist", "m", in.distance);
   row.term("reaching_reward", "", terms.reaching);
   row.term("is_robot_static", "", in.robot_static);
-  row.term("reached", "", in.distance < GOAL_THRESH);
+  row.term("reached", "", in.distance < in.goal_thresh);
   row.term("success", "", in.success);
   row.term("static_reward", "", terms.stillness);
   list_smoothness(row, terms.smooth);
@@ -54,7 +54,7 @@ void TouchTarget::evaluate(int env, const double* target_pos, bool acting) const
     offset[i] = target_pos[i] - state.tcp_pos.row(env)[i];
     obj_to_goal_pos_.row(env)[i] = static_cast<float>(offset[i]);
   }
-  const bool placed = Eigen::Map<const Eigen::Vector3d>(offset).norm() <= GOAL_THRESH;
+  const bool placed = Eigen::Map<const Eigen::Vector3d>(offset).norm() <= goal_thresh_;
   const bool still = robot_is_static(state, env);
   is_obj_placed_[env] = placed ? 1 : 0;
   is_robot_static_[env] = still ? 1 : 0;
@@ -67,6 +67,7 @@ double TouchTarget::dense_reward(int env) const {
   TouchRewardInputs in;
   const double* offset = offset_.row(env);
   in.distance = Eigen::Map<const Eigen::Vector3d>(offset).norm();
+  in.goal_thresh = goal_thresh_;
   in.offset_x = offset[0];
   in.offset_y = offset[1];
   in.arm_speed = haste.arm_speed;

@@ -10,7 +10,7 @@
 
 namespace engram::tasks {
 
-inline constexpr double GOAL_THRESH = 0.05;         // m
+inline constexpr double GOAL_THRESH = 0.05;         // m, unless a user changes it
 inline constexpr double kTouchSuccessReward = 3.0;  // dense reward of a success step
 
 // What the reward is made of.
@@ -24,6 +24,7 @@ struct TouchRewardInputs {
   bool success = false;
   double offset_x = 0;  // TCP to target along each axis, m; for reward_dict alone
   double offset_y = 0;
+  double goal_thresh = 0;  // m, within which reward_dict says that it is reached
 };
 
 struct TouchRewardTerms {
@@ -41,7 +42,8 @@ class TouchTarget {
   // The values in info "reward_dict".
   static std::vector<Field> reward_terms();
 
-  explicit TouchTarget(const SmoothnessParams& params) : params_(params) {}
+  TouchTarget(double goal_thresh, const SmoothnessParams& params)
+      : goal_thresh_(goal_thresh), params_(params) {}
 
   void bind(const Bindings& bindings);
   // `acting`: the manipulation phase has begun.
@@ -49,6 +51,7 @@ class TouchTarget {
   double dense_reward(int env) const;
 
  private:
+  double goal_thresh_;  // m
   SmoothnessParams params_;
   Bindings engine_;
   Column<float> obj_to_goal_pos_;  // (3) m

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/task.h"
+#include "tasks/parts/changes.h"
 #include "tasks/registry.h"
 
 namespace engram::tasks {
@@ -24,16 +25,25 @@ const auto& find_variant(const Variants& variants, std::string_view id) {
   return *found;
 }
 
-// Family::make of a class whose constructor takes the registry's entry and the row of a table.
-template <class Made, const auto& kVariants>
-std::unique_ptr<Task> make_variant(const RegistryEntry& entry) {
-  return std::make_unique<Made>(entry, find_variant(kVariants, entry.id));
-}
+// Lists what every family takes beside its own constants, and takes the horizon over.
+void list_common_constants(Changes& list, RegistryEntry& entry);
 
-// The same where the entry says everything.
-template <class Made>
-std::unique_ptr<Task> make_plain(const RegistryEntry& entry) {
-  return std::make_unique<Made>(entry);
+// Family::make of a class whose constructor takes the registry's entry and the row of a table. A
+// row has
+//   void constants(Changes& list)    what users may change of it (tasks/parts/changes.h)
+//   void check(int horizon) const    throws Error unless a task can be made of it
+template <class Made, const auto& kVariants>
+std::unique_ptr<Task> make_variant(const RegistryEntry& entry, const ConstantTable& constants) {
+  auto params = find_variant(kVariants, entry.base);
+  RegistryEntry own = entry;
+  Changes list(constants);
+  params.constants(list);
+  list_common_constants(list, own);
+  std::vector<TaskConstant> changeable = list.take();
+  params.check(own.horizon);
+  auto task = std::make_unique<Made>(own, params);
+  task->set_changeable(std::move(changeable), constants);
+  return task;
 }
 
 }  // namespace engram::tasks

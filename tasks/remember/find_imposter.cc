@@ -21,33 +21,28 @@ constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
 constexpr ArcParams kWide{.radius = 0.45, .compression = 0.025};
 
 constexpr std::array<ObjectRecallParams, 3> kColors = {{
-    {{"FindImposterColor3-VLA-v0", 25, Split::kShort}, kColor, 3, kCue, kEmpty},
-    {{"FindImposterColor5-VLA-v0", 25, Split::kShort}, kColor, 5, kCue, kEmpty},
-    {{"FindImposterColor9-VLA-v0", 25, Split::kShort}, kColor, 9, kCue, kEmpty},
+    {{"FindImposterColor3-VLA-v0", 25, Split::kShort}, {kColor, 3}, kCue, kEmpty},
+    {{"FindImposterColor5-VLA-v0", 25, Split::kShort}, {kColor, 5}, kCue, kEmpty},
+    {{"FindImposterColor9-VLA-v0", 25, Split::kShort}, {kColor, 9}, kCue, kEmpty},
 }};
 constexpr std::array<ObjectRecallParams, 3> kShapes = {{
-    {{"FindImposterShape3-VLA-v0", 25, Split::kShort}, kShape, 3, kCue, kEmpty},
-    {{"FindImposterShape5-VLA-v0", 25, Split::kShort}, kShape, 5, kCue, kEmpty},
-    {{"FindImposterShape9-VLA-v0", 25, Split::kShort}, kShape, 9, kCue, kEmpty},
+    {{"FindImposterShape3-VLA-v0", 25, Split::kShort}, {kShape, 3}, kCue, kEmpty},
+    {{"FindImposterShape5-VLA-v0", 25, Split::kShort}, {kShape, 5}, kCue, kEmpty},
+    {{"FindImposterShape9-VLA-v0", 25, Split::kShort}, {kShape, 9}, kCue, kEmpty},
 }};
 constexpr std::array<ObjectRecallParams, 3> kShapesAndColors = {{
     {{"FindImposterShapeAndColor3x2-VLA-v0", 25, Split::kShort},
-     kShapeAndColor,
-     6,
+     {kShapeAndColor, 6},
      kCue,
      kEmpty,
      kRound},
-    {{"FindImposterShapeAndColor3x3-VLA-v0", 25, Split::kShort}, kShapeAndColor, 9, kCue, kEmpty},
+    {{"FindImposterShapeAndColor3x3-VLA-v0", 25, Split::kShort}, {kShapeAndColor, 9}, kCue, kEmpty},
     {{"FindImposterShapeAndColor5x3-VLA-v0", 40, Split::kShort},
-     kShapeAndColor,
-     15,
+     {kShapeAndColor, 15},
      kCue,
      kEmpty,
      kWide},
 }};
-
-// Height of every origin when it is shown; low shapes hover and drop.
-constexpr double kShownHeight = 0.02;  // m
 
 class FindImposter final : public ObjectRecall {
  public:
@@ -106,6 +101,9 @@ class FindImposter final : public ObjectRecall {
  private:
   static constexpr int kPermutation = kFamilyDraws;
 
+  // Of every origin; low shapes hover and drop.
+  double shown_height() const { return objects().size(); }
+
   // The places of the cue phase dealt anew: key k appears where key q[k] was.
   Layout shuffled(const Episode& episode, const Layout& cue) const {
     std::array<int, Layout::kCapacity> storage{};
@@ -126,7 +124,7 @@ class FindImposter final : public ObjectRecall {
       while (std::ranges::is_sorted(q));
       return deal();
     };
-    return draw_clear_layout(draw, clearance());
+    return draw_clear_layout(draw, objects().gaps());
   }
 
   void pos_in_cue(int env, int key, double height, double* pos) const {
@@ -138,7 +136,7 @@ class FindImposter final : public ObjectRecall {
     double pos[3];
     for (int key = 0; key < count(); ++key) {
       const bool shown = key != target(env);
-      pos_in_cue(env, key, shown ? kShownHeight : kHiddenHeight, pos);
+      pos_in_cue(env, key, shown ? shown_height() : kHiddenHeight, pos);
       if (shown) {
         engine_.state->place_prop(env, key, pos, objects().quat(key));
       } else {
@@ -158,7 +156,7 @@ class FindImposter final : public ObjectRecall {
   // Physics has them from here on.
   void release_all(int env) const {
     for (int key = 0; key < count(); ++key) {
-      const double pos[3] = {position(env, key)[0], position(env, key)[1], kShownHeight};
+      const double pos[3] = {position(env, key)[0], position(env, key)[1], shown_height()};
       engine_.state->place_prop(env, key, pos, objects().quat(key), PropStatus::kAwake);
     }
   }

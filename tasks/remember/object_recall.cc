@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/join.h"
 #include "core/base/real_functions.h"
 #include "tasks/parts/blind_guess.h"
 #include "tasks/parts/overlap_guard.h"
@@ -15,24 +16,87 @@ namespace {
 
 constexpr SpreadParams kSpread;
 
-constexpr double kTouchGap = 0.034;  // m above the object's origin
+constexpr Bounds kSteps{1, 100'000};
+constexpr int kTimeToAct = 15;     // control steps that a touch takes
+const Vec2 kRobotBase(-0.615, 0);  // m
+constexpr double kReach = 0.86;    // m
+
+constexpr double kTouchGap = 0.014;  // m above an object as high as a cube
 // What would roll away from a touch is approached more slowly, up to a gap.
-constexpr double kRollingGap = 0.040;   // m
+constexpr double kRollingGap = 0.020;  // m
+// m: how much nearer than GOAL_THRESH the tool goes. Where that is into the object, the gripper
+// opens to reach around it.
+constexpr double kTouchMargin = 0.008;
 constexpr double kGently = 0.65;        // of the usual speed
 constexpr double kTravelGap = 0.06;     // m more while on the way
 constexpr double kCloseEnough = 0.010;  // m
 // The farthest slots of all are out of a vertical tool's reach.
 constexpr Lean kLean{.reach = 0.78, .per_metre = 5.0, .most = 0.4};
 
+std::string millimetres(double metres) {
+  return std::to_string(std::lround(1000 * metres)) + " mm";
+}
+
+Layout sample_layout(const ObjectRecallParams& params, const ObjectSet& objects,
+                     const Layout& nominal, bool spread, RandomStream& random) {
+  const bool whole = params.objects.vocabulary == Vocabulary::kShapeAndColor;
+  const double size = objects.size();
+  const auto draw = [&] {
+    const Layout slots =
+        whole ? jitter_layout(nominal, size, random) : jitter_slots(nominal, size, random);
+    Layout layout = assign_slots(slots, random);
+    if (spread) spread_and_stretch(layout, kSpread, size, random);
+    return layout;
+  };
+  return draw_clear_layout(draw, objects.gaps());
+}
+
+// Throws Error unless objects can stand apart, and within reach, about their slots.
+void check_layouts(const ObjectRecallParams& params) {
+  constexpr int kLayouts = 20;
+  const ObjectSet objects(params.objects);
+  const Layout slots = nominal_slots(objects.count(), params.arc);
+  const auto reached = [](const Vec2& point) { return (point - kRobotBase).norm() <= kReach; };
+  for (int i = 0; i < kLayouts; ++i) {
+    RandomStream random(0, static_cast<std::uint64_t>(i), 0);
+    const Layout layout = sample_layout(params, objects, slots, false, random);
+    if (std::ranges::all_of(layout, reached) && is_clear(layout, objects.gaps())) continue;
+    throw Error(Error::kInvalidArgument, std::to_string(objects.count()) +
+                                             " objects of half size " + shortest(objects.size()) +
+                                             " m do not stand apart: their places are " +
+                                             millimetres(least_distance(slots)) +
+                                             " from one another, and an object is up to " +
+                                             millimetres(objects.greatest_width()) + " wide");
+  }
+}
+
 }  // namespace
+
+void ObjectRecallParams::constants(Changes& list) {
+  objects.constants(list);
+  list.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kSteps, "how long the cue is shown");
+  list.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kSteps, "how long the table is empty then");
+  list.real("GOAL_THRESH", GOAL_THRESH, {0.005, 0.2}, "m",
+            "how near its object's origin the tool has to come");
+  smoothness.constants(list);
+}
+
+void ObjectRecallParams::check(int horizon) const {
+  objects.check();
+  check_time(
+      horizon,
+      {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}, {"EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS.high}},
+      kTimeToAct);
+  check_layouts(*this);
+}
 
 ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams& params,
                            const Wording& wording)
     : FamilyBase(entry),
       params_(params),
-      objects_(params.vocabulary, params.count),
-      slots_(nominal_slots(params.count, params.arc)),
-      touch_(objects_.smoothness()) {
+      objects_(params.objects),
+      slots_(nominal_slots(params.objects.count, params.arc)),
+      touch_(params.GOAL_THRESH, params.smoothness) {
   info_.candidates = count();
   info_.termination = Termination::kNever;
   // The canonical chain freezes the short ids only.
@@ -57,23 +121,21 @@ void ObjectRecall::describe_episode(const Wording& wording) {
   info_.draws = {
       {wording.target, 1, true, 0, count() - 1.0, "", wording.target_text},
       {"positions", 2 * count(), false, -0.5, 0.5, "m", wording.positions_text},
-      params_.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase"),
-      params_.EMPTY_PHASE_STEPS.draw("empty_steps", "length of the empty phase"),
+      params_.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase", "CUE_PHASE_STEPS"),
+      params_.EMPTY_PHASE_STEPS.draw("empty_steps", "length of the empty phase",
+                                     "EMPTY_PHASE_STEPS"),
   };
 }
 
 void ObjectRecall::describe_constants() {
-  const SmoothnessParams& smoothness = objects_.smoothness();
   info_.constants = objects_.constants();
-  add_constant("GOAL_THRESH", GOAL_THRESH);
+  add_constant("GOAL_THRESH", params_.GOAL_THRESH);
   add_constant("CUE_PHASE_STEPS", params_.CUE_PHASE_STEPS.constant());
   add_constant("EMPTY_PHASE_STEPS", params_.EMPTY_PHASE_STEPS.constant());
   add_constant("MANIP_WIDTH_AXIS", kSpread.MANIP_WIDTH_AXIS);
   add_constant("MANIP_WIDTH_SCALE", kSpread.MANIP_WIDTH_SCALE);
   add_constant("MANIP_WIDTH_CLAMP", kSpread.MANIP_WIDTH_CLAMP);
-  add_constant("ACTION_L2_COEF", smoothness.ACTION_L2_COEF);
-  add_constant("ACTION_DELTA_L2_COEF", smoothness.ACTION_DELTA_L2_COEF);
-  add_constant("QVEL_L2_COEF", smoothness.QVEL_L2_COEF);
+  add_constants(params_.smoothness, info_.constants);
 }
 
 void ObjectRecall::bind(const Bindings& bindings) {
@@ -103,15 +165,8 @@ Layout ObjectRecall::draw_layout(const Episode& episode, bool spread) const {
     }
     return layout;
   }
-  const bool whole = params_.vocabulary == Vocabulary::kShapeAndColor;
   RandomStream random = episode.stream(kPositions);
-  const auto draw = [&] {
-    const Layout slots = whole ? jitter_layout(slots_, random) : jitter_slots(slots_, random);
-    Layout layout = assign_slots(slots, random);
-    if (spread) spread_and_stretch(layout, kSpread, random);
-    return layout;
-  };
-  return draw_clear_layout(draw, clearance());
+  return sample_layout(params_, objects_, slots_, spread, random);
 }
 
 void ObjectRecall::set_positions(int env, const Layout& layout) const {
@@ -166,7 +221,7 @@ void ObjectRecall::act(Range envs, bool blind, FloatRows actions) {
     const int key = blind ? guess(env) : target_[env];
     const bool rolls = objects_.rolls(key);
     const Eigen::Vector3d touch = Eigen::Map<const Eigen::Vector3d>(position(env, key)) +
-                                  Eigen::Vector3d(0, 0, rolls ? kRollingGap : kTouchGap);
+                                  Eigen::Vector3d(0, 0, touch_height(rolls));
     const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
     const double gripper = gripper_for(env, key);
     if (!is_manipulation(env) || (tcp - touch).norm() < kCloseEnough) {
@@ -177,6 +232,12 @@ void ObjectRecall::act(Range envs, bool blind, FloatRows actions) {
     if (rolls) goal.z() = std::lerp(tcp.z(), goal.z(), kGently);
     servo_tool(state, env, goal, lean_outwards(kToolDown, touch, kLean), gripper, action);
   }
+}
+
+// Above an object's origin, m.
+double ObjectRecall::touch_height(bool rolls) const {
+  return std::min(objects_.size() + (rolls ? kRollingGap : kTouchGap),
+                  params_.GOAL_THRESH - kTouchMargin);
 }
 
 // Whether open fingers that come down on an object, which they close along y, would meet another.
@@ -199,6 +260,7 @@ bool ObjectRecall::is_crowded(int env, int key) const {
 double ObjectRecall::gripper_for(int env, int key) const {
   constexpr double kNear = 0.12;  // m
   if (!is_manipulation(env)) return kGripperOpen;
+  if (touch_height(false) < objects_.size() + kTouchGap) return kGripperOpen;
   if (info_.frozen_cue) return kGripperClosed;
   const double* at = position(env, key);
   const Eigen::Vector3d tcp = tcp_pos(env);

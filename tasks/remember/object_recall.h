@@ -17,14 +17,24 @@
 
 namespace engram::tasks {
 
+// Objects of a shape and a colour cost no haste.
+constexpr SmoothnessParams default_smoothness(Vocabulary vocabulary) {
+  if (vocabulary == Vocabulary::kShapeAndColor) return {};
+  return {.ACTION_L2_COEF = 0.02, .ACTION_DELTA_L2_COEF = 0.05, .QVEL_L2_COEF = 0.01};
+}
+
 // One row of a family's table.
 struct ObjectRecallParams {
   TaskRow task;
-  Vocabulary vocabulary;
-  int count;  // COLORS or SHAPES
+  ObjectSetParams objects;
   StepRange CUE_PHASE_STEPS;
   StepRange EMPTY_PHASE_STEPS;
   ArcParams arc = {};  // where the slots lie
+  double GOAL_THRESH = tasks::GOAL_THRESH;
+  SmoothnessParams smoothness = default_smoothness(objects.vocabulary);
+
+  void constants(Changes& list);
+  void check(int horizon) const;
 };
 
 class ObjectRecall : public FamilyBase {
@@ -56,7 +66,7 @@ class ObjectRecall : public FamilyBase {
   const ObjectRecallParams& params() const { return params_; }
   const ObjectSet& objects() const { return objects_; }
   const PhaseClock& clock() const { return clock_; }
-  int count() const { return params_.count; }
+  int count() const { return params_.objects.count; }
   int target(int env) const { return target_[env]; }
   // Where an object rests in the manipulation phase, m.
   double* position(int env, int key) const { return positions_.row(env) + 3 * key; }
@@ -74,12 +84,6 @@ class ObjectRecall : public FamilyBase {
   // Samples where objects stand, by key: slots, jitter, permutation and guard, or the positions
   // that the user fixed. `spread`: three objects are spread and stretched.
   Layout draw_layout(const Episode& episode, bool spread) const;
-  // The gap between two keys, for the guard.
-  auto clearance() const {
-    return [this](std::size_t first, std::size_t second, const Vec2& offset) {
-      return objects_.clearance(static_cast<int>(first), static_cast<int>(second), offset);
-    };
-  }
   // Stores where the objects rest in the manipulation phase.
   void set_positions(int env, const Layout& layout) const;
 
@@ -95,6 +99,7 @@ class ObjectRecall : public FamilyBase {
   void state_row(Row& row, int env) const;
   int guess(int env) const;
   bool is_crowded(int env, int key) const;
+  double touch_height(bool rolls) const;
   double gripper_for(int env, int key) const;
 
   ObjectRecallParams params_;

@@ -1,11 +1,13 @@
 #include "tasks/remember/object_set.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 
-#include "mjcf/shapes.h"
+#include "core/base/error.h"
 #include "tasks/parts/colors.h"
+#include "tasks/parts/layout.h"
 
 namespace engram::tasks {
 namespace {
@@ -13,54 +15,102 @@ namespace {
 using mjcf::ObjectShape;
 using mjcf::shape_name;
 
-constexpr double CUBE_HALFSIZE = 0.02;  // m
-constexpr double SHAPE_SCALE = 0.02;    // m
 constexpr std::array<int, 4> COLOR = {0, 0, 255, 255};
-constexpr std::array<ObjectShape, 5> BASE_SHAPES = {ObjectShape::kCube, ObjectShape::kSphere,
-                                                    ObjectShape::kTShape, ObjectShape::kCross,
-                                                    ObjectShape::kTorus};
-constexpr std::array<mjcf::Rgba, 3> COLOR_PALETTE = {
-    {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}}};  // red, green, blue
-constexpr int kPaletteSize = static_cast<int>(COLOR_PALETTE.size());
 
-constexpr SmoothnessParams kSmooth = {
-    .ACTION_L2_COEF = 0.02, .ACTION_DELTA_L2_COEF = 0.05, .QVEL_L2_COEF = 0.01};
+// In the order of COLOR_MAPPING.
+constexpr std::array<const char*, 9> kPaletteNames = {
+    "red", "green", "blue", "yellow", "magenta", "cyan", "maroon", "olive", "teal"};
+
+mjcf::Rgba palette_color(int index) {
+  return to_rgba(COLOR_MAPPING[static_cast<std::size_t>(index)].rgba);
+}
+
+std::array<const char*, mjcf::kObjectShapeCount> shape_names() {
+  std::array<const char*, mjcf::kObjectShapeCount> names{};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    names[i] = shape_name(static_cast<ObjectShape>(i)).data();
+  }
+  return names;
+}
 
 std::string object_name(std::string_view shape, int key) {
   return std::string(shape) + "_" + std::to_string(key);
 }
 
-template <class Shapes>
-ConstantTable shape_table(const Shapes& shapes) {
+ConstantTable shape_table(const NameList& shapes) {
   ConstantTable table;
-  for (const ObjectShape shape : shapes) {
-    table.emplace_back(std::to_string(table.size()), std::string(shape_name(shape)));
+  for (int i = 0; i < shapes.size(); ++i) {
+    table.emplace_back(std::to_string(i),
+                       std::string(shape_name(static_cast<ObjectShape>(shapes[i]))));
   }
   return table;
 }
 
-ConstantTable palette_table() {
+ConstantTable palette_table(const NameList& palette) {
   ConstantTable table;
-  for (const mjcf::Rgba& color : COLOR_PALETTE) {
-    table.emplace_back(std::to_string(table.size()), ConstantList(color.begin(), color.end()));
+  for (int i = 0; i < palette.size(); ++i) {
+    const mjcf::Rgba color = palette_color(palette[i]);
+    table.emplace_back(std::to_string(i), ConstantList(color.begin(), color.end()));
   }
   return table;
 }
 
 }  // namespace
 
-ObjectSet::ObjectSet(Vocabulary vocabulary, int count) {
+// --- what users may change ---
+
+void ObjectSetParams::constants(Changes& list) {
+  constexpr Bounds kSize{0.01, 0.035};
+  constexpr double kMost = Layout::kCapacity;
+  const auto names = shape_names();
   switch (vocabulary) {
     case Vocabulary::kColor:
-      add_cubes(count);
-      smoothness_ = kSmooth;
-      break;
+      list.integer("COLORS", count, {2, COLOR_MAPPING.size()}, "",
+                   "cubes, in the first so many colours of the colour table");
+      list.real("CUBE_HALFSIZE", size, kSize, "m", "half the side of a cube");
+      return;
     case Vocabulary::kShape:
-      add_shapes(count);
-      smoothness_ = kSmooth;
+      list.integer("SHAPES", count, {2, mjcf::kObjectShapeCount}, "",
+                   "objects, of the first so many shapes");
+      list.names("SHAPE_MAPPING", shapes, names, 2, "which shapes there are, in order");
       break;
     case Vocabulary::kShapeAndColor:
-      add_colored_shapes(count);
+      list.integer("SHAPES", count, {2, kMost}, "",
+                   "objects, of the first so many combinations: all colours of a shape, then the "
+                   "next shape");
+      list.names("BASE_SHAPES", shapes, names, 1, "shapes that are combined with colours");
+      list.names("COLOR_PALETTE", COLOR_PALETTE, kPaletteNames, 1,
+                 "colours that shapes are combined with");
+      break;
+  }
+  list.real("SHAPE_SCALE", size, kSize, "m", "half the side of the cube; the others follow");
+}
+
+void ObjectSetParams::check() const {
+  if (vocabulary == Vocabulary::kColor) return;
+  const bool colored = vocabulary == Vocabulary::kShapeAndColor;
+  const int most = shapes.size() * (colored ? COLOR_PALETTE.size() : 1);
+  if (count <= most) return;
+  const std::string kinds = colored ? std::to_string(shapes.size()) + " shapes x " +
+                                          std::to_string(COLOR_PALETTE.size()) +
+                                          " colours = " + std::to_string(most)
+                                    : std::to_string(most) + " shapes";
+  throw Error(Error::kInvalidArgument, "constant 'SHAPES': " + std::to_string(count) +
+                                           " given, at most " + kinds + " allowed");
+}
+
+// --- the objects ---
+
+ObjectSet::ObjectSet(const ObjectSetParams& params) : params_(params) {
+  switch (params.vocabulary) {
+    case Vocabulary::kColor:
+      add_cubes();
+      break;
+    case Vocabulary::kShape:
+      add_shapes();
+      break;
+    case Vocabulary::kShapeAndColor:
+      add_colored_shapes();
       break;
   }
 }
@@ -70,50 +120,55 @@ void ObjectSet::add(mjcf::Prop prop, std::vector<int> identity, const ObjectLabe
   objects_.push_back({std::move(prop), std::move(identity), label, std::move(footprint)});
 }
 
-void ObjectSet::add_cubes(int count) {
-  for (int key = 0; key < count; ++key) {
+void ObjectSet::add_cubes() {
+  for (int key = 0; key < params_.count; ++key) {
     const mjcf::Rgba color = to_rgba(COLOR_MAPPING[static_cast<std::size_t>(key)].rgba);
-    add(mjcf::cube(object_name("cube", key), CUBE_HALFSIZE, color), {key},
+    add(mjcf::cube(object_name("cube", key), params_.size, color), {key},
         {.has_color = true, .color = color, .shape = {}});
   }
-  constants_ = {{"COLORS", count},
+  constants_ = {{"COLORS", params_.count},
                 {"COLOR_MAPPING", color_mapping_constant()},
-                {"CUBE_HALFSIZE", CUBE_HALFSIZE},
+                {"CUBE_HALFSIZE", params_.size},
                 {"MANIP_MIN_CUBE_DISTANCE", SpreadParams{}.MANIP_MIN_DISTANCE}};
 }
 
-void ObjectSet::add_shapes(int count) {
-  std::array<ObjectShape, mjcf::kObjectShapeCount> all{};
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<ObjectShape>(i);
-  for (int key = 0; key < count; ++key) {
-    const ObjectShape shape = all[static_cast<std::size_t>(key)];
+void ObjectSet::add_shapes() {
+  for (int key = 0; key < params_.count; ++key) {
+    const auto shape = static_cast<ObjectShape>(params_.shapes[key]);
     const std::string_view name = shape_name(shape);
-    add(mjcf::shape_prop(object_name(name, key), shape, to_rgba(COLOR)), {key},
+    add(mjcf::shape_prop(object_name(name, key), shape, to_rgba(COLOR), params_.size), {key},
         {.has_color = false, .color = {}, .shape = name});
   }
-  constants_ = {{"SHAPES", count},
-                {"SHAPE_MAPPING", shape_table(all)},
+  constants_ = {{"SHAPES", params_.count},
+                {"SHAPE_MAPPING", shape_table(params_.shapes)},
                 {"COLOR", ConstantList(COLOR.begin(), COLOR.end())},
-                {"SHAPE_SCALE", SHAPE_SCALE},
+                {"SHAPE_SCALE", params_.size},
                 {"MANIP_MIN_SHAPE_DISTANCE", SpreadParams{}.MANIP_MIN_DISTANCE}};
 }
 
-// All three colours of a shape before the next shape
-void ObjectSet::add_colored_shapes(int count) {
-  for (int key = 0; key < count; ++key) {
-    const int shape_id = key / kPaletteSize;
-    const int color_id = key % kPaletteSize;
-    const ObjectShape shape = BASE_SHAPES[static_cast<std::size_t>(shape_id)];
-    const mjcf::Rgba& color = COLOR_PALETTE[static_cast<std::size_t>(color_id)];
+// All colours of a shape before the next shape.
+void ObjectSet::add_colored_shapes() {
+  const NameList& palette = params_.COLOR_PALETTE;
+  for (int key = 0; key < params_.count; ++key) {
+    const int shape_id = key / palette.size();
+    const int color_id = key % palette.size();
+    const auto shape = static_cast<ObjectShape>(params_.shapes[shape_id]);
+    const mjcf::Rgba color = palette_color(palette[color_id]);
     const std::string_view name = shape_name(shape);
-    add(mjcf::shape_prop(object_name(name, key), shape, color), {shape_id, color_id},
+    add(mjcf::shape_prop(object_name(name, key), shape, color, params_.size), {shape_id, color_id},
         {.has_color = true, .color = color, .shape = name});
   }
-  constants_ = {{"SHAPES", count},
-                {"BASE_SHAPES", shape_table(BASE_SHAPES)},
-                {"COLOR_PALETTE", palette_table()},
-                {"SHAPE_SCALE", SHAPE_SCALE},
+  constants_ = {{"SHAPES", params_.count},
+                {"BASE_SHAPES", shape_table(params_.shapes)},
+                {"COLOR_PALETTE", palette_table(params_.COLOR_PALETTE)},
+                {"SHAPE_SCALE", params_.size},
                 {"MANIP_MIN_DISTANCE", SpreadParams{}.MANIP_MIN_DISTANCE}};
+}
+
+double ObjectSet::greatest_width() const {
+  double radius = 0;
+  for (const Object& object : objects_) radius = std::max(radius, object.footprint.radius);
+  return 2 * radius;
 }
 
 void ObjectSet::overlay(int key, Overlay& out) const {

@@ -1,5 +1,5 @@
-// The objects of the Remember and Find-Imposter families. A key stands for the
-// same shape and colour in every episode.
+// The objects of the Remember and Find-Imposter families. A key stands for the same shape and
+// colour in every episode.
 #pragma once
 
 #include <span>
@@ -9,8 +9,9 @@
 #include "core/base/constant.h"
 #include "core/picture/overlay.h"
 #include "mjcf/prop.h"
+#include "mjcf/shapes.h"
+#include "tasks/parts/changes.h"
 #include "tasks/parts/footprint.h"
-#include "tasks/parts/smoothness.h"
 
 namespace engram::tasks {
 
@@ -19,6 +20,31 @@ enum class Vocabulary {
   kColor,          // cubes in nine colours
   kShape,          // nine blue shapes
   kShapeAndColor,  // five shapes in three colours each
+};
+
+// All nine shapes, or the five that are combined with colours.
+constexpr NameList default_shapes(Vocabulary vocabulary) {
+  if (vocabulary != Vocabulary::kShapeAndColor) return NameList(mjcf::kObjectShapeCount);
+  NameList shapes;
+  for (const auto shape :
+       {mjcf::ObjectShape::kCube, mjcf::ObjectShape::kSphere, mjcf::ObjectShape::kTShape,
+        mjcf::ObjectShape::kCross, mjcf::ObjectShape::kTorus}) {
+    shapes.push_back(static_cast<int>(shape));
+  }
+  return shapes;
+}
+
+// Which objects there are.
+struct ObjectSetParams {
+  Vocabulary vocabulary;
+  int count;                                     // COLORS or SHAPES: keys 0, ..., count - 1
+  double size = mjcf::kShapeScale;               // m: CUBE_HALFSIZE or SHAPE_SCALE
+  NameList shapes = default_shapes(vocabulary);  // SHAPE_MAPPING or BASE_SHAPES, by shape
+  NameList COLOR_PALETTE = NameList(3);          // red, green, blue
+
+  void constants(Changes& list);
+  // Throws Error if there are fewer shapes, or combinations, than objects.
+  void check() const;
 };
 
 // An object as the overlay names it; what all objects of the set share is left out.
@@ -30,13 +56,14 @@ struct ObjectLabel {
 
 class ObjectSet {
  public:
-  // The objects of keys 0, ..., count - 1.
-  ObjectSet(Vocabulary vocabulary, int count);
+  explicit ObjectSet(const ObjectSetParams& params);
 
   int count() const { return static_cast<int>(objects_.size()); }
   const mjcf::Prop& prop(int key) const { return at(key).prop; }
   // Nominal orientation.
   const double* quat(int key) const { return at(key).prop.quat.data(); }
+  // Half the side of a cube as large as the objects, m.
+  double size() const { return params_.size; }
   // Height of the origin of an object that rests on the table, m.
   double resting_height(int key) const { return at(key).prop.pos[2]; }
   // oracle_info: the key, or the ids of shape and colour.
@@ -49,12 +76,18 @@ class ObjectSet {
   double clearance(int first, int second, const Vec2& offset) const {
     return tasks::clearance(at(first).footprint, at(second).footprint, offset);
   }
+  // The gap between two keys, for the guard against overlaps.
+  auto gaps() const {
+    return [this](std::size_t first, std::size_t second, const Vec2& offset) {
+      return clearance(static_cast<int>(first), static_cast<int>(second), offset);
+    };
+  }
+  double greatest_width() const;  // m
   // Writes "Target:" and the object's label over a picture.
   void overlay(int key, Overlay& out) const;
 
   // The class constants in which the vocabularies differ.
   const ConstantTable& constants() const { return constants_; }
-  const SmoothnessParams& smoothness() const { return smoothness_; }
 
  private:
   struct Object {
@@ -66,13 +99,13 @@ class ObjectSet {
 
   const Object& at(int key) const { return objects_[static_cast<std::size_t>(key)]; }
   void add(mjcf::Prop prop, std::vector<int> identity, const ObjectLabel& label);
-  void add_cubes(int count);
-  void add_shapes(int count);
-  void add_colored_shapes(int count);
+  void add_cubes();
+  void add_shapes();
+  void add_colored_shapes();
 
+  ObjectSetParams params_;
   std::vector<Object> objects_;
   ConstantTable constants_;
-  SmoothnessParams smoothness_;
 };
 
 }  // namespace engram::tasks

@@ -1,6 +1,7 @@
 #include "tasks/rotate/peg_angle.h"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -17,11 +18,21 @@ double round_to_half(double value) {
   return static_cast<double>(static_cast<float>(Eigen::half(static_cast<float>(value))));
 }
 
-double target_angle(RotateMode mode, double u) {
+double largest_angle(RotateMode mode) {
+  return mode == RotateMode::kPosNegAngle ? kPi / 4 : kPi / 2;
+}
+
+double target_angle(RotateMode mode, double least, double u) {
   const bool both = mode == RotateMode::kPosNegAngle;
-  const double largest = both ? kPi / 4 : kPi / 2;
-  const double magnitude = kAngleThreshold + u * (largest - kAngleThreshold);
+  const double magnitude = least + u * (largest_angle(mode) - least);
   return round_to_half(both && u <= 0.5 ? -magnitude : magnitude);
+}
+
+// Targets of one sign lie in an interval, and those of different signs are too far apart.
+double guess_rate(RotateMode mode, double least) {
+  const int signs = mode == RotateMode::kPosNegAngle ? 2 : 1;
+  const double share = std::min(1.0, signs * least / (largest_angle(mode) - least));
+  return share * (2 - share) / signs;
 }
 
 double wrap_angle(double angle) {

@@ -7,14 +7,19 @@ namespace engram::tasks {
 
 enum class RotateMode { kPosAngle, kPosNegAngle };
 
-inline constexpr double kAngleThreshold = 0.1;  // rad
-
 // The nearest half-precision number; ties go to the even one.
 double round_to_half(double value);
 
-// The target for a uniform number of [0, 1): rad, in half precision. In pos_neg_angle sign and
-// magnitude come from the same number: positive targets are large, negative ones small.
-double target_angle(RotateMode mode, double u);
+// The largest target, rad.
+double largest_angle(RotateMode mode);
+
+// The target for a uniform number of [0, 1): rad, in half precision; `least` is the smallest. In
+// pos_neg_angle sign and magnitude come from the same number: positive targets are large, negative
+// ones small.
+double target_angle(RotateMode mode, double least, double u);
+
+// How often two targets are less than the smallest one apart: the share of guesses that are right.
+double guess_rate(RotateMode mode, double least);
 
 // An angle in [-pi, pi).
 double wrap_angle(double angle);

@@ -5,13 +5,18 @@
 
 namespace engram::tasks {
 
-inline constexpr double PEG_HALF_WIDTH = 0.025;  // m
-inline constexpr double PEG_HALF_LENGTH = 0.12;
+// The peg lies on the table.
+struct PegSize {
+  double half_width = 0.025;  // m
+  double half_length = 0.12;
+};
 
 // What is to be done with the peg, the task's only prop.
 struct PegGoal {
-  double turn = 0;  // still to be turned, rad
-  double x = 0;     // m: where the centre is to be
+  PegSize size;
+  double threshold = 0.1;  // rad: error within which it has turned far enough
+  double turn = 0;         // still to be turned, rad
+  double x = 0;            // m: where the centre is to be
   double y = 0;
 };
 

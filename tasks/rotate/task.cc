@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "core/base/error.h"
+#include "core/base/join.h"
 #include "core/base/real_functions.h"
 #include "core/picture/overlay.h"
 #include "mjcf/peg.h"
@@ -28,7 +30,40 @@ struct Params {
   TaskRow task;
   RotateMode MODE;
   bool strict;
+  double angle_threshold = 0.1;   // rad
+  double PEG_HALF_WIDTH = 0.025;  // m
+  double PEG_HALF_LENGTH = 0.12;  // m
+  SmoothnessParams smoothness = {};
+
+  void constants(Changes& list);
+  void check(int horizon) const;
+  PegSize peg() const { return {PEG_HALF_WIDTH, PEG_HALF_LENGTH}; }
 };
+
+constexpr std::array kModeNames = {"pos_angle", "pos_neg_angle"};
+constexpr int kTimeToAct = 25;  // control steps that a small turn takes
+
+void Params::constants(Changes& list) {
+  int mode = static_cast<int>(MODE);
+  list.name("MODE", mode, kModeNames, "targets: to the left alone, or to both sides");
+  MODE = static_cast<RotateMode>(mode);
+  list.real("angle_threshold", angle_threshold, {0.05, 0.3}, "rad",
+            "error within which the peg has turned far enough; the least target, too");
+  list.real("PEG_HALF_WIDTH", PEG_HALF_WIDTH, {0.015, strict ? 0.03 : 0.035}, "m",
+            "half the peg's width and height; its mass grows with it");
+  list.real("PEG_HALF_LENGTH", PEG_HALF_LENGTH, {0.06, 0.18}, "m",
+            "half the peg's length; its mass grows with it");
+  smoothness.constants(list);
+}
+
+void Params::check(int horizon) const {
+  check_time(horizon, {}, kTimeToAct);
+  // A shorter one would be pushed, not turned.
+  if (PEG_HALF_LENGTH >= 2 * PEG_HALF_WIDTH) return;
+  throw Error(Error::kInvalidArgument, "constant 'PEG_HALF_LENGTH': " + shortest(PEG_HALF_LENGTH) +
+                                           " given, at least twice PEG_HALF_WIDTH = " +
+                                           shortest(2 * PEG_HALF_WIDTH) + " allowed");
+}
 
 constexpr std::array<Params, 2> kLenient = {{
     {{"RotateLenientPosNeg-VLA-v0", 60, Split::kShort}, RotateMode::kPosNegAngle, false},
@@ -43,16 +78,16 @@ constexpr double kMostOffset = 0.05;  // m, in x and in y, of the strict family
 constexpr double kStartSpan = 0.1;    // m, to either side
 constexpr double kLenientSuccessReward = 60;
 constexpr double kStrictSuccessReward = 100;
-constexpr SmoothnessParams kSmoothness = {};
 constexpr mjcf::Rgba kPegBlue = {12 / 255.0, 42 / 255.0, 160 / 255.0, 1};
 constexpr int kPeg = 0;
 
 enum DrawIndex { kTargetAngle, kInitialYaw, kPegX, kPegY };
 
-std::vector<Draw> draws(RotateMode mode) {
-  const bool both = mode == RotateMode::kPosNegAngle;
+std::vector<Draw> draws(const Params& params) {
+  const bool both = params.MODE == RotateMode::kPosNegAngle;
+  const double largest = largest_angle(params.MODE);
   return {
-      {"target_angle", 1, false, both ? -kPi / 4 : kAngleThreshold, both ? kPi / 4 : kPi / 2, "rad",
+      {"target_angle", 1, false, both ? -largest : params.angle_threshold, largest, "rad",
        "by which to turn the peg; rounded to half precision"},
       {"initial_yaw", 1, false, 0, 2 * kPi, "rad", "of the peg"},
       {"peg_x", 1, false, -kStartSpan, kStartSpan, "m", "where the peg lies"},
@@ -60,34 +95,37 @@ std::vector<Draw> draws(RotateMode mode) {
   };
 }
 
-ConstantTable constants(RotateMode mode) {
-  ConstantTable table = {{"PEG_HALF_WIDTH", PEG_HALF_WIDTH},
-                         {"PEG_HALF_LENGTH", PEG_HALF_LENGTH},
-                         {"MODE", mode == RotateMode::kPosAngle ? "pos_angle" : "pos_neg_angle"}};
-  add_constants(kSmoothness, table);
+ConstantTable constants(const Params& params) {
+  ConstantTable table = {{"PEG_HALF_WIDTH", params.PEG_HALF_WIDTH},
+                         {"PEG_HALF_LENGTH", params.PEG_HALF_LENGTH},
+                         {"MODE", kModeNames[static_cast<std::size_t>(params.MODE)]}};
+  add_constants(params.smoothness, table);
   return table;
 }
 
-bool is_correct(double error) { return std::abs(error) < kAngleThreshold; }
+bool is_correct(double error, double threshold) { return std::abs(error) < threshold; }
 
-// Answers between which a guess decides: targets that are one threshold's width apart.
-int candidates(RotateMode mode) { return mode == RotateMode::kPosAngle ? 8 : 4; }
+// Answers between which a guess decides, as if targets were that many.
+int candidates(const Params& params) {
+  return static_cast<int>(std::lround(1 / guess_rate(params.MODE, params.angle_threshold)));
+}
 
 class Rotate final : public FamilyBase {
  public:
   Rotate(const RegistryEntry& entry, const Params& params) : FamilyBase(entry), params_(params) {
     info_.termination = Termination::kNever;
-    info_.candidates = candidates(params.MODE);
+    info_.candidates = candidates(params);
     info_.success_reward = params.strict ? kStrictSuccessReward : kLenientSuccessReward;
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
     info_.task_cue_dim = 1;
-    info_.draws = draws(params.MODE);
-    info_.constants = constants(params.MODE);
+    info_.draws = draws(params);
+    info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"manipulation", "always"}};
     declare_state(*this);
-    scene_.props = {mjcf::peg("peg", PEG_HALF_LENGTH, PEG_HALF_WIDTH, kPegBlue, kPegBlue)};
+    scene_.props = {
+        mjcf::peg("peg", params.PEG_HALF_LENGTH, params.PEG_HALF_WIDTH, kPegBlue, kPegBlue)};
     scene_.render_camera = mjcf::RenderCamera::kC;
   }
 
@@ -119,12 +157,11 @@ class Rotate final : public FamilyBase {
   void reset(const Episode& episode) override {
     const int env = episode.env();
     const double* pinned = episode.pinned(kTargetAngle);
-    target_[env] = pinned != nullptr
-                       ? round_to_half(*pinned)
-                       : target_angle(params_.MODE, episode.stream(kTargetAngle).uniform());
+    target_[env] =
+        pinned != nullptr ? round_to_half(*pinned) : draw_target(episode.stream(kTargetAngle));
     const double yaw = episode.real(kInitialYaw, 0, 2 * kPi);
     const double pos[3] = {episode.real(kPegX, -kStartSpan, kStartSpan),
-                           episode.real(kPegY, -kStartSpan, kStartSpan), PEG_HALF_WIDTH};
+                           episode.real(kPegY, -kStartSpan, kStartSpan), params_.PEG_HALF_WIDTH};
     const double quat[4] = {real::cos(yaw / 2), 0, 0, real::sin(yaw / 2)};
     initial_yaw_[env] = yaw;
     std::copy_n(pos, 2, initial_position_.row(env));
@@ -151,8 +188,10 @@ class Rotate final : public FamilyBase {
         y_pos_error_[env] = static_cast<float>(shift.y());
         in_place = shift.cwiseAbs().maxCoeff() < kMostOffset;
       }
-      engine_.success[env] =
-          is_correct(turn.error) && in_place && robot_is_static(*engine_.state, env) ? 1 : 0;
+      engine_.success[env] = is_correct(turn.error, params_.angle_threshold) && in_place &&
+                                     robot_is_static(*engine_.state, env)
+                                 ? 1
+                                 : 0;
       reward_dict_.publish(env);
     }
   }
@@ -169,6 +208,8 @@ class Rotate final : public FamilyBase {
       in.haste = measure_haste(engine_, env);
       in.robot_static = robot_is_static(*engine_.state, env);
       in.success = engine_.success[env] != 0;
+      in.angle_threshold = params_.angle_threshold;
+      in.smoothness = params_.smoothness;
       const RotateRewardTerms terms =
           params_.strict ? rotate_strict_reward(in) : rotate_lenient_reward(in);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
@@ -182,7 +223,7 @@ class Rotate final : public FamilyBase {
     row.term("reaching_reward", "", terms.reaching);
     row.term("reached_status", "", terms.reached);
     row.term("y_angle_reward", "", terms.rotate);
-    row.term("correct_angle", "", is_correct(in.error));
+    row.term("correct_angle", "", is_correct(in.error, in.angle_threshold));
     row.term(params_.strict ? "y_angle_diff_deg" : "angle_diff_deg", "deg", in.error * 180 / kPi);
     row.term("agent_is_static", "", in.robot_static);
     row.term("success", "", in.success);
@@ -214,7 +255,8 @@ class Rotate final : public FamilyBase {
     for (int env = envs.begin; env < envs.end; ++env) {
       const double target = blind ? guess(env) : target_[env];
       const double angle = peg_angle(engine_.state->prop_quat_of(env, kPeg));
-      const PegGoal goal{peg_turn(angle, initial_yaw_[env], target).error,
+      const PegGoal goal{params_.peg(), params_.angle_threshold,
+                         peg_turn(angle, initial_yaw_[env], target).error,
                          initial_position_.row(env)[0], initial_position_.row(env)[1]};
       if (params_.strict) {
         twist_peg(*engine_.state, env, goal, actions.row(env));
@@ -248,8 +290,10 @@ class Rotate final : public FamilyBase {
   }
 
   // What an agent that has not read the target would turn.
-  double guess(int env) const {
-    return target_angle(params_.MODE, blind_guess(*engine_.state, env).uniform());
+  double guess(int env) const { return draw_target(blind_guess(*engine_.state, env)); }
+
+  double draw_target(RandomStream random) const {
+    return target_angle(params_.MODE, params_.angle_threshold, random.uniform());
   }
 
   Params params_;
@@ -267,9 +311,9 @@ class Rotate final : public FamilyBase {
 
 RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
   const double error = std::abs(in.error);
-  const bool correct = is_correct(in.error);
+  const bool correct = is_correct(in.error, in.angle_threshold);
   RotateRewardTerms terms;
-  terms.smooth = smoothness(in.haste, kSmoothness);
+  terms.smooth = smoothness(in.haste, in.smoothness);
   terms.reaching = real::exp(-5 * in.distance);
   terms.reached = in.distance < 0.1;
   terms.rotate = real::exp(-1.5 * error);
@@ -284,7 +328,7 @@ RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
 RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
   const double error = std::abs(in.error);
   RotateRewardTerms terms;
-  terms.smooth = smoothness(in.haste, kSmoothness);
+  terms.smooth = smoothness(in.haste, in.smoothness);
   terms.reaching = 0.5 * real::exp(-3 * in.distance);
   terms.reached = in.distance < 0.04;
   terms.x_pos = real::exp(-5 * std::abs(in.x_pos_error));
@@ -293,7 +337,7 @@ RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
   terms.rotate = real::exp(-1.0 * error);
   terms.reward = terms.reaching - terms.smooth.penalty;
   const bool at_work = terms.reached && terms.position_ok;
-  const bool correct = at_work && is_correct(in.error);
+  const bool correct = at_work && is_correct(in.error, in.angle_threshold);
   if (terms.reached) terms.reward += 5 * terms.x_pos + 5 * terms.y_pos;
   if (at_work) terms.reward += 35 * terms.rotate;
   if (correct) terms.reward += 10;

@@ -16,6 +16,8 @@ struct RotateRewardInputs {
   Haste haste;
   bool robot_static = false;
   bool success = false;
+  double angle_threshold = 0.1;  // rad
+  SmoothnessParams smoothness = {};
 };
 
 struct RotateRewardTerms {

@@ -9,11 +9,11 @@ namespace {
 
 class ColorLamp final : public ShellGame {
  public:
-  explicit ColorLamp(const RegistryEntry& entry)
-      : ShellGame(entry,
+  ColorLamp(const RegistryEntry& entry, const TouchParams& params)
+      : ShellGame(entry, params,
                   {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
-        rule_(/*shoving=*/false),
-        cue_(scene_, kMapping) {
+        rule_(params, /*shoving=*/false),
+        cue_(scene_, params.BALL_RADIUS, kMapping) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
     info_.draws.push_back(LampCue::mapping_draw());
@@ -85,9 +85,10 @@ class ColorLamp final : public ShellGame {
 
 }  // namespace
 
-constexpr std::array<TaskRow, 1> kRows = {{
-    {"ShellGameColorLampTouch-VLA-v0", 30, Split::kShort},
+constexpr std::array<TouchParams, 1> kVariants = {{
+    {{{"ShellGameColorLampTouch-VLA-v0", 30, Split::kShort}}},
 }};
+constexpr auto kRows = rows_of(kVariants);
 
 const Family kShellGameColorLampTouch = {
     .name = "ShellGameColorLampTouch",
@@ -95,7 +96,7 @@ const Family kShellGameColorLampTouch = {
     .instruction =
         "Observe which color is under each cup, then touch the cup matching the lamp color.",
     .tasks = kRows,
-    .make = make_plain<ColorLamp>,
+    .make = make_variant<ColorLamp, kVariants>,
     .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
 
 }  // namespace engram::tasks

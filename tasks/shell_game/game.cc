@@ -3,7 +3,6 @@
 #include <array>
 
 #include "core/picture/overlay.h"
-#include "mjcf/mug.h"
 #include "tasks/parts/blind_guess.h"
 #include "tasks/parts/poses.h"
 
@@ -14,8 +13,8 @@ constexpr double kBallReleaseGap = 0.05;  // m: a mug lifted further leaves its 
 
 }  // namespace
 
-ShellGame::ShellGame(const RegistryEntry& entry, const Setup& setup)
-    : FamilyBase(entry), mugs_(scene_, *setup.stance), setup_(setup) {
+ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup)
+    : FamilyBase(entry), mugs_(scene_, params, *setup.stance), params_(params), setup_(setup) {
   info_.candidates = kCups;
   info_.frozen_cue = setup.frozen;
   info_.success_reward = setup.success_reward;
@@ -24,16 +23,12 @@ ShellGame::ShellGame(const RegistryEntry& entry, const Setup& setup)
   info_.draws = {
       {setup.target, 1, true, 0, kCups - 1, "", setup.target_description},
       Mugs::base_draw(),
-      {"cue_steps", 1, true, static_cast<double>(setup.CUE_PHASE_STEPS.low),
-       static_cast<double>(setup.CUE_PHASE_STEPS.high), "control steps", "length of the cue phase"},
+      params.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase", "CUE_PHASE_STEPS"),
   };
   info_.constants = {
-      {"BALL_RADIUS", BALL_RADIUS},
-      {"CUE_PHASE_STEPS", setup.CUE_PHASE_STEPS.constant()},
-      {"GOAL_THRESH", setup.GOAL_THRESH},
-      {"HEIGHT_OFFSET", HEIGHT_OFFSET},
-      {"MIN_DIST", MIN_DIST},
-      {"MUG_SCALE", MUG_SCALE},
+      {"BALL_RADIUS", params.BALL_RADIUS}, {"CUE_PHASE_STEPS", params.CUE_PHASE_STEPS.constant()},
+      {"GOAL_THRESH", params.GOAL_THRESH}, {"HEIGHT_OFFSET", HEIGHT_OFFSET},
+      {"MIN_DIST", params.MIN_DIST},       {"MUG_SCALE", params.MUG_SCALE},
   };
   scene_.render_camera = mjcf::RenderCamera::kB;
 }
@@ -62,8 +57,7 @@ void ShellGame::reset(const Episode& episode) {
   const int env = episode.env();
   target_[env] = episode.integer(kTarget, 0, kCups - 1);
   mugs_.reset(episode, kBase);
-  const StepRange& cue = setup_.CUE_PHASE_STEPS;
-  cue_steps_[env] = episode.integer(kCueSteps, cue.low, cue.high);
+  cue_steps_[env] = params_.CUE_PHASE_STEPS.sample(episode, kCueSteps);
   start_manipulation_at(env, cue_steps_[env]);
 }
 
@@ -79,7 +73,7 @@ std::vector<std::pair<std::string, std::string>> cue_manipulation_phases() {
 }
 
 int ShellGame::add_red_ball() {
-  scene_.props.push_back(mjcf::visual_sphere("red_ball", BALL_RADIUS, {1, 0, 0, 1}));
+  scene_.props.push_back(mjcf::visual_sphere("red_ball", params_.BALL_RADIUS, {1, 0, 0, 1}));
   return static_cast<int>(scene_.props.size()) - 1;
 }
 
@@ -96,12 +90,12 @@ void ShellGame::place_sphere(int env, int sphere, const Eigen::Vector3d& pos) co
 void ShellGame::play_free_mugs(int env, int ball) const {
   const int cup = target_[env];
   if (engine_.state->elapsed[env] == 0) {
-    place_sphere(env, ball, mugs_.slot_pos(env, cup, BALL_RADIUS));
+    place_sphere(env, ball, mugs_.slot_pos(env, cup, params_.BALL_RADIUS));
   }
   if (manipulation_begins(env)) mugs_.stand_all(env);
   const Eigen::Vector3d over = mugs_.pos(env, cup);
-  if (is_manipulation(env) && over.z() <= mjcf::kMugRestingHeight + kBallReleaseGap) {
-    place_sphere(env, ball, {over.x(), over.y(), BALL_RADIUS});
+  if (is_manipulation(env) && over.z() <= mugs_.resting_height() + kBallReleaseGap) {
+    place_sphere(env, ball, {over.x(), over.y(), params_.BALL_RADIUS});
   }
 }
 

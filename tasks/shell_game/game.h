@@ -16,8 +16,6 @@
 
 namespace engram::tasks {
 
-inline constexpr double BALL_RADIUS = 0.02;  // m
-
 class ShellGame : public FamilyBase {
  public:
   void bind(const Bindings& bindings) override;
@@ -30,8 +28,8 @@ class ShellGame : public FamilyBase {
   const State& state() const { return *engine_.state; }
   const Mugs& mugs() const { return mugs_; }
   const RewardDict& reward_dict() const { return reward_dict_; }
-  double goal_thresh() const { return setup_.GOAL_THRESH; }  // m
-  int target(int env) const { return target_[env]; }         // hidden cup or colour
+  const ShellGameParams& params() const { return params_; }
+  int target(int env) const { return target_[env]; }  // hidden cup or colour
   int answer(int env) const { return engine_.oracle_info[env]; }
   // The slot that the oracle goes for: the answer, or with `blind` a guess.
   int chosen_slot(int env, bool blind) const;
@@ -63,8 +61,6 @@ class ShellGame : public FamilyBase {
 
  protected:
   struct Setup {
-    StepRange CUE_PHASE_STEPS{1, 5};
-    double GOAL_THRESH = 0.08;  // m
     // The draw of the hidden cup or colour.
     const char* target = "cup_with_ball_number";
     const char* target_description = "slot of the mug that hides the ball";
@@ -75,7 +71,7 @@ class ShellGame : public FamilyBase {
   // What every episode samples; games go on from kFirstOwnDraw.
   enum DrawIndex { kTarget, kBase, kCueSteps, kFirstOwnDraw };
 
-  ShellGame(const RegistryEntry& entry, const Setup& setup);
+  ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup);
 
   // --- phases ---
 
@@ -110,6 +106,7 @@ class ShellGame : public FamilyBase {
   Column<std::int32_t> target_;  // hidden cup or colour
 
  private:
+  ShellGameParams params_;
   Setup setup_;
   RewardDict reward_dict_;
   Column<std::int32_t> cue_steps_;           // control steps

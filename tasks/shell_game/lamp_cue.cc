@@ -23,10 +23,10 @@ enum OptionIndex { kFixedMapping };
 
 }  // namespace
 
-LampCue::LampCue(mjcf::Scene& scene, int draw)
-    : first_ball_(static_cast<int>(scene.props.size())), draw_(draw) {
+LampCue::LampCue(mjcf::Scene& scene, double ball_radius, int draw)
+    : first_ball_(static_cast<int>(scene.props.size())), ball_radius_(ball_radius), draw_(draw) {
   for (std::size_t color = 0; color < kCups; ++color) {
-    scene.props.push_back(mjcf::visual_sphere(kBallNames[color], BALL_RADIUS, kColors[color]));
+    scene.props.push_back(mjcf::visual_sphere(kBallNames[color], ball_radius, kColors[color]));
   }
   lamp_ = Lamp(scene, "lamp");
 }
@@ -65,7 +65,7 @@ void LampCue::reset(const Episode& episode, const Mugs& mugs) const {
   for (int color = 0; color < kCups; ++color) {
     const std::uint8_t slot = slots[static_cast<std::size_t>(color)];
     slot_of_color_.row(env)[color] = slot;
-    const Eigen::Vector3d ball = mugs.slot_pos(env, slot, BALL_RADIUS);
+    const Eigen::Vector3d ball = mugs.slot_pos(env, slot, ball_radius_);
     state.place_prop(env, first_ball_ + color, ball.data(), kUprightQuat);
   }
   const Eigen::Vector3d center = mugs.base(env);
@@ -77,7 +77,7 @@ void LampCue::reset(const Episode& episode, const Mugs& mugs) const {
 void LampCue::hide_balls(int env) const {
   Eigen::Vector3d parked =
       Eigen::Map<const Eigen::Vector3d>(engine_.state->prop_pos_of(env, first_ball_));
-  parked.z() = BALL_RADIUS + HEIGHT_OFFSET;
+  parked.z() = ball_radius_ + HEIGHT_OFFSET;
   for (int color = 0; color < kCups; ++color) {
     engine_.state->hide_prop(env, first_ball_ + color, parked.data());
   }

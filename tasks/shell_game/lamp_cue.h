@@ -16,7 +16,7 @@ class LampCue {
   static Draw mapping_draw();
 
   // Appends balls and lamp to the scene. `draw`: index of the game's mapping_draw.
-  LampCue(mjcf::Scene& scene, int draw);
+  LampCue(mjcf::Scene& scene, double ball_radius, int draw);
 
   // Adds the option that keeps the mapping constant, and constants.
   static void describe(TaskInfo& info);
@@ -45,6 +45,7 @@ class LampCue {
 
  private:
   int first_ball_;
+  double ball_radius_;  // m
   Lamp lamp_;
   int draw_;
   Bindings engine_;

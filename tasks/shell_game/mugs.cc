@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include "core/base/error.h"
+#include "core/base/join.h"
 #include "mjcf/mug.h"
+#include "tasks/parts/footprint.h"
 
 namespace engram::tasks {
 namespace {
@@ -10,22 +13,59 @@ namespace {
 constexpr std::array<const char*, kCups> kNames = {"mug_left", "mug_center", "mug_right"};
 constexpr double kBaseRange = 0.1;  // m
 
+mjcf::Prop standing_mug(int slot, const ShellGameParams& params, const MugStance& stance) {
+  mjcf::Prop mug =
+      mjcf::mug(kNames[static_cast<std::size_t>(slot)], stance.handle_yaw, params.MUG_SCALE);
+  mug.pos = {0, (slot - 1) * params.MIN_DIST, params.resting_height()};
+  mug.quat = stance.quat;
+  return mug;
+}
+
+// Between two mugs side by side, or minus their overlap, m.
+double gap_between(mjcf::Prop mug, double slot_distance) {
+  std::erase_if(mug.primitives, [](const mjcf::Primitive& part) { return !part.collides; });
+  const Footprint footprint = footprint_of(mug);
+  double least = slot_distance;
+  for (const FootprintPart& one : footprint.parts) {
+    for (const FootprintPart& other : footprint.parts) {
+      least = std::min(least, part_clearance(one, other, {0, slot_distance}));
+    }
+  }
+  return least;
+}
+
 }  // namespace
 
 // Half turns about horizontal axes at 26.57 and 68.20 degrees.
 const MugStance kUpsideDown{mjcf::kMugHandleYaw, {0, 0.894427190999916, 0.447213595499958, 0}};
 const MugStance kHandleTowardsRobot{0, {0, 0.371390676354104, 0.928476690885259, 0}};
 
+void check_mugs(const ShellGameParams& params, const MugStance& stance, double room) {
+  const double gap = gap_between(standing_mug(0, params, stance), params.MIN_DIST);
+  if (gap < room) {
+    throw Error(Error::kInvalidArgument, "cups of MUG_SCALE " + shortest(params.MUG_SCALE) +
+                                             " do not stand apart: MIN_DIST " +
+                                             shortest(params.MIN_DIST) + " m leaves " +
+                                             in_millimetres(gap) + " between two, at least " +
+                                             in_millimetres(room) + " allowed");
+  }
+  const double hidden = mjcf::kMugHides * params.mug_ratio();
+  if (params.BALL_RADIUS > hidden) {
+    throw Error(Error::kInvalidArgument,
+                "constant 'BALL_RADIUS': " + shortest(params.BALL_RADIUS) + " given, at most " +
+                    in_millimetres(hidden) + " allowed: a cup of MUG_SCALE " +
+                    shortest(params.MUG_SCALE) + " would not hide the ball");
+  }
+}
+
 Draw Mugs::base_draw() {
   return {"base", 2, false, -kBaseRange, kBaseRange, "m", "x, y of the center slot"};
 }
 
-Mugs::Mugs(mjcf::Scene& scene, const MugStance& stance) : stance_(stance) {
+Mugs::Mugs(mjcf::Scene& scene, const ShellGameParams& params, const MugStance& stance)
+    : stance_(stance), slot_distance_(params.MIN_DIST), resting_height_(params.resting_height()) {
   for (int slot = 0; slot < kCups; ++slot) {
-    mjcf::Prop mug = mjcf::mug(kNames[static_cast<std::size_t>(slot)], stance.handle_yaw);
-    mug.pos = {0, (slot - 1) * MIN_DIST, mjcf::kMugRestingHeight};
-    mug.quat = stance.quat;
-    scene.props.push_back(std::move(mug));
+    scene.props.push_back(standing_mug(slot, params, stance));
   }
 }
 
@@ -43,13 +83,13 @@ void Mugs::reset(const Episode& episode, int draw) const {
     for (int i = 0; i < 2; ++i) base_.row(env)[i] = random.uniform(-kBaseRange, kBaseRange);
   }
   for (int mug = 0; mug < kCups; ++mug) {
-    const Eigen::Vector3d pos = slot_pos(env, mug, mjcf::kMugRestingHeight + HEIGHT_OFFSET);
+    const Eigen::Vector3d pos = slot_pos(env, mug, resting_height_ + HEIGHT_OFFSET);
     engine_.state->place_prop(env, mug, pos.data(), stance_.quat.data(), PropStatus::kHidden);
   }
 }
 
 Eigen::Vector3d Mugs::standing_pos(int env, int slot) const {
-  return slot_pos(env, slot, mjcf::kMugRestingHeight);
+  return slot_pos(env, slot, resting_height_);
 }
 
 void Mugs::stand(int env, int mug, const Eigen::Vector3d& pos) const {

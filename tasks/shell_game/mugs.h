@@ -6,14 +6,9 @@
 
 #include "core/task.h"
 #include "mjcf/scene.h"
+#include "tasks/shell_game/params.h"
 
 namespace engram::tasks {
-
-inline constexpr double MIN_DIST = 0.2;        // m, from slot to slot along y
-inline constexpr double HEIGHT_OFFSET = 1000;  // m, added to the height of what is hidden
-inline constexpr double MUG_SCALE = 1.3;
-
-inline constexpr int kCups = 3;  // slots 0 left (-y), 1 center, 2 right
 
 // How the mugs of a game stand: the model's handle, and the half turn that puts the rim down.
 struct MugStance {
@@ -23,6 +18,10 @@ struct MugStance {
 extern const MugStance kUpsideDown;
 extern const MugStance kHandleTowardsRobot;  // where ShellGamePick expects it
 
+// Throws Error unless mugs that stand like that have so much room in between, m, and hide the balls
+// under them.
+void check_mugs(const ShellGameParams& params, const MugStance& stance, double room = 0.001);
+
 class Mugs {
  public:
   // The draw of where the row stands.
@@ -30,7 +29,7 @@ class Mugs {
 
   // Appends the mugs to the scene. They are its props 0, 1, 2, named after the slots in which they
   // start.
-  Mugs(mjcf::Scene& scene, const MugStance& stance);
+  Mugs(mjcf::Scene& scene, const ShellGameParams& params, const MugStance& stance);
 
   void bind(const Bindings& bindings);
   // Draws where the row stands, `draw` being the index of that draw, and hides the mugs above it.
@@ -40,8 +39,10 @@ class Mugs {
   Eigen::Vector3d base(int env) const { return {base_.row(env)[0], base_.row(env)[1], 0}; }
   // A point above a slot.
   Eigen::Vector3d slot_pos(int env, int slot, double height) const {
-    return base(env) + Eigen::Vector3d(0, (slot - 1) * MIN_DIST, height);
+    return base(env) + Eigen::Vector3d(0, (slot - 1) * slot_distance_, height);
   }
+  // Of the origin of a mug that stands, m.
+  double resting_height() const { return resting_height_; }
   // Of a mug that stands in a slot.
   Eigen::Vector3d standing_pos(int env, int slot) const;
 
@@ -55,6 +56,8 @@ class Mugs {
 
  private:
   MugStance stance_;
+  double slot_distance_;   // m
+  double resting_height_;  // m
   Bindings engine_;
   Column<double> base_;  // (2) m: the center slot
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/base/error.h"
 #include "core/base/real_functions.h"
 #include "core/base/rotations.h"
 #include "tasks/parts/tool_servo.h"
@@ -14,20 +15,39 @@ namespace {
 
 // --- parameters ---
 
-constexpr double GOAL_THRESH = 0.05;                   // m
-constexpr double kPlacedDistance = 1.6 * GOAL_THRESH;  // m
-constexpr double HANDLE_OFFSET_X = 0.045;              // m
-constexpr double HANDLE_OFFSET_Y = 0.043;              // m
-constexpr double kReachedDistance = 0.04;              // m
-constexpr double kGripperOpening = 0.08;               // m
+constexpr double HANDLE_OFFSET_X = 0.045;  // m
+constexpr double HANDLE_OFFSET_Y = 0.043;  // m
+constexpr double kReachedDistance = 0.04;  // m
+constexpr double kGripperOpening = 0.08;   // m
 constexpr double kSuccessReward = 75;
 const Eigen::Vector3d kGoalFromBall(0, 0, 0.125);                            // m
 const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // m, world axes
 
-// The oracle's way: straddle the handle's bar from above, close, lift.
+// What a lift needs at least.
+constexpr double kFingerRoom = 0.028;  // m, between two mugs
+constexpr double kLeastLift = 0.001;   // m
+constexpr double kLiftPerStep = 0.01;  // m
+constexpr int kTimeToPick = 19;        // control steps
+
+struct PickParams : ShellGameParams {
+  // How far above a mug in its slot the goal's centre is, m.
+  double height() const { return BALL_RADIUS + kGoalFromBall.z() - resting_height(); }
+  // How far a mug has to be lifted, m.
+  double lift() const { return height() - placed_distance(); }
+
+  void check(int horizon) const;
+};
+
+constexpr std::array<PickParams, 1> kVariants = {{
+    {{.task = {"ShellGamePick-VLA-v0", 30, Split::kExtended, 0.90}, .GOAL_THRESH = 0.05}},
+}};
+
+// The oracle's way, of the benchmark's mugs: straddle the handle's bar from above, close, lift.
 
 // The bar's middle, seen from the mug's origin, m.
 const Eigen::Vector3d kGripFromMug(-0.0635, 0.0480, 0);
+// Fingers do not shrink with the mug: at a smaller one they grip farther out, clear of its wall.
+const Eigen::Vector3d kFartherOut(-0.0130, 0.0124, 0);
 constexpr double kGripYaw = -43.6 * std::numbers::pi / 180;  // the fingers close across the bar
 constexpr double kGripHeight = 0.072;  // m, of the TCP: the palm clears the mug's foot by 3 mm
 constexpr double kHoverHeight = 0.12;  // m: fingertips above the mugs
@@ -36,10 +56,23 @@ constexpr double kFunnelSlope = 2;
 constexpr double kGripTurn = 0.25;       // rad: turned enough to come down
 constexpr double kGripRadius = 0.012;    // m: near enough to the grip to close
 constexpr double kHoldingWidth = 0.022;  // m: fingers this close together hold the bar
-constexpr double kLift = 0.02;           // m, of the mug
+constexpr double kLift = 0.02;           // m, of the mug, or more if the goal asks for it
+constexpr double kIntoGoal = 0.006;      // m
 constexpr double kSqueeze = -1;          // drives the fingers into what they hold
 constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
 constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
+
+void PickParams::check(int horizon) const {
+  check_mugs(*this, kHandleTowardsRobot, kFingerRoom);
+  if (lift() < kLeastLift) {
+    throw Error(Error::kInvalidArgument,
+                "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
+                    in_millimetres(placed_distance()) + ", and its centre is " +
+                    in_millimetres(height()) + " above a cup that nobody has moved");
+  }
+  const int more = static_cast<int>(std::max(0.0, lift() - kLift) / kLiftPerStep);
+  check_time(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPick + more);
+}
 
 template <class Row>
 void list_terms(Row& row, const PickInputs& in, const PickTerms& terms) {
@@ -62,13 +95,20 @@ void list_terms(Row& row, const PickInputs& in, const PickTerms& terms) {
 
 class Pick final : public ShellGame {
  public:
-  explicit Pick(const RegistryEntry& entry)
-      : ShellGame(entry, {.GOAL_THRESH = GOAL_THRESH,
-                          .frozen = false,
-                          .success_reward = kSuccessReward,
-                          .stance = &kHandleTowardsRobot}),
+  Pick(const RegistryEntry& entry, const PickParams& params)
+      : ShellGame(
+            entry, params,
+            {.frozen = false, .success_reward = kSuccessReward, .stance = &kHandleTowardsRobot}),
+        placed_distance_(params.placed_distance()),
+        grip_from_mug_(params.mug_ratio() * kGripFromMug +
+                       std::max(0.0, 1 - params.mug_ratio()) * kFartherOut),
+        grip_height_(std::max(params.resting_height(), kGripHeight + params.extra_height())),
+        hover_height_(kHoverHeight + std::max(0.0, params.extra_height())),
+        grip_radius_(kGripRadius * std::min(1.0, params.mug_ratio())),
+        holding_width_(kHoldingWidth * params.mug_ratio()),
+        lift_(std::max(kLift, params.lift() + kIntoGoal)),
         ball_(add_red_ball()),
-        goal_(add_goal_site(GOAL_THRESH)) {
+        goal_(add_goal_site(params.GOAL_THRESH)) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.constants.emplace_back("HANDLE_OFFSET_X", HANDLE_OFFSET_X);
@@ -99,7 +139,7 @@ class Pick final : public ShellGame {
       is_grasped_[env] = is_grasping(*engine_.state, env, target_[env]) ? 1 : 0;
       const Eigen::Vector3d offset = goal_pos(env) - mugs_.pos(env, target_[env]);
       conclude(env, {.obj_to_goal = offset,
-                     .placed = offset.norm() <= kPlacedDistance,
+                     .placed = offset.norm() <= placed_distance_,
                      .still = robot_is_static(*engine_.state, env)});
     }
   }
@@ -145,18 +185,17 @@ class Pick final : public ShellGame {
   void act(Range envs, bool blind, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int slot = chosen_slot(env, blind);
-      const Eigen::Vector3d grip = mugs_.slot_pos(env, slot, kGripHeight) +
-                                   Eigen::Vector3d(kGripFromMug.x(), kGripFromMug.y(), 0);
+      const Eigen::Vector3d grip = mugs_.slot_pos(env, slot, grip_height_) + grip_from_mug_;
       const double lifted = mugs_.pos(env, slot).z() - mugs_.standing_pos(env, slot).z();
-      const bool closing = (tcp_pos(env) - grip).norm() < kGripRadius;
-      const bool holding = closing && gripper_width(env) < kHoldingWidth;
+      const bool closing = (tcp_pos(env) - grip).norm() < grip_radius_;
+      const bool holding = closing && gripper_width(env) < holding_width_;
       Eigen::Vector3d goal = approach_by_funnel(*engine_.state, env, grip, kFunnel, kFunnelSlope);
       double gripper = kGripperOpen;
       if (!is_manipulation(env) || turn_left(env) > kGripTurn) {
-        goal.z() = std::max(goal.z(), kHoverHeight);
+        goal.z() = std::max(goal.z(), hover_height_);
       } else if (holding || lifted > kTakenUp) {
         gripper = kSqueeze;
-        goal = tcp_pos(env) + Eigen::Vector3d(0, 0, lifted > kLift ? 0 : kLiftLead);
+        goal = tcp_pos(env) + Eigen::Vector3d(0, 0, lifted > lift_ ? 0 : kLiftLead);
       } else if (closing) {
         gripper = kSqueeze;
       }
@@ -166,7 +205,7 @@ class Pick final : public ShellGame {
 
  private:
   Eigen::Vector3d goal_pos(int env) const {
-    return mugs_.slot_pos(env, target_[env], BALL_RADIUS) + kGoalFromBall;
+    return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
   }
   Eigen::Vector3d handle_pos(int env) const {
     return mugs_.pos(env, target_[env]) + kHandleFromMug;
@@ -181,6 +220,14 @@ class Pick final : public ShellGame {
     return angle_between(grip_tool_, Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
   }
 
+  double placed_distance_;  // m
+  // The oracle's, m.
+  Eigen::Vector3d grip_from_mug_;
+  double grip_height_;
+  double hover_height_;
+  double grip_radius_;
+  double holding_width_;
+  double lift_;
   Eigen::Quaterniond grip_tool_ = tool_down(kGripYaw);
   int ball_;
   int goal_;
@@ -209,16 +256,14 @@ PickTerms pick_reward(const PickInputs& in) {
   return terms;
 }
 
-constexpr std::array<TaskRow, 1> kRows = {{
-    {"ShellGamePick-VLA-v0", 30, Split::kExtended, 0.90},
-}};
+constexpr auto kRows = rows_of(kVariants);
 
 const Family kShellGamePick = {
     .name = "ShellGamePick",
     .memory_type = "Spatial",
     .instruction = "Observe which cup hides the ball, wait, then pick up that cup and lift it.",
     .tasks = kRows,
-    .make = make_plain<Pick>,
+    .make = make_variant<Pick, kVariants>,
     .expectations = {
         .least_reward = 0, .most_reward = 0.6667, .goal_for_people = true, .hides = true}};
 

@@ -1,7 +1,9 @@
 #include "tasks/shell_game/push.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "core/base/error.h"
 #include "core/base/real_functions.h"
 #include "tasks/parts/tool_servo.h"
 #include "tasks/parts/variant.h"
@@ -12,22 +14,60 @@ namespace {
 
 // --- parameters ---
 
-constexpr double GOAL_THRESH = 0.06;                   // m
-constexpr double kPlacedDistance = 1.6 * GOAL_THRESH;  // m
-constexpr double kStaticSpeed = 0.3;                   // rad/s
-constexpr double kReachedDistance = 0.08;              // m
+constexpr double kStaticSpeed = 0.3;       // rad/s
+constexpr double kReachedDistance = 0.08;  // m
 constexpr double kSuccessReward = 4;
 const Eigen::Vector3d kGoalFromBall(0.1, 0, 0.03);  // m
 
-// The oracle's way. The pace keeps the mug from sliding on.
+// What a push needs at least.
+constexpr double kLeastTravel = 0.001;  // m
+constexpr int kTimeToPush = 19;         // control steps
+
+struct PushParams : ShellGameParams {
+  // From a mug in its slot to the goal's centre, m.
+  Eigen::Vector3d way() const {
+    return kGoalFromBall + Eigen::Vector3d(0, 0, BALL_RADIUS - resting_height());
+  }
+  // How far a mug has to be pushed, m; none that are not at the goal's height.
+  double travel() const {
+    const double height = way().z();
+    return way().x() - std::sqrt(placed_distance() * placed_distance() - height * height);
+  }
+
+  void check(int horizon) const;
+};
+
+constexpr std::array<PushParams, 1> kVariants = {{
+    {{.task = {"ShellGamePush-VLA-v0", 30, Split::kShort}, .GOAL_THRESH = 0.06}},
+}};
+
+// The oracle's way, of the benchmark's mugs. The pace keeps the mug from sliding on.
 constexpr double kBehind = 0.13;          // m, from the mug's origin
 constexpr double kPushHeight = 0.07;      // m, of the TCP
 constexpr double kPushHeightBand = 0.02;  // m
 constexpr double kLaneWidth = 0.02;       // m
-constexpr double kTravel = 0.05;          // m, of the mug
+constexpr double kTravel = 0.05;          // m, of the mug, or more if the goal asks for it
+constexpr double kIntoGoal = 0.02;        // m
 constexpr double kPushLead = 0.03;        // m, that the tool's target is ahead of it
 constexpr double kFunnel = 0.03;  // m: the tool stays above a cone that opens at this radius
 constexpr double kFunnelSlope = 1.2;
+
+void PushParams::check(int horizon) const {
+  check_mugs(*this, kUpsideDown);
+  const double placed = placed_distance();
+  if (std::abs(way().z()) >= placed) {
+    throw Error(Error::kInvalidArgument,
+                "cups never are in the goal region: 1.6 x GOAL_THRESH = " + in_millimetres(placed) +
+                    ", and its centre is " + in_millimetres(way().z()) + " above a cup's origin");
+  }
+  if (travel() < kLeastTravel) {
+    throw Error(Error::kInvalidArgument,
+                "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
+                    in_millimetres(placed) + ", and its centre is " + in_millimetres(way().norm()) +
+                    " from a cup that nobody has moved");
+  }
+  check_time(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
+}
 
 template <class Row>
 void list_terms(Row& row, const PushInputs& in, const PushTerms& terms) {
@@ -43,10 +83,15 @@ void list_terms(Row& row, const PushInputs& in, const PushTerms& terms) {
 
 class Push final : public ShellGame {
  public:
-  explicit Push(const RegistryEntry& entry)
-      : ShellGame(entry, {.GOAL_THRESH = GOAL_THRESH, .success_reward = kSuccessReward}),
+  Push(const RegistryEntry& entry, const PushParams& params)
+      : ShellGame(entry, params, {.success_reward = kSuccessReward}),
+        placed_distance_(params.placed_distance()),
+        behind_(kBehind * params.mug_ratio()),
+        push_height_(kPushHeight * params.mug_ratio()),
+        travel_(std::max(kTravel, params.travel() + std::min(kIntoGoal, 0.2 * placed_distance_))),
+        lead_(std::min(kPushLead, placed_distance_)),
         ball_(add_red_ball()),
-        goal_(add_goal_site(GOAL_THRESH)) {
+        goal_(add_goal_site(params.GOAL_THRESH)) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
@@ -69,7 +114,7 @@ class Push final : public ShellGame {
       engine_.oracle_info[env] = target_[env];
       const Eigen::Vector3d offset = goal_pos(env) - mugs_.pos(env, target_[env]);
       conclude(env, {.obj_to_goal = offset,
-                     .placed = offset.norm() <= kPlacedDistance,
+                     .placed = offset.norm() <= placed_distance_,
                      .still = robot_is_static(*engine_.state, env, kStaticSpeed)});
     }
   }
@@ -110,17 +155,17 @@ class Push final : public ShellGame {
       float* action = actions.row(env);
       const int slot = chosen_slot(env, blind);
       const Eigen::Vector3d start =
-          mugs_.slot_pos(env, slot, kPushHeight) - Eigen::Vector3d(kBehind, 0, 0);
+          mugs_.slot_pos(env, slot, push_height_) - Eigen::Vector3d(behind_, 0, 0);
       const double moved = mugs_.pos(env, slot).x() - mugs_.base(env).x();
-      if (!is_manipulation(env) || moved >= kTravel) {
+      if (!is_manipulation(env) || moved >= travel_) {
         hold_tool(is_manipulation(env) ? kGripperClosed : kGripperOpen, action);
         continue;
       }
       const Eigen::Vector3d tcp = tcp_pos(env);
       const bool pushing =
-          std::abs(tcp.y() - start.y()) < kLaneWidth && tcp.z() < kPushHeight + kPushHeightBand;
+          std::abs(tcp.y() - start.y()) < kLaneWidth && tcp.z() < push_height_ + kPushHeightBand;
       const Eigen::Vector3d goal =
-          pushing ? Eigen::Vector3d(tcp.x() + kPushLead, start.y(), start.z())
+          pushing ? Eigen::Vector3d(tcp.x() + lead_, start.y(), start.z())
                   : approach_by_funnel(*engine_.state, env, start, kFunnel, kFunnelSlope);
       servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
     }
@@ -128,9 +173,15 @@ class Push final : public ShellGame {
 
  private:
   Eigen::Vector3d goal_pos(int env) const {
-    return mugs_.slot_pos(env, target_[env], BALL_RADIUS) + kGoalFromBall;
+    return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
   }
 
+  double placed_distance_;  // m
+  // The oracle's, m.
+  double behind_;
+  double push_height_;
+  double travel_;
+  double lead_;
   int ball_;
   int goal_;
 };
@@ -154,16 +205,14 @@ PushTerms push_reward(const PushInputs& in) {
   return terms;
 }
 
-constexpr std::array<TaskRow, 1> kRows = {{
-    {"ShellGamePush-VLA-v0", 30, Split::kShort},
-}};
+constexpr auto kRows = rows_of(kVariants);
 
 const Family kShellGamePush = {
     .name = "ShellGamePush",
     .memory_type = "Spatial",
     .instruction = "Observe which cup hides the ball, wait, then push that cup forward.",
     .tasks = kRows,
-    .make = make_plain<Push>,
+    .make = make_variant<Push, kVariants>,
     .expectations = {
         .least_reward = 0, .most_reward = 0.8, .goal_for_people = true, .hides = true}};
 

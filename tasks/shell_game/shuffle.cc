@@ -1,5 +1,6 @@
 #include "tasks/shell_game/shuffle.h"
 
+#include "tasks/parts/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/shuffle_phase.h"
 #include "tasks/shell_game/touch_rule.h"
@@ -9,21 +10,30 @@ namespace {
 
 // --- parameters ---
 
-constexpr ShuffleParams kShort = {{1, 5}, {20, 35}, {2, 4}, true};
-constexpr ShuffleParams kLong = {{10, 100}, {100, 400}, {5, 15}, false};
-
-const ShuffleParams& params_of(const RegistryEntry& entry) {
-  return entry.split == Split::kShort ? kShort : kLong;
+constexpr ShuffleParams brief(const TaskRow& task) {
+  return {{{.task = task, .CUE_PHASE_STEPS = {1, 5}}}, {20, 35}, {2, 4}, true};
 }
+constexpr ShuffleParams lasting(const TaskRow& task) {
+  return {{{.task = task, .CUE_PHASE_STEPS = {10, 100}}}, {100, 400}, {5, 15}, false};
+}
+
+constexpr std::array<ShuffleParams, 2> kTouchVariants = {{
+    lasting({"ShellGameShuffleTouch-Long-VLA-v0", 600, Split::kMedium}),
+    brief({"ShellGameShuffleTouch-VLA-v0", 60, Split::kShort}),
+}};
+constexpr std::array<ShuffleParams, 2> kColorLampVariants = {{
+    lasting({"ShellGameShuffleColorLampTouch-Long-VLA-v0", 600, Split::kMedium}),
+    brief({"ShellGameShuffleColorLampTouch-VLA-v0", 60, Split::kShort}),
+}};
 
 // A ball is under one of the mugs.
 class ShuffleTouch final : public ShellGame {
  public:
   ShuffleTouch(const RegistryEntry& entry, const ShuffleParams& params)
-      : ShellGame(entry, {.CUE_PHASE_STEPS = params.CUE_PHASE_STEPS,
-                          .target_description = "first slot of the mug that hides the ball",
-                          .frozen = params.frozen}),
-        rule_(/*shoving=*/true),
+      : ShellGame(entry, params,
+                  {.target_description = "first slot of the mug that hides the ball",
+                   .frozen = params.frozen}),
+        rule_(params, /*shoving=*/true),
         shuffle_(params, kFirstOwnDraw),
         ball_(add_red_ball()) {
     info_.termination = Termination::kNever;
@@ -93,19 +103,21 @@ class ShuffleTouch final : public ShellGame {
   }
 
  private:
+  double ball_radius() const { return params().BALL_RADIUS; }
+
   // It shows in its slot, hides during the shuffle, and then is under its mug.
   void move_ball(int env) const {
     const int start = target_[env];
     if (engine_.state->elapsed[env] == 0) {
-      place_sphere(env, ball_, mugs_.slot_pos(env, start, BALL_RADIUS));
+      place_sphere(env, ball_, mugs_.slot_pos(env, start, ball_radius()));
     }
     if (shuffle_.begins(env)) {
-      const Eigen::Vector3d parked = mugs_.slot_pos(env, start, BALL_RADIUS + HEIGHT_OFFSET);
+      const Eigen::Vector3d parked = mugs_.slot_pos(env, start, ball_radius() + HEIGHT_OFFSET);
       engine_.state->hide_prop(env, ball_, parked.data());
     }
     if (manipulation_begins(env)) {
       const int end = shuffle_.final_slot(env, start);
-      place_sphere(env, ball_, mugs_.slot_pos(env, end, BALL_RADIUS));
+      place_sphere(env, ball_, mugs_.slot_pos(env, end, ball_radius()));
     }
   }
 
@@ -118,12 +130,12 @@ class ShuffleTouch final : public ShellGame {
 class ShuffleColorLamp final : public ShellGame {
  public:
   ShuffleColorLamp(const RegistryEntry& entry, const ShuffleParams& params)
-      : ShellGame(entry, {.CUE_PHASE_STEPS = params.CUE_PHASE_STEPS,
-                          .target = LampCue::kTarget,
-                          .target_description = LampCue::kTargetDescription,
-                          .frozen = params.frozen}),
-        rule_(/*shoving=*/false),
-        cue_(scene_, kMapping),
+      : ShellGame(entry, params,
+                  {.target = LampCue::kTarget,
+                   .target_description = LampCue::kTargetDescription,
+                   .frozen = params.frozen}),
+        rule_(params, /*shoving=*/false),
+        cue_(scene_, params.BALL_RADIUS, kMapping),
         shuffle_(params, kFirstOwnDraw) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
@@ -202,15 +214,8 @@ class ShuffleColorLamp final : public ShellGame {
 
 }  // namespace
 
-template <class Game>
-std::unique_ptr<Task> make(const RegistryEntry& entry) {
-  return std::make_unique<Game>(entry, params_of(entry));
-}
-
-constexpr std::array<TaskRow, 2> kTouchRows = {{
-    {"ShellGameShuffleTouch-Long-VLA-v0", 600, Split::kMedium},
-    {"ShellGameShuffleTouch-VLA-v0", 60, Split::kShort},
-}};
+constexpr auto kTouchRows = rows_of(kTouchVariants);
+constexpr auto kColorLampRows = rows_of(kColorLampVariants);
 
 const Family kShellGameShuffleTouch = {
     .name = "ShellGameShuffleTouch",
@@ -219,13 +224,8 @@ const Family kShellGameShuffleTouch = {
         "Observe which cup hides the ball, track the cups as they shuffle, then touch the "
         "correct cup.",
     .tasks = kTouchRows,
-    .make = make<ShuffleTouch>,
+    .make = make_variant<ShuffleTouch, kTouchVariants>,
     .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
-
-constexpr std::array<TaskRow, 2> kColorLampRows = {{
-    {"ShellGameShuffleColorLampTouch-Long-VLA-v0", 600, Split::kMedium},
-    {"ShellGameShuffleColorLampTouch-VLA-v0", 60, Split::kShort},
-}};
 
 const Family kShellGameShuffleColorLampTouch = {
     .name = "ShellGameShuffleColorLampTouch",
@@ -234,7 +234,7 @@ const Family kShellGameShuffleColorLampTouch = {
         "Observe which color is under each cup, track the cups as they shuffle, then touch the "
         "cup matching the lamp color.",
     .tasks = kColorLampRows,
-    .make = make<ShuffleColorLamp>,
+    .make = make_variant<ShuffleColorLamp, kColorLampVariants>,
     .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
 
 }  // namespace engram::tasks

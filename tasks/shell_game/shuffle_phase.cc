@@ -1,34 +1,63 @@
 #include "tasks/shell_game/shuffle_phase.h"
 
 #include <array>
+#include <string>
+
+#include "core/base/error.h"
 
 namespace engram::tasks {
 namespace {
 
 enum OwnDraw { kShuffleSteps, kNumSwaps, kSwapPairList };
 
+constexpr Bounds kSteps{1, 100'000};
+constexpr Bounds kSwaps{1, ShufflePhase::kMaxSwaps};
+constexpr int kStepsOfSwap = 2;   // so many show which mugs swap
+constexpr int kTimeToTouch = 12;  // control steps
+
 }  // namespace
+
+void ShuffleParams::constants(Changes& list) {
+  ShellGameParams::constants(list);
+  list.steps("SHUFFLE_PHASE_STEPS", SHUFFLE_PHASE_STEPS, kSteps,
+             "how long the whole shuffle takes");
+  list.integer_range("NUM_SWAPS", NUM_SWAPS.low, NUM_SWAPS.high, kSwaps, "", "swaps in a shuffle");
+  list.real("SWAP_ARC_HEIGHT", SWAP_ARC_HEIGHT, {0, 0.12}, "m",
+            "how far cups are lifted while they swap");
+}
+
+void ShuffleParams::check(int horizon) const {
+  check_touch();
+  if (NUM_SWAPS.high * kStepsOfSwap > SHUFFLE_PHASE_STEPS.low) {
+    throw Error(Error::kInvalidArgument,
+                "constants leave no time to swap: NUM_SWAPS " + std::to_string(NUM_SWAPS.high) +
+                    " x " + std::to_string(kStepsOfSwap) +
+                    " control steps = " + std::to_string(NUM_SWAPS.high * kStepsOfSwap) +
+                    ", more than SHUFFLE_PHASE_STEPS " + std::to_string(SHUFFLE_PHASE_STEPS.low));
+  }
+  check_time(horizon,
+             {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high},
+              {"SHUFFLE_PHASE_STEPS", SHUFFLE_PHASE_STEPS.high}},
+             kTimeToTouch);
+}
 
 void ShufflePhase::describe(TaskInfo& info) {
   info.phases = {{"cue", "elapsed < cue_steps"},
                  {"shuffle", "cue_steps <= elapsed < cue_steps + shuffle_steps"},
                  {"manipulation", "elapsed >= cue_steps + shuffle_steps"}};
-  const auto whole = [&info](const char* name, int width, StepRange range, const char* unit,
-                             const char* what) {
-    info.draws.push_back({name, width, true, static_cast<double>(range.low),
-                          static_cast<double>(range.high), unit, what});
-  };
-  whole("shuffle_steps", 1, params_.SHUFFLE_PHASE_STEPS, "control steps",
-        "length of the shuffle phase");
-  whole("num_swaps", 1, params_.NUM_SWAPS, "", "swaps in the shuffle");
-  whole("swap_pairs", params_.NUM_SWAPS.high, {0, 2}, "",
-        "slots of each swap: 0 left and center, 1 left and right, 2 center and right");
+  info.draws.push_back(params_.SHUFFLE_PHASE_STEPS.draw(
+      "shuffle_steps", "length of the shuffle phase", "SHUFFLE_PHASE_STEPS"));
+  info.draws.push_back(params_.NUM_SWAPS.draw("num_swaps", "swaps in the shuffle", "NUM_SWAPS"));
+  info.draws.back().unit.clear();
+  info.draws.push_back(
+      {"swap_pairs", params_.NUM_SWAPS.high, true, 0, 2, "",
+       "slots of each swap: 0 left and center, 1 left and right, 2 center and right"});
   snap_back_option_ = info.options.size();
   info.options.push_back({"snap_back", 0, true, 0, 1, "",
                           "1: steps left over after the last swap show the mugs as before it", 1});
   info.constants.emplace_back("NUM_SWAPS", params_.NUM_SWAPS.constant());
   info.constants.emplace_back("SHUFFLE_PHASE_STEPS", params_.SHUFFLE_PHASE_STEPS.constant());
-  info.constants.emplace_back("SWAP_ARC_HEIGHT", SWAP_ARC_HEIGHT);
+  info.constants.emplace_back("SWAP_ARC_HEIGHT", params_.SWAP_ARC_HEIGHT);
 }
 
 void ShufflePhase::bind(const Bindings& bindings) {
@@ -38,11 +67,8 @@ void ShufflePhase::bind(const Bindings& bindings) {
 }
 
 void ShufflePhase::reset(const Episode& episode, int begin) const {
-  const auto draw = [&](int index, StepRange range) {
-    return episode.integer(first_draw_ + index, range.low, range.high);
-  };
-  const int steps = draw(kShuffleSteps, params_.SHUFFLE_PHASE_STEPS);
-  const int swaps = draw(kNumSwaps, params_.NUM_SWAPS);
+  const int steps = params_.SHUFFLE_PHASE_STEPS.sample(episode, first_draw_ + kShuffleSteps);
+  const int swaps = params_.NUM_SWAPS.sample(episode, first_draw_ + kNumSwaps);
   const int draw_of_pairs = first_draw_ + kSwapPairList;
   const double* pinned = episode.pinned(draw_of_pairs);
   RandomStream random = episode.stream(draw_of_pairs);

@@ -9,21 +9,25 @@
 
 namespace engram::tasks {
 
-struct ShuffleParams {
-  StepRange CUE_PHASE_STEPS;
+// One row of a family's table.
+struct ShuffleParams : TouchParams {
   StepRange SHUFFLE_PHASE_STEPS;
   StepRange NUM_SWAPS;
-  bool frozen;  // the canonical wrapper zeroes actions before the manipulation phase
+  bool frozen = false;            // the canonical wrapper zeroes actions before the manipulation
+  double SWAP_ARC_HEIGHT = 0.06;  // m
+
+  void constants(Changes& list);
+  void check(int horizon) const;
 };
 
 class ShufflePhase {
  public:
-  static constexpr int kMaxSwaps = 15;
+  static constexpr int kMaxSwaps = 40;
   static constexpr int kDraws = 3;
 
   // Its draws are those from `first_draw` on.
   ShufflePhase(const ShuffleParams& params, int first_draw)
-      : params_(params), first_draw_(first_draw) {}
+      : params_(params), first_draw_(first_draw), swaps_(params.MIN_DIST, params.SWAP_ARC_HEIGHT) {}
 
   // Adds phases, draws, constants and the option of steps that are left over after the last swap.
   void describe(TaskInfo& info);

@@ -4,14 +4,8 @@
 #include <numbers>
 
 #include "core/base/real_functions.h"
-#include "tasks/shell_game/mugs.h"
 
 namespace engram::tasks {
-namespace {
-
-double slot_y(int slot) { return (slot - 1) * MIN_DIST; }
-
-}  // namespace
 
 void Swaps::bind(ColumnStore& memory, int max_swaps, bool snap_back) {
   snap_back_ = snap_back;
@@ -53,7 +47,7 @@ Eigen::Vector3d Swaps::offset(int env, int mug, int elapsed) const {
   const double middle = (from + to) / 2;
   const double half = (from - to) / 2;
   return {-half * real::sin(angle), middle + half * real::cos(angle),
-          SWAP_ARC_HEIGHT * real::sin(angle)};
+          arc_height_ * real::sin(angle)};
 }
 
 }  // namespace engram::tasks

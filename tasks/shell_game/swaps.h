@@ -7,16 +7,19 @@
 #include <span>
 
 #include "core/base/column.h"
+#include "tasks/shell_game/params.h"
 
 namespace engram::tasks {
-
-inline constexpr double SWAP_ARC_HEIGHT = 0.06;  // m
 
 // The slots that swap s = 0, 1, 2 exchanges.
 inline constexpr std::array<std::array<int, 2>, 3> kSwapPairs = {{{0, 1}, {0, 2}, {1, 2}}};
 
 class Swaps {
  public:
+  // Slots are `slot_distance` apart; mugs are lifted by up to `arc_height`. Both in metres.
+  Swaps(double slot_distance, double arc_height)
+      : slot_distance_(slot_distance), arc_height_(arc_height) {}
+
   // At most `max_swaps` swaps in an episode. `snap_back`: steps that are left over after the last
   // swap show the slots before it, not the final ones.
   void bind(ColumnStore& memory, int max_swaps, bool snap_back = false);
@@ -44,6 +47,10 @@ class Swaps {
   Eigen::Vector3d offset(int env, int mug, int elapsed) const;
 
  private:
+  double slot_y(int slot) const { return (slot - 1) * slot_distance_; }
+
+  double slot_distance_;  // m
+  double arc_height_;     // m
   bool snap_back_ = false;
   Column<std::int32_t> begin_;  // control steps
   Column<std::int32_t> steps_;  // control steps

@@ -10,8 +10,8 @@ namespace {
 
 class Touch final : public ShellGame {
  public:
-  explicit Touch(const RegistryEntry& entry)
-      : ShellGame(entry, {}), rule_(/*shoving=*/true), ball_(add_red_ball()) {
+  Touch(const RegistryEntry& entry, const TouchParams& params)
+      : ShellGame(entry, params, {}), rule_(params, /*shoving=*/true), ball_(add_red_ball()) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     rule_.describe(info_);
@@ -89,16 +89,17 @@ class Touch final : public ShellGame {
 
 }  // namespace
 
-constexpr std::array<TaskRow, 1> kRows = {{
-    {"ShellGameTouch-VLA-v0", 30, Split::kShort},
+constexpr std::array<TouchParams, 1> kVariants = {{
+    {{{"ShellGameTouch-VLA-v0", 30, Split::kShort}}},
 }};
+constexpr auto kRows = rows_of(kVariants);
 
 const Family kShellGameTouch = {
     .name = "ShellGameTouch",
     .memory_type = "Spatial",
     .instruction = "Observe which cup hides the ball, wait, then touch that cup.",
     .tasks = kRows,
-    .make = make_plain<Touch>,
+    .make = make_variant<Touch, kVariants>,
     .expectations = {.least_reward = -0.0334, .most_reward = 1, .hides = true}};
 
 }  // namespace engram::tasks

@@ -12,12 +12,12 @@ constexpr double MUG_DISPLACEMENT_PENALTY_COEF = 0.1;
 constexpr double MUG_DISPLACEMENT_SUCCESS_THRESH = 0.05;  // m
 constexpr double kSuccessReward = 3;
 
-// The oracle's way: over the mug, then down until the fingertips are a centimetre above its foot.
-// Nothing is touched, so nothing can be shoved.
-constexpr double kHoverGap = 0.074;     // m above the mug's origin
+// The oracle's way: over the mug, then down until it is touched.
 constexpr double kTravelGap = 0.063;    // m more while on the way
 constexpr double kDescent = 0.04;       // m at most at a time: fast tools overshoot
 constexpr double kCloseEnough = 0.003;  // m
+// The farthest slots of all are out of a vertical tool's reach.
+constexpr Lean kLean{.reach = 0.78, .per_metre = 5.0, .most = 0.4};
 
 bool is_fair(double displacement) { return displacement <= MUG_DISPLACEMENT_SUCCESS_THRESH; }
 
@@ -63,7 +63,7 @@ ShellGame::Verdict TouchRule::judge(const ShellGame& game, int env, const Eigen:
     is_mug_displacement_ok_[env] = is_fair(displacement) ? 1 : 0;
   }
   return {.obj_to_goal = offset,
-          .placed = offset.norm() <= game.goal_thresh(),
+          .placed = offset.norm() <= goal_thresh_,
           .still = robot_is_static(game.state(), env),
           .fair = is_fair(displacement)};
 }
@@ -104,14 +104,16 @@ void TouchRule::act(const ShellGame& game, Range envs, bool blind, FloatRows act
   for (int env = envs.begin; env < envs.end; ++env) {
     float* action = actions.row(env);
     const Eigen::Vector3d goal = game.mugs().standing_pos(env, game.chosen_slot(env, blind)) +
-                                 Eigen::Vector3d(0, 0, kHoverGap);
+                                 Eigen::Vector3d(0, 0, touch_gap_);
     const Eigen::Vector3d tcp = game.tcp_pos(env);
     if (!game.is_manipulation(env) || (tcp - goal).norm() < kCloseEnough) {
       hold_tool(game.is_manipulation(env) ? hovering : kGripperOpen, action);
     } else {
       Eigen::Vector3d way = approach_from_above(game.state(), env, goal, kTravelGap);
       way.z() = std::max(way.z(), tcp.z() - kDescent);
-      servo_tool(game.state(), env, way, kToolDown, hovering, action);
+      const bool far = (goal - Eigen::Vector3d(kRobotBaseX, 0, goal.z())).norm() > kLean.reach;
+      servo_tool(game.state(), env, way, far ? lean_outwards(kToolDown, goal, kLean) : kToolDown,
+                 hovering, action);
     }
   }
 }

@@ -27,7 +27,8 @@ class TouchRule {
   static RewardTerms reward(const RewardInputs& inputs);
 
   // `shoving`: whether info tells how far mugs were shoved, and success depends on it.
-  explicit TouchRule(bool shoving) : shoving_(shoving) {}
+  TouchRule(const TouchParams& params, bool shoving)
+      : goal_thresh_(params.GOAL_THRESH), touch_gap_(params.touch_gap()), shoving_(shoving) {}
 
   // Adds reward terms and constants.
   void describe(TaskInfo& info) const;
@@ -40,6 +41,8 @@ class TouchRule {
   void act(const ShellGame& game, Range envs, bool blind, FloatRows actions) const;
 
  private:
+  double goal_thresh_;  // m
+  double touch_gap_;    // m
   bool shoving_;
   Column<double> displacement_;  // m
   Column<float> mug_max_displacement_;

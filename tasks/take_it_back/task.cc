@@ -20,10 +20,22 @@ using Vector = Eigen::Vector3d;
 
 // --- parameters ---
 
-constexpr double GOAL_RADIUS = 0.08;    // m
-constexpr double CUBE_HALFSIZE = 0.02;  // m
-constexpr SmoothnessParams kSmoothness = {
-    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.08, .QVEL_L2_COEF = 0.01};
+struct Params {
+  TaskRow task;
+  double GOAL_RADIUS = 0.08;    // m
+  double CUBE_HALFSIZE = 0.02;  // m
+  SmoothnessParams smoothness = {
+      .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.08, .QVEL_L2_COEF = 0.01};
+
+  void constants(Changes& list);
+  void check(int horizon) const;
+};
+
+constexpr std::array<Params, 1> kVariants = {{
+    {{"TakeItBack-VLA-v0", 60, Split::kShort}},
+}};
+
+constexpr int kTimeToAct = 45;  // control steps, there and back
 constexpr double kSuccessReward = 30;
 constexpr double kRegionHeight = 0.001;  // m
 constexpr double kHiddenHeight = 1000;   // reported while a region is hidden
@@ -32,6 +44,7 @@ constexpr double kHiddenHeight = 1000;   // reported while a region is hidden
 constexpr int kSlots = 3;
 constexpr double kSlotPitch = 0.1;  // m
 constexpr double kSlotWidth = 0.05;
+constexpr double kStartX = 0.05;  // m, to either side
 
 constexpr mjcf::Rgba kLime = {0, 1, 0, 1};
 constexpr mjcf::Rgba kBlue = {0, 0, 1, 1};
@@ -48,23 +61,56 @@ enum OptionIndex { kMayOverlap };
 std::vector<Draw> draws() {
   return {
       {"slot", 1, true, -1, 1, "", "where the cube starts: right, middle or left"},
-      {"initial_x", 1, false, -0.05, 0.05, "m", "where the cube starts"},
+      {"initial_x", 1, false, -kStartX, kStartX, "m", "where the cube starts"},
       {"initial_shift", 1, false, 0, kSlotWidth, "m", "where the cube starts, in y in its slot"},
       {"goal_x", 1, false, 0.2, 0.25, "m", "where the target lies"},
       {"goal_y", 1, false, -0.025, 0.025, "m", "where the target lies"},
   };
 }
 
-ConstantTable constants() {
-  ConstantTable table = {{"GOAL_RADIUS", GOAL_RADIUS}, {"CUBE_HALFSIZE", CUBE_HALFSIZE}};
-  add_constants(kSmoothness, table);
+ConstantTable constants(const Params& params) {
+  ConstantTable table = {{"GOAL_RADIUS", params.GOAL_RADIUS},
+                         {"CUBE_HALFSIZE", params.CUBE_HALFSIZE}};
+  add_constants(params.smoothness, table);
   return table;
+}
+
+void Params::constants(Changes& list) {
+  list.real(
+      "GOAL_RADIUS", GOAL_RADIUS, {0.02, 0.1}, "m",
+      "how near the centre of target and start the cube has to be; twice that lies between them");
+  list.real("CUBE_HALFSIZE", CUBE_HALFSIZE, {0.01, 0.03}, "m",
+            "half the side of the cube; its mass grows with it");
+  smoothness.constants(list);
+}
+
+void Params::check(int horizon) const { check_time(horizon, {}, kTimeToAct); }
+
+// How often an agent that has not seen the start brings the cube back: it would choose a slot.
+double guess_rate(double radius) {
+  constexpr int kGrid = 40;  // points in x and in y
+  int right = 0;
+  for (int i = 0; i < kGrid * kGrid; ++i) {
+    const double x = kStartX * (2 * (i % kGrid + 0.5) / kGrid - 1);
+    const double y = kSlotWidth * ((i / kGrid + 0.5) / kGrid - 0.5);
+    for (int slot = 0; slot < kSlots; ++slot) {
+      for (int guess = 0; guess < kSlots; ++guess) {
+        right += Vec2(x, y + kSlotPitch * (slot - guess)).norm() < radius ? 1 : 0;
+      }
+    }
+  }
+  return right / static_cast<double>(kGrid * kGrid * kSlots * kSlots);
 }
 
 class TakeItBack final : public FamilyBase {
  public:
-  explicit TakeItBack(const RegistryEntry& entry) : FamilyBase(entry) {
+  TakeItBack(const RegistryEntry& entry, const Params& params)
+      : FamilyBase(entry), params_(params) {
     info_.candidates = kSlots;
+    // A target of the usual size is as large as a slot.
+    if (params.GOAL_RADIUS != kVariants[0].GOAL_RADIUS) {
+      info_.guess_rate = guess_rate(params.GOAL_RADIUS);
+    }
     info_.termination = Termination::kNever;
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
@@ -72,17 +118,17 @@ class TakeItBack final : public FamilyBase {
     info_.draws = draws();
     info_.options = {{"may_overlap", 0, true, 0, 1, "",
                       "1: the discs of start and target may overlap, which makes success easy", 1}};
-    info_.constants = constants();
+    info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"there", "the cube has not been on the target"},
                     {"back", "the cube has been on the target"}};
     declare_state(*this);
     // People see where the cube started; the robot's cameras do not.
-    scene_.props = {
-        mjcf::cube("cube", CUBE_HALFSIZE, kLime),
-        mjcf::target_disc("initial_region", GOAL_RADIUS, kBlue, /*hidden_from_sensors=*/true),
-        mjcf::target_disc("goal_region", GOAL_RADIUS, kRed),
-        mjcf::target_disc("changed_goal_region", GOAL_RADIUS, kViolet)};
+    scene_.props = {mjcf::cube("cube", params.CUBE_HALFSIZE, kLime),
+                    mjcf::target_disc("initial_region", params.GOAL_RADIUS, kBlue,
+                                      /*hidden_from_sensors=*/true),
+                    mjcf::target_disc("goal_region", params.GOAL_RADIUS, kRed),
+                    mjcf::target_disc("changed_goal_region", params.GOAL_RADIUS, kViolet)};
   }
 
   void bind(const Bindings& bindings) override {
@@ -105,7 +151,7 @@ class TakeItBack final : public FamilyBase {
   void reset(const Episode& episode) override {
     const int env = episode.env();
     draw_positions(episode);
-    place_upright(*engine_.state, env, kCube, initial(env), CUBE_HALFSIZE);
+    place_upright(*engine_.state, env, kCube, initial(env), params_.CUBE_HALFSIZE);
     show_region(env, kInitialRegion, initial(env));
     show_region(env, kGoalRegion, goal(env));
     hide_region(env, kChangedGoalRegion, goal(env));
@@ -126,8 +172,8 @@ class TakeItBack final : public FamilyBase {
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const bool achieved = (cube(env).head<2>() - goal(env)).norm() < GOAL_RADIUS;
-      const bool returned = (cube(env).head<2>() - initial(env)).norm() < GOAL_RADIUS;
+      const bool achieved = (cube(env).head<2>() - goal(env)).norm() < params_.GOAL_RADIUS;
+      const bool returned = (cube(env).head<2>() - initial(env)).norm() < params_.GOAL_RADIUS;
       if (achieved) reached_[env] = 1;
       goal_achieved_[env] = achieved ? 1 : 0;
       goal_reached_status_[env] = reached_[env];
@@ -150,6 +196,8 @@ class TakeItBack final : public FamilyBase {
       in.on_target = goal_achieved_[env] != 0;
       in.reached = reached_[env] != 0;
       in.success = engine_.success[env] != 0;
+      in.cube_halfsize = params_.CUBE_HALFSIZE;
+      in.smoothness = params_.smoothness;
       const TakeItBackRewardTerms terms = take_it_back_reward(in);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
@@ -192,11 +240,12 @@ class TakeItBack final : public FamilyBase {
   // --- oracle: grasp the cube, carry it there and back ---
 
   void act(Range envs, bool blind, FloatRows actions) override {
+    const double close_enough = std::min(kCloseEnough, kWellInside * params_.GOAL_RADIUS);
     for (int env = envs.begin; env < envs.end; ++env) {
       const Vec2 home = blind ? guess(env) : initial(env);
       float* action = actions.row(env);
       const bool returned =
-          reached_[env] != 0 && (cube(env).head<2>() - home).norm() < kCloseEnough;
+          reached_[env] != 0 && (cube(env).head<2>() - home).norm() < close_enough;
       if (!is_grasping(*engine_.state, env, kCube)) {
         grasp_cube(env, returned, action);
       } else if (returned) {
@@ -209,9 +258,11 @@ class TakeItBack final : public FamilyBase {
 
  private:
   static constexpr double kCloseEnough = 0.03;   // m: of the start, for letting go
-  static constexpr double kTravelGap = 0.06;     // m above the cube while on the way
-  static constexpr double kCarryHeight = 0.035;  // m
-  static constexpr double kAimInside = 0.068;    // m from the target's centre: its near part
+  static constexpr double kWellInside = 0.6;     // of the radius
+  static constexpr double kLeastHeight = 0.014;  // m, of the grip: the fingertips clear the table
+  static constexpr double kTravelGap = 0.04;     // m above the cube while on the way
+  static constexpr double kCarryGap = 0.015;     // m above a cube on the table
+  static constexpr double kNearPart = 0.85;      // of the radius, from the target's centre
 
   Vector cube(int env) const { return prop_pos(env, kCube); }
   Vec2 initial(int env) const { return Eigen::Map<const Vec2>(initial_.row(env)); }
@@ -250,20 +301,22 @@ class TakeItBack final : public FamilyBase {
       start[1] = kSlotPitch * slot + values[kInitialShift];
       target[0] = values[kGoalX];
       target[1] = values[kGoalY];
-      if (real::hypot(target[0] - start[0], target[1] - start[1]) >= 2 * GOAL_RADIUS) return;
+      if (real::hypot(target[0] - start[0], target[1] - start[1]) >= 2 * params_.GOAL_RADIUS)
+        return;
     }
   }
 
   void grasp_cube(int env, bool let_go, float* action) const {
     const State& state = *engine_.state;
-    const Vector at = cube(env);
+    Vector at = cube(env);
+    at.z() = std::max(at.z(), kLeastHeight);
     const Vector offset = at - tcp_pos(env);
     const bool around = offset.norm() < 0.012;
     if (let_go) {
       hold_tool(kGripperOpen, action);
       return;
     }
-    servo_tool(state, env, approach_from_above(state, env, at, kTravelGap),
+    servo_tool(state, env, approach_from_above(state, env, at, params_.CUBE_HALFSIZE + kTravelGap),
                lean_outwards(kToolDown, at), around ? kGripperSqueezing : kGripperOpen, action);
   }
 
@@ -274,9 +327,10 @@ class TakeItBack final : public FamilyBase {
       hold_tool(kGripperSqueezing, action);
       return;
     }
-    const Vec2 near_part = goal(env) + kAimInside * (home - goal(env)).normalized();
+    const Vec2 near_part =
+        goal(env) + kNearPart * params_.GOAL_RADIUS * (home - goal(env)).normalized();
     const Vec2 aim = reached_[env] != 0 ? home : near_part;
-    const Vector way(aim.x(), aim.y(), kCarryHeight);
+    const Vector way(aim.x(), aim.y(), params_.CUBE_HALFSIZE + kCarryGap);
     servo_tool(state, env, way, lean_outwards(kToolDown, way), kGripperSqueezing, action);
   }
 
@@ -286,6 +340,7 @@ class TakeItBack final : public FamilyBase {
     return {0, kSlotPitch * slot + kSlotWidth / 2};
   }
 
+  Params params_;
   RewardDict reward_dict_;
   Column<std::uint8_t> goal_achieved_;
   Column<std::uint8_t> goal_reached_status_;
@@ -297,11 +352,13 @@ class TakeItBack final : public FamilyBase {
 }  // namespace
 
 TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
-  constexpr double kInPlace = 0.03;  // m
+  constexpr double kInPlace = 0.03;   // m
+  constexpr double kPushGap = 0.005;  // m from the cube's face
+  constexpr double kPullGap = 0.01;   // m
   TakeItBackRewardTerms terms;
-  terms.smooth = smoothness(in.haste, kSmoothness);
-  terms.push_distance = (in.cube + Vector(-0.025, 0, 0) - in.tcp).norm();
-  terms.pull_distance = (in.cube + Vector(0.03, 0, 0) - in.tcp).norm();
+  terms.smooth = smoothness(in.haste, in.smoothness);
+  terms.push_distance = (in.cube + Vector(-in.cube_halfsize - kPushGap, 0, 0) - in.tcp).norm();
+  terms.pull_distance = (in.cube + Vector(in.cube_halfsize + kPullGap, 0, 0) - in.tcp).norm();
   terms.at_push_point = terms.push_distance < kInPlace;
   terms.at_pull_point = terms.pull_distance < kInPlace;
   terms.reaching_push = 1 - real::tanh(5 * terms.push_distance);
@@ -321,9 +378,7 @@ TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
   return terms;
 }
 
-constexpr std::array<TaskRow, 1> kRows = {{
-    {"TakeItBack-VLA-v0", 60, Split::kShort},
-}};
+constexpr auto kRows = rows_of(kVariants);
 
 const Family kTakeItBack = {
     .name = "TakeItBack",
@@ -332,7 +387,7 @@ const Family kTakeItBack = {
         "Push the cube onto the red target, and when the target changes color, return the cube "
         "to its original position.",
     .tasks = kRows,
-    .make = make_plain<TakeItBack>,
+    .make = make_variant<TakeItBack, kVariants>,
     .expectations = {.least_reward = -0.0034, .most_reward = 0.7531, .hides = true}};
 
 }  // namespace engram::tasks

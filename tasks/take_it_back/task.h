@@ -19,6 +19,9 @@ struct TakeItBackRewardInputs {
   bool on_target = false;  // the cube is on the target
   bool reached = false;    // it has been there
   bool success = false;
+  double cube_halfsize = 0.02;  // m
+  SmoothnessParams smoothness = {
+      .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.08, .QVEL_L2_COEF = 0.01};
 };
 
 struct TakeItBackRewardTerms {

@@ -4,9 +4,9 @@
 
 namespace engram::tasks {
 
-TimeWindow time_window(int signal_step, int delay_steps) {
-  return {signal_step + static_cast<int>(delay_steps * (1 - TOLERANCE_FRAC)),
-          signal_step + static_cast<int>(delay_steps * (1 + TOLERANCE_FRAC))};
+TimeWindow time_window(int signal_step, int delay_steps, double tolerance) {
+  return {signal_step + static_cast<int>(delay_steps * (1 - tolerance)),
+          signal_step + static_cast<int>(delay_steps * (1 + tolerance))};
 }
 
 CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window) {
@@ -23,7 +23,7 @@ TransferRewardTerms transfer_reward(const TransferRewardInputs& in) {
   terms.reaching = 1 - real::tanh(10 * in.tcp_to_cube);
   terms.place = 1 - real::tanh(5 * in.cube_to_goal);
   terms.stillness = 1 - real::tanh(5 * in.haste.arm_speed);
-  terms.smooth = smoothness(in.haste, kTimedTransferSmoothness);
+  terms.smooth = smoothness(in.haste, in.smoothness);
   if (in.count.signal_on) {
     terms.reward = 2 * terms.reaching + (in.grasped ? 3 : 0) - terms.smooth.penalty;
     if (in.grasped && in.count.in_window) terms.reward += 20 * terms.place;

@@ -5,7 +5,7 @@
 
 namespace engram::tasks {
 
-inline constexpr double TOLERANCE_FRAC = 0.05;
+inline constexpr double TOLERANCE_FRAC = 0.05;  // unless a user changes it
 inline constexpr double kTimedTransferSuccessReward = 30;
 inline constexpr double FAILURE_PENALTY = 25;
 inline constexpr SmoothnessParams kTimedTransferSmoothness = {
@@ -16,7 +16,7 @@ struct TimeWindow {
   int start = 0;
   int end = 0;
 };
-TimeWindow time_window(int signal_step, int delay_steps);
+TimeWindow time_window(int signal_step, int delay_steps, double tolerance = TOLERANCE_FRAC);
 
 // Where a step lies in the count.
 struct CountPhase {
@@ -36,6 +36,7 @@ struct TransferRewardInputs {
   bool on_red = false;
   bool success = false;
   bool failed = false;
+  SmoothnessParams smoothness = kTimedTransferSmoothness;
 };
 
 struct TransferRewardTerms {

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/base/error.h"
 #include "core/picture/overlay.h"
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
@@ -26,6 +27,17 @@ namespace {
 struct Params {
   TaskRow task;
   int DELAY_STEPS;
+  double TOLERANCE_FRAC = tasks::TOLERANCE_FRAC;  // of the delay
+  StepRange PRE_SIGNAL_STEPS{1, 3};
+  double DISC_RADIUS = 0.07;  // m
+  double GOAL_THRESH = 0.05;  // m
+  SmoothnessParams smoothness = kTimedTransferSmoothness;
+
+  void constants(Changes& list);
+  void check(int horizon) const;
+  TimeWindow window(int signal_step) const {
+    return time_window(signal_step, DELAY_STEPS, TOLERANCE_FRAC);
+  }
 };
 
 #define INSTRUCTION(steps)                                                                  \
@@ -67,11 +79,8 @@ constexpr std::array<Params, 6> kVariants = {{
 
 #undef INSTRUCTION
 
-constexpr StepRange PRE_SIGNAL_STEPS{1, 3};
-constexpr double DISC_RADIUS = 0.07;          // m
 constexpr double DISC_HALF_HEIGHT = 0.003;    // m
 constexpr double CUBE_HALF_SIZE = 0.02;       // m
-constexpr double GOAL_THRESH = 0.05;          // m
 constexpr double LAMP_FORWARD_OFFSET = 0.22;  // m
 constexpr double DISC_SEPARATION = 0.22;      // m
 constexpr double HEIGHT_OFFSET = 1000.0;
@@ -86,34 +95,74 @@ constexpr mjcf::Rgba kBlue = {30 / 255.0, 30 / 255.0, 220 / 255.0, 1};
 constexpr LampLight kOff = {{220 / 255.0, 220 / 255.0, 220 / 255.0, 1}, 0};
 constexpr LampLight kSignal = {{0, 1, 0, 1}, 3};
 
+constexpr int kTimeToCarry = 60;  // control steps until a cube waits over the red disc
+
+void Params::constants(Changes& list) {
+  list.integer("DELAY_STEPS", DELAY_STEPS, {60, 100'000}, "control steps",
+               "delay to be counted from the signal on; the instruction names it");
+  list.real("TOLERANCE_FRAC", TOLERANCE_FRAC, {0, 0.5}, "of the delay",
+            "how much too early or too late the cube may arrive");
+  list.steps("PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS, {1, 100'000}, "time before the signal");
+  list.real("DISC_RADIUS", DISC_RADIUS, {0.03, 0.1}, "m", "of both discs, 0.22 m apart");
+  list.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.1}, "m",
+            "how near the red disc's centre the cube has to be");
+  smoothness.constants(list);
+}
+
+// The cube has to be there before the window, and the window has to end before the episode does.
+void Params::check(int horizon) const {
+  const TimeWindow from_signal = window(0);
+  if (from_signal.end < kTimeToCarry) {
+    throw Error(Error::kInvalidArgument, "constants leave no time to act: the window ends " +
+                                             std::to_string(from_signal.end) +
+                                             " control steps after the signal, and to "
+                                             "carry the cube takes " +
+                                             std::to_string(kTimeToCarry));
+  }
+  check_time(horizon,
+             {{"PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS.high},
+              {"the window's end after the signal", from_signal.end}},
+             1);
+}
+
+// The text of the table, which names the table's delay.
+std::string instruction_for(const RegistryEntry& entry, const Params& params) {
+  std::string text(entry.instruction);
+  if (entry.instruction != params.task.instruction) return text;
+  const std::string before = "exactly on step ";
+  const std::size_t begin = text.find(before) + before.size();
+  return text.replace(begin, text.find(' ', begin) - begin, std::to_string(params.DELAY_STEPS));
+}
+
 // How deep a cube rests in the soft contact with a disc: put there, it wakes without a jolt.
 constexpr double kSinkage = 1.06e-4;  // m
 
 enum PropIndex { kGreenDisc, kRedDisc, kCube };
 enum DrawIndex { kCenterXDraw, kCenterYDraw, kSignalStep };
 
-std::vector<Draw> draws() {
+std::vector<Draw> draws(const Params& params) {
   return {{"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "between the discs"},
           {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "between the discs"},
-          PRE_SIGNAL_STEPS.draw("signal_step", "from which the lamp is green")};
+          params.PRE_SIGNAL_STEPS.draw("signal_step", "from which the lamp is green",
+                                       "PRE_SIGNAL_STEPS")};
 }
 
-ConstantTable constants(int delay_steps) {
+ConstantTable constants(const Params& params) {
   ConstantTable table = {
-      {"DELAY_STEPS", delay_steps},
-      {"TOLERANCE_FRAC", TOLERANCE_FRAC},
-      {"PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS.constant()},
-      {"DISC_RADIUS", DISC_RADIUS},
+      {"DELAY_STEPS", params.DELAY_STEPS},
+      {"TOLERANCE_FRAC", params.TOLERANCE_FRAC},
+      {"PRE_SIGNAL_STEPS", params.PRE_SIGNAL_STEPS.constant()},
+      {"DISC_RADIUS", params.DISC_RADIUS},
       {"DISC_HALF_HEIGHT", DISC_HALF_HEIGHT},
       {"CUBE_HALF_SIZE", CUBE_HALF_SIZE},
-      {"GOAL_THRESH", GOAL_THRESH},
+      {"GOAL_THRESH", params.GOAL_THRESH},
       {"LAMP_FORWARD_OFFSET", LAMP_FORWARD_OFFSET},
       {"DISC_SEPARATION", DISC_SEPARATION},
       {"HEIGHT_OFFSET", HEIGHT_OFFSET},
       {"SUCCESS_BONUS", kTimedTransferSuccessReward},
       {"FAILURE_PENALTY", FAILURE_PENALTY},
   };
-  add_constants(kTimedTransferSmoothness, table);
+  add_constants(params.smoothness, table);
   add_lamp_constants(table);
   return table;
 }
@@ -125,10 +174,10 @@ std::vector<std::pair<std::string, std::string>> phases(const TimeWindow& window
           {"window", start + " <= elapsed <= s + " + std::to_string(window.end)}};
 }
 
-void add_discs_and_cube(mjcf::Scene& scene) {
+void add_discs_and_cube(mjcf::Scene& scene, double radius) {
   scene.render_camera = mjcf::RenderCamera::kB;
-  scene.props = {mjcf::disc("green_disc", DISC_RADIUS, DISC_HALF_HEIGHT, kGreen),
-                 mjcf::disc("red_disc", DISC_RADIUS, DISC_HALF_HEIGHT, kRed),
+  scene.props = {mjcf::disc("green_disc", radius, DISC_HALF_HEIGHT, kGreen),
+                 mjcf::disc("red_disc", radius, DISC_HALF_HEIGHT, kRed),
                  mjcf::cube("blue_cube", CUBE_HALF_SIZE, kBlue)};
   scene.props[kGreenDisc].pos = {-0.1, -DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
   scene.props[kRedDisc].pos = {-0.1, DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
@@ -139,19 +188,20 @@ class TimedTransfer final : public FamilyBase {
  public:
   TimedTransfer(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry), params_(params) {
-    add_discs_and_cube(scene_);
+    add_discs_and_cube(scene_, params.DISC_RADIUS);
     lamp_ = Lamp(scene_, "signal_lamp");
-    const TimeWindow window = time_window(0, params.DELAY_STEPS);
+    const TimeWindow window = params.window(0);
     const int counts = 2 * params.DELAY_STEPS + 1;
     info_.candidates = counts;
+    info_.instruction = instruction_for(entry, params);
     info_.guess_rate = static_cast<double>(window.end - window.start + 1) / counts;
     info_.termination = Termination::kSuccessOrFailed;
     info_.success_reward = kTimedTransferSuccessReward;
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
-    info_.draws = draws();
+    info_.draws = draws(params);
     info_.hidden_draw = "signal_step";
-    info_.constants = constants(params.DELAY_STEPS);
+    info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = phases(window);
     declare_state(*this);
@@ -174,7 +224,7 @@ class TimedTransfer final : public FamilyBase {
   }
 
   // Whatever the draw, the lamp is green from there on.
-  int cue_end(int /*env*/) const override { return PRE_SIGNAL_STEPS.high; }
+  int cue_end(int /*env*/) const override { return params_.PRE_SIGNAL_STEPS.high; }
 
   // --- sampling ---
 
@@ -183,7 +233,7 @@ class TimedTransfer final : public FamilyBase {
     const State& state = *engine_.state;
     const double x = episode.real(kCenterXDraw, kCenterX[0], kCenterX[1]);
     const double y = episode.real(kCenterYDraw, kCenterY[0], kCenterY[1]);
-    signal_step_[env] = PRE_SIGNAL_STEPS.sample(episode, kSignalStep);
+    signal_step_[env] = params_.PRE_SIGNAL_STEPS.sample(episode, kSignalStep);
     const double green[3] = {x, y - DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
     const double red[3] = {x, y + DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
     const double lamp[3] = {x + LAMP_FORWARD_OFFSET, y, 0};
@@ -208,7 +258,7 @@ class TimedTransfer final : public FamilyBase {
       const CountPhase phase = count(env);
       const Eigen::Vector3d to_red = prop_pos(env, kRedDisc) - prop_pos(env, kCube);
       const double distance = to_red.head<2>().norm();
-      const bool on_red = distance < GOAL_THRESH && prop_pos(env, kCube).z() < kOnRedHeight;
+      const bool on_red = distance < params_.GOAL_THRESH && prop_pos(env, kCube).z() < kOnRedHeight;
       if (on_red && phase.before_window) too_early_[env] = 1;
       if (on_red && phase.in_window && too_early_[env] == 0) engine_.success[env] = 1;
       const bool too_late = phase.past_window && engine_.success[env] == 0;
@@ -240,6 +290,7 @@ class TimedTransfer final : public FamilyBase {
       in.on_red = cube_on_red_[env] != 0;
       in.success = engine_.success[env] != 0;
       in.failed = engine_.failed[env] != 0;
+      in.smoothness = params_.smoothness;
       const TransferRewardTerms terms = transfer_reward(in);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
@@ -264,7 +315,12 @@ class TimedTransfer final : public FamilyBase {
 
   // Waits over the red disc with the cube in the gripper, and lowers it when the time has come.
   void act(Range envs, bool blind, FloatRows actions) override {
-    constexpr double kWaitHeight = 0.1;  // m, of the cube: well above the height that counts
+    constexpr double kWaitHeight = 0.1;     // m, of the cube: well above the height that counts
+    constexpr double kCloseHeight = 0.076;  // m: just above it, from where one step is enough
+    constexpr int kNarrow = 4;              // control steps
+    const TimeWindow from_signal = params_.window(0);
+    const bool narrow = from_signal.end - from_signal.start < kNarrow;
+    const double wait_height = narrow ? kCloseHeight : kWaitHeight;
     const State& state = *engine_.state;
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
@@ -275,7 +331,7 @@ class TimedTransfer final : public FamilyBase {
         const Eigen::Vector3d place(red.x(), red.y(), kRestingHeight);
         if (bring(state, env, grip, place, action)) hold_tool(kGripperOpen, action);
       } else if (take(state, env, grip, action)) {
-        carry(state, env, grip, {red.x(), red.y(), kWaitHeight}, action);
+        carry(state, env, grip, {red.x(), red.y(), wait_height}, action);
       }
     }
   }
@@ -303,7 +359,7 @@ class TimedTransfer final : public FamilyBase {
   }
 
  private:
-  TimeWindow window(int env) const { return time_window(signal_step_[env], params_.DELAY_STEPS); }
+  TimeWindow window(int env) const { return params_.window(signal_step_[env]); }
   CountPhase count(int env) const {
     return count_phase(engine_.state->elapsed[env], signal_step_[env], window(env));
   }

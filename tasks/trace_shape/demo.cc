@@ -2,24 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <string>
 
 #include "tasks/parts/blind_guess.h"
 
 namespace engram::tasks {
 namespace {
 
-constexpr double kShortestRadius = 0.078;  // m: SHAPE_RADIUS_RANGE
-constexpr double kLongestRadius = 0.13;
 constexpr double kCenterX[2] = {-0.15, -0.05};  // m: SHAPE_CENTER_X_RANGE
 constexpr double kCenterY[2] = {-0.10, 0.10};   // m: SHAPE_CENTER_Y_RANGE
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr StepRange PRE_DEMO_STEPS{3, 8};
 constexpr int STEPS_PER_WAYPOINT = 1;
 constexpr double CUBE_HALFSIZE = TraceDemo::CUBE_HALFSIZE;
-constexpr double GREEN_CUBE_OFFSET_X = -0.16;  // m
-constexpr double LAMP_OFFSET_X = 0.25;         // m
-constexpr double HEIGHT_OFFSET = 1000.0;       // m: reported height of what is hidden
+constexpr double HEIGHT_OFFSET = 1000.0;  // m: reported height of what is hidden
 
 constexpr mjcf::Rgba kRed = {220 / 255.0, 50 / 255.0, 50 / 255.0, 1};
 constexpr mjcf::Rgba kGreen = {50 / 255.0, 220 / 255.0, 50 / 255.0, 1};
@@ -44,19 +41,28 @@ mjcf::Prop green_cube_prop() {
   return cube;
 }
 
-// Pinned values, or values of the draw's stream.
-template <class Sample, class T>
-void draw_values(const Episode& episode, int draw, T* values, int count, Sample sample) {
+// What pinned values stand for, or values of the draw's stream.
+template <class Meaning, class Sample, class T>
+void draw_values(const Episode& episode, int draw, T* values, int count, Meaning meaning,
+                 Sample sample) {
   if (const double* pinned = episode.pinned(draw)) {
-    std::transform(pinned, pinned + count, values, [](double v) { return static_cast<T>(v); });
+    std::transform(pinned, pinned + count, values, meaning);
     return;
   }
   RandomStream random = episode.stream(draw);
   std::generate_n(values, count, [&] { return sample(random); });
 }
 
-int draw_shape(RandomStream& random, int shapes) { return random.integer(0, shapes - 1); }
-double draw_radius(RandomStream& random) { return random.uniform(kShortestRadius, kLongestRadius); }
+// "0 circle, 1 square".
+std::string in_words(const NameList& shapes) {
+  std::string words;
+  for (int i = 0; i < shapes.size(); ++i) {
+    words += (i == 0 ? "" : ", ") + std::to_string(i) + " " +
+             kContourNames[static_cast<std::size_t>(shapes[i])];
+  }
+  return words;
+}
+
 double draw_rotation(RandomStream& random) { return random.uniform(0, kTurn); }
 
 }  // namespace
@@ -70,8 +76,11 @@ Vec2 clear_of_red(const Vec2& green, const Vec2& red, const Vec2& half) {
   return {green.x(), red.y() + (offset.y() >= 0 ? clear : -clear)};
 }
 
-TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceDemoParams& params)
-    : params_(params), red_(static_cast<int>(scene.props.size())), green_(red_ + 1) {
+TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceParams& params)
+    : params_(params),
+      contours_(params.contours),
+      red_(static_cast<int>(scene.props.size())),
+      green_(red_ + 1) {
   scene.render_camera = mjcf::RenderCamera::kB;
   scene.props.push_back(red_cube_prop());
   scene.props.push_back(green_cube_prop());
@@ -79,19 +88,21 @@ TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceDemoParams& params)
 }
 
 std::vector<Draw> TraceDemo::draws() const {
-  const int most = params_.sequence_length.high;
-  const bool one = most == 1;
+  const int most = params_.MAX_SEQUENCE_LENGTH;
+  const bool one = !params_.sequence;
+  const auto [shortest, longest] = params_.SHAPE_RADIUS_RANGE;
   std::vector<Draw> draws = {
-      {one ? "shape" : "shapes", most, true, 0, params_.shapes - 1.0, "",
-       "0 circle, 1 square, 2 triangle"},
-      {one ? "radius" : "radii", most, false, kShortestRadius, kLongestRadius, "m", ""},
+      {one ? "shape" : "shapes", most, true, 0, params_.AVAILABLE_SHAPES.size() - 1.0, "",
+       in_words(params_.AVAILABLE_SHAPES)},
+      {one ? "radius" : "radii", most, false, shortest, longest, "m", "", false,
+       "SHAPE_RADIUS_RANGE"},
       {"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "of every shape"},
       {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "of every shape"},
       {one ? "rotation" : "rotations", most, false, 0, kTurn, "rad", ""},
       PRE_DEMO_STEPS.draw("pre_demo_steps", "before the demonstration"),
   };
   if (!one) {
-    draws.push_back({"sequence_length", 1, true, static_cast<double>(params_.sequence_length.low),
+    draws.push_back({"sequence_length", 1, true, static_cast<double>(params_.MIN_SEQUENCE_LENGTH),
                      static_cast<double>(most), "", "how many of the shapes are shown"});
   }
   return draws;
@@ -99,19 +110,22 @@ std::vector<Draw> TraceDemo::draws() const {
 
 ConstantTable TraceDemo::constants() const {
   ConstantList shapes;
-  for (int shape = 0; shape < params_.shapes; ++shape) shapes.emplace_back(shape);
+  for (int i = 0; i < params_.AVAILABLE_SHAPES.size(); ++i) {
+    shapes.emplace_back(params_.AVAILABLE_SHAPES[i]);
+  }
+  const auto [shortest, longest] = params_.SHAPE_RADIUS_RANGE;
   return {
       {"AVAILABLE_SHAPES", shapes},
       {"SHAPE_CIRCLE", SHAPE_CIRCLE},
       {"SHAPE_SQUARE", SHAPE_SQUARE},
       {"SHAPE_TRIANGLE", SHAPE_TRIANGLE},
-      {"NUM_WAYPOINTS", NUM_WAYPOINTS},
-      {"NUM_CHECKPOINTS", NUM_CHECKPOINTS},
-      {"CHECKPOINT_THRESH", CHECKPOINT_THRESH},
+      {"NUM_WAYPOINTS", params_.contours.NUM_WAYPOINTS},
+      {"NUM_CHECKPOINTS", params_.contours.NUM_CHECKPOINTS},
+      {"CHECKPOINT_THRESH", params_.contours.CHECKPOINT_THRESH},
       {"PRE_DEMO_STEPS", PRE_DEMO_STEPS.constant()},
       {"STEPS_PER_WAYPOINT", STEPS_PER_WAYPOINT},
       {"CUBE_HALFSIZE", CUBE_HALFSIZE},
-      {"SHAPE_RADIUS_RANGE", ConstantList{kShortestRadius, kLongestRadius}},
+      {"SHAPE_RADIUS_RANGE", ConstantList{shortest, longest}},
       {"SHAPE_CENTER_X_RANGE", ConstantList{kCenterX[0], kCenterX[1]}},
       {"SHAPE_CENTER_Y_RANGE", ConstantList{kCenterY[0], kCenterY[1]}},
       {"GREEN_CUBE_OFFSET_X", GREEN_CUBE_OFFSET_X},
@@ -123,7 +137,7 @@ ConstantTable TraceDemo::constants() const {
 void TraceDemo::bind(const Bindings& bindings) {
   engine_ = bindings;
   ColumnStore& memory = *bindings.memory;
-  const int most = params_.sequence_length.high;
+  const int most = params_.MAX_SEQUENCE_LENGTH;
   length_ = memory.add<std::int32_t>("sequence_length");
   shapes_ = memory.add<std::int32_t>("shapes", most);
   memory.limit("sequence_length", 1, most);
@@ -138,15 +152,20 @@ void TraceDemo::bind(const Bindings& bindings) {
 
 void TraceDemo::reset(const Episode& episode) const {
   const int env = episode.env();
-  const int most = params_.sequence_length.high;
-  draw_values(episode, kShapes, shapes_.row(env), most,
-              [this](RandomStream& random) { return draw_shape(random, params_.shapes); });
-  draw_values(episode, kRadii, radii_.row(env), most, draw_radius);
-  draw_values(episode, kRotations, rotations_.row(env), most, draw_rotation);
+  const int most = params_.MAX_SEQUENCE_LENGTH;
+  draw_values(
+      episode, kShapes, shapes_.row(env), most,
+      [this](double pinned) { return params_.AVAILABLE_SHAPES[static_cast<int>(pinned)]; },
+      [this](RandomStream& random) { return draw_shape(random); });
+  auto range = params_.SHAPE_RADIUS_RANGE;
+  episode.narrow(kRadii, range[0], range[1]);
+  draw_values(episode, kRadii, radii_.row(env), most, std::identity(),
+              [&](RandomStream& random) { return random.uniform(range[0], range[1]); });
+  draw_values(episode, kRotations, rotations_.row(env), most, std::identity(), draw_rotation);
   center_.row(env)[0] = episode.real(kCenterXDraw, kCenterX[0], kCenterX[1]);
   center_.row(env)[1] = episode.real(kCenterYDraw, kCenterY[0], kCenterY[1]);
   pre_demo_steps_[env] = PRE_DEMO_STEPS.sample(episode, kPreDemo);
-  length_[env] = most == 1 ? 1 : params_.sequence_length.sample(episode, kLength);
+  length_[env] = params_.sequence ? episode.integer(kLength, params_.MIN_SEQUENCE_LENGTH, most) : 1;
   std::fill(shapes_.row(env) + length_[env], shapes_.row(env) + most, -1);
 
   const Vec2 stand = lamp_at(env);
@@ -192,8 +211,8 @@ void TraceDemo::advance(int env) const {
 
 TraceDemo::Place TraceDemo::place_at(int env, int elapsed) const {
   const int shown = std::max(0, elapsed - pre_demo_steps_[env]);
-  const int element = std::min(shown / NUM_WAYPOINTS, length(env) - 1);
-  return {element, std::min(shown - element * NUM_WAYPOINTS, NUM_WAYPOINTS - 1)};
+  const int element = std::min(shown / contours_.waypoints(), length(env) - 1);
+  return {element, std::min(shown - element * contours_.waypoints(), contours_.waypoints() - 1)};
 }
 
 void TraceDemo::put_red(int env, const Place& place) const {
@@ -236,24 +255,32 @@ void TraceDemo::light_lamp(int env) const {
 
 // --- contours ---
 
+int TraceDemo::draw_shape(RandomStream& random) const {
+  return params_.AVAILABLE_SHAPES[random.integer(0, params_.AVAILABLE_SHAPES.size() - 1)];
+}
+
+double TraceDemo::draw_radius(RandomStream& random) const {
+  return random.uniform(params_.SHAPE_RADIUS_RANGE[0], params_.SHAPE_RADIUS_RANGE[1]);
+}
+
 Contour TraceDemo::contour(int env, int element) const {
   const int shape = std::max(0, shapes_.row(env)[element]);  // -1 in made-up snapshots alone
-  return {shape, radii_.row(env)[element], rotations_.row(env)[element], center(env)};
+  return {contours_, shape, radii_.row(env)[element], rotations_.row(env)[element], center(env)};
 }
 
 int TraceDemo::guessed_length(int env) const {
   return blind_guess(*engine_.state, env)
-      .integer(params_.sequence_length.low, params_.sequence_length.high);
+      .integer(params_.MIN_SEQUENCE_LENGTH, params_.MAX_SEQUENCE_LENGTH);
 }
 
 Contour TraceDemo::guessed_contour(int env, int element) const {
   RandomStream random = blind_guess(*engine_.state, env);
-  random.integer(params_.sequence_length.low, params_.sequence_length.high);
+  random.integer(params_.MIN_SEQUENCE_LENGTH, params_.MAX_SEQUENCE_LENGTH);
   for (int earlier = 0;; ++earlier) {
-    const int shape = draw_shape(random, params_.shapes);
+    const int shape = draw_shape(random);
     const double radius = draw_radius(random);
     const double rotation = draw_rotation(random);
-    if (earlier == element) return {shape, radius, rotation, center(env)};
+    if (earlier == element) return {contours_, shape, radius, rotation, center(env)};
   }
 }
 

@@ -9,26 +9,19 @@
 #include "mjcf/scene.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/poses.h"
-#include "tasks/parts/step_range.h"
 #include "tasks/trace_shape/contour.h"
+#include "tasks/trace_shape/params.h"
 
 namespace engram::tasks {
 
-inline constexpr int kMostElements = 5;
-
 enum class TracePhase { kPreDemo, kDemo, kAction };
-
-struct TraceDemoParams {
-  int shapes = 1;                   // AVAILABLE_SHAPES: 0, ..., shapes - 1
-  StepRange sequence_length{1, 1};  // shapes in the demonstration
-};
 
 class TraceDemo {
  public:
   static constexpr double CUBE_HALFSIZE = 0.02;  // m
 
   // Appends red cube, green cube and lamp to a scene.
-  TraceDemo(mjcf::Scene& scene, const TraceDemoParams& params);
+  TraceDemo(mjcf::Scene& scene, const TraceParams& params);
 
   // What an episode samples, in the order of TraceDraw. The sequence's length is drawn
   // only where it varies.
@@ -44,8 +37,9 @@ class TraceDemo {
   TracePhase phase(int env) const;
   bool is_acting(int env) const { return phase(env) == TracePhase::kAction; }
   // The number of steps after which the demonstration is over.
-  int demo_end(int env) const { return pre_demo_steps_[env] + NUM_WAYPOINTS * length(env); }
+  int demo_end(int env) const { return pre_demo_steps_[env] + contours_.waypoints() * length(env); }
 
+  const ContourSet& contours() const { return contours_; }
   // Shapes of the demonstration.
   int length(int env) const { return length_[env]; }
   // Their ids, then -1.
@@ -81,7 +75,11 @@ class TraceDemo {
   void make_room_for_red(int env) const;
   void light_lamp(int env) const;
 
-  TraceDemoParams params_;
+  int draw_shape(RandomStream& random) const;
+  double draw_radius(RandomStream& random) const;
+
+  TraceParams params_;
+  ContourSet contours_;
   int red_;
   int green_;
   Lamp lamp_;

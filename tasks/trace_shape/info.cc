@@ -1,13 +1,9 @@
 #include "tasks/trace_shape/info.h"
 
-#include "tasks/trace_shape/rewards.h"
+#include "tasks/parts/lamp.h"
+#include "tasks/parts/smoothness.h"
 
 namespace engram::tasks {
-
-int trace_shapes_of(std::string_view id) {
-  if (id.find("Easy") != std::string_view::npos) return 1;
-  return id.find("Medium") != std::string_view::npos ? 2 : 3;
-}
 
 std::vector<std::pair<std::string, std::string>> trace_phases(const std::string& demo_end) {
   return {{"pre-demo", "elapsed < P; white lamp"},
@@ -15,9 +11,16 @@ std::vector<std::pair<std::string, std::string>> trace_phases(const std::string&
           {"action", "elapsed >= " + demo_end + "; green lamp"}};
 }
 
-void add_trace_constants(double success_bonus, ConstantTable& table) {
+std::string hidden_draw(const TraceParams& params) {
+  const auto [least, most] = params.SHAPE_RADIUS_RANGE;
+  if (params.AVAILABLE_SHAPES.size() > 1) return params.sequence ? "shapes" : "shape";
+  if (least < most) return params.sequence ? "radii" : "radius";
+  return params.sequence ? "rotations" : "rotation";
+}
+
+void add_trace_constants(const TraceParams& params, double success_bonus, ConstantTable& table) {
   add_lamp_constants(table);
-  add_constants(kTraceSmoothness, table);
+  add_constants(params.smoothness, table);
   table.emplace_back("SUCCESS_BONUS", success_bonus);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -11,14 +10,14 @@
 
 namespace engram::tasks {
 
-// How many shapes the variant of that id has: Easy 1, Medium 2, Hard 3.
-int trace_shapes_of(std::string_view id);
-
 // TaskInfo::phases; `demo_end` is the formula of that step.
 std::vector<std::pair<std::string, std::string>> trace_phases(const std::string& demo_end);
 
+// The draw that an agent has to remember first of all: the first that is not always the same.
+std::string hidden_draw(const TraceParams& params);
+
 // Adds the class constants that are not of the demonstration.
-void add_trace_constants(double success_bonus, ConstantTable& table);
+void add_trace_constants(const TraceParams& params, double success_bonus, ConstantTable& table);
 
 // Info fields that name the phase.
 class TraceMasks {

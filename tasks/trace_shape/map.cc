@@ -10,8 +10,9 @@ constexpr int kTrail = 64;           // points that are remembered
 constexpr double kTrailStep = 0.01;  // m between two of them
 
 constexpr OverlayPoint kCorner{10, 130};
-constexpr double kSide = 160;    // pixels
-constexpr double kReach = 0.22;  // m: what the map shows to either side of the shape's centre
+constexpr double kSide = 160;     // pixels
+constexpr double kReach = 0.22;   // m: shown to either side of a shape's centre, or more
+constexpr double kMargin = 0.03;  // m around a shape
 constexpr double kLineHeight = 24;
 
 constexpr OverlayColor kContourColor{220, 220, 220};
@@ -19,13 +20,6 @@ constexpr OverlayColor kTrailColor{120, 200, 255};
 constexpr OverlayColor kVisitedColor{60, 220, 60};
 constexpr OverlayColor kUnvisitedColor{230, 120, 40};
 constexpr OverlayColor kCubeColor{255, 255, 0};
-
-// As a person sees the table who stands behind the robot: x up, y to the left.
-OverlayPoint on_map(const Vec2& point, const Vec2& center) {
-  constexpr double kScale = kSide / 2 / kReach;
-  const Vec2 offset = (point - center).cwiseMax(-kReach).cwiseMin(kReach);
-  return {kCorner.x + kSide / 2 - kScale * offset.y(), kCorner.y + kSide / 2 - kScale * offset.x()};
-}
 
 const char* phase_name(TracePhase phase) {
   switch (phase) {
@@ -40,6 +34,8 @@ const char* phase_name(TracePhase phase) {
 }
 
 }  // namespace
+
+TraceMap::TraceMap(double farthest_corner) : reach_(std::max(kReach, farthest_corner + kMargin)) {}
 
 void TraceMap::bind(ColumnStore& memory) {
   trail_ = memory.add<float>("trail", 2 * kTrail, "m");
@@ -61,13 +57,21 @@ void TraceMap::note(int env, const Vec2& green) const {
   ++length_[env];
 }
 
+// As a person sees the table who stands behind the robot: x up, y to the left.
+OverlayPoint TraceMap::on_map(const Vec2& point, const Vec2& center) const {
+  const double scale = kSide / 2 / reach_;
+  const Vec2 offset = (point - center).cwiseMax(-reach_).cwiseMin(reach_);
+  return {kCorner.x + kSide / 2 - scale * offset.y(), kCorner.y + kSide / 2 - scale * offset.x()};
+}
+
 void TraceMap::draw(int env, const Contour& contour, int visited, const Vec2& green,
                     Overlay& out) const {
   const Vec2& center = contour.center();
+  const ContourSet& set = contour.set();
   out.add(OverlayPanel{kCorner, kSide, kSide});
   OverlayLine outline{{}, 2, kContourColor};
-  for (int i = 0; i <= NUM_WAYPOINTS; ++i) {
-    outline.points.push_back(on_map(contour.waypoint(i % NUM_WAYPOINTS), center));
+  for (int i = 0; i <= set.waypoints(); ++i) {
+    outline.points.push_back(on_map(contour.waypoint(i % set.waypoints()), center));
   }
   out.add(std::move(outline));
 
@@ -80,7 +84,7 @@ void TraceMap::draw(int env, const Contour& contour, int visited, const Vec2& gr
   }
   if (trail.points.size() > 1) out.add(std::move(trail));
 
-  for (int i = 0; i < NUM_CHECKPOINTS; ++i) {
+  for (int i = 0; i < set.checkpoints(); ++i) {
     const bool seen = (visited >> i & 1) != 0;
     out.add(OverlayDisc{on_map(contour.checkpoint(i), center), 3,
                         seen ? kVisitedColor : kUnvisitedColor});
@@ -95,8 +99,8 @@ OverlayPoint TraceMap::caption(const Contour& contour, int visited, TracePhase p
     at.y += kLineHeight;
     out.add(OverlayText{at, text, kTextScale});
   };
-  write(std::string(contour_name(contour.shape())) + " " + std::to_string(count_visits(visited)) +
-        "/" + std::to_string(NUM_CHECKPOINTS));
+  write(std::string(kContourNames[static_cast<std::size_t>(contour.shape())]) + " " +
+        std::to_string(count_visits(visited)) + "/" + std::to_string(contour.set().checkpoints()));
   write(phase_name(phase));
   write(std::string("closed ") + (closed ? "YES" : "NO"));
   at.y += kLineHeight;

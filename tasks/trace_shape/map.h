@@ -13,6 +13,9 @@ class TraceMap {
  public:
   static constexpr double kTextScale = 0.6;
 
+  // farthest_corner: of a shape, m from its centre.
+  explicit TraceMap(double farthest_corner);
+
   void bind(ColumnStore& memory);
   // Adds the green cube's position to its trail where that grows noticeably.
   void note(int env, const Vec2& green) const;
@@ -22,6 +25,9 @@ class TraceMap {
                               Overlay& out);
 
  private:
+  OverlayPoint on_map(const Vec2& point, const Vec2& center) const;
+
+  double reach_;                 // m: what is shown to either side of the shape's centre
   Column<float> trail_;          // (kTrail * 2) m, a ring of points
   Column<std::int32_t> length_;  // points since the episode began
 };

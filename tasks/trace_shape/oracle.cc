@@ -37,7 +37,7 @@ void trace_contour(const State& state, int env, int cube, const Contour& contour
   if (!take(state, env, grip, action)) return;
   const double in_hand = state.tcp_pos.row(env)[2] - pos.z();
   grip.travel_height = kTraceHeight;
-  const Vec2 goal = contour.checkpoint(next_checkpoint(visited));
+  const Vec2 goal = contour.checkpoint(contour.set().next_checkpoint(visited));
   carry(state, env, grip, {goal.x(), goal.y(), kTraceHeight - in_hand}, action);
 }
 

@@ -13,10 +13,10 @@ struct GuessedTrace {
   Column<std::int32_t> element;
   Column<std::int32_t> visited;
 
-  void bind(ColumnStore& memory) {
+  void bind(ColumnStore& memory, const ContourSet& set) {
     element = memory.add<std::int32_t>("guess_element");
     visited = memory.add<std::int32_t>("guess_visited");
-    memory.limit("guess_visited", 0, kAllVisited);
+    memory.limit("guess_visited", 0, set.all_visited());
   }
 };
 

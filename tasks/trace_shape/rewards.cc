@@ -14,7 +14,7 @@ double nearness(double slope, double distance) { return 1 - real::tanh(slope * d
 
 }  // namespace
 
-TraceRewardTerms trace_reward(const TraceRewardInputs& in) {
+TraceRewardTerms trace_reward(const TraceRewardInputs& in, const SmoothnessParams& weights) {
   TraceRewardTerms terms;
   terms.reaching = nearness(5, in.tcp_to_cube);
   terms.grasping = in.tcp_to_cube < kGraspDistance ? 1 : 0;
@@ -23,13 +23,14 @@ TraceRewardTerms trace_reward(const TraceRewardInputs& in) {
   terms.reward = in.acting ? terms.reaching + 2 * terms.grasping + 3 * in.visit_fraction +
                                  2 * terms.nearest + 2 * terms.closure
                            : 0.5 * terms.reaching;
-  terms.smooth = smoothness(in.haste, kTraceSmoothness);
+  terms.smooth = smoothness(in.haste, weights);
   terms.reward -= terms.smooth.penalty;
   if (in.success) terms.reward = kTraceShapeSuccessReward;
   return terms;
 }
 
-TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& in) {
+TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& in,
+                                     const SmoothnessParams& weights) {
   const TraceRewardInputs& trace = in.trace;
   TraceSeqRewardTerms terms;
   terms.reaching = nearness(5, trace.tcp_to_cube);
@@ -37,7 +38,7 @@ TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& in) {
   terms.closure = trace.all_visited ? nearness(5, trace.start_distance) : 0;
   terms.button_reach = in.button_awaits ? nearness(8, in.button_distance) : 0;
   terms.button_press = in.button_awaits ? std::clamp(in.press_fraction, 0.0, 1.0) : 0;
-  terms.smooth = smoothness(trace.haste, kTraceSmoothness);
+  terms.smooth = smoothness(trace.haste, weights);
   terms.reward = trace.acting ? terms.reaching + 1.8 * terms.grasping + 2.5 * trace.visit_fraction +
                                     3 * in.progress + 2 * terms.closure
                               : 0.5 * terms.reaching;

@@ -5,8 +5,6 @@
 
 namespace engram::tasks {
 
-inline constexpr SmoothnessParams kTraceSmoothness = {
-    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
 inline constexpr double kTraceShapeSuccessReward = 30;
 inline constexpr double kTraceShapeSeqSuccessReward = 40;
 
@@ -42,7 +40,7 @@ void list_terms(Row& row, const TraceRewardInputs& in, const TraceRewardTerms& t
   row.term("start_checkpoint_dist", "m", in.start_distance);
 }
 
-TraceRewardTerms trace_reward(const TraceRewardInputs& inputs);
+TraceRewardTerms trace_reward(const TraceRewardInputs& inputs, const SmoothnessParams& weights);
 
 // On top of that, in a sequence.
 struct TraceSeqRewardInputs {
@@ -77,6 +75,7 @@ void list_terms(Row& row, const TraceSeqRewardInputs& in, const TraceSeqRewardTe
   row.term("start_checkpoint_dist", "m", in.trace.start_distance);
 }
 
-TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& inputs);
+TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& inputs,
+                                     const SmoothnessParams& weights);
 
 }  // namespace engram::tasks

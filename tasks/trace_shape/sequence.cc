@@ -11,43 +11,29 @@
 #include "tasks/parts/reward_dict.h"
 #include "tasks/parts/variant.h"
 #include "tasks/trace_shape/demo.h"
+#include "tasks/trace_shape/guess.h"
 #include "tasks/trace_shape/info.h"
 #include "tasks/trace_shape/map.h"
 #include "tasks/trace_shape/oracle.h"
+#include "tasks/trace_shape/params.h"
 #include "tasks/trace_shape/rewards.h"
 
 namespace engram::tasks {
 namespace {
 
-// --- parameters ---
+// --- parameters (see also tasks/trace_shape/params.h) ---
 
-constexpr StepRange kSequenceLength{2, 5};
 constexpr PressButtonParams kButton;
 constexpr double BUTTON_OFFSET_FROM_LAMP_X = 0.02;  // m
 constexpr double BUTTON_OFFSET_FROM_LAMP_Y = 0.16;  // m
 
-// Sequences of 2 to 5 shapes.
-int count_sequences(int shapes) {
-  int count = 0;
-  int of_length = shapes;
-  for (int length = 2; length <= kMostElements; ++length) count += of_length *= shapes;
-  return count;
-}
-
-// Measured: how often somebody succeeds who guesses length, shapes, radii and rotations, by the
-// number of shapes to choose from.
-double guess_rate(int shapes) {
-  constexpr std::array<double, 4> kRates = {0, 0.15, 0.06, 0.03};
-  return kRates[static_cast<std::size_t>(shapes)];
-}
-
-ConstantTable constants(const TraceDemo& demo) {
+ConstantTable constants(const TraceParams& params, const TraceDemo& demo) {
   ConstantTable table = demo.constants();
-  add_trace_constants(kTraceShapeSeqSuccessReward, table);
+  add_trace_constants(params, kTraceShapeSeqSuccessReward, table);
   add_press_constants(kButton, table);
   table.emplace_back("BUTTON_RELEASE_READY_RATIO", kButton.BUTTON_RELEASE_READY_RATIO);
-  table.emplace_back("MIN_SEQUENCE_LENGTH", kSequenceLength.low);
-  table.emplace_back("MAX_SEQUENCE_LENGTH", kSequenceLength.high);
+  table.emplace_back("MIN_SEQUENCE_LENGTH", params.MIN_SEQUENCE_LENGTH);
+  table.emplace_back("MAX_SEQUENCE_LENGTH", params.MAX_SEQUENCE_LENGTH);
   table.emplace_back("BUTTON_OFFSET_FROM_LAMP_X", BUTTON_OFFSET_FROM_LAMP_X);
   table.emplace_back("BUTTON_OFFSET_FROM_LAMP_Y", BUTTON_OFFSET_FROM_LAMP_Y);
   return table;
@@ -55,22 +41,23 @@ ConstantTable constants(const TraceDemo& demo) {
 
 class TraceShapeSeq final : public FamilyBase {
  public:
-  explicit TraceShapeSeq(const RegistryEntry& entry)
+  TraceShapeSeq(const RegistryEntry& entry, const TraceParams& params)
       : FamilyBase(entry),
-        demo_(scene_, {trace_shapes_of(entry.id), kSequenceLength}),
-        button_(scene_, "trace_shape_seq_button", kButton) {
-    const int shapes = trace_shapes_of(entry.id);
-    info_.candidates = count_sequences(shapes);
-    info_.guess_rate = guess_rate(shapes);
+        params_(params),
+        demo_(scene_, params),
+        button_(scene_, "trace_shape_seq_button", kButton),
+        map_(params.farthest_corner()) {
+    info_.candidates = count_sequences(params);
+    info_.guess_rate = guess_rate(params);
     info_.termination = Termination::kSuccessOrFailed;
     info_.success_reward = kTraceShapeSeqSuccessReward;
-    info_.oracle_dim = kMostElements;
+    info_.oracle_dim = params.MAX_SEQUENCE_LENGTH;
     info_.draws = demo_.draws();
-    info_.hidden_draw = shapes > 1 ? "shapes" : "radii";
-    info_.constants = constants(demo_);
+    info_.hidden_draw = hidden_draw(params);
+    info_.constants = constants(params, demo_);
     info_.reward_terms =
         reward_terms_of([](auto& row) { list_terms(row, TraceSeqRewardInputs{}, {}); });
-    info_.phases = trace_phases("P + 64 L");
+    info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS) + " L");
     declare_state(*this);
   }
 
@@ -79,16 +66,16 @@ class TraceShapeSeq final : public FamilyBase {
     ColumnStore& memory = *bindings.memory;
     demo_.bind(bindings);
     button_.bind(bindings);
-    guess_.bind(memory);
+    guess_.bind(memory, demo_.contours());
     map_.bind(memory);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     active_ = memory.add<std::int32_t>("active");
     visited_ = memory.add<std::int32_t>("visited", 1, "", "bits of the active checkpoints");
     closed_ = memory.add<std::int32_t>("closed", 1, "", "closed contours");
-    memory.limit("active", 0, kSequenceLength.high - 1);
-    memory.limit("visited", 0, kAllVisited);
-    memory.limit("closed", 0, kSequenceLength.high);
-    memory.limit("guess_element", 0, kSequenceLength.high);
+    memory.limit("active", 0, params_.MAX_SEQUENCE_LENGTH - 1);
+    memory.limit("visited", 0, demo_.contours().all_visited());
+    memory.limit("closed", 0, params_.MAX_SEQUENCE_LENGTH);
+    memory.limit("guess_element", 0, params_.MAX_SEQUENCE_LENGTH);
     masks_.bind(*bindings.outputs);
     bind_info(*bindings.outputs);
   }
@@ -143,8 +130,8 @@ class TraceShapeSeq final : public FamilyBase {
       TraceSeqRewardInputs in;
       in.trace.tcp_to_cube = (prop_pos(env, demo_.green_cube()) - tcp_pos(env)).norm();
       in.trace.acting = demo_.is_acting(env);
-      in.trace.visit_fraction = visited_fraction(visited_[env]);
-      in.trace.all_visited = visited_[env] == kAllVisited;
+      in.trace.visit_fraction = demo_.contours().visited_fraction(visited_[env]);
+      in.trace.all_visited = visited_[env] == demo_.contours().all_visited();
       in.trace.start_distance = (contour.checkpoint(0) - demo_.green_at(env)).norm();
       in.trace.haste = measure_haste(engine_, env, FirstChange::kFromZero);
       in.trace.success = engine_.success[env] != 0;
@@ -153,7 +140,7 @@ class TraceShapeSeq final : public FamilyBase {
       in.button_distance = (button_.above(env) - tcp_pos(env)).norm();
       in.press_fraction = button_.press_fraction(env);
       in.failed_submit = failed_submit_[env] != 0;
-      const TraceSeqRewardTerms terms = trace_seq_reward(in);
+      const TraceSeqRewardTerms terms = trace_seq_reward(in, params_.smoothness);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
@@ -174,7 +161,7 @@ class TraceShapeSeq final : public FamilyBase {
     row.field("button_xy", 2, "m", "",
               [&](RowWriter& out) { out.add(button_.center(env).data(), 2); });
     row.field("button_pressed", 1, "", "", [&] { return button_pressed_[env]; });
-    row.field("oracle_info", kMostElements, "", "ids of the shapes, then -1",
+    row.field("oracle_info", params_.MAX_SEQUENCE_LENGTH, "", "ids of the shapes, then -1",
               [&] { return demo_.shapes(env); });
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
@@ -233,7 +220,8 @@ class TraceShapeSeq final : public FamilyBase {
     submit_success_latched_ = info.add<std::uint8_t>("submit_success_latched");
     obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
     // In info only: policies must not see it.
-    task_cue_ = info.add<std::int32_t>("task_cue", kMostElements, "", "ids of the shapes, then -1");
+    task_cue_ = info.add<std::int32_t>("task_cue", params_.MAX_SEQUENCE_LENGTH, "",
+                                       "ids of the shapes, then -1");
   }
 
   // One step of the element machine: visits count for the active contour only.
@@ -269,15 +257,16 @@ class TraceShapeSeq final : public FamilyBase {
     all_shapes_closed_[env] = all_closed(env) ? 1 : 0;
     active_shape_idx_[env] = active_[env];
     active_shape_id_[env] = contour.shape();
-    active_visit_fraction_[env] = static_cast<float>(visited_fraction(visited_[env]));
-    active_all_visited_[env] = visited_[env] == kAllVisited ? 1 : 0;
+    active_visit_fraction_[env] =
+        static_cast<float>(demo_.contours().visited_fraction(visited_[env]));
+    active_all_visited_[env] = visited_[env] == demo_.contours().all_visited() ? 1 : 0;
     is_active_contour_closed_[env] = is_closed(contour, green, visited_[env]) ? 1 : 0;
     start_checkpoint_dist_[env] = static_cast<float>((contour.checkpoint(0) - green).norm());
     button_press_depth_[env] = static_cast<float>(button_.depth(env));
     xy_dist_to_button_[env] = static_cast<float>(button_.distance(env));
     RowWriter(obj_to_goal_pos_.row(env)).add(goal(env, contour, green) - tcp_pos(env));
-    std::copy_n(demo_.shapes(env), kMostElements, engine_.oracle_info.row(env));
-    std::copy_n(demo_.shapes(env), kMostElements, task_cue_.row(env));
+    std::copy_n(demo_.shapes(env), params_.MAX_SEQUENCE_LENGTH, engine_.oracle_info.row(env));
+    std::copy_n(demo_.shapes(env), params_.MAX_SEQUENCE_LENGTH, task_cue_.row(env));
   }
 
   Eigen::Vector3d goal(int env, const Contour& contour, const Vec2& green) const {
@@ -294,6 +283,7 @@ class TraceShapeSeq final : public FamilyBase {
     return button_pressable_[env] != 0 && button_pressed_[env] == 0;
   }
 
+  TraceParams params_;
   TraceDemo demo_;
   PressButton button_;
   GuessedTrace guess_;
@@ -320,16 +310,12 @@ class TraceShapeSeq final : public FamilyBase {
   Column<float> xy_dist_to_button_;
   Column<std::uint8_t> submit_success_latched_;
   Column<float> obj_to_goal_pos_;  // (3) m
-  Column<std::int32_t> task_cue_;  // (kMostElements)
+  Column<std::int32_t> task_cue_;  // (MAX_SEQUENCE_LENGTH)
 };
 
 }  // namespace
 
-constexpr std::array<TaskRow, 3> kRows = {{
-    {"TraceShapeSeqEasy-VLA-v0", 1500, Split::kLong, 0.90},
-    {"TraceShapeSeqHard-VLA-v0", 1500, Split::kLong, 0.90},
-    {"TraceShapeSeqMedium-VLA-v0", 1500, Split::kLong, 0.90},
-}};
+constexpr auto kRows = rows_of(kTraceSeqVariants);
 
 const Family kTraceShapeSeq = {
     .name = "TraceShapeSeq",
@@ -339,7 +325,7 @@ const Family kTraceShapeSeq = {
         "green cube and trace the same sequence in order. After finishing all shapes, press "
         "the button to submit your answer.",
     .tasks = kRows,
-    .make = make_plain<TraceShapeSeq>,
+    .make = make_variant<TraceShapeSeq, kTraceSeqVariants>,
     .expectations = {.least_reward = -0.05, .most_reward = 0.3575}};
 
 }  // namespace engram::tasks

@@ -1,62 +1,56 @@
 #include "tasks/trace_shape/single.h"
 
-#include <array>
+#include <string>
 
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/reward_dict.h"
 #include "tasks/parts/variant.h"
 #include "tasks/trace_shape/demo.h"
+#include "tasks/trace_shape/guess.h"
 #include "tasks/trace_shape/info.h"
 #include "tasks/trace_shape/map.h"
 #include "tasks/trace_shape/oracle.h"
+#include "tasks/trace_shape/params.h"
 #include "tasks/trace_shape/rewards.h"
 
 namespace engram::tasks {
 namespace {
 
-// --- parameters ---
-
-// Measured over 2000 episodes: how often a guess of shape, radius and rotation passes near enough
-// to every checkpoint, by the number of shapes to choose from.
-double guess_rate(int shapes) {
-  constexpr std::array<double, 4> kRates = {0, 0.785, 0.535, 0.34};
-  return kRates[static_cast<std::size_t>(shapes)];
-}
-
 class TraceShape final : public FamilyBase {
  public:
-  explicit TraceShape(const RegistryEntry& entry)
-      : FamilyBase(entry), demo_(scene_, {trace_shapes_of(entry.id)}) {
-    info_.candidates = trace_shapes_of(entry.id);
-    info_.guess_rate = guess_rate(info_.candidates);
+  TraceShape(const RegistryEntry& entry, const TraceParams& params)
+      : FamilyBase(entry), params_(params), demo_(scene_, params), map_(params.farthest_corner()) {
+    info_.candidates = params.AVAILABLE_SHAPES.size();
+    info_.guess_rate = guess_rate(params);
     info_.termination = Termination::kSuccess;
     info_.success_reward = kTraceShapeSuccessReward;
     info_.oracle_dim = 1;
     info_.draws = demo_.draws();
-    info_.hidden_draw = info_.candidates > 1 ? "shape" : "radius";
+    info_.hidden_draw = hidden_draw(params);
     info_.constants = demo_.constants();
-    add_trace_constants(kTraceShapeSuccessReward, info_.constants);
+    add_trace_constants(params, kTraceShapeSuccessReward, info_.constants);
     info_.reward_terms =
         reward_terms_of([](auto& row) { list_terms(row, TraceRewardInputs{}, {}); });
-    info_.phases = trace_phases("P + 64");
+    info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS));
     declare_state(*this);
   }
 
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
     demo_.bind(bindings);
-    guess_.bind(*bindings.memory);
+    guess_.bind(*bindings.memory, demo_.contours());
     map_.bind(*bindings.memory);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     visited_ = bindings.memory->add<std::int32_t>("visited", 1, "", "bits of checkpoints");
-    bindings.memory->limit("visited", 0, kAllVisited);
+    bindings.memory->limit("visited", 0, demo_.contours().all_visited());
     masks_.bind(*bindings.outputs);
     ColumnStore& info = *bindings.outputs;
     visit_fraction_ = info.add<float>("visit_fraction", 1, "", "of the checkpoints");
     all_visited_ = info.add<std::uint8_t>("all_visited");
     is_contour_closed_ = info.add<std::uint8_t>("is_contour_closed");
     start_checkpoint_dist_ = info.add<float>("start_checkpoint_dist", 1, "m");
-    checkpoint_visited_ = info.add<std::uint8_t>("checkpoint_visited", NUM_CHECKPOINTS);
+    checkpoint_visited_ =
+        info.add<std::uint8_t>("checkpoint_visited", params_.contours.NUM_CHECKPOINTS);
     obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "green cube minus TCP position");
   }
 
@@ -91,11 +85,11 @@ class TraceShape final : public FamilyBase {
       engine_.oracle_info[env] = contour.shape();
 
       masks_.show(env, demo_.phase(env));
-      visit_fraction_[env] = static_cast<float>(visited_fraction(visited_[env]));
-      all_visited_[env] = visited_[env] == kAllVisited ? 1 : 0;
+      visit_fraction_[env] = static_cast<float>(demo_.contours().visited_fraction(visited_[env]));
+      all_visited_[env] = visited_[env] == demo_.contours().all_visited() ? 1 : 0;
       is_contour_closed_[env] = closed ? 1 : 0;
       start_checkpoint_dist_[env] = static_cast<float>((contour.checkpoint(0) - green).norm());
-      for (int i = 0; i < NUM_CHECKPOINTS; ++i) {
+      for (int i = 0; i < params_.contours.NUM_CHECKPOINTS; ++i) {
         checkpoint_visited_.row(env)[i] = static_cast<std::uint8_t>(visited_[env] >> i & 1);
       }
       RowWriter(obj_to_goal_pos_.row(env)).add(cube_from_tcp(env));
@@ -113,13 +107,13 @@ class TraceShape final : public FamilyBase {
       TraceRewardInputs in;
       in.tcp_to_cube = cube_from_tcp(env).norm();
       in.acting = demo_.is_acting(env);
-      in.visit_fraction = visited_fraction(visited_[env]);
-      in.all_visited = visited_[env] == kAllVisited;
+      in.visit_fraction = demo_.contours().visited_fraction(visited_[env]);
+      in.all_visited = visited_[env] == demo_.contours().all_visited();
       in.start_distance = (contour.checkpoint(0) - green).norm();
       in.nearest_unvisited = (contour.checkpoint(nearest) - green).norm();
       in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
       in.success = engine_.success[env] != 0;
-      const TraceRewardTerms terms = trace_reward(in);
+      const TraceRewardTerms terms = trace_reward(in, params_.smoothness);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
@@ -132,7 +126,7 @@ class TraceShape final : public FamilyBase {
     demo_.list_cubes(row, env);
     row.field("action_mask", 1, "", "the action phase", [&] { return demo_.is_acting(env); });
     row.field("visit_fraction", 1, "", "of the checkpoints",
-              [&] { return visited_fraction(visited_[env]); });
+              [&] { return demo_.contours().visited_fraction(visited_[env]); });
     row.field("oracle_info", 1, "", "id of the shape", [&] { return demo_.shapes(env)[0]; });
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
@@ -175,6 +169,7 @@ class TraceShape final : public FamilyBase {
     if (is_closed(contour, green, visited)) visited = 0;
   }
 
+  TraceParams params_;
   TraceDemo demo_;
   GuessedTrace guess_;
   TraceMap map_;
@@ -191,11 +186,7 @@ class TraceShape final : public FamilyBase {
 
 }  // namespace
 
-constexpr std::array<TaskRow, 3> kRows = {{
-    {"TraceShapeEasy-VLA-v0", 250, Split::kMedium},
-    {"TraceShapeHard-VLA-v0", 350, Split::kMedium},
-    {"TraceShapeMedium-VLA-v0", 300, Split::kMedium},
-}};
+constexpr auto kRows = rows_of(kTraceVariants);
 
 const Family kTraceShape = {
     .name = "TraceShape",
@@ -204,7 +195,7 @@ const Family kTraceShape = {
         "Watch the red cube trace a shape on the table. When the lamp turns green, pick up the "
         "green cube and trace exactly the same shape.",
     .tasks = kRows,
-    .make = make_plain<TraceShape>,
+    .make = make_variant<TraceShape, kTraceVariants>,
     .expectations = {.least_reward = -0.0017, .most_reward = 0.2667}};
 
 }  // namespace engram::tasks

@@ -115,25 +115,28 @@ TEST_CASE("Easy: an insertion ends in the confirmation stage and eats the press"
   CHECK_FALSE(return_by_itself(state, events));
 }
 
+constexpr SmoothnessParams kWeights = {
+    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.02, .QVEL_L2_COEF = 0.01};
+
 // The first action of an episode is (0.5, -0.2, -1, 0, 0, 0.5, 1) and |qdot| = 0.4.
 const Haste kHaste{.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
 
 TEST_CASE("The battery reward's examples", "[battery][reward]") {
-  CHECK(smoothness(kHaste, kBatterySmoothness).penalty == Approx(0.036606).margin(1e-6));
+  CHECK(smoothness(kHaste, kWeights).penalty == Approx(0.036606).margin(1e-6));
   BatteryRewardInputs insert;
   insert.unchecked_distance = 0.08;
   insert.home_distance = 0.3;
   insert.button_distance = insert.socket_distance = 0.3;
   insert.haste = kHaste;
-  CHECK(battery_reward(insert, false).reward == Approx(0.791985).margin(1e-6));
+  CHECK(battery_reward(insert, kWeights, false).reward == Approx(0.791985).margin(1e-6));
 
   BatteryRewardInputs confirm = insert;
   confirm.stage = STAGE_CONFIRM;
   confirm.button_distance = 0.084 - 0.063;
   confirm.socket_distance = 0.317043;
   confirm.press_depth = 0.004 / 0.014;
-  CHECK(battery_reward(confirm, false).reward == Approx(2.178093).margin(1e-6));
-  CHECK(battery_reward(confirm, true).reward == Approx(0.700095).margin(1e-6));
+  CHECK(battery_reward(confirm, kWeights, false).reward == Approx(2.178093).margin(1e-6));
+  CHECK(battery_reward(confirm, kWeights, true).reward == Approx(0.700095).margin(1e-6));
 }
 
 TEST_CASE("What a valid confirmation is worth", "[battery][reward]") {
@@ -143,7 +146,7 @@ TEST_CASE("What a valid confirmation is worth", "[battery][reward]") {
   in.events.confirm = true;
   const auto bonus = [&](bool works, bool upstream) {
     in.events.newly_found = works;
-    return battery_reward(in, upstream).reward;
+    return battery_reward(in, kWeights, upstream).reward;
   };
   CHECK(bonus(true, false) == Approx(19));
   CHECK(bonus(false, false) == Approx(7));

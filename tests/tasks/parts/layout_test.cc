@@ -18,13 +18,15 @@ Layout layout_of(const std::vector<Vec2>& points) {
   return layout;
 }
 
-double least_distance(const Layout& layout) {
+double nearest_pair(const Layout& layout) {
   double least = 1e9;
   for (std::size_t i = 0; i < layout.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) least = std::min(least, (layout[i] - layout[j]).norm());
   }
   return least;
 }
+
+constexpr double kSize = 0.02;  // m: half the side of a cube as large as the objects
 
 TEST_CASE("Nominal slots have the published coordinates", "[layout]") {
   constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
@@ -73,7 +75,7 @@ TEST_CASE("Nominal slots have the published coordinates", "[layout]") {
   for (const auto& [count, arc, spacing, slots] : table) {
     const Layout nominal = nominal_slots(count, arc);
     REQUIRE(nominal.size() == static_cast<std::size_t>(count));
-    CHECK(least_distance(nominal) == Approx(spacing).margin(1e-4));
+    CHECK(nearest_pair(nominal) == Approx(spacing).margin(1e-4));
     for (std::size_t i = 0; i < slots.size(); ++i) {
       CHECK((nominal[i] - slots[i]).norm() < 1e-5);
       const Vec2& mirrored = nominal[nominal.size() - 1 - i];
@@ -90,9 +92,9 @@ TEST_CASE("Jitter is normal with 10 mm and keeps slots 60 mm apart", "[layout]")
     constexpr int kRounds = 2000;
     for (int seed = 0; seed < kRounds; ++seed) {
       RandomStream random(static_cast<std::uint64_t>(seed), 0, 0);
-      const Layout jittered = jitter_slots(nominal, random);
+      const Layout jittered = jitter_slots(nominal, kSize, random);
       REQUIRE(jittered.size() == nominal.size());
-      REQUIRE(least_distance(jittered) >= 0.06);
+      REQUIRE(nearest_pair(jittered) >= 0.06);
       for (std::size_t i = 0; i < jittered.size(); ++i) {
         squares += (jittered[i] - nominal[i]).squaredNorm();
         sum += jittered[i] - nominal[i];
@@ -107,7 +109,7 @@ TEST_CASE("Jitter is normal with 10 mm and keeps slots 60 mm apart", "[layout]")
 TEST_CASE("A crowded slot stays where it is nominally", "[layout]") {
   RandomStream random(1, 0, 0);
   const Layout crowded = layout_of({{0, 0}, {0, 0}});
-  const Layout jittered = jitter_slots(crowded, random);
+  const Layout jittered = jitter_slots(crowded, kSize, random);
   // 60 mm are six deviations: no attempt succeeds.
   CHECK(jittered[1] == Vec2(0, 0));
   CHECK(jittered[0] != Vec2(0, 0));
@@ -132,7 +134,7 @@ TEST_CASE("Whole layouts are drawn until all pairs keep 60 mm", "[layout]") {
     constexpr int kRounds = 1000;
     for (std::uint64_t seed = 0; seed < kRounds; ++seed) {
       RandomStream random(seed, 0, 0);
-      distances.push_back(least_distance(jitter_layout(nominal, random)));
+      distances.push_back(nearest_pair(jitter_layout(nominal, kSize, random)));
       good += distances.back() >= 0.06 ? 1 : 0;
     }
     INFO(count << " slots");
@@ -161,7 +163,7 @@ TEST_CASE("Every permutation of slots is equally likely", "[layout]") {
 TEST_CASE("Spread and stretch turn the test vector into the published layout", "[layout]") {
   Layout layout = layout_of({{0.011, -0.096}, {0.006, 0.108}, {-0.004, 0.009}});
   RandomStream random(1, 0, 0);
-  spread_and_stretch(layout, {}, random);
+  spread_and_stretch(layout, {}, kSize, random);
   CHECK((layout[0] - Vec2(0.011, -0.199)).norm() < 1e-12);
   CHECK((layout[1] - Vec2(0.006, 0.209)).norm() < 1e-12);
   CHECK((layout[2] - Vec2(-0.004, 0.011)).norm() < 1e-12);
@@ -172,12 +174,12 @@ TEST_CASE("Keys that are too close are pushed apart before the stretch", "[layou
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     Layout layout = layout_of({{0, 0.1}, {0, 0.05}, {0, -0.1}});
     RandomStream random(seed, 0, 0);
-    spread_and_stretch(layout, {}, random);
+    spread_and_stretch(layout, {}, kSize, random);
     CHECK(layout[0].x() == 0);  // the first one stays
     moved += layout[1].x() != 0 ? 1 : 0;
     Layout before = layout;
     for (Vec2& point : before) point.y() /= 2;
-    if (least_distance(before) >= 0.09) continue;
+    if (nearest_pair(before) >= 0.09) continue;
     CHECK(layout[1].x() != 0);  // only after 80 attempts
   }
   CHECK(moved == 200);
@@ -190,9 +192,9 @@ TEST_CASE("Stretched rows have the published spread and are clamped", "[layout]"
   constexpr int kRounds = 4000;
   for (std::uint64_t seed = 0; seed < kRounds; ++seed) {
     RandomStream random(seed, 0, 0);
-    Layout layout = assign_slots(jitter_slots(nominal_slots(3), random), random);
-    spread += least_distance(layout) < 0.09 ? 1 : 0;
-    spread_and_stretch(layout, {}, random);
+    Layout layout = assign_slots(jitter_slots(nominal_slots(3), kSize, random), random);
+    spread += nearest_pair(layout) < 0.09 ? 1 : 0;
+    spread_and_stretch(layout, {}, kSize, random);
     for (const Vec2& point : layout) {
       x.push_back(point.x());
       y.push_back(point.y());
@@ -212,7 +214,7 @@ TEST_CASE("Stretched rows have the published spread and are clamped", "[layout]"
 
   Layout wide = layout_of({{0, 0.7}, {0, 0}, {0, -0.7}});
   RandomStream random(1, 0, 0);
-  spread_and_stretch(wide, {}, random);
+  spread_and_stretch(wide, {}, kSize, random);
   CHECK(wide[0].y() == 0.5);
   CHECK(wide[2].y() == -0.5);
 }

@@ -62,7 +62,7 @@ inline tasks::Vocabulary vocabulary_of(std::string_view id) {
 }
 
 inline tasks::ObjectSet objects_of(const VectorEnv& env) {
-  return {vocabulary_of(env.info().id), count_of(env)};
+  return tasks::ObjectSet({vocabulary_of(env.info().id), count_of(env)});
 }
 
 inline bool is_visible(const VectorEnv& env, int key, int index = 0) {

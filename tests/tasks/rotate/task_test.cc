@@ -44,8 +44,8 @@ TEST_CASE("Targets and their degrees follow from the draw", "[rotate]") {
                        {0.999999, 1.5703125, "90", 0.78515625, "45"}};
   const std::string text = "Rotate the peg by {angle_deg} degrees to match the target angle.";
   for (const Row& row : table) {
-    const double pos = tasks::target_angle(RotateMode::kPosAngle, row.u);
-    const double both = tasks::target_angle(RotateMode::kPosNegAngle, row.u);
+    const double pos = tasks::target_angle(RotateMode::kPosAngle, 0.1, row.u);
+    const double both = tasks::target_angle(RotateMode::kPosNegAngle, 0.1, row.u);
     CHECK(pos == Approx(row.pos).margin(1e-7));
     CHECK(both == Approx(row.pos_neg).margin(1e-7));
     CHECK(tasks::rotate_instruction(text, pos) == "Rotate the peg by " +

@@ -6,14 +6,16 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "tasks/shell_game/mugs.h"
 
 namespace engram::tasks {
 namespace {
 
+constexpr double MIN_DIST = 0.2;          // m
+constexpr double SWAP_ARC_HEIGHT = 0.06;  // m
+
 struct Bench {
   ColumnStore memory{1};
-  Swaps swaps;
+  Swaps swaps{MIN_DIST, SWAP_ARC_HEIGHT};
 
   explicit Bench(int max_swaps) { swaps.bind(memory, max_swaps); }
 };

@@ -15,6 +15,8 @@ struct Example {
   double y;
 };
 
+const ContourSet kShapes;
+
 TEST_CASE("Waypoints are those of the worked examples", "[contour]") {
   constexpr Example kExamples[] = {
       {SHAPE_CIRCLE, 0, -0.00447, 0.07955},    {SHAPE_CIRCLE, 16, -0.12955, 0.14553},
@@ -26,9 +28,9 @@ TEST_CASE("Waypoints are those of the worked examples", "[contour]") {
       {SHAPE_TRIANGLE, 55, -0.05412, 0.02595}, {SHAPE_TRIANGLE, 63, -0.00998, 0.07360},
   };
   for (const Example& example : kExamples) {
-    const Contour contour(example.shape, 0.10, 0.3, {-0.10, 0.05});
+    const Contour contour(kShapes, example.shape, 0.10, 0.3, {-0.10, 0.05});
     const Vec2 point = contour.waypoint(example.waypoint);
-    INFO(contour_name(example.shape) << " " << example.waypoint);
+    INFO(kContourNames[static_cast<std::size_t>(example.shape)] << " " << example.waypoint);
     CHECK(point.x() == Approx(example.x).margin(6e-6));
     CHECK(point.y() == Approx(example.y).margin(6e-6));
   }
@@ -37,8 +39,8 @@ TEST_CASE("Waypoints are those of the worked examples", "[contour]") {
 TEST_CASE("Shapes step as far as the spec says", "[contour]") {
   constexpr double kStep[] = {0.098, 0.125, 0.081};  // of the radius
   for (int shape = 0; shape < kContourShapes; ++shape) {
-    const Contour contour(shape, 0.1, 1, {0, 0});
-    for (int i = 1; i < NUM_WAYPOINTS; ++i) {
+    const Contour contour(kShapes, shape, 0.1, 1, {0, 0});
+    for (int i = 1; i < kShapes.waypoints(); ++i) {
       const double step = (contour.waypoint(i) - contour.waypoint(i - 1)).norm() / 0.1;
       // Corners of the triangle lie between waypoints and are cut.
       CHECK(step < kStep[shape] + 6e-4);
@@ -48,29 +50,29 @@ TEST_CASE("Shapes step as far as the spec says", "[contour]") {
 }
 
 TEST_CASE("Every fifth waypoint up to 55 is a checkpoint", "[contour]") {
-  const Contour contour(SHAPE_SQUARE, 0.1, 0.7, {0.1, -0.1});
-  for (int i = 0; i < NUM_CHECKPOINTS; ++i) {
+  const Contour contour(kShapes, SHAPE_SQUARE, 0.1, 0.7, {0.1, -0.1});
+  for (int i = 0; i < kShapes.checkpoints(); ++i) {
     CHECK(contour.checkpoint(i) == contour.waypoint(5 * i));
   }
-  CHECK(NUM_CHECKPOINTS == 12);
+  CHECK(kShapes.checkpoints() == 12);
 }
 
 TEST_CASE("Checkpoints are visited within 35 mm, in any order, for good", "[contour]") {
-  const Contour contour(SHAPE_CIRCLE, 0.13, 0, {0, 0});
+  const Contour contour(kShapes, SHAPE_CIRCLE, 0.13, 0, {0, 0});
   int visited = visit(contour, {0, 0}, 0);
   CHECK(visited == 0);
   visited = visit(contour, contour.checkpoint(7) + Vec2(0.0349, 0), visited);
   CHECK((visited >> 7 & 1) == 1);
   CHECK((visit(contour, contour.checkpoint(3) + Vec2(0, 0.0351), 0) >> 3 & 1) == 0);
   CHECK(visit(contour, {0, 0}, visited) == visited);
-  CHECK(next_checkpoint(visited) == 0);
-  CHECK(next_checkpoint(0b1011) == 2);
-  CHECK(next_checkpoint(kAllVisited) == 0);
+  CHECK(kShapes.next_checkpoint(visited) == 0);
+  CHECK(kShapes.next_checkpoint(0b1011) == 2);
+  CHECK(kShapes.next_checkpoint(kShapes.all_visited()) == 0);
   CHECK(nearest_checkpoint(contour, contour.checkpoint(7), 1 << 7) != 7);
-  CHECK(nearest_checkpoint(contour, contour.checkpoint(7), kAllVisited) == 7);
-  for (int i = 0; i < NUM_CHECKPOINTS; ++i)
+  CHECK(nearest_checkpoint(contour, contour.checkpoint(7), kShapes.all_visited()) == 7);
+  for (int i = 0; i < kShapes.checkpoints(); ++i)
     visited = visit(contour, contour.checkpoint(i), visited);
-  CHECK(visited == kAllVisited);
+  CHECK(visited == kShapes.all_visited());
   CHECK(count_visits(visited) == 12);
   // Closed only near the first.
   CHECK_FALSE(is_closed(contour, contour.checkpoint(11), visited));
@@ -79,7 +81,7 @@ TEST_CASE("Checkpoints are visited within 35 mm, in any order, for good", "[cont
 }
 
 TEST_CASE("One place visits several checkpoints of a small shape", "[contour]") {
-  const Contour contour(SHAPE_CIRCLE, 0.078, 0, {0, 0});
+  const Contour contour(kShapes, SHAPE_CIRCLE, 0.078, 0, {0, 0});
   const Vec2 between = (contour.waypoint(2) + contour.waypoint(3)) / 2;
   CHECK(count_visits(visit(contour, between, 0)) == 2);
 }

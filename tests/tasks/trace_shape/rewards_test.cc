@@ -7,11 +7,14 @@
 namespace engram::tasks {
 namespace {
 
+constexpr SmoothnessParams kWeights = {
+    .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
+
 // The first action of an episode, a change from zeros.
 constexpr Haste kHaste{.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
 
 TEST_CASE("The smoothness penalty of these families", "[trace]") {
-  CHECK(smoothness(kHaste, kTraceSmoothness).penalty == Approx(0.046606).margin(5e-7));
+  CHECK(smoothness(kHaste, kWeights).penalty == Approx(0.046606).margin(5e-7));
 }
 
 TEST_CASE("TraceShape rewards as in the worked example", "[trace]") {
@@ -22,16 +25,16 @@ TEST_CASE("TraceShape rewards as in the worked example", "[trace]") {
   in.nearest_unvisited = 0.04;
   in.start_distance = 0.1;
   in.haste = kHaste;
-  const TraceRewardTerms terms = trace_reward(in);
+  const TraceRewardTerms terms = trace_reward(in, kWeights);
   CHECK(terms.reaching == Approx(0.851115).margin(1e-6));
   CHECK(terms.grasping == 1);
   CHECK(terms.reward == Approx(5.659758).margin(2e-6));
   CHECK(terms.reward / kTraceShapeSuccessReward == Approx(0.188659).margin(1e-6));
 
   in.acting = false;
-  CHECK(trace_reward(in).reward == Approx(0.5 * 0.851115 - 0.046606).margin(2e-6));
+  CHECK(trace_reward(in, kWeights).reward == Approx(0.5 * 0.851115 - 0.046606).margin(2e-6));
   in.success = true;
-  CHECK(trace_reward(in).reward == 30);
+  CHECK(trace_reward(in, kWeights).reward == 30);
 }
 
 TEST_CASE("A visited contour pulls to its start, not to checkpoints", "[trace]") {
@@ -41,7 +44,7 @@ TEST_CASE("A visited contour pulls to its start, not to checkpoints", "[trace]")
   in.visit_fraction = 1;
   in.all_visited = true;
   in.start_distance = 0.2;
-  const TraceRewardTerms terms = trace_reward(in);
+  const TraceRewardTerms terms = trace_reward(in, kWeights);
   CHECK(terms.grasping == 0);
   CHECK(terms.nearest == 0);
   CHECK(terms.closure == Approx(1 - std::tanh(1.0)));
@@ -55,7 +58,7 @@ TEST_CASE("TraceShapeSeq rewards as in the worked examples", "[trace]") {
   in.trace.visit_fraction = 4.0 / 12;
   in.trace.haste = kHaste;
   in.progress = 1.0 / 3;
-  CHECK(trace_seq_reward(in).reward == Approx(4.437842).margin(2e-6));
+  CHECK(trace_seq_reward(in, kWeights).reward == Approx(4.437842).margin(2e-6));
 
   in.trace.tcp_to_cube = 0.3;
   in.trace.visit_fraction = 1;
@@ -65,13 +68,13 @@ TEST_CASE("TraceShapeSeq rewards as in the worked examples", "[trace]") {
   in.button_awaits = true;
   in.button_distance = 0.084 - 0.063;
   in.press_fraction = 0.004 / 0.014;
-  const TraceSeqRewardTerms terms = trace_seq_reward(in);
+  const TraceSeqRewardTerms terms = trace_seq_reward(in, kWeights);
   CHECK(terms.reward == Approx(7.989687).margin(2e-6));
 
   in.failed_submit = true;
-  CHECK(trace_seq_reward(in).reward == -2);
+  CHECK(trace_seq_reward(in, kWeights).reward == -2);
   in.trace.success = true;  // applied last
-  CHECK(trace_seq_reward(in).reward == 40);
+  CHECK(trace_seq_reward(in, kWeights).reward == 40);
 }
 
 }  // namespace

@@ -13,6 +13,8 @@ namespace engram {
 namespace {
 
 using tasks::Contour;
+
+const tasks::ContourSet kShapes;
 using tasks::Vec2;
 using test::make_env;
 using test::row;
@@ -60,7 +62,7 @@ TEST_CASE("TraceShape keeps to the timeline of the example: P = 5, C = 69", "[tr
                                                              {"center_y", {0.05}},
                                                              {"pre_demo_steps", {5}}}));
   env->reset();
-  const Contour contour(2, 0.1, 0.3, {-0.10, 0.05});
+  const Contour contour(kShapes, 2, 0.1, 0.3, {-0.10, 0.05});
   CHECK(env->cue_end(0) == 69);
   CHECK((place(*env, kGreen) - Vec2(-0.26, 0.05)).norm() < 1e-12);
   for (int elapsed = 0; elapsed < 75; ++elapsed) {
@@ -201,7 +203,8 @@ TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C =
   const double* turns = row<double>(env->memory().find("rotations"), 0);
   const double* center = row<double>(env->memory().find("center"), 0);
   const auto contour = [&](int element) {
-    return Contour(element == 0 ? 1 : 2, radii[element], turns[element], {center[0], center[1]});
+    return Contour(kShapes, element == 0 ? 1 : 2, radii[element], turns[element],
+                   {center[0], center[1]});
   };
   CHECK(env->cue_end(0) == 132);
   CHECK(env->state_dim() == 52);

@@ -1,0 +1,35 @@
+// Users' own ids as JSON (docs/variants.md): in files, and in what results and data sets say of
+// them.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "protocol/formats/document.h"
+#include "tasks/registry.h"
+
+namespace engram {
+
+// A table of constants out of a JSON text, {"COLORS": 7, "CUE_PHASE_STEPS": [30, 50]}. Throws Error
+// (kInvalidArgument) if it is anything else.
+ConstantTable parse_constants(std::string_view json);
+
+// One definition: id, base, constants, and instruction where it has its own.
+Document to_document(const VariantDefinition& definition);
+// Throws Error (kInvalidArgument) if a key is missing, unknown or of the wrong type. what: what the
+// definition is part of, for the message.
+VariantDefinition to_definition(const Document& document, std::string_view what);
+
+// Registers all variants of a file, {"variants": [definition, ...]}, or none. Throws Error: kIo if
+// it cannot be read, kInvalidArgument or kUnknownId, naming the file, if it is not such a file or a
+// variant is refused.
+void load_variants(const std::filesystem::path& file);
+// The same, once per process, with the file that the environment variable ENGRAM_VARIANTS names, if
+// it is set. Every door calls it before it looks for ids.
+void load_environment_variants();
+
+// What the results of a task say of its definition: base and constants; null where it is one of the
+// benchmark's tasks with its own constants. changes: by argument.
+Document changes_document(const RegistryEntry& entry, const ConstantTable& changes);
+
+}  // namespace engram
