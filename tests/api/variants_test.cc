@@ -1,0 +1,77 @@
+// Constants and ids of users' own through the public headers.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "engram/engram.h"
+#include "tests/api/door.h"
+
+namespace {
+
+using Catch::Matchers::Contains;
+using engram::Error;
+
+constexpr const char* kBase = "RememberColor9-VLA-v0";
+
+TEST_CASE("Constants through the C++ header", "[cpp_door][variants]") {
+  engram::VectorEnv env = engram::make(
+      kBase, {.num_envs = 4, .constants = R"({"COLORS": 2, "max_episode_steps": 30})"});
+  CHECK(env.horizon() == 30);
+  CHECK_THAT(std::string(env.describe()), Contains("\"candidates\": 2"));
+  const auto refused = [](const char* constants) {
+    return [constants] { engram::make(kBase, {.constants = constants}); };
+  };
+  CHECK_THROWS_WITH(refused("{\"COLORS\": 12}")(), Contains("2 to 9 allowed"));
+  CHECK_THROWS_WITH(refused("[1]")(), Contains("a JSON object"));
+  CHECK_THROWS_WITH(refused("{\"COLORS\"")(), Contains("a JSON object"));
+}
+
+TEST_CASE("Ids through the C++ header", "[cpp_door][variants]") {
+  const std::size_t before = engram::task_ids().size();
+  engram::register_variant({.id = "Door-Color2-v0",
+                            .base = kBase,
+                            .constants = "{\"COLORS\": 2}",
+                            .instruction = "Go."});
+  CHECK(engram::task_ids().size() == before + 1);
+  CHECK(engram::task_ids().back() == "Door-Color2-v0");
+  CHECK_THAT(std::string(engram::list()), Contains("Door-Color2-v0"));
+  engram::VectorEnv env = engram::make("Door-Color2-v0");
+  env.reset();
+  CHECK(env.instruction(0) == "Go.");
+  CHECK_THROWS_AS(engram::register_variant({.id = "Door", .base = kBase, .constants = {}}), Error);
+
+  std::string folder = std::filesystem::temp_directory_path() / "engram-XXXXXX";
+  REQUIRE(::mkdtemp(folder.data()) != nullptr);
+  const std::string file = folder + "/variants.json";
+  std::ofstream(file) << R"({"variants": [{"id": "Door-File-v0", "base": "Door-Color2-v0"}]})";
+  engram::load_variants(file);
+  CHECK(engram::make("Door-File-v0").horizon() == 25);
+  CHECK_THROWS_WITH(engram::load_variants(file + "x"), Contains("cannot be read"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("Ranges are narrowed through the C++ header", "[cpp_door][variants]") {
+  engram::VectorEnv env = engram::make(
+      kBase,
+      {.num_envs = 4, .constants = R"({"EMPTY_PHASE_STEPS": [1, 60], "max_episode_steps": 100})"});
+  env.reset({.constants = R"({"EMPTY_PHASE_STEPS": 3})"});
+  CHECK_THROWS_WITH(env.reset({.constants = R"({"EMPTY_PHASE_STEPS": 61})"}),
+                    Contains("from 1 to 60"));
+  CHECK_THROWS_WITH(env.reset({.constants = "x"}), Contains("a JSON object"));
+  env.reset({.constants = "{}"});
+}
+
+TEST_CASE("The plain-C door refuses what it cannot take", "[c_door][variants]") {
+  CHECK(engram_register_variant(nullptr, kBase, nullptr, nullptr) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_register_variant("C-Door-v0", nullptr, nullptr, nullptr) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_load_variants(nullptr) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_register_variant("C-Door-v0", "Nothing-v0", nullptr, nullptr) == ENGRAM_UNKNOWN_ID);
+  CHECK(engram_register_variant("C-Door-v0", kBase, "{\"COLOR\": 3}", nullptr) ==
+        ENGRAM_UNKNOWN_ID);
+  CHECK(engram_register_variant("C-Door-v0", kBase, "{", nullptr) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_register_variant("C-Door-v0", kBase, nullptr, nullptr) == ENGRAM_OK);
+  CHECK(engram_register_variant("C-Door-v0", kBase, nullptr, nullptr) == ENGRAM_OK);
+}
+
+}  // namespace

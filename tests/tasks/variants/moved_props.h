@@ -1,0 +1,71 @@
+// What tests of variants do with props: read them in a document, and put them somewhere in an
+// environment without physics.
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+#include "tests/env_helpers.h"
+
+namespace engram::test {
+
+// The first such number after that name in a scene's document, or -1.
+inline double number_in(const std::string& document, const std::string& prop,
+                        const std::string& attribute) {
+  const std::size_t body = document.find("\"" + prop + "\"");
+  const std::size_t found = document.find(" " + attribute + "=\"", body);
+  if (body == std::string::npos || found == std::string::npos) return -1;
+  return std::atof(document.c_str() + found + attribute.size() + 3);
+}
+
+inline double mass_in(const std::string& document, const std::string& prop) {
+  return number_in(document, prop, "mass");
+}
+
+// A batch of one without physics, with dense rewards.
+inline std::unique_ptr<VectorEnv> make_still(const char* id, const ConstantTable& constants,
+                                             std::vector<Pin> pins = {}) {
+  EnvOptions options;
+  options.substeps = 0;
+  options.reward_mode = RewardMode::kDense;
+  options.auto_reset = AutoReset::kOff;
+  options.constants = constants;
+  options.pins = std::move(pins);
+  auto env = make_env(id, options);
+  env->reset();
+  return env;
+}
+
+// One step with the origin of a prop there.
+inline void step_with(VectorEnv& env, int prop, double x, double y, double z) {
+  double* pos = env.state().prop_pos_of(0, prop);
+  pos[0] = x;
+  pos[1] = y;
+  pos[2] = z;
+  step(env, Policy::kZero);
+}
+
+inline bool succeeds_with(VectorEnv& env, int prop, double x, double y, double z) {
+  step_with(env, prop, x, y, z);
+  return env.success()[0] != 0;
+}
+
+// The draw of that name.
+inline Draw draw_of(const TaskInfo& info, const std::string& name) {
+  for (const Draw& draw : info.draws) {
+    if (draw.name == name) return draw;
+  }
+  return {};
+}
+
+// The changed penalty costs this much in a step in which everything else is equal.
+inline float dense_reward_of(const char* id, const ConstantTable& constants) {
+  const auto env = make_still(id, constants);
+  std::vector<float> action = zeros(*env);
+  action[0] = 1;
+  env->step(action);
+  return env->reward()[0];
+}
+
+}  // namespace engram::test

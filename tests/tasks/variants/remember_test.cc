@@ -1,0 +1,177 @@
+// What follows from the constants of the families that recall objects.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::row;
+
+std::unique_ptr<VectorEnv> make(const std::string& id, const ConstantTable& constants,
+                                int num_envs = 1) {
+  EnvOptions options;
+  options.num_envs = num_envs;
+  options.threads = 1;
+  options.reward_mode = RewardMode::kDense;
+  options.constants = constants;
+  auto env = test::make_env(id, options);
+  env->reset();
+  return env;
+}
+
+const PropModel& first_prop(const VectorEnv& env) { return env.physics_model().props().front(); }
+
+const Draw& draw(const VectorEnv& env, const std::string& name) {
+  for (const Draw& one : env.draws()) {
+    if (one.name == name) return one;
+  }
+  FAIL("no draw " << name);
+  throw;
+}
+
+TEST_CASE("COLORS is the number of cubes and of answers", "[variants]") {
+  for (const char* id : {"RememberColor9-VLA-v0", "FindImposterColor9-VLA-v0"}) {
+    for (const int colors : {2, 6}) {
+      const auto env = make(id, {{"COLORS", colors}});
+      CHECK(env->info().candidates == colors);
+      CHECK(env->info().chance() == Approx(1.0 / colors));
+      CHECK(env->physics_model().props().size() == static_cast<std::size_t>(colors));
+      CHECK(draw(*env, env->info().hidden_draw).high == colors - 1);
+      CHECK(draw(*env, "positions").width == 2 * colors);
+      // oracle_info and a pose per object
+      CHECK(env->state_dim() == 25 + 1 + 3 * colors);
+    }
+  }
+}
+
+TEST_CASE("Objects of other sizes weigh, stand and are spaced accordingly", "[variants]") {
+  struct Case {
+    const char* id;
+    const char* constant;
+  };
+  for (const Case& one : {Case{"RememberColor5-VLA-v0", "CUBE_HALFSIZE"},
+                          Case{"RememberShape5-VLA-v0", "SHAPE_SCALE"},
+                          Case{"FindImposterShapeAndColor3x2-VLA-v0", "SHAPE_SCALE"}}) {
+    const auto plain = make(one.id, {});
+    const auto large = make(one.id, {{one.constant, 0.03}});
+    CHECK(first_prop(*plain).mass == Approx(1000 * std::pow(0.04, 3)));
+    CHECK(first_prop(*large).mass == Approx(1000 * std::pow(0.06, 3)));
+    CHECK(first_prop(*large).bounding_radius == Approx(1.5 * first_prop(*plain).bounding_radius));
+  }
+  // Jitter grows with the size: the same draw, 1.5 times as far.
+  const auto at = [](const VectorEnv& env) {
+    return row<double>(env.memory().find("positions"), 0);
+  };
+  const auto plain = make("RememberColor5-VLA-v0", {{"CUBE_HALFSIZE", 0.02}});
+  const auto small = make("RememberColor5-VLA-v0", {{"CUBE_HALFSIZE", 0.01}});
+  CHECK(at(*plain)[2] == 0.02);
+  CHECK(at(*small)[2] == 0.01);
+  double moved = 0;
+  for (int i = 0; i < 15; ++i) moved += std::abs(at(*plain)[i] - at(*small)[i]);
+  CHECK(moved > 0.02);
+}
+
+TEST_CASE("Cue and delay last as long as their constants say", "[variants]") {
+  const ConstantTable constants = {
+      {"CUE_PHASE_STEPS", 7}, {"EMPTY_PHASE_STEPS", ConstantList{9, 9}}, {"max_episode_steps", 60}};
+  for (const char* id : {"RememberColor3-VLA-v0", "RememberShape3-Long-VLA-v0",
+                         "FindImposterShapeAndColor3x3-VLA-v0"}) {
+    const auto env = make(id, constants);
+    CHECK(env->cue_end(0) == 7);
+    const auto shown = [&] {
+      int count = 0;
+      for (int prop = 0; prop < env->info().candidates; ++prop) {
+        count += env->state().status_of(0, prop) != PropStatus::kHidden ? 1 : 0;
+      }
+      return count;
+    };
+    const std::vector<float> rest = test::zeros(*env);
+    int over = 0;
+    for (int elapsed = 0; elapsed < 60; ++elapsed) {
+      INFO(id << ", " << elapsed);
+      if (elapsed > 0) env->step(rest);
+      if (elapsed < 7) CHECK((shown() > 0 && shown() < env->info().candidates));
+      if (elapsed >= 7 && elapsed < 16) CHECK(shown() == 0);
+      if (elapsed >= 16) CHECK(shown() == env->info().candidates);
+      over += env->truncated()[0];
+    }
+    CHECK(over == 0);
+    env->step(rest);
+    CHECK(env->truncated()[0] == 1);
+  }
+}
+
+TEST_CASE("GOAL_THRESH decides what is reached", "[variants]") {
+  for (const double thresh : {0.02, 0.05, 0.15}) {
+    const auto env =
+        make("RememberColor3-VLA-v0", {{"GOAL_THRESH", thresh}, {"max_episode_steps", 40}}, 8);
+    int placed = 0;
+    for (int step = 0; step < 39; ++step) {
+      test::step(*env, Policy::kOracle);
+      for (int i = 0; i < 8; ++i) {
+        const float* offset = row<float>(env->output("obj_to_goal_pos"), i);
+        const double distance = Eigen::Map<const Eigen::Vector3f>(offset).cast<double>().norm();
+        if (std::abs(distance - thresh) < 1e-6) continue;
+        const bool is_placed = *row<std::uint8_t>(env->output("is_obj_placed"), i) != 0;
+        REQUIRE(is_placed == (distance <= thresh));
+        placed += is_placed ? 1 : 0;
+      }
+    }
+    CHECK(placed > 20);
+  }
+}
+
+TEST_CASE("Shapes and colours are those that are named", "[variants]") {
+  const auto shapes =
+      make("RememberShape3-VLA-v0", {{"SHAPE_MAPPING", ConstantList{"star", "torus", "crescent"}}});
+  const auto name = [](const VectorEnv& env, std::size_t prop) {
+    return env.physics_model().props()[prop].name;
+  };
+  CHECK(name(*shapes, 0) == "star_0");
+  CHECK(name(*shapes, 2) == "crescent_2");
+
+  const auto colored =
+      make("RememberShapeAndColor3x2-VLA-v0", {{"SHAPES", 4},
+                                               {"BASE_SHAPES", ConstantList{"cylinder", "cross"}},
+                                               {"COLOR_PALETTE", ConstantList{"teal", "yellow"}}});
+  CHECK(name(*colored, 1) == "cylinder_1");
+  CHECK(name(*colored, 2) == "cross_2");
+  for (const auto& [key, value] : colored->info().constants) {
+    if (key != "COLOR_PALETTE") continue;
+    const auto& palette = std::get<ConstantTable>(value.value);
+    REQUIRE(palette.size() == 2);
+    CHECK(palette[1].second == Constant(ConstantList{1.0, 1.0, 0.0, 1.0}));
+  }
+}
+
+TEST_CASE("Penalties weigh as much as their coefficients say", "[variants]") {
+  const auto none = make("RememberColor3-Long-VLA-v0",
+                         {{"ACTION_L2_COEF", 0}, {"ACTION_DELTA_L2_COEF", 0}, {"QVEL_L2_COEF", 0}});
+  const auto heavy =
+      make("RememberColor3-Long-VLA-v0",
+           {{"ACTION_L2_COEF", 0.5}, {"ACTION_DELTA_L2_COEF", 0}, {"QVEL_L2_COEF", 0}});
+  std::vector<float> action = test::zeros(*none);
+  action[2] = -0.4F;
+  none->step(action);
+  heavy->step(action);
+  const double difference =
+      static_cast<double>(none->reward()[0]) - static_cast<double>(heavy->reward()[0]);
+  CHECK(difference == Approx(0.5 * std::tanh(2 * 0.4)).margin(1e-6));
+}
+
+TEST_CASE("The noise of the start pose is a constant, too", "[variants]") {
+  const auto still = make("RememberColor3-VLA-v0", {{"robot_init_qpos_noise", 0}}, 2);
+  const double* first = still->state().qpos.row(0);
+  const double* second = still->state().qpos.row(1);
+  CHECK(std::equal(first, first + kRobotJoints, second));
+  const auto noisy = make("RememberColor3-VLA-v0", {}, 2);
+  CHECK_FALSE(std::equal(noisy->state().qpos.row(0), noisy->state().qpos.row(0) + kRobotJoints,
+                         noisy->state().qpos.row(1)));
+}
+
+}  // namespace
+}  // namespace engram

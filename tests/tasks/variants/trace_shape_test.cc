@@ -1,0 +1,296 @@
+// TraceShape and TraceShapeSeq with other constants: what follows from each, and sets that
+// contradict themselves.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <set>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/picture/overlay.h"
+#include "tasks/trace_shape/contour.h"
+#include "tests/env_helpers.h"
+#include "tests/tasks/variants/constant_text.h"
+
+namespace engram {
+namespace {
+
+using Catch::Contains;
+using tasks::Contour;
+using tasks::ContourSet;
+using tasks::Vec2;
+using test::row;
+
+constexpr const char* kEasy = "TraceShapeEasy-VLA-v0";
+constexpr const char* kHard = "TraceShapeHard-VLA-v0";
+constexpr const char* kSeq = "TraceShapeSeqHard-VLA-v0";
+constexpr int kRed = 0;
+constexpr int kGreen = 1;
+const Vec2 kCenter(-0.1, 0.05);
+
+// Without physics, shapes about kCenter.
+std::unique_ptr<VectorEnv> make(const char* id, const ConstantTable& constants,
+                                std::vector<Pin> pins) {
+  EnvOptions options;
+  options.substeps = 0;
+  options.terminate_on_success = false;
+  options.reward_mode = RewardMode::kDense;
+  options.auto_reset = AutoReset::kOff;
+  options.constants = constants;
+  options.pins = std::move(pins);
+  options.pins.push_back({"center_x", {kCenter.x()}});
+  options.pins.push_back({"center_y", {kCenter.y()}});
+  options.pins.push_back({"pre_demo_steps", {4}});
+  auto env = test::make_env(id, options);
+  env->reset();
+  return env;
+}
+
+// A circle of 10 cm.
+std::unique_ptr<VectorEnv> make_circle(const ConstantTable& constants) {
+  return make(kHard, constants, {{"shape", {0}}, {"radius", {0.1}}, {"rotation", {0}}});
+}
+
+void rest(VectorEnv& env) { test::step(env, Policy::kZero); }
+void wait(VectorEnv& env) {
+  while (env.state().elapsed[0] < env.cue_end(0)) rest(env);
+}
+void put_green(VectorEnv& env, const Vec2& where) {
+  const double pos[3] = {where.x(), where.y(), 0.02};
+  const double upright[4] = {1, 0, 0, 0};
+  env.state().place_prop(0, kGreen, pos, upright, PropStatus::kAsleep);
+  rest(env);
+}
+Vec2 place(const VectorEnv& env, int prop) {
+  return {env.state().prop_pos_of(0, prop)[0], env.state().prop_pos_of(0, prop)[1]};
+}
+bool flag(const VectorEnv& env, const char* name) {
+  return *row<std::uint8_t>(env.output(name), 0) != 0;
+}
+float number(const VectorEnv& env, const char* name) { return *row<float>(env.output(name), 0); }
+
+TEST_CASE("AVAILABLE_SHAPES are drawn, and pinned by their place in the list",
+          "[variants][trace]") {
+  const ConstantTable constants = {
+      {"AVAILABLE_SHAPES", ConstantList{std::string("triangle"), std::string("circle")}}};
+  const auto task = make_task(kEasy, constants);
+  const TaskInfo& info = task->info();
+  CHECK(info.candidates == 2);
+  CHECK(info.hidden_draw == "shape");
+  CHECK(test::constant_text(info, "AVAILABLE_SHAPES") == "[2, 0]");
+  CHECK((info.draws[0].high == 1 && info.draws[0].description == "0 triangle, 1 circle"));
+  EnvOptions options;
+  options.num_envs = 30;
+  options.constants = constants;
+  const auto env = test::make_env(kEasy, options);
+  env->reset();
+  std::set<int> seen;
+  for (int i = 0; i < 30; ++i) seen.insert(*row<std::int32_t>(env->output("oracle_info"), i));
+  CHECK(seen == std::set<int>{0, 2});
+  const std::vector<Pin> first = {{"shape", {0}}};
+  env->reset({.mask = {}, .seeds = {}, .pins = &first});
+  CHECK(*row<std::int32_t>(env->output("oracle_info"), 0) == 2);
+}
+
+TEST_CASE("NUM_WAYPOINTS is how long a shape is shown", "[variants][trace]") {
+  for (const int waypoints : {24, 64, 150}) {
+    INFO(waypoints);
+    const auto env = make(kHard, {{"NUM_WAYPOINTS", waypoints}},
+                          {{"shape", {1}}, {"radius", {0.1}}, {"rotation", {0.3}}});
+    CHECK(env->cue_end(0) == 4 + waypoints);
+    const ContourSet set({.NUM_WAYPOINTS = waypoints});
+    const Contour contour(set, tasks::SHAPE_SQUARE, 0.1, 0.3, kCenter);
+    for (int t = 0; t < 4 + waypoints; ++t) {
+      REQUIRE((place(*env, kRed) - contour.waypoint(std::max(0, t - 4))).norm() < 1e-12);
+      CHECK_FALSE(flag(*env, "action_mask"));
+      rest(*env);
+    }
+    CHECK(flag(*env, "action_mask"));
+    CHECK_THAT(env->info().phases[1].second, Contains("P + " + std::to_string(waypoints)));
+  }
+}
+
+TEST_CASE("Waypoints divide shapes evenly, whatever their number", "[variants][trace]") {
+  for (const int waypoints : {24, 50, 64, 101}) {
+    const ContourSet set({.NUM_WAYPOINTS = waypoints});
+    const double lengths[] = {2 * std::numbers::pi, 8, 3 * std::sqrt(3.0)};
+    for (int shape = 0; shape < tasks::kContourShapes; ++shape) {
+      INFO(waypoints << " " << shape);
+      const Contour contour(set, shape, 1, 0, {0, 0});
+      for (int i = 0; i < waypoints; ++i) {
+        const double step = (contour.waypoint((i + 1) % waypoints) - contour.waypoint(i)).norm();
+        CHECK(step < lengths[shape] / waypoints + 1e-9);
+        CHECK(step > 0.49 * lengths[shape] / waypoints);  // corners are cut
+      }
+    }
+  }
+}
+
+TEST_CASE("NUM_CHECKPOINTS have to be visited", "[variants][trace]") {
+  for (const int checkpoints : {3, 12, 30}) {
+    INFO(checkpoints);
+    const auto env = make_circle({{"NUM_CHECKPOINTS", checkpoints}, {"CHECKPOINT_THRESH", 0.01}});
+    wait(*env);
+    const ContourSet set({.NUM_CHECKPOINTS = checkpoints});
+    const Contour circle(set, tasks::SHAPE_CIRCLE, 0.1, 0, kCenter);
+    for (int i = 0; i < checkpoints; ++i) {
+      CHECK(number(*env, "visit_fraction") == Approx(static_cast<double>(i) / checkpoints));
+      put_green(*env, circle.checkpoint(i));
+      CHECK(row<std::uint8_t>(env->output("checkpoint_visited"), 0)[i] == 1);
+    }
+    CHECK(flag(*env, "all_visited"));
+    CHECK_FALSE(flag(*env, "success"));
+    put_green(*env, circle.checkpoint(0));
+    CHECK(flag(*env, "success"));
+    CHECK(env->reward()[0] == 30);
+  }
+}
+
+TEST_CASE("A checkpoint is visited within CHECKPOINT_THRESH", "[variants][trace]") {
+  for (const double threshold : {0.01, 0.035, 0.06}) {
+    INFO(threshold);
+    for (const bool near : {true, false}) {
+      // Three checkpoints 17 cm apart: no place is near two of them.
+      const auto env = make_circle({{"NUM_CHECKPOINTS", 3}, {"CHECKPOINT_THRESH", threshold}});
+      wait(*env);
+      const Vec2 out(threshold + (near ? -1e-6 : 1e-6), 0);
+      put_green(*env, kCenter + Vec2(0.1, 0) + out);
+      CHECK((row<std::uint8_t>(env->output("checkpoint_visited"), 0)[0] == 1) == near);
+    }
+  }
+}
+
+TEST_CASE("SHAPE_RADIUS_RANGE is what radii are drawn from, and resets narrow it",
+          "[variants][trace]") {
+  EnvOptions options;
+  options.num_envs = 40;
+  options.constants = {{"SHAPE_RADIUS_RANGE", ConstantList{0.05, 0.06}}};
+  const auto env = test::make_env(kHard, options);
+  const auto radii = [&env] {
+    std::vector<double> values;
+    for (int i = 0; i < 40; ++i) values.push_back(*row<double>(env->memory().find("radii"), i));
+    std::ranges::sort(values);
+    return values;
+  };
+  env->reset();
+  CHECK((radii().front() >= 0.05 && radii().front() < 0.052));
+  CHECK((radii().back() <= 0.06 && radii().back() > 0.058));
+  const ConstantTable narrow = {{"SHAPE_RADIUS_RANGE", ConstantList{0.054, 0.055}}};
+  env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
+  CHECK((radii().front() >= 0.054 && radii().back() <= 0.055));
+}
+
+TEST_CASE("Lengths of sequences change answers, columns and observation", "[variants][trace]") {
+  const ConstantTable constants = {{"MIN_SEQUENCE_LENGTH", 1}, {"MAX_SEQUENCE_LENGTH", 3}};
+  const auto task = make_task(kSeq, constants);
+  CHECK(task->info().candidates == 3 + 9 + 27);
+  CHECK(task->info().oracle_dim == 3);
+  EnvOptions options;
+  options.num_envs = 40;
+  options.constants = constants;
+  const auto env = test::make_env(kSeq, options);
+  env->reset();
+  CHECK(env->state_dim() == test::make_env(kSeq)->state_dim() - 2);
+  std::set<int> lengths;
+  for (int i = 0; i < 40; ++i) {
+    const int length = *row<std::int32_t>(env->memory().find("sequence_length"), i);
+    lengths.insert(length);
+    for (int k = 0; k < 3; ++k) {
+      CHECK((row<std::int32_t>(env->output("oracle_info"), i)[k] < 0) == (k >= length));
+    }
+  }
+  CHECK(lengths == std::set<int>{1, 2, 3});
+}
+
+TEST_CASE("A sequence of one shape is shown for as long as one", "[variants][trace]") {
+  const auto env = make(kSeq, {{"MIN_SEQUENCE_LENGTH", 1}, {"MAX_SEQUENCE_LENGTH", 1}},
+                        {{"shapes", {2}}, {"sequence_length", {1}}});
+  CHECK(env->cue_end(0) == 4 + 64);
+  CHECK(env->info().hidden_draw == "shapes");
+}
+
+TEST_CASE("The chance of a guess grows with what is allowed", "[variants][trace]") {
+  const auto chance = [](const char* id, const ConstantTable& constants) {
+    return make_task(id, constants)->info().chance();
+  };
+  CHECK(chance(kHard, {}) == 0.34);
+  CHECK(chance(kHard, {{"CHECKPOINT_THRESH", 0.01}}) < 0.1);
+  CHECK(chance(kHard, {{"CHECKPOINT_THRESH", 0.06}}) > 0.5);
+  CHECK(chance(kHard, {{"SHAPE_RADIUS_RANGE", ConstantList{0.04, 0.05}}}) > 0.6);
+  CHECK(chance(kEasy, {{"SHAPE_RADIUS_RANGE", 0.1}}) > 0.9);
+  CHECK(chance(kSeq, {{"MIN_SEQUENCE_LENGTH", 5}}) < 0.05);
+  // The estimate agrees with what was measured.
+  CHECK(chance(kHard, {{"SHAPE_RADIUS_RANGE", ConstantList{0.078, 0.1301}}}) ==
+        Approx(0.34).margin(0.05));
+  CHECK(chance(kEasy, {{"SHAPE_RADIUS_RANGE", ConstantList{0.078, 0.1301}}}) ==
+        Approx(0.785).margin(0.05));
+}
+
+TEST_CASE("The map shows the largest shape", "[variants][trace]") {
+  const auto env = make(kEasy, {{"SHAPE_RADIUS_RANGE", 0.2}}, {{"radius", {0.2}}});
+  wait(*env);
+  // Half of the map's 160 pixels show 23 cm.
+  Overlay overlay;
+  env->overlay(0, overlay);
+  double left = 1e9;
+  for (const OverlayItem& item : overlay.items) {
+    if (const auto* line = std::get_if<OverlayLine>(&item)) {
+      for (const OverlayPoint& point : line->points) left = std::min(left, point.x);
+    }
+  }
+  CHECK(left == Approx(10 + 80 - 80 * 0.2 / 0.23).margin(0.1));
+}
+
+TEST_CASE("Penalties of the tracing tasks weigh as much as they are told to", "[variants][trace]") {
+  const auto reward = [](const char* id, const ConstantTable& constants) {
+    EnvOptions options;
+    options.substeps = 0;
+    options.reward_mode = RewardMode::kDense;
+    options.constants = constants;
+    const auto env = test::make_env(id, options);
+    env->reset();
+    std::vector<float> action = test::zeros(*env);
+    action[0] = 1;
+    env->step(action);
+    return env->reward()[0];
+  };
+  for (const char* id : {kHard, kSeq}) {
+    CHECK(reward(id, {}) - reward(id, {{"ACTION_L2_COEF", 1}}) ==
+          Approx(0.99 * std::tanh(2.0)).margin(1e-5));
+  }
+}
+
+TEST_CASE("Sets of the tracing tasks that contradict themselves are refused", "[variants][trace]") {
+  struct Case {
+    const char* id;
+    ConstantTable constants;
+    const char* message;
+  };
+  const std::vector<Case> cases = {
+      {kHard,
+       {{"NUM_CHECKPOINTS", 30}, {"NUM_WAYPOINTS", 24}},
+       "30 given, at most NUM_WAYPOINTS 24"},
+      {kHard,
+       {{"NUM_WAYPOINTS", 300}},
+       "PRE_DEMO_STEPS 8 + 1 x NUM_WAYPOINTS 300 = 300 + 50 to act = 358 control steps, more than "
+       "max_episode_steps 350"},
+      {kHard,
+       {{"SHAPE_RADIUS_RANGE", ConstantList{0.1, 0.15}}},
+       "for corners within 0.2 m allowed"},
+      {kHard, {{"SHAPE_RADIUS_RANGE", ConstantList{0.12, 0.1}}}, "least and greatest"},
+      {kHard, {{"AVAILABLE_SHAPES", std::string("star")}}, "circle, square, triangle"},
+      {kHard, {{"MAX_SEQUENCE_LENGTH", 3}}, "no constant named"},
+      {kSeq, {{"MIN_SEQUENCE_LENGTH", 6}}, "6 given, at most MAX_SEQUENCE_LENGTH 5 allowed"},
+      {kSeq, {{"NUM_WAYPOINTS", 300}}, "5 x NUM_WAYPOINTS 300 = 1500"},
+  };
+  for (const Case& refused : cases) {
+    CHECK_THROWS_WITH(make_task(refused.id, refused.constants), Contains(refused.message));
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,75 @@
+// Tasks with other constants: the oracle solves them, a guess succeeds as often as it should, and
+// nothing is told after the cue.
+#include "tests/tasks/variants/tried.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/env_helpers.h"
+#include "tests/tasks/leak_check.h"
+
+namespace engram {
+namespace {
+
+// Share of episodes with success.
+double success(const test::TriedVariant& variant, Policy policy, int episodes) {
+  EnvOptions options;
+  options.num_envs = episodes;
+  options.seed = 4242424242;
+  options.threads = 2;
+  options.auto_reset = AutoReset::kOff;
+  options.constants = variant.constants();
+  const auto env = make(variant.id, options);
+  env->reset();
+  for (int step = 0; step < env->info().horizon; ++step) test::step(*env, policy);
+  CHECK(env->unstable_count() == 0);
+  int successes = 0;
+  for (int i = 0; i < episodes; ++i) {
+    successes += *test::row<std::uint8_t>(env->output("success_once"), i);
+  }
+  return static_cast<double>(successes) / episodes;
+}
+
+TEST_CASE("Oracles solve variants, and guesses are right by chance", "[variants][long]") {
+  for (const test::TriedVariant& variant : test::tried_variants()) {
+    INFO(variant.id << " " << variant.json);
+    const auto task = make_task(variant.id, variant.constants());
+    const int episodes = std::clamp(20'000 / task->info().horizon, 8, 40);
+    CHECK(success(variant, Policy::kOracle, episodes) >= variant.oracle_floor);
+    if (variant.oracle_floor < 0.95) {
+      CHECK_FALSE(variant.note.empty());
+      continue;
+    }
+    const double chance = task->info().chance();
+    const double guessed = success(variant, Policy::kBlind, episodes);
+    const double sampling = 4 * std::sqrt(chance * (1 - chance) / episodes);
+    CHECK(std::abs(guessed - chance) <= std::max(0.15, sampling));
+  }
+}
+
+TEST_CASE("The ids of the example file are solved", "[variants]") {
+  const std::size_t before = all_entries().size();
+  load_variants(std::string(test::kRoot) + "/apps/examples/medium_variants.json");
+  const std::vector<const RegistryEntry*> entries = all_entries();
+  REQUIRE(entries.size() == before + 5);
+  for (std::size_t i = before; i < entries.size(); ++i) {
+    INFO(entries[i]->id);
+    const test::TriedVariant variant{std::string(entries[i]->id), "{}"};
+    CHECK(success(variant, Policy::kOracle, 20) >= 0.95);
+  }
+}
+
+TEST_CASE("No picture of a variant after the cue tells what was shown",
+          "[variants][render][long]") {
+  constexpr std::size_t kEvery = 8;  // pictures of all of them would take a quarter of an hour
+  const std::vector<test::TriedVariant> variants = test::tried_variants();
+  for (std::size_t i = 0; i < variants.size(); i += kEvery) {
+    const test::TriedVariant& variant = variants[i];
+    INFO(variant.id << " " << variant.json);
+    // Objects may be small; and there are many variants.
+    test::check_leaks(variant.id, variant.constants(), 0, {.enough = 5, .closely = 8});
+  }
+}
+
+}  // namespace
+}  // namespace engram
