@@ -26,7 +26,7 @@ from engram.errors import (
     UnknownIdError,
 )
 from engram.evaluation import evaluate
-from engram.registration import register
+from engram.registration import load_variants, register
 from engram.registry import describe
 from engram.registry import list_tasks as list
 
@@ -49,6 +49,7 @@ __all__ = [
     "describe",
     "evaluate",
     "list",
+    "load_variants",
     "make",
     "make_vec",
     "register",

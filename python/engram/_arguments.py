@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from engram._options import pin_list
-from engram._values import integer, seed_value
+from engram._values import constants_json, integer, seed_value
 from engram.errors import InvalidArgumentError, UnknownIdError
 
-_RESET_OPTIONS = ("reset_mask", "pins")
+_RESET_OPTIONS = ("reset_mask", "pins", "constants")
 
 
 def kind_of(value: Any) -> str:
@@ -36,10 +36,10 @@ def checked_actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 def reset_options(
     options: dict[str, Any] | None, num_envs: int
-) -> tuple[np.ndarray | None, Any | None]:
-    """Mask and pins of a reset; None where there are none."""
+) -> tuple[np.ndarray | None, Any | None, str | None]:
+    """Mask, pins and ranges of a reset; None where there are none."""
     if options is None:
-        return None, None
+        return None, None, None
     for name in options:
         if name not in _RESET_OPTIONS:
             raise UnknownIdError(
@@ -57,7 +57,12 @@ def reset_options(
         if not mask.any():
             raise InvalidArgumentError("reset_mask: True for no environment")
         mask = np.array(mask)  # the caller may change theirs
-    return mask, None if pins is None else pin_list("pins", pins)
+    constants = options.get("constants")
+    return (
+        mask,
+        None if pins is None else pin_list("pins", pins),
+        None if constants is None else constants_json(constants),
+    )
 
 
 def seed_list(seed: Any, num_envs: int) -> np.ndarray | list[int | None] | None:

@@ -11,7 +11,7 @@ import numpy as np
 from engram import _core
 from engram._compat import DEFAULT_AUTORESET, AutoresetMode
 from engram._option_list import AUTO_RESET, KINDS
-from engram._values import integer, one_of, real, seed_value, text
+from engram._values import constants_json, integer, one_of, real, seed_value, text
 from engram.errors import InvalidArgumentError
 
 _AUTORESET_NAMES = {
@@ -92,6 +92,7 @@ def make_options(arguments: Mapping[str, Any], autoreset_mode: AutoresetMode) ->
         (name, real(f"task_options: {name}", value))
         for name, value in _mapping("task_options", arguments["task_options"] or {}).items()
     ]
+    options.constants = constants_json(arguments["constants"])
     options.image_width, options.image_height = size_pair(arguments["image_size"])
     cameras = arguments["cameras"]
     if cameras is not None:

@@ -23,7 +23,10 @@ def spec_of(arguments: dict[str, Any], defaults: dict[str, Any]) -> Any:
     }
     if isinstance(kwargs.get("autoreset_mode"), AutoresetMode):
         kwargs["autoreset_mode"] = kwargs["autoreset_mode"].name  # strings survive EnvSpec.to_json
-    spec = type(registered)(**{**_fields(registered), "kwargs": kwargs})
+    fields = {**_fields(registered), "kwargs": kwargs}
+    if arguments["max_episode_steps"] is not None:
+        fields["max_episode_steps"] = arguments["max_episode_steps"]
+    spec = type(registered)(**fields)
     if GYMNASIUM_1:
         spec.kwargs["vectorization_mode"] = "vector_entry_point"
     return spec

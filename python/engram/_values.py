@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import operator
 from collections.abc import Mapping
 from typing import Any
@@ -38,6 +39,31 @@ def real(name: str, value: Any) -> float:
         return float(value)
     except (TypeError, ValueError):
         raise InvalidArgumentError(f"{name}: {value!r} given, a number needed") from None
+
+
+def constants_json(constants: Mapping[str, Any] | None) -> str:
+    """Constants of a task, by name, as JSON; what each may be is the library's to check."""
+    if constants is None:
+        return ""
+    if not isinstance(constants, Mapping):
+        raise InvalidArgumentError(
+            f"constants: {constants!r} given; a dict from names to values is needed"
+        )
+    for key in constants:
+        text("name in constants", key)
+    try:
+        return json.dumps({key: _plain(value) for key, value in constants.items()})
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(
+            f"constants: {dict(constants)!r} given; numbers, texts and lists of them allowed"
+        ) from None
+
+
+def _plain(value: Any) -> Any:
+    """The value without NumPy's types, which have a method for that."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return [_plain(one) for one in value] if isinstance(value, (list, tuple)) else value
 
 
 def text(name: str, value: Any) -> str:

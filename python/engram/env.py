@@ -44,7 +44,7 @@ class Env(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Starts a new episode; ``options`` may hold "pins". See ``VectorEnv.reset``."""
+        """Starts a new episode; ``options``: "pins" and "constants". See ``VectorEnv.reset``."""
         super().reset(seed=seed)
         self.batch.reset(seed=seed, options=options)
         return self._observation(), self._info()

@@ -11,7 +11,7 @@ import numpy as np
 
 from engram import _core
 from engram._option_list import OBS_MODE, RULES
-from engram._values import one_of
+from engram._values import constants_json, one_of
 from engram.errors import InvalidArgumentError
 
 __all__ = ["evaluate"]
@@ -31,6 +31,7 @@ def evaluate(
     renderer: str = "cpu",
     rules: str = "reference",
     task_options: Mapping[str, float] | None = None,
+    constants: Mapping[str, Any] | None = None,
     name: str = "external",
     config: Mapping[str, Any] | None = None,
     output: str | os.PathLike[str] | None = None,
@@ -53,7 +54,8 @@ def evaluate(
     before the episode is asked for again. It is called from several threads, by one at a time;
     for one large batch, ``threads=1, num_envs=50``.
 
-    ``rules`` ("reference" or "original"), ``task_options``: those of the environments.
+    ``rules`` ("reference" or "original"), ``task_options``, ``constants``: those of the
+    environments.
     ``output``: results go to ``<output>/<split>/<date_time>/``. ``resume``: folder of an
     interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is
     called several times a second.
@@ -78,6 +80,7 @@ def evaluate(
         output=None if output is None else os.fspath(output),
         resume=None if resume is None else os.fspath(resume),
         rules=one_of("rules", rules, RULES),
+        constants=constants_json(constants),
         task_options=[(option, float(value)) for option, value in (task_options or {}).items()],
         progress=progress,
     )

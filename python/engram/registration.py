@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import functools
+import os
+from collections.abc import Mapping
 from typing import Any
 
+from engram import _core
+from engram._values import constants_json, text
+from engram.errors import InvalidArgumentError
 from engram.registry import NAMESPACE, list_tasks
 
 # Entry points are strings "engram.registration:<prefix><id>", which __getattr__ resolves: they can
@@ -13,8 +18,59 @@ _ENV = "make."
 _VECTOR_ENV = "make_vec."
 
 
-def register() -> None:
-    """Registers all tasks; importing engram does it already, and Gymnasium 0.29 as well."""
+# Episodes of environments that gymnasium.make makes end where its TimeLimit says.
+_NO_LIMIT = 1_000_000
+
+
+def register(
+    id: str | None = None,
+    *,
+    base: str | None = None,
+    constants: Mapping[str, Any] | None = None,
+    instruction: str | None = None,
+) -> None:
+    """Registers a new id for a task with other constants, here and with Gymnasium.
+
+        engram.register(
+            "RememberColor7-Slow-v0",
+            base="RememberColor9-VLA-v0",
+            constants={"COLORS": 7, "CUE_PHASE_STEPS": (30, 50), "max_episode_steps": 150},
+        )
+
+    The same variant twice is one. Without arguments: registers all tasks with Gymnasium, which
+    importing engram does already, and Gymnasium 0.29 as well.
+
+    Args:
+        id: The new id, a name that ends in -v and a number.
+        base: Task, such as "RememberColor9-VLA-v0", or a variant.
+        constants: What differs; see ``describe(base)["changeable"]``.
+        instruction: In English; None: that of the base.
+
+    Raises:
+        UnknownIdError: No such base or constant; the message names the nearest one.
+        InvalidArgumentError: The id is taken or the task cannot be made so.
+    """
+    if id is not None:
+        if base is None:
+            raise InvalidArgumentError(f"base: None given, the task that '{id}' changes needed")
+        _core.register_variant(
+            text("id", id),
+            text("base", base),
+            constants_json(constants or {}),
+            None if instruction is None else text("instruction", instruction),
+        )
+    elif not (base is None and constants is None and instruction is None):
+        raise InvalidArgumentError("id: None given, a new id needed")
+    _register_all()
+
+
+def load_variants(path: str | os.PathLike[str]) -> None:
+    """Registers all variants of a file (docs/variants.md), or none if one of them is refused."""
+    _core.load_variants(os.fspath(path))
+    _register_all()
+
+
+def _register_all() -> None:
     # Not from gymnasium, which calls this before it is complete, nor at the top, which would call
     # it before this module is.
     from gymnasium.envs import registration
@@ -32,10 +88,21 @@ def register() -> None:
 
 
 def __getattr__(name: str) -> Any:
-    from engram.env import Env
     from engram.vector_env import VectorEnv
 
-    for prefix, maker in ((_ENV, Env), (_VECTOR_ENV, VectorEnv)):
+    for prefix, maker in ((_ENV, _make_env), (_VECTOR_ENV, VectorEnv)):
         if name.startswith(prefix):
             return functools.partial(maker, name[len(prefix) :])
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _make_env(id: str, **options: Any) -> Any:
+    """An environment for gymnasium.make, which ends its episodes itself."""
+    from engram.env import Env
+
+    if "max_episode_steps" in (options.get("constants") or {}):
+        raise InvalidArgumentError(
+            "constants: max_episode_steps given; give it to gymnasium.make itself, whose limit "
+            "would end episodes earlier otherwise"
+        )
+    return Env(id, max_episode_steps=_NO_LIMIT, **options)

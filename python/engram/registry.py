@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import builtins
-import functools
 import json
 from typing import Any
 
@@ -12,19 +11,14 @@ from engram import _core
 NAMESPACE = "engram/"  # of ids in Gymnasium's registry
 
 
-@functools.cache
-def _text() -> str:
-    return _core.list_json()
-
-
 def list_tasks() -> builtins.list[dict[str, Any]]:
-    """All registered tasks, in the benchmark's order.
+    """All registered tasks: the benchmark's, in its order, then variants.
 
     Each is a dict: id, family, split ("short", "medium", "long", "extended"), memory_type, horizon
     (control steps), canonical, instruction, action_dim, state_dim, candidates (how many answers a
     guess chooses from).
     """
-    return json.loads(_text())
+    return json.loads(_core.list_json())
 
 
 def describe(id: str, **options: Any) -> dict[str, Any]:
@@ -36,7 +30,8 @@ def describe(id: str, **options: Any) -> dict[str, Any]:
 
     Returns:
         A dict: among others action_spaces, draws (what pins may name), options (task_options),
-        phases, state_fields (name, offset, width, unit), outputs, reward_terms, constants.
+        phases, state_fields (name, offset, width, unit), outputs, reward_terms, constants,
+        changeable (constants that can be changed, with bounds), changed.
 
     Raises:
         UnknownIdError: No task of that id; the message names the nearest one.

@@ -26,10 +26,6 @@ const char* exception_name(engram_status status) {
   }
 }
 
-void check(engram_status status) {
-  if (status != ENGRAM_OK) raise(status, engram_last_error());
-}
-
 // Calls into the library without the GIL.
 template <class Call>
 void run(Call&& call) {
@@ -85,6 +81,10 @@ void raise(engram_status status, const char* message) {
   throw nb::python_error();
 }
 
+void check(engram_status status) {
+  if (status != ENGRAM_OK) raise(status, engram_last_error());
+}
+
 // --- the handle ---
 
 Handle::Handle(const std::string& id, const Options& options) : owner_(getpid()) {
@@ -98,6 +98,7 @@ Handle::Handle(const std::string& id, const Options& options) : owner_(getpid())
   }
   plain.task_options = task_options.data();
   plain.num_task_options = task_options.size();
+  plain.constants = options.constants.empty() ? nullptr : options.constants.c_str();
   std::vector<const char*> cameras;
   for (const std::string& camera : options.cameras) cameras.push_back(camera.c_str());
   plain.cameras = cameras.empty() ? nullptr : cameras.data();
@@ -159,7 +160,8 @@ std::string Batch::description() const {
 }
 
 void Batch::reset(std::optional<Mask> mask, std::optional<Seeds> seeds,
-                  const std::optional<NamedValues>& pins) {
+                  const std::optional<NamedValues>& pins,
+                  const std::optional<std::string>& constants) {
   const std::shared_ptr<Handle> handle = open();
   engram_env* env = handle->env();
   const auto count = static_cast<std::size_t>(engram_num_envs(env));
@@ -176,6 +178,7 @@ void Batch::reset(std::optional<Mask> mask, std::optional<Seeds> seeds,
     request.num_pins = pinned.size();
     request.has_pins = 1;
   }
+  if (constants) request.constants = constants->c_str();
   run([&] { return engram_reset(env, &request); });
 }
 

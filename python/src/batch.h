@@ -32,6 +32,7 @@ struct Options {
   std::deque<std::string> texts;  // what its fields point to
   NamedValues pins;
   NamedValue task_options;
+  std::string constants;  // JSON; empty: none
   std::vector<std::string> cameras;
 
   Options() = default;
@@ -73,7 +74,8 @@ class Batch {
   std::string description() const;
 
   void reset(std::optional<Mask> mask, std::optional<Seeds> seeds,
-             const std::optional<NamedValues>& pins);
+             const std::optional<NamedValues>& pins,
+             const std::optional<std::string>& constants);
   void step(const Actions& actions);
   void step_async(const Actions& actions);
   void step_wait();
@@ -98,5 +100,7 @@ class Batch {
 
 // Raises the Python exception for a status, with the library's message. Needs the GIL.
 [[noreturn]] void raise(engram_status status, const char* message);
+// Raises the last error of this thread unless all is well.
+void check(engram_status status);
 
 }  // namespace engram_python

@@ -106,7 +106,8 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      const std::string& name, const std::string& config,
                      const std::string& renderer, const std::optional<std::string>& output,
                      const std::optional<std::string>& resume, int rules,
-                     const NamedValue& task_options, nb::object progress) {
+                     const NamedValue& task_options, const std::string& constants,
+                     nb::object progress) {
   Session session(std::move(policy), std::move(progress));
   std::vector<const char*> names;
   for (const std::string& id : ids) names.push_back(id.c_str());
@@ -128,6 +129,7 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.resume = resume ? resume->c_str() : nullptr;
   options.task_options = choices.data();
   options.num_task_options = choices.size();
+  options.constants = constants.empty() ? nullptr : constants.c_str();
   options.progress = &Session::tell;
   options.rules = rules;
   char* document = nullptr;
@@ -149,7 +151,7 @@ void bind_evaluate(nb::module_& module) {
                                  // used
   module.def("evaluate", &evaluate, "policy"_a, "ids"_a, "episodes"_a, "seed"_a, "num_envs"_a,
              "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
-             "resume"_a.none(), "rules"_a, "task_options"_a, "progress"_a.none());
+             "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "progress"_a.none());
 }
 
 }  // namespace engram_python

@@ -16,8 +16,22 @@ using namespace nb::literals;  // NOLINT: the way in which nanobind's literals a
 
 std::string list_json() {
   const char* text = engram_list_json();
-  if (text == nullptr) raise(ENGRAM_UNAVAILABLE, "no memory for the list of tasks");
+  if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());
   return text;
+}
+
+void register_variant(const std::string& id, const std::string& base, const std::string& constants,
+                      const std::optional<std::string>& instruction) {
+  check(engram_register_variant(id.c_str(), base.c_str(), constants.c_str(),
+                                instruction ? instruction->c_str() : nullptr));
+}
+
+void load_variants(const std::string& path) { check(engram_load_variants(path.c_str())); }
+
+void bind_variants(nb::module_& module) {
+  module.def("register_variant", &register_variant, "id"_a, "base"_a, "constants"_a,
+             "instruction"_a.none());
+  module.def("load_variants", &load_variants, "path"_a);
 }
 
 // The fields of engram_options, in its order.
@@ -65,7 +79,8 @@ void bind_options(nb::module_& module) {
   // end options
   options.def_rw("cameras", &Options::cameras)
       .def_rw("pins", &Options::pins)
-      .def_rw("task_options", &Options::task_options);
+      .def_rw("task_options", &Options::task_options)
+      .def_rw("constants", &Options::constants);
 }
 
 void bind_batch(nb::module_& module) {
@@ -82,7 +97,8 @@ void bind_batch(nb::module_& module) {
       .def_prop_ro("action_bounds", &Batch::action_bounds)
       .def_prop_ro("description", &Batch::description)
       .def("reset", &Batch::reset, "mask"_a.noconvert().none() = nb::none(),
-           "seeds"_a.noconvert().none() = nb::none(), "pins"_a.none() = nb::none())
+           "seeds"_a.noconvert().none() = nb::none(), "pins"_a.none() = nb::none(),
+           "constants"_a.none() = nb::none())
       .def("step", &Batch::step, "actions"_a.noconvert())
       .def("step_async", &Batch::step_async, "actions"_a.noconvert())
       .def("step_wait", &Batch::step_wait)
@@ -105,6 +121,7 @@ NB_MODULE(_core, module) {
   module.doc() = "engram's plain-C door.";
   module.def("version", &engram_version);
   module.def("list_json", &engram_python::list_json);
+  engram_python::bind_variants(module);
   engram_python::bind_options(module);
   engram_python::bind_batch(module);
   engram_python::bind_evaluate(module);

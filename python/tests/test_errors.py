@@ -76,7 +76,8 @@ def test_an_unknown_id_names_the_nearest():
         ({"render_mode": "human"}, "rgb_array"),
         ({"robot_init_qpos_noise": 7}, "noise"),
         ({"rotation_sign": 2}, "rotation_sign"),
-        ({"max_episode_steps": 7}, "25 steps"),
+        ({"max_episode_steps": 7}, "no time to act"),
+        ({"max_episode_steps": 0}, "max_episode_steps"),
     ],
 )
 def test_bad_options_are_refused(options, words):

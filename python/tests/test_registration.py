@@ -23,8 +23,9 @@ def make_vec(id: str, num_envs: int, **options):
 
 
 def test_every_task_is_registered():
-    ids = {task["id"] for task in engram.list()}
-    assert len(ids) == len(registered_ids())
+    ids = [task["id"] for task in engram.list()]
+    # Behind them are variants that other tests have registered.
+    assert ids[: len(registered_ids())] == registered_ids()
     assert {f"engram/{id}" for id in ids} <= set(gymnasium.registry)
 
 
