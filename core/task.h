@@ -46,10 +46,10 @@ struct TaskInfo {
   std::vector<TaskOption> options;  // variants of the rules, for users to choose
   ConstantTable constants;          // the class constants of the original benchmark
   std::vector<TaskConstant> changeable;  // those that users may change, and a few more
-  ConstantTable changed;  // those that users have changed, in that order
+  ConstantTable changed;                 // those that users have changed, in that order
   // Where that was changed: instead of the batch's option.
   std::optional<double> robot_init_qpos_noise;
-  std::vector<Field> reward_terms;  // columns of info "reward_dict"
+  std::vector<Field> reward_terms;                          // columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
   std::vector<Field> state_fields;  // of the state observation, after tcp_pose
 

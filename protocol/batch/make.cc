@@ -5,7 +5,8 @@
 namespace engram {
 
 std::unique_ptr<VectorEnv> make(std::string_view id, const EnvOptions& options) {
-  return std::make_unique<VectorEnv>(make_task(id, options.constants), options, make_document_source);
+  return std::make_unique<VectorEnv>(make_task(id, options.constants), options,
+                                     make_document_source);
 }
 
 const char* version() { return ENGRAM_VERSION; }

@@ -122,9 +122,8 @@ const char* kind_name(TaskConstant::Kind kind) {
 ConstantList describe_changeable(const TaskInfo& info) {
   ConstantList list;
   for (const TaskConstant& constant : info.changeable) {
-    ConstantTable about = {{"name", constant.name},
-                           {"value", constant.value},
-                           {"kind", kind_name(constant.kind)}};
+    ConstantTable about = {
+        {"name", constant.name}, {"value", constant.value}, {"kind", kind_name(constant.kind)}};
     const bool counted = constant.kind != TaskConstant::Kind::kName;
     about.emplace_back("low", counted ? Constant(constant.low) : Constant());
     about.emplace_back("high", counted ? Constant(constant.high) : Constant());

@@ -74,8 +74,7 @@ class Batch {
   std::string description() const;
 
   void reset(std::optional<Mask> mask, std::optional<Seeds> seeds,
-             const std::optional<NamedValues>& pins,
-             const std::optional<std::string>& constants);
+             const std::optional<NamedValues>& pins, const std::optional<std::string>& constants);
   void step(const Actions& actions);
   void step_async(const Actions& actions);
   void step_wait();
