@@ -83,6 +83,26 @@ void add_switch(const Command& command, const char* option, Field& field, bool s
 
 constexpr std::string_view kConstantForm = "NAME=VALUE or NAME=VALUE,VALUE,...";
 constexpr std::string_view kPinForm = "NAME=NUMBER or NAME=NUMBER,NUMBER,...";
+constexpr std::string_view kOptionForm = "NAME=NUMBER";
+
+// NAME=VALUE,VALUE,...; at least one value, which may be empty.
+struct Setting {
+  std::string name;
+  std::vector<std::string_view> values;  // of the text
+};
+
+Setting split_setting(std::string_view option, const std::string& text, std::string_view form) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) refuse(option, text, form);
+  Setting setting{text.substr(0, equals), {}};
+  std::string_view rest = std::string_view(text).substr(equals + 1);
+  while (true) {
+    const std::size_t comma = rest.find(',');
+    setting.values.push_back(rest.substr(0, comma));
+    if (comma == std::string_view::npos) return setting;
+    rest.remove_prefix(comma + 1);
+  }
+}
 
 }  // namespace
 
@@ -106,50 +126,42 @@ int parse_int(std::string_view option, const std::string& text, int low, int hig
 }
 
 Pin parse_pin(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) refuse("--pin", text, kPinForm);
-  Pin pin{text.substr(0, equals), {}};
-  std::string_view rest = std::string_view(text).substr(equals + 1);
-  while (true) {
-    const std::size_t comma = rest.find(',');
-    const auto value = parse_number<double>(rest.substr(0, comma));
+  Setting setting = split_setting("--pin", text, kPinForm);
+  Pin pin{std::move(setting.name), {}};
+  for (const std::string_view part : setting.values) {
+    const auto value = parse_number<double>(part);
     if (!value || !std::isfinite(*value)) refuse("--pin", text, kPinForm);
     pin.values.push_back(*value);
-    if (comma == std::string_view::npos) return pin;
-    rest.remove_prefix(comma + 1);
   }
+  return pin;
 }
 
 OptionChoice parse_option(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) refuse("--option", text, "NAME=NUMBER");
-  const auto value = parse_number<double>(std::string_view(text).substr(equals + 1));
-  if (!value || !std::isfinite(*value)) refuse("--option", text, "NAME=NUMBER");
-  return {text.substr(0, equals), *value};
+  Setting setting = split_setting("--option", text, kOptionForm);
+  const auto value = parse_number<double>(setting.values.front());
+  if (setting.values.size() != 1 || !value || !std::isfinite(*value)) {
+    refuse("--option", text, kOptionForm);
+  }
+  return {std::move(setting.name), *value};
 }
 
 std::pair<std::string, Constant> parse_constant(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) refuse("--set", text, kConstantForm);
+  Setting setting = split_setting("--set", text, kConstantForm);
   ConstantList values;
-  std::string_view rest = std::string_view(text).substr(equals + 1);
-  while (true) {
-    const std::size_t comma = rest.find(',');
-    const std::string_view part = rest.substr(0, comma);
-    if (const auto whole = parse_number<std::int64_t>(part)) {
+  for (const std::string_view part : setting.values) {
+    if (part.empty()) refuse("--set", text, kConstantForm);
+    const auto whole = parse_number<std::int64_t>(part);
+    const auto real = parse_number<double>(part);
+    if (whole) {
       values.emplace_back(*whole);
-    } else if (const auto real = parse_number<double>(part); real && std::isfinite(*real)) {
+    } else if (real && std::isfinite(*real)) {
       values.emplace_back(*real);
-    } else if (!part.empty()) {
-      values.emplace_back(part);
     } else {
-      refuse("--set", text, kConstantForm);
+      values.emplace_back(part);
     }
-    if (comma == std::string_view::npos) break;
-    rest.remove_prefix(comma + 1);
   }
   Constant value = values.size() == 1 ? values.front() : Constant(std::move(values));
-  return {text.substr(0, equals), std::move(value)};
+  return {std::move(setting.name), std::move(value)};
 }
 
 Option add_int(const Command& command, const std::string& option, int& value, int low, int high,

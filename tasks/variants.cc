@@ -102,9 +102,11 @@ class Batch {
     Variant& variant = *list_.back();
     variant.definition = std::move(own);
     variant.entry = base;
+    variant.entry.id = variant.definition.id;
     variant.entry.horizon = task->info().horizon;
     variant.entry.canonical = false;
-    link(variant);
+    variant.entry.instruction = variant.definition.instruction;
+    variant.entry.constants = &variant.definition.constants;
   }
 
   // All are in the list, or an exception leaves it as it was.
@@ -117,19 +119,6 @@ class Batch {
   }
 
  private:
-  // An entry points into its definition.
-  static void link(Variant& variant) {
-    variant.entry.id = variant.definition.id;
-    variant.entry.base = registry()[index_of_base(variant.definition.base)].id;
-    variant.entry.instruction = variant.definition.instruction;
-    variant.entry.constants = &variant.definition.constants;
-  }
-
-  static std::size_t index_of_base(std::string_view id) {
-    return static_cast<std::size_t>(std::ranges::find(registry(), id, &RegistryEntry::id) -
-                                    registry().begin());
-  }
-
   const RegistryEntry& base_of(const VariantDefinition& definition) const {
     const auto own = std::ranges::find(list_, definition.base,
                                        [](const auto& one) { return one->definition.id; });

@@ -111,18 +111,16 @@ void BatteryParams::constants(Changes& list) {
 
 void BatteryParams::check(int horizon) const {
   if (WORKING_BATTERY_COUNT > ACTIVE_BATTERY_COUNT) {
-    throw Error(Error::kInvalidArgument,
-                "constant 'WORKING_BATTERY_COUNT': " + std::to_string(WORKING_BATTERY_COUNT) +
-                    " given, at most ACTIVE_BATTERY_COUNT " + std::to_string(ACTIVE_BATTERY_COUNT) +
-                    " allowed");
+    refuse_constant(
+        "WORKING_BATTERY_COUNT", std::to_string(WORKING_BATTERY_COUNT),
+        "at most ACTIVE_BATTERY_COUNT " + std::to_string(ACTIVE_BATTERY_COUNT) + " allowed");
   }
   button.check();
   constexpr double kSlotToButton = BUTTON_Y_OFFSET_FROM_TRAY - TRAY_ROWS / 2 * SLOT_SPACING_X;
   if (button.BUTTON_PRESS_XY_RADIUS > kSlotToButton) {
-    throw Error(Error::kInvalidArgument,
-                "constant 'BUTTON_PRESS_XY_RADIUS': " + shortest(button.BUTTON_PRESS_XY_RADIUS) +
-                    " given, at most the " + shortest(kSlotToButton) +
-                    " m from the button to the nearest slot allowed");
+    refuse_constant("BUTTON_PRESS_XY_RADIUS", shortest(button.BUTTON_PRESS_XY_RADIUS),
+                    "at most the " + shortest(kSlotToButton) +
+                        " m from the button to the nearest slot allowed");
   }
   const int per_battery = easy ? 70 : 110;  // control steps
   const int least = per_battery * ACTIVE_BATTERY_COUNT;

@@ -82,10 +82,9 @@ std::vector<TaskOption> options() {
 void check_apart(const PressButtonParams& button) {
   const auto require = [](const char* name, double value) {
     if (2 * value <= CONFIRM_BUTTON_Y_OFFSET) return;
-    throw Error(Error::kInvalidArgument,
-                std::string("constant '") + name + "': " + shortest(value) +
-                    " given, at most half of the " + shortest(CONFIRM_BUTTON_Y_OFFSET) +
-                    " m between the two buttons allowed");
+    refuse_constant(name, shortest(value),
+                    "at most half of the " + shortest(CONFIRM_BUTTON_Y_OFFSET) +
+                        " m between the two buttons allowed");
   };
   require("BUTTON_BASE_HALF_SIZE", button.shape.BUTTON_BASE_HALF_SIZE[1]);
   require("BUTTON_PRESS_XY_RADIUS", button.BUTTON_PRESS_XY_RADIUS);

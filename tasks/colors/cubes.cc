@@ -60,10 +60,6 @@ Vec2 amid(int count, const Position& position) {
   return center;
 }
 
-std::string millimetres(double metres) {
-  return std::to_string(std::lround(1000 * metres)) + " mm";
-}
-
 }  // namespace
 
 void check_places(const ColorRecallParams& params) {
@@ -97,8 +93,8 @@ void check_places(const ColorRecallParams& params) {
                 cubes + " from the button, which is in the middle of their places");
   }
   throw Error(Error::kInvalidArgument,
-              cubes + ": they are " + millimetres(2 * size) + " wide, and their places " +
-                  millimetres(std::min(least_distance(arc), least_distance(cue))) +
+              cubes + ": they are " + in_millimetres(2 * size) + " wide, and their places " +
+                  in_millimetres(std::min(least_distance(arc), least_distance(cue))) +
                   " from one another");
 }
 

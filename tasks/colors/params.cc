@@ -9,7 +9,6 @@
 namespace engram::tasks {
 namespace {
 
-constexpr Bounds kSteps{1, 100'000};
 // Control steps that the last part of an episode takes at least.
 constexpr int kTimeToTouch = 8;
 constexpr int kTimeToPress = 15;
@@ -69,11 +68,9 @@ void check_answers(const ColorRecallParams& params) {
   const bool ordered = params.rule == ColorRule::kChain;
   const int most = params.COLORS - (ordered ? 0 : 1);
   if (params.SEQUENCE_LENGTH <= most) return;
-  throw Error(Error::kInvalidArgument,
-              "constant 'SEQUENCE_LENGTH': " + std::to_string(params.SEQUENCE_LENGTH) +
-                  " given, at most " + std::to_string(most) + " of " +
-                  std::to_string(params.COLORS) + " COLORS allowed" +
-                  (ordered ? "" : ", or there is one answer only"));
+  refuse_constant("SEQUENCE_LENGTH", std::to_string(params.SEQUENCE_LENGTH),
+                  "at most " + std::to_string(most) + " of " + std::to_string(params.COLORS) +
+                      " COLORS allowed" + (ordered ? "" : ", or there is one answer only"));
 }
 
 }  // namespace
@@ -84,9 +81,9 @@ void ColorRecallParams::constants(Changes& list) {
   list.integer("SEQUENCE_LENGTH", SEQUENCE_LENGTH, {1, kMost}, "", "cubes that the cue shows");
   list.integer("COLORS", COLORS, {2, kMost}, "",
                "cubes, in the first so many colours of the colour table");
-  list.steps(cue_name(*this), cue, kSteps,
+  list.steps(cue_name(*this), cue, kPhaseSteps,
              bunch ? "how long the cue is shown" : "how long each cube of the cue is shown");
-  list.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kSteps, "how long no cube shows then");
+  list.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps, "how long no cube shows then");
   list.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.1}, "m",
             "how near its touch point, 5 mm above a cube, the tool has to come");
   list.real("CUBE_HALFSIZE", CUBE_HALFSIZE, {0.01, 0.035}, "m", "half the side of a cube");

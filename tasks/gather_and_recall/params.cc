@@ -15,10 +15,6 @@ namespace {
 constexpr int kTimePerCube = 75;  // control steps
 constexpr int kTimeToPress = 25;
 
-std::string millimetres(double metres) {
-  return std::to_string(std::lround(1000 * metres)) + " mm";
-}
-
 std::vector<Draw> draws(const GatherParams& params) {
   const int cubes = params.N_CUBES;
   return {
@@ -73,7 +69,7 @@ ConstantTable constants(const GatherParams& params) {
 
 void GatherParams::constants(Changes& list) {
   list.integer("N_CUBES", N_CUBES, {1, kMaxCubes}, "", "cubes to be gathered");
-  list.steps("FLASH_DURATION_STEPS", FLASH_DURATION_STEPS, {1, 100'000},
+  list.steps("FLASH_DURATION_STEPS", FLASH_DURATION_STEPS, kPhaseSteps,
              "how long the lamp shows the colour");
   list.real("DISC_RADIUS", DISC_RADIUS, {0.04, 0.16}, "m",
             "of the disc; buttons and lamp stand 0.22 and 0.24 m from its centre");
@@ -93,14 +89,15 @@ void GatherParams::check(int horizon) const {
   const std::string cubes = std::to_string(N_CUBES) + (N_CUBES == 1 ? " cube" : " cubes");
   if (distance + kPlaceMargin > DISC_ON_THRESH) {
     throw Error(Error::kInvalidArgument, cubes + " do not stand apart within DISC_ON_THRESH " +
-                                             millimetres(DISC_ON_THRESH) + ": the outermost is " +
-                                             millimetres(distance) + " + " +
-                                             millimetres(kPlaceMargin) + " from the disc's centre");
+                                             in_millimetres(DISC_ON_THRESH) +
+                                             ": the outermost is " + in_millimetres(distance) +
+                                             " + " + in_millimetres(kPlaceMargin) +
+                                             " from the disc's centre");
   }
   if (extent > DISC_RADIUS) {
-    throw Error(Error::kInvalidArgument, cubes + " reach " + millimetres(extent) +
+    throw Error(Error::kInvalidArgument, cubes + " reach " + in_millimetres(extent) +
                                              " from the disc's centre, beyond DISC_RADIUS " +
-                                             millimetres(DISC_RADIUS));
+                                             in_millimetres(DISC_RADIUS));
   }
   check_time(horizon, {{"N_CUBES x 75 to gather", N_CUBES * kTimePerCube}}, kTimeToPress);
 }

@@ -130,8 +130,7 @@ const Constant* Changes::find(std::string_view name) const {
 const Constant* Changes::add(TaskConstant about) {
   const Constant* given = find(about.name);
   if (given != nullptr && !fits(about, *given)) {
-    throw Error(Error::kInvalidArgument, "constant '" + about.name + "': " + in_words(*given) +
-                                             " given, " + allowed(about) + " allowed");
+    refuse_constant(about.name, in_words(*given), allowed(about) + " allowed");
   }
   listed_.push_back(std::move(about));
   return given;
@@ -227,6 +226,15 @@ void Changes::names(const char* name, NameList& value, std::span<const char* con
   value.clear();
   for (const Constant& one : elements(*given)) value.push_back(index_of(listed_.back(), one));
   listed_.back().value = names_of(names, value);
+}
+
+std::string in_millimetres(double metres) {
+  return std::to_string(std::lround(1000 * metres)) + " mm";
+}
+
+void refuse_constant(const std::string& name, const std::string& given,
+                     const std::string& allowed) {
+  throw Error(Error::kInvalidArgument, "constant '" + name + "': " + given + " given, " + allowed);
 }
 
 void check_time(int horizon, std::initializer_list<Stretch> stretches, int least_to_act) {

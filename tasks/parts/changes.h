@@ -85,6 +85,16 @@ class Changes {
   std::vector<TaskConstant> listed_;
 };
 
+// How long a phase may be, control steps.
+inline constexpr Bounds kPhaseSteps{1, 100'000};
+
+// "53 mm", for messages.
+std::string in_millimetres(double metres);
+
+// Throws Error (kInvalidArgument): constant 'name': `given` given, `allowed`.
+[[noreturn]] void refuse_constant(const std::string& name, const std::string& given,
+                                  const std::string& allowed);
+
 // A stretch of an episode: how many control steps a constant of that name makes it at most.
 struct Stretch {
   const char* name;

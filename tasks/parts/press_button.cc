@@ -12,9 +12,7 @@ namespace {
 // Throws Error unless value <= most.
 void require(const char* name, double value, double most, const char* what) {
   if (value <= most) return;
-  throw Error(Error::kInvalidArgument, std::string("constant '") + name + "': " + shortest(value) +
-                                           " given, at most " + shortest(most) + ", " + what +
-                                           ", allowed");
+  refuse_constant(name, shortest(value), "at most " + shortest(most) + ", " + what + ", allowed");
 }
 
 }  // namespace
@@ -46,10 +44,9 @@ void PressButtonParams::check() const {
   require("BUTTON_CAP_TRAVEL", BUTTON_CAP_TRAVEL, 2 * shape.BUTTON_CAP_HALF_HEIGHT,
           "the cap's height");
   if (BUTTON_RELEASE_READY_RATIO < BUTTON_PRESS_EVENT_RATIO) return;
-  throw Error(Error::kInvalidArgument,
-              "constant 'BUTTON_RELEASE_READY_RATIO': " + shortest(BUTTON_RELEASE_READY_RATIO) +
-                  " given, less than BUTTON_PRESS_EVENT_RATIO " +
-                  shortest(BUTTON_PRESS_EVENT_RATIO) + " allowed");
+  refuse_constant(
+      "BUTTON_RELEASE_READY_RATIO", shortest(BUTTON_RELEASE_READY_RATIO),
+      "less than BUTTON_PRESS_EVENT_RATIO " + shortest(BUTTON_PRESS_EVENT_RATIO) + " allowed");
 }
 
 void add_press_constants(const PressButtonParams& params, ConstantTable& table) {

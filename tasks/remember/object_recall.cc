@@ -16,7 +16,6 @@ namespace {
 
 constexpr SpreadParams kSpread;
 
-constexpr Bounds kSteps{1, 100'000};
 constexpr int kTimeToAct = 15;     // control steps that a touch takes
 const Vec2 kRobotBase(-0.615, 0);  // m
 constexpr double kReach = 0.86;    // m
@@ -32,10 +31,6 @@ constexpr double kTravelGap = 0.06;     // m more while on the way
 constexpr double kCloseEnough = 0.010;  // m
 // The farthest slots of all are out of a vertical tool's reach.
 constexpr Lean kLean{.reach = 0.78, .per_metre = 5.0, .most = 0.4};
-
-std::string millimetres(double metres) {
-  return std::to_string(std::lround(1000 * metres)) + " mm";
-}
 
 Layout sample_layout(const ObjectRecallParams& params, const ObjectSet& objects,
                      const Layout& nominal, bool spread, RandomStream& random) {
@@ -64,9 +59,9 @@ void check_layouts(const ObjectRecallParams& params) {
     throw Error(Error::kInvalidArgument, std::to_string(objects.count()) +
                                              " objects of half size " + shortest(objects.size()) +
                                              " m do not stand apart: their places are " +
-                                             millimetres(least_distance(slots)) +
+                                             in_millimetres(least_distance(slots)) +
                                              " from one another, and an object is up to " +
-                                             millimetres(objects.greatest_width()) + " wide");
+                                             in_millimetres(objects.greatest_width()) + " wide");
   }
 }
 
@@ -74,8 +69,9 @@ void check_layouts(const ObjectRecallParams& params) {
 
 void ObjectRecallParams::constants(Changes& list) {
   objects.constants(list);
-  list.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kSteps, "how long the cue is shown");
-  list.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kSteps, "how long the table is empty then");
+  list.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown");
+  list.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps,
+             "how long the table is empty then");
   list.real("GOAL_THRESH", GOAL_THRESH, {0.005, 0.2}, "m",
             "how near its object's origin the tool has to come");
   smoothness.constants(list);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <string>
 
-#include "core/base/error.h"
 #include "tasks/parts/colors.h"
 #include "tasks/parts/layout.h"
 
@@ -95,8 +94,7 @@ void ObjectSetParams::check() const {
                                           std::to_string(COLOR_PALETTE.size()) +
                                           " colours = " + std::to_string(most)
                                     : std::to_string(most) + " shapes";
-  throw Error(Error::kInvalidArgument, "constant 'SHAPES': " + std::to_string(count) +
-                                           " given, at most " + kinds + " allowed");
+  refuse_constant("SHAPES", std::to_string(count), "at most " + kinds + " allowed");
 }
 
 // --- the objects ---

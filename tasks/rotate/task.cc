@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/base/error.h"
 #include "core/base/join.h"
 #include "core/base/real_functions.h"
 #include "core/picture/overlay.h"
@@ -60,9 +59,8 @@ void Params::check(int horizon) const {
   check_time(horizon, {}, kTimeToAct);
   // A shorter one would be pushed, not turned.
   if (PEG_HALF_LENGTH >= 2 * PEG_HALF_WIDTH) return;
-  throw Error(Error::kInvalidArgument, "constant 'PEG_HALF_LENGTH': " + shortest(PEG_HALF_LENGTH) +
-                                           " given, at least twice PEG_HALF_WIDTH = " +
-                                           shortest(2 * PEG_HALF_WIDTH) + " allowed");
+  refuse_constant("PEG_HALF_LENGTH", shortest(PEG_HALF_LENGTH),
+                  "at least twice PEG_HALF_WIDTH = " + shortest(2 * PEG_HALF_WIDTH) + " allowed");
 }
 
 constexpr std::array<Params, 2> kLenient = {{

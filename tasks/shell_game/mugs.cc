@@ -51,10 +51,9 @@ void check_mugs(const ShellGameParams& params, const MugStance& stance, double r
   }
   const double hidden = mjcf::kMugHides * params.mug_ratio();
   if (params.BALL_RADIUS > hidden) {
-    throw Error(Error::kInvalidArgument,
-                "constant 'BALL_RADIUS': " + shortest(params.BALL_RADIUS) + " given, at most " +
-                    in_millimetres(hidden) + " allowed: a cup of MUG_SCALE " +
-                    shortest(params.MUG_SCALE) + " would not hide the ball");
+    refuse_constant("BALL_RADIUS", shortest(params.BALL_RADIUS),
+                    "at most " + in_millimetres(hidden) + " allowed: a cup of MUG_SCALE " +
+                        shortest(params.MUG_SCALE) + " would not hide the ball");
   }
 }
 

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
 #include "core/base/join.h"
 #include "tasks/shell_game/mugs.h"
 
 namespace engram::tasks {
 namespace {
 
-constexpr Bounds kSteps{1, 100'000};
 constexpr int kTimeToTouch = 12;  // control steps
 
 // Fingertips are a centimetre above the foot of a mug that is touched, so that nothing is shoved;
@@ -22,17 +20,13 @@ constexpr double kFingertips = 0.011;   // m that they reach below the TCP
 }  // namespace
 
 void ShellGameParams::constants(Changes& list) {
-  list.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kSteps, "how long the cue is shown");
+  list.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown");
   list.real("MIN_DIST", MIN_DIST, {0.1, 0.35}, "m", "from one cup's slot to the next one's");
   list.real("BALL_RADIUS", BALL_RADIUS, {0.01, 0.06}, "m", "of the balls under the cups");
   list.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.3}, "m",
             "how near its cup's origin the tool has to come; where a cup is moved: radius of the "
             "goal region");
   list.real("MUG_SCALE", MUG_SCALE, {0.7, 2}, "", "size of the cups, as a multiple of the scan's");
-}
-
-std::string in_millimetres(double metres) {
-  return std::to_string(std::lround(1000 * metres)) + " mm";
 }
 
 double TouchParams::touch_gap() const {
@@ -49,17 +43,16 @@ void TouchParams::check_touch() const {
   check_mugs(*this, kUpsideDown);
   const double least = resting_height() + kFingertips + kTouchMargin;
   if (GOAL_THRESH < least) {
-    throw Error(Error::kInvalidArgument,
-                "constant 'GOAL_THRESH': " + shortest(GOAL_THRESH) + " given, at least " +
-                    in_millimetres(least) + " allowed: the foot of a cup is " +
-                    in_millimetres(resting_height()) + " above its origin, fingertips reach " +
-                    in_millimetres(kFingertips) + " below the tool, and " +
-                    in_millimetres(kTouchMargin) + " are for the tool to come to rest");
+    refuse_constant("GOAL_THRESH", shortest(GOAL_THRESH),
+                    "at least " + in_millimetres(least) + " allowed: the foot of a cup is " +
+                        in_millimetres(resting_height()) + " above its origin, fingertips reach " +
+                        in_millimetres(kFingertips) + " below the tool, and " +
+                        in_millimetres(kTouchMargin) + " are for the tool to come to rest");
   }
   if (GOAL_THRESH >= MIN_DIST) {
-    throw Error(Error::kInvalidArgument, "constant 'GOAL_THRESH': " + shortest(GOAL_THRESH) +
-                                             " given, less than MIN_DIST " + shortest(MIN_DIST) +
-                                             " allowed: a tool over one cup would touch the next");
+    refuse_constant("GOAL_THRESH", shortest(GOAL_THRESH),
+                    "less than MIN_DIST " + shortest(MIN_DIST) +
+                        " allowed: a tool over one cup would touch the next");
   }
 }
 

@@ -43,7 +43,4 @@ struct TouchParams : ShellGameParams {
   void check_touch() const;
 };
 
-// "53 mm", for messages.
-std::string in_millimetres(double metres);
-
 }  // namespace engram::tasks

@@ -10,7 +10,6 @@ namespace {
 
 enum OwnDraw { kShuffleSteps, kNumSwaps, kSwapPairList };
 
-constexpr Bounds kSteps{1, 100'000};
 constexpr Bounds kSwaps{1, ShufflePhase::kMaxSwaps};
 constexpr int kStepsOfSwap = 2;   // so many show which mugs swap
 constexpr int kTimeToTouch = 12;  // control steps
@@ -19,7 +18,7 @@ constexpr int kTimeToTouch = 12;  // control steps
 
 void ShuffleParams::constants(Changes& list) {
   ShellGameParams::constants(list);
-  list.steps("SHUFFLE_PHASE_STEPS", SHUFFLE_PHASE_STEPS, kSteps,
+  list.steps("SHUFFLE_PHASE_STEPS", SHUFFLE_PHASE_STEPS, kPhaseSteps,
              "how long the whole shuffle takes");
   list.integer_range("NUM_SWAPS", NUM_SWAPS.low, NUM_SWAPS.high, kSwaps, "", "swaps in a shuffle");
   list.real("SWAP_ARC_HEIGHT", SWAP_ARC_HEIGHT, {0, 0.12}, "m",

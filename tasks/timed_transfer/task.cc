@@ -102,7 +102,7 @@ void Params::constants(Changes& list) {
                "delay to be counted from the signal on; the instruction names it");
   list.real("TOLERANCE_FRAC", TOLERANCE_FRAC, {0, 0.5}, "of the delay",
             "how much too early or too late the cube may arrive");
-  list.steps("PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS, {1, 100'000}, "time before the signal");
+  list.steps("PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS, kPhaseSteps, "time before the signal");
   list.real("DISC_RADIUS", DISC_RADIUS, {0.03, 0.1}, "m", "of both discs, 0.22 m apart");
   list.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.1}, "m",
             "how near the red disc's centre the cube has to be");

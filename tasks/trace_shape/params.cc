@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "core/base/error.h"
 #include "core/base/join.h"
 
 namespace engram::tasks {
@@ -14,9 +13,7 @@ constexpr int kTimeToTrace = 30;   // a shape
 constexpr double kFarthest = 0.2;  // m, of a corner: what is left in front of the lamp
 
 void require(bool holds, const char* name, const std::string& given, const std::string& allowed) {
-  if (holds) return;
-  throw Error(Error::kInvalidArgument,
-              std::string("constant '") + name + "': " + given + " given, " + allowed + " allowed");
+  if (!holds) refuse_constant(name, given, allowed + " allowed");
 }
 
 }  // namespace
