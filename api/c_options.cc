@@ -197,6 +197,7 @@ static_assert(static_cast<int>(Policy::kZero) == ENGRAM_POLICY_ZERO);
 static_assert(static_cast<int>(Policy::kRandom) == ENGRAM_POLICY_RANDOM);
 static_assert(static_cast<int>(Policy::kOracle) == ENGRAM_POLICY_ORACLE);
 static_assert(static_cast<int>(Policy::kBlind) == ENGRAM_POLICY_BLIND);
+static_assert(static_cast<int>(Policy::kSweep) == ENGRAM_POLICY_SWEEP);
 static_assert(static_cast<int>(Rules::kReference) == ENGRAM_RULES_REFERENCE);
 static_assert(static_cast<int>(Rules::kOriginal) == ENGRAM_RULES_ORIGINAL);
 // end options

@@ -12,7 +12,8 @@
 namespace engram::apps {
 namespace {
 
-constexpr std::array kPolicies = {Policy::kOracle, Policy::kBlind, Policy::kZero, Policy::kRandom};
+constexpr std::array kPolicies = {Policy::kOracle, Policy::kBlind, Policy::kSweep, Policy::kZero,
+                                  Policy::kRandom};
 
 // Which setting each option sets.
 constexpr std::pair<const char*, const char*> kKeyOfOption[] = {

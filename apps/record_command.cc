@@ -285,7 +285,7 @@ void add_view(const Command& command, RecordOptions& options) {
 
 void add_record_command(const Command& program) {
   static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kRandom, Policy::kOracle,
-                                         Policy::kBlind};
+                                         Policy::kBlind, Policy::kSweep};
   const auto options = std::make_shared<RecordOptions>();
   const Command command = program.add_command("record", "Picture or video of an episode");
   command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")

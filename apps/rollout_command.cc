@@ -168,7 +168,7 @@ void run(const RolloutOptions& given) {
 
 void add_rollout_command(const Command& program) {
   static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kRandom, Policy::kOracle,
-                                         Policy::kBlind};
+                                         Policy::kBlind, Policy::kSweep};
   const auto options = std::make_shared<RolloutOptions>();
   const Command command = program.add_command("rollout", "Batched rollouts of one task");
   command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")

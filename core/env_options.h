@@ -61,8 +61,10 @@ enum class Policy {
   kOracle,
   // The oracle, but with the hidden quantity guessed.
   kBlind,
+  // The best that can be done without memory.
+  kSweep,
 };
-inline constexpr std::array kPolicyNames = {"zero", "random", "oracle", "blind"};
+inline constexpr std::array kPolicyNames = {"zero", "random", "oracle", "blind", "sweep"};
 constexpr const auto& names_of(Policy) { return kPolicyNames; }
 
 // Whose rules a task follows where the original's code differs from what it is meant to do.

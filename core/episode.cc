@@ -6,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include "core/base/checksum.h"
 #include "core/base/error.h"
 #include "core/base/join.h"
 #include "core/base/nearest.h"
@@ -70,6 +71,14 @@ void check_distinct(const Pin& pin) {
 }
 
 }  // namespace
+
+// Stafford's thirteenth mixer of 64 bits: ids that differ in one letter end up far apart.
+std::uint64_t stream_salt(std::string_view id) {
+  std::uint64_t bits = checksum(id);
+  bits = (bits ^ bits >> 30) * 0xbf58476d1ce4e5b9u;
+  bits = (bits ^ bits >> 27) * 0x94d049bb133111ebu;
+  return bits ^ bits >> 31;
+}
 
 PinTable::PinTable(ColumnStore& store, std::vector<Draw> draws) : draws_(std::move(draws)) {
   if (draws_.size() > 64) throw Error(Error::kInternal, "more than 64 draws in a task");

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/column.h"
@@ -46,6 +47,10 @@ enum : std::uint32_t {
   kPurposeBlindGuess = 0x4000'0001,
   kPurposeRandomPolicy = 0x8000'0000,  // + elapsed
 };
+
+// Sets a task's random streams apart from those of others with the same seed, so that what is
+// hidden in one task tells nothing about another. The key of a stream is the seed xor this.
+std::uint64_t stream_salt(std::string_view id);
 
 // Name of the engine's own draw, which every task has first.
 inline constexpr const char* kRobotNoiseDraw = "robot_noise";
@@ -95,16 +100,17 @@ class PinTable {
 // own draws.
 class Episode {
  public:
-  Episode(const PinTable& pins, int env, std::uint64_t seed, std::uint64_t number)
-      : pins_(pins), env_(env), seed_(seed), number_(number) {}
+  // key: of its random streams.
+  Episode(const PinTable& pins, int env, std::uint64_t key, std::uint64_t number)
+      : pins_(pins), env_(env), key_(key), number_(number) {}
 
   int env() const { return env_; }
 
   // Values that the user has fixed, or null.
   const double* pinned(int draw) const { return pins_.values(env_, draw + 1); }
 
-  RandomStream stream(int draw) const { return {seed_, number_, static_cast<std::uint32_t>(draw)}; }
-  RandomStream engine_stream(std::uint32_t purpose) const { return {seed_, number_, purpose}; }
+  RandomStream stream(int draw) const { return {key_, number_, static_cast<std::uint32_t>(draw)}; }
+  RandomStream engine_stream(std::uint32_t purpose) const { return {key_, number_, purpose}; }
 
   // Narrows least and greatest value of a draw to what the user has said of its range.
   template <class T>
@@ -122,7 +128,7 @@ class Episode {
  private:
   const PinTable& pins_;
   int env_;
-  std::uint64_t seed_;
+  std::uint64_t key_;
   std::uint64_t number_;
 };
 

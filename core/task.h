@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/answers.h"
 #include "core/base/column.h"
 #include "core/base/constant.h"
 #include "core/episode.h"
@@ -18,6 +19,11 @@
 namespace engram {
 
 struct Overlay;  // core/picture/overlay.h
+
+// Who acts, of those that know how to solve the task: one that knows all, one that has to guess
+// what is hidden, and one that does the best it can without memory. What the last does is a
+// function of what can be seen now, of where the robot is, and of the step count.
+enum class Script { kOracle, kBlind, kSweep };
 
 // When an episode ends before its horizon.
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
@@ -32,8 +38,13 @@ struct TaskInfo {
   bool canonical = true;
   int horizon = 0;     // control steps
   int candidates = 1;  // equally likely answers: a guess is right with probability 1 / candidates
-  // How often a guess succeeds where answers are not equally likely; 0: 1 / candidates.
+  // How often a guess succeeds where answers are not equally likely, or where a wrong one may
+  // succeed; 0: 1 / candidates.
   double guess_rate = 0;
+  // What counts as the robot's answer, and what its number means; empty: there is no such moment.
+  std::string answer;
+  // How often the first answer is right if it is a guess; 0: 1 / candidates.
+  double answer_rate = 0;
   Termination termination = Termination::kNever;
   // Whether the benchmark's canonical wrappers zero actions until the cue is over.
   bool frozen_cue = false;
@@ -55,6 +66,8 @@ struct TaskInfo {
 
   // The success rate of guessing.
   double chance() const { return guess_rate > 0 ? guess_rate : 1.0 / candidates; }
+  // The share of right first answers of guessing.
+  double answer_chance() const { return answer_rate > 0 ? answer_rate : 1.0 / candidates; }
 };
 
 // Environments begin, ..., end - 1 of a batch.
@@ -85,6 +98,8 @@ struct Bindings {
   Column<std::int32_t> oracle_info;   // (oracle_dim) out of evaluate
   Column<float> oracle_values;        // instead of oracle_info where it is real
   Column<float> task_cue;             // (task_cue_dim) out of evaluate
+  std::uint64_t stream_salt = 0;      // of random streams (core/episode.h)
+  Answers answers;                    // out of evaluate, where there is info().answer
   Column<float> action;               // the action of this step, after the curriculum's freeze
   Column<float> previous_action;      // that of the step before; zeros at first
 };
@@ -117,9 +132,8 @@ class Task {
   virtual void observe(Range envs, FloatRows out) = 0;
   // Writes the dense reward; rows have one element.
   virtual void dense_reward(Range envs, FloatRows out) = 0;
-  // Writes actions of the oracle, or with `blind` of the oracle that guesses, for pd_ee_delta_pose
-  // with rotation sign -1.
-  virtual void act(Range envs, bool blind, FloatRows actions) = 0;
+  // Writes actions for pd_ee_delta_pose with rotation sign -1.
+  virtual void act(Range envs, Script script, FloatRows actions) = 0;
 
   // The value of elapsed from which on nothing shows the hidden draw any more.
   virtual int cue_end(int env) const = 0;

@@ -83,6 +83,9 @@ VectorEnv::VectorEnv(const IeeeScope& /*scope*/, std::unique_ptr<Task> task,
                                          " environments of " + task_->info().id);
   }
   pins_.check(options_.pins);
+  for (std::size_t i = 0; i < option_values_.size(); ++i) {
+    strict_ |= info().options[i].name == kStrictOption && option_values_[i] != 0;
+  }
   if (info().robot_init_qpos_noise) options_.robot_init_qpos_noise = *info().robot_init_qpos_noise;
 }
 
@@ -97,6 +100,7 @@ void VectorEnv::allocate() {
   bindings_.state = &state_;
   bindings_.options = option_values_;
   bindings_.arm = &model_->arm();
+  bindings_.stream_salt = stream_salt(info.id);
   bindings_.memory = &memory_;
   bindings_.outputs = &outputs_;
   bindings_.action = memory_.add<float>("action", action_dim());
@@ -138,6 +142,7 @@ void VectorEnv::allocate() {
   if (info.task_cue_dim > 0) {
     bindings_.task_cue = outputs_.add<float>("task_cue", info.task_cue_dim);
   }
+  if (!info.answer.empty()) bindings_.answers.bind(outputs_);
   task_->bind(bindings_);
   if (options_.obs_mode == ObsMode::kRgb) {
     if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
@@ -203,7 +208,7 @@ void VectorEnv::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t
   state_.seed[env] = seed;
   state_.episode[env] = episode_number;
 
-  const Episode episode(pins_, env, seed, episode_number);
+  const Episode episode(pins_, env, seed ^ bindings_.stream_salt, episode_number);
   double* qpos = state_.qpos.row(env);
   std::copy(kStartQpos.begin(), kStartQpos.end(), qpos);
   const double* pinned_noise = pins_.values(env, 0);
@@ -218,7 +223,7 @@ void VectorEnv::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t
   task_->reset(episode);
   const Range self{env, env + 1};
   task_->advance(self);
-  task_->evaluate(self);
+  evaluate(self);
   observe(self);
 }
 
@@ -316,7 +321,7 @@ void VectorEnv::take_action(int env, const float* actions) {
 void VectorEnv::finish_steps(int worker, Range envs) {
   StepClock::Worker* const time = clock(worker);
   task_->advance(envs);
-  task_->evaluate(envs);
+  evaluate(envs);
   mark(time, StepPart::kTask);
   observe(envs);
   mark(time, StepPart::kObservation);
@@ -327,6 +332,17 @@ void VectorEnv::finish_steps(int worker, Range envs) {
     finish_step(worker, env);
   }
   mark(time, StepPart::kTask);
+}
+
+// A wrong first answer fails the episode where users want that.
+void VectorEnv::evaluate(Range envs) {
+  task_->evaluate(envs);
+  if (!strict_) return;
+  for (int env = envs.begin; env < envs.end; ++env) {
+    if (!bindings_.answers.wrong(env)) continue;
+    bindings_.success[env] = 0;
+    bindings_.failed[env] = 1;
+  }
 }
 
 // What policies and learners see.

@@ -143,6 +143,7 @@ class VectorEnv {
   void step_range(int worker, Range envs, const float* actions);
   void simulate(int worker, Range envs, const float* actions);
   void take_action(int env, const float* actions);
+  void evaluate(Range envs);
   void finish_steps(int worker, Range envs);
   void finish_step(int worker, int env);
   bool outputs_finite(int env) const;
@@ -198,6 +199,7 @@ class VectorEnv {
   AlignedArray<std::uint8_t> final_mask_;
 
   StepClock* clock_ = nullptr;
+  bool strict_ = false;   // a wrong first answer fails the episode
   bool started_ = false;  // a first reset has been made
   std::atomic<std::uint64_t> unstable_count_ = 0;
 };

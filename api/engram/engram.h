@@ -105,6 +105,8 @@ enum class Policy {
   kOracle = ENGRAM_POLICY_ORACLE,
   // The oracle, but with the hidden quantity guessed.
   kBlind = ENGRAM_POLICY_BLIND,
+  // The best that can be done without memory.
+  kSweep = ENGRAM_POLICY_SWEEP,
 };
 
 // Whose rules a task follows where the original's code differs from what it is meant to do.

@@ -286,7 +286,9 @@ typedef enum engram_policy {
   /* Solves the task with privileged state; pd_ee_delta_pose only. */
   ENGRAM_POLICY_ORACLE = 2,
   /* The oracle, but with the hidden quantity guessed. */
-  ENGRAM_POLICY_BLIND = 3
+  ENGRAM_POLICY_BLIND = 3,
+  /* The best that can be done without memory. */
+  ENGRAM_POLICY_SWEEP = 4
 } engram_policy;
 /* end options */
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 OBS_MODE = {"none": 0, "state": 1, "state_dict": 2, "rgb": 3}
 REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
 AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
-POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3}
+POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3, "sweep": 4}
 RULES = {"reference": 0, "original": 1}
 
 # How each keyword is converted: by type, or by the numbers behind its names.

@@ -154,11 +154,11 @@ class BatteryChecker final : public FamilyBase {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const CheckState state = check_.load(env);
       BatteryChoice choice;
-      if (blind) {
+      if (script == Script::kBlind) {
         choice = guess(env);
       } else {
         choice = {lowest(~state.checked & all_batteries()), state.active};
@@ -272,7 +272,7 @@ class BatteryChecker final : public FamilyBase {
   // rounds as there are batteries.
   BatteryChoice guess(int env) const {
     if (check_.rounds[env] >= params_.ACTIVE_BATTERY_COUNT) return {};
-    RandomStream random = blind_guess(*engine_.state, env);
+    RandomStream random = blind_guess(engine_, env);
     BatteryChoice choice;
     int empty = 0;
     for (int round = 0; round <= check_.rounds[env]; ++round) {

@@ -162,14 +162,15 @@ class BlinkCount final : public FamilyBase {
 
   // --- oracle: presses red until the count is right, then black ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
       if (!is_acting(env) || submit_attempted_[env] != 0) {
         hold_tool(kGripperClosed, action);
         continue;
       }
-      const bool counting = press_count_[env] < (blind ? guess(env) : target_[env]);
+      const bool counting =
+          press_count_[env] < (script == Script::kBlind ? guess(env) : target_[env]);
       const PressButton& button = counting ? red_ : black_;
       servo_tool(*engine_.state, env, button.next_waypoint(env, kTravelHeight), kToolDown,
                  kGripperClosed, action);
@@ -281,8 +282,7 @@ class BlinkCount final : public FamilyBase {
 
   // How often an agent without memory would press.
   int guess(int env) const {
-    const State& state = *engine_.state;
-    RandomStream random = blind_guess(state, env);
+    RandomStream random = blind_guess(engine_, env);
     return random.integer(params_.BLINK_COUNT_RANGE.low, params_.BLINK_COUNT_RANGE.high);
   }
 

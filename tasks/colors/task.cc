@@ -179,7 +179,7 @@ class ColorRecall final : public FamilyBase {
 
   // --- oracle: touches from above with open fingers, then presses the button with closed ones ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
       if (!is_acting(env) || button_pressed_[env] != 0) {
@@ -188,7 +188,7 @@ class ColorRecall final : public FamilyBase {
       }
       Permutation guessed{};
       std::span<const std::int32_t> targets = sequence(env);
-      if (blind) targets = guess(env, guessed);
+      if (script == Script::kBlind) targets = guess(env, guessed);
       const int color = choose(env, targets);
       const Eigen::Vector3d goal =
           color < 0 ? button_.next_waypoint(env, kTravelHeight)
@@ -299,7 +299,7 @@ class ColorRecall final : public FamilyBase {
 
   // What an agent without memory would touch, one after another.
   std::span<const std::int32_t> guess(int env, Permutation& storage) const {
-    return shuffled(storage, blind_guess(*engine_.state, env))
+    return shuffled(storage, blind_guess(engine_, env))
         .first(static_cast<std::size_t>(params_.SEQUENCE_LENGTH));
   }
 

@@ -171,9 +171,9 @@ class GatherAndRecall final : public FamilyBase {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const GatherGoal goal = {disc(env), blind ? guess(env) : flash_color_[env],
+      const GatherGoal goal = {disc(env), script == Script::kBlind ? guess(env) : flash_color_[env],
                                pressed_button_[env] >= 0};
       oracle_.act(*engine_.state, env, goal, actions.row(env));
     }
@@ -267,7 +267,7 @@ class GatherAndRecall final : public FamilyBase {
   }
 
   // The button that an agent without memory would press.
-  int guess(int env) const { return blind_guess(*engine_.state, env).integer(0, kColors - 1); }
+  int guess(int env) const { return blind_guess(engine_, env).integer(0, kColors - 1); }
 
   GatherParams params_;
   int cubes_;

@@ -153,7 +153,7 @@ class Intercept final : public FamilyBase {
 
   // --- oracle: catch the ball and carry it to the target ---
 
-  void act(Range envs, bool /*blind*/, FloatRows actions) override {
+  void act(Range envs, Script /*script*/, FloatRows actions) override {
     const double radius = params_.ball.BALL_RADIUS;
     const double near_enough =
         std::max(kNearEnough + (params_.GOAL_RADIUS - kUsualRadius), params_.GOAL_RADIUS / 2);

@@ -147,7 +147,7 @@ class InterceptGrab final : public FamilyBase {
 
   // --- oracle: catch the ball and stop ---
 
-  void act(Range envs, bool /*blind*/, FloatRows actions) override {
+  void act(Range envs, Script /*script*/, FloatRows actions) override {
     const double radius = params_.ball.BALL_RADIUS;
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);

@@ -3,13 +3,14 @@
 
 #include "core/base/random.h"
 #include "core/episode.h"
-#include "core/physics/state.h"
+#include "core/task.h"
 
 namespace engram::tasks {
 
 // The numbers behind an agent's guess: the same ones in every step of an episode.
-inline RandomStream blind_guess(const State& state, int env) {
-  return {state.seed[env], state.episode[env], kPurposeBlindGuess};
+inline RandomStream blind_guess(const Bindings& engine, int env) {
+  const State& state = *engine.state;
+  return {state.seed[env] ^ engine.stream_salt, state.episode[env], kPurposeBlindGuess};
 }
 
 }  // namespace engram::tasks

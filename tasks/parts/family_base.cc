@@ -11,6 +11,10 @@ FamilyBase::FamilyBase(const RegistryEntry& entry) : info_(describe(entry)) {}
 
 void FamilyBase::set_changeable(std::vector<TaskConstant> changeable,
                                 const ConstantTable& changed) {
+  if (!info_.answer.empty()) {
+    info_.options.push_back(
+        {kStrictOption, 0, true, 0, 1, "", "1: a wrong first answer fails the episode"});
+  }
   info_.changeable = std::move(changeable);
   info_.canonical = info_.canonical && changed.empty();
   for (const TaskConstant& constant : info_.changeable) {

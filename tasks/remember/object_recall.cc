@@ -10,6 +10,8 @@
 #include "tasks/parts/overlap_guard.h"
 #include "tasks/parts/task_info.h"
 #include "tasks/parts/tool_servo.h"
+#include "tasks/parts/touch_latch.h"
+#include "tasks/parts/tour.h"
 
 namespace engram::tasks {
 namespace {
@@ -100,6 +102,9 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
   info_.success_reward = kTouchSuccessReward;
   info_.reward_terms = TouchTarget::reward_terms();
   info_.phases = cue_empty_manipulation_phases();
+  info_.answer =
+      "the first object within GOAL_THRESH of which the robot rests in the manipulation phase, the "
+      "nearest one if there are several; its key";
   describe_episode(wording);
   describe_constants();
   info_.oracle_dim = static_cast<int>(objects_.identity(0).size());
@@ -181,7 +186,17 @@ void ObjectRecall::evaluate(Range envs) {
   for (int env = envs.begin; env < envs.end; ++env) {
     std::ranges::copy(objects_.identity(target_[env]), engine_.oracle_info.row(env));
     touch_.evaluate(env, target_pos(env), success_in_cue_ || is_manipulation(env));
+    note_answer(env);
   }
+}
+
+// The answer is the object nearest to the tool when it first rests within GOAL_THRESH of one.
+void ObjectRecall::note_answer(int env) const {
+  const State& state = *engine_.state;
+  if (engine_.answers.given(env) || !is_manipulation(env) || !robot_is_static(state, env)) return;
+  const int key = touched_object(state.prop_pos_of(env, 0), count(), state.tcp_pos.row(env),
+                                 params_.GOAL_THRESH);
+  if (key >= 0) engine_.answers.give(env, key, key == target_[env]);
 }
 
 void ObjectRecall::dense_reward(Range envs, FloatRows out) {
@@ -209,24 +224,55 @@ void ObjectRecall::observe(Range envs, FloatRows out) { write_state(*this, envs,
 
 // --- oracle ---
 
-// Keeps above the target's stored place until it is nearly overhead, then comes down to touch.
-void ObjectRecall::act(Range envs, bool blind, FloatRows actions) {
+void ObjectRecall::act(Range envs, Script script, FloatRows actions) {
   for (int env = envs.begin; env < envs.end; ++env) {
-    const State& state = *engine_.state;
     float* action = actions.row(env);
-    const int key = blind ? guess(env) : target_[env];
-    const bool rolls = objects_.rolls(key);
-    const Eigen::Vector3d touch = Eigen::Map<const Eigen::Vector3d>(position(env, key)) +
-                                  Eigen::Vector3d(0, 0, touch_height(rolls));
-    const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
-    const double gripper = gripper_for(env, key);
-    if (!is_manipulation(env) || (tcp - touch).norm() < kCloseEnough) {
-      hold_tool(gripper, action);
-      continue;
+    if (script == Script::kSweep) {
+      sweep(env, action);
+    } else {
+      touch(env, script == Script::kBlind ? guess(env) : target_[env], action);
     }
-    Eigen::Vector3d goal = approach_from_above(state, env, touch, kTravelGap);
-    if (rolls) goal.z() = std::lerp(tcp.z(), goal.z(), kGently);
-    servo_tool(state, env, goal, lean_outwards(kToolDown, touch, kLean), gripper, action);
+  }
+}
+
+// Above the place where it appears.
+Eigen::Vector3d ObjectRecall::touch_point(int env, int key) const {
+  return Eigen::Map<const Eigen::Vector3d>(position(env, key)) +
+         Eigen::Vector3d(0, 0, touch_height(objects_.rolls(key)));
+}
+
+// Keeps above the object's stored place until it is nearly overhead, then comes down to touch.
+void ObjectRecall::touch(int env, int key, float* action) const {
+  const State& state = *engine_.state;
+  const Eigen::Vector3d touch = touch_point(env, key);
+  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
+  const double gripper = gripper_for(env, key);
+  if (!is_manipulation(env) || (tcp - touch).norm() < kCloseEnough) {
+    hold_tool(gripper, action);
+    return;
+  }
+  Eigen::Vector3d goal = approach_from_above(state, env, touch, kTravelGap);
+  if (objects_.rolls(key)) goal.z() = std::lerp(tcp.z(), goal.z(), kGently);
+  servo_tool(state, env, goal, lean_outwards(kToolDown, touch, kLean), gripper, action);
+}
+
+// Rests over one object after the other.
+void ObjectRecall::sweep(int env, float* action) const {
+  const State& state = *engine_.state;
+  if (!is_manipulation(env)) {
+    hold_tool(kGripperOpen, action);
+    return;
+  }
+  Tour tour;
+  for (int key = 0; key < count(); ++key) {
+    tour.add(prop_pos(env, key) + Eigen::Vector3d(0, 0, touch_height(objects_.rolls(key))));
+  }
+  const Tour::Move move = tour.next(state, env, {.from_the_end = !info_.frozen_cue});
+  if (move.rest) {
+    hold_tool(kGripperClosed, action);
+  } else {
+    servo_tool(state, env, move.goal, lean_outwards(kToolDown, move.goal, kLean), kGripperClosed,
+               action);
   }
 }
 
@@ -265,8 +311,6 @@ double ObjectRecall::gripper_for(int env, int key) const {
 }
 
 // What an agent without memory would touch.
-int ObjectRecall::guess(int env) const {
-  return blind_guess(*engine_.state, env).integer(0, count() - 1);
-}
+int ObjectRecall::guess(int env) const { return blind_guess(engine_, env).integer(0, count() - 1); }
 
 }  // namespace engram::tasks

@@ -44,7 +44,7 @@ class ObjectRecall : public FamilyBase {
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
   void observe(Range envs, FloatRows out) override;
-  void act(Range envs, bool blind, FloatRows actions) override;
+  void act(Range envs, Script script, FloatRows actions) override;
   void overlay(int env, Overlay& out) const override { objects_.overlay(target_[env], out); }
 
  protected:
@@ -98,6 +98,10 @@ class ObjectRecall : public FamilyBase {
   template <class Row>
   void state_row(Row& row, int env) const;
   int guess(int env) const;
+  void note_answer(int env) const;
+  void touch(int env, int key, float* action) const;
+  void sweep(int env, float* action) const;
+  Eigen::Vector3d touch_point(int env, int key) const;
   bool is_crowded(int env, int key) const;
   double touch_height(bool rolls) const;
   double gripper_for(int env, int key) const;

@@ -249,9 +249,9 @@ class Rotate final : public FamilyBase {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const double target = blind ? guess(env) : target_[env];
+      const double target = script == Script::kBlind ? guess(env) : target_[env];
       const double angle = peg_angle(engine_.state->prop_quat_of(env, kPeg));
       const PegGoal goal{params_.peg(), params_.angle_threshold,
                          peg_turn(angle, initial_yaw_[env], target).error,
@@ -288,7 +288,7 @@ class Rotate final : public FamilyBase {
   }
 
   // What an agent that has not read the target would turn.
-  double guess(int env) const { return draw_target(blind_guess(*engine_.state, env)); }
+  double guess(int env) const { return draw_target(blind_guess(engine_, env)); }
 
   double draw_target(RandomStream random) const {
     return target_angle(params_.MODE, params_.angle_threshold, random.uniform());

@@ -72,8 +72,8 @@ class ColorLamp final : public ShellGame {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
-    rule_.act(*this, envs, blind, actions);
+  void act(Range envs, Script script, FloatRows actions) override {
+    rule_.act(*this, envs, script, actions);
   }
 
  private:

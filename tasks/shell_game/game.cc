@@ -115,10 +115,9 @@ void ShellGame::conclude(int env, const Verdict& verdict) const {
 
 // --- oracle ---
 
-int ShellGame::chosen_slot(int env, bool blind) const {
-  if (!blind) return answer(env);
-  const State& state = *engine_.state;
-  RandomStream random = blind_guess(state, env);
+int ShellGame::chosen_slot(int env, Script script) const {
+  if (script != Script::kBlind) return answer(env);
+  RandomStream random = blind_guess(engine_, env);
   return random.integer(0, kCups - 1);
 }
 

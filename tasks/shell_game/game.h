@@ -32,7 +32,7 @@ class ShellGame : public FamilyBase {
   int target(int env) const { return target_[env]; }  // hidden cup or colour
   int answer(int env) const { return engine_.oracle_info[env]; }
   // The slot that the oracle goes for: the answer, or with `blind` a guess.
-  int chosen_slot(int env, bool blind) const;
+  int chosen_slot(int env, Script script) const;
   bool is_manipulation(int env) const {
     return engine_.state->elapsed[env] >= manipulation_start_[env];
   }

@@ -182,9 +182,9 @@ class Pick final : public ShellGame {
 
   // There is no frozen cue here, and turning the hand takes twenty steps: it hovers over the slot
   // while the cue still shows.
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const int slot = chosen_slot(env, blind);
+      const int slot = chosen_slot(env, script);
       const Eigen::Vector3d grip = mugs_.slot_pos(env, slot, grip_height_) + grip_from_mug_;
       const double lifted = mugs_.pos(env, slot).z() - mugs_.standing_pos(env, slot).z();
       const bool closing = (tcp_pos(env) - grip).norm() < grip_radius_;

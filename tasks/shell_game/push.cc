@@ -150,10 +150,10 @@ class Push final : public ShellGame {
   // --- oracle ---
 
   // Down behind the mug, forward with the fingers closed until it has moved far enough.
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
-      const int slot = chosen_slot(env, blind);
+      const int slot = chosen_slot(env, script);
       const Eigen::Vector3d start =
           mugs_.slot_pos(env, slot, push_height_) - Eigen::Vector3d(behind_, 0, 0);
       const double moved = mugs_.pos(env, slot).x() - mugs_.base(env).x();

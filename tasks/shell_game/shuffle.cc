@@ -98,8 +98,8 @@ class ShuffleTouch final : public ShellGame {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
-    rule_.act(*this, envs, blind, actions);
+  void act(Range envs, Script script, FloatRows actions) override {
+    rule_.act(*this, envs, script, actions);
   }
 
  private:
@@ -200,8 +200,8 @@ class ShuffleColorLamp final : public ShellGame {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
-    rule_.act(*this, envs, blind, actions);
+  void act(Range envs, Script script, FloatRows actions) override {
+    rule_.act(*this, envs, script, actions);
   }
 
  private:

@@ -60,8 +60,8 @@ class Touch final : public ShellGame {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
-    rule_.act(*this, envs, blind, actions);
+  void act(Range envs, Script script, FloatRows actions) override {
+    rule_.act(*this, envs, script, actions);
   }
 
  private:

@@ -98,12 +98,12 @@ void TouchRule::dense_reward(const ShellGame& game, Range envs, FloatRows out) c
 
 // --- oracle ---
 
-void TouchRule::act(const ShellGame& game, Range envs, bool blind, FloatRows actions) const {
+void TouchRule::act(const ShellGame& game, Range envs, Script script, FloatRows actions) const {
   // Demonstrations of the Long ids keep the fingers open all the time.
   const double hovering = game.info().frozen_cue ? kGripperClosed : kGripperOpen;
   for (int env = envs.begin; env < envs.end; ++env) {
     float* action = actions.row(env);
-    const Eigen::Vector3d goal = game.mugs().standing_pos(env, game.chosen_slot(env, blind)) +
+    const Eigen::Vector3d goal = game.mugs().standing_pos(env, game.chosen_slot(env, script)) +
                                  Eigen::Vector3d(0, 0, touch_gap_);
     const Eigen::Vector3d tcp = game.tcp_pos(env);
     if (!game.is_manipulation(env) || (tcp - goal).norm() < kCloseEnough) {

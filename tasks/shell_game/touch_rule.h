@@ -38,7 +38,7 @@ class TouchRule {
   ShellGame::Verdict judge(const ShellGame& game, int env, const Eigen::Vector3d& goal,
                            double displacement = 0) const;
   void dense_reward(const ShellGame& game, Range envs, FloatRows out) const;
-  void act(const ShellGame& game, Range envs, bool blind, FloatRows actions) const;
+  void act(const ShellGame& game, Range envs, Script script, FloatRows actions) const;
 
  private:
   double goal_thresh_;  // m

@@ -239,10 +239,10 @@ class TakeItBack final : public FamilyBase {
 
   // --- oracle: grasp the cube, carry it there and back ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     const double close_enough = std::min(kCloseEnough, kWellInside * params_.GOAL_RADIUS);
     for (int env = envs.begin; env < envs.end; ++env) {
-      const Vec2 home = blind ? guess(env) : initial(env);
+      const Vec2 home = script == Script::kBlind ? guess(env) : initial(env);
       float* action = actions.row(env);
       const bool returned =
           reached_[env] != 0 && (cube(env).head<2>() - home).norm() < close_enough;
@@ -336,7 +336,7 @@ class TakeItBack final : public FamilyBase {
 
   // Where an agent that has not seen the cube at first would return it to.
   Vec2 guess(int env) const {
-    const int slot = blind_guess(*engine_.state, env).integer(-1, 1);
+    const int slot = blind_guess(engine_, env).integer(-1, 1);
     return {0, kSlotPitch * slot + kSlotWidth / 2};
   }
 

@@ -314,7 +314,7 @@ class TimedTransfer final : public FamilyBase {
   // --- oracle ---
 
   // Waits over the red disc with the cube in the gripper, and lowers it when the time has come.
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     constexpr double kWaitHeight = 0.1;     // m, of the cube: well above the height that counts
     constexpr double kCloseHeight = 0.076;  // m: just above it, from where one step is enough
     constexpr int kNarrow = 4;              // control steps
@@ -326,7 +326,8 @@ class TimedTransfer final : public FamilyBase {
       float* action = actions.row(env);
       const Grip grip{.prop = kCube, .tool = tool_for_cube(state, env, kCube)};
       const Eigen::Vector3d red = prop_pos(env, kRedDisc);
-      const int due = blind ? signal_step_[env] + guessed_count(env) : window(env).start;
+      const int due =
+          script == Script::kBlind ? signal_step_[env] + guessed_count(env) : window(env).start;
       if (state.elapsed[env] + 1 >= due) {
         const Eigen::Vector3d place(red.x(), red.y(), kRestingHeight);
         if (bring(state, env, grip, place, action)) hold_tool(kGripperOpen, action);
@@ -366,7 +367,7 @@ class TimedTransfer final : public FamilyBase {
 
   // When somebody acts who has not counted: at any step up to twice the delay.
   int guessed_count(int env) const {
-    return blind_guess(*engine_.state, env).integer(0, 2 * params_.DELAY_STEPS);
+    return blind_guess(engine_, env).integer(0, 2 * params_.DELAY_STEPS);
   }
 
   Params params_;

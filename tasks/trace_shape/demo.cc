@@ -269,12 +269,12 @@ Contour TraceDemo::contour(int env, int element) const {
 }
 
 int TraceDemo::guessed_length(int env) const {
-  return blind_guess(*engine_.state, env)
+  return blind_guess(engine_, env)
       .integer(params_.MIN_SEQUENCE_LENGTH, params_.MAX_SEQUENCE_LENGTH);
 }
 
 Contour TraceDemo::guessed_contour(int env, int element) const {
-  RandomStream random = blind_guess(*engine_.state, env);
+  RandomStream random = blind_guess(engine_, env);
   random.integer(params_.MIN_SEQUENCE_LENGTH, params_.MAX_SEQUENCE_LENGTH);
   for (int earlier = 0;; ++earlier) {
     const int shape = draw_shape(random);

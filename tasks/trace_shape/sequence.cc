@@ -168,16 +168,17 @@ class TraceShapeSeq final : public FamilyBase {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     const State& state = *engine_.state;
     const int cube = demo_.green_cube();
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
       if (!demo_.is_acting(env)) {
         await_demo(action);
-      } else if (blind ? guess_.element[env] >= demo_.guessed_length(env) : all_closed(env)) {
+      } else if (script == Script::kBlind ? guess_.element[env] >= demo_.guessed_length(env)
+                                          : all_closed(env)) {
         submit_trace(state, env, cube, button_, action);
-      } else if (blind) {
+      } else if (script == Script::kBlind) {
         trace_contour(state, env, cube, demo_.guessed_contour(env, guess_.element[env]),
                       guess_.visited[env], action);
       } else {

@@ -133,12 +133,12 @@ class TraceShape final : public FamilyBase {
 
   // --- oracle ---
 
-  void act(Range envs, bool blind, FloatRows actions) override {
+  void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
       if (!demo_.is_acting(env)) {
         await_demo(action);
-      } else if (blind) {
+      } else if (script == Script::kBlind) {
         trace_contour(*engine_.state, env, demo_.green_cube(), demo_.guessed_contour(env, 0),
                       guess_.visited[env], action);
       } else {

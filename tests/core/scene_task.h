@@ -58,7 +58,7 @@ class SceneTask final : public Task {
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) *out.row(env) = reward(env);
   }
-  void act(Range envs, bool /*blind*/, FloatRows actions) override {
+  void act(Range envs, Script /*script*/, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       tasks::hold_tool(tasks::kGripperOpen, actions.row(env));
     }

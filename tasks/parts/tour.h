@@ -1,0 +1,46 @@
+// A tour of places for who has no memory: where to go next follows from where the tool is now.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+
+#include "core/physics/state.h"
+
+namespace engram::tasks {
+
+class Tour {
+ public:
+  static constexpr int kMaxStops = 16;
+
+  // Stops are kept in the order of their angle about the robot's base.
+  void add(const Eigen::Vector3d& stop);
+  int size() const { return size_; }
+
+  // How a tour is made.
+  struct Way {
+    double start_height = 0.13;  // m: a tool above that has not begun
+    double travel_gap = 0.06;    // m above the first stop while on the way there
+    double reach = 0.025;        // m around a stop where the tool comes to rest
+    bool from_the_end = false;   // begin at the end of the row, or at the stop that is nearest
+  };
+
+  // Where the tool should move next, or rest. It has rested at every stop that it leaves behind; at
+  // the last one it stays.
+  struct Move {
+    Eigen::Vector3d goal;
+    int stop = -1;      // on the way to this one, or there
+    bool rest = false;  // brake, to be still
+  };
+  Move next(const State& state, int env, const Way& way) const;
+
+ private:
+  struct Stop {
+    Eigen::Vector3d point;
+    double along;  // m along the row
+  };
+
+  std::array<Stop, kMaxStops> stops_{};
+  int size_ = 0;
+};
+
+}  // namespace engram::tasks
