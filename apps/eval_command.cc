@@ -24,6 +24,8 @@ std::string to_words(const DocumentList& tasks) {
                {"memory type"},
                {"success_once", true},
                {"chance", true},
+               {"score", true},
+               {"first answer", true},
                {"mean return", true},
                {"mean steps", true}});
   std::map<std::string, std::vector<double>> splits;
@@ -34,11 +36,14 @@ std::string to_words(const DocumentList& tasks) {
       steps += number(length) / static_cast<double>(lengths.size());
     }
     const double rate = number(part(task, "sr"));
-    const Document* chance = find(task, "chance");
+    const auto share = [&task](const char* key) {
+      const Document& value = part(task, key);
+      return is_null(value) ? std::string("-") : fmt::format("{:.3f}", number(value));
+    };
     splits[text(part(task, "split"))].push_back(rate);
     words.add({text(part(task, "env_id")), text(part(task, "split")),
-               text(part(task, "memory_type")), fmt::format("{:.3f}", rate),
-               chance != nullptr ? fmt::format("{:.3f}", number(*chance)) : "",
+               text(part(task, "memory_type")), fmt::format("{:.3f}", rate), share("chance"),
+               share("memory_score"), share("first_answer_correct"),
                fmt::format("{:.2f}", number(part(task, "mean_return"))),
                fmt::format("{:.1f}", steps)});
   }

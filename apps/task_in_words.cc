@@ -47,6 +47,22 @@ std::string head(const Document& task) {
       number(part(task, "chance")));
 }
 
+// What counts as an answer, and what policies achieve.
+std::string memory_section(const Document& task) {
+  std::string text;
+  if (const Document& answer = part(task, "answer"); !is_null(answer)) {
+    text += fmt::format("\nAnswer\n  {}\n  a guess is right first with probability {:.3f}\n",
+                        plain(answer), number(part(task, "answer_chance")));
+  }
+  const Document& ceilings = part(task, "ceilings");
+  if (is_null(ceilings)) return text;
+  Table rows({{"policy"}, {"success_once", true}, {"first_answer_correct", true}});
+  for (const auto& [policy, rates] : table(ceilings)) {
+    rows.add({policy, plain(rates, "success_once"), plain(rates, "first_answer_correct")});
+  }
+  return text + "\nMeasured over 200 episodes (docs/memory.md)\n" + rows.text("  ");
+}
+
 std::string action_section(const Document& modes) {
   Table rows({{"mode"}, {"dim", true}, {"low"}, {"high"}});
   const auto shortened = [](const Document& bounds) {
@@ -90,7 +106,8 @@ std::string describe_in_words(const Document& task) {
   const Table::Column unit{"unit"};
   const Table::Column description{"description"};
   const Table::Column offset{"offset", true};
-  return head(task) + section("Phases", part(task, "phases"), {name, {"when"}}) +
+  return head(task) + memory_section(task) +
+         section("Phases", part(task, "phases"), {name, {"when"}}) +
          section("Drawn per episode, can be pinned", part(task, "draws"),
                  {name, width, {"integer"}, {"low", true}, {"high", true}, unit, description}) +
          section(fmt::format("Options of the task, rules {}", plain(task, "rules")),

@@ -14,7 +14,7 @@ namespace engram {
 // id), kUnavailable if its family is not part of this version, kInvalidArgument for a bad option.
 std::unique_ptr<VectorEnv> make(std::string_view id, const EnvOptions& options = {});
 
-// Version of the library, "0.3.0".
+// Version of the library, "0.4.0".
 const char* version();
 
 }  // namespace engram

@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "protocol/batch/ceilings.h"
+
 namespace engram {
 namespace {
 
@@ -203,6 +205,19 @@ int canonical_state_dim(const TaskInfo& info) {
   return dim;
 }
 
+// What policies achieve, by measurement; nothing for tasks that differ from the benchmark's.
+Constant describe_ceilings(const TaskInfo& info) {
+  const Ceiling* ceiling = info.changed.empty() ? find_ceiling(info.id) : nullptr;
+  if (ceiling == nullptr) return {};
+  const auto share = [](double value) { return value < 0 ? Constant() : Constant(value); };
+  const auto rates = [&share](double success, double answer) {
+    return ConstantTable{{"success_once", success}, {"first_answer_correct", share(answer)}};
+  };
+  return ConstantTable{{"blind", rates(ceiling->blind, ceiling->blind_answer)},
+                       {"sweep", rates(ceiling->sweep, ceiling->sweep_answer)},
+                       {"oracle", rates(ceiling->oracle, ceiling->oracle_answer)}};
+}
+
 // What a description begins with: what holds of the task in every batch.
 ConstantTable describe_rules(const TaskInfo& info) {
   return {{"id", info.id},
@@ -214,6 +229,9 @@ ConstantTable describe_rules(const TaskInfo& info) {
           {"instruction", info.instruction},
           {"candidates", info.candidates},
           {"chance", info.chance()},
+          {"answer", info.answer.empty() ? Constant() : Constant(info.answer)},
+          {"answer_chance", info.answer.empty() ? Constant() : Constant(info.answer_chance())},
+          {"ceilings", describe_ceilings(info)},
           {"termination", termination_name(info.termination)},
           {"frozen_cue", info.frozen_cue}};
 }

@@ -20,10 +20,13 @@ struct EpisodeResult {
   std::uint8_t success = 0;
   double episode_return = 0;
   std::int32_t length = 0;
+  Answer answer;
 };
 
 struct ItemResult {
   double chance = 1;
+  double answer_chance = 1;
+  std::uint8_t asks = 0;  // for answers
   std::vector<EpisodeResult> episodes;
   std::int32_t chunk_size = 1;
   std::uint64_t unstable = 0;
@@ -33,10 +36,15 @@ struct ItemResult {
   Bytes pack() const {
     ByteWriter out;
     out.put(chance);
+    out.put(answer_chance);
+    out.put(asks);
     for (const EpisodeResult& episode : episodes) {
       out.put(episode.success);
       out.put(episode.episode_return);
       out.put(episode.length);
+      out.put(episode.answer.given);
+      out.put(episode.answer.first);
+      out.put(episode.answer.correct);
     }
     out.put(chunk_size);
     out.put(unstable);
@@ -49,11 +57,16 @@ struct ItemResult {
     ByteReader in(bytes);
     ItemResult result;
     result.chance = in.get<double>();
+    result.answer_chance = in.get<double>();
+    result.asks = in.get<std::uint8_t>();
     for (int i = 0; i < count; ++i) {
       EpisodeResult& episode = result.episodes.emplace_back();
       episode.success = in.get<std::uint8_t>();
       episode.episode_return = in.get<double>();
       episode.length = in.get<std::int32_t>();
+      episode.answer.given = in.get<std::uint8_t>();
+      episode.answer.first = in.get<std::int32_t>();
+      episode.answer.correct = in.get<std::uint8_t>();
     }
     result.chunk_size = in.get<std::int32_t>();
     result.unstable = in.get<std::uint64_t>();
@@ -88,6 +101,12 @@ class Watcher {
     result.success = value_of<std::uint8_t>(env_.output("success_once"), slot);
     result.episode_return = value_of<double>(env_.output("episode_return"), slot);
     result.length = value_of<std::int32_t>(env_.output("elapsed_steps"), slot);
+    if (result_.asks != 0) {
+      result.answer = {
+          .given = value_of<std::uint8_t>(env_.output("answered"), slot),
+          .first = value_of<std::int32_t>(env_.output("first_answer"), slot),
+          .correct = value_of<std::uint8_t>(env_.output("first_answer_correct"), slot)};
+    }
     if (policy_ != nullptr) policy_->finish(slot);
     if (slot == sample_slot_) {
       result_.sample = pictures_.png();
@@ -120,6 +139,8 @@ class Player {
 
     ItemResult result;
     result.chance = env.info().chance();
+    result.answer_chance = env.info().answer_chance();
+    result.asks = env.info().answer.empty() ? 0 : 1;
     result.episodes.resize(static_cast<std::size_t>(item.count));
     const std::uint64_t unstable = env.unstable_count();
     std::optional<ChunkedPolicy> chunked;
@@ -188,13 +209,16 @@ class Evaluation final : public WorkSource {
     const auto found = results_.find(item.task);
     TaskResult& result = found->second.result;
     auto i = static_cast<std::size_t>(item.first_seed - protocol_.start_seed);
+    if (part.asks != 0) result.answers.resize(result.successes.size());
     for (const EpisodeResult& episode : part.episodes) {
       result.successes[i] = episode.success != 0;
       result.returns[i] = episode.episode_return;
       result.lengths[i] = episode.length;
+      if (part.asks != 0) result.answers[i] = episode.answer;
       ++i;
     }
     result.chance = part.chance;
+    result.answer_chance = part.answer_chance;
     result.chunk_size = std::max(result.chunk_size, static_cast<int>(part.chunk_size));
     result.unstable += part.unstable;
     result.thread_seconds += part.seconds;
@@ -249,6 +273,11 @@ class Evaluation final : public WorkSource {
 }  // namespace
 
 double TaskResult::success_rate() const { return mean(successes); }
+double TaskResult::answer_rate() const {
+  std::vector<bool> correct;
+  for (const Answer& answer : answers) correct.push_back(answer.correct != 0);
+  return mean(correct);
+}
 double TaskResult::mean_return() const { return mean(returns); }
 double TaskResult::mean_length() const { return mean(lengths); }
 std::int64_t TaskResult::env_steps() const {

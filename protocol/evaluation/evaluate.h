@@ -33,14 +33,23 @@ struct Protocol {
   EnvOptions environment;  // only obs_mode, image_options, rules and task_options are used
 };
 
+// What the robot answered first in an episode (docs/memory.md).
+struct Answer {
+  std::uint8_t given = 0;
+  std::int32_t first = 0;
+  std::uint8_t correct = 0;
+};
+
 // The result of one task; vectors have one element per episode. What stands above the line does not
 // depend on the numbers of environments, threads and ranks.
 struct TaskResult {
   const RegistryEntry* entry = nullptr;
-  double chance = 1;  // success rate of guessing
+  double chance = 1;         // success rate of guessing
+  double answer_chance = 1;  // share of right first answers of guessing
   std::vector<bool> successes;
   std::vector<double> returns;
-  std::vector<int> lengths;  // control steps
+  std::vector<int> lengths;     // control steps
+  std::vector<Answer> answers;  // empty where the task asks for none
   std::vector<std::uint64_t> seeds;
   int chunk_size = 1;
   // ---
@@ -50,6 +59,7 @@ struct TaskResult {
   Bytes sample;
 
   double success_rate() const;
+  double answer_rate() const;  // share of episodes whose first answer is right
   double mean_return() const;
   double mean_length() const;
   std::int64_t env_steps() const;

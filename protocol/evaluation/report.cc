@@ -61,12 +61,15 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
     seconds += own_seconds;
     chunk_size =
         std::max(chunk_size, static_cast<int>(whole_number(part(task, "action_chunk_size"))));
-    const Document* guessing = find(task, "chance");
-    const double chance = guessing != nullptr ? number(*guessing) : -1;
+    const double chance = number(part(task, "chance"));
+    const auto share = [&task](const char* key) {
+      const Document& value = part(task, key);
+      return is_null(value) ? std::string() : decimal(number(value), 3);
+    };
     bars.push_back({id, rate, chance, text(part(task, "split"))});
     rows.push_back({id, text(part(task, "split")), text(part(task, "memory_type")),
-                    decimal(rate, 3), chance < 0 ? "" : decimal(chance, 3),
-                    decimal(number(part(task, "mean_return")), 2),
+                    decimal(rate, 3), share("chance"), share("memory_score"),
+                    share("first_answer_correct"), decimal(number(part(task, "mean_return")), 2),
                     decimal(episodes > 0 ? steps / episodes : 0, 1),
                     own_seconds > 0 ? decimal(own_seconds, 2) : "",
                     own_seconds > 0 ? decimal(steps / own_seconds, 0) : ""});
@@ -94,11 +97,14 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
   add_rates(grouped(tasks, "memory_type"), report);
   report.heading("Success per task");
   report.paragraph(
-      "Share of episodes with success in any step; the red line is what guessing gets.");
+      "Share of episodes with success in any step; the red line is what guessing gets. In the "
+      "table "
+      "below, score is 0 for the best policy without memory and 1 for the oracle; first answer is "
+      "the share of episodes in which the robot's first answer was right.");
   report.bars(bars);
   report.heading("Tasks and timing");
-  report.table({"task", "split", "memory type", "success_once", "chance", "mean return",
-                "mean steps", "thread s", "steps/s of a thread"},
+  report.table({"task", "split", "memory type", "success_once", "chance", "score", "first answer",
+                "mean return", "mean steps", "thread s", "steps/s of a thread"},
                rows);
   if (!samples.empty()) report.heading("Seed " + first + ", base camera, from start to end");
   for (const auto& [id, png] : samples) report.picture(id, png);

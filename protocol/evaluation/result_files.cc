@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <set>
 #include <thread>
 
+#include "protocol/batch/ceilings.h"
 #include "protocol/batch/variants.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/formats/files.h"
@@ -85,7 +87,10 @@ bool is_result(const Document& task, const std::string& id) {
     for (const char* key : {"split", "memory_type"}) (void)text(part(task, key));
     (void)number(part(task, "mean_return"));
     (void)whole_number(part(task, "action_chunk_size"), std::numeric_limits<int>::max());
-    if (const Document* chance = find(task, "chance")) (void)number(*chance);
+    (void)number(part(task, "chance"));
+    for (const char* key : {"first_answer_correct", "memory_score"}) {
+      if (const Document& value = part(task, key); !is_null(value)) (void)number(value);
+    }
     return number(part(task, "sr")) == rate;
   } catch (const Error&) {
     return false;
@@ -112,6 +117,40 @@ void check_variant(const fs::path& file, const Document& task, const Document& n
                                            "; one folder holds results of one protocol");
 }
 
+// What engram adds, behind the protocol's keys. Null where there is nothing to say.
+DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
+  DocumentTable keys = {{"rules", name_of(settings.rules)}, {"chance", result.chance},
+                        {"first_answers", nullptr},         {"first_answers_correct", nullptr},
+                        {"first_answer_correct", nullptr},  {"answer_chance", nullptr},
+                        {"memory_score", nullptr}};
+  const auto set = [&keys](std::string_view name, Document value) {
+    std::ranges::find(keys, name, &DocumentTable::value_type::first)->second = std::move(value);
+  };
+  if (!result.answers.empty()) {
+    DocumentList first;
+    DocumentList correct;
+    for (const Answer& answer : result.answers) {
+      first.push_back(answer.given != 0 ? Document(answer.first) : Document());
+      correct.emplace_back(answer.correct != 0);
+    }
+    set("first_answers", std::move(first));
+    set("first_answers_correct", std::move(correct));
+    set("first_answer_correct", result.answer_rate());
+    set("answer_chance", result.answer_chance);
+  }
+  // Ceilings are those of the tasks as they are by default.
+  const bool usual = settings.rules == Rules::kReference && settings.task_options.empty() &&
+                     settings.constants.empty();
+  if (const Ceiling* ceiling = usual ? find_ceiling(result.entry->id) : nullptr) {
+    if (const auto score = memory_score(*ceiling, result.success_rate())) {
+      set("memory_score", *score);
+    }
+  }
+  Document variant = changes_document(*result.entry, settings.constants);
+  if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));
+  return keys;
+}
+
 }  // namespace
 
 // --- documents ---
@@ -127,18 +166,16 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
                          {"returns", to_list(result.returns)},
                          {"sr", result.success_rate()},
                          {"mean_return", result.mean_return()},
-                         {"chance", result.chance},
                          {"benchmark_commit", nullptr},
                          {"control_mode", name_of(ControlMode::kPdEeDeltaPose)},
                          {"obs_mode", name_of(settings.obs_mode)},
-                         {"rules", name_of(settings.rules)},
                          {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
                          {"action_chunk_size", result.chunk_size},
                          {"model", model_document(settings)},
                          {"episode_lengths", to_list(result.lengths)},
                          {"episode_seeds", to_list(result.seeds)}};
-  Document variant = changes_document(entry, settings.constants);
-  if (!is_null(variant)) document.emplace_back("variant", std::move(variant));
+  DocumentTable own = own_keys(result, settings);
+  std::ranges::move(own, std::back_inserter(document));
   return document;
 }
 

@@ -1,8 +1,5 @@
 #include "tasks/parts/tour.h"
 
-#include <algorithm>
-#include <span>
-
 #include "core/base/real_functions.h"
 #include "tasks/parts/poses.h"
 #include "tasks/parts/tool_servo.h"
@@ -11,10 +8,22 @@ namespace engram::tasks {
 namespace {
 
 constexpr double kRowRadius = 0.6;  // m from the base's axis: makes angles lengths
-constexpr double kPassed = 0.006;   // m: a tool that much beyond a stop has left it
+constexpr int kStepsPerStop = 12;   // control steps that a repeated tour has for every stop
+constexpr int kStepsToRise = 8;     // and for its beginning
+constexpr double kAbove = 0.05;     // m above the height at which a tour begins
+constexpr double kBefore = 0.012;   // m
+constexpr double kFunnel = 0.012;   // m: the way down to the first stop
+constexpr double kFunnelSlope = 2;
+constexpr double kPassed = 0.006;  // m: a tool that much beyond a stop has left it
 
 double along_row(const Eigen::Vector3d& point) {
   return kRowRadius * real::atan2(point.y(), point.x() - kRobotBaseX);
+}
+
+// A point of the row a little before another, so that the tool does not come down beyond it.
+Eigen::Vector3d before(const Eigen::Vector3d& point, double sense) {
+  const Eigen::Vector2d outward(point.x() - kRobotBaseX, point.y());
+  return point - sense * kBefore * Eigen::Vector3d(-outward.y(), outward.x(), 0) / outward.norm();
 }
 
 }  // namespace
@@ -30,23 +39,34 @@ void Tour::add(const Eigen::Vector3d& stop) {
 
 Tour::Move Tour::next(const State& state, int env, const Way& way) const {
   const Eigen::Vector3d tool = tcp_pos(state, env);
-  const std::span stops = std::span(stops_).first(static_cast<std::size_t>(size_));
+  // Every other tour goes the other way.
+  const int steps = kStepsToRise + kStepsPerStop * (size_ + 1);
+  const double sense = way.again && state.elapsed[env] / steps % 2 != 0 ? -1 : 1;
+  const auto stop_at = [&](int place) -> const Stop& {
+    return stops_[static_cast<std::size_t>(sense > 0 ? place : size_ - 1 - place)];
+  };
+  if (way.again && state.elapsed[env] % steps < kStepsToRise) {
+    return {{tool.x(), tool.y(), way.start_height + kAbove}};
+  }
   if (tool.z() > way.start_height) {
-    const auto away = [&tool](const Stop& stop) { return (stop.point - tool).head<2>().norm(); };
-    const auto first = way.from_the_end ? stops.begin() : std::ranges::min_element(stops, {}, away);
-    return {approach_from_above(state, env, first->point, way.travel_gap),
-            static_cast<int>(first - stops.begin())};
+    int first = 0;
+    for (int place = 1; place < size_ && !way.again; ++place) {
+      const auto away = [&](int at) { return (stop_at(at).point - tool).head<2>().norm(); };
+      if (away(place) < away(first)) first = place;
+    }
+    return {
+        approach_by_funnel(state, env, before(stop_at(first).point, sense), kFunnel, kFunnelSlope)};
   }
-  const double along = along_row(tool);
+  const double along = sense * along_row(tool);
   const bool still = robot_is_static(state, env);
-  for (const Stop& stop : stops) {
-    const bool last = &stop == &stops.back();
-    if (along > stop.along + kPassed && !last) continue;
+  for (int place = 0; place < size_ - 1; ++place) {
+    const Stop& stop = stop_at(place);
+    if (along > sense * stop.along + kPassed) continue;
     const bool there = (tool - stop.point).norm() < way.reach;
-    if (there && still && !last) continue;
-    return {stop.point, static_cast<int>(&stop - stops.data()), there};
+    if (!there || !still) return {stop.point, there};
   }
-  return {tool, size_ - 1, true};
+  const Stop& last = stop_at(size_ - 1);
+  return {last.point, (tool - last.point).norm() < way.reach};
 }
 
 }  // namespace engram::tasks

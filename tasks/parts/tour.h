@@ -19,16 +19,16 @@ class Tour {
   // How a tour is made.
   struct Way {
     double start_height = 0.13;  // m: a tool above that has not begun
-    double travel_gap = 0.06;    // m above the first stop while on the way there
     double reach = 0.025;        // m around a stop where the tool comes to rest
-    bool from_the_end = false;   // begin at the end of the row, or at the stop that is nearest
+    // Where there is time, one tour after another from end to end, by the step count; otherwise a
+    // single one that begins at the nearest stop.
+    bool again = false;
   };
 
   // Where the tool should move next, or rest. It has rested at every stop that it leaves behind; at
   // the last one it stays.
   struct Move {
     Eigen::Vector3d goal;
-    int stop = -1;      // on the way to this one, or there
     bool rest = false;  // brake, to be still
   };
   Move next(const State& state, int env, const Way& way) const;

@@ -256,6 +256,14 @@ void ObjectRecall::touch(int env, int key, float* action) const {
   servo_tool(state, env, goal, lean_outwards(kToolDown, touch, kLean), gripper, action);
 }
 
+// How far from a touch point the tool may rest and still be within GOAL_THRESH, m.
+double ObjectRecall::sweep_reach() const {
+  constexpr double kMargin = 0.005;  // m
+  const double height = touch_height(false);
+  const double radius = std::max(params_.GOAL_THRESH - kMargin, height);
+  return std::max(0.01, std::sqrt(radius * radius - height * height));
+}
+
 // Rests over one object after the other.
 void ObjectRecall::sweep(int env, float* action) const {
   const State& state = *engine_.state;
@@ -267,7 +275,8 @@ void ObjectRecall::sweep(int env, float* action) const {
   for (int key = 0; key < count(); ++key) {
     tour.add(prop_pos(env, key) + Eigen::Vector3d(0, 0, touch_height(objects_.rolls(key))));
   }
-  const Tour::Move move = tour.next(state, env, {.from_the_end = !info_.frozen_cue});
+  const Tour::Move move =
+      tour.next(state, env, {.reach = sweep_reach(), .again = !info_.frozen_cue});
   if (move.rest) {
     hold_tool(kGripperClosed, action);
   } else {

@@ -100,6 +100,7 @@ class ObjectRecall : public FamilyBase {
   int guess(int env) const;
   void note_answer(int env) const;
   void touch(int env, int key, float* action) const;
+  double sweep_reach() const;
   void sweep(int env, float* action) const;
   Eigen::Vector3d touch_point(int env, int key) const;
   bool is_crowded(int env, int key) const;
