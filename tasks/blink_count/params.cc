@@ -108,9 +108,11 @@ void BlinkCountParams::constants(Changes& list) {
   smoothness.constants(list);
 }
 
+int BlinkCountParams::steps_per_press() const {
+  return static_cast<int>(std::lround(8 + 30 * button.REQUIRED_LIFT_HEIGHT));
+}
+
 void BlinkCountParams::check(int horizon) const {
-  // Down and up again: in strokes at full speed, with time to turn.
-  const int per_press = static_cast<int>(std::lround(8 + 30 * button.REQUIRED_LIFT_HEIGHT));
   button.check();
   check_apart(button);
   const int most = BLINK_COUNT_RANGE.high;
@@ -120,11 +122,14 @@ void BlinkCountParams::check(int horizon) const {
   check_time(horizon,
              {{"PRE_BLINK_OFF_STEPS", PRE_BLINK_OFF_STEPS.high},
               {(blinks + " =").c_str(), most * (BLINK_ON_STEPS.high + BLINK_OFF_STEPS.high)}},
-             per_press * (most + 1));
+             steps_per_press() * (most + 1));
 }
 
 void describe_blink_count(const BlinkCountParams& params, TaskInfo& info) {
   info.candidates = params.BLINK_COUNT_RANGE.high - params.BLINK_COUNT_RANGE.low + 1;
+  info.answer =
+      "the number of presses when the black button is pressed for the first time, or when there is "
+      "one too many; that number";
   info.termination = Termination::kSuccessOrFailed;
   info.success_reward = SUCCESS_BONUS;
   info.oracle_dim = 1;

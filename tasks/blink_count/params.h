@@ -22,6 +22,14 @@ struct BlinkCountParams {
   SmoothnessParams smoothness = {
       .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
 
+  // Control steps from a press to the next: strokes at full speed, with time to turn.
+  int steps_per_press() const;
+  // The step count by which every cue is over.
+  int latest_start() const {
+    return PRE_BLINK_OFF_STEPS.high +
+           BLINK_COUNT_RANGE.high * (BLINK_ON_STEPS.high + BLINK_OFF_STEPS.high);
+  }
+
   void constants(Changes& list);
   void check(int horizon) const;
 };

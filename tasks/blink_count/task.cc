@@ -25,6 +25,7 @@ constexpr mjcf::Rgba kBulbGlass = {245 / 255.0, 245 / 255.0, 245 / 255.0, 1};
 constexpr double kBlinkEmission = 20;
 constexpr double kPhaseEmission = 3;
 constexpr double kTravelHeight = 0.13;  // m: well above both buttons' press zones
+constexpr int kTimeToSpare = 4;         // control steps per press by the step count alone
 
 PressButtonParams in_black(PressButtonParams button) {
   button.shape.base_rgba = {40 / 255.0, 40 / 255.0, 40 / 255.0, 1};
@@ -165,6 +166,10 @@ class BlinkCount final : public FamilyBase {
   void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
+      if (script == Script::kSweep) {
+        sweep(env, action);
+        continue;
+      }
       if (!is_acting(env) || submit_attempted_[env] != 0) {
         hold_tool(kGripperClosed, action);
         continue;
@@ -217,7 +222,10 @@ class BlinkCount final : public FamilyBase {
 
   void judge(int env, bool acting, bool submitted) const {
     const bool correct = press_count_[env] == target_[env];
-    const bool failed = engine_.failed[env] != 0 || raw_press_count_[env] > target_[env];
+    const bool too_many = raw_press_count_[env] > target_[env];
+    const bool failed = engine_.failed[env] != 0 || too_many;
+    if (too_many) engine_.answers.give(env, raw_press_count_[env], false);
+    if (submitted) engine_.answers.give(env, press_count_[env], correct && !failed);
     if (submitted) submit_attempted_[env] = 1;
     if (submitted && correct && !failed) submit_success_[env] = 1;
     engine_.failed[env] = failed || (submitted && !correct) ? 1 : 0;
@@ -278,6 +286,26 @@ class BlinkCount final : public FamilyBase {
   void add_bulb_pose(int env, const Lamp& lamp, RowWriter& out) const {
     out.add_pose(engine_.state->prop_pos_of(env, lamp.bulb()),
                  engine_.state->prop_quat_of(env, lamp.bulb()));
+  }
+
+  // Presses as often as the fewest blinks ask for, which is as good a guess as any; the step count
+  // tells which press is next, from when every cue is over.
+  void sweep(int env, float* action) const {
+    constexpr int kTimeToApproach = 20;
+    const State& state = *engine_.state;
+    const int stride = params_.steps_per_press() + kTimeToSpare;
+    const int since = state.elapsed[env] - std::max(kTimeToApproach, params_.latest_start());
+    if (since >= stride * params_.BLINK_COUNT_RANGE.low) {
+      servo_tool(state, env, black_.next_waypoint(env, kTravelHeight), kToolDown, kGripperClosed,
+                 action);
+      return;
+    }
+    const PressButtonParams& button = params_.button;
+    const bool down = since >= 0 && since % stride < stride / 2;
+    const double up = std::max(kTravelHeight, button.event_height() + button.REQUIRED_LIFT_HEIGHT);
+    const Vec2 red = red_.center(env);
+    servo_tool(state, env, {red.x(), red.y(), down ? red_.pressing_height() : up}, kToolDown,
+               kGripperClosed, action);
   }
 
   // How often an agent without memory would press.

@@ -103,6 +103,9 @@ void ColorRecallParams::check(int horizon) const {
 
 void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
   info.candidates = count_answers(params);
+  info.answer =
+      "the touches up to the first one that is wrong, or to the last one that is needed; a digit "
+      "per touch, in their order: 1 + the colour's number";
   info.termination = Termination::kNever;
   info.success_reward = kColorSuccessReward;
   info.oracle_dim = params.SEQUENCE_LENGTH;

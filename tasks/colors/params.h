@@ -26,6 +26,8 @@ struct ColorRecallParams {
 
   // How many times the cue lasts as long as is drawn.
   int cue_items() const { return rule == ColorRule::kBunch ? 1 : SEQUENCE_LENGTH; }
+  // The step count by which all cubes stand on the table, whatever an episode draws.
+  int latest_start() const { return cue_items() * cue.high + EMPTY_PHASE_STEPS.high; }
 
   void constants(Changes& list);
   void check(int horizon) const;

@@ -73,7 +73,14 @@ TouchTally tally_touches(ColorRule rule, std::span<const std::int32_t> targets,
   } else {
     tally.next = first_untouched(rule, targets, touched);
   }
+  tally.mistaken = tally.wrong > 0 || (rule == ColorRule::kSeqStrict && !tally.order_ok);
   return tally;
+}
+
+int answer_number(const std::int32_t* order, int length) {
+  int number = 0;
+  for (int i = 0; i < length && order[i] >= 0; ++i) number = 10 * number + order[i] + 1;
+  return number;
 }
 
 ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params) {

@@ -19,7 +19,8 @@ struct TouchTally {
   bool all_touched = false;  // exactly the colours of the cue
   bool no_extra = true;
   bool order_ok = true;
-  int next = -1;  // colour to touch next, -1: none
+  bool mistaken = false;  // a touch was wrong, or out of order where that counts
+  int next = -1;          // colour to touch next, -1: none
 
   bool complete() const { return all_touched && no_extra && order_ok; }
 };
@@ -28,6 +29,10 @@ struct TouchTally {
 // order of their first touches, then -1; as long as targets, read for kSeqStrict and kChain only.
 TouchTally tally_touches(ColorRule rule, std::span<const std::int32_t> targets,
                          std::span<const std::uint8_t> touched, const std::int32_t* order);
+
+// The number of an answer: a digit per touch in their order, 1 for colour 0. order: of that many
+// touches at most, -1 where there is none yet.
+int answer_number(const std::int32_t* order, int length);
 
 inline constexpr double kColorSuccessReward = 400;
 inline constexpr double CUBE_DISPLACEMENT_PENALTY_COEF = 20.0;

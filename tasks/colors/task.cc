@@ -27,6 +27,11 @@ constexpr int kStabiliseSteps = 5;        // in which cubes are put back after t
 constexpr double kTravelHeight = 0.115;   // m: the TCP between two touches touches nothing
 constexpr double kMostAboveTouch = 0.02;  // m: clear of the cube, even when it overshoots
 
+// Without memory, in control steps:
+constexpr int kMostPerTouch = 20;
+constexpr int kPressSteps = 14;  // to the button, and down
+constexpr int kLiftSteps = 8;
+
 class ColorRecall final : public FamilyBase {
  public:
   ColorRecall(const RegistryEntry& entry, const ColorRecallParams& params)
@@ -34,8 +39,7 @@ class ColorRecall final : public FamilyBase {
         params_(params),
         rule_(params.rule),
         cubes_(scene_, params),
-        touch_({params.COLORS, params.CUBE_HALFSIZE + kTouchGap,
-                params.rule == ColorRule::kBunch ? 0 : params.SEQUENCE_LENGTH}),
+        touch_({params.COLORS, params.CUBE_HALFSIZE + kTouchGap, params.SEQUENCE_LENGTH}),
         button_(scene_, "center_button", params.button) {
     describe_color_recall(params, info_);
     info_.reward_terms =
@@ -108,6 +112,10 @@ class ColorRecall final : public FamilyBase {
       const bool displaced = acting && moved.largest > MAX_ALLOWED_CUBE_DISPLACEMENT;
       touch_.evaluate(env, acting);
       const TouchTally tally = count_touches(env);
+      if (tally.mistaken || tally.complete()) {
+        const int number = answer_number(touch_.order(env), params_.SEQUENCE_LENGTH);
+        engine_.answers.give(env, number, tally.complete());
+      }
       const bool pressable = tally.complete() && !displaced && acting;
       const PressEvents events = button_.press_and_lift(env, acting, pressable);
       button_pressed_[env] |= events.confirmed ? 1 : 0;
@@ -182,6 +190,10 @@ class ColorRecall final : public FamilyBase {
   void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
+      if (script == Script::kSweep) {
+        sweep(env, action);
+        continue;
+      }
       if (!is_acting(env) || button_pressed_[env] != 0) {
         hold_tool(kGripperOpen, action);
         continue;
@@ -295,6 +307,52 @@ class ColorRecall final : public FamilyBase {
       return (cubes_.slot(env, color) - tcp.head<2>()).norm();
     };
     return distance(ends[0]) <= distance(ends[1]) ? ends[0] : ends[1];
+  }
+
+  // Touches the first cubes of the row, then presses the button; the step count tells which is
+  // next. A touch cannot be taken back, so that there is nothing to be tried.
+  void sweep(int env, float* action) const {
+    if (!is_acting(env)) {
+      hold_tool(kGripperOpen, action);
+      return;
+    }
+    const State& state = *engine_.state;
+    const int start = params_.latest_start();
+    const int left = info_.horizon - start - kPressSteps - kLiftSteps;
+    const int stride = std::clamp(left / params_.SEQUENCE_LENGTH, 1, kMostPerTouch);
+    const int since = state.elapsed[env] - start;
+    const int turn = std::max(0, since / stride);
+    if (turn < params_.SEQUENCE_LENGTH) {
+      Eigen::Vector3d goal = touch_.touch_point(env, color_in_row(env, turn)) + above_touch_;
+      if (since < 0) goal.z() = kTravelHeight;
+      servo_tool(state, env, glide_down(state, env, goal, kTravelHeight), kToolDown, kGripperOpen,
+                 action);
+      return;
+    }
+    const Vec2 center = button_.center(env);
+    Eigen::Vector3d goal(center.x(), center.y(), button_.pressing_height());
+    if (since - stride * params_.SEQUENCE_LENGTH < kPressSteps) {
+      goal = glide_down(state, env, goal, kTravelHeight);
+    } else {
+      goal.z() = button_.params().event_height() + button_.params().REQUIRED_LIFT_HEIGHT;
+    }
+    servo_tool(state, env, goal, kToolDown, kGripperClosed, action);
+  }
+
+  // The colour of a cube by its place in the row, as all can see it.
+  int color_in_row(int env, int place) const {
+    std::array<double, COLOR_MAPPING.size()> angles{};
+    Permutation storage{};
+    const auto colors = std::span(storage).first(static_cast<std::size_t>(params_.COLORS));
+    for (int color = 0; color < params_.COLORS; ++color) {
+      const double* pos = engine_.state->prop_pos_of(env, color);
+      const auto index = static_cast<std::size_t>(color);
+      colors[index] = color;
+      angles[index] = real::atan2(pos[1], pos[0] - kArcX);
+    }
+    const auto angle = [&](int color) { return angles[static_cast<std::size_t>(color)]; };
+    std::ranges::sort(colors, {}, angle);
+    return colors[static_cast<std::size_t>(place)];
   }
 
   // What an agent without memory would touch, one after another.

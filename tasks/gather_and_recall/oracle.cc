@@ -1,5 +1,6 @@
 #include "tasks/gather_and_recall/oracle.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tasks/gather_and_recall/rules.h"
@@ -40,6 +41,16 @@ void GatherOracle::act(const State& state, int env, const GatherGoal& goal, floa
   slow_down(state, env, kTableHeight, action);
 }
 
+void GatherOracle::sweep(const State& state, int env, const Vec2& disc, int shown,
+                         float* action) const {
+  if (shown >= 0 && all_over(state, env, disc)) {
+    drop_and_press(state, env, shown, action);
+  } else if (bring_cubes(state, env, disc, action)) {
+    press(state, env, {disc, nearest_button(env), false}, action);
+  }
+  slow_down(state, env, kTableHeight, action);
+}
+
 bool GatherOracle::bring_cubes(const State& state, int env, const Vec2& disc, float* action) const {
   for (int cube = 0; cube < cubes_; ++cube) {
     const Eigen::Vector3d place = place_of(cube, disc);
@@ -68,6 +79,30 @@ void GatherOracle::press(const State& state, int env, const GatherGoal& goal, fl
   const Eigen::Vector3d waypoint = button.next_waypoint(env, kTravelHeight);
   servo_tool(state, env, over_the_top(state, env, waypoint, kTravelHeight), kToolDown,
              kGripperClosed, action);
+}
+
+void GatherOracle::drop_and_press(const State& state, int env, int color, float* action) const {
+  for (int cube = 0; cube < cubes_; ++cube) {
+    if (!is_grasping(state, env, cube)) continue;
+    hold_tool(kGripperOpen, action);
+    return;
+  }
+  const PressButton& button = buttons_[static_cast<std::size_t>(color)];
+  const Eigen::Vector3d waypoint = button.next_waypoint(env, kTravelHeight);
+  servo_tool(state, env, over_the_top(state, env, waypoint, kTravelHeight), kToolDown, kGripperOpen,
+             action);
+}
+
+bool GatherOracle::all_over(const State& state, int env, const Vec2& disc) const {
+  for (int cube = 0; cube < cubes_; ++cube) {
+    if ((prop_pos(state, env, cube).head<2>() - disc).norm() >= threshold_) return false;
+  }
+  return true;
+}
+
+int GatherOracle::nearest_button(int env) const {
+  const auto distance = [env](const PressButton& button) { return button.distance(env); };
+  return static_cast<int>(std::ranges::min_element(buttons_, {}, distance) - buttons_.begin());
 }
 
 }  // namespace engram::tasks

@@ -22,11 +22,18 @@ class GatherOracle {
       : cubes_(params.N_CUBES), threshold_(params.DISC_ON_THRESH), buttons_(buttons) {}
 
   void act(const State& state, int env, const GatherGoal& goal, float* action) const;
+  // Without memory: presses the button of the colour that the lamp shows now, -1 being none; after
+  // that the nearest one.
+  void sweep(const State& state, int env, const Vec2& disc, int shown, float* action) const;
 
  private:
   // True once all cubes lie on the disc and the tool is clear of them.
   bool bring_cubes(const State& state, int env, const Vec2& disc, float* action) const;
   void press(const State& state, int env, const GatherGoal& goal, float* action) const;
+  // The same from amid the cubes: the fingers open first.
+  void drop_and_press(const State& state, int env, int color, float* action) const;
+  bool all_over(const State& state, int env, const Vec2& disc) const;
+  int nearest_button(int env) const;
 
   int cubes_;
   double threshold_;  // m: DISC_ON_THRESH

@@ -124,6 +124,9 @@ int most_triggers(int cubes) { return std::max(1, cubes - 1); }
 
 void describe_gather(const GatherParams& params, TaskInfo& info) {
   info.candidates = kColors;
+  info.answer =
+      "the first button that is pressed while all cubes rest on the disc; its place in the order "
+      "red, green, blue, from 0";
   info.termination = Termination::kSuccessOrFailed;
   info.success_reward = kGatherSuccessReward;
   info.oracle_dim = 1;

@@ -111,7 +111,9 @@ class GatherAndRecall final : public FamilyBase {
       const bool all = all_on_disc_[env] != 0;
       for (int color = 0; color < kColors; ++color) {
         const bool counts = all && pressed_button_[env] < 0 && button(color).pressed(env);
-        if (counts) pressed_button_[env] = color;
+        if (!counts) continue;
+        pressed_button_[env] = color;
+        engine_.answers.give(env, color, color == flash_color_[env]);
       }
       const bool pressed = pressed_button_[env] >= 0;
       const bool correct = pressed_button_[env] == flash_color_[env];
@@ -173,6 +175,11 @@ class GatherAndRecall final : public FamilyBase {
 
   void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
+      if (script == Script::kSweep) {
+        const int shown = flash_active_[env] != 0 ? flash_color_[env] : -1;
+        oracle_.sweep(*engine_.state, env, disc(env), shown, actions.row(env));
+        continue;
+      }
       const GatherGoal goal = {disc(env), script == Script::kBlind ? guess(env) : flash_color_[env],
                                pressed_button_[env] >= 0};
       oracle_.act(*engine_.state, env, goal, actions.row(env));

@@ -195,6 +195,8 @@ class TimedTransfer final : public FamilyBase {
     info_.candidates = counts;
     info_.instruction = instruction_for(entry, params);
     info_.guess_rate = static_cast<double>(window.end - window.start + 1) / counts;
+    info_.answer_rate = info_.guess_rate;
+    info_.answer = "the first step of the count in which the cube is on red; its number";
     info_.termination = Termination::kSuccessOrFailed;
     info_.success_reward = kTimedTransferSuccessReward;
     info_.oracle_dim = 1;
@@ -259,6 +261,10 @@ class TimedTransfer final : public FamilyBase {
       const Eigen::Vector3d to_red = prop_pos(env, kRedDisc) - prop_pos(env, kCube);
       const double distance = to_red.head<2>().norm();
       const bool on_red = distance < params_.GOAL_THRESH && prop_pos(env, kCube).z() < kOnRedHeight;
+      if (on_red && phase.signal_on) {
+        const int step = engine_.state->elapsed[env] - signal_step_[env];
+        engine_.answers.give(env, step, phase.in_window);
+      }
       if (on_red && phase.before_window) too_early_[env] = 1;
       if (on_red && phase.in_window && too_early_[env] == 0) engine_.success[env] = 1;
       const bool too_late = phase.past_window && engine_.success[env] == 0;
@@ -326,8 +332,7 @@ class TimedTransfer final : public FamilyBase {
       float* action = actions.row(env);
       const Grip grip{.prop = kCube, .tool = tool_for_cube(state, env, kCube)};
       const Eigen::Vector3d red = prop_pos(env, kRedDisc);
-      const int due =
-          script == Script::kBlind ? signal_step_[env] + guessed_count(env) : window(env).start;
+      const int due = due_step(env, script, narrow);
       if (state.elapsed[env] + 1 >= due) {
         const Eigen::Vector3d place(red.x(), red.y(), kRestingHeight);
         if (bring(state, env, grip, place, action)) hold_tool(kGripperOpen, action);
@@ -363,6 +368,17 @@ class TimedTransfer final : public FamilyBase {
   TimeWindow window(int env) const { return params_.window(signal_step_[env]); }
   CountPhase count(int env) const {
     return count_phase(engine_.state->elapsed[env], signal_step_[env], window(env));
+  }
+
+  // The step count with which the cube is to come down.
+  int due_step(int env, Script script, bool narrow) const {
+    if (script == Script::kBlind) return signal_step_[env] + guessed_count(env);
+    if (script == Script::kOracle) return window(env).start;
+    // In the middle of all windows: that is in as many as possible. The way down takes a step more
+    // where there is time for it.
+    const StepRange signal = params_.PRE_SIGNAL_STEPS;
+    const int middle = (params_.window(signal.low).start + params_.window(signal.high).end) / 2;
+    return narrow ? middle : middle - 1;
   }
 
   // When somebody acts who has not counted: at any step up to twice the delay.
