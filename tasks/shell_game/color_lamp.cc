@@ -12,7 +12,7 @@ class ColorLamp final : public ShellGame {
   ColorLamp(const RegistryEntry& entry, const TouchParams& params)
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
-        rule_(params, /*shoving=*/false),
+        rule_(params, params.CUE_PHASE_STEPS.high, /*shoving=*/false),
         cue_(scene_, params.BALL_RADIUS, kMapping) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
@@ -26,6 +26,7 @@ class ColorLamp final : public ShellGame {
     ShellGame::bind(bindings);
     rule_.bind(bindings);
     cue_.bind(bindings);
+    if (cue_.is_fixed()) tell();
   }
 
   // --- sampling ---
@@ -56,6 +57,7 @@ class ColorLamp final : public ShellGame {
       engine_.oracle_info[env] = slot;
       cue_.tell_color(env, target_[env]);
       conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
+      note_answer(env, rule_.touched_mug(*this, env));
     }
   }
 

@@ -113,10 +113,28 @@ void ShellGame::conclude(int env, const Verdict& verdict) const {
   reward_dict_.publish(env);
 }
 
+int ShellGame::moved_mug(int env, double least) const {
+  if (!is_manipulation(env)) return -1;
+  int moved = -1;
+  for (int mug = 0; mug < kCups; ++mug) {
+    const double way = (mugs_.pos(env, mug) - mugs_.standing_pos(env, mug)).norm();
+    if (way <= least) continue;
+    least = way;
+    moved = mug;
+  }
+  return moved;
+}
+
+void ShellGame::tell() {
+  told_ = true;
+  info_.guess_rate = 1;
+  info_.answer_rate = 1;
+}
+
 // --- oracle ---
 
 int ShellGame::chosen_slot(int env, Script script) const {
-  if (script != Script::kBlind) return answer(env);
+  if (script != Script::kBlind || told_) return answer(env);
   RandomStream random = blind_guess(engine_, env);
   return random.integer(0, kCups - 1);
 }

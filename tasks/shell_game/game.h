@@ -31,8 +31,14 @@ class ShellGame : public FamilyBase {
   const ShellGameParams& params() const { return params_; }
   int target(int env) const { return target_[env]; }  // hidden cup or colour
   int answer(int env) const { return engine_.oracle_info[env]; }
-  // The slot that the oracle goes for: the answer, or with `blind` a guess.
+  // The slot that the oracle goes for: the answer, or a guess of who is blind to it.
   int chosen_slot(int env, Script script) const;
+  // Whether what can be seen in the manipulation phase tells the answer.
+  bool is_told() const { return told_; }
+  // The robot commits to a mug, named by its slot; -1: to none.
+  void note_answer(int env, int slot) const {
+    if (slot >= 0) engine_.answers.give(env, slot, slot == answer(env));
+  }
   bool is_manipulation(int env) const {
     return engine_.state->elapsed[env] >= manipulation_start_[env];
   }
@@ -95,6 +101,11 @@ class ShellGame : public FamilyBase {
 
   // Success in the manipulation phase, and the info fields that all games have.
   void conclude(int env, const Verdict& verdict) const;
+  // Of free mugs, the one that was moved or lifted farthest in the manipulation phase, if that is
+  // farther than `least`, m; otherwise -1.
+  int moved_mug(int env, double least) const;
+  // To be called by bind(): memory is not needed.
+  void tell();
 
   // --- observation ---
 
@@ -113,6 +124,7 @@ class ShellGame : public FamilyBase {
   Column<std::int32_t> manipulation_start_;  // control steps
   Column<double> offset_;                    // (3) m: obj_to_goal_pos in full precision
   Column<float> obj_to_goal_pos_;            // (3) m
+  bool told_ = false;
   Column<std::uint8_t> is_obj_placed_;
   Column<std::uint8_t> is_robot_static_;
 };

@@ -44,7 +44,9 @@ Draw LampCue::mapping_draw() {
 void LampCue::describe(TaskInfo& info) {
   info.hidden_draw = mapping_draw().name;
   info.options = {{"fixed_mapping", 0, true, 0, 1, "",
-                   "1: red left, green center, blue right in every episode", 1}};
+                   "1: red left, green center, blue right in every episode whose mapping is not "
+                   "pinned",
+                   1}};
   info.constants.emplace_back("LAMP_BEHIND_OFFSET_X", LAMP_BEHIND_OFFSET_X);
   info.constants.emplace_back("LAMP_HEIGHT", LAMP_HEIGHT);
 }
@@ -59,8 +61,7 @@ void LampCue::bind(const Bindings& bindings) {
 void LampCue::reset(const Episode& episode, const Mugs& mugs) const {
   const int env = episode.env();
   const State& state = *engine_.state;
-  const bool fixed = engine_.options[kFixedMapping] != 0;
-  const int mapping = fixed ? 0 : episode.integer(draw_, 0, kLastMapping);
+  const int mapping = episode.integer(draw_, 0, is_fixed() ? 0 : kLastMapping);
   const auto& slots = kMappings[static_cast<std::size_t>(mapping)];
   for (int color = 0; color < kCups; ++color) {
     const std::uint8_t slot = slots[static_cast<std::size_t>(color)];
@@ -73,6 +74,8 @@ void LampCue::reset(const Episode& episode, const Mugs& mugs) const {
   lamp_.place(state, env, lamp.data());
   lamp_.shine(state, env, {});
 }
+
+bool LampCue::is_fixed() const { return engine_.options[kFixedMapping] != 0; }
 
 void LampCue::hide_balls(int env) const {
   Eigen::Vector3d parked =

@@ -21,6 +21,8 @@ class LampCue {
   // Adds the option that keeps the mapping constant, and constants.
   static void describe(TaskInfo& info);
   void bind(const Bindings& bindings);
+  // Whether the mapping is the same in every episode, unless it is pinned.
+  bool is_fixed() const;
 
   // Draws the mapping; puts balls and lamp in place.
   void reset(const Episode& episode, const Mugs& mugs) const;

@@ -33,7 +33,7 @@ class ShuffleTouch final : public ShellGame {
       : ShellGame(entry, params,
                   {.target_description = "first slot of the mug that hides the ball",
                    .frozen = params.frozen}),
-        rule_(params, /*shoving=*/true),
+        rule_(params, params.latest_end(), /*shoving=*/true),
         shuffle_(params, kFirstOwnDraw),
         ball_(add_red_ball()) {
     info_.termination = Termination::kNever;
@@ -77,6 +77,8 @@ class ShuffleTouch final : public ShellGame {
       const int cup = target_[env];
       engine_.oracle_info[env] = shuffle_.final_slot(env, cup);
       conclude(env, rule_.judge(*this, env, mugs_.pos(env, cup)));
+      const int touched = rule_.touched_mug(*this, env);
+      note_answer(env, touched < 0 ? -1 : shuffle_.final_slot(env, touched));
     }
   }
 
@@ -134,7 +136,7 @@ class ShuffleColorLamp final : public ShellGame {
                   {.target = LampCue::kTarget,
                    .target_description = LampCue::kTargetDescription,
                    .frozen = params.frozen}),
-        rule_(params, /*shoving=*/false),
+        rule_(params, params.latest_end(), /*shoving=*/false),
         cue_(scene_, params.BALL_RADIUS, kMapping),
         shuffle_(params, kFirstOwnDraw) {
     info_.termination = Termination::kNever;
@@ -184,6 +186,8 @@ class ShuffleColorLamp final : public ShellGame {
       engine_.oracle_info[env] = slot;
       cue_.tell_color(env, target_[env]);
       conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
+      const int touched = rule_.touched_mug(*this, env);
+      note_answer(env, touched < 0 ? -1 : shuffle_.final_slot(env, touched));
     }
   }
 

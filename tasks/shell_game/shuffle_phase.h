@@ -16,6 +16,9 @@ struct ShuffleParams : TouchParams {
   bool frozen = false;            // the canonical wrapper zeroes actions before the manipulation
   double SWAP_ARC_HEIGHT = 0.06;  // m
 
+  // The value of elapsed at which the shuffle is over at the latest.
+  int latest_end() const { return CUE_PHASE_STEPS.high + SHUFFLE_PHASE_STEPS.high; }
+
   void constants(Changes& list);
   void check(int horizon) const;
 };

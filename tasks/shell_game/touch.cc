@@ -8,13 +8,20 @@
 namespace engram::tasks {
 namespace {
 
+constexpr double kMovedMug = 0.01;  // m: a mug moved further is an answer
+
 class Touch final : public ShellGame {
  public:
   Touch(const RegistryEntry& entry, const TouchParams& params)
-      : ShellGame(entry, params, {}), rule_(params, /*shoving=*/true), ball_(add_red_ball()) {
+      : ShellGame(entry, params, {}),
+        rule_(params, params.CUE_PHASE_STEPS.high, /*shoving=*/true),
+        ball_(add_red_ball()) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     rule_.describe(info_);
+    info_.answer =
+        "the first cup within GOAL_THRESH of which the robot rests in the manipulation phase, the "
+        "nearest one if there are several, or that is moved by more than 1 cm; its slot";
     declare_state(*this);
   }
 
@@ -40,6 +47,9 @@ class Touch final : public ShellGame {
       const int cup = target_[env];
       engine_.oracle_info[env] = cup;
       conclude(env, rule_.judge(*this, env, mugs_.pos(env, cup), max_displacement(env)));
+      // A mug that is shoved or tilted may show what is under it.
+      const int touched = rule_.touched_mug(*this, env);
+      note_answer(env, touched >= 0 ? touched : moved_mug(env, kMovedMug));
     }
   }
 

@@ -26,23 +26,34 @@ class TouchRule {
   // The dense reward: 0 outside the manipulation phase, 3 at success.
   static RewardTerms reward(const RewardInputs& inputs);
 
-  // `shoving`: whether info tells how far mugs were shoved, and success depends on it.
-  TouchRule(const TouchParams& params, bool shoving)
-      : goal_thresh_(params.GOAL_THRESH), touch_gap_(params.touch_gap()), shoving_(shoving) {}
+  // `latest_start`: elapsed at which the manipulation phase begins at the latest. `shoving`:
+  // whether info tells how far mugs were shoved, and success depends on it.
+  TouchRule(const TouchParams& params, int latest_start, bool shoving)
+      : goal_thresh_(params.GOAL_THRESH),
+        touch_gap_(params.touch_gap()),
+        latest_start_(latest_start),
+        shoving_(shoving) {}
 
-  // Adds reward terms and constants.
+  // Adds reward terms, constants and what an answer is.
   void describe(TaskInfo& info) const;
   void bind(const Bindings& bindings);
 
   // Success of a TCP at the goal, with mugs that were shoved by at most `displacement` m.
   ShellGame::Verdict judge(const ShellGame& game, int env, const Eigen::Vector3d& goal,
                            double displacement = 0) const;
+  // The mug that is touched in the manipulation phase, the nearest one if there are several; -1:
+  // none.
+  int touched_mug(const ShellGame& game, int env) const;
   void dense_reward(const ShellGame& game, Range envs, FloatRows out) const;
   void act(const ShellGame& game, Range envs, Script script, FloatRows actions) const;
 
  private:
+  void touch(const ShellGame& game, int env, int slot, double gripper, float* action) const;
+  void sweep(const ShellGame& game, int env, double gripper, float* action) const;
+
   double goal_thresh_;  // m
   double touch_gap_;    // m
+  int latest_start_;    // control steps
   bool shoving_;
   Column<double> displacement_;  // m
   Column<float> mug_max_displacement_;
