@@ -6,6 +6,7 @@
 
 #include "core/picture/overlay.h"
 #include "tasks/blink_count/blinks.h"
+#include "tasks/blink_count/dial.h"
 #include "tasks/blink_count/params.h"
 #include "tasks/blink_count/reward.h"
 #include "tasks/parts/blind_guess.h"
@@ -288,14 +289,20 @@ class BlinkCount final : public FamilyBase {
                  engine_.state->prop_quat_of(env, lamp.bulb()));
   }
 
-  // Presses as often as the fewest blinks ask for, which is as good a guess as any; the step count
-  // tells which press is next, from when every cue is over.
+  // Without memory: the longer the cue, the more blinks. While it lasts, the tool over the red
+  // button is the hand of a clock; where it stopped tells how often to press. When every cue is
+  // over, the step count tells which press is next.
   void sweep(int env, float* action) const {
     constexpr int kTimeToApproach = 20;
     const State& state = *engine_.state;
-    const int stride = params_.steps_per_press() + kTimeToSpare;
-    const int since = state.elapsed[env] - std::max(kTimeToApproach, params_.latest_start());
-    if (since >= stride * params_.BLINK_COUNT_RANGE.low) {
+    const int start = std::max(kTimeToApproach, params_.latest_start());
+    const int most = (info_.horizon - start) / (params_.BLINK_COUNT_RANGE.high + 1);
+    const int stride = std::clamp(most, 2, params_.steps_per_press() + kTimeToSpare);
+    const int since = state.elapsed[env] - start;
+    const Dial dial(params_);
+    const Vec2 red = red_.center(env);
+    const int shown = dial.count_at(state.tcp_pos.row(env)[1] - red.y());
+    if (since >= stride * shown) {
       servo_tool(state, env, black_.next_waypoint(env, kTravelHeight), kToolDown, kGripperClosed,
                  action);
       return;
@@ -303,9 +310,10 @@ class BlinkCount final : public FamilyBase {
     const PressButtonParams& button = params_.button;
     const bool down = since >= 0 && since % stride < stride / 2;
     const double up = std::max(kTravelHeight, button.event_height() + button.REQUIRED_LIFT_HEIGHT);
-    const Vec2 red = red_.center(env);
-    servo_tool(state, env, {red.x(), red.y(), down ? red_.pressing_height() : up}, kToolDown,
-               kGripperClosed, action);
+    const int count = is_acting(env) ? shown : dial.count_after(state.elapsed[env] + 1);
+    servo_tool(state, env,
+               {red.x(), red.y() + dial.offset_of(count), down ? red_.pressing_height() : up},
+               kToolDown, kGripperClosed, action);
   }
 
   // How often an agent without memory would press.

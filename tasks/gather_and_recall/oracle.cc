@@ -12,6 +12,9 @@ namespace {
 constexpr double kTableHeight = 0.05;   // m, of the TCP: where the tool is slowest
 constexpr double kTravelHeight = 0.13;  // m: a cube in the hand passes over all others
 constexpr double kClearance = 0.06;     // m above a cube that was left
+constexpr double kHasteHeight = 0.1;    // m: enough to clear a cube that was dropped
+constexpr double kNearButtons = 0.07;   // m: how much nearer to the buttons a single cube goes
+constexpr double kNearRim = 0.03;       // m
 constexpr double kOpening = 0.44;       // 26 mm per finger: clear of the neighbours
 constexpr Lean kLean{.reach = 0.77, .per_metre = 4.0, .most = 0.12};
 
@@ -45,7 +48,11 @@ void GatherOracle::sweep(const State& state, int env, const Vec2& disc, int show
                          float* action) const {
   if (shown >= 0 && all_over(state, env, disc)) {
     drop_and_press(state, env, shown, action);
-  } else if (bring_cubes(state, env, disc, action)) {
+    return;
+  }
+  // A single cube lights the lamp itself: near the buttons there is time to follow the lamp.
+  const double nearer = cubes_ == 1 ? std::clamp(threshold_ - kNearRim, 0.0, kNearButtons) : 0.0;
+  if (bring_cubes(state, env, disc - Vec2(nearer, 0), action)) {
     press(state, env, {disc, nearest_button(env), false}, action);
   }
   slow_down(state, env, kTableHeight, action);
@@ -88,9 +95,7 @@ void GatherOracle::drop_and_press(const State& state, int env, int color, float*
     return;
   }
   const PressButton& button = buttons_[static_cast<std::size_t>(color)];
-  const Eigen::Vector3d waypoint = button.next_waypoint(env, kTravelHeight);
-  servo_tool(state, env, over_the_top(state, env, waypoint, kTravelHeight), kToolDown, kGripperOpen,
-             action);
+  servo_tool(state, env, button.next_waypoint(env, kHasteHeight), kToolDown, kGripperOpen, action);
 }
 
 bool GatherOracle::all_over(const State& state, int env, const Vec2& disc) const {
