@@ -1,0 +1,103 @@
+// What the cue has shown must not be told by any later picture: else memory would not be needed.
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/tasks/leak_check.h"
+
+namespace engram {
+namespace {
+
+using test::differing_pixels;
+
+constexpr std::uint64_t kEpisodes = 2;  // of long tasks: one
+
+void check_all(Policy policy) {
+  for (const std::string& id : test::implemented_ids()) {
+    const std::uint64_t episodes = require_entry(id).horizon > 100 ? 1 : kEpisodes;
+    for (std::uint64_t seed = 0; seed < episodes; ++seed) {
+      INFO(id << ", seed " << seed << ", " << name_of(policy));
+      test::check_leaks(id, {}, seed, {.policy = policy});
+    }
+  }
+}
+
+TEST_CASE("No picture after the cue tells what was shown to a robot that rests",
+          "[render][leak][long]") {
+  check_all(Policy::kZero);
+}
+
+TEST_CASE("No picture after the cue tells what was shown to a robot that moves about",
+          "[render][leak][long]") {
+  check_all(Policy::kRandom);
+}
+
+TEST_CASE("No picture after the cue tells what was shown to a robot that does the task",
+          "[render][leak][long]") {
+  check_all(Policy::kSweep);
+}
+
+// Their hidden draws are said to show at no set time, or never.
+TEST_CASE("The families that hide nothing behind a cue are those that are tested here",
+          "[render][leak]") {
+  for (const std::string& id : test::implemented_ids()) {
+    INFO(id);
+    const bool here = id.find("Rotate") == 0 || id.find("TakeItBack") == 0;
+    const bool open = id.find("Intercept") == 0;  // nothing is hidden at all
+    CHECK(make_task(id)->info().hidden_draw.empty() == (here || open));
+  }
+}
+
+TEST_CASE("Pictures of Rotate never tell the angle", "[render][leak]") {
+  for (const std::string& id : test::implemented_ids()) {
+    if (id.find("Rotate") != 0) continue;
+    INFO(id);
+    const std::unique_ptr<Task> task = make_task(id);
+    const Draw draw = *test::draw_named(task->info(), "target_angle");
+    const auto one = test::make_hiding(id, {}, 3, draw, false);
+    const auto other = test::make_hiding(id, {}, 3, draw, true);
+    for (int t = 0; t < 60; ++t) {
+      for (const char* camera : {"base_camera", "hand_camera", "render_camera"}) {
+        REQUIRE(differing_pixels(*one, *other, camera) == 0);
+      }
+      const std::vector<float> actions = test::act(*one, Policy::kSweep);
+      one->step(actions);
+      other->step(actions);
+    }
+  }
+}
+
+// The cube shows where it started until it is moved. From the target on, nothing does: with another
+// start in the environment's memory, and the same robot, pictures are the same.
+TEST_CASE("Pictures of TakeItBack do not tell the start once the cube is on its target",
+          "[render][leak]") {
+  EnvOptions options;
+  options.threads = 1;
+  options.auto_reset = AutoReset::kOff;
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    options.seed = seed;
+    const auto one = make("TakeItBack-VLA-v0", options);
+    const auto other = make("TakeItBack-VLA-v0", options);
+    one->reset();
+    other->reset();
+    while (*test::row<std::uint8_t>(one->output("goal_reached_status"), 0) == 0) {
+      test::step(*one, Policy::kOracle);
+    }
+    other->restore(one->save());
+    // What the robot has to remember.
+    auto* start = reinterpret_cast<double*>(other->memory().find("initial").row(0));
+    start[0] = -start[0];
+    start[1] = -start[1] - 0.05;
+    for (int t = 0; t < 15; ++t) {
+      const std::vector<float> actions = test::act(*one, Policy::kRandom);
+      one->step(actions);
+      other->step(actions);
+      for (const char* sensor : {"base_camera", "hand_camera"}) {
+        REQUIRE(differing_pixels(*one, *other, sensor) == 0);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,211 @@
+#!/usr/bin/env python3
+"""Measures what policies without memory achieve, and writes it down: the tables of docs/memory.md
+and the figures in protocol/batch/ceilings.cc, which `engram info` and the scores of `engram eval` go
+by. Build again afterwards.
+
+memory.py [--engram COMMAND]    about a quarter of an hour on two cores
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "memory.md"
+FIGURES = ROOT / "protocol" / "batch" / "ceilings.cc"
+POLICIES = ("blind", "sweep", "oracle")
+EPISODES = 200
+SEED = 1000
+CANONICAL_EPISODES = 50
+CANONICAL_SEED = 4242424242
+
+
+class Engram:
+    """The command, with a list of what was asked of it."""
+
+    def __init__(self, command):
+        self.command = command
+        self.asked = []
+
+    def __call__(self, *arguments, note=True):
+        if note:
+            self.asked.append("engram " + " ".join(arguments))
+        done = subprocess.run(
+            [self.command, *arguments, "--json"], capture_output=True, text=True, check=False
+        )
+        if done.returncode != 0:
+            sys.exit(f"{self.command} {' '.join(arguments)}: {done.stderr.strip()}")
+        return json.loads(done.stdout)
+
+    def evaluate(self, ids, policy, episodes, seed, *more):
+        """Results by id."""
+        which = ("--all",) if ids is None else ids
+        shown = (*which, "--policy", policy, "--episodes", str(episodes), "--seed", str(seed), *more)
+        if ids is None:
+            tasks = self("eval", *shown)["tasks"]
+        else:
+            self.asked.append("engram eval ID... " + " ".join(shown[len(ids) :]))
+            tasks = self("eval", *shown, note=False)["tasks"]
+        return {task["env_id"]: task for task in tasks}
+
+
+# --- tables ---
+
+
+def share(value):
+    return "-" if value is None else f"{value:.3f}"
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "| --- |" + " ---: |" * (len(head) - 1)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def ceilings_table(results, ids):
+    head = ["id", "chance", *POLICIES, "answer: chance", *(f"answer: {p}" for p in POLICIES)]
+    rows = []
+    for name in ids:
+        of = [results[policy][name] for policy in POLICIES]
+        rows.append(
+            [
+                f"`{name}`",
+                share(of[0]["chance"]),
+                *(share(one["sr"]) for one in of),
+                share(of[0]["answer_chance"]),
+                *(share(one["first_answer_correct"]) for one in of),
+            ]
+        )
+    return table(head, rows)
+
+
+def strict_table(strict):
+    head = ["id", "chance of an answer", *POLICIES]
+    rows = []
+    for name, one in strict["oracle"].items():
+        rates = [share(strict[policy][name]["sr"]) for policy in POLICIES]
+        rows.append([f"`{name}`", share(one["answer_chance"]), *rates])
+    return table(head, rows)
+
+
+# --- independence ---
+
+
+def tail(chi, freedom):
+    """Probability of at least this chi-squared (Wilson and Hilferty's approximation)."""
+    spread = 2 / (9 * freedom)
+    return 0.5 * math.erfc(((chi / freedom) ** (1 / 3) - 1 + spread) / math.sqrt(2 * spread))
+
+
+def luckiest(candidates, episodes):
+    """Hits of the best constant answer that luck exceeds in one of a hundred tasks (Bonferroni)."""
+    chance = 1 / candidates
+    above = 0.0
+    for hits in range(episodes, -1, -1):
+        above += math.comb(episodes, hits) * chance**hits * (1 - chance) ** (episodes - hits)
+        if above * candidates > 0.01:
+            return hits + 1
+    return 0
+
+
+def independence(canonical, info):
+    """Rows for tasks whose answer is one of equally likely candidates; their sums."""
+    rows, chi_sum, freedom_sum = [], 0.0, 0
+    for name, task in canonical.items():
+        candidates = info[name]["candidates"]
+        answers = [
+            answer
+            for answer, right in zip(
+                task["first_answers"] or [], task["first_answers_correct"] or []
+            )
+            if right
+        ]
+        single = answers and candidates <= CANONICAL_EPISODES and info[name]["equal_answers"]
+        if not single:
+            continue
+        counts = {answer: answers.count(answer) for answer in answers}
+        expected = len(answers) / candidates
+        squares = [(count - expected) ** 2 for count in counts.values()]
+        squares += [expected**2] * (candidates - len(counts))
+        chi, freedom = sum(squares) / expected, candidates - 1
+        chi_sum += chi
+        freedom_sum += freedom
+        rows.append(
+            [
+                f"`{name}`",
+                str(candidates),
+                str(len(answers)),
+                str(max(counts.values())),
+                str(luckiest(candidates, len(answers))),
+                f"{chi:.2f}",
+                str(freedom),
+                f"{tail(chi, freedom):.3f}",
+            ]
+        )
+    total = [f"all {len(rows)}", "", "", "", "", f"{chi_sum:.1f}", str(freedom_sum)]
+    rows.append([*total, f"{tail(chi_sum, freedom_sum):.3f}"])
+    head = ["id", "candidates", "answers", "best constant", "luck's limit", "chi2", "dof", "p"]
+    return table(head, rows)
+
+
+# --- files ---
+
+
+def put(text, name, content, begin="<!-- {} -->", end="<!-- end -->"):
+    pattern = re.escape(begin.format(name)) + ".*?" + re.escape(end)
+    whole = f"{begin.format(name)}\n{content}\n{end}"
+    if not re.search(pattern, text, re.DOTALL):
+        sys.exit(f"no place for '{name}'")
+    return re.sub(pattern, lambda _: whole, text, count=1, flags=re.DOTALL)
+
+
+def figures(results, ids):
+    lines = ["constexpr Ceiling kCeilings[] = {"]
+    for name in ids:
+        rates = [results[policy][name]["sr"] for policy in POLICIES]
+        answers = [results[policy][name]["first_answer_correct"] for policy in POLICIES]
+        values = [*rates, *(-1 if answer is None else answer for answer in answers)]
+        lines.append(f'    {{"{name}", ' + ", ".join(f"{value:g}" for value in values) + "},")
+    return "\n".join([*lines, "};"])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--engram", default=str(ROOT / "build" / "release" / "engram"))
+    engram = Engram(parser.parse_args().engram)
+    start = time.monotonic()
+
+    results = {p: engram.evaluate(None, p, EPISODES, SEED) for p in POLICIES}
+    ids = list(results["oracle"])
+    asked = [name for name in ids if results["oracle"][name]["first_answers"] is not None]
+    option = ("--option", "strict=1")
+    strict = {p: engram.evaluate(asked, p, EPISODES, SEED, *option) for p in POLICIES}
+    canonical = engram.evaluate(None, "oracle", CANONICAL_EPISODES, CANONICAL_SEED)
+    info = {}
+    for name in ids:
+        about = engram("info", name, note=False)
+        chance = about["answer_chance"] or 0
+        about["equal_answers"] = abs(chance * about["candidates"] - 1) < 1e-9
+        info[name] = about
+    minutes = (time.monotonic() - start) / 60
+
+    commands = "\n".join(engram.asked)
+    made = f"Made by `scripts/memory.py` in {minutes:.0f} minutes, with these commands:"
+    page = PAGE.read_text()
+    page = put(page, "made", f"{made}\n\n```sh\n{commands}\n```")
+    page = put(page, "ceilings", ceilings_table(results, ids))
+    page = put(page, "strict", strict_table(strict))
+    page = put(page, "independence", independence(canonical, info))
+    PAGE.write_text(page)
+    source = put(FIGURES.read_text(), "ceilings", figures(results, ids), *MARKS)
+    FIGURES.write_text(source)
+
+
+MARKS = ("// begin {}: written by scripts/memory.py", "// end ceilings")
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,159 @@
+// First answers, and what a policy without memory achieves where the first answer decides.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+using test::row;
+
+// Shares of episodes.
+struct Outcome {
+  double success = 0;
+  double answered = 0;
+  double correct = 0;  // first answers
+};
+
+Outcome play(const std::string& id, Policy policy, bool strict, int episodes) {
+  EnvOptions options;
+  options.num_envs = episodes;
+  options.seed = 77'000;
+  options.threads = 2;
+  options.auto_reset = AutoReset::kOff;
+  if (strict) options.task_options = {{kStrictOption, 1}};
+  const auto env = make_env(id, options);
+  env->reset();
+  const auto& finished = env->state().finished;
+  while (std::any_of(finished.data(), finished.data() + episodes,
+                     [](std::uint8_t over) { return over == 0; })) {
+    test::step(*env, policy);
+  }
+  Outcome outcome;
+  for (int i = 0; i < episodes; ++i) {
+    outcome.success += *row<std::uint8_t>(env->output("success_once"), i);
+    outcome.answered += *row<std::uint8_t>(env->output("answered"), i);
+    outcome.correct += *row<std::uint8_t>(env->output("first_answer_correct"), i);
+  }
+  outcome.success /= episodes;
+  outcome.answered /= episodes;
+  outcome.correct /= episodes;
+  return outcome;
+}
+
+bool is_lengthy(const RegistryEntry& entry) { return entry.horizon > 300; }
+
+bool asks(const std::string& id) { return !make_task(id)->info().answer.empty(); }
+
+// The tasks that ask for answers, one or all of every family.
+std::vector<std::string> asking(bool lengthy) {
+  std::vector<std::string> ids;
+  for (const std::string& id : test::implemented_ids()) {
+    if (is_lengthy(require_entry(id)) == lengthy && asks(id)) ids.push_back(id);
+  }
+  return ids;
+}
+
+// More than luck explains in one of a thousand tries.
+double luck(double chance, int episodes) {
+  return 3.3 * std::sqrt(chance * (1 - chance) / episodes) + 0.5 / episodes;
+}
+
+void check_strictness(const std::string& id) {
+  const RegistryEntry& entry = require_entry(id);
+  const int episodes = std::clamp(60'000 / entry.horizon, 20, 100);
+  const double chance = make_task(id)->info().answer_chance();
+  INFO(id << ", chance of an answer " << chance);
+  const Outcome oracle = play(id, Policy::kOracle, true, episodes);
+  CHECK(oracle.success >= entry.oracle_floor);
+  CHECK(oracle.correct >= oracle.success);
+  for (const Policy policy : {Policy::kBlind, Policy::kSweep}) {
+    INFO(name_of(policy));
+    const Outcome outcome = play(id, policy, true, episodes);
+    CHECK(outcome.success <= chance + luck(chance, episodes));
+    CHECK(outcome.correct <= chance + luck(chance, episodes));
+    CHECK(outcome.success <= outcome.correct);
+  }
+}
+
+TEST_CASE("Where the first answer decides, only memory helps", "[answer]") {
+  for (const std::string& id : asking(false)) check_strictness(id);
+}
+
+TEST_CASE("Where the first answer decides in long tasks, only memory helps", "[answer][long]") {
+  for (const std::string& id : asking(true)) check_strictness(id);
+}
+
+TEST_CASE("All tasks ask for answers but those that hide nothing", "[answer]") {
+  for (const std::string& id : test::implemented_ids()) {
+    INFO(id);
+    CHECK(asks(id) == (id.find("Intercept") == std::string::npos));
+  }
+}
+
+TEST_CASE("Strictness changes nothing while first answers are right", "[answer]") {
+  for (const char* id : {"RememberColor3-VLA-v0", "RememberShape9-VLA-v0"}) {
+    EnvOptions options;
+    options.num_envs = 16;
+    const auto usual = make_env(id, options);
+    options.task_options = {{kStrictOption, 1}};
+    const auto strict = make_env(id, options);
+    usual->reset();
+    strict->reset();
+    for (int t = 0; t < usual->info().horizon - 1; ++t) {
+      test::step(*usual, Policy::kOracle);
+      test::step(*strict, Policy::kOracle);
+      REQUIRE(test::batch_bytes(*usual) == test::batch_bytes(*strict));
+    }
+  }
+}
+
+// A robot that answers wrongly first and rightly afterwards.
+TEST_CASE("A wrong first answer fails a strict episode for good", "[answer]") {
+  for (const bool strict : {false, true}) {
+    EnvOptions options;
+    options.num_envs = 64;
+    options.auto_reset = AutoReset::kOff;
+    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+    const auto env = make_env("RememberColor9-Long-VLA-v0", options);
+    env->reset();
+    const auto flag = [&](const char* name, int i) {
+      return *row<std::uint8_t>(env->output(name), i) != 0;
+    };
+    int wrong = 0;
+    int mended = 0;
+    for (int t = 0; t < env->info().horizon; ++t) {
+      test::step(*env, Policy::kSweep);
+      for (int i = 0; i < env->num_envs(); ++i) {
+        if (!flag("answered", i) || flag("first_answer_correct", i)) continue;
+        CHECK(flag("failed", i) == strict);
+        wrong += env->state().elapsed[i] == env->info().horizon ? 1 : 0;
+        mended += flag("success", i) ? 1 : 0;
+      }
+    }
+    CHECK(wrong > 40);
+    CHECK((mended > 0) == !strict);
+  }
+}
+
+TEST_CASE("Nobody has answered before there is anything to answer", "[answer]") {
+  for (const std::string& id : asking(false)) {
+    EnvOptions options;
+    options.num_envs = 8;
+    const auto env = make_env(id, options);
+    env->reset();
+    INFO(id);
+    for (int i = 0; i < env->num_envs(); ++i) {
+      CHECK(*row<std::uint8_t>(env->output("answered"), i) == 0);
+      CHECK(*row<std::uint8_t>(env->output("first_answer_correct"), i) == 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace engram
