@@ -1,6 +1,8 @@
 #include "tasks/shell_game/pick.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/base/error.h"
@@ -62,6 +64,8 @@ constexpr double kSqueeze = -1;          // drives the fingers into what they ho
 constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
 constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
 
+constexpr double kLookAhead = 0.15;  // m per rad/s of the base: where the hand is going
+
 void PickParams::check(int horizon) const {
   check_mugs(*this, kHandleTowardsRobot, kFingerRoom);
   if (lift() < kLeastLift) {
@@ -107,10 +111,15 @@ class Pick final : public ShellGame {
         grip_radius_(kGripRadius * std::min(1.0, params.mug_ratio())),
         holding_width_(kHoldingWidth * params.mug_ratio()),
         lift_(std::max(kLift, params.lift() + kIntoGoal)),
+        answer_way_(params.lift() / 2),
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
+    info_.answer =
+        "the first cup that is moved by more than half the height to which it has to be lifted; "
+        "its "
+        "slot";
     info_.constants.emplace_back("HANDLE_OFFSET_X", HANDLE_OFFSET_X);
     info_.constants.emplace_back("HANDLE_OFFSET_Y", HANDLE_OFFSET_Y);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
@@ -141,6 +150,7 @@ class Pick final : public ShellGame {
       conclude(env, {.obj_to_goal = offset,
                      .placed = offset.norm() <= placed_distance_,
                      .still = robot_is_static(*engine_.state, env)});
+      note_answer(env, moved_mug(env, answer_way_));
     }
   }
 
@@ -180,30 +190,50 @@ class Pick final : public ShellGame {
 
   // --- oracle ---
 
-  // There is no frozen cue here, and turning the hand takes twenty steps: it hovers over the slot
-  // while the cue still shows.
   void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const int slot = chosen_slot(env, script);
-      const Eigen::Vector3d grip = mugs_.slot_pos(env, slot, grip_height_) + grip_from_mug_;
-      const double lifted = mugs_.pos(env, slot).z() - mugs_.standing_pos(env, slot).z();
-      const bool closing = (tcp_pos(env) - grip).norm() < grip_radius_;
-      const bool holding = closing && gripper_width(env) < holding_width_;
-      Eigen::Vector3d goal = approach_by_funnel(*engine_.state, env, grip, kFunnel, kFunnelSlope);
-      double gripper = kGripperOpen;
-      if (!is_manipulation(env) || turn_left(env) > kGripTurn) {
-        goal.z() = std::max(goal.z(), hover_height_);
-      } else if (holding || lifted > kTakenUp) {
-        gripper = kSqueeze;
-        goal = tcp_pos(env) + Eigen::Vector3d(0, 0, lifted > lift_ ? 0 : kLiftLead);
-      } else if (closing) {
-        gripper = kSqueeze;
-      }
-      servo_tool(*engine_.state, env, goal, grip_tool_, gripper, actions.row(env));
+      const bool pointing = script == Script::kSweep && is_manipulation(env);
+      pick(env, pointing ? pointed_slot(env) : chosen_slot(env, script), actions.row(env));
     }
   }
 
  private:
+  // There is no frozen cue here, and turning the hand takes twenty steps: it hovers over the slot
+  // while the cue still shows.
+  void pick(int env, int slot, float* action) const {
+    const Eigen::Vector3d grip = mugs_.slot_pos(env, slot, grip_height_) + grip_from_mug_;
+    const double lifted = mugs_.pos(env, slot).z() - mugs_.standing_pos(env, slot).z();
+    const bool closing = (tcp_pos(env) - grip).norm() < grip_radius_;
+    const bool holding = closing && gripper_width(env) < holding_width_;
+    Eigen::Vector3d goal = approach_by_funnel(*engine_.state, env, grip, kFunnel, kFunnelSlope);
+    double gripper = kGripperOpen;
+    if (!is_manipulation(env) || turn_left(env) > kGripTurn) {
+      goal.z() = std::max(goal.z(), hover_height_);
+    } else if (holding || lifted > kTakenUp) {
+      gripper = kSqueeze;
+      goal = tcp_pos(env) + Eigen::Vector3d(0, 0, lifted > lift_ ? 0 : kLiftLead);
+    } else if (closing) {
+      gripper = kSqueeze;
+    }
+    servo_tool(*engine_.state, env, goal, grip_tool_, gripper, action);
+  }
+
+  // Who has no memory goes for the ball while it shows, and later for the mug to which the hand is
+  // on its way.
+  int pointed_slot(int env) const {
+    const double ahead = tcp_pos(env).y() + kLookAhead * engine_.state->qvel.row(env)[0];
+    int nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (int slot = 0; slot < kCups; ++slot) {
+      const double grip = mugs_.slot_pos(env, slot, 0).y() + grip_from_mug_.y();
+      const double away = std::abs(grip - ahead);
+      if (away >= least) continue;
+      least = away;
+      nearest = slot;
+    }
+    return nearest;
+  }
+
   Eigen::Vector3d goal_pos(int env) const {
     return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
   }
@@ -229,6 +259,7 @@ class Pick final : public ShellGame {
   double holding_width_;
   double lift_;
   Eigen::Quaterniond grip_tool_ = tool_down(kGripYaw);
+  double answer_way_;  // m
   int ball_;
   int goal_;
   Column<std::uint8_t> is_grasped_;

@@ -28,6 +28,8 @@ struct PushParams : ShellGameParams {
   Eigen::Vector3d way() const {
     return kGoalFromBall + Eigen::Vector3d(0, 0, BALL_RADIUS - resting_height());
   }
+  // The shortest way of a mug into the goal region, m.
+  double least_way() const { return way().norm() - placed_distance(); }
   // How far a mug has to be pushed, m; none that are not at the goal's height.
   double travel() const {
     const double height = way().z();
@@ -51,6 +53,12 @@ constexpr double kIntoGoal = 0.02;        // m
 constexpr double kPushLead = 0.03;        // m, that the tool's target is ahead of it
 constexpr double kFunnel = 0.03;  // m: the tool stays above a cone that opens at this radius
 constexpr double kFunnelSlope = 1.2;
+
+// Who has no memory pushes all of them with the hand.
+constexpr double kSweepTravel = 0.012;
+constexpr double kSweepBehind = 0.12;
+constexpr double kSweepHeight = 0.03;
+constexpr double kSweepClear = 0.02;
 
 void PushParams::check(int horizon) const {
   check_mugs(*this, kUpsideDown);
@@ -90,10 +98,14 @@ class Push final : public ShellGame {
         push_height_(kPushHeight * params.mug_ratio()),
         travel_(std::max(kTravel, params.travel() + std::min(kIntoGoal, 0.2 * placed_distance_))),
         lead_(std::min(kPushLead, placed_distance_)),
+        row_(params.MIN_DIST / 2),
+        answer_way_(params.least_way() / 2),
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
+    info_.answer =
+        "the first cup that is moved by more than half the least way to the goal region; its slot";
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
   }
@@ -116,6 +128,7 @@ class Push final : public ShellGame {
       conclude(env, {.obj_to_goal = offset,
                      .placed = offset.norm() <= placed_distance_,
                      .still = robot_is_static(*engine_.state, env, kStaticSpeed)});
+      note_answer(env, moved_mug(env, answer_way_));
     }
   }
 
@@ -149,29 +162,62 @@ class Push final : public ShellGame {
 
   // --- oracle ---
 
-  // Down behind the mug, forward with the fingers closed until it has moved far enough.
   void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       float* action = actions.row(env);
-      const int slot = chosen_slot(env, script);
-      const Eigen::Vector3d start =
-          mugs_.slot_pos(env, slot, push_height_) - Eigen::Vector3d(behind_, 0, 0);
-      const double moved = mugs_.pos(env, slot).x() - mugs_.base(env).x();
-      if (!is_manipulation(env) || moved >= travel_) {
-        hold_tool(is_manipulation(env) ? kGripperClosed : kGripperOpen, action);
-        continue;
+      if (script == Script::kSweep && is_manipulation(env)) {
+        sweep(env, action);
+      } else {
+        push(env, chosen_slot(env, script), action);
       }
-      const Eigen::Vector3d tcp = tcp_pos(env);
-      const bool pushing =
-          std::abs(tcp.y() - start.y()) < kLaneWidth && tcp.z() < push_height_ + kPushHeightBand;
-      const Eigen::Vector3d goal =
-          pushing ? Eigen::Vector3d(tcp.x() + lead_, start.y(), start.z())
-                  : approach_by_funnel(*engine_.state, env, start, kFunnel, kFunnelSlope);
-      servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
     }
   }
 
  private:
+  // Down behind the mug, forward with the fingers closed until it has moved far enough.
+  void push(int env, int slot, float* action) const {
+    const Eigen::Vector3d start =
+        mugs_.slot_pos(env, slot, push_height_) - Eigen::Vector3d(behind_, 0, 0);
+    const double moved = mugs_.pos(env, slot).x() - mugs_.base(env).x();
+    if (!is_manipulation(env) || moved >= travel_) {
+      hold_tool(is_manipulation(env) ? kGripperClosed : kGripperOpen, action);
+      return;
+    }
+    const Eigen::Vector3d tcp = tcp_pos(env);
+    const bool pushing =
+        std::abs(tcp.y() - start.y()) < kLaneWidth && tcp.z() < push_height_ + kPushHeightBand;
+    const Eigen::Vector3d goal =
+        pushing ? Eigen::Vector3d(tcp.x() + lead_, start.y(), start.z())
+                : approach_by_funnel(*engine_.state, env, start, kFunnel, kFunnelSlope);
+    servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
+  }
+
+  // Pushes the mugs that visibly still stand in the row: the hand is as wide as two slots.
+  void sweep(int env, float* action) const {
+    const Eigen::Vector3d center = mugs_.base(env);
+    const auto pushed = [&](int slot) {
+      return mugs_.pos(env, slot).x() - center.x() > kSweepTravel;
+    };
+    const bool pair = pushed(0) && pushed(1);
+    if (pair && pushed(2)) {
+      hold_tool(kGripperClosed, action);
+      return;
+    }
+    const Eigen::Vector3d start(center.x() - kSweepBehind, center.y() + (pair ? row_ : -row_),
+                                kSweepHeight);
+    const Eigen::Vector3d tcp = tcp_pos(env);
+    const bool low = tcp.z() < kSweepHeight + kPushHeightBand;
+    Eigen::Vector3d goal = start;
+    if (!low) {
+      goal = approach_by_funnel(*engine_.state, env, start, kFunnel, kFunnelSlope);
+    } else if (std::abs(tcp.y() - start.y()) < kLaneWidth) {
+      goal.x() = tcp.x() + lead_;
+    } else if (tcp.x() > start.x() + kSweepClear) {
+      goal.y() = tcp.y();
+    }
+    servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
+  }
+
   Eigen::Vector3d goal_pos(int env) const {
     return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
   }
@@ -182,6 +228,8 @@ class Push final : public ShellGame {
   double push_height_;
   double travel_;
   double lead_;
+  double row_;         // m: half a slot
+  double answer_way_;  // m
   int ball_;
   int goal_;
 };
