@@ -1,0 +1,116 @@
+// The object at which the robot first rests is its answer.
+#include <catch2/catch.hpp>
+
+#include "tests/tasks/pose_tool.h"
+#include "tests/tasks/remember/recall_env.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+using test::memory_int;
+using test::row;
+using test::step_at;
+using test::stored_pos;
+
+constexpr int kTarget = 4;
+const Eigen::Vector3d kAbove(0, 0, 0.03);  // m
+
+// A posed environment whose objects have appeared.
+std::unique_ptr<VectorEnv> make_ready(bool strict) {
+  EnvOptions options;
+  options.substeps = 0;
+  options.pins = {{"target", {kTarget}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
+  options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+  auto env = make_env("RememberColor9-VLA-v0", options);
+  env->reset();
+  test::step(*env, Policy::kZero);
+  return env;
+}
+
+struct Answered {
+  bool given = false;
+  int first = 0;
+  bool correct = false;
+
+  friend bool operator==(const Answered&, const Answered&) = default;
+};
+
+Answered answer_of(const VectorEnv& env) {
+  return {*row<std::uint8_t>(env.output("answered"), 0) != 0,
+          *row<std::int32_t>(env.output("first_answer"), 0),
+          *row<std::uint8_t>(env.output("first_answer_correct"), 0) != 0};
+}
+
+bool succeeds(const VectorEnv& env) { return env.success()[0] != 0; }
+
+TEST_CASE("The first object touched is the answer, later ones are not", "[remember][answer]") {
+  const auto env = make_ready(false);
+  CHECK(answer_of(*env) == Answered{});
+  step_at(*env, {0.1, 0, 0.3});
+  CHECK(answer_of(*env) == Answered{});
+  step_at(*env, stored_pos(*env, 2) + kAbove);
+  CHECK(answer_of(*env) == Answered{true, 2, false});
+  step_at(*env, stored_pos(*env, kTarget) + kAbove);
+  CHECK(answer_of(*env) == Answered{true, 2, false});
+  CHECK(succeeds(*env));
+}
+
+TEST_CASE("A right first answer stays right", "[remember][answer]") {
+  const auto env = make_ready(true);
+  step_at(*env, stored_pos(*env, kTarget) + kAbove);
+  CHECK(answer_of(*env) == Answered{true, kTarget, true});
+  CHECK(succeeds(*env));
+  step_at(*env, stored_pos(*env, 2) + kAbove);
+  CHECK(answer_of(*env) == Answered{true, kTarget, true});
+  step_at(*env, stored_pos(*env, kTarget) + kAbove);
+  CHECK(succeeds(*env));
+}
+
+TEST_CASE("A wrong first answer leaves a strict episode without success", "[remember][answer]") {
+  const auto env = make_ready(true);
+  step_at(*env, stored_pos(*env, 2) + kAbove);
+  CHECK(*row<std::uint8_t>(env->output("failed"), 0) == 1);
+  step_at(*env, stored_pos(*env, kTarget) + kAbove);
+  CHECK_FALSE(succeeds(*env));
+  CHECK(env->reward()[0] < 1);
+}
+
+TEST_CASE("A stop between two objects answers with the nearer one", "[remember][answer]") {
+  const auto env = make_ready(false);
+  // The two that are nearest to one another, and a point a little nearer to the first of them.
+  const auto away = [&](int a, int b) {
+    return (stored_pos(*env, a) - stored_pos(*env, b)).norm();
+  };
+  int one = 0;
+  int other = 1;
+  for (int a = 0; a < 9; ++a) {
+    for (int b = 0; b < 9; ++b) {
+      if (a == b || away(a, b) >= away(one, other)) continue;
+      one = a;
+      other = b;
+    }
+  }
+  CAPTURE(one, other, away(one, other));
+  step_at(*env, 0.52 * stored_pos(*env, one) + 0.48 * stored_pos(*env, other));
+  CHECK(answer_of(*env) == Answered{true, one, one == kTarget});
+}
+
+TEST_CASE("Passing by is no answer, nor is anything before the objects appear",
+          "[remember][answer]") {
+  EnvOptions options;
+  options.substeps = 0;
+  options.pins = {{"target", {kTarget}}, {"cue_steps", {100}}, {"empty_steps", {50}}};
+  const auto env = make_env("RememberColor9-Long-VLA-v0", options);
+  env->reset();
+  step_at(*env, stored_pos(*env, kTarget) + kAbove);
+  CHECK(answer_of(*env) == Answered{});
+  while (env->state().elapsed[0] < test::appearance_of(*env)) step_at(*env, {0.1, 0, 0.3});
+  test::pose_tool(*env, stored_pos(*env, 2) + kAbove);
+  env->state().qvel.row(0)[0] = 0.3;  // rad/s
+  test::step(*env, Policy::kZero);
+  CHECK_FALSE(answer_of(*env).given);
+}
+
+}  // namespace
+}  // namespace engram
