@@ -300,8 +300,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
         Args:
             policy: "oracle" solves the task with privileged state, "blind" is the oracle that must
-                guess what the cue showed (both in pd_ee_delta_pose only), "random" is uniform over
-                the action space, "zero".
+                guess what the cue showed, "sweep" does the best that can be done without memory
+                (all three in pd_ee_delta_pose only), "random" is uniform over the action space,
+                "zero".
             out: float32 (N, action_dim) to write to, instead of a new array.
         """
         number = _values.one_of("policy", policy, POLICY)

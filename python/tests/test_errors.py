@@ -308,7 +308,7 @@ def test_bad_cameras_and_policies_are_refused(make):
     env.reset(seed=0)
     with pytest.raises(engram.Error, match="base_camera"):
         env.frame(camera="nowhere")
-    with pytest.raises(engram.InvalidArgumentError, match="zero, random, oracle, blind"):
+    with pytest.raises(engram.InvalidArgumentError, match="zero, random, oracle, blind, sweep"):
         env.act("greedy")
     joint = make(control_mode="pd_joint_pos")
     joint.reset(seed=0)

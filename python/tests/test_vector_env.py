@@ -187,7 +187,7 @@ def test_the_oracle_solves_and_infos_tell(make):
         assert all(one["success_once"] for one in final)
 
 
-@pytest.mark.parametrize("policy", ["zero", "random", "oracle", "blind"])
+@pytest.mark.parametrize("policy", ["zero", "random", "oracle", "blind", "sweep"])
 def test_policies_write_into_a_given_array(make, policy):
     env = make()
     env.reset(seed=0)

@@ -76,11 +76,31 @@ TEST_CASE("eval: documents of the protocol", "[apps]") {
                                  "per_task_mean_return"});
   REQUIRE(document["tasks"].size() == 1);
   const Json& task = document["tasks"][0];
-  CHECK(keys_of(task) ==
-        std::vector<std::string>{
-            "env_id", "split", "memory_type", "start_seed", "n_episodes", "successes", "returns",
-            "sr", "mean_return", "chance", "benchmark_commit", "control_mode", "obs_mode", "rules",
-            "wrapper_chain", "action_chunk_size", "model", "episode_lengths", "episode_seeds"});
+  CHECK(keys_of(task) == std::vector<std::string>{// The protocol's, then engram's own.
+                                                  "env_id",
+                                                  "split",
+                                                  "memory_type",
+                                                  "start_seed",
+                                                  "n_episodes",
+                                                  "successes",
+                                                  "returns",
+                                                  "sr",
+                                                  "mean_return",
+                                                  "benchmark_commit",
+                                                  "control_mode",
+                                                  "obs_mode",
+                                                  "wrapper_chain",
+                                                  "action_chunk_size",
+                                                  "model",
+                                                  "episode_lengths",
+                                                  "episode_seeds",
+                                                  "rules",
+                                                  "chance",
+                                                  "first_answers",
+                                                  "first_answers_correct",
+                                                  "first_answer_correct",
+                                                  "answer_chance",
+                                                  "memory_score"});
   CHECK(task["split"] == "Short");
   CHECK(task["memory_type"] == "Object");
   CHECK(task["start_seed"] == 4242424242);
@@ -102,6 +122,45 @@ TEST_CASE("eval: the oracle remembers, the blind one guesses", "[apps]") {
   CHECK(blind["tasks"][0]["sr"].get<double>() == Approx(1.0 / 3).margin(0.109));
   const Json idle = engram_command(evaluation("--policy zero --episodes 10")).json();
   CHECK(idle["tasks"][0]["sr"] == 0.0);
+}
+
+TEST_CASE("eval: first answers and the score of memory", "[apps]") {
+  const auto evaluate = [](const std::string& options) {
+    const Json document = engram_command(evaluation("--episodes 40 " + options)).json();
+    return document["tasks"][0];
+  };
+  const Json oracle = evaluate("--policy oracle");
+  CHECK(oracle["first_answer_correct"] == 1.0);
+  CHECK(oracle["first_answers_correct"] == std::vector<bool>(40, true));
+  CHECK(oracle["memory_score"].get<double>() == Approx(1).margin(0.1));
+  CHECK(oracle["answer_chance"].get<double>() == Approx(1.0 / 3));
+  // Who searches succeeds more often than chance says, but not with the first answer.
+  const Json sweep = evaluate("--policy sweep");
+  CHECK(sweep["sr"].get<double>() > 0.45);
+  CHECK(sweep["first_answer_correct"].get<double>() < 0.6);
+  CHECK(sweep["memory_score"].get<double>() == Approx(0).margin(0.4));
+  // What is right in an answer is what the oracle says of the same seeds.
+  for (std::size_t i = 0; i < 40; ++i) {
+    const bool same = sweep["first_answers"][i] == oracle["first_answers"][i];
+    CHECK(sweep["first_answers_correct"][i] == same);
+  }
+  // Strict episodes fail with a wrong first answer; ceilings are not theirs.
+  const Json strict = evaluate("--policy sweep --option strict=1");
+  CHECK(strict["successes"] == strict["first_answers_correct"]);
+  CHECK(strict["memory_score"].is_null());
+  const Json idle = evaluate("--policy zero");
+  CHECK(idle["first_answers"][0].is_null());
+  CHECK(idle["first_answer_correct"] == 0.0);
+}
+
+TEST_CASE("eval: tasks that ask for no answer say so", "[apps]") {
+  const Json task =
+      engram_command("eval InterceptSlow-VLA-v0 --episodes 2 --json").json()["tasks"][0];
+  for (const char* key : {"first_answers", "first_answers_correct", "first_answer_correct",
+                          "answer_chance", "memory_score"}) {
+    INFO(key);
+    CHECK(task.at(key).is_null());
+  }
 }
 
 TEST_CASE("eval: bytes do not depend on threads, batches or the order of ids", "[apps]") {
