@@ -332,5 +332,48 @@ TEST_CASE("The first action is compared with zero", "[reward][blink_count]") {
   CHECK(static_cast<double>(terms[34]) == Approx(std::tanh(5 * 0.5)));
 }
 
+// Presses red, and submits if `submit`.
+void answer(VectorEnv& env, int presses, bool submit) {
+  for (int i = 0; i < presses; ++i) {
+    for (const double height : {0.08, 0.09, 0.17}) step_at(env, over(kRed, height));
+  }
+  if (submit) step_at(env, over(kBlack, 0.08));
+}
+
+TEST_CASE("The answer is the count that is submitted, or one too many", "[blink_count][answer]") {
+  for (const int presses : {0, 1, 2, 3}) {
+    INFO(presses);
+    const auto env = after_cue(2);
+    step_at(*env, kFarAway);
+    answer(*env, std::min(presses, 2), false);
+    CHECK_FALSE(flag(*env, "answered"));
+    answer(*env, presses - std::min(presses, 2), presses < 3);
+    CHECK(flag(*env, "answered"));
+    CHECK(count(*env, "first_answer") == presses);
+    CHECK(flag(*env, "first_answer_correct") == (presses == 2));
+    CHECK(flag(*env, "failed") == (presses != 2));
+  }
+}
+
+TEST_CASE("Only the first count is the answer, and none before the action phase",
+          "[blink_count][answer]") {
+  EnvOptions options = placed(1);
+  options.terminate_on_success = false;
+  const auto env = make_env(kEasy, options);
+  env->reset();
+  while (env->state().elapsed[0] < env->cue_end(0) - 2) {
+    step_at(*env, over(kBlack, env->state().elapsed[0] % 2 == 0 ? 0.08 : 0.2));
+    CHECK_FALSE(flag(*env, "answered"));
+  }
+  while (env->state().elapsed[0] < env->cue_end(0)) step_at(*env, kFarAway);
+  answer(*env, 1, true);
+  CHECK(flag(*env, "first_answer_correct"));
+  step_at(*env, kFarAway);
+  answer(*env, 1, false);
+  CHECK(flag(*env, "failed"));
+  CHECK(count(*env, "first_answer") == 1);
+  CHECK(flag(*env, "first_answer_correct"));
+}
+
 }  // namespace
 }  // namespace engram

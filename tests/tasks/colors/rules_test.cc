@@ -119,5 +119,29 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
   CHECK(value(done) == 400);
 }
 
+TEST_CASE("A touch is a mistake where it can no longer be mended", "[touch][answer]") {
+  using enum ColorRule;
+  const auto mistaken = [](ColorRule rule, const std::vector<int>& touches) {
+    return after(rule, touches).mistaken;
+  };
+  for (const ColorRule rule : {kBunch, kSeq, kSeqStrict, kChain}) {
+    CHECK_FALSE(mistaken(rule, {}));
+    CHECK_FALSE(mistaken(rule, {4, 1}));
+    CHECK_FALSE(mistaken(rule, {4, 1, 7}));
+    CHECK(mistaken(rule, {5}));
+    CHECK(mistaken(rule, {4, 5}));
+    const bool ordered = rule == kSeqStrict || rule == kChain;
+    CHECK(mistaken(rule, {1}) == ordered);
+    CHECK(mistaken(rule, {4, 7}) == ordered);
+  }
+}
+
+TEST_CASE("The number of an answer has a digit per touch", "[touch][answer]") {
+  const std::array<std::int32_t, 4> order = {4, 0, 8, -1};
+  CHECK(answer_number(order.data(), 4) == 519);
+  CHECK(answer_number(order.data(), 2) == 51);
+  CHECK(answer_number(order.data() + 3, 1) == 0);
+}
+
 }  // namespace
 }  // namespace engram::tasks

@@ -387,5 +387,49 @@ TEST_CASE("Colours that are pinned twice are refused", "[color_recall]") {
   CHECK_THROWS_WITH(make_env("ChainOfColors3-VLA-v0", options), Catch::Contains("4 given twice"));
 }
 
+TEST_CASE("The answer is the first wrong touch, or the last that is needed",
+          "[color_recall][answer]") {
+  struct Row {
+    std::vector<int> touches;
+    bool in_sets, in_order;  // what is right in Bunch and Seq, and in Chain
+    int set_answer, order_answer;
+    std::size_t set_touches, order_touches;  // with which the answer is given
+  };
+  const Row rows[] = {
+      {{4, 1, 7}, true, true, 528, 528, 3, 3},    {{4, 7, 1}, true, false, 582, 58, 3, 2},
+      {{4, 0, 7}, false, false, 51, 51, 2, 2},    {{8, 4, 1}, false, false, 9, 9, 1, 1},
+      {{4, 1, 7, 3}, true, true, 528, 528, 3, 3},  // what follows does not count
+  };
+  for (const char* id : {"BunchOfColors3-VLA-v0", "SeqOfColors3-VLA-v0", "ChainOfColors3-VLA-v0"}) {
+    const bool ordered = id[0] == 'C';
+    for (const Row& line : rows) {
+      INFO(id << ", row " << &line - rows);
+      const auto env = acting(id);
+      press_button(*env);  // no answer
+      CHECK_FALSE(flag(*env, "answered"));
+      const std::size_t last = ordered ? line.order_touches : line.set_touches;
+      for (std::size_t i = 0; i < line.touches.size(); ++i) {
+        touch(*env, line.touches[i]);
+        CHECK(flag(*env, "answered") == (i + 1 >= last));
+      }
+      CHECK(value<std::int32_t>(*env, "first_answer") ==
+            (ordered ? line.order_answer : line.set_answer));
+      CHECK(flag(*env, "first_answer_correct") == (ordered ? line.in_order : line.in_sets));
+    }
+  }
+}
+
+TEST_CASE("A wrong touch fails a strict episode", "[color_recall][answer]") {
+  for (const bool strict : {false, true}) {
+    EnvOptions options;
+    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+    const auto env = acting("BunchOfColors3-VLA-v0", {4, 1, 7}, options);
+    touch(*env, 1);
+    CHECK_FALSE(flag(*env, "failed"));
+    touch(*env, 0);
+    CHECK(flag(*env, "failed") == strict);
+  }
+}
+
 }  // namespace
 }  // namespace engram

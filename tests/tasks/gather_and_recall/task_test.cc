@@ -147,6 +147,7 @@ TEST_CASE("The right button solves it, a wrong one fails and ends the episode", 
     move(*env, over, 25);
     move(*env, down, 15);
     CHECK(number(*env, "pressed_button") == -1);
+    CHECK_FALSE(flag(*env, "answered"));
     CHECK(env->state().prop_pos_of(0, 7)[2] == Approx(0.030).margin(2e-3));  // the cap gives way
     move(*env, over, 15);
     for (int cube = 0; cube < 3; ++cube) put_on_disc(*env, cube);
@@ -155,6 +156,9 @@ TEST_CASE("The right button solves it, a wrong one fails and ends the episode", 
     CHECK(number(*env, "pressed_button") == 1);
     CHECK(flag(*env, "success") == (color == 1));
     CHECK(flag(*env, "failed") == (color != 1));
+    CHECK(flag(*env, "answered"));
+    CHECK(number(*env, "first_answer") == 1);
+    CHECK(flag(*env, "first_answer_correct") == (color == 1));
     CHECK(*row<std::uint8_t>(env->output("terminated"), 0) == 1);
     CHECK(env->reward()[0] == (color == 1 ? 1.0F : -0.5F));
   }
@@ -210,6 +214,34 @@ TEST_CASE("A snapshot in the middle of a grasp goes on bit for bit - gathering",
     test::step(*env, Policy::kOracle);
     test::step(*fresh, Policy::kOracle);
     REQUIRE(test::env_bytes(*fresh, 0) == test::env_bytes(*env, 0));
+  }
+}
+
+TEST_CASE("Only the first button is the answer", "[gather][answer]") {
+  for (const bool strict : {false, true}) {
+    EnvOptions options;
+    options.auto_reset = AutoReset::kOff;
+    options.terminate_on_success = false;
+    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+    options.pins = {{"disc_x", {0.04}}, {"disc_y", {0.14}}, {"flash_color", {1}}};
+    const auto env = make_env("GatherAndRecall3-VLA-v0", options);
+    env->reset();
+    for (int cube = 0; cube < 3; ++cube) put_on_disc(*env, cube);
+    for (const double y : {0.14, 0.28}) {  // green, then blue
+      move(*env, {-0.18, y, 0.12}, 25);
+      move(*env, {-0.18, y, 0.072}, 15);
+    }
+    CHECK(number(*env, "first_answer") == 1);
+    CHECK(flag(*env, "first_answer_correct"));
+    CHECK(flag(*env, "success"));
+  }
+}
+
+TEST_CASE("A single cube leaves time to follow the lamp", "[gather]") {
+  for (int color = 0; color < 3; ++color) {
+    const auto env = start(1, color, 1);
+    while (env->state().finished[0] == 0) test::step(*env, Policy::kSweep);
+    CHECK(flag(*env, "success"));
   }
 }
 

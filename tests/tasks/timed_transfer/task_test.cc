@@ -1,5 +1,6 @@
 // TimedTransfer as its users see it, and snapshots of the tracing and transferring tasks.
 #include <catch2/catch.hpp>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,7 @@ TEST_CASE("Doing nothing fails one step after the window: D = 100, s = 2", "[tim
   }
   CHECK(env->reward()[0] == -25);
   CHECK(info<std::uint8_t>(*env, "too_early") == 0);
+  CHECK(info<std::uint8_t>(*env, "answered") == 0);
   CHECK(env->state().prop_pos_of(0, kCube)[2] == Approx(0.026).margin(2e-4));
 }
 
@@ -64,6 +66,46 @@ TEST_CASE("The cube arrives in the window and ends the episode", "[timed]") {
   CHECK(info<std::uint8_t>(*env, "is_grasped") == 1);
   CHECK(env->terminated()[0] == 1);
   CHECK(env->reward()[0] == 30);
+  CHECK(info<std::uint8_t>(*env, "first_answer_correct") == 1);
+  CHECK(info<std::int32_t>(*env, "first_answer") == env->state().elapsed[0] - 1);
+}
+
+// Puts the cube on the red disc before step `elapsed`, and goes on to there.
+std::unique_ptr<VectorEnv> put_on_red(int elapsed, double signal) {
+  constexpr int kRedDisc = 1;
+  auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
+  env->reset();
+  while (env->state().elapsed[0] < elapsed - 1) env->step(test::zeros(*env));
+  const double upright[4] = {1, 0, 0, 0};
+  const double* red = env->state().prop_pos_of(0, kRedDisc);
+  const double place[3] = {red[0], red[1], env->state().prop_pos_of(0, kCube)[2]};
+  env->state().place_prop(0, kCube, place, upright);
+  env->step(test::zeros(*env));
+  return env;
+}
+
+TEST_CASE("The answer is the step in which the cube comes to red", "[timed][answer]") {
+  for (const int step : {0, 1, 50, 94, 95, 100, 105}) {
+    INFO(step);
+    const auto env = put_on_red(2 + step, 2);
+    CHECK(info<std::uint8_t>(*env, "answered") == 1);
+    CHECK(info<std::int32_t>(*env, "first_answer") == step);
+    CHECK(info<std::uint8_t>(*env, "first_answer_correct") == (step >= 95 ? 1 : 0));
+    CHECK(info<std::uint8_t>(*env, "success") == (step >= 95 ? 1 : 0));
+  }
+  // Before the signal there is no count.
+  const auto early = put_on_red(1, 3);
+  CHECK(info<std::uint8_t>(*early, "cube_on_red") == 1);
+  CHECK(info<std::uint8_t>(*early, "answered") == 0);
+}
+
+TEST_CASE("Who has the step count need not remember the signal", "[timed]") {
+  for (const double signal : {1, 2, 3}) {
+    const auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
+    env->reset();
+    while (env->state().finished[0] == 0) test::step(*env, Policy::kSweep);
+    CHECK(info<std::uint8_t>(*env, "success") == 1);
+  }
 }
 
 TEST_CASE("A cube that arrives early fails at once", "[timed]") {
