@@ -178,7 +178,7 @@ const Family kFindImposterColor = {
     .tasks = kColorRows,
     .make = make_variant<FindImposter, kColors>,
     .expectations = {
-        .least_reward = -0.0267, .most_reward = 0.6667, .moves_untouched = true, .hides = true}};
+        .least_reward = -0.0267, .most_reward = 0.3731, .moves_untouched = true, .hides = true}};
 
 const Family kFindImposterShape = {
     .name = "FindImposterShape",
@@ -189,7 +189,7 @@ const Family kFindImposterShape = {
     .tasks = kShapeRows,
     .make = make_variant<FindImposter, kShapes>,
     .expectations = {
-        .least_reward = -0.0267, .most_reward = 0.6667, .moves_untouched = true, .hides = true}};
+        .least_reward = -0.0267, .most_reward = 0.3731, .moves_untouched = true, .hides = true}};
 
 const Family kFindImposterShapeAndColor = {
     .name = "FindImposterShapeAndColor",
@@ -200,6 +200,6 @@ const Family kFindImposterShapeAndColor = {
     .tasks = kShapeAndColorRows,
     .make = make_variant<FindImposter, kShapesAndColors>,
     .expectations = {
-        .least_reward = 0, .most_reward = 0.6667, .moves_untouched = true, .hides = true}};
+        .least_reward = 0, .most_reward = 0.3731, .moves_untouched = true, .hides = true}};
 
 }  // namespace engram::tasks
