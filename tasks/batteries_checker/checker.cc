@@ -15,6 +15,7 @@
 #include "tasks/parts/family_base.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/reward_dict.h"
+#include "tasks/parts/tool_servo.h"
 #include "tasks/parts/variant.h"
 
 namespace engram::tasks {
@@ -24,6 +25,10 @@ namespace {
 
 constexpr double kLampEmission = 0.3;
 constexpr double kDisplaced = 3;  // times the tolerance of a slot: where a checked battery is lost
+
+// Who has no memory.
+constexpr double kInsertingShare = 0.5;  // of the time that a battery has
+constexpr double kOverSocket = 0.05;     // m
 
 class BatteryChecker final : public FamilyBase {
  public:
@@ -83,8 +88,10 @@ class BatteryChecker final : public FamilyBase {
       in.working = check_.working(env);
       in.pressed = button_.press_once(env, true, true);
       in.afterglow = params_.LAMP_AFTERGLOW_STEPS;
-      CheckState state = check_.load(env);
+      const CheckState before = check_.load(env);
+      CheckState state = before;
       CheckEvents events = check_step(in, state);
+      note_answer(env, before, state, in.pressed);
       if (events.insert) rack_.snap(env, state.active);
       check_.solved[env] = is_solved(env, state) ? 1 : 0;
       if (params_.easy && return_by_itself(state, events)) rack_.send_home(env, state.active);
@@ -156,14 +163,15 @@ class BatteryChecker final : public FamilyBase {
 
   void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const CheckState state = check_.load(env);
-      BatteryChoice choice;
-      if (script == Script::kBlind) {
-        choice = guess(env);
-      } else {
-        choice = {lowest(~state.checked & all_batteries()), state.active};
+      if (script == Script::kSweep) {
+        sweep(env, actions.row(env));
+        continue;
       }
-      oracle_.act(*engine_.state, env, state, choice, actions.row(env));
+      const CheckState state = check_.load(env);
+      const int battery =
+          script == Script::kBlind ? guess(env) : lowest(~state.checked & all_batteries());
+      const BatteryChoice choice = {.battery = battery, .active = state.active};
+      oracle_.act(*engine_.state, env, state.stage, choice, actions.row(env));
     }
   }
 
@@ -209,6 +217,18 @@ class BatteryChecker final : public FamilyBase {
     const BatterySet misplaced = state.checked & ~rack_.home(env, kDisplaced);
     return count(state.found) >= params_.WORKING_BATTERY_COUNT &&
            count(state.checked) >= params_.ACTIVE_BATTERY_COUNT && misplaced == 0;
+  }
+
+  // A press says that a battery has been dealt with: wrongly if it is not in its slot, or was
+  // checked before. A press without a battery says nothing.
+  void note_answer(int env, const CheckState& before, const CheckState& after, bool pressed) const {
+    if (!pressed || before.active < 0) return;
+    const bool confirmed = after.active < 0;
+    if (!confirmed || contains(before.checked, before.active)) {
+      engine_.answers.give(env, before.active, false);
+    } else if (count(after.checked) >= params_.ACTIVE_BATTERY_COUNT) {
+      engine_.answers.give(env, before.active, true);
+    }
   }
 
   BatteryRewardInputs measure(int env) const {
@@ -267,20 +287,34 @@ class BatteryChecker final : public FamilyBase {
     row.add(slots.data(), params_.WORKING_BATTERY_COUNT);
   }
 
-  // An agent without memory knows neither which batteries it has tested nor where the one in the
-  // socket came from: it takes any, and puts it into any slot that is empty. It stops after as many
-  // rounds as there are batteries.
-  BatteryChoice guess(int env) const {
-    if (check_.rounds[env] >= params_.ACTIVE_BATTERY_COUNT) return {};
+  // An agent without memory does not know which batteries it has tested, and takes any. The one in
+  // the socket belongs into the hole that it has left among the others. The agent stops after as
+  // many rounds as there are batteries.
+  int guess(int env) const {
+    int battery = -1;
+    if (check_.rounds[env] >= params_.ACTIVE_BATTERY_COUNT) return battery;
     RandomStream random = blind_guess(engine_, env);
-    BatteryChoice choice;
-    int empty = 0;
     for (int round = 0; round <= check_.rounds[env]; ++round) {
-      choice.battery = random.integer(0, params_.ACTIVE_BATTERY_COUNT - 1);
-      empty = random.integer(0, NUM_BATTERIES - params_.ACTIVE_BATTERY_COUNT);
+      battery = random.integer(0, params_.ACTIVE_BATTERY_COUNT - 1);
     }
-    choice.slot = empty == 0 ? check_.active[env] : params_.ACTIVE_BATTERY_COUNT - 1 + empty;
-    return choice;
+    return battery;
+  }
+
+  // A clock does instead of memory: every battery has its time, in the order of the slots.
+  void sweep(int env, float* action) const {
+    const int round = info_.horizon / params_.ACTIVE_BATTERY_COUNT;
+    const int elapsed = engine_.state->elapsed[env];
+    const int battery = std::min(elapsed / round, params_.ACTIVE_BATTERY_COUNT - 1);
+    const bool inserting = elapsed - battery * round < kInsertingShare * round;
+    const Eigen::Vector3d away = rack_.socket(env) - tcp_pos(env);
+    const bool home = contains(rack_.home(env), battery);
+    if (inserting && params_.easy && home && away.head<2>().norm() < kOverSocket) {
+      hold_tool(BatteryOracle::kOpening, action);  // it has come back by itself
+      return;
+    }
+    const int stage = inserting ? STAGE_INSERT : STAGE_RETURN;
+    oracle_.act(*engine_.state, env, stage,
+                {.battery = battery, .active = battery, .keep_down = true}, action);
   }
 
   BatteryParams params_;

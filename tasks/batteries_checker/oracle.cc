@@ -13,7 +13,6 @@ namespace {
 // The fingers do not fit into the socket's hole: a battery is held so that it reaches the floor
 // while they are above the rim.
 constexpr double kGripHeight = 0.0015;   // m above the battery's centre
-constexpr double kOpening = 0.4;         // 25 mm per finger
 constexpr double kTableHeight = 0.05;    // m, of the TCP: where the tool is slowest
 constexpr double kTravelHeight = 0.13;   // m: a battery in the hand passes over all others
 constexpr double kAboveSocket = 0.0015;  // m above the floor, where a battery is let go
@@ -33,7 +32,7 @@ Grip grip_of(int prop, const Eigen::Vector3d& goal) {
   return {.prop = prop,
           .tool = lean_outwards(along_diagonal(), goal, kLean),
           .height = kGripHeight,
-          .opening = kOpening,
+          .opening = BatteryOracle::kOpening,
           .travel_height = kTravelHeight};
 }
 
@@ -61,14 +60,16 @@ bool is_centred(const State& state, int env, const Grip& grip, const Eigen::Vect
 
 }  // namespace
 
-void BatteryOracle::act(const State& state, int env, const CheckState& check,
-                        const BatteryChoice& choice, float* action) const {
-  if (check.stage == STAGE_INSERT && choice.battery >= 0) {
+void BatteryOracle::act(const State& state, int env, int stage, const BatteryChoice& choice,
+                        float* action) const {
+  if (stage == STAGE_INSERT && choice.battery >= 0) {
     insert(state, env, choice.battery, action);
-  } else if (check.stage == STAGE_RETURN && check.active >= 0) {
-    if (put_back(state, env, check.active, choice.slot, action)) press(state, env, action);
+  } else if (stage == STAGE_RETURN && choice.active >= 0) {
+    if (put_back(state, env, choice.active, action)) {
+      press(state, env, choice.keep_down, action);
+    }
   } else if (clear_tool(state, env, action)) {
-    press(state, env, action);
+    press(state, env, choice.keep_down, action);
   }
   slow_down(state, env, kTableHeight, action);
 }
@@ -84,10 +85,9 @@ void BatteryOracle::insert(const State& state, int env, int battery, float* acti
   if (bring(state, env, grip, place, action, tolerance)) hold_tool(kOpening, action);
 }
 
-bool BatteryOracle::put_back(const State& state, int env, int battery, int slot,
-                             float* action) const {
+bool BatteryOracle::put_back(const State& state, int env, int battery, float* action) const {
   const int prop = rack_.prop(battery);
-  const Eigen::Vector3d place = rack_.slot(env, slot) + Eigen::Vector3d(0, 0, kAboveTable);
+  const Eigen::Vector3d place = rack_.slot(env, battery) + Eigen::Vector3d(0, 0, kAboveTable);
   const bool held = is_held(state, env, prop);
   const Grip grip = grip_of(prop, held ? place : rack_.pos(env, battery));
   if (is_at(state, env, prop, place, within(rack_.params().SLOT_RETURN_XY_TOL))) {
@@ -106,7 +106,7 @@ bool BatteryOracle::clear_tool(const State& state, int env, float* action) const
     const Eigen::Vector3d offset = rack_.pos(env, battery) - tcp;
     if (offset.head<2>().norm() > kBetweenFingers) continue;
     if (is_held(state, env, rack_.prop(battery))) {
-      return put_back(state, env, battery, battery, action);
+      return put_back(state, env, battery, action);
     }
     const Grip grip = grip_of(rack_.prop(battery), tcp);
     if (!leave(state, env, grip, kClearance, action)) return false;
@@ -115,7 +115,7 @@ bool BatteryOracle::clear_tool(const State& state, int env, float* action) const
 }
 
 // On the part of the pad that is nearest to the tray.
-void BatteryOracle::press(const State& state, int env, float* action) const {
+void BatteryOracle::press(const State& state, int env, bool keep_down, float* action) const {
   constexpr double kTowardsTray = 0.045;   // m
   constexpr double kInside = 0.029;        // m from the pad's edge
   constexpr double kReleaseHeight = 0.10;  // m
@@ -128,7 +128,7 @@ void BatteryOracle::press(const State& state, int env, float* action) const {
   const double aside = std::clamp(size - kInside, 0.0, kTowardsTray);
   Eigen::Vector3d goal(center.x(), center.y() - aside,
                        std::max(kReleaseHeight, pad.release_height() + kClear));
-  if (button_.ready(env)) goal = {goal.x(), goal.y(), button_.pressing_height()};
+  if (keep_down || button_.ready(env)) goal = {goal.x(), goal.y(), button_.pressing_height()};
   const bool over = (goal - tcp).head<2>().norm() < kOverPad;
   const double travel = std::max(kTravelHeight, pad.zone_height() + kClear);
   if (!over) goal = over_the_top(state, env, goal, travel);

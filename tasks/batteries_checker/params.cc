@@ -15,15 +15,12 @@ namespace engram::tasks {
 namespace {
 
 // Without memory of what it has tested, an agent that takes a battery at random as often as there
-// are batteries tests all of them once in n^n / n! cases. In the hard variants it puts every one
-// into a random empty slot of the tray, too.
+// are batteries tests all of them once in n^n / n! cases. Where one has to go back to is no secret:
+// batteries fill the same slots in every episode, and there is one hole in them.
 double count_guesses(const BatteryParams& params) {
   const int batteries = params.ACTIVE_BATTERY_COUNT;
   double ways = 1;
-  for (int i = 1; i <= batteries; ++i) {
-    ways *= static_cast<double>(batteries) / i;
-    if (!params.easy) ways *= NUM_BATTERIES - batteries + 1;
-  }
+  for (int i = 1; i <= batteries; ++i) ways *= static_cast<double>(batteries) / i;
   return ways;
 }
 
@@ -136,6 +133,10 @@ void describe_batteries(const BatteryParams& params, TaskInfo& info) {
   const double guesses = count_guesses(params);
   info.candidates = static_cast<int>(std::min(guesses, double{std::numeric_limits<int>::max()}));
   info.guess_rate = 1 / guesses;
+  info.answer_rate = info.guess_rate;
+  info.answer =
+      "the first press of the button with a battery out of its slot or checked before (wrong), or "
+      "the one that checks the last (right); the battery";
   info.termination = Termination::kSuccess;
   info.success_reward = kBatterySuccessReward;
   info.oracle_dim = params.WORKING_BATTERY_COUNT;
