@@ -1,0 +1,99 @@
+// The press that decides whether the checklist was kept is the answer.
+#include <catch2/catch.hpp>
+
+#include "mjcf/battery.h"
+#include "tests/tasks/first_answer.h"
+#include "tests/tasks/pose_tool.h"
+
+namespace engram {
+namespace {
+
+using Eigen::Vector3d;
+using test::first_answer;
+using test::FirstAnswer;
+using test::row;
+using test::step_at;
+
+constexpr const char* kEasy = "BatteriesCheckerEasy-3-VLA-v0";
+constexpr const char* kHard = "BatteriesCheckerHard-3-VLA-v0";
+const Vector3d kSocket(0.15, 0.02, 0.03);
+const Vector3d kButton(-0.05, 0.26, 0.07);
+const Vector3d kFarAway(-0.1, 0, 0.4);
+
+Vector3d slot(int battery) { return {-0.05 * battery, -0.084, 0.03}; }
+
+// Everything stays where a test puts it.
+std::unique_ptr<VectorEnv> start(const char* id, bool strict = false) {
+  EnvOptions options;
+  options.substeps = 0;
+  options.auto_reset = AutoReset::kOff;
+  options.pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}};
+  options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+  auto env = test::make_env(id, options);
+  env->reset();
+  return env;
+}
+
+void put(VectorEnv& env, int battery, const Vector3d& where) {
+  env.state().place_prop(0, battery, where.data(), mjcf::kBatteryQuat.data());
+  step_at(env, kFarAway);
+}
+void press(VectorEnv& env) {
+  step_at(env, kButton);
+  step_at(env, kFarAway);
+}
+void check_off(VectorEnv& env, int battery) {
+  put(env, battery, kSocket);
+  put(env, battery, slot(battery));
+  press(env);
+}
+int checked(const VectorEnv& env) { return *row<std::int32_t>(env.output("checked_count"), 0); }
+bool flag(const VectorEnv& env, const char* name) {
+  return *row<std::uint8_t>(env.output(name), 0) != 0;
+}
+
+TEST_CASE("Who checks every battery once has answered rightly with the last", "[battery][answer]") {
+  for (const char* id : {kEasy, kHard}) {
+    const auto env = start(id, true);
+    press(*env);  // says nothing
+    for (const int battery : {1, 0, 2}) {
+      CHECK(first_answer(*env) == FirstAnswer{});
+      check_off(*env, battery);
+    }
+    CHECK(first_answer(*env) == FirstAnswer{true, 2, true});
+    CHECK(flag(*env, "success"));
+  }
+}
+
+TEST_CASE("Who checks a battery twice has answered wrongly", "[battery][answer]") {
+  for (const char* id : {kEasy, kHard}) {
+    for (const bool strict : {false, true}) {
+      const auto env = start(id, strict);
+      check_off(*env, 1);
+      put(*env, 1, kSocket);
+      put(*env, 1, slot(1));
+      CHECK(first_answer(*env) == FirstAnswer{});
+      press(*env);
+      CHECK(first_answer(*env) == FirstAnswer{true, 1, false});
+      CHECK(flag(*env, "failed") == strict);
+      check_off(*env, 0);
+      check_off(*env, 2);
+      CHECK(checked(*env) == 3);
+      CHECK(first_answer(*env) == FirstAnswer{true, 1, false});
+      CHECK(flag(*env, "success") == !strict);
+    }
+  }
+}
+
+TEST_CASE("Who presses with a battery out of its slot has answered wrongly", "[battery][answer]") {
+  const auto env = start(kHard);
+  put(*env, 2, kSocket);
+  put(*env, 2, slot(3));
+  CHECK(first_answer(*env) == FirstAnswer{});
+  press(*env);
+  CHECK(checked(*env) == 0);
+  CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,193 @@
+// The cup that the robot first touches or moves is its answer; what the lamp alone tells.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/tasks/first_answer.h"
+#include "tests/tasks/pose_tool.h"
+
+namespace engram {
+namespace {
+
+using Eigen::Vector3d;
+using test::first_answer;
+using test::FirstAnswer;
+using test::make_env;
+using test::row;
+using test::step_at;
+
+constexpr const char* kTouch = "ShellGameTouch-VLA-v0";
+constexpr const char* kPush = "ShellGamePush-VLA-v0";
+constexpr const char* kPick = "ShellGamePick-VLA-v0";
+constexpr const char* kLamp = "ShellGameColorLampTouch-VLA-v0";
+constexpr const char* kShuffle = "ShellGameShuffleTouch-VLA-v0";
+constexpr const char* kShuffleLamp = "ShellGameShuffleColorLampTouch-VLA-v0";
+
+const Vector3d kOver(0, 0, 0.075);  // m: a touch, from a cup's origin
+const Vector3d kAway(-0.1, 0, 0.4);
+
+// Everything stays where a test puts it, and the robot may act from the second step on.
+EnvOptions still(std::vector<Pin> pins, bool strict = false) {
+  EnvOptions options;
+  options.substeps = 0;
+  options.terminate_on_success = false;
+  options.auto_reset = AutoReset::kOff;
+  options.pins = std::move(pins);
+  options.pins.push_back({"cue_steps", {2}});
+  options.pins.push_back({"base", {0, 0}});
+  options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+  return options;
+}
+
+std::unique_ptr<VectorEnv> make(const char* id, std::vector<Pin> pins, bool strict = false) {
+  auto env = make_env(id, still(std::move(pins), strict));
+  env->reset();
+  return env;
+}
+
+Vector3d slot(int place) { return {0, 0.2 * (place - 1), 0.0529462}; }
+void move(const VectorEnv& env, int cup, const Vector3d& way) {
+  const Vector3d there = slot(cup) + way;
+  std::copy_n(there.data(), 3, env.state().prop_pos_of(0, cup));
+}
+// Goes on until the robot may act.
+void wait(VectorEnv& env) {
+  const int start = *row<std::int32_t>(env.memory().find("manipulation_start"), 0);
+  while (env.state().elapsed[0] < start) step_at(env, kAway);
+}
+bool succeeds(const VectorEnv& env) { return env.success()[0] != 0; }
+bool failed(const VectorEnv& env) { return *row<std::uint8_t>(env.output("failed"), 0) != 0; }
+
+TEST_CASE("The cup at which the robot first rests is its answer", "[shell][answer]") {
+  for (const bool strict : {false, true}) {
+    const auto env = make(kTouch, {{"cup_with_ball_number", {1}}}, strict);
+    step_at(*env, slot(1) + kOver);  // still the cue
+    CHECK(first_answer(*env) == FirstAnswer{});
+    step_at(*env, kAway);
+    test::pose_tool(*env, slot(0) + kOver);
+    env->state().qvel.row(0)[0] = 0.21;  // in passing
+    test::step(*env, Policy::kZero);
+    CHECK(first_answer(*env) == FirstAnswer{});
+    step_at(*env, slot(2) + kOver + Vector3d(0.05, 0, 0));
+    CHECK(first_answer(*env) == FirstAnswer{});
+    step_at(*env, slot(2) + kOver);
+    CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
+    CHECK(failed(*env) == strict);
+    step_at(*env, slot(1) + kOver);
+    CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
+    CHECK(succeeds(*env) == !strict);
+  }
+}
+
+TEST_CASE("A right cup is a right answer, whatever follows", "[shell][answer]") {
+  const auto env = make(kTouch, {{"cup_with_ball_number", {0}}}, true);
+  wait(*env);
+  step_at(*env, slot(0) + kOver);
+  CHECK(first_answer(*env) == FirstAnswer{true, 0, true});
+  CHECK(succeeds(*env));
+  step_at(*env, slot(1) + kOver);
+  CHECK(first_answer(*env) == FirstAnswer{true, 0, true});
+  CHECK_FALSE(failed(*env));
+}
+
+TEST_CASE("A cup that is moved is an answer", "[shell][answer]") {
+  struct Moved {
+    const char* id;
+    double least;  // m
+  };
+  // Half the least way of Push is 0.1000 - 0.096 m, that of Pick 0.0921 - 0.08 m.
+  for (const auto& [id, least] : {Moved{kTouch, 0.01}, {kPush, 0.002022}, {kPick, 0.006027}}) {
+    for (const Vector3d& way : {Vector3d(1, 0, 0), Vector3d(0, -1, 0), Vector3d(0, 0, 1)}) {
+      INFO(id << ", " << way.transpose());
+      const auto env = make(id, {{"cup_with_ball_number", {2}}});
+      wait(*env);
+      move(*env, 0, (least - 2e-5) * way);
+      step_at(*env, kAway);
+      CHECK(first_answer(*env) == FirstAnswer{});
+      move(*env, 0, (least + 2e-5) * way);
+      step_at(*env, kAway);
+      CHECK(first_answer(*env) == FirstAnswer{true, 0, false});
+      move(*env, 2, 0.04 * way);
+      step_at(*env, kAway);
+      CHECK(first_answer(*env) == FirstAnswer{true, 0, false});
+    }
+    const auto env = make(id, {{"cup_with_ball_number", {2}}});
+    wait(*env);
+    move(*env, 0, {0.012, 0, 0});
+    move(*env, 2, {0.013, 0, 0});  // the farther of two
+    step_at(*env, kAway);
+    CHECK(first_answer(*env) == FirstAnswer{true, 2, true});
+  }
+}
+
+TEST_CASE("After a shuffle answers are slots", "[shell][answer]") {
+  // The cup of slot 0 ends in slot 2.
+  const std::vector<Pin> shuffle = {
+      {"shuffle_steps", {20}}, {"num_swaps", {2}}, {"swap_pairs", {0, 2, 0, 0}}};
+  for (const bool lamp : {false, true}) {
+    std::vector<Pin> pins = shuffle;
+    pins.push_back({lamp ? "target_color" : "cup_with_ball_number", {0}});
+    if (lamp) pins.push_back({"mapping", {0}});
+    for (int place = 0; place < 3; ++place) {
+      const auto env = make(lamp ? kShuffleLamp : kShuffle, pins);
+      while (env->state().elapsed[0] < 21) step_at(*env, slot(place) + kOver);
+      CHECK(first_answer(*env) == FirstAnswer{});
+      step_at(*env, slot(place) + kOver);
+      CHECK(first_answer(*env) == FirstAnswer{true, place, place == 2});
+      CHECK(succeeds(*env) == (place == 2));
+    }
+  }
+}
+
+TEST_CASE("A pinned mapping is obeyed under fixed_mapping, too", "[shell][lamp]") {
+  for (const char* id : {kLamp, kShuffleLamp}) {
+    for (const bool fixed : {false, true}) {
+      EnvOptions options;
+      options.pins = {{"mapping", {3}}};
+      options.task_options = {{"fixed_mapping", fixed ? 1.0 : 0.0}};
+      const auto env = make_env(id, options);
+      const auto slots = [&] {
+        const std::uint8_t* drawn = row<std::uint8_t>(env->memory().find("slot_of_color"), 0);
+        return std::vector<int>(drawn, drawn + 3);
+      };
+      INFO(id << ", fixed " << fixed);
+      env->reset();
+      CHECK(slots() == std::vector<int>{1, 2, 0});
+      const std::vector<Pin> none;
+      ResetRequest unpinned;
+      unpinned.pins = &none;
+      env->reset(unpinned);
+      if (fixed) CHECK(slots() == std::vector<int>{0, 1, 2});
+    }
+  }
+}
+
+TEST_CASE("With a fixed mapping the lamp alone tells, unless cups are shuffled", "[shell][lamp]") {
+  constexpr int kEpisodes = 60;
+  for (const bool shuffled : {false, true}) {
+    EnvOptions options;
+    options.num_envs = kEpisodes;
+    options.auto_reset = AutoReset::kOff;
+    options.task_options = {{"fixed_mapping", 1}, {kStrictOption, 1}};
+    const auto env = make_env(shuffled ? kShuffleLamp : kLamp, options);
+    const double chance = shuffled ? 1.0 / 3 : 1.0;
+    CHECK(env->info().chance() == Approx(chance));
+    CHECK(env->info().answer_chance() == Approx(chance));
+    for (const Policy policy : {Policy::kBlind, Policy::kSweep}) {
+      env->reset();
+      for (int t = 0; t < env->info().horizon; ++t) test::step(*env, policy);
+      int successes = 0;
+      for (int i = 0; i < kEpisodes; ++i) {
+        successes += *row<std::uint8_t>(env->output("success_once"), i);
+      }
+      INFO(name_of(policy) << ", shuffled " << shuffled);
+      CHECK(successes / double{kEpisodes} == Approx(chance).margin(shuffled ? 0.2 : 0));
+    }
+  }
+  CHECK(make_env(kLamp)->info().chance() == Approx(1.0 / 3));
+}
+
+}  // namespace
+}  // namespace engram
