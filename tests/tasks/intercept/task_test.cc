@@ -157,6 +157,7 @@ TEST_CASE("Having been behind the ball is remembered for the episode", "[interce
   EnvOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
+  options.pins = {{"ball_y", {-0.65}}, {"goal_y", {-0.2}}};  // 0.49 m apart
   const auto env = make_env("InterceptSlow-VLA-v0", options);
   env->reset();
   double* ball = env->state().prop_pos_of(0, 0);
@@ -229,6 +230,7 @@ TEST_CASE("Who does nothing hardly ever succeeds", "[intercept][long]") {
   const auto share = [](const char* id) {
     EnvOptions options;
     options.num_envs = 4000;
+    options.seed = 10'000;
     const auto env = make_env(id, options);
     env->reset();
     for (int i = 0; i < 60; ++i) test::step(*env, Policy::kZero);
@@ -238,7 +240,7 @@ TEST_CASE("Who does nothing hardly ever succeeds", "[intercept][long]") {
   const double slow = share("InterceptSlow-VLA-v0");  // 0.56 %
   CHECK(slow > 0.002);
   CHECK(slow < 0.010);
-  CHECK(share("InterceptMedium-VLA-v0") == 0);
+  CHECK(share("InterceptMedium-VLA-v0") == 0);  // 0.01 %
 }
 
 }  // namespace
