@@ -1,6 +1,7 @@
 #include "tasks/shell_game/touch_rule.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/real_functions.h"
 #include "tasks/parts/tool_servo.h"
@@ -26,7 +27,8 @@ constexpr double kBegun = 0.012;  // m above a touch: a tool below that has begu
 constexpr double kFunnel = 0.02;  // m: the way down to the first one
 constexpr double kFunnelSlope = 0.5;
 constexpr double kLower = 0.002;      // m below the oracle
-constexpr double kRestRadius = 0.03;  // m around a touch where the tool comes to rest
+constexpr double kRestRadius = 0.03;  // m at most, around a touch, where the tool comes to rest
+constexpr double kMargin = 0.005;     // m
 constexpr double kLeaving = 0.2;      // rad/s, of the base: the tool goes on from the first one
 
 Eigen::Quaterniond tool_over(const Eigen::Vector3d& goal) {
@@ -160,16 +162,19 @@ void TouchRule::sweep(const ShellGame& game, int env, double gripper, float* act
     hold_tool(gripper, action);
     return;
   }
+  const double gap = touch_gap_ - kLower;
   const auto over = [&](int slot) -> Eigen::Vector3d {
-    return game.mugs().standing_pos(env, slot) + Eigen::Vector3d(0, 0, touch_gap_ - kLower);
+    return game.mugs().standing_pos(env, slot) + Eigen::Vector3d(0, 0, gap);
   };
   const double start_height = over(0).z() + kBegun;
+  const double reach =
+      std::min(kRestRadius, std::sqrt(goal_thresh_ * goal_thresh_ - gap * gap) - kMargin);
   Tour::Move move{approach_by_funnel(state, env, over(0), kFunnel, kFunnelSlope)};
   if (game.tcp_pos(env).z() < start_height) {
     Tour tour;
     const bool leaves_first = state.qvel.row(env)[0] > kLeaving;
     for (int slot = leaves_first ? 1 : 0; slot < kCups; ++slot) tour.add(over(slot));
-    move = tour.next(state, env, {.start_height = start_height, .reach = kRestRadius});
+    move = tour.next(state, env, {.start_height = start_height, .reach = reach});
   }
   if (move.rest) {
     hold_tool(gripper, action);
