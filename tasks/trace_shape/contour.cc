@@ -60,6 +60,8 @@ int count_visits(int visited) { return std::popcount(static_cast<unsigned>(visit
 
 double farthest_point(int shape) { return shape == SHAPE_SQUARE ? std::numbers::sqrt2 : 1; }
 
+double nearest_point(int shape) { return shape == SHAPE_TRIANGLE ? 0.5 : 1; }
+
 Contour::Contour(const ContourSet& set, int shape, double radius, double rotation,
                  const Vec2& center)
     : set_(&set),

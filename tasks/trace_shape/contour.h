@@ -76,8 +76,9 @@ class Contour {
   Vec2 x_axis_;  // of the shape, as long as its radius
 };
 
-// From the centre of a shape with radius 1 to its farthest points.
+// From the centre of a shape with radius 1 to its farthest points, and to its nearest ones.
 double farthest_point(int shape);
+double nearest_point(int shape);
 
 // `visited`, and those that are near `at`.
 int visit(const Contour& contour, const Vec2& at, int visited);

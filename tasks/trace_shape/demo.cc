@@ -27,10 +27,26 @@ constexpr LampLight kGreenLight = {{0, 1, 0, 1}, 20};
 // In the order of TraceDemo::draws.
 enum TraceDraw { kShapes, kRadii, kCenterXDraw, kCenterYDraw, kRotations, kPreDemo, kLength };
 
+enum TraceOption { kRedPushesGreen };
+
+// Half the side in pictures, m: where it is inside the green cube, its faces are in front.
+constexpr double kSeenHalfSize = CUBE_HALFSIZE + 0.0005;
+
+// What is seen of the red cube touches nothing: if the green cube were pushed, its place would tell
+// afterwards what has been traced.
 mjcf::Prop red_cube_prop() {
-  mjcf::Prop cube = mjcf::cube("red_cube", CUBE_HALFSIZE, kRed);
+  mjcf::Prop cube = mjcf::cube("red_cube", kSeenHalfSize, kRed);
+  cube.motion = mjcf::Motion::kKinematic;
+  cube.primitives.front().collides = false;
+  cube.pos = {0.1, 0, CUBE_HALFSIZE};
+  return cube;
+}
+
+mjcf::Prop red_body_prop() {
+  mjcf::Prop cube = mjcf::cube("red_cube_body", CUBE_HALFSIZE, kRed);
   cube.motion = mjcf::Motion::kKinematic;
   cube.glides = true;
+  cube.primitives.front().visible = false;
   cube.pos = {0.1, 0, CUBE_HALFSIZE};
   return cube;
 }
@@ -80,11 +96,14 @@ TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceParams& params)
     : params_(params),
       contours_(params.contours),
       red_(static_cast<int>(scene.props.size())),
-      green_(red_ + 1) {
+      green_(red_ + 1),
+      red_body_(green_ + 1) {
   scene.render_camera = mjcf::RenderCamera::kB;
   scene.props.push_back(red_cube_prop());
   scene.props.push_back(green_cube_prop());
   lamp_ = Lamp(scene, "lamp");
+  red_body_ = static_cast<int>(scene.props.size());
+  scene.props.push_back(red_body_prop());
 }
 
 std::vector<Draw> TraceDemo::draws() const {
@@ -106,6 +125,11 @@ std::vector<Draw> TraceDemo::draws() const {
                      static_cast<double>(most), "", "how many of the shapes are shown"});
   }
   return draws;
+}
+
+std::vector<TaskOption> TraceDemo::options() {
+  return {{"red_pushes_green", 0, true, 0, 1, "",
+           "1: the red cube pushes the green one, whose place then tells of the shapes", 1}};
 }
 
 ConstantTable TraceDemo::constants() const {
@@ -136,6 +160,7 @@ ConstantTable TraceDemo::constants() const {
 
 void TraceDemo::bind(const Bindings& bindings) {
   engine_ = bindings;
+  pushes_ = bindings.options[kRedPushesGreen] != 0;
   ColumnStore& memory = *bindings.memory;
   const int most = params_.MAX_SEQUENCE_LENGTH;
   length_ = memory.add<std::int32_t>("sequence_length");
@@ -185,13 +210,14 @@ TracePhase TraceDemo::phase(int env) const {
 
 // The red cube makes its way evenly, except for the jump from one shape to the next.
 void TraceDemo::before_physics(int env) const {
+  if (!pushes_) return;
   const int next = engine_.state->elapsed[env] + 1;
   if (next <= pre_demo_steps_[env] || next >= demo_end(env)) return;
   const Place to = place_at(env, next);
   if (to.waypoint == 0) return;
   const Vec2 at = contour(env, to.element).waypoint(to.waypoint);
   const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
-  engine_.state->glide_prop(env, red_, pos);
+  engine_.state->glide_prop(env, red_body_, pos);
 }
 
 void TraceDemo::advance(int env) const {
@@ -201,11 +227,12 @@ void TraceDemo::advance(int env) const {
   if (elapsed < end) {
     const Place place = place_at(env, elapsed);
     put_red(env, place);
-    if (place.element > 0 && place.waypoint == 0) make_room_for_red(env);
+    if (pushes_ && place.element > 0 && place.waypoint == 0) make_room_for_red(env);
   } else if (elapsed == end) {
     const double* last = engine_.state->prop_pos_of(env, red_);
     const double hidden[3] = {last[0], last[1], CUBE_HALFSIZE + HEIGHT_OFFSET};
     engine_.state->hide_prop(env, red_, hidden);
+    engine_.state->hide_prop(env, red_body_, hidden);
   }
 }
 
@@ -218,12 +245,13 @@ TraceDemo::Place TraceDemo::place_at(int env, int elapsed) const {
 void TraceDemo::put_red(int env, const Place& place) const {
   const Vec2 at = contour(env, place.element).waypoint(place.waypoint);
   place_upright(*engine_.state, env, red_, at, CUBE_HALFSIZE);
+  if (pushes_) place_upright(*engine_.state, env, red_body_, at, CUBE_HALFSIZE);
 }
 
 void TraceDemo::put_green(int env) const {
   const double* red = engine_.state->prop_pos_of(env, red_);
   const Vec2 nominal = center(env) + Vec2(GREEN_CUBE_OFFSET_X, 0);
-  const Vec2 at = clear_of_red(nominal, {red[0], red[1]});
+  const Vec2 at = pushes_ ? clear_of_red(nominal, {red[0], red[1]}) : nominal;
   place_upright(*engine_.state, env, green_, at, CUBE_HALFSIZE);
 }
 
@@ -264,7 +292,11 @@ double TraceDemo::draw_radius(RandomStream& random) const {
 }
 
 Contour TraceDemo::contour(int env, int element) const {
-  const int shape = std::max(0, shapes_.row(env)[element]);  // -1 in made-up snapshots alone
+  // -1 in made-up snapshots alone
+  return contour_as(env, element, std::max(0, shapes_.row(env)[element]));
+}
+
+Contour TraceDemo::contour_as(int env, int element, int shape) const {
   return {contours_, shape, radii_.row(env)[element], rotations_.row(env)[element], center(env)};
 }
 
@@ -282,6 +314,14 @@ Contour TraceDemo::guessed_contour(int env, int element) const {
     const double rotation = draw_rotation(random);
     if (earlier == element) return {contours_, shape, radius, rotation, center(env)};
   }
+}
+
+SweepRings TraceDemo::rings(int env) const {
+  return {.center = center(env),
+          .least = params_.nearest_point(),
+          .most = params_.farthest_corner(),
+          .reach = contours_.reach(),
+          .elapsed = engine_.state->elapsed[env]};
 }
 
 Vec2 TraceDemo::lamp_at(int env) const { return center(env) + Vec2(LAMP_OFFSET_X, 0); }

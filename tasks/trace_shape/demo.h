@@ -10,6 +10,7 @@
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/poses.h"
 #include "tasks/trace_shape/contour.h"
+#include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
 
 namespace engram::tasks {
@@ -20,12 +21,13 @@ class TraceDemo {
  public:
   static constexpr double CUBE_HALFSIZE = 0.02;  // m
 
-  // Appends red cube, green cube and lamp to a scene.
+  // Appends red cube, green cube and lamp to a scene, and a body for the red cube that nobody sees.
   TraceDemo(mjcf::Scene& scene, const TraceParams& params);
 
   // What an episode samples, in the order of TraceDraw. The sequence's length is drawn
   // only where it varies.
   std::vector<Draw> draws() const;
+  static std::vector<TaskOption> options();
   // The class constants that both families have.
   ConstantTable constants() const;
 
@@ -45,6 +47,11 @@ class TraceDemo {
   // Their ids, then -1.
   const std::int32_t* shapes(int env) const { return shapes_.row(env); }
   Contour contour(int env, int element) const;
+  // Shapes that may be shown, and each of them with place, size and turn of an element.
+  int candidates() const { return params_.AVAILABLE_SHAPES.size(); }
+  Contour candidate(int env, int element, int index) const {
+    return contour_as(env, element, params_.AVAILABLE_SHAPES[index]);
+  }
   // What somebody who has not seen the demonstration would take it to be.
   int guessed_length(int env) const;
   Contour guessed_contour(int env, int element) const;
@@ -53,6 +60,9 @@ class TraceDemo {
   Vec2 center(int env) const { return {center_.row(env)[0], center_.row(env)[1]}; }
   Vec2 lamp_at(int env) const;
   Vec2 green_at(int env) const;
+
+  // Where contours may lead, for who has not seen which.
+  SweepRings rings(int env) const;
 
   int green_cube() const { return green_; }
   // The first fields of the state observation.
@@ -75,6 +85,7 @@ class TraceDemo {
   void make_room_for_red(int env) const;
   void light_lamp(int env) const;
 
+  Contour contour_as(int env, int element, int shape) const;
   int draw_shape(RandomStream& random) const;
   double draw_radius(RandomStream& random) const;
 
@@ -83,6 +94,8 @@ class TraceDemo {
   int red_;
   int green_;
   Lamp lamp_;
+  int red_body_;
+  bool pushes_ = false;  // the red cube has its body
   Bindings engine_;
   Column<std::int32_t> length_;
   Column<std::int32_t> shapes_;  // (most elements)

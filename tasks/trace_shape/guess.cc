@@ -130,4 +130,13 @@ double guess_rate(const TraceParams& params) {
   return params.sequence ? kTraceSeqRates[shapes] : kTraceRates[shapes];
 }
 
+// A shape is as good as the others; in a sequence, the length has to be right as well.
+double answer_rate(const TraceParams& params) {
+  const double shapes = params.AVAILABLE_SHAPES.size();
+  const int lengths = params.MAX_SEQUENCE_LENGTH - params.MIN_SEQUENCE_LENGTH + 1;
+  double right = 1;
+  for (int i = 0; i < params.MIN_SEQUENCE_LENGTH; ++i) right /= shapes;
+  return right / lengths;
+}
+
 }  // namespace engram::tasks

@@ -10,4 +10,7 @@ int count_sequences(const TraceParams& params);
 
 double guess_rate(const TraceParams& params);
 
+// How often the first answer is right.
+double answer_rate(const TraceParams& params);
+
 }  // namespace engram::tasks

@@ -24,6 +24,18 @@ struct GuessedTrace {
 void trace_contour(const State& state, int env, int cube, const Contour& contour, int visited,
                    float* action);
 
+// Rings about a point that pass near every place where a contour may lead.
+struct SweepRings {
+  Vec2 center;
+  double least = 0;  // m from the centre
+  double most = 0;
+  double reach = 0;  // m to either side of a ring
+  int elapsed = 0;   // control steps: which ring it is
+};
+
+// Writes the next action of leading the cube around them, one after the other and then again.
+void sweep_rings(const State& state, int env, int cube, const SweepRings& rings, float* action);
+
 // Lets the cube go, then presses the button where it is nearest to the robot.
 void submit_trace(const State& state, int env, int cube, const PressButton& button, float* action);
 

@@ -70,4 +70,12 @@ double TraceParams::farthest_corner() const {
   return farthest * SHAPE_RADIUS_RANGE[1];
 }
 
+double TraceParams::nearest_point() const {
+  double nearest = 1;
+  for (int i = 0; i < AVAILABLE_SHAPES.size(); ++i) {
+    nearest = std::min(nearest, tasks::nearest_point(AVAILABLE_SHAPES[i]));
+  }
+  return nearest * SHAPE_RADIUS_RANGE[0];
+}
+
 }  // namespace engram::tasks

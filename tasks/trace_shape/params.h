@@ -24,8 +24,9 @@ struct TraceParams {
   void constants(Changes& list);
   void check(int horizon) const;
 
-  // From a shape's centre to its farthest corner, m.
+  // From a shape's centre to its farthest corner, and to its nearest point, m.
   double farthest_corner() const;
+  double nearest_point() const;
 };
 
 inline constexpr std::array<TraceParams, 3> kTraceVariants = {{

@@ -17,6 +17,7 @@
 #include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
 #include "tasks/trace_shape/rewards.h"
+#include "tasks/trace_shape/trail.h"
 
 namespace engram::tasks {
 namespace {
@@ -52,6 +53,11 @@ class TraceShapeSeq final : public FamilyBase {
     info_.termination = Termination::kSuccessOrFailed;
     info_.success_reward = kTraceShapeSeqSuccessReward;
     info_.oracle_dim = params.MAX_SEQUENCE_LENGTH;
+    info_.answer =
+        "at the submission, or at the first contour that passes for another shape than the one "
+        "that is due: the shapes so far, a digit each, id + 1";
+    info_.answer_rate = answer_rate(params);
+    info_.options = TraceDemo::options();
     info_.draws = demo_.draws();
     info_.hidden_draw = hidden_draw(params);
     info_.constants = constants(params, demo_);
@@ -66,15 +72,18 @@ class TraceShapeSeq final : public FamilyBase {
     ColumnStore& memory = *bindings.memory;
     demo_.bind(bindings);
     button_.bind(bindings);
+    trail_.bind(memory, demo_);
     guess_.bind(memory, demo_.contours());
     map_.bind(memory);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     active_ = memory.add<std::int32_t>("active");
     visited_ = memory.add<std::int32_t>("visited", 1, "", "bits of the active checkpoints");
     closed_ = memory.add<std::int32_t>("closed", 1, "", "closed contours");
+    given_ = memory.add<std::int32_t>("given", 1, "", "shapes that the robot has committed to");
     memory.limit("active", 0, params_.MAX_SEQUENCE_LENGTH - 1);
     memory.limit("visited", 0, demo_.contours().all_visited());
     memory.limit("closed", 0, params_.MAX_SEQUENCE_LENGTH);
+    memory.limit("given", 0, 9'999'999);
     memory.limit("guess_element", 0, params_.MAX_SEQUENCE_LENGTH);
     masks_.bind(*bindings.outputs);
     bind_info(*bindings.outputs);
@@ -110,6 +119,7 @@ class TraceShapeSeq final : public FamilyBase {
       if (acting) follow_cube(env, demo_.green_at(env));
       const bool complete = all_closed(env);
       const bool submitted = button_.press_once(env, acting, true);
+      if (submitted) engine_.answers.give(env, given_[env], complete);
       submitted_[env] = submitted ? 1 : 0;
       successful_submit_event_[env] = submitted && complete ? 1 : 0;
       submit_success_latched_[env] |= successful_submit_event_[env];
@@ -175,6 +185,8 @@ class TraceShapeSeq final : public FamilyBase {
       float* action = actions.row(env);
       if (!demo_.is_acting(env)) {
         await_demo(action);
+      } else if (script == Script::kSweep) {
+        sweep(env, action);
       } else if (script == Script::kBlind ? guess_.element[env] >= demo_.guessed_length(env)
                                           : all_closed(env)) {
         submit_trace(state, env, cube, button_, action);
@@ -225,12 +237,26 @@ class TraceShapeSeq final : public FamilyBase {
                                        "ids of the shapes, then -1");
   }
 
+  // Rings for as long as there is time, then the button.
+  void sweep(int env, float* action) const {
+    constexpr int kTimeToSubmit = 75;  // control steps
+    const State& state = *engine_.state;
+    const int cube = demo_.green_cube();
+    if (state.elapsed[env] < info_.horizon - kTimeToSubmit) {
+      sweep_rings(state, env, cube, demo_.rings(env), action);
+    } else {
+      submit_trace(state, env, cube, button_, action);
+    }
+  }
+
   // One step of the element machine: visits count for the active contour only.
   void follow_cube(int env, const Vec2& green) const {
     map_.note(env, green);
+    note_answer(env);
     const Contour contour = active_contour(env);
     visited_[env] = visit(contour, green, visited_[env]);
-    if (is_closed(contour, green, visited_[env])) {
+    if (is_closed(contour, green, visited_[env]) && !all_closed(env)) {
+      trail_.forget(env);
       closed_[env] = active_[env] + 1;
       if (closed_[env] < demo_.length(env)) {
         active_[env] = closed_[env];
@@ -238,6 +264,16 @@ class TraceShapeSeq final : public FamilyBase {
       }
     }
     follow_guess(env, green);
+  }
+
+  // Of every contour; one more than were shown is wrong, too.
+  void note_answer(int env) const {
+    if (engine_.answers.given(env)) return;
+    const int shape = trail_.follow(env, demo_, active_[env]);
+    if (shape < 0) return;
+    given_[env] = 10 * given_[env] + shape + 1;
+    const bool due = !all_closed(env) && shape == active_contour(env).shape();
+    if (!due) engine_.answers.give(env, given_[env], false);
   }
 
   void follow_guess(int env, const Vec2& green) const {
@@ -286,6 +322,7 @@ class TraceShapeSeq final : public FamilyBase {
 
   TraceParams params_;
   TraceDemo demo_;
+  Trail trail_;
   PressButton button_;
   GuessedTrace guess_;
   TraceMap map_;
@@ -294,6 +331,7 @@ class TraceShapeSeq final : public FamilyBase {
   Column<std::int32_t> active_;   // contour that is to be traced
   Column<std::int32_t> visited_;  // bits of its checkpoints
   Column<std::int32_t> closed_;   // contours that are closed
+  Column<std::int32_t> given_;    // shapes that were committed to: digits
   Column<std::uint8_t> failed_submit_;
   Column<std::uint8_t> submitted_;
   Column<std::uint8_t> successful_submit_event_;

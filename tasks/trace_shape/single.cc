@@ -12,6 +12,7 @@
 #include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
 #include "tasks/trace_shape/rewards.h"
+#include "tasks/trace_shape/trail.h"
 
 namespace engram::tasks {
 namespace {
@@ -25,6 +26,11 @@ class TraceShape final : public FamilyBase {
     info_.termination = Termination::kSuccess;
     info_.success_reward = kTraceShapeSuccessReward;
     info_.oracle_dim = 1;
+    info_.answer =
+        "once the cube's trail has passed for a shape: that of the available ones, as large and "
+        "turned as the one that was shown, to whose checkpoints it has come nearest; its id";
+    info_.answer_rate = answer_rate(params);
+    info_.options = TraceDemo::options();
     info_.draws = demo_.draws();
     info_.hidden_draw = hidden_draw(params);
     info_.constants = demo_.constants();
@@ -38,6 +44,7 @@ class TraceShape final : public FamilyBase {
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
     demo_.bind(bindings);
+    trail_.bind(*bindings.memory, demo_);
     guess_.bind(*bindings.memory, demo_.contours());
     map_.bind(*bindings.memory);
     reward_dict_.bind(bindings, info_.reward_terms.size());
@@ -77,6 +84,7 @@ class TraceShape final : public FamilyBase {
       const Vec2 green = demo_.green_at(env);
       if (demo_.is_acting(env)) {
         visited_[env] = visit(contour, green, visited_[env]);
+        note_answer(env);
         follow_guess(env, green);
         map_.note(env, green);
       }
@@ -138,6 +146,8 @@ class TraceShape final : public FamilyBase {
       float* action = actions.row(env);
       if (!demo_.is_acting(env)) {
         await_demo(action);
+      } else if (script == Script::kSweep) {
+        sweep_rings(*engine_.state, env, demo_.green_cube(), demo_.rings(env), action);
       } else if (script == Script::kBlind) {
         trace_contour(*engine_.state, env, demo_.green_cube(), demo_.guessed_contour(env, 0),
                       guess_.visited[env], action);
@@ -161,6 +171,11 @@ class TraceShape final : public FamilyBase {
     return prop_pos(env, demo_.green_cube()) - tcp_pos(env);
   }
 
+  void note_answer(int env) const {
+    const int shape = trail_.follow(env, demo_, 0);
+    if (shape >= 0) engine_.answers.give(env, shape, shape == demo_.shapes(env)[0]);
+  }
+
   // Round after round, for as long as the episode lasts.
   void follow_guess(int env, const Vec2& green) const {
     const Contour contour = demo_.guessed_contour(env, 0);
@@ -171,6 +186,7 @@ class TraceShape final : public FamilyBase {
 
   TraceParams params_;
   TraceDemo demo_;
+  Trail trail_;
   GuessedTrace guess_;
   TraceMap map_;
   RewardDict reward_dict_;
