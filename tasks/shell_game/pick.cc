@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "core/base/error.h"
@@ -64,7 +63,7 @@ constexpr double kSqueeze = -1;          // drives the fingers into what they ho
 constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
 constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
 
-constexpr double kLookAhead = 0.15;  // m per rad/s of the base: where the hand is going
+constexpr int kMiddleSlot = 1;
 
 void PickParams::check(int horizon) const {
   check_mugs(*this, kHandleTowardsRobot, kFingerRoom);
@@ -192,8 +191,10 @@ class Pick final : public ShellGame {
 
   void act(Range envs, Script script, FloatRows actions) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const bool pointing = script == Script::kSweep && is_manipulation(env);
-      pick(env, pointing ? pointed_slot(env) : chosen_slot(env, script), actions.row(env));
+      // There is time for one mug. Who has no memory goes for the middle one: a hand that pointed
+      // at the ball while that shows would be a note of it.
+      const int slot = script == Script::kSweep ? kMiddleSlot : chosen_slot(env, script);
+      pick(env, slot, actions.row(env));
     }
   }
 
@@ -216,22 +217,6 @@ class Pick final : public ShellGame {
       gripper = kSqueeze;
     }
     servo_tool(*engine_.state, env, goal, grip_tool_, gripper, action);
-  }
-
-  // Who has no memory goes for the ball while it shows, and later for the mug to which the hand is
-  // on its way.
-  int pointed_slot(int env) const {
-    const double ahead = tcp_pos(env).y() + kLookAhead * engine_.state->qvel.row(env)[0];
-    int nearest = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (int slot = 0; slot < kCups; ++slot) {
-      const double grip = mugs_.slot_pos(env, slot, 0).y() + grip_from_mug_.y();
-      const double away = std::abs(grip - ahead);
-      if (away >= least) continue;
-      least = away;
-      nearest = slot;
-    }
-    return nearest;
   }
 
   Eigen::Vector3d goal_pos(int env) const {

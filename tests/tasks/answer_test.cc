@@ -64,6 +64,15 @@ double luck(double chance, int episodes) {
   return 3.3 * std::sqrt(chance * (1 - chance) / episodes) + 0.5 / episodes;
 }
 
+// Tasks whose answers need no memory at all, by their rules (docs/memory.md): in TimedTransfer the
+// signal comes at nearly the same step in every episode, in Blink the cue is the longer the more
+// blinks it has, where there is one cube the flash is still lit when the button is pressed, and
+// batteries can be tested in a fixed order by the clock.
+bool needs_no_memory(std::string_view id) {
+  return id.starts_with("TimedTransfer") || id.starts_with("BlinkCount") ||
+         id.starts_with("GatherAndRecall1") || id.starts_with("Batteries");
+}
+
 void check_strictness(const std::string& id) {
   const RegistryEntry& entry = require_entry(id);
   const int episodes = std::clamp(60'000 / entry.horizon, 20, 100);
@@ -75,6 +84,10 @@ void check_strictness(const std::string& id) {
   for (const Policy policy : {Policy::kBlind, Policy::kSweep}) {
     INFO(name_of(policy));
     const Outcome outcome = play(id, policy, true, episodes);
+    if (policy == Policy::kSweep && needs_no_memory(id)) {
+      CHECK(outcome.success > chance);
+      continue;
+    }
     CHECK(outcome.success <= chance + luck(chance, episodes));
     CHECK(outcome.correct <= chance + luck(chance, episodes));
     CHECK(outcome.success <= outcome.correct);
