@@ -27,6 +27,13 @@ void FamilyBase::set_changeable(std::vector<TaskConstant> changeable,
   }
 }
 
+bool FamilyBase::first_answer_decides() const {
+  for (std::size_t i = 0; i < info_.options.size(); ++i) {
+    if (info_.options[i].name == kStrictOption) return engine_.options[i] != 0;
+  }
+  return false;
+}
+
 SceneSource FamilyBase::scene() const { return scene_source(scene_); }
 
 }  // namespace engram::tasks

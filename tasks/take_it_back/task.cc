@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "core/base/real_functions.h"
 #include "mjcf/scene.h"
@@ -45,6 +46,9 @@ constexpr int kSlots = 3;
 constexpr double kSlotPitch = 0.1;  // m
 constexpr double kSlotWidth = 0.05;
 constexpr double kStartX = 0.05;  // m, to either side
+// How near the cube is to a place into which it has come, m: discs that the way to another one of
+// them does not cross.
+constexpr double kAtPlace = 0.04;
 
 constexpr mjcf::Rgba kLime = {0, 1, 0, 1};
 constexpr mjcf::Rgba kBlue = {0, 0, 1, 1};
@@ -57,6 +61,9 @@ enum PropIndex { kCube, kInitialRegion, kGoalRegion, kChangedGoalRegion };
 enum DrawIndex { kSlot, kInitialX, kInitialShift, kGoalX, kGoalY, kDraws };
 
 enum OptionIndex { kMayOverlap };
+
+// slot: -1, 0 or 1.
+Vec2 middle_of_slot(int slot) { return {0, kSlotPitch * slot + kSlotWidth / 2}; }
 
 std::vector<Draw> draws() {
   return {
@@ -86,16 +93,21 @@ void Params::constants(Changes& list) {
 
 void Params::check(int horizon) const { check_time(horizon, {}, kTimeToAct); }
 
-// How often an agent that has not seen the start brings the cube back: it would choose a slot.
+// How often an agent that has not seen the start brings the cube near it: on the way from the
+// target to the middle of a slot, or there.
 double guess_rate(double radius) {
   constexpr int kGrid = 40;  // points in x and in y
+  const Vec2 target(0.225, 0);
   int right = 0;
   for (int i = 0; i < kGrid * kGrid; ++i) {
     const double x = kStartX * (2 * (i % kGrid + 0.5) / kGrid - 1);
-    const double y = kSlotWidth * ((i / kGrid + 0.5) / kGrid - 0.5);
-    for (int slot = 0; slot < kSlots; ++slot) {
-      for (int guess = 0; guess < kSlots; ++guess) {
-        right += Vec2(x, y + kSlotPitch * (slot - guess)).norm() < radius ? 1 : 0;
+    const double shift = kSlotWidth * (i / kGrid + 0.5) / kGrid;
+    for (int slot = -1; slot <= 1; ++slot) {
+      for (int guess = -1; guess <= 1; ++guess) {
+        const Vec2 way = middle_of_slot(guess) - target;
+        const Vec2 start = Vec2(x, kSlotPitch * slot + shift) - target;
+        const double part = std::clamp(start.dot(way) / way.squaredNorm(), 0.0, 1.0);
+        right += (start - part * way).norm() < radius ? 1 : 0;
       }
     }
   }
@@ -107,10 +119,11 @@ class TakeItBack final : public FamilyBase {
   TakeItBack(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry), params_(params) {
     info_.candidates = kSlots;
-    // A target of the usual size is as large as a slot.
-    if (params.GOAL_RADIUS != kVariants[0].GOAL_RADIUS) {
-      info_.guess_rate = guess_rate(params.GOAL_RADIUS);
-    }
+    info_.guess_rate = guess_rate(params.GOAL_RADIUS);
+    info_.answer =
+        "where the cube comes, or rests, first after the target: its first place, or the same in "
+        "another slot; the slot, -1, 0 or 1";
+    info_.answer_rate = 1.0 / kSlots;
     info_.termination = Termination::kNever;
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
@@ -133,12 +146,15 @@ class TakeItBack final : public FamilyBase {
 
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
+    decides_ = first_answer_decides();
     goal_achieved_ =
         bindings.outputs->add<std::uint8_t>("goal_achieved", 1, "", "the cube is on the target");
     goal_reached_status_ = bindings.outputs->add<std::uint8_t>("goal_reached_status", 1, "",
                                                                "it has been on the target");
     reward_dict_.bind(bindings, info_.reward_terms.size());
     reached_ = bindings.memory->add<std::uint8_t>("reached");
+    slot_ = bindings.memory->add<std::int32_t>("slot");
+    bindings.memory->limit("slot", -1, 1);
     initial_ = bindings.memory->add<double>("initial", 2, "m");
     goal_ = bindings.memory->add<double>("goal", 2, "m");
   }
@@ -177,7 +193,9 @@ class TakeItBack final : public FamilyBase {
       if (achieved) reached_[env] = 1;
       goal_achieved_[env] = achieved ? 1 : 0;
       goal_reached_status_[env] = reached_[env];
-      engine_.success[env] = returned && reached_[env] != 0 ? 1 : 0;
+      note_answer(env);
+      const bool counts = reached_[env] != 0 && (!decides_ || engine_.answers.given(env));
+      engine_.success[env] = returned && counts ? 1 : 0;
       RowWriter(engine_.oracle_values.row(env)).add(region_position(initial(env)));
       reward_dict_.publish(env);
     }
@@ -242,10 +260,10 @@ class TakeItBack final : public FamilyBase {
   void act(Range envs, Script script, FloatRows actions) override {
     const double close_enough = std::min(kCloseEnough, kWellInside * params_.GOAL_RADIUS);
     for (int env = envs.begin; env < envs.end; ++env) {
-      const Vec2 home = script == Script::kBlind ? guess(env) : initial(env);
+      const Vec2 home = where_to(env, script);
       float* action = actions.row(env);
-      const bool returned =
-          reached_[env] != 0 && (cube(env).head<2>() - home).norm() < close_enough;
+      const bool returned = script != Script::kSweep && reached_[env] != 0 &&
+                            (cube(env).head<2>() - home).norm() < close_enough;
       if (!is_grasping(*engine_.state, env, kCube)) {
         grasp_cube(env, returned, action);
       } else if (returned) {
@@ -271,6 +289,23 @@ class TakeItBack final : public FamilyBase {
     return {center.x(), center.y(), kRegionHeight};
   }
 
+  // The cube has come somewhere after the target. It crosses the other slots' edges on its way, so
+  // that it has to come near a place; or it stays a little farther off.
+  void note_answer(int env) const {
+    if (reached_[env] == 0 || goal_achieved_[env] != 0 || engine_.answers.given(env)) return;
+    int nearest = 0;
+    double least = std::numeric_limits<double>::max();
+    for (int slot = -1; slot <= 1; ++slot) {
+      const Vec2 place = initial(env) + Vec2(0, kSlotPitch * (slot - slot_[env]));
+      const double away = (cube(env).head<2>() - place).norm();
+      if (away >= least) continue;
+      least = away;
+      nearest = slot;
+    }
+    const bool stays = least < params_.GOAL_RADIUS && prop_is_static(*engine_.state, env, kCube);
+    if (least < kAtPlace || stays) engine_.answers.give(env, nearest, nearest == slot_[env]);
+  }
+
   void show_region(int env, int prop, const Vec2& center) const {
     place_upright(*engine_.state, env, prop, center, kRegionHeight);
   }
@@ -285,6 +320,7 @@ class TakeItBack final : public FamilyBase {
     const int most_draws = engine_.options[kMayOverlap] != 0 ? 1 : 100;
     const std::vector<Draw>& about = info_.draws;
     const int slot = episode.integer(kSlot, -1, 1);
+    slot_[episode.env()] = slot;
     std::array<double, kDraws> values{};
     std::array<RandomStream, kDraws> streams = {episode.stream(kSlot), episode.stream(kInitialX),
                                                 episode.stream(kInitialShift),
@@ -334,16 +370,29 @@ class TakeItBack final : public FamilyBase {
     servo_tool(state, env, way, lean_outwards(kToolDown, way), kGripperSqueezing, action);
   }
 
-  // Where an agent that has not seen the cube at first would return it to.
-  Vec2 guess(int env) const {
-    const int slot = blind_guess(engine_, env).integer(-1, 1);
-    return {0, kSlotPitch * slot + kSlotWidth / 2};
+  // Where the cube is to be brought back to.
+  Vec2 where_to(int env, Script script) const {
+    switch (script) {
+      case Script::kOracle:
+        return initial(env);
+      case Script::kBlind:
+        return middle_of_slot(blind_guess(engine_, env).integer(-1, 1));
+      case Script::kSweep:
+        break;
+    }
+    // First into the slot to the right, then through all of them.
+    constexpr double kAmong = 0.03;  // m
+    constexpr double kInside = 0.015;
+    const bool among = cube(env).x() < kAmong;
+    return middle_of_slot(among ? 1 : -1) + Vec2(0, among ? -kInside : kInside);
   }
 
   Params params_;
   RewardDict reward_dict_;
   Column<std::uint8_t> goal_achieved_;
   Column<std::uint8_t> goal_reached_status_;
+  bool decides_ = false;  // the first answer
+  Column<std::int32_t> slot_;
   Column<std::uint8_t> reached_;  // latched: the stage switch
   Column<double> initial_;        // (2) m
   Column<double> goal_;           // (2) m
