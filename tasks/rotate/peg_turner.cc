@@ -196,7 +196,7 @@ void twist_peg(const State& state, int env, const PegGoal& goal, float* action) 
     const Vec2 shift = Vec2(goal.x, goal.y) - peg.center;
     const double turn =
         std::abs(goal.turn) < kTurnedWithin * (goal.threshold / kUsualThreshold) ? 0.0 : goal.turn;
-    if (turn == 0) {
+    if (turn == 0 || goal.wait) {
       hold_tool(kGripperSqueezing, action);
     } else {
       move_tool(state, env, {shift.x(), shift.y(), 0}, tool_down(yaw + turn), kGripperSqueezing,

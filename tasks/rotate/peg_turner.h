@@ -16,6 +16,7 @@ struct PegGoal {
   PegSize size;
   double threshold = 0.1;  // rad: error within which it has turned far enough
   double turn = 0;         // still to be turned, rad
+  bool wait = false;       // with the peg in the hand
   double x = 0;            // m: where the centre is to be
   double y = 0;
 };

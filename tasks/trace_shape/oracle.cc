@@ -14,7 +14,8 @@ namespace {
 constexpr double kTakeHeight = 0.12;   // m, of the TCP on the way to the cube
 constexpr double kTraceHeight = 0.06;  // m, of the TCP while it carries the cube
 
-// The red cube may have pushed the green one where a vertical tool cannot follow.
+// The red cube may have pushed the green one (red_pushes_green) where a vertical tool cannot
+// follow.
 constexpr Lean kLean{.fold = 0.33};
 
 // The centre of the button, pulled towards the robot as far as the press radius allows where it is
@@ -69,8 +70,10 @@ void lead_cube(const State& state, int env, int cube, Goal goal, float* action) 
   carry(state, env, grip, {at.x(), at.y(), kTraceHeight - in_hand}, action);
 }
 
-// The waypoint to steer for: ahead of the one where the cube is between the last checkpoints and
-// the next one, the nearer the farther it has strayed from its way.
+}  // namespace
+
+// A waypoint ahead of the one where the cube is between the last checkpoints and the next one; the
+// farther it has strayed from its way, the nearer.
 Vec2 next_on_contour(const Contour& contour, int visited, const Vec2& at) {
   constexpr double kAhead = 0.035;   // m along the contour
   constexpr double kStrayed = 0.02;  // m: from there on, back to the way first
@@ -88,8 +91,6 @@ Vec2 next_on_contour(const Contour& contour, int visited, const Vec2& at) {
   for (; aim < last && ahead > 0; ++aim) ahead -= (waypoint(aim + 1) - waypoint(aim)).norm();
   return waypoint(aim);
 }
-
-}  // namespace
 
 void trace_contour(const State& state, int env, int cube, const Contour& contour, int visited,
                    float* action) {

@@ -20,7 +20,11 @@ struct GuessedTrace {
   }
 };
 
-// Writes the next action towards the first checkpoint that was not visited, or back to the start.
+// Where to steer for from `at`: along the contour to the first checkpoint that was not visited, or
+// back to the start.
+Vec2 next_on_contour(const Contour& contour, int visited, const Vec2& at);
+
+// Writes the next action of taking the cube there.
 void trace_contour(const State& state, int env, int cube, const Contour& contour, int visited,
                    float* action);
 
