@@ -53,7 +53,7 @@ struct Push {
         travel_height(2 * size.half_width + 0.035),
         inner(0.04 * (lever / 0.10)),
         outer(size.half_length + 0.015),
-        drift(0.12 * (size.half_length / kUsual.half_length)) {}
+        drift(0.45 * (size.half_length / kUsual.half_length)) {}
 
   static constexpr PegSize kUsual = {};
 
