@@ -24,21 +24,6 @@ inline std::vector<std::string> implemented_ids(std::string_view family = {}) {
   return ids;
 }
 
-// Pins with which nothing is touched while the robot rests: the red cube of the tracing tasks would
-// push the green one.
-inline std::vector<Pin> undisturbed(const std::string& id) {
-  if (id.find("TraceShapeSeq") != std::string::npos) {
-    return {{"sequence_length", {2}},
-            {"shapes", {0, 0, 0, 0, 0}},
-            {"radii", {0.09, 0.09, 0.09, 0.09, 0.09}},
-            {"rotations", {0, 0, 0, 0, 0}}};
-  }
-  if (id.find("TraceShape") != std::string::npos) {
-    return {{"shape", {0}}, {"radius", {0.09}}, {"rotation", {0}}};
-  }
-  return {};
-}
-
 using Bytes = std::vector<std::byte>;
 
 inline void append_row(const ColumnStore& store, int env, Bytes& bytes) {

@@ -143,7 +143,6 @@ Differences compare_sleep(const std::string& id, bool closing) {
   EnvOptions options;
   options.num_envs = 40;
   options.auto_reset = AutoReset::kOff;
-  options.pins = test::undisturbed(id);
   const auto asleep = make_env(id, options);
   options.sleep = false;
   const auto awake = make_env(id, options);

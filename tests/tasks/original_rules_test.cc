@@ -28,9 +28,11 @@ const std::map<std::string, OptionUnderRules> kKnown = {
     {"snap_back", {0, 1}},
     {"success_in_cue", {0, 1}},
     {"may_overlap", {0, 1}},
+    {"red_pushes_green", {0, 1}},
     {"upstream_rewards", {0, 1}},
     {"socket_battery_idx", {-1, 0}},
     // Not departures.
+    {"strict", {0, 0}},
     {"blink_red", {0, 0}},
     {"blink_green", {0, 0}},
     {"blink_blue", {1, 1}},
@@ -44,6 +46,7 @@ const std::map<std::string, std::set<std::string>> kFamilies = {
     {"snap_back", {"ShellGameShuffleTouch", "ShellGameShuffleColorLampTouch"}},
     {"success_in_cue", {"RememberColor", "RememberShape", "RememberShapeAndColor"}},
     {"may_overlap", {"TakeItBack"}},
+    {"red_pushes_green", {"TraceShape", "TraceShapeSeq"}},
     {"upstream_rewards", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
     {"socket_battery_idx", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
 };

@@ -83,11 +83,15 @@ TEST_CASE("TraceShape keeps to the timeline of the example: P = 5, C = 69", "[tr
   CHECK(env->state_dim() == 42);
 }
 
+// As in the original.
+const std::vector<OptionChoice> kPushing = {{"red_pushes_green", 1}};
+
 TEST_CASE("The demonstration pushes the green cube gently out of its way", "[trace]") {
   // A circle that passes through the green cube's place.
   const bool sleep = GENERATE(true, false);
   EnvOptions options = pinned({{"shape", {0}}, {"radius", {0.13}}, {"rotation", {0}}});
   options.sleep = sleep;
+  options.task_options = kPushing;
   const auto env = make_env("TraceShapeHard-VLA-v0", options);
   env->reset();
   const Vec2 before = place(*env, kGreen);
@@ -128,6 +132,7 @@ TEST_CASE("The red cube pushes the green one as something that moves", "[trace][
                          "TraceShapeHard-VLA-v0", "TraceShapeSeqHard-VLA-v0"}) {
     EnvOptions options;
     options.num_envs = 256;
+    options.task_options = kPushing;
     const auto env = make_env(id, options);
     env->reset();
     double most_ahead = 0;  // m/s, of the green cube
@@ -154,7 +159,7 @@ TEST_CASE("The red cube pushes the green one as something that moves", "[trace][
   }
 }
 
-TEST_CASE("Cubes never overlap at reset", "[trace]") {
+TEST_CASE("Cubes that push never overlap at reset", "[trace]") {
   using tasks::clear_of_red;
   CHECK(clear_of_red({0, 0}, {0.041, 0}) == Vec2(0, 0));
   CHECK(clear_of_red({0, 0}, {0.039, 0.041}) == Vec2(0, 0));
@@ -164,6 +169,7 @@ TEST_CASE("Cubes never overlap at reset", "[trace]") {
 
   EnvOptions options;
   options.num_envs = 2000;
+  options.task_options = kPushing;
   const auto env = make_env("TraceShapeHard-VLA-v0", options);
   env->reset();
   int shifted = 0;

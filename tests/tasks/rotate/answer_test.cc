@@ -1,0 +1,103 @@
+// The angle at which the peg first rests is the robot's answer; a clock helps to find it.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/tasks/first_answer.h"
+
+namespace engram {
+namespace {
+
+using test::first_answer;
+using test::FirstAnswer;
+using test::make_env;
+using test::row;
+
+constexpr const char* kLenient = "RotateLenientPos-VLA-v0";
+constexpr const char* kStrict = "RotateStrictPos-VLA-v0";
+
+// A peg that lies along x; nothing moves by itself.
+class Peg {
+ public:
+  Peg(const char* id, double target, bool strict) {
+    EnvOptions options;
+    options.substeps = 0;
+    options.pins = {{"initial_yaw", {0.0}}, {"target_angle", {target}}};
+    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+    env_ = make_env(id, options);
+    env_->reset();
+  }
+
+  // pace: rad/s, of the peg and of one of the robot's joints.
+  void turn_to(double angle, double peg_pace = 0, double robot_pace = 0) {
+    double* quat = env_->state().prop_quat_of(0, 0);
+    quat[0] = std::cos(angle / 2);
+    quat[3] = std::sin(angle / 2);
+    env_->state().prop_qvel_of(0, 0)[5] = peg_pace;
+    env_->state().qvel.row(0)[6] = robot_pace;
+    test::step(*env_, Policy::kZero);
+  }
+
+  FirstAnswer answer() const { return first_answer(*env_); }
+  bool succeeds() const { return env_->success()[0] != 0; }
+
+ private:
+  std::unique_ptr<VectorEnv> env_;
+};
+
+TEST_CASE("The angle at which the turned peg first rests is the answer", "[rotate][answer]") {
+  for (const char* id : {kLenient, kStrict}) {
+    INFO(id);
+    Peg peg(id, 0.8, false);
+    peg.turn_to(0.04);  // as good as unturned
+    CHECK_FALSE(peg.answer().given);
+    peg.turn_to(0.5, 0.3);
+    CHECK_FALSE(peg.answer().given);
+    peg.turn_to(0.6, 0, 0.5);
+    CHECK_FALSE(peg.answer().given);
+    peg.turn_to(0.75);
+    CHECK(peg.answer() == FirstAnswer{true, 43, true});
+    CHECK(peg.succeeds());
+    peg.turn_to(0.5);
+    CHECK(peg.answer() == FirstAnswer{true, 43, true});
+  }
+  Peg back(kLenient, 0.8, false);
+  back.turn_to(-0.3);
+  CHECK(back.answer() == FirstAnswer{true, -17, false});
+}
+
+TEST_CASE("A peg that turns past its target has not come to rest there", "[rotate][answer]") {
+  for (const bool strict : {false, true}) {
+    Peg peg(kLenient, 0.8, strict);
+    peg.turn_to(0.8, 0.3);
+    CHECK(peg.succeeds() == !strict);
+    CHECK_FALSE(peg.answer().given);
+    peg.turn_to(1.2);
+    CHECK(peg.answer() == FirstAnswer{true, 69, false});
+    peg.turn_to(0.8);
+    CHECK(peg.succeeds() == !strict);
+  }
+}
+
+// At full speed for a time that the target tells: nobody has to remember how the peg lay.
+TEST_CASE("A clock replaces the memory of how the peg lay", "[rotate][answer]") {
+  for (const char* id : {"RotateLenientPosNeg-VLA-v0", "RotateStrictPos-VLA-v0"}) {
+    INFO(id);
+    EnvOptions options;
+    options.num_envs = 100;
+    options.auto_reset = AutoReset::kOff;
+    options.task_options = {{kStrictOption, 1}};
+    const auto env = make_env(id, options);
+    env->reset();
+    for (int t = 0; t < env->info().horizon; ++t) test::step(*env, Policy::kSweep);
+    int right = 0;
+    for (int i = 0; i < options.num_envs; ++i) {
+      right += *row<std::uint8_t>(env->output("first_answer_correct"), i);
+    }
+    CHECK(right >= 85);
+  }
+}
+
+}  // namespace
+}  // namespace engram

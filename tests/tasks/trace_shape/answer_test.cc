@@ -1,0 +1,211 @@
+// What a trail commits to, and that nothing but the demonstration tells the shape.
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "tasks/trace_shape/demo.h"
+#include "tests/tasks/first_answer.h"
+#include "tests/tasks/pose_tool.h"
+
+namespace engram {
+namespace {
+
+using tasks::Contour;
+using tasks::SHAPE_CIRCLE;
+using tasks::SHAPE_SQUARE;
+using tasks::SHAPE_TRIANGLE;
+using tasks::Vec2;
+using test::first_answer;
+using test::FirstAnswer;
+using test::make_env;
+using test::row;
+
+constexpr const char* kMedium = "TraceShapeMedium-VLA-v0";
+constexpr const char* kHard = "TraceShapeHard-VLA-v0";
+constexpr const char* kSeq = "TraceShapeSeqHard-VLA-v0";
+constexpr int kGreen = 1;
+const Vec2 kCenter(-0.12, 0.02);
+const tasks::ContourSet kShapes;
+
+// Nothing moves by itself; the cube is put where a test wants it.
+EnvOptions still(std::vector<Pin> pins, bool strict) {
+  EnvOptions options;
+  options.substeps = 0;
+  options.terminate_on_success = false;
+  options.auto_reset = AutoReset::kOff;
+  options.pins = std::move(pins);
+  options.pins.push_back({"center_x", {kCenter.x()}});
+  options.pins.push_back({"center_y", {kCenter.y()}});
+  options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+  return options;
+}
+
+std::unique_ptr<VectorEnv> show(int shape, double radius, bool strict = false) {
+  auto env = make_env(
+      kHard,
+      still({{"shape", {static_cast<double>(shape)}}, {"radius", {radius}}, {"rotation", {0.3}}},
+            strict));
+  env->reset();
+  return env;
+}
+
+// Of radius 0.1, unturned.
+std::unique_ptr<VectorEnv> show_sequence(std::array<double, 5> shapes, int length) {
+  auto env = make_env(kSeq, still({{"shapes", {shapes.begin(), shapes.end()}},
+                                   {"radii", std::vector<double>(5, 0.1)},
+                                   {"rotations", std::vector<double>(5, 0.0)},
+                                   {"sequence_length", {static_cast<double>(length)}}},
+                                  false));
+  env->reset();
+  return env;
+}
+
+void wait(VectorEnv& env) {
+  while (env.state().elapsed[0] < env.cue_end(0)) test::step(env, Policy::kZero);
+}
+
+void put_cube(VectorEnv& env, const Vec2& at) {
+  double* pos = env.state().prop_pos_of(0, kGreen);
+  pos[0] = at.x();
+  pos[1] = at.y();
+  test::step(env, Policy::kZero);
+}
+
+// Once around, until success if that comes first.
+void trace(VectorEnv& env, int shape, double radius, double rotation) {
+  const Contour contour(kShapes, shape, radius, rotation, kCenter);
+  for (int i = 0; i <= kShapes.waypoints(); ++i) {
+    put_cube(env, contour.waypoint(i % kShapes.waypoints()));
+    if (env.success()[0] != 0) return;
+  }
+}
+
+// Presses the button of a sequence.
+void submit(VectorEnv& env) {
+  const double* button = row<double>(env.memory().find("trace_shape_seq_button_xy"), 0);
+  test::step_at(env, {button[0], button[1], 0.07});
+}
+
+TEST_CASE("The place of the green cube does not tell what was traced", "[trace][answer]") {
+  for (const char* id : {kMedium, kHard, kSeq}) {
+    INFO(id);
+    EnvOptions options;
+    options.num_envs = 300;
+    options.auto_reset = AutoReset::kOff;
+    const auto env = make_env(id, options);
+    env->reset();
+    for (int t = 0; t < 330; ++t) {
+      test::step(*env, Policy::kZero);
+      for (int i = 0; i < options.num_envs; ++i) {
+        const double* center = row<double>(env->memory().find("center"), i);
+        const double* pos = env->state().prop_pos_of(i, kGreen);
+        const double* quat = env->state().prop_quat_of(i, kGreen);
+        const bool as_placed = pos[0] == center[0] - 0.16 && pos[1] == center[1] &&
+                               pos[2] == 0.02 && quat[0] == 1 &&
+                               env->state().status_of(i, kGreen) == PropStatus::kAsleep;
+        if (!as_placed) FAIL("environment " << i << ", step " << t);
+      }
+    }
+  }
+}
+
+TEST_CASE("Where the red cube pushes the green one, its place tells", "[trace][answer]") {
+  EnvOptions options;
+  options.num_envs = 400;
+  options.auto_reset = AutoReset::kOff;
+  options.task_options = {{"red_pushes_green", 1}};
+  const auto env = make_env(kMedium, options);
+  env->reset();
+  for (int t = 0; t < 75; ++t) test::step(*env, Policy::kZero);
+  std::array<double, 2> shown{};
+  std::array<double, 2> pushed{};
+  for (int i = 0; i < options.num_envs; ++i) {
+    const auto shape = static_cast<std::size_t>(*row<std::int32_t>(env->output("oracle_info"), i));
+    const double* center = row<double>(env->memory().find("center"), i);
+    const double* pos = env->state().prop_pos_of(i, kGreen);
+    shown[shape] += 1;
+    pushed[shape] += std::hypot(pos[0] - center[0] + 0.16, pos[1] - center[1]) > 0.001 ? 1 : 0;
+  }
+  CHECK(pushed[SHAPE_SQUARE] / shown[SHAPE_SQUARE] >
+        pushed[SHAPE_CIRCLE] / shown[SHAPE_CIRCLE] + 0.2);
+}
+
+TEST_CASE("A trail commits to the shape that it comes nearest to", "[trace][answer]") {
+  for (const int shape : {SHAPE_CIRCLE, SHAPE_SQUARE, SHAPE_TRIANGLE}) {
+    for (const double radius : {0.08, 0.13}) {
+      INFO(shape << ", " << radius);
+      const auto env = show(shape, radius);
+      wait(*env);
+      CHECK_FALSE(first_answer(*env).given);
+      trace(*env, shape, radius, 0.3);
+      CHECK(env->success()[0] == 1);
+      CHECK(first_answer(*env) == FirstAnswer{true, shape, true});
+    }
+  }
+}
+
+TEST_CASE("What passes for a shape is not that shape", "[trace][answer]") {
+  // A circle that is near enough to every checkpoint of the square.
+  for (const bool strict : {false, true}) {
+    const auto env = show(SHAPE_SQUARE, 0.08, strict);
+    wait(*env);
+    trace(*env, SHAPE_CIRCLE, 0.08, 0.3);
+    trace(*env, SHAPE_CIRCLE, 0.08, 0.3);
+    CHECK(first_answer(*env) == FirstAnswer{true, SHAPE_CIRCLE, false});
+    CHECK((env->success()[0] != 0) == !strict);
+    // The first answer stays.
+    trace(*env, SHAPE_SQUARE, 0.08, 0.3);
+    CHECK(first_answer(*env) == FirstAnswer{true, SHAPE_CIRCLE, false});
+    CHECK((env->success()[0] != 0) == !strict);
+  }
+}
+
+TEST_CASE("Trails count from the action phase on, once they are closed", "[trace][answer]") {
+  const auto env = show(SHAPE_TRIANGLE, 0.1);
+  const Contour contour(kShapes, SHAPE_TRIANGLE, 0.1, 0.3, kCenter);
+  while (env->state().elapsed[0] < env->cue_end(0) - 1) {
+    put_cube(*env, contour.waypoint(env->state().elapsed[0] % 64));
+  }
+  put_cube(*env, kCenter + Vec2(0.3, 0.3));
+  for (int i = 0; i < 50; ++i) put_cube(*env, contour.waypoint(i));
+  CHECK_FALSE(first_answer(*env).given);
+}
+
+TEST_CASE("A sequence is answered by its submission", "[trace][answer]") {
+  const auto env = show_sequence({1, 2, 0, 0, 0}, 2);
+  wait(*env);
+  trace(*env, SHAPE_SQUARE, 0.1, 0);
+  trace(*env, SHAPE_TRIANGLE, 0.1, 0);
+  CHECK_FALSE(first_answer(*env).given);
+  submit(*env);
+  CHECK(env->success()[0] == 1);
+  CHECK(first_answer(*env) == FirstAnswer{true, 23, true});
+}
+
+TEST_CASE("A sequence is wrong from its first wrong contour on", "[trace][answer]") {
+  const auto another = show_sequence({1, 2, 0, 0, 0}, 2);
+  wait(*another);
+  trace(*another, SHAPE_SQUARE, 0.1, 0);
+  trace(*another, SHAPE_CIRCLE, 0.1, 0);
+  CHECK(first_answer(*another) == FirstAnswer{true, 21, false});
+
+  const auto one_more = show_sequence({1, 2, 0, 0, 0}, 2);
+  wait(*one_more);
+  trace(*one_more, SHAPE_SQUARE, 0.1, 0);
+  trace(*one_more, SHAPE_TRIANGLE, 0.1, 0);
+  trace(*one_more, SHAPE_TRIANGLE, 0.1, 0);
+  CHECK(first_answer(*one_more) == FirstAnswer{true, 233, false});
+
+  const auto too_early = show_sequence({1, 2, 0, 0, 0}, 2);
+  wait(*too_early);
+  trace(*too_early, SHAPE_SQUARE, 0.1, 0);
+  submit(*too_early);
+  CHECK(first_answer(*too_early) == FirstAnswer{true, 2, false});
+}
+
+}  // namespace
+}  // namespace engram
