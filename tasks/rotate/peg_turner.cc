@@ -41,7 +41,7 @@ Peg measure_peg(const State& state, int env) {
 constexpr double kApproachGap = 0.025;   // m beside the peg
 constexpr double kStopWithin = 0.035;    // rad, where the threshold is the usual one
 constexpr double kLeastAdvance = 0.008;  // m: less would not overcome the peg's friction
-constexpr double kPushAdvance = 0.03;    // m: at most, by which a step's goal is ahead
+constexpr double kPushAdvance = 0.038;   // m: at most, by which a step's goal is ahead
 
 // What follows from the size of the peg, m.
 struct Push {

@@ -365,6 +365,6 @@ const Family kTraceShapeSeq = {
         "the button to submit your answer.",
     .tasks = kRows,
     .make = make_variant<TraceShapeSeq, kTraceSeqVariants>,
-    .expectations = {.least_reward = -0.05, .most_reward = 0.3575}};
+    .expectations = {.least_reward = -0.05, .most_reward = 0.3575, .hides = true}};
 
 }  // namespace engram::tasks

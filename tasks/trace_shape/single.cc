@@ -212,6 +212,6 @@ const Family kTraceShape = {
         "green cube and trace exactly the same shape.",
     .tasks = kRows,
     .make = make_variant<TraceShape, kTraceVariants>,
-    .expectations = {.least_reward = -0.0017, .most_reward = 0.2667}};
+    .expectations = {.least_reward = -0.0017, .most_reward = 0.2667, .hides = true}};
 
 }  // namespace engram::tasks
