@@ -194,7 +194,7 @@ TEST_CASE("Wrong actions, indices, names and sizes are refused and change nothin
   check_refused(engram_step(env, actions.data(), 13), ENGRAM_INVALID_ARGUMENT, "14 needed");
   check_refused(engram_act(env, ENGRAM_POLICY_ZERO, actions.data(), 15), ENGRAM_INVALID_ARGUMENT,
                 "14 needed");
-  check_refused(engram_act(env, 4, actions.data(), 14), ENGRAM_INVALID_ARGUMENT, "policy: 4");
+  check_refused(engram_act(env, 5, actions.data(), 14), ENGRAM_INVALID_ARGUMENT, "policy: 5");
   check_refused(engram_act(env, -1, actions.data(), 14), ENGRAM_INVALID_ARGUMENT, "policy: -1");
   actions[9] = std::numeric_limits<float>::infinity();
   check_refused(engram_step(env, actions.data(), 14), ENGRAM_INVALID_ARGUMENT,

@@ -30,14 +30,15 @@ fs::path only_entry(const fs::path& folder) {
 
 TEST_CASE("rules: info shows what the options are under them", "[apps][rules]") {
   using Values = std::map<std::string, double>;
-  const Values reference = {{"strict_order", 0}, {"touch_radius", 0.05}};
+  const Values reference = {{"strict", 0}, {"strict_order", 0}, {"touch_radius", 0.05}};
   CHECK(option_values("") == reference);
   CHECK(option_values(" --rules reference") == reference);
-  CHECK(option_values(" --rules original") == Values{{"strict_order", 1}, {"touch_radius", 0.02}});
+  CHECK(option_values(" --rules original") ==
+        Values{{"strict", 0}, {"strict_order", 1}, {"touch_radius", 0.02}});
   CHECK(option_values(" --rules original --option touch_radius=0.05") ==
-        Values{{"strict_order", 1}, {"touch_radius", 0.05}});
+        Values{{"strict", 0}, {"strict_order", 1}, {"touch_radius", 0.05}});
   CHECK(option_values(" --option touch_radius=0.05 --rules original") ==
-        Values{{"strict_order", 1}, {"touch_radius", 0.05}});
+        Values{{"strict", 0}, {"strict_order", 1}, {"touch_radius", 0.05}});
   const Json task = engram_command(std::string("info --json --rules original ") + kId).json();
   CHECK(task["rules"] == "original");
   CHECK(task["options"][0]["default"] == 0.05);

@@ -43,7 +43,7 @@ TEST_CASE("command: usage errors are one line and exit code 2", "[apps]") {
   require_refusal("rollout RememberColor9-VLA-v0 --pin colour=1", 2, "target");
   require_refusal("rollout RememberColor9-VLA-v0 --pin target=9", 2, "8");
   require_refusal("rollout RememberColor9-VLA-v0 --option touch", 2, "NAME=NUMBER");
-  require_refusal("rollout RotateLenientPos-VLA-v0 --option touch=1", 2, "this task has: none");
+  require_refusal("rollout InterceptSlow-VLA-v0 --option touch=1", 2, "this task has: none");
   require_refusal(
       "rollout RememberColor9-VLA-v0 --steps 2 --policy oracle --control-mode pd_joint_pos", 2,
       "pd_ee_delta_pose");
