@@ -218,9 +218,10 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   const auto foreign = make_env("RememberColor5-VLA-v0", batch_of(2));
   foreign->reset();
   refuse(foreign->save(),
-         "it is of RememberColor5-VLA-v0, pd_ee_delta_pose, rules=reference, success_in_cue=0; "
+         "it is of RememberColor5-VLA-v0, pd_ee_delta_pose, rules=reference, success_in_cue=0, "
+         "strict=0; "
          "this batch is of RememberColor9-VLA-v0, pd_ee_delta_pose, rules=reference, "
-         "success_in_cue=0");
+         "success_in_cue=0, strict=0");
   // The same columns, but another task.
   const auto lengthy = make_env("RememberColor9-Long-VLA-v0", batch_of(2));
   lengthy->reset();
