@@ -289,8 +289,7 @@ class TakeItBack final : public FamilyBase {
     return {center.x(), center.y(), kRegionHeight};
   }
 
-  // The cube has come somewhere after the target. It crosses the other slots' edges on its way, so
-  // that it has to come near a place; or it stays a little farther off.
+  // After the target the cube has come near a place, or stays a little farther off.
   void note_answer(int env) const {
     if (reached_[env] == 0 || goal_achieved_[env] != 0 || engine_.answers.given(env)) return;
     int nearest = 0;

@@ -36,11 +36,11 @@ struct RingCourse {
   int turn = 1;
 };
 
-// What is due at a step count: each ring has as many steps as it is long. Every other pair of
-// rounds turns the other way, so that the arm does not wind up.
+// What is due at a step count: each ring has as many steps as it is long. Every other round
+// turns the other way, so that the arm does not wind up.
 RingCourse ring_course(const SweepRings& rings) {
-  constexpr double kSure = 0.8;     // of the reach
-  constexpr double kStride = 0.02;  // m per control step
+  constexpr double kSure = 0.8;      // of the reach
+  constexpr double kStride = 0.018;  // m per control step
   const double width = rings.most - rings.least;
   const int count = std::max(1, static_cast<int>(std::ceil(width / (2 * kSure * rings.reach))));
   const auto radius = [&](int ring) { return rings.least + width * (ring + 0.5) / count; };
@@ -52,7 +52,7 @@ RingCourse ring_course(const SweepRings& rings) {
   int left = rings.elapsed % round;
   int ring = 0;
   while (left >= steps(ring)) left -= steps(ring++);
-  return {radius(ring), rings.elapsed / (2 * round) % 2 == 0 ? 1 : -1};
+  return {radius(ring), rings.elapsed / round % 2 == 0 ? 1 : -1};
 }
 
 // Takes the cube, then leads it low over the table to where `goal` says.
@@ -99,7 +99,7 @@ void trace_contour(const State& state, int env, int cube, const Contour& contour
 }
 
 void sweep_rings(const State& state, int env, int cube, const SweepRings& rings, float* action) {
-  constexpr double kAhead = 0.055;          // m
+  constexpr double kAhead = 0.045;          // m
   constexpr double kMostTurn = 0.6;         // rad
   constexpr double kMostCorrection = 0.01;  // m
   const RingCourse course = ring_course(rings);
