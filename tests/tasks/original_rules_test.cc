@@ -88,21 +88,22 @@ TEST_CASE("Both rules set every option of every task as documented", "[rules]") 
   CHECK(families == kFamilies);
 }
 
+// touch_radius, strict_order, strict.
 TEST_CASE("Rules without a word are the reference's", "[rules]") {
   CHECK(EnvOptions().rules == Rules::kReference);
-  CHECK(values(*make_env("SeqOfColors3-VLA-v0")) == std::vector<double>{0.05, 0});
+  CHECK(values(*make_env("SeqOfColors3-VLA-v0")) == std::vector<double>{0.05, 0, 0});
 }
 
 TEST_CASE("What a user says of an option wins over the rules", "[rules]") {
   const auto chosen = [](Rules rules, const std::vector<OptionChoice>& choices) {
     return values(*make_env("SeqOfColors3-VLA-v0", under(rules, choices)));
   };
-  CHECK(chosen(Rules::kOriginal, {}) == std::vector<double>{0.02, 1});
-  CHECK(chosen(Rules::kOriginal, {{"touch_radius", 0.03}}) == std::vector<double>{0.03, 1});
-  CHECK(chosen(Rules::kOriginal, {{"strict_order", 0}}) == std::vector<double>{0.02, 0});
+  CHECK(chosen(Rules::kOriginal, {}) == std::vector<double>{0.02, 1, 0});
+  CHECK(chosen(Rules::kOriginal, {{"touch_radius", 0.03}}) == std::vector<double>{0.03, 1, 0});
+  CHECK(chosen(Rules::kOriginal, {{"strict_order", 0}}) == std::vector<double>{0.02, 0, 0});
   // The reference's own value, too.
-  CHECK(chosen(Rules::kOriginal, {{"touch_radius", 0.05}}) == std::vector<double>{0.05, 1});
-  CHECK(chosen(Rules::kReference, {{"strict_order", 1}}) == std::vector<double>{0.05, 1});
+  CHECK(chosen(Rules::kOriginal, {{"touch_radius", 0.05}}) == std::vector<double>{0.05, 1, 0});
+  CHECK(chosen(Rules::kReference, {{"strict_order", 1}}) == std::vector<double>{0.05, 1, 0});
 }
 
 // Without a departure to switch, the rules are the same.
