@@ -59,9 +59,19 @@ std::vector<std::string> asking(bool lengthy) {
   return ids;
 }
 
-// More than luck explains in one of a thousand tries.
-double luck(double chance, int episodes) {
-  return 3.3 * std::sqrt(chance * (1 - chance) / episodes) + 0.5 / episodes;
+// The largest share of episodes that luck explains: more than that comes once in ten thousand
+// tries.
+double by_luck(double chance, int episodes) {
+  if (chance >= 1) return 1;
+  double exactly = std::pow(1 - chance, episodes);  // that many right answers
+  double at_most = exactly;
+  int right = 0;
+  while (at_most < 1 - 1e-4 && right < episodes) {
+    exactly *= (episodes - right) * chance / ((right + 1) * (1 - chance));
+    at_most += exactly;
+    ++right;
+  }
+  return static_cast<double>(right) / episodes;
 }
 
 // Tasks whose answers need no memory at all, by their rules (docs/memory.md): in TimedTransfer the
@@ -89,8 +99,8 @@ void check_strictness(const std::string& id) {
       CHECK(outcome.success > chance);
       continue;
     }
-    CHECK(outcome.success <= chance + luck(chance, episodes));
-    CHECK(outcome.correct <= chance + luck(chance, episodes));
+    CHECK(outcome.success <= by_luck(chance, episodes));
+    CHECK(outcome.correct <= by_luck(chance, episodes));
     CHECK(outcome.success <= outcome.correct);
   }
 }
