@@ -3,7 +3,9 @@
 and the figures in protocol/batch/ceilings.cc, which `engram info` and the scores of `engram eval` go
 by. Build again afterwards.
 
-memory.py [--engram COMMAND]    about a quarter of an hour on two cores
+memory.py [--engram COMMAND] [--measured FILE]    about a quarter of an hour on two cores
+
+FILE keeps what was measured: where it is there, the tables are written from it.
 """
 
 import argparse
@@ -124,7 +126,8 @@ def independence(canonical, info):
             )
             if right
         ]
-        single = answers and candidates <= CANONICAL_EPISODES and info[name]["equal_answers"]
+        several = 2 <= candidates <= CANONICAL_EPISODES
+        single = answers and several and info[name]["equal_answers"]
         if not single:
             continue
         counts = {answer: answers.count(answer) for answer in answers}
@@ -173,12 +176,8 @@ def figures(results, ids):
     return "\n".join([*lines, "};"])
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--engram", default=str(ROOT / "build" / "release" / "engram"))
-    engram = Engram(parser.parse_args().engram)
+def measure(engram):
     start = time.monotonic()
-
     results = {p: engram.evaluate(None, p, EPISODES, SEED) for p in POLICIES}
     ids = list(results["oracle"])
     asked = [name for name in ids if results["oracle"][name]["first_answers"] is not None]
@@ -191,18 +190,38 @@ def main():
         chance = about["answer_chance"] or 0
         about["equal_answers"] = abs(chance * about["candidates"] - 1) < 1e-9
         info[name] = about
-    minutes = (time.monotonic() - start) / 60
+    return {
+        "minutes": (time.monotonic() - start) / 60,
+        "commands": engram.asked,
+        "results": results,
+        "strict": strict,
+        "canonical": canonical,
+        "info": info,
+    }
 
-    commands = "\n".join(engram.asked)
-    made = f"Made by `scripts/memory.py` in {minutes:.0f} minutes, with these commands:"
+
+def write(measured):
+    results, ids = measured["results"], list(measured["results"]["oracle"])
+    made = f"Made by `scripts/memory.py` in {measured['minutes']:.0f} minutes, with these commands:"
+    commands = "\n".join(measured["commands"])
     page = PAGE.read_text()
     page = put(page, "made", f"{made}\n\n```sh\n{commands}\n```")
     page = put(page, "ceilings", ceilings_table(results, ids))
-    page = put(page, "strict", strict_table(strict))
-    page = put(page, "independence", independence(canonical, info))
+    page = put(page, "strict", strict_table(measured["strict"]))
+    page = put(page, "independence", independence(measured["canonical"], measured["info"]))
     PAGE.write_text(page)
     source = put(FIGURES.read_text(), "ceilings", figures(results, ids), *MARKS)
     FIGURES.write_text(source)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--engram", default=str(ROOT / "build" / "release" / "engram"))
+    parser.add_argument("--measured", type=pathlib.Path, default=ROOT / "build" / "memory.json")
+    arguments = parser.parse_args()
+    if not arguments.measured.exists():
+        arguments.measured.write_text(json.dumps(measure(Engram(arguments.engram))))
+    write(json.loads(arguments.measured.read_text()))
 
 
 MARKS = ("// begin {}: written by scripts/memory.py", "// end ceilings")
