@@ -9,6 +9,7 @@ FILE keeps what was measured: where it is there, the tables are written from it.
 """
 
 import argparse
+import collections
 import json
 import math
 import pathlib
@@ -24,6 +25,7 @@ POLICIES = ("blind", "sweep", "oracle")
 EPISODES = 200
 SEED = 1000
 CANONICAL_EPISODES = 50
+COLORS = 9  # of the families with coloured cubes
 CANONICAL_SEED = 4242424242
 
 
@@ -103,55 +105,62 @@ def tail(chi, freedom):
     return 0.5 * math.erfc(((chi / freedom) ** (1 / 3) - 1 + spread) / math.sqrt(2 * spread))
 
 
-def luckiest(candidates, episodes):
-    """Hits of the best constant answer that luck exceeds in one of a hundred tasks (Bonferroni)."""
-    chance = 1 / candidates
+def luckiest(numbers, members, episodes):
+    """Occurrences of the most frequent number that luck exceeds in one of a hundred tasks."""
+    share = members / numbers
     above = 0.0
     for hits in range(episodes, -1, -1):
-        above += math.comb(episodes, hits) * chance**hits * (1 - chance) ** (episodes - hits)
-        if above * candidates > 0.01:
+        above += math.comb(episodes, hits) * share**hits * (1 - share) ** (episodes - hits)
+        if above * numbers > 0.01:
             return hits + 1
     return 0
 
 
+def hidden_numbers(name, task, about):
+    """How many numbers there are to choose from, and those of every episode, as lists: one, or of
+    the coloured cubes a set. Nothing where answers are not equally likely."""
+    pairs = zip(task["first_answers"] or [], task["first_answers_correct"] or [])
+    answers = [answer for answer, right in pairs if right]
+    if "OfColors" in name:  # a digit per touch, 1 + the colour
+        return COLORS, [[int(digit) for digit in str(answer)] for answer in answers]
+    candidates = about["candidates"]
+    if not answers or not about["equal_answers"] or not 2 <= candidates <= CANONICAL_EPISODES:
+        return None
+    return candidates, [[answer] for answer in answers]
+
+
 def independence(canonical, info):
-    """Rows for tasks whose answer is one of equally likely candidates; their sums."""
+    """A row per task, and their sum. Chi-squared of memberships is the usual one where there is one
+    number per episode."""
     rows, chi_sum, freedom_sum = [], 0.0, 0
     for name, task in canonical.items():
-        candidates = info[name]["candidates"]
-        answers = [
-            answer
-            for answer, right in zip(
-                task["first_answers"] or [], task["first_answers_correct"] or []
-            )
-            if right
-        ]
-        several = 2 <= candidates <= CANONICAL_EPISODES
-        single = answers and several and info[name]["equal_answers"]
-        if not single:
+        hidden = hidden_numbers(name, task, info[name])
+        if hidden is None:
             continue
-        counts = {answer: answers.count(answer) for answer in answers}
-        expected = len(answers) / candidates
-        squares = [(count - expected) ** 2 for count in counts.values()]
-        squares += [expected**2] * (candidates - len(counts))
-        chi, freedom = sum(squares) / expected, candidates - 1
+        numbers, episodes = hidden
+        members = len(episodes[0])
+        counts = collections.Counter(number for episode in episodes for number in episode)
+        expected = len(episodes) * members / numbers
+        squares = sum((count - expected) ** 2 for count in counts.values())
+        squares += (numbers - len(counts)) * expected**2
+        chi = squares / (expected * (1 - members / numbers)) * (numbers - 1) / numbers
         chi_sum += chi
-        freedom_sum += freedom
+        freedom_sum += numbers - 1
         rows.append(
             [
                 f"`{name}`",
-                str(candidates),
-                str(len(answers)),
+                f"{members} of {numbers}",
+                str(len(episodes)),
                 str(max(counts.values())),
-                str(luckiest(candidates, len(answers))),
+                str(luckiest(numbers, members, len(episodes))),
                 f"{chi:.2f}",
-                str(freedom),
-                f"{tail(chi, freedom):.3f}",
+                str(numbers - 1),
+                f"{tail(chi, numbers - 1):.3f}",
             ]
         )
     total = [f"all {len(rows)}", "", "", "", "", f"{chi_sum:.1f}", str(freedom_sum)]
     rows.append([*total, f"{tail(chi_sum, freedom_sum):.3f}"])
-    head = ["id", "candidates", "answers", "best constant", "luck's limit", "chi2", "dof", "p"]
+    head = ["id", "hidden", "episodes", "most frequent", "luck's limit", "chi2", "dof", "p"]
     return table(head, rows)
 
 
