@@ -133,12 +133,32 @@ def test_rules_set_the_task_options():
         described = engram.describe("SeqOfColors3-VLA-v0", **options)
         return described["rules"], {o["name"]: o["value"] for o in described["options"]}
 
-    assert values() == ("reference", {"touch_radius": 0.05, "strict_order": 0})
-    assert values(rules="original") == ("original", {"touch_radius": 0.02, "strict_order": 1})
+    assert values() == ("reference", {"touch_radius": 0.05, "strict_order": 0, "strict": 0})
+    assert values(rules="original") == (
+        "original",
+        {"touch_radius": 0.02, "strict_order": 1, "strict": 0},
+    )
     assert values(rules="original", task_options={"touch_radius": 0.05}) == (
         "original",
-        {"touch_radius": 0.05, "strict_order": 1},
+        {"touch_radius": 0.05, "strict_order": 1, "strict": 0},
     )
+
+
+def test_a_wrong_first_answer_fails_a_strict_episode():
+    batch = engram.make_vec(
+        "RememberColor9-Long-VLA-v0",
+        num_envs=32,
+        task_options={"strict": 1},
+        autoreset_mode="DISABLED",
+    )
+    batch.reset(seed=0)
+    for _ in range(batch.description["horizon"]):
+        infos = batch.step(batch.act("sweep"))[4]
+    assert infos["answered"].all()
+    np.testing.assert_array_equal(infos["success_once"], infos["first_answer_correct"])
+    assert 0 < infos["first_answer_correct"].sum() < 16
+    right = infos["first_answer"] == infos["oracle_info"].reshape(32)
+    np.testing.assert_array_equal(right, infos["first_answer_correct"])
 
 
 def test_snapshots_of_other_rules_are_refused(make):
