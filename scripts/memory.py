@@ -40,7 +40,10 @@ class Engram:
         if note:
             self.asked.append("engram " + " ".join(arguments))
         done = subprocess.run(
-            [self.command, *arguments, "--json"], capture_output=True, text=True, check=False
+            [self.command, *arguments, "--json"],
+            capture_output=True,
+            text=True,
+            check=False,
         )
         if done.returncode != 0:
             sys.exit(f"{self.command} {' '.join(arguments)}: {done.stderr.strip()}")
@@ -49,7 +52,16 @@ class Engram:
     def evaluate(self, ids, policy, episodes, seed, *more):
         """Results by id."""
         which = ("--all",) if ids is None else ids
-        shown = (*which, "--policy", policy, "--episodes", str(episodes), "--seed", str(seed), *more)
+        shown = (
+            *which,
+            "--policy",
+            policy,
+            "--episodes",
+            str(episodes),
+            "--seed",
+            str(seed),
+            *more,
+        )
         if ids is None:
             tasks = self("eval", *shown)["tasks"]
         else:
@@ -71,7 +83,13 @@ def table(head, rows):
 
 
 def ceilings_table(results, ids):
-    head = ["id", "chance", *POLICIES, "answer: chance", *(f"answer: {p}" for p in POLICIES)]
+    head = [
+        "id",
+        "chance",
+        *POLICIES,
+        "answer: chance",
+        *(f"answer: {p}" for p in POLICIES),
+    ]
     rows = []
     for name in ids:
         of = [results[policy][name] for policy in POLICIES]
@@ -102,7 +120,9 @@ def strict_table(strict):
 def tail(chi, freedom):
     """Probability of at least this chi-squared (Wilson and Hilferty's approximation)."""
     spread = 2 / (9 * freedom)
-    return 0.5 * math.erfc(((chi / freedom) ** (1 / 3) - 1 + spread) / math.sqrt(2 * spread))
+    return 0.5 * math.erfc(
+        ((chi / freedom) ** (1 / 3) - 1 + spread) / math.sqrt(2 * spread)
+    )
 
 
 def luckiest(numbers, members, episodes):
@@ -110,7 +130,9 @@ def luckiest(numbers, members, episodes):
     share = members / numbers
     above = 0.0
     for hits in range(episodes, -1, -1):
-        above += math.comb(episodes, hits) * share**hits * (1 - share) ** (episodes - hits)
+        above += (
+            math.comb(episodes, hits) * share**hits * (1 - share) ** (episodes - hits)
+        )
         if above * numbers > 0.01:
             return hits + 1
     return 0
@@ -124,7 +146,11 @@ def hidden_numbers(name, task, about):
     if "OfColors" in name:  # a digit per touch, 1 + the colour
         return COLORS, [[int(digit) for digit in str(answer)] for answer in answers]
     candidates = about["candidates"]
-    if not answers or not about["equal_answers"] or not 2 <= candidates <= CANONICAL_EPISODES:
+    if (
+        not answers
+        or not about["equal_answers"]
+        or not 2 <= candidates <= CANONICAL_EPISODES
+    ):
         return None
     return candidates, [[answer] for answer in answers]
 
@@ -139,7 +165,9 @@ def independence(canonical, info):
             continue
         numbers, episodes = hidden
         members = len(episodes[0])
-        counts = collections.Counter(number for episode in episodes for number in episode)
+        counts = collections.Counter(
+            number for episode in episodes for number in episode
+        )
         expected = len(episodes) * members / numbers
         squares = sum((count - expected) ** 2 for count in counts.values())
         squares += (numbers - len(counts)) * expected**2
@@ -160,7 +188,16 @@ def independence(canonical, info):
         )
     total = [f"all {len(rows)}", "", "", "", "", f"{chi_sum:.1f}", str(freedom_sum)]
     rows.append([*total, f"{tail(chi_sum, freedom_sum):.3f}"])
-    head = ["id", "hidden", "episodes", "most frequent", "luck's limit", "chi2", "dof", "p"]
+    head = [
+        "id",
+        "hidden",
+        "episodes",
+        "most frequent",
+        "luck's limit",
+        "chi2",
+        "dof",
+        "p",
+    ]
     return table(head, rows)
 
 
@@ -181,7 +218,9 @@ def figures(results, ids):
         rates = [results[policy][name]["sr"] for policy in POLICIES]
         answers = [results[policy][name]["first_answer_correct"] for policy in POLICIES]
         values = [*rates, *(-1 if answer is None else answer for answer in answers)]
-        lines.append(f'    {{"{name}", ' + ", ".join(f"{value:g}" for value in values) + "},")
+        lines.append(
+            f'    {{"{name}", ' + ", ".join(f"{value:g}" for value in values) + "},"
+        )
     return "\n".join([*lines, "};"])
 
 
@@ -189,7 +228,9 @@ def measure(engram):
     start = time.monotonic()
     results = {p: engram.evaluate(None, p, EPISODES, SEED) for p in POLICIES}
     ids = list(results["oracle"])
-    asked = [name for name in ids if results["oracle"][name]["first_answers"] is not None]
+    asked = [
+        name for name in ids if results["oracle"][name]["first_answers"] is not None
+    ]
     option = ("--option", "strict=1")
     strict = {p: engram.evaluate(asked, p, EPISODES, SEED, *option) for p in POLICIES}
     canonical = engram.evaluate(None, "oracle", CANONICAL_EPISODES, CANONICAL_SEED)
@@ -217,7 +258,9 @@ def write(measured):
     page = put(page, "made", f"{made}\n\n```sh\n{commands}\n```")
     page = put(page, "ceilings", ceilings_table(results, ids))
     page = put(page, "strict", strict_table(measured["strict"]))
-    page = put(page, "independence", independence(measured["canonical"], measured["info"]))
+    page = put(
+        page, "independence", independence(measured["canonical"], measured["info"])
+    )
     PAGE.write_text(page)
     source = put(FIGURES.read_text(), "ceilings", figures(results, ids), *MARKS)
     FIGURES.write_text(source)
@@ -226,7 +269,9 @@ def write(measured):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--engram", default=str(ROOT / "build" / "release" / "engram"))
-    parser.add_argument("--measured", type=pathlib.Path, default=ROOT / "build" / "memory.json")
+    parser.add_argument(
+        "--measured", type=pathlib.Path, default=ROOT / "build" / "memory.json"
+    )
     arguments = parser.parse_args()
     if not arguments.measured.exists():
         arguments.measured.write_text(json.dumps(measure(Engram(arguments.engram))))
