@@ -192,7 +192,7 @@ Option add_control_mode(const Command& command, ControlMode& mode) {
   all.reserve(kControlModes);
   for (int i = 0; i < kControlModes; ++i) all.push_back(static_cast<ControlMode>(i));
   return add_choice(command, "--control-mode", mode, named<ControlMode>(all),
-                    "What actions mean (oracle and blind: pd_ee_delta_pose)")
+                    "What actions mean (oracle, blind and sweep: pd_ee_delta_pose)")
       .type_name("MODE");
 }
 

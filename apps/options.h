@@ -36,6 +36,10 @@ Option add_seed(const Command& command, std::uint64_t& seed, const std::string& 
 // What --obs can ask for.
 inline constexpr std::array kObsModes = {ObsMode::kState, ObsMode::kRgb};
 
+// Who may play a single task.
+inline constexpr std::array kPlayers = {Policy::kZero, Policy::kRandom, Policy::kOracle,
+                                        Policy::kBlind, Policy::kSweep};
+
 // Options whose value is one of some names; their help lists the names.
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed);
 Option add_control_mode(const Command& command, ControlMode& mode);

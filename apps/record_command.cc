@@ -284,8 +284,6 @@ void add_view(const Command& command, RecordOptions& options) {
 }  // namespace
 
 void add_record_command(const Command& program) {
-  static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kRandom, Policy::kOracle,
-                                         Policy::kBlind, Policy::kSweep};
   const auto options = std::make_shared<RecordOptions>();
   const Command command = program.add_command("record", "Picture or video of an episode");
   command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
@@ -303,7 +301,7 @@ void add_record_command(const Command& program) {
       .type_name("T")
       .default_str("to the end of the episode");
   add_seed(command, options->env.seed, "Of the episode");
-  add_policy(command, options->policy, kPolicies);
+  add_policy(command, options->policy, kPlayers);
   add_env_options(command, options->env);
   command.remove_option("--auto-reset");  // there is one episode
   add_json(command, options->json);

@@ -167,8 +167,6 @@ void run(const RolloutOptions& given) {
 }  // namespace
 
 void add_rollout_command(const Command& program) {
-  static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kRandom, Policy::kOracle,
-                                         Policy::kBlind, Policy::kSweep};
   const auto options = std::make_shared<RolloutOptions>();
   const Command command = program.add_command("rollout", "Batched rollouts of one task");
   command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
@@ -189,7 +187,7 @@ void add_rollout_command(const Command& program) {
   add_threads(command, options->env.threads);
   add_lanes(command, options->env.lanes);
   add_obs(command, options->env);
-  add_policy(command, options->policy, kPolicies);
+  add_policy(command, options->policy, kPlayers);
   add_env_options(command, options->env);
   command.add_flag("--hash", options->hash,
                    "Digest of every observation, reward, termination and truncation");

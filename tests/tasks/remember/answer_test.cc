@@ -1,12 +1,15 @@
 // The object at which the robot first rests is its answer.
 #include <catch2/catch.hpp>
 
+#include "tests/tasks/first_answer.h"
 #include "tests/tasks/pose_tool.h"
 #include "tests/tasks/remember/recall_env.h"
 
 namespace engram {
 namespace {
 
+using test::first_answer;
+using test::FirstAnswer;
 using test::make_env;
 using test::memory_int;
 using test::row;
@@ -28,41 +31,27 @@ std::unique_ptr<VectorEnv> make_ready(bool strict) {
   return env;
 }
 
-struct Answered {
-  bool given = false;
-  int first = 0;
-  bool correct = false;
-
-  friend bool operator==(const Answered&, const Answered&) = default;
-};
-
-Answered answer_of(const VectorEnv& env) {
-  return {*row<std::uint8_t>(env.output("answered"), 0) != 0,
-          *row<std::int32_t>(env.output("first_answer"), 0),
-          *row<std::uint8_t>(env.output("first_answer_correct"), 0) != 0};
-}
-
 bool succeeds(const VectorEnv& env) { return env.success()[0] != 0; }
 
 TEST_CASE("The first object touched is the answer, later ones are not", "[remember][answer]") {
   const auto env = make_ready(false);
-  CHECK(answer_of(*env) == Answered{});
+  CHECK(first_answer(*env) == FirstAnswer{});
   step_at(*env, {0.1, 0, 0.3});
-  CHECK(answer_of(*env) == Answered{});
+  CHECK(first_answer(*env) == FirstAnswer{});
   step_at(*env, stored_pos(*env, 2) + kAbove);
-  CHECK(answer_of(*env) == Answered{true, 2, false});
+  CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
   step_at(*env, stored_pos(*env, kTarget) + kAbove);
-  CHECK(answer_of(*env) == Answered{true, 2, false});
+  CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
   CHECK(succeeds(*env));
 }
 
 TEST_CASE("A right first answer stays right", "[remember][answer]") {
   const auto env = make_ready(true);
   step_at(*env, stored_pos(*env, kTarget) + kAbove);
-  CHECK(answer_of(*env) == Answered{true, kTarget, true});
+  CHECK(first_answer(*env) == FirstAnswer{true, kTarget, true});
   CHECK(succeeds(*env));
   step_at(*env, stored_pos(*env, 2) + kAbove);
-  CHECK(answer_of(*env) == Answered{true, kTarget, true});
+  CHECK(first_answer(*env) == FirstAnswer{true, kTarget, true});
   step_at(*env, stored_pos(*env, kTarget) + kAbove);
   CHECK(succeeds(*env));
 }
@@ -93,7 +82,7 @@ TEST_CASE("A stop between two objects answers with the nearer one", "[remember][
   }
   CAPTURE(one, other, away(one, other));
   step_at(*env, 0.52 * stored_pos(*env, one) + 0.48 * stored_pos(*env, other));
-  CHECK(answer_of(*env) == Answered{true, one, one == kTarget});
+  CHECK(first_answer(*env) == FirstAnswer{true, one, one == kTarget});
 }
 
 TEST_CASE("Passing by is no answer, nor is anything before the objects appear",
@@ -104,12 +93,12 @@ TEST_CASE("Passing by is no answer, nor is anything before the objects appear",
   const auto env = make_env("RememberColor9-Long-VLA-v0", options);
   env->reset();
   step_at(*env, stored_pos(*env, kTarget) + kAbove);
-  CHECK(answer_of(*env) == Answered{});
+  CHECK(first_answer(*env) == FirstAnswer{});
   while (env->state().elapsed[0] < test::appearance_of(*env)) step_at(*env, {0.1, 0, 0.3});
   test::pose_tool(*env, stored_pos(*env, 2) + kAbove);
   env->state().qvel.row(0)[0] = 0.3;  // rad/s
   test::step(*env, Policy::kZero);
-  CHECK_FALSE(answer_of(*env).given);
+  CHECK_FALSE(first_answer(*env).given);
 }
 
 }  // namespace

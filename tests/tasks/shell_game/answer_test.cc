@@ -7,6 +7,7 @@
 
 #include "tests/tasks/first_answer.h"
 #include "tests/tasks/pose_tool.h"
+#include "tests/tasks/shell_game/ids.h"
 
 namespace engram {
 namespace {
@@ -17,13 +18,7 @@ using test::FirstAnswer;
 using test::make_env;
 using test::row;
 using test::step_at;
-
-constexpr const char* kTouch = "ShellGameTouch-VLA-v0";
-constexpr const char* kPush = "ShellGamePush-VLA-v0";
-constexpr const char* kPick = "ShellGamePick-VLA-v0";
-constexpr const char* kLamp = "ShellGameColorLampTouch-VLA-v0";
-constexpr const char* kShuffle = "ShellGameShuffleTouch-VLA-v0";
-constexpr const char* kShuffleLamp = "ShellGameShuffleColorLampTouch-VLA-v0";
+using namespace test::shell_game;
 
 const Vector3d kOver(0, 0, 0.075);  // m: a touch, from a cup's origin
 const Vector3d kAway(-0.1, 0, 0.4);

@@ -18,6 +18,7 @@ namespace {
 
 using Catch::Contains;
 using Eigen::Vector3d;
+using test::make_reset;
 using test::row;
 using test::step_at;
 
@@ -33,13 +34,6 @@ const char* cue_constant(const char* id) {
 }
 const char* cue_draw(const char* id) { return id == kBunch ? "cue_steps" : "cue_step_duration"; }
 
-std::unique_ptr<VectorEnv> make(const char* id, const ConstantTable& constants,
-                                EnvOptions options = {}) {
-  auto env = std::make_unique<VectorEnv>(make_task(id, constants), options);
-  env->reset();
-  return env;
-}
-
 // Without physics, in the first step of the action phase; the cue shows the first colours.
 std::unique_ptr<VectorEnv> acting(const char* id, const ConstantTable& constants, int length = 3) {
   EnvOptions options;
@@ -48,7 +42,7 @@ std::unique_ptr<VectorEnv> acting(const char* id, const ConstantTable& constants
   std::vector<double> sequence;
   for (int i = 0; i < length; ++i) sequence.push_back(i);
   options.pins = {{"sequence", sequence}, {cue_draw(id), {1}}, {"empty_steps", {1}}};
-  auto env = make(id, constants, options);
+  auto env = make_reset(id, constants, options);
   const int start = env->cue_end(0) + 1;
   for (int t = 0; t < start; ++t) step_at(*env, kFarAway);
   return env;
@@ -100,7 +94,7 @@ TEST_CASE("All colours of a smaller set are drawn, in all places", "[variants][c
   for (const char* id : kAll) {
     EnvOptions options;
     options.num_envs = 200;
-    const auto env = make(id, {{"COLORS", 5}, {"SEQUENCE_LENGTH", 2}}, options);
+    const auto env = make_reset(id, {{"COLORS", 5}, {"SEQUENCE_LENGTH", 2}}, options);
     std::set<int> seen;
     for (int i = 0; i < 200; ++i) {
       const std::int32_t* sequence = row<std::int32_t>(env->memory().find("sequence"), i);
@@ -145,12 +139,12 @@ TEST_CASE("Cue and empty phase are as long as they were made", "[variants][color
     INFO(id);
     EnvOptions options;
     options.num_envs = 80;
-    const auto env = make(id,
-                          {{cue_constant(id), ConstantList{7, 9}},
-                           {"EMPTY_PHASE_STEPS", ConstantList{20, 22}},
-                           {"SEQUENCE_LENGTH", 4},
-                           {"max_episode_steps", 200}},
-                          options);
+    const auto env = make_reset(id,
+                                {{cue_constant(id), ConstantList{7, 9}},
+                                 {"EMPTY_PHASE_STEPS", ConstantList{20, 22}},
+                                 {"SEQUENCE_LENGTH", 4},
+                                 {"max_episode_steps", 200}},
+                                options);
     const int items = id == kBunch ? 1 : 4;
     std::set<int> cues, gaps;
     for (int i = 0; i < 80; ++i) {
@@ -172,7 +166,7 @@ TEST_CASE("Cue and empty phase are as long as they were made", "[variants][color
   EnvOptions options;
   options.substeps = 0;
   options.pins = {{"sequence", {3, 1, 0, 4}}, {"cue_step_duration", {7}}};
-  const auto env = make(kChain, {{"SEQUENCE_LENGTH", 4}, {"CUE_STEP_DURATION", 7}}, options);
+  const auto env = make_reset(kChain, {{"SEQUENCE_LENGTH", 4}, {"CUE_STEP_DURATION", 7}}, options);
   const int expected[] = {3, 1, 0, 4};
   for (int t = 0; t < 28; ++t) {
     for (int color = 0; color < 9; ++color) CHECK(shown(*env, color) == (color == expected[t / 7]));

@@ -1,15 +1,24 @@
-// What tests of variants read in a task's description and document.
+// What tests of variants share: batches with other constants, and what a task's description and
+// document say of them.
 #pragma once
 
 #include <algorithm>
 #include <cstdlib>
+#include <memory>
 #include <string>
 #include <string_view>
 
-#include "core/task.h"
-#include "core/task_constant.h"
+#include "tests/env_helpers.h"
 
 namespace engram::test {
+
+// At the beginning of an episode.
+inline std::unique_ptr<VectorEnv> make_reset(const char* id, const ConstantTable& constants,
+                                             const EnvOptions& options = {}) {
+  auto env = std::make_unique<VectorEnv>(make_task(id, constants), options);
+  env->reset();
+  return env;
+}
 
 // A class constant as messages show it, or "".
 inline std::string constant_text(const TaskInfo& info, std::string_view name) {

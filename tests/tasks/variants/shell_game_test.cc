@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "mjcf/mug.h"
 #include "tests/env_helpers.h"
+#include "tests/tasks/shell_game/ids.h"
 #include "tests/tasks/variants/constant_text.h"
 
 namespace engram {
@@ -18,23 +19,12 @@ namespace {
 
 using Catch::Contains;
 using Eigen::Vector3d;
+using test::make_reset;
 using test::row;
+using namespace test::shell_game;
 
-constexpr const char* kTouch = "ShellGameTouch-VLA-v0";
-constexpr const char* kPush = "ShellGamePush-VLA-v0";
-constexpr const char* kPick = "ShellGamePick-VLA-v0";
-constexpr const char* kLamp = "ShellGameColorLampTouch-VLA-v0";
-constexpr const char* kShuffle = "ShellGameShuffleTouch-VLA-v0";
-constexpr const char* kShuffleLamp = "ShellGameShuffleColorLampTouch-VLA-v0";
 constexpr const char* kAll[] = {kTouch, kPush, kPick, kLamp, kShuffle, kShuffleLamp};
 constexpr double kRest = mjcf::kMugRestingHeight;
-
-std::unique_ptr<VectorEnv> make(const char* id, const ConstantTable& constants,
-                                EnvOptions options = {}) {
-  auto env = std::make_unique<VectorEnv>(make_task(id, constants), options);
-  env->reset();
-  return env;
-}
 
 Vector3d pos(const VectorEnv& env, int prop, int index = 0) {
   return Eigen::Map<Vector3d>(env.state().prop_pos_of(index, prop));
@@ -78,8 +68,8 @@ TEST_CASE("Cups grow with MUG_SCALE, and so does where they stand", "[variants][
     INFO(id);
     const ConstantTable twice = {{"MUG_SCALE", 2}, {"MIN_DIST", 0.3}, {"GOAL_THRESH", 0.11}};
     const ConstantTable lift = {{"MUG_SCALE", 2}, {"MIN_DIST", 0.3}, {"GOAL_THRESH", 0.03}};
-    const auto env = make(id, id == kPick ? lift : twice, still({{"cue_steps", {1}}}));
-    const auto usual = make(id, {});
+    const auto env = make_reset(id, id == kPick ? lift : twice, still({{"cue_steps", {1}}}));
+    const auto usual = make_reset(id, {});
     const double ratio = 2 / 1.3;
     const PropModel& mug = env->physics_model().props()[0];
     const PropModel& before = usual->physics_model().props()[0];
@@ -104,7 +94,7 @@ TEST_CASE("A large cup stands on its rim and does not creep", "[variants][shell]
     EnvOptions options;
     options.sleep = false;
     options.pins = {{"cue_steps", {1}}, {"base", {0.1, 0}}};
-    const auto env = make(kPush, {{"MUG_SCALE", scale}}, options);
+    const auto env = make_reset(kPush, {{"MUG_SCALE", scale}}, options);
     test::step(*env, Policy::kZero);
     const Vector3d before = pos(*env, 1);
     for (int t = 0; t < 20; ++t) test::step(*env, Policy::kZero);
@@ -115,8 +105,8 @@ TEST_CASE("A large cup stands on its rim and does not creep", "[variants][shell]
 TEST_CASE("Balls have BALL_RADIUS, slots are MIN_DIST apart", "[variants][shell]") {
   for (const char* id : kAll) {
     INFO(id);
-    const auto env = make(id, {{"BALL_RADIUS", 0.03}, {"MIN_DIST", 0.25}},
-                          still({{"cue_steps", {1}}, {"base", {0.02, -0.04}}}));
+    const auto env = make_reset(id, {{"BALL_RADIUS", 0.03}, {"MIN_DIST", 0.25}},
+                                still({{"cue_steps", {1}}, {"base", {0.02, -0.04}}}));
     const bool lamp = id == kLamp || id == kShuffleLamp;
     const char* const ball = lamp ? "ball_red" : "red_ball";
     CHECK(test::size_in(make_task(id, {{"BALL_RADIUS", 0.03}})->document(), ball) == 0.03);
@@ -150,7 +140,7 @@ TEST_CASE("Phases are as long as they were made", "[variants][shell]") {
     for (std::size_t i = 0; i < (shuffles ? 3 : 1); ++i) {
       constants.emplace_back(ranges[i].constant, ConstantList{ranges[i].low, ranges[i].high});
     }
-    const auto env = make(id, constants, options);
+    const auto env = make_reset(id, constants, options);
     CHECK(env->info().horizon == 80);
     for (std::size_t i = 0; i < (shuffles ? 3 : 1); ++i) {
       INFO(id << " " << ranges[i].constant);
@@ -183,8 +173,8 @@ TEST_CASE("Cups that swap rise by SWAP_ARC_HEIGHT", "[variants][shell]") {
     for (const double height : {0.0, 0.03, 0.12}) {
       INFO(id << " " << height);
       const auto env =
-          make(id, {{"SWAP_ARC_HEIGHT", height}},
-               still({{"cue_steps", {1}}, {"shuffle_steps", {24}}, {"num_swaps", {2}}}));
+          make_reset(id, {{"SWAP_ARC_HEIGHT", height}},
+                     still({{"cue_steps", {1}}, {"shuffle_steps", {24}}, {"num_swaps", {2}}}));
       double highest = 0;
       for (int t = 0; t < 30; ++t) {
         test::step(*env, Policy::kZero);
@@ -197,8 +187,8 @@ TEST_CASE("Cups that swap rise by SWAP_ARC_HEIGHT", "[variants][shell]") {
 
 TEST_CASE("A touch is as near as GOAL_THRESH", "[variants][shell]") {
   for (const double thresh : {0.07, 0.12}) {
-    const auto env = make(kTouch, {{"GOAL_THRESH", thresh}},
-                          still({{"cue_steps", {1}}, {"cup_with_ball_number", {1}}}));
+    const auto env = make_reset(kTouch, {{"GOAL_THRESH", thresh}},
+                                still({{"cue_steps", {1}}, {"cup_with_ball_number", {1}}}));
     const Vector3d tcp = Eigen::Map<Vector3d>(env->state().tcp_pos.row(0));
     wait(*env);
     double* reference = const_cast<double*>(row<double>(env->memory().find("mug_reference"), 0));
@@ -216,8 +206,8 @@ TEST_CASE("A touch is as near as GOAL_THRESH", "[variants][shell]") {
   // The answer of the lamp game is a place, to which the tool has to come.
   for (const char* id : {kLamp, kShuffleLamp, kShuffle}) {
     INFO(id);
-    const auto env = make(id, {{"GOAL_THRESH", 0.15}, {"max_episode_steps", 100}});
-    const auto near = make(id, {{"GOAL_THRESH", 0.07}, {"max_episode_steps", 100}});
+    const auto env = make_reset(id, {{"GOAL_THRESH", 0.15}, {"max_episode_steps", 100}});
+    const auto near = make_reset(id, {{"GOAL_THRESH", 0.07}, {"max_episode_steps", 100}});
     int first[2] = {0, 0};
     for (int t = 1; t < 100; ++t) {
       int i = 0;
@@ -244,8 +234,8 @@ TEST_CASE("A cup that is moved has to come within 1.6 GOAL_THRESH of the goal",
       INFO((push ? kPush : kPick) << " " << radius);
       const ConstantTable constants = {
           {"GOAL_THRESH", thresh}, {"BALL_RADIUS", radius}, {"MUG_SCALE", 1.0}};
-      const auto env = make(push ? kPush : kPick, constants,
-                            still({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}}));
+      const auto env = make_reset(push ? kPush : kPick, constants,
+                                  still({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}}));
       wait(*env);
       const Vector3d home = pos(*env, 0);
       const Vector3d goal = push ? Vector3d(home.x() + 0.1, home.y(), radius + 0.03)
