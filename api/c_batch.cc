@@ -80,8 +80,8 @@ std::vector<engram_array> list_columns(const VectorEnv& env, At&& at) {
 }  // namespace
 
 std::vector<engram_array> list_outputs(const VectorEnv& env) {
-  std::vector<engram_array> arrays =
-      list_columns(env, [](const ColumnView& column) { return column; });
+  std::vector<engram_array> arrays = list_columns(
+      env, [&env](const ColumnView& column) { return env.output(column.field->name); });
   arrays.push_back(mask_array(env));
   if (!env.rgb().empty()) arrays.push_back(image_array(env, env.rgb()));
   return arrays;

@@ -99,6 +99,7 @@ engram_options default_options() noexcept {
   options.terminate_on_success = -1;
   options.sleep = 1;
   options.robot_init_qpos_noise = 0.02;
+  options.observe_time = 0;
   options.lanes = 0;
   options.rules = ENGRAM_RULES_REFERENCE;
   options.image_width = 128;
@@ -120,6 +121,7 @@ EnvOptions to_env_options(const engram_options& options) {
   convert("threads", options.threads, out.threads);
   convert("chunk", options.chunk, out.chunk);
   convert("obs_mode", options.obs_mode, out.obs_mode);
+  convert("observe_time", options.observe_time, out.observe_time);
   convert("reward_mode", options.reward_mode, out.reward_mode);
   convert("control_mode", options.control_mode, out.control_mode);
   convert("auto_reset", options.auto_reset, out.auto_reset);
@@ -186,6 +188,8 @@ static_assert(static_cast<int>(ObsMode::kNone) == ENGRAM_OBS_NONE);
 static_assert(static_cast<int>(ObsMode::kState) == ENGRAM_OBS_STATE);
 static_assert(static_cast<int>(ObsMode::kStateDict) == ENGRAM_OBS_STATE_DICT);
 static_assert(static_cast<int>(ObsMode::kRgb) == ENGRAM_OBS_RGB);
+static_assert(static_cast<int>(ObsMode::kObjects) == ENGRAM_OBS_OBJECTS);
+static_assert(static_cast<int>(ObsMode::kObjectsDict) == ENGRAM_OBS_OBJECTS_DICT);
 static_assert(static_cast<int>(RewardMode::kNone) == ENGRAM_REWARD_NONE);
 static_assert(static_cast<int>(RewardMode::kSparse) == ENGRAM_REWARD_SPARSE);
 static_assert(static_cast<int>(RewardMode::kDense) == ENGRAM_REWARD_DENSE);

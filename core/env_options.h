@@ -27,8 +27,15 @@ enum class ObsMode {
   // Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
   // empty.
   kRgb,
+  // One row of floats, in "observation": the robot, and what cameras could tell of the objects;
+  // nothing that is hidden.
+  kObjects,
+  // The same row; the description of the batch names its parts.
+  kObjectsDict,
 };
-inline constexpr std::array kObsModeNames = {"none", "state", "state_dict", "rgb"};
+inline constexpr std::array kObsModeNames = {
+    "none", "state", "state_dict", "rgb", "objects", "objects_dict",
+};
 constexpr const auto& names_of(ObsMode) { return kObsModeNames; }
 
 enum class RewardMode {
@@ -81,6 +88,11 @@ constexpr bool observes_state(ObsMode mode) {
   return mode == ObsMode::kState || mode == ObsMode::kStateDict;
 }
 
+// Whether observations have a row of what cameras could tell.
+constexpr bool observes_objects(ObsMode mode) {
+  return mode == ObsMode::kObjects || mode == ObsMode::kObjectsDict;
+}
+
 // begin options: limits
 inline constexpr int kMaxNumEnvs = 1'000'000;
 inline constexpr int kMaxThreads = 1024;
@@ -100,6 +112,8 @@ struct EnvOptions {
   int chunk = 0;
   // What is observed.
   ObsMode obs_mode = ObsMode::kState;
+  // Objects modes: whether observations tell the time, as a share of the horizon.
+  bool observe_time = false;
   // The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
   // What actions mean.

@@ -45,6 +45,7 @@ struct Narrowing {
 enum : std::uint32_t {
   kPurposeRobotNoise = 0x4000'0000,
   kPurposeBlindGuess = 0x4000'0001,
+  kPurposeTokenOrder = 0x4001'0000,    // + how often something has come into view
   kPurposeRandomPolicy = 0x8000'0000,  // + elapsed
 };
 

@@ -13,6 +13,7 @@
 #include "core/episode.h"
 #include "core/physics/scene_source.h"
 #include "core/physics/state.h"
+#include "core/picture/object_look.h"
 #include "core/task_constant.h"
 #include "core/task_option.h"
 
@@ -115,6 +116,9 @@ class Task {
   virtual SceneSource scene() const = 0;
   // The whole scene for tools and renderers, lights and visual geometry included.
   virtual std::string document() const = 0;
+
+  // What the props of the scene are to who sees them, in their order.
+  virtual std::vector<ObjectLook> looks() const { return {}; }
 
   // Called once, before anything else below.
   virtual void bind(const Bindings& bindings) = 0;

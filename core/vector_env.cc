@@ -71,6 +71,7 @@ VectorEnv::VectorEnv(const IeeeScope& /*scope*/, std::unique_ptr<Task> task,
           *model_, SimulatorOptions{options_.substeps, options_.sleep, options_.lanes},
           options_.threads, options_.num_envs)),
       renderers_(std::move(renderers)),
+      tokens_(task_->looks()),
       memory_(options_.num_envs),
       pin_memory_(options_.num_envs),
       outputs_(options_.num_envs),
@@ -104,6 +105,7 @@ void VectorEnv::allocate() {
   bindings_.outputs = &outputs_;
   bindings_.action = memory_.add<float>("action", action_dim());
   bindings_.previous_action = memory_.add<float>("previous_action", action_dim());
+  tokens_.bind(memory_);
   bindings_.freeze_steps = memory_.add<std::int32_t>("freeze_steps");
 
   state_fields_ = {{"qpos", kRobotJoints, DType::kFloat32, "rad, m", "arm joints, fingers"},
@@ -118,7 +120,7 @@ void VectorEnv::allocate() {
   int dim = 0;
   for (const Field& field : state_fields_) dim += field.width;
 
-  observation_ = outputs_.add<float>("observation", dim, "", "the state observation");
+  observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation");
   proprio_ = outputs_.add<float>("proprio", kProprioDim, "m, rad",
                                  "TCP position, roll, pitch, yaw, gripper opening");
   reward_ = outputs_.add<float>("reward");
@@ -148,6 +150,13 @@ void VectorEnv::allocate() {
     images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, renderers_,
                                            options_.image_options, num_envs(), options_.threads,
                                            options_.auto_reset == AutoReset::kSameStep);
+  }
+  if (observes_objects(options_.obs_mode)) {
+    objects_ = std::make_unique<ObjectView>(
+        info, tokens_,
+        ObjectViewOptions{.num_envs = num_envs(),
+                          .time = options_.observe_time,
+                          .keeps_final = options_.auto_reset == AutoReset::kSameStep});
   }
   final_outputs_.add_like(outputs_);
   final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
@@ -378,6 +387,7 @@ void VectorEnv::finish_step(int worker, int env) {
   // The new episode's outputs replace the old ones, except for reward and endings of this step.
   outputs_.copy_row_to(final_outputs_, env);
   if (images_) images_->keep_final(env);
+  if (objects_) objects_->keep_final(env);
   final_mask_[static_cast<std::size_t>(env)] = 1;
   const float reward = reward_[env];
   const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};

@@ -11,6 +11,7 @@
 
 #include "core/base/thread_pool.h"
 #include "core/env_options.h"
+#include "core/object_view.h"
 #include "core/physics/controller.h"
 #include "core/physics/simulator.h"
 #include "core/picture/image_batch.h"
@@ -47,9 +48,12 @@ class VectorEnv {
   int threads() const { return pool_.threads(); }
   const ActionSpace& action_space() const { return controller_->action_space(); }
   int action_dim() const { return controller_->action_space().dim(); }
-  // Fields of the state observation, in the order in which they lie in a row.
-  const std::vector<Field>& state_fields() const { return state_fields_; }
-  int state_dim() const { return observation_.width(); }
+  // Fields of the observation's row, in their order: of the state, or in the objects modes of what
+  // cameras could tell.
+  const std::vector<Field>& state_fields() const {
+    return objects_ ? objects_->fields() : state_fields_;
+  }
+  int state_dim() const { return objects_ ? objects_->width() : observation_.width(); }
   // The sampled quantities of an episode, the engine's robot_noise first.
   const std::vector<Draw>& draws() const { return pins_.draws(); }
   // Values of info().options, in their order.
@@ -129,11 +133,13 @@ class VectorEnv {
   const ColumnStore& memory() const { return memory_; }
   // Bytes that every further environment adds.
   std::size_t bytes_per_env() const {
-    return (images_ ? options_.images.bytes() : 0) + memory_.row_bytes() + pin_memory_.row_bytes() +
-           2 * outputs_.row_bytes();
+    return (images_ ? options_.images.bytes() : 0) + object_bytes() + memory_.row_bytes() +
+           pin_memory_.row_bytes() + 2 * outputs_.row_bytes();
   }
 
  private:
+  static constexpr const char* kObservation = "observation";
+
   // Under the scope.
   VectorEnv(const IeeeScope&, std::unique_ptr<Task> task, const EnvOptions& options,
             ImageSourceFactory renderers);
@@ -152,6 +158,9 @@ class VectorEnv {
     return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
   }
   void observe(Range envs);
+  void observe_state(Range envs);
+  void observe_objects(int env);
+  std::size_t object_bytes() const;
   void compute_rewards(Range envs);
   void random_action(int env, float* action) const;
   std::string snapshot_label() const;
@@ -174,7 +183,9 @@ class VectorEnv {
   std::unique_ptr<Simulator> simulator_;
   ImageSourceFactory renderers_;
   std::unique_ptr<ImageBatch> images_;  // rgb mode only
-  std::unique_ptr<SceneViews> views_;   // what render() draws, from its first call on
+  ObjectTokens tokens_;
+  std::unique_ptr<ObjectView> objects_;  // objects modes only
+  std::unique_ptr<SceneViews> views_;    // what render() draws, from its first call on
   std::unique_ptr<ImageSource> sensor_source_;
   std::unique_ptr<ImageSource> render_source_;
 

@@ -23,8 +23,23 @@ void VectorEnv::observe(Range envs) {
     }
     proprio[6] = static_cast<float>(qpos[kArmJoints] + qpos[kArmJoints + 1]);
   }
-  if (!observes_state(options_.obs_mode)) return;
+  if (observes_state(options_.obs_mode)) observe_state(envs);
+  if (!objects_) return;
+  for (int env = envs.begin; env < envs.end; ++env) observe_objects(env);
+}
 
+void VectorEnv::observe_objects(int env) {
+  const float* cue = info().task_cue_dim > 0 ? bindings_.task_cue.row(env) : nullptr;
+  objects_->write(state_, env, state_.seed[env] ^ bindings_.stream_salt, cue);
+}
+
+std::size_t VectorEnv::object_bytes() const {
+  if (!objects_) return 0;
+  const auto rows = options_.auto_reset == AutoReset::kSameStep ? 2 : 1;
+  return rows * sizeof(float) * static_cast<std::size_t>(objects_->width());
+}
+
+void VectorEnv::observe_state(Range envs) {
   int offset = 0;
   for (int env = envs.begin; env < envs.end; ++env) {
     float* out = observation_.row(env);
@@ -71,6 +86,7 @@ std::span<const T> VectorEnv::whole(const Column<T>& column) const {
 }
 
 std::span<const float> VectorEnv::observation() const {
+  if (objects_) return objects_->all();
   if (!observes_state(options_.obs_mode)) return {};
   return whole(observation_);
 }
@@ -96,8 +112,12 @@ ColumnView named(const ColumnStore& store, std::string_view name) {
 
 }  // namespace
 
-ColumnView VectorEnv::output(std::string_view name) const { return named(outputs_, name); }
+ColumnView VectorEnv::output(std::string_view name) const {
+  if (objects_ && name == kObservation) return objects_->rows();
+  return named(outputs_, name);
+}
 ColumnView VectorEnv::final_output(std::string_view name) const {
+  if (objects_ && name == kObservation) return objects_->final_rows();
   return named(final_outputs_, name);
 }
 

@@ -10,6 +10,8 @@ Prop ball(const std::string& name, double radius, const Rgba& rgba) {
   Prop prop;
   prop.name = name;
   prop.primitives.push_back({.shape = Shape::kSphere, .size = {radius, 0, 0}, .rgba = rgba});
+  prop.kind = ObjectKind::kBall;
+  prop.object_shape = static_cast<int>(ObjectShape::kSphere);
   prop.mass = 4.0 / 3.0 * std::numbers::pi * radius * radius * radius * kDensity;
   const double moment = 0.4 * prop.mass * radius * radius;
   prop.inertia = {moment, moment, moment, 0, 0, 0};

@@ -61,6 +61,7 @@ Prop battery(const std::string& name, const BatteryShape& shape) {
   const double across = prop.mass * (3 * radius * radius + height * height) / 12;
   prop.inertia = {prop.mass * radius * radius / 2, across, across, 0, 0, 0};
   prop.friction = shape.BATTERY_FRICTION;
+  prop.kind = ObjectKind::kBattery;
   prop.pos = {0, 0, half};
   prop.quat = kBatteryQuat;
   return prop;
@@ -80,6 +81,7 @@ Prop battery_tray(const std::string& name, const std::vector<std::array<double, 
     disc.pos[1] = y;
     tray.primitives.push_back(disc);
   }
+  tray.kind = ObjectKind::kRack;
   tray.pos = {0, 0, shape.half_size[2]};
   tray.quat = kQuarterTurn;
   return tray;
@@ -104,6 +106,7 @@ Prop battery_socket(const std::string& name, const SocketShape& shape) {
       box({hole, wall_y, outer[2]}, {0, hole + wall_y, 0}),
       box({hole, wall_y, outer[2]}, {0, -hole - wall_y, 0}),
   };
+  socket.kind = ObjectKind::kRack;
   socket.pos = {0, 0, outer[2]};
   socket.quat = kQuarterTurn;
   return socket;

@@ -21,6 +21,8 @@ Prop button_cap(const std::string& name, const ButtonShape& shape) {
                             .size = {shape.BUTTON_CAP_RADIUS, shape.BUTTON_CAP_HALF_HEIGHT, 0},
                             .quat = {kCapQuat[0], -kCapQuat[1], -kCapQuat[2], -kCapQuat[3]},
                             .rgba = shape.cap_rgba});
+  cap.kind = ObjectKind::kButton;
+  cap.travel = 2 * shape.BUTTON_CAP_HALF_HEIGHT;
   cap.pos = {0, 0, shape.cap_height()};
   cap.quat = kCapQuat;
   return cap;

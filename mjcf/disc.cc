@@ -19,6 +19,7 @@ Prop disc(const std::string& name, double radius, double half_height, const Rgba
        .quat = kFlat,
        .visible = false},
   };
+  disc.kind = ObjectKind::kPlace;
   disc.pos = {0, 0, half_height};
   disc.quat = kDiscQuat;
   return disc;

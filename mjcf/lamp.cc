@@ -34,6 +34,7 @@ Prop lamp_body(const std::string& name) {
 // Neck and globe, measured in pictures of the original, and a shoulder between them.
 Prop lamp_bulb(const std::string& name) {
   Prop prop = lamp_part(name);
+  prop.kind = ObjectKind::kLamp;
   prop.primitives = {
       part(Shape::kCylinder, {0.017, 0.021, 0}, 0.037, kWhite),
       part(Shape::kEllipsoid, {0.027, 0.027, 0.032}, 0.070, kWhite),

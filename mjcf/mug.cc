@@ -149,6 +149,7 @@ void enlarge(Prop& prop, double ratio) {
 Prop mug(const std::string& name, double handle_yaw, double scale) {
   Prop prop;
   prop.name = name;
+  prop.kind = ObjectKind::kCup;
   prop.pos = {0, 0, kMugRestingHeight};
   add_collision(prop);
   add_looks(prop);

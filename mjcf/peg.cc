@@ -23,6 +23,7 @@ Prop peg(const std::string& name, double half_length, double half_width, const R
   prop.mass = length * width * width * kDensity;
   const double across = prop.mass * (length * length + width * width) / 12;
   prop.inertia = {prop.mass * width * width / 6, across, across, 0, 0, 0};
+  prop.kind = ObjectKind::kPeg;
   prop.pos = {0, 0, half_width};
   return prop;
 }

@@ -14,6 +14,8 @@ Prop cube(const std::string& name, double half_size, const Rgba& rgba) {
   prop.name = name;
   prop.primitives.push_back(
       {.shape = Shape::kBox, .size = {half_size, half_size, half_size}, .rgba = rgba});
+  prop.kind = ObjectKind::kObject;
+  prop.object_shape = static_cast<int>(ObjectShape::kCube);
   prop.mass = mass;
   prop.inertia = {moment, moment, moment, 0, 0, 0};
   prop.pos = {0, 0, half_size};
@@ -26,6 +28,8 @@ Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba) {
   prop.motion = Motion::kKinematic;
   prop.primitives.push_back(
       {.shape = Shape::kSphere, .size = {radius, 0, 0}, .rgba = rgba, .collides = false});
+  prop.kind = ObjectKind::kBall;
+  prop.object_shape = static_cast<int>(ObjectShape::kSphere);
   prop.pos = {0, 0, radius};
   return prop;
 }

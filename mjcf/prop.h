@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/picture/object_look.h"
+
 namespace engram::mjcf {
 
 using Vec3 = std::array<double, 3>;
@@ -38,12 +40,15 @@ struct Prop {
   bool glides = false;  // kinematic, and meets free props on its way
   std::vector<Primitive> primitives;
   // Inertial properties of a free prop; about the centre of mass, in body axes.
-  double mass = 0;                  // kg
-  Vec3 center_of_mass{};            // m
-  std::array<double, 6> inertia{};  // kg m^2: xx, yy, zz, xy, xz, yz
-  double friction = 0.3;            // the material's; a pair takes the average
-  double damping = 0;               // of all six velocities: N s/m, N m s/rad
-  Vec3 pos{0, 0, 0.02};             // pose in the document (qpos0); tasks place it at reset
+  double mass = 0;                      // kg
+  Vec3 center_of_mass{};                // m
+  std::array<double, 6> inertia{};      // kg m^2: xx, yy, zz, xy, xz, yz
+  double friction = 0.3;                // the material's; a pair takes the average
+  double damping = 0;                   // of all six velocities: N s/m, N m s/rad
+  ObjectKind kind = ObjectKind::kPart;  // to who sees it
+  int object_shape = -1;                // ObjectShape, -1: none of those
+  double travel = 0;                    // m: how far a button's cap sinks at most
+  Vec3 pos{0, 0, 0.02};                 // pose in the document (qpos0); tasks place it at reset
   Quat quat{1, 0, 0, 0};
 };
 
@@ -52,6 +57,9 @@ Prop cube(const std::string& name, double half_size, const Rgba& rgba);
 
 // A sphere for pictures only, moved by the task; it does not collide.
 Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba);
+
+// What can be seen of a prop: kind and shape, and size and colour of its visible primitives.
+ObjectLook look_of(const Prop& prop);
 
 // True if the two differ in name, look and place only.
 bool same_physics(const Prop& a, const Prop& b);

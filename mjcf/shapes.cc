@@ -141,9 +141,7 @@ Primitives primitives_of(ObjectShape shape, double scale) {
 }  // namespace
 
 std::string_view shape_name(ObjectShape shape) {
-  constexpr std::array<std::string_view, kObjectShapeCount> kNames = {
-      "cube", "sphere", "cylinder", "cross", "torus", "star", "pyramide", "t_shape", "crescent"};
-  return kNames[static_cast<std::size_t>(shape)];
+  return kObjectShapeNames[static_cast<std::size_t>(shape)];
 }
 
 double resting_height(ObjectShape shape) {
@@ -158,6 +156,8 @@ Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba, do
   prop.name = name;
   prop.primitives = primitives_of(shape, scale);
   for (Primitive& primitive : prop.primitives) primitive.rgba = rgba;
+  prop.kind = ObjectKind::kObject;
+  prop.object_shape = static_cast<int>(shape);
   set_solid_inertia(prop);
   prop.pos = {0, 0, standing_height(prop)};
   return prop;

@@ -8,19 +8,8 @@
 
 namespace engram::mjcf {
 
-// In the order of the keys of the families that draw shapes.
-enum class ObjectShape {
-  kCube,
-  kSphere,
-  kCylinder,
-  kCross,
-  kTorus,
-  kStar,
-  kPyramide,
-  kTShape,
-  kCrescent,
-};
-inline constexpr int kObjectShapeCount = 9;
+using engram::ObjectShape;
+inline constexpr int kObjectShapeCount = static_cast<int>(kObjectShapeNames.size());
 // The length from which all sizes of a shape follow, m: half the side of its cube.
 inline constexpr double kShapeScale = 0.02;
 

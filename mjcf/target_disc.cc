@@ -20,6 +20,7 @@ Prop target_disc(const std::string& name, double radius, const Rgba& rgba,
                                .collides = false,
                                .hidden_from_sensors = hidden_from_sensors});
   }
+  prop.kind = ObjectKind::kPlace;
   prop.pos = {0, 0, kHeight};
   return prop;
 }

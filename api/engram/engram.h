@@ -74,6 +74,11 @@ enum class ObsMode {
   // Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
   // empty.
   kRgb = ENGRAM_OBS_RGB,
+  // One row of floats, in "observation": the robot, and what cameras could tell of the objects;
+  // nothing that is hidden.
+  kObjects = ENGRAM_OBS_OBJECTS,
+  // The same row; the description of the batch names its parts.
+  kObjectsDict = ENGRAM_OBS_OBJECTS_DICT,
 };
 
 enum class RewardMode {
@@ -176,6 +181,8 @@ struct EnvOptions {
   int chunk = 0;
   // What is observed.
   ObsMode obs_mode = ObsMode::kState;
+  // Objects modes: whether observations tell the time, as a share of the horizon.
+  bool observe_time = false;
   // The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
   // What actions mean.

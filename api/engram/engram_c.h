@@ -92,7 +92,12 @@ typedef enum engram_obs_mode {
   ENGRAM_OBS_STATE_DICT = 2,
   /* Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
    * empty. */
-  ENGRAM_OBS_RGB = 3
+  ENGRAM_OBS_RGB = 3,
+  /* One row of floats, in "observation": the robot, and what cameras could tell of the objects;
+   * nothing that is hidden. */
+  ENGRAM_OBS_OBJECTS = 4,
+  /* The same row; the description of the batch names its parts. */
+  ENGRAM_OBS_OBJECTS_DICT = 5
 } engram_obs_mode;
 /* end options */
 
@@ -169,6 +174,8 @@ typedef struct engram_options {
   int32_t sleep;
   /* Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad; default 0.02. */
   double robot_init_qpos_noise;
+  /* Objects modes: whether observations tell the time, as a share of the horizon. Default 0. */
+  int32_t observe_time;
   /* Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
    * same. 0, 1, 2, 4 or 8; default 0. */
   int32_t lanes;

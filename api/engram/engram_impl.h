@@ -82,6 +82,7 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   c.threads = plain(options.threads);
   c.chunk = plain(options.chunk);
   c.obs_mode = plain(options.obs_mode);
+  c.observe_time = plain(options.observe_time);
   c.reward_mode = plain(options.reward_mode);
   c.control_mode = plain(options.control_mode);
   c.auto_reset = plain(options.auto_reset);

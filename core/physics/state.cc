@@ -32,6 +32,7 @@ State::State(ColumnStore& store, int props) : num_props(props) {
   prop_slow_steps = store.add<std::uint8_t>("prop_slow_steps", width);
   prop_rgba = store.add<float>("prop_rgba", 4 * width);
   prop_emission = store.add<float>("prop_emission", width);
+  covered = store.add<std::uint64_t>("covered");
   finger_force = store.add<double>("finger_force", 6 * width, "N");
 
   store.limit("finished", 0, 1);

@@ -49,6 +49,8 @@ struct State {
   // itself gives off.
   Column<float> prop_rgba;      // (num_props * 4) 0..1
   Column<float> prop_emission;  // (num_props)
+  // Bits of props that are there but cannot be seen, because another one stands over them.
+  Column<std::uint64_t> covered;
   // Force that a prop exerts on each finger in the last substep, N, world frame:
   // (num_props * 2 * 3), left finger first.
   Column<double> finger_force;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 # begin options: lists (scripts/options.py writes this from api/options.toml)
-OBS_MODE = {"none": 0, "state": 1, "state_dict": 2, "rgb": 3}
+OBS_MODE = {"none": 0, "state": 1, "state_dict": 2, "rgb": 3, "objects": 4, "objects_dict": 5}
 REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
 AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
 POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3, "sweep": 4}
@@ -16,6 +16,7 @@ KINDS: dict[str, str | dict[str, int]] = {
     "threads": "int",
     "chunk": "int",
     "obs_mode": OBS_MODE,
+    "observe_time": "bool",
     "reward_mode": REWARD_MODE,
     "control_mode": "text",
     "rotation_sign": "int",

@@ -51,7 +51,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         obs_mode: "state": one float32 row (N, state_dim) that includes privileged fields;
             "state_dict": the same row by name, {"agent": ..., "extra": ...}; "rgb": {"rgb": uint8
             (N, height, width, 3 per camera), "proprio": float32 (N, 7)} and, for the Rotate
-            families, "task_cue"; "none".
+            families, "task_cue"; "objects": one float32 row of what cameras could tell;
+            "objects_dict": the same by name, {"agent": ..., "objects": (N, tokens, values)};
+            "none".
         seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system.
         threads: Threads that work on a step, the caller's included; results do not depend on it. 0
             (one per core) to 1024.
@@ -89,6 +91,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
         max_episode_steps: Control steps of an episode; None: the task's own horizon, or what
             constants say.
+        observe_time: Objects modes: whether observations tell the time, as a share of the horizon.
         rules: Whose rules the task follows: the default of every task option; task_options win.
             "reference" or "original".
         render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
@@ -133,6 +136,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         lanes: int = 0,
         language_in_info: bool = True,
         max_episode_steps: int | None = None,
+        observe_time: bool = False,
         rules: str = "reference",
         render_shadows: bool = False,
         # end options

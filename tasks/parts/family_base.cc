@@ -34,6 +34,12 @@ bool FamilyBase::first_answer_decides() const {
   return false;
 }
 
+std::vector<ObjectLook> FamilyBase::looks() const {
+  std::vector<ObjectLook> looks;
+  for (const mjcf::Prop& prop : scene_.props) looks.push_back(mjcf::look_of(prop));
+  return looks;
+}
+
 SceneSource FamilyBase::scene() const { return scene_source(scene_); }
 
 }  // namespace engram::tasks

@@ -17,6 +17,7 @@ class FamilyBase : public Task {
   const TaskInfo& info() const final { return info_; }
   SceneSource scene() const final;
   std::string document() const final { return mjcf::compose(scene_, mjcf::Detail::kFull); }
+  std::vector<ObjectLook> looks() const final;
   void bind(const Bindings& bindings) override { engine_ = bindings; }
   // What users may change, as it is here, and which of it they have changed.
   void set_changeable(std::vector<TaskConstant> changeable, const ConstantTable& changed);

@@ -97,6 +97,12 @@ void ShellGame::play_free_mugs(int env, int ball) const {
   if (is_manipulation(env) && over.z() <= mugs_.resting_height() + kBallReleaseGap) {
     place_sphere(env, ball, {over.x(), over.y(), params_.BALL_RADIUS});
   }
+  cover_ball(env, ball, cup);
+}
+
+void ShellGame::cover_ball(int env, int ball, int mug) const {
+  const bool covered = is_manipulation(env) && mugs_.hides(env, mug);
+  engine_.state->covered[env] = std::uint64_t{covered} << ball;
 }
 
 // --- success and info ---

@@ -96,6 +96,8 @@ class ShellGame : public FamilyBase {
   // One step of the mugs and the ball where physics moves the mugs: hidden while the ball shows in
   // its slot, then standing over it, then free, the ball going with its mug while that is low.
   void play_free_mugs(int env, int ball) const;
+  // Notes whether the mug over a ball keeps it from being seen.
+  void cover_ball(int env, int ball, int mug) const;
 
   // --- success and info ---
 

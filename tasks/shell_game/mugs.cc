@@ -1,6 +1,7 @@
 #include "tasks/shell_game/mugs.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/join.h"
@@ -93,6 +94,16 @@ Eigen::Vector3d Mugs::standing_pos(int env, int slot) const {
 
 void Mugs::stand(int env, int mug, const Eigen::Vector3d& pos) const {
   engine_.state->place_prop(env, mug, pos.data(), stance_.quat.data());
+}
+
+bool Mugs::hides(int env, int mug) const {
+  constexpr double kLifted = 0.004;  // m: from there on light comes under the rim
+  constexpr double kLevel = 0.995;   // cosine of a mug's tilt that lets nothing be seen
+  const State& state = *engine_.state;
+  if (state.status_of(env, mug) == PropStatus::kHidden) return false;
+  const double* q = state.prop_quat_of(env, mug);
+  const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
+  return state.prop_pos_of(env, mug)[2] < resting_height_ + kLifted && std::abs(upright) > kLevel;
 }
 
 void Mugs::stand_all(int env) const {

@@ -53,6 +53,8 @@ class Mugs {
   void stand(int env, int mug, int slot) const { stand(env, mug, standing_pos(env, slot)); }
   // Every mug in the slot in which it starts.
   void stand_all(int env) const;
+  // Whether a mug stands over what is beneath it, so that no camera sees that.
+  bool hides(int env, int mug) const;
 
  private:
   MugStance stance_;

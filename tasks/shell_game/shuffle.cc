@@ -121,6 +121,7 @@ class ShuffleTouch final : public ShellGame {
       const int end = shuffle_.final_slot(env, start);
       place_sphere(env, ball_, mugs_.slot_pos(env, end, ball_radius()));
     }
+    cover_ball(env, ball_, start);
   }
 
   TouchRule rule_;
