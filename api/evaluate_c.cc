@@ -88,11 +88,11 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   if (options.num_envs < 1) {
     refuse("num_envs: " + std::to_string(options.num_envs) + " given, 1 or more allowed");
   }
-  const bool rgb = options.obs_mode == ENGRAM_OBS_RGB;
-  if (!rgb && options.obs_mode != ENGRAM_OBS_STATE) {
+  const bool known = options.obs_mode == ENGRAM_OBS_RGB || options.obs_mode == ENGRAM_OBS_STATE ||
+                     options.obs_mode == ENGRAM_OBS_OBJECTS;
+  if (!known) {
     refuse("obs_mode: " + std::to_string(options.obs_mode) +
-           " given, ENGRAM_OBS_RGB or "
-           "ENGRAM_OBS_STATE allowed");
+           " given, ENGRAM_OBS_RGB, ENGRAM_OBS_STATE or ENGRAM_OBS_OBJECTS allowed");
   }
   settings.episodes = options.episodes;
   settings.start_seed = options.seed;
@@ -104,7 +104,7 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
     settings.policy_config = std::move(*config);
   }
   engram::EnvOptions environment;
-  environment.obs_mode = rgb ? engram::ObsMode::kRgb : engram::ObsMode::kState;
+  environment.obs_mode = static_cast<engram::ObsMode>(options.obs_mode);
   if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
   environment.rules = engram::c::to_rules(options.rules);
   environment.task_options = engram::c::to_choices(options.task_options, options.num_task_options);

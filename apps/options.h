@@ -34,7 +34,7 @@ Option add_seed(const Command& command, std::uint64_t& seed, const std::string& 
 // --- names ---
 
 // What --obs can ask for.
-inline constexpr std::array kObsModes = {ObsMode::kState, ObsMode::kRgb};
+inline constexpr std::array kObsModes = {ObsMode::kState, ObsMode::kRgb, ObsMode::kObjects};
 
 // Who may play a single task.
 inline constexpr std::array kPlayers = {Policy::kZero, Policy::kRandom, Policy::kOracle,

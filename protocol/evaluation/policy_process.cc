@@ -21,6 +21,7 @@ constexpr std::uint32_t kMagic = 0x4d474e45;  // "ENGM" as it lies in memory
 constexpr std::uint32_t kMaxReply = std::uint32_t{1} << 28;
 constexpr std::uint32_t kObservesRgb = 1;
 constexpr std::uint32_t kObservesState = 2;
+constexpr std::uint32_t kObservesObjects = 3;
 
 void close(int& descriptor) {
   if (descriptor >= 0) ::close(descriptor);
@@ -128,7 +129,8 @@ void PolicyProcess::greet() {
   ByteWriter body;
   body.put(kMagic);
   body.put(kVersion);
-  body.put(rgb ? kObservesRgb : kObservesState);
+  const bool objects = observes_objects(options_.environment.obs_mode);
+  body.put(rgb ? kObservesRgb : objects ? kObservesObjects : kObservesState);
   body.put(static_cast<std::uint32_t>(rgb ? images.height : 0));
   body.put(static_cast<std::uint32_t>(rgb ? images.width : 0));
   body.put(static_cast<std::uint32_t>(rgb ? 3 * images.cameras.size() : 0));

@@ -11,6 +11,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
 
+TOKEN = "object_"  # fields of the objects modes that begin like that are of a token
 FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict; those before it are "agent"
 
 
@@ -85,9 +86,32 @@ class Layout:
             for group, field in self._grouped():
                 parts[group][field["name"]] = _unbounded(field["width"])
             return _dict({name: _dict(part) for name, part in parts.items()})
-        if self.obs_mode == "state":
+        if self.obs_mode == "objects_dict":
+            agent = {field["name"]: _unbounded(field["width"]) for field in self._agent_fields()}
+            parts = {
+                name: spaces.Box(-np.inf, np.inf, (self.tokens, width), np.float32)
+                for name, _, width in self._token_fields()
+            }
+            return _dict({"agent": _dict(agent), "objects": _dict(parts)})
+        if self.obs_mode in ("state", "objects"):
             return _unbounded(outputs["observation"].shape[1])
         return _unbounded(0)
+
+    @property
+    def tokens(self) -> int:
+        """Objects in an observation of the objects modes."""
+        return sum(field["name"].endswith("_seen") for field in self._fields)
+
+    def _agent_fields(self) -> list[dict[str, Any]]:
+        return [f for f in self._fields if not f["name"].startswith(TOKEN)]
+
+    def _token_fields(self) -> list[tuple[str, int, int]]:
+        """What every token says: name, place in it, width."""
+        first = [f for f in self._fields if f["name"].startswith(TOKEN + "0_")]
+        begin = first[0]["offset"] if first else 0
+        return [
+            (f["name"].removeprefix(TOKEN + "0_"), f["offset"] - begin, f["width"]) for f in first
+        ]
 
     def _grouped(self) -> list[tuple[str, dict[str, Any]]]:
         """The fields of a state row, each with the part of state_dict that it belongs to."""
@@ -106,9 +130,21 @@ class Layout:
                 begin = field["offset"]
                 parts[group][field["name"]] = row[:, begin : begin + field["width"]]
             return parts
-        if self.obs_mode == "state":
+        if self.obs_mode == "objects_dict":
+            return self._objects(outputs["observation"])
+        if self.obs_mode in ("state", "objects"):
             return outputs["observation"]
         return np.zeros((len(outputs["reward"]), 0), np.float32)
+
+    def _objects(self, row: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
+        agent = {
+            f["name"]: row[:, f["offset"] : f["offset"] + f["width"]] for f in self._agent_fields()
+        }
+        fields = self._token_fields()
+        width = sum(width for _, _, width in fields)
+        tokens = row[:, row.shape[1] - self.tokens * width :].reshape(len(row), self.tokens, width)
+        objects = {name: tokens[:, :, begin : begin + size] for name, begin, size in fields}
+        return {"agent": agent, "objects": objects}
 
     @property
     def keys(self) -> tuple[str, ...]:

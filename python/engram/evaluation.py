@@ -60,8 +60,8 @@ def evaluate(
     interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is
     called several times a second.
     """
-    if obs not in ("rgb", "state"):
-        raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb' or 'state' allowed")
+    if obs not in ("rgb", "state", "objects"):
+        raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
 
     def act(observation: dict[str, Any]) -> list[np.ndarray]:
         return _chunks(policy(observation), len(observation["instruction"]))
