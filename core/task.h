@@ -101,8 +101,12 @@ struct Bindings {
   Column<float> task_cue;             // (task_cue_dim) out of evaluate
   std::uint64_t stream_salt = 0;      // of random streams (core/episode.h)
   Answers answers;                    // out of evaluate, where there is info().answer
+  bool strict = false;                // whether a wrong first answer fails the episode
   Column<float> action;               // the action of this step, after the curriculum's freeze
   Column<float> previous_action;      // that of the step before; zeros at first
+
+  // Key of the random streams of an environment's episode.
+  std::uint64_t stream_key(int env) const { return state->seed[env] ^ stream_salt; }
 };
 
 // A task drives a batch through its phases. Calls get a range of environments, never one virtual

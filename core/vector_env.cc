@@ -83,9 +83,6 @@ VectorEnv::VectorEnv(const IeeeScope& /*scope*/, std::unique_ptr<Task> task,
                                          " environments of " + task_->info().id);
   }
   pins_.check(options_.pins);
-  for (std::size_t i = 0; i < option_values_.size(); ++i) {
-    strict_ |= info().options[i].name == kStrictOption && option_values_[i] != 0;
-  }
   if (info().robot_init_qpos_noise) options_.robot_init_qpos_noise = *info().robot_init_qpos_noise;
 }
 
@@ -101,6 +98,9 @@ void VectorEnv::allocate() {
   bindings_.options = option_values_;
   bindings_.arm = &model_->arm();
   bindings_.stream_salt = stream_salt(info.id);
+  for (std::size_t i = 0; i < option_values_.size(); ++i) {
+    bindings_.strict |= info.options[i].name == kStrictOption && option_values_[i] != 0;
+  }
   bindings_.memory = &memory_;
   bindings_.outputs = &outputs_;
   bindings_.action = memory_.add<float>("action", action_dim());
@@ -216,7 +216,7 @@ void VectorEnv::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t
   state_.seed[env] = seed;
   state_.episode[env] = episode_number;
 
-  const Episode episode(pins_, env, seed ^ bindings_.stream_salt, episode_number);
+  const Episode episode(pins_, env, bindings_.stream_key(env), episode_number);
   double* qpos = state_.qpos.row(env);
   std::copy(kStartQpos.begin(), kStartQpos.end(), qpos);
   const double* pinned_noise = pins_.values(env, 0);
@@ -345,7 +345,7 @@ void VectorEnv::finish_steps(int worker, Range envs) {
 // A wrong first answer fails the episode where users want that.
 void VectorEnv::evaluate(Range envs) {
   task_->evaluate(envs);
-  if (!strict_) return;
+  if (!bindings_.strict) return;
   for (int env = envs.begin; env < envs.end; ++env) {
     if (!bindings_.answers.wrong(env)) continue;
     bindings_.success[env] = 0;

@@ -210,7 +210,6 @@ class VectorEnv {
   AlignedArray<std::uint8_t> final_mask_;
 
   StepClock* clock_ = nullptr;
-  bool strict_ = false;   // a wrong first answer fails the episode
   bool started_ = false;  // a first reset has been made
   std::atomic<std::uint64_t> unstable_count_ = 0;
 };

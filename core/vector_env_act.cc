@@ -73,8 +73,7 @@ void VectorEnv::act(Policy policy, std::span<float> actions) {
 void VectorEnv::random_action(int env, float* action) const {
   constexpr double kUnboundedSpread = 0.05;
   const auto step = static_cast<std::uint32_t>(state_.elapsed[env]);
-  RandomStream stream(state_.seed[env] ^ bindings_.stream_salt, state_.episode[env],
-                      kPurposeRandomPolicy + step);
+  RandomStream stream(bindings_.stream_key(env), state_.episode[env], kPurposeRandomPolicy + step);
   const ActionSpace& space = action_space();
   controller_->hold_action(state_, env, action);
   for (std::size_t i = 0; i < space.low.size(); ++i) {

@@ -30,7 +30,7 @@ void VectorEnv::observe(Range envs) {
 
 void VectorEnv::observe_objects(int env) {
   const float* cue = info().task_cue_dim > 0 ? bindings_.task_cue.row(env) : nullptr;
-  objects_->write(state_, env, state_.seed[env] ^ bindings_.stream_salt, cue);
+  objects_->write(state_, env, bindings_.stream_key(env), cue);
 }
 
 std::size_t VectorEnv::object_bytes() const {

@@ -9,8 +9,7 @@ namespace engram::tasks {
 
 // The numbers behind an agent's guess: the same ones in every step of an episode.
 inline RandomStream blind_guess(const Bindings& engine, int env) {
-  const State& state = *engine.state;
-  return {state.seed[env] ^ engine.stream_salt, state.episode[env], kPurposeBlindGuess};
+  return {engine.stream_key(env), engine.state->episode[env], kPurposeBlindGuess};
 }
 
 }  // namespace engram::tasks

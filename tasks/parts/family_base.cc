@@ -27,13 +27,6 @@ void FamilyBase::set_changeable(std::vector<TaskConstant> changeable,
   }
 }
 
-bool FamilyBase::first_answer_decides() const {
-  for (std::size_t i = 0; i < info_.options.size(); ++i) {
-    if (info_.options[i].name == kStrictOption) return engine_.options[i] != 0;
-  }
-  return false;
-}
-
 std::vector<ObjectLook> FamilyBase::looks() const {
   std::vector<ObjectLook> looks;
   for (const mjcf::Prop& prop : scene_.props) looks.push_back(mjcf::look_of(prop));

@@ -50,10 +50,6 @@ class FamilyBase : public Task {
   }
   Pose prop_pose(int env, int prop) const { return tasks::prop_pose(*engine_.state, env, prop); }
 
-  // From bind on: whether success has to wait for the first answer. For families in which it may
-  // come earlier.
-  bool first_answer_decides() const;
-
   TaskInfo info_;
   mjcf::Scene scene_;
   Bindings engine_;

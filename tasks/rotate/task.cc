@@ -147,7 +147,6 @@ class Rotate final : public FamilyBase {
       y_pos_error_ = info.add<float>("y_pos_error", 1, "m", "of the peg's centre");
     }
     reward_dict_.bind(bindings, info_.reward_terms.size());
-    decides_ = first_answer_decides();
     ColumnStore& memory = *bindings.memory;
     target_ = memory.add<double>("target_angle", 1, "rad");
     initial_yaw_ = memory.add<double>("initial_yaw", 1, "rad");
@@ -198,7 +197,7 @@ class Rotate final : public FamilyBase {
         in_place = shift.cwiseAbs().maxCoeff() < kMostOffset;
       }
       note_answer(env, turn);
-      const bool counts = !decides_ || engine_.answers.given(env);
+      const bool counts = !engine_.strict || engine_.answers.given(env);
       engine_.success[env] = counts && is_correct(turn.error, params_.angle_threshold) &&
                                      in_place && robot_is_static(*engine_.state, env)
                                  ? 1
@@ -344,7 +343,6 @@ class Rotate final : public FamilyBase {
 
   Params params_;
   RewardDict reward_dict_;
-  bool decides_ = false;  // the first answer
   Column<float> relative_angle_;
   Column<float> y_angle_error_;
   Column<float> x_pos_error_;  // strict only, as the next

@@ -146,7 +146,6 @@ class TakeItBack final : public FamilyBase {
 
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
-    decides_ = first_answer_decides();
     goal_achieved_ =
         bindings.outputs->add<std::uint8_t>("goal_achieved", 1, "", "the cube is on the target");
     goal_reached_status_ = bindings.outputs->add<std::uint8_t>("goal_reached_status", 1, "",
@@ -194,7 +193,7 @@ class TakeItBack final : public FamilyBase {
       goal_achieved_[env] = achieved ? 1 : 0;
       goal_reached_status_[env] = reached_[env];
       note_answer(env);
-      const bool counts = reached_[env] != 0 && (!decides_ || engine_.answers.given(env));
+      const bool counts = reached_[env] != 0 && (!engine_.strict || engine_.answers.given(env));
       engine_.success[env] = returned && counts ? 1 : 0;
       RowWriter(engine_.oracle_values.row(env)).add(region_position(initial(env)));
       reward_dict_.publish(env);
@@ -390,7 +389,6 @@ class TakeItBack final : public FamilyBase {
   RewardDict reward_dict_;
   Column<std::uint8_t> goal_achieved_;
   Column<std::uint8_t> goal_reached_status_;
-  bool decides_ = false;  // the first answer
   Column<std::int32_t> slot_;
   Column<std::uint8_t> reached_;  // latched: the stage switch
   Column<double> initial_;        // (2) m

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import torch
 from play import Clock, Log, load_policy, make_batch, observed, save_policy, success_of
-from policy import Policy, Sight, can_act, groups, recall_loss, shown_first
+from policy import Policy, Recollection, Sight, groups
 from torch import nn
 
 EVALUATION_SEED = 1_000_000
@@ -29,12 +29,12 @@ def arguments():
     add("--no-memory", action="store_true")
     add("--envs", type=int, default=128, help="episodes per iteration")
     add("--iterations", type=int, default=10)
-    add("--updates", type=int, default=32, help="per iteration")
+    add("--updates", type=int, default=64, help="per iteration")
     add("--keep", type=int, default=20, help="iterations whose episodes are learnt from")
-    add("--batch", type=int, default=128, help="episodes per update")
+    add("--batch", type=int, default=1600, help="steps per update")
     add("--lr", type=float, default=3e-3)
     add("--memory-lr", type=float, default=1e-2)
-    add("--recall", type=float, default=0.5, help="weight of the loss that tells the cue")
+    add("--recall", type=float, default=1.0, help="weight of the loss that tells the cue")
     add("--evaluate-every", type=int, default=2)
     return parser.parse_args()
 
@@ -47,31 +47,44 @@ def collect(policy, batch, expert_share):
     by_expert = torch.rand(batch.num_envs, 1) < expert_share
     for _ in range(batch.description["horizon"]):
         label = torch.from_numpy(batch.act("oracle")).clamp(-1, 1)
-        mean, _, _, state, _ = policy(row[None], state)
+        choice, _, state, _ = policy(row[None], state)
         rows.append(row)
         labels.append(label)
-        action = torch.where(by_expert, label, mean[0]).clamp(-1, 1)
+        action = torch.where(by_expert, label, choice.best()[0])
         row = observed(batch.step(action.numpy())[0])
     return torch.stack(rows), torch.stack(labels)
 
 
+def imitation(choice, actions, doubt=0.1):
+    """How far (T, N) the action is from the oracle's. The object for which it fits best counts
+    most: so attention learns which one the oracle means, and no action is a mean of several."""
+    actions = actions[..., None, :].expand_as(choice.mean)
+    error = nn.functional.smooth_l1_loss(choice.mean, actions, reduction="none", beta=0.3).sum(-1)
+    return -doubt * torch.logsumexp(choice.weights - error / doubt, -1)
+
+
 def learn(policy, optimiser, episodes, args):
-    rows = torch.cat([r for r, _ in episodes], 1)
-    labels = torch.cat([l for _, l in episodes], 1)
+    rows, actions, *labels = (torch.cat(parts, 1) for parts in zip(*episodes))
+    # Before its first move the oracle waits, often because the robot is held: that is soon learnt.
+    moved = (actions[..., :-1].abs().amax(-1) > 0).cummax(0).values
+    weights = torch.where(moved, 1.0, 0.1)
+    sums = {"hand": 0.0, "memory": 0.0}
     for _ in range(args.updates):
-        pick = torch.randint(rows.shape[1], (args.batch,))
-        seen, label = rows[:, pick], labels[:, pick]
-        mean, _, cue, _, _ = policy(seen)
-        counts = can_act(policy.sight, seen).float()
-        error = nn.functional.smooth_l1_loss(mean, label, reduction="none", beta=0.3).sum(-1)
-        loss = (error * counts).sum() / counts.sum()
-        if cue is not None:
-            loss = loss + args.recall * recall_loss(cue, shown_first(policy.sight, seen))
+        pick = torch.randint(rows.shape[1], (max(1, args.batch // len(rows)),))
+        seen = rows[:, pick]
+        choice, recalled, _, _ = policy(seen)
+        counts = weights[:, pick]
+        loss = (imitation(choice, actions[:, pick]) * counts).sum() / counts.sum()
+        sums["hand"] += loss.item() / args.updates
+        if policy.memory:
+            recall = Recollection.loss(policy, seen, recalled, [x[:, pick] for x in labels])
+            sums["memory"] += recall.item() / args.updates
+            loss = loss + args.recall * recall
         optimiser.zero_grad()
         loss.backward()
         nn.utils.clip_grad_norm_(policy.parameters(), 1.0)
         optimiser.step()
-    return loss.item()
+    return {name: round(value, 4) for name, value in sums.items()}
 
 
 def main():
@@ -90,18 +103,19 @@ def main():
     log, clock, episodes = Log(args.out), Clock(), []
     batch.reset(seed=args.seed)
     for iteration in range(args.iterations):
-        episodes.append(collect(policy, batch, 0.5**iteration))
-        del episodes[: -args.keep]
+        rows, actions = collect(policy, batch, 0.5**iteration)
         if iteration == 0 and not args.resume:
-            policy.fit(episodes[0][0])
+            policy.fit(rows)
+        episodes.append((rows, actions, *Recollection.labels(policy, rows)))
+        del episodes[: -args.keep]
         for group, rate in zip(optimiser.param_groups, rates):
-            group["lr"] = rate * (1 - iteration / args.iterations)
-        loss = learn(policy, optimiser, episodes, args)
+            group["lr"] = rate * min(1, 2 - 2 * iteration / args.iterations)
+        losses = learn(policy, optimiser, episodes, args)
         if (iteration + 1) % args.evaluate_every and iteration + 1 < args.iterations:
             continue
         scores = clock.leave_out(success_of, policy, test, EVALUATION_SEED)
         steps = (iteration + 1) * args.envs * batch.description["horizon"]
-        log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, loss=round(loss, 4))
+        log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
             save_policy(policy, path, args.id, not args.no_memory)
     log.draw(f"{args.id}, distilled, seed {args.seed}")

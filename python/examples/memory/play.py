@@ -56,12 +56,12 @@ def success_of(policy, batch, seed, forget=False):
     seen_most = torch.zeros(batch.num_envs)
     horizon = batch.description["horizon"]
     for _ in range(horizon):
-        if forget and state is not None:
+        if forget:
             seen = policy.sight.split(rows)[1][..., 0].sum(-1)
-            state = state * (seen <= seen_most)[None, :, None]
+            state = policy.wipe(state, seen > seen_most)
             seen_most = torch.maximum(seen_most, seen)
-        mean, _, _, state, _ = policy(rows[None], state)
-        step = batch.step(mean[0].clamp(-1, 1).numpy())
+        choice, _, state, _ = policy(rows[None], state)
+        step = batch.step(choice.best()[0].numpy())
         rows = observed(step[0])
     infos = step[4]
     answers = infos.get("first_answer_correct")

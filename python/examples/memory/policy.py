@@ -1,15 +1,21 @@
-"""A policy that sees objects and may remember: networks, and how observations are cut up.
+"""A policy that sees objects and may remember: networks, and what its memory is taught.
 
 Observations are those of ``obs_mode="objects"``: the robot, then a token for every object. Sequences
-are (T, N, ...) and start at an episode's beginning.
+are (T, N, ...) and begin where an episode begins.
 """
 
 import math
+from typing import NamedTuple
 
 import torch
 from torch import nn
+from torch.nn.functional import binary_cross_entropy_with_logits
 
 TOKEN = "object_"
+LOOKS = 20  # of an id's looks are told apart
+COUNTS = 8  # so many changes of a lamp or a button are told apart
+PLACES = 4 + 7  # marks of the table
+NEAR = 0.1  # of the same place: within 0.05 m
 
 
 class Sight:
@@ -30,13 +36,41 @@ class Sight:
         }
         place = {f["name"]: slice(f["offset"], f["offset"] + f["width"]) for f in fields}
         self.tcp = slice(place["tcp_pose"].start, place["tcp_pose"].start + 3)
-        looks = [self.part[name] for name in ("color", "shape", "state", "kind")]
-        self.look = slice(looks[0].start, looks[-1].stop)
+        self.place = self.part["position"]
+        self.colors = self.part["color"].stop - self.part["color"].start
+        self.shapes = self.part["shape"].stop - self.part["shape"].start
+        self.look = [i for name in ("color", "shape", "kind") for i in indices(self.part[name])]
 
     def split(self, rows):
         """Rows (..., D) -> robot (..., agent), tokens (..., tokens, width)."""
         tokens = rows[..., self.agent :].unflatten(-1, (self.tokens, self.width))
         return rows[..., : self.agent], tokens
+
+    def pairs(self, tokens):
+        """Number of every object's pair of colour and shape (or none); -1 of what is not seen."""
+        color = tokens[..., self.part["color"]].argmax(-1)
+        shape = tokens[..., self.part["shape"]]
+        shape = torch.where(shape.sum(-1) > 0, shape.argmax(-1), self.shapes)
+        return torch.where(tokens[..., 0] > 0, color * (self.shapes + 1) + shape, -1)
+
+
+def indices(part):
+    return range(part.start, part.stop)
+
+
+def at_places(where):
+    """Which marks on the table (..., PLACES) a place (..., 3) is near, from both sides of it."""
+    x = torch.linspace(-0.5, 0.7, 4, device=where.device)
+    y = torch.linspace(-0.6, 0.6, 7, device=where.device)
+    away = torch.cat([where[..., :1] - x, where[..., 1:2] - y], -1)
+    return torch.exp(-((away / 0.2) ** 2))
+
+
+def arrivals(seen, before):
+    """Steps (T, N, 1) in which something comes into sight: a new view begins, in which every object
+    keeps its token. before: what was seen (N, tokens) before the first step."""
+    earlier = torch.cat([before[None], seen[:-1]])
+    return ((seen > 0) & (earlier == 0)).any(-1, keepdim=True).float()
 
 
 def mlp(*sizes, gain=1.0):
@@ -51,104 +85,225 @@ def mlp(*sizes, gain=1.0):
 
 
 class Policy(nn.Module):
-    """Tokens are read one by one and summed; the sum feeds a GRU; the hand acts on the robot, the
-    memory, and the object that attention picks out.
+    """Reads tokens one by one. A GRU remembers the sum of what is seen; a second one, the same for
+    all objects, remembers of each what the first says of it, as long as it can be followed.
+    Attention picks an object out for the hand. Without memory there are no GRUs."""
 
-    Attention compares what the memory says of the cue (its looks and its place) with every object
-    that is seen, and asks a learned question besides. Without memory it has the question alone.
-
-    The memory is trained to tell the cue: what the first observation of the episode showed.
-    """
-
-    def __init__(self, sight, memory=True, hidden=64, width=64, token=32, actions=7):
+    def __init__(self, sight, memory=True, hidden=64, width=64, token=32, slot=32, actions=7):
         super().__init__()
-        self.sight, self.memory, self.hidden = sight, memory, hidden
-        self.looks = sight.look.stop - sight.look.start
-        self.place = sight.part["position"]
+        self.sight, self.memory = sight, memory
         self.register_buffer("mean", torch.zeros(sight.agent))
         self.register_buffer("std", torch.ones(sight.agent))
+        self.register_buffer("vocabulary", torch.full((LOOKS,), -2))
         self.read = mlp(sight.width + 3, token, token)
-        self.key = nn.Linear(token, token)
-        self.place_gain = nn.Parameter(torch.tensor(1.0))
-        self.look_gain = nn.Parameter(torch.full((self.looks,), 1.0))
-        known = sight.agent + token
+        seen = sight.agent + token
+        kept = hidden + slot if memory else 0
         if memory:
-            # What is seen enters the memory as it is, too: learning to keep it is then quick.
-            self.encode = mlp(known + self.looks + 3, hidden)
+            plain = LOOKS * (1 + PLACES) + len(sight.look) + 3
+            # What is seen goes into the memory as it is, too: it is then quickly learnt to keep.
+            self.encode = mlp(sight.agent + plain + 1, hidden)
+            self.norm = nn.LayerNorm(hidden)
             self.gru = nn.GRU(hidden, hidden)
-            self.recall = nn.Linear(hidden, self.looks + 3)
-        self.question = nn.Linear(hidden if memory else 1, token)
-        self.act = mlp(known + 6 + (hidden if memory else 0), width, width, 2 * actions, gain=0.01)
+            self.tell = nn.Linear(hidden, slot)
+            self.about = nn.Linear(token + len(sight.look) + 3, slot)
+            self.shown = nn.Linear(hidden, (3 + PLACES) * LOOKS)
+            self.slots = nn.GRU(token + slot + 4 + LOOKS, slot)
+            self.recall = nn.Linear(slot, Recollection.WIDTH)
+            with torch.no_grad():  # answers that differ from the first are sooner learnt to be right
+                self.shown.weight *= 5
+                self.recall.weight *= 3
+        self.question = nn.Linear(seen + kept, token)
+        self.key = nn.Linear(token + (slot + 4 if memory else 0), token)
+        thing = token + (slot + 4 if memory else 0)
+        self.situation = nn.Linear(seen + kept, width)
+        self.toward = nn.Linear(thing + 6, width, bias=False)
+        self.act = mlp(width, width, 2 * actions, gain=0.01)
 
     def fit(self, rows):
-        """Takes the scale of the robot's numbers from these."""
-        agent = self.sight.split(rows)[0].flatten(0, -2)
+        """Takes the scale of the robot's numbers, and the looks there are, from these."""
+        agent, tokens = self.sight.split(rows)
+        agent = agent.flatten(0, -2)
         self.mean.copy_(agent.mean(0))
         self.std.copy_(agent.std(0) + 1e-2)
+        pairs = self.sight.pairs(tokens).unique()
+        pairs = pairs[pairs >= 0][:LOOKS]
+        self.vocabulary[: len(pairs)] = pairs
+
+    def colors(self):
+        """One-hot colours (LOOKS, colours) of the looks there are."""
+        color = self.vocabulary.div(self.sight.shapes + 1, rounding_mode="floor")
+        return (color[:, None] == torch.arange(self.sight.colors, device=color.device)).float()
+
+    def code(self, tokens):
+        """One-hot looks (..., LOOKS) of every object."""
+        return (self.sight.pairs(tokens)[..., None] == self.vocabulary).float()
 
     def forward(self, rows, state=None):
-        """-> mean and log deviation (T, N, 7) of the action, what the memory says of the cue
-        (T, N, looks + 3), its state, and the whole context (T, N, ...) for a critic."""
-        agent, tokens = self.sight.split(rows)
+        """-> Choice; what the memory recollects, None without; its state; what it all comes from
+        (T, N, ...), for a critic."""
+        sight = self.sight
+        agent, tokens = sight.split(rows)
         seen = tokens[..., :1]
-        offset = (tokens[..., self.place] - agent[..., None, self.sight.tcp]) * seen
+        offset = (tokens[..., sight.place] - agent[..., None, sight.tcp]) * seen
         read = self.read(torch.cat([tokens, 5 * offset], -1)) * seen
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
-        known = torch.cat([scaled, read.sum(-2)], -1)
-        cue, parts = None, [known]
-        question = torch.ones_like(agent[..., :1])
+        parts, things, recalled = [scaled, read.sum(-2)], read, None
         if self.memory:
-            plain = [tokens[..., part].sum(-2) for part in (self.sight.look, self.place)]
-            entry = torch.tanh(self.encode(torch.cat([known, *plain], -1)))
-            question, state = self.gru(entry, state)
-            cue = self.recall(question)
-            parts.append(question)
-        match = (self.key(read) * self.question(question)[..., None, :]).sum(-1)
-        if cue is not None:
-            match = match + self.likeness(cue, tokens)
-        weights = match.masked_fill(seen[..., 0] == 0, -1e4).softmax(-1) * seen[..., 0]
-        at = (weights[..., None] * torch.cat([offset, tokens[..., self.place]], -1))
-        context = torch.cat([*parts, at.sum(-2) * 5], -1)
-        mean, deviation = self.act(context).chunk(2, -1)
-        return mean, (deviation - 1.0).clamp(-5.0, 0.0), cue, state, context
+            before, state, slot_state = state or (torch.zeros_like(seen[0, ..., 0]), None, None)
+            new = arrivals(seen[..., 0], before)
+            code = self.code(tokens)
+            plain = torch.cat([tokens[..., sight.look], tokens[..., sight.place]], -1)
+            marks = at_places(tokens[..., sight.place])
+            put = torch.einsum("tnkp,tnkc->tnpc", marks, code).flatten(-2)
+            entry = torch.cat([scaled, 3 * code.sum(-2), 3 * put, plain.sum(-2), new], -1)
+            known, state = self.gru(self.norm(self.encode(entry)), state)
+            shown = self.shown(known).unflatten(-1, (3 + PLACES, LOOKS))
+            known = known.detach()
+            like = torch.einsum("tnvc,tnkc->tnkv", torch.sigmoid(shown[..., :3, :].detach()), code)
+            stood = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
+            told = self.tell(known)[..., None, :] * self.about(torch.cat([read, plain], -1))
+            told = torch.cat([told, torch.sigmoid(stood.detach())], -1)
+            entry = torch.cat([read, like, told, new[..., None, :].expand_as(seen)], -1)
+            slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
+            slots = slots.unflatten(1, tokens.shape[1:3]) * seen
+            state = (seen[-1, ..., 0], state, slot_state)
+            of_objects = self.recall(slots)
+            recalled = (shown[..., :3, :], stood, of_objects)
+            # Whether what stood there has the colour of something else that is in sight now.
+            colors = tokens[..., sight.part["color"]]
+            stood_colors = torch.sigmoid(of_objects[..., :LOOKS].detach()) @ self.colors()
+            meant = stood_colors * (colors.sum(-2, keepdim=True) - colors)
+            like = torch.cat([like, meant.sum(-1, keepdim=True)], -1)
+            parts += [known, slots.sum(-2)]
+            things = torch.cat([read, 4 * like, slots], -1)
+        known = torch.cat(parts, -1)
+        match = (self.key(things) * self.question(known)[..., None, :]).sum(-1)
+        weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
+        here = torch.cat([5 * offset, 5 * tokens[..., sight.place], things], -1)
+        hand = torch.tanh(self.situation(known)[..., None, :] + self.toward(here))
+        mean, deviation = self.act(hand).chunk(2, -1)
+        return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, known
 
-    def likeness(self, cue, tokens):
-        """How much every object is like what the memory says of the cue."""
-        looks = torch.sigmoid(cue[..., None, :-3]) * tokens[..., self.sight.look]
-        away = tokens[..., self.place] - cue[..., None, -3:]
-        return (4 * self.look_gain * looks).sum(-1) - 40 * self.place_gain * (away**2).sum(-1)
+    def wipe(self, state, which):
+        """The state with the memory of some environments (N,) as in an episode's first step."""
+        if state is None:
+            return None
+        keep = (~which).float()
+        before, known, slots = state
+        return (
+            before * keep[:, None],
+            known * keep[None, :, None],
+            slots * keep.repeat_interleave(self.sight.tokens)[None, :, None],
+        )
+
+
+class Choice(NamedTuple):
+    """An object to act upon, and how: log weights (T, N, tokens) of the objects, mean and log
+    deviation (T, N, tokens, actions) of the action for each."""
+
+    weights: torch.Tensor
+    mean: torch.Tensor
+    deviation: torch.Tensor
+
+    def best(self):
+        """The action (T, N, actions) for the object of most weight."""
+        which = self.weights.argmax(-1)[..., None, None]
+        return self.mean.take_along_dim(which, -2)[..., 0, :].clamp(-1, 1)
 
 
 def groups(policy, lr, memory_lr):
     """Parameters for an optimiser: the memory learns faster than the hand."""
-    parts = [policy.read]
-    if policy.memory:
-        parts += [policy.encode, policy.gru, policy.recall]
-    fast = {id(p) for part in parts for p in part.parameters()}
+    slow = [policy.situation, policy.toward, policy.act]
+    slow = {id(p) for part in slow for p in part.parameters()}
     return [
-        {"params": [p for p in policy.parameters() if id(p) not in fast], "lr": lr},
-        {"params": [p for p in policy.parameters() if id(p) in fast], "lr": memory_lr},
+        {"params": [p for p in policy.parameters() if id(p) in slow], "lr": lr},
+        {"params": [p for p in policy.parameters() if id(p) not in slow], "lr": memory_lr},
     ]
 
 
-def shown_first(sight, rows):
-    """What the first observation showed, (N, looks + 3): which looks there were, and where, in the
-    mean. The label of the memory's training. It is no privilege: the policy has seen it."""
-    tokens = sight.split(rows[0])[1]
-    seen = tokens[..., :1]
-    looks = tokens[..., sight.look].amax(-2)
-    place = (tokens[..., sight.part["position"]] * seen).sum(-2) / seen.sum(-2).clamp(min=1)
-    return torch.cat([looks, place], -1)
+class Recollection:
+    """What the memory is taught to know. The episode's own observations tell it: no privileged
+    label.
+
+    * shown: of every look, whether something had it in the first view, or in any earlier one, and
+      in which first.
+    * stood: of every object in sight, the looks of what stood in its place at first, carried along
+      as it moves.
+    * changed: of every object in sight, how often its state (a lamp's, a button's) has gone up.
+    """
+
+    VIEWS = 8  # later ones are told like the eighth
+
+    WIDTH = LOOKS + COUNTS
+
+    @classmethod
+    def labels(cls, policy, rows):
+        """Of whole episodes (T, N, D): shown (T, N, 3, LOOKS), and what is known of every object
+        (T, N, tokens, width)."""
+        tokens = policy.sight.split(rows)[1]
+        seen = tokens[..., 0]
+        new = arrivals(seen, torch.zeros_like(seen[0]))[..., 0]
+        view = new.cumsum(0)[..., None] - 1
+        code = policy.code(tokens)
+        first = torch.where(code.amax(-2) > 0, view, cls.VIEWS).cummin(0).values
+        shown = torch.stack([first == 0, first < view, first.clamp(max=cls.VIEWS) / cls.VIEWS], -2)
+        here = stood_here(policy.sight, tokens, code)
+        return shown, here, torch.cat(followed(policy.sight, tokens, code, new), -1)
+
+    @staticmethod
+    def loss(policy, rows, recalled, labels):
+        seen = policy.sight.split(rows)[1][..., 0]
+        (shown, stood, of_objects), (shown_label, here, object_label) = recalled, labels
+        error = binary_cross_entropy_with_logits(shown, shown_label, reduction="none")
+        # Looks that the episode never shows are not asked for: so many a no would drown the rest.
+        error = error * shown_label[-1, ..., 2:, :].lt(1)
+        error[..., 2, :] *= shown_label[..., 1, :]
+        of_all = error.sum((-1, -2)).mean()
+        known = torch.cat([policy.vocabulary >= 0, policy.vocabulary.new_ones(COUNTS) > 0])
+        error = binary_cross_entropy_with_logits(of_objects, object_label, reduction="none") * known
+        of_places = binary_cross_entropy_with_logits(stood, here, reduction="none")
+        error = error.sum(-1) + (of_places * known[:LOOKS]).sum(-1)
+        return of_all + (error * seen).sum() / seen.sum()
 
 
-def recall_loss(cue, label):
-    """How badly the memory tells the cue, over all steps."""
-    label = label.expand(len(cue), -1, -1)
-    looks = nn.functional.binary_cross_entropy_with_logits(
-        cue[..., :-3], label[..., :-3], reduction="none"
-    )
-    place = (cue[..., -3:] - label[..., -3:]) ** 2
-    return (looks.sum(-1) + 10 * place.sum(-1)).mean()
+def stood_here(sight, tokens, looks):
+    """Looks of what stood at the place of every object (T, N, tokens, LOOKS) at first."""
+    where = tokens[..., sight.place][..., :2]
+    away = (where[:, :, :, None] - where[0][None, :, None]).norm(dim=-1)
+    away = away.masked_fill(tokens[0, ..., 0][None, :, None] == 0, 9)
+    near, which = away.min(-1)
+    stood = looks[:1].expand_as(looks).gather(2, which[..., None].expand_as(looks))
+    return stood * (near < NEAR)[..., None] * tokens[..., :1]
+
+
+def followed(sight, tokens, looks, new):
+    """Looks of what stood there at first, and numbers of changes, of every object that is followed
+    from view to view by its place."""
+    where = tokens[..., sight.place][..., :2]
+    seen = tokens[..., 0] > 0
+    up = tokens[..., sight.part["state"]][..., 0] > 0.5
+    first = (where[0], seen[0], looks[0])
+    stood, count = looks[0].clone(), torch.zeros_like(seen[0]).long()
+    all_stood, all_counts = [stood], [count]
+    for t in range(1, len(tokens)):
+        moved = new[t] > 0
+        if moved.any():
+            known = torch.cat([where[t - 1], first[0]], 1)
+            away = torch.cdist(where[t], known)
+            away = away.masked_fill(~torch.cat([seen[t - 1], first[1]], 1)[:, None], 9)
+            away[..., seen.shape[-1] :] += NEAR  # what was there at first counts where nothing else is
+            away, place = away.min(-1)
+            valid = (away < 2 * NEAR) & seen[t]
+            source = torch.cat([stood, first[2]], 1)
+            carried = source.gather(1, place[..., None].expand_as(stood)) * valid[..., None]
+            counts = torch.cat([count, torch.zeros_like(count)], 1).gather(1, place) * valid
+            stood = torch.where(moved[:, None, None], carried, stood)
+            count = torch.where(moved[:, None], counts, count)
+        count = count + (up[t] & ~up[t - 1] & (new[t] == 0)[:, None])
+        all_stood.append(stood)
+        all_counts.append(count)
+    counts = torch.stack(all_counts).clamp(max=COUNTS - 1)
+    return torch.stack(all_stood), nn.functional.one_hot(counts, COUNTS).float()
 
 
 def can_act(sight, rows):
