@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "apps/task_choice.h"
-#include "protocol/evaluation/policy_process.h"
 
 namespace engram::apps {
 namespace {
@@ -32,13 +31,10 @@ EvaluationSettings settings_of(const EvalOptions& options) {
   settings.episodes = protocol.episodes;
   settings.start_seed = protocol.start_seed;
   EnvOptions environment = protocol.environment;
-  if (options.policy_command.empty()) {
-    settings.policy = name_of(protocol.policy);
-  } else {
-    settings.policy = options.policy_name.empty() ? "external" : options.policy_name;
-    settings.policy_config = DocumentTable{{"command", options.policy_command}};
-    // Images are what the benchmark allows.
-    if (!options.given.contains("obs_mode")) environment.obs_mode = ObsMode::kRgb;
+  name_policy(options.policy, protocol.policy, settings);
+  // Images are what the benchmark allows.
+  if (options.policy.given() && !options.given.contains("obs_mode")) {
+    environment.obs_mode = ObsMode::kRgb;
   }
   settings.set_environment(environment);
   for (const std::string& id : settings.tasks) (void)make_task(id, settings.constants);
@@ -78,7 +74,6 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
     }
     protocol.policy = *own;
   } else {
-    PolicyProcessOptions process;
     const Document* command = find(settings.policy_config, "command");
     if (command == nullptr) {
       throw Error(Error::kInvalidArgument,
@@ -86,10 +81,9 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
                               "can go on with it",
                               settings.policy));
     }
-    process.command = text(*command);
-    process.timeout = std::chrono::seconds(options.policy_timeout);
-    process.environment = protocol.environment;
-    process.max_slots = std::min(protocol.num_envs, protocol.episodes);
+    const PolicyCommand policy{text(*command), settings.policy, options.policy.timeout};
+    const PolicyProcessOptions process = process_options(
+        policy, protocol.environment, std::min(protocol.num_envs, protocol.episodes));
     protocol.external = [process](const WorkContext& context) {
       return std::make_unique<PolicyProcess>(process, context);
     };
@@ -106,18 +100,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
                    "The 90 tasks of the benchmark proper only");
   command.add_flag("--all", options.all, "All registered tasks that pass the filters");
   const Option policy = add_policy(command, options.protocol.policy, kPolicies);
-  command
-      .add_option(
-          "--policy-command", options.policy_command,
-          "A policy from outside: a command that speaks the protocol of docs/evaluation.md; "
-          "one process per thread")
-      .type_name("COMMAND")
-      .excludes(policy);
-  command.add_option("--policy-name", options.policy_name, "Its name in the results")
-      .type_name("NAME")
-      .default_str("external");
-  add_int(command, "--policy-timeout", options.policy_timeout, 1, 86'400,
-          "Seconds that it may take for an answer");
+  add_policy_command(command, policy, options.policy);
   add_int(command, "--episodes", options.protocol.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes per task");
   add_seed(command, options.protocol.start_seed, "Episode i has seed + i");
@@ -152,7 +135,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
       "One episode per seed, until it is terminated or as long as its horizon; success_once is the "
       "share of episodes with success in any step. Results do not depend on --num-envs, --threads "
       "or the number of processes under mpirun. docs/evaluation.md tells of policies from "
-      "outside.");
+      "outside, which are one process per thread.");
 }
 
 }  // namespace engram::apps

@@ -7,6 +7,7 @@
 
 #include "apps/command_line.h"
 #include "apps/options.h"
+#include "apps/policy_command.h"
 #include "protocol/evaluation/evaluate.h"
 #include "protocol/evaluation/result_files.h"
 
@@ -17,9 +18,7 @@ struct EvalOptions {
   TaskFilter filter;
   bool all = false;
   Protocol protocol;
-  std::string policy_command;  // empty: one of engram's own policies
-  std::string policy_name;     // of the command
-  int policy_timeout = 300;    // seconds
+  PolicyCommand policy;  // takes the place of the protocol's if it is given
   std::string out;
   std::string resume;
   bool json = false;

@@ -1,6 +1,7 @@
 // Ctrl-C and SIGTERM, noticed where the program can stop cleanly.
 #pragma once
 
+#include <atomic>
 #include <string_view>
 
 namespace engram::apps {
@@ -14,7 +15,9 @@ class Interruption {
   Interruption& operator=(const Interruption&) = delete;
 
   // Whether there was a signal.
-  bool requested() const;
+  bool requested() const { return flag(); }
+  // Set by a signal, for what waits elsewhere.
+  const std::atomic<bool>& flag() const;
 
   // Throws Error if there was a signal; `state` says what has been saved.
   void check(std::string_view state) const;

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "api/media.h"
-#include "apps/interruption.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "apps/record_episode.h"
 #include "apps/record_view.h"
-#include "protocol/formats/document.h"
+#include "protocol/evaluation/result_files.h"
 
 namespace engram::apps {
 namespace {
@@ -27,16 +27,13 @@ constexpr int kSheetColumns = 3;
 constexpr int kFramesPerSecond = 30;
 
 struct RecordOptions {
-  std::string id;
   std::string out;
-  EnvOptions env = batch_options(1, 1);
+  EpisodeOptions episode;
   ViewOptions view;
-  int size = 0;   // 0: not given, as below
-  int steps = 0;  // at most; 0: to the end
+  int size = 0;  // 0: not given, as below
   int frames_per_second = 0;
   int sheet = 0;        // pictures of a sheet that is spread over the episode
   std::vector<int> at;  // steps to take pictures of
-  Policy policy = Policy::kOracle;
   bool json = false;
 
   bool is_sheet() const { return sheet > 0 || at.size() > 1; }
@@ -51,83 +48,44 @@ std::string extension_of(const std::string& path) {
   return extension;
 }
 
-// --- the episode ---
-
-class Episode {
- public:
-  explicit Episode(const RecordOptions& options)
-      : policy_(options.policy), max_steps_(options.steps) {
-    EnvOptions env = options.env;
-    env.image_options.renderer = env.render_options.renderer;
-    // Sensors at their own size are what policies see; larger ones are for people.
-    env.image_options.antialias = options.view.sensor_size == 0;
-    env_ = make(options.id, env);
-    actions_.resize(static_cast<std::size_t>(env_->action_dim()));
-    if (max_steps_ == 0) max_steps_ = env_->info().horizon;
-    max_steps_ = std::min(max_steps_, env_->info().horizon);
-    env_->reset();
-  }
-
-  VectorEnv& env() { return *env_; }
-  int steps() const { return env_->state().elapsed[0]; }
-  int max_steps() const { return max_steps_; }
-  bool over() const {
-    return steps() >= max_steps_ || (env_->terminated()[0] | env_->truncated()[0]) != 0;
-  }
-  bool success_once() const { return *env_->output("success_once").row(0) != std::byte{0}; }
-
-  void step() {
-    env_->act(policy_, actions_);
-    env_->step(actions_);
-  }
-
- private:
-  Policy policy_;
-  int max_steps_;
-  std::unique_ptr<VectorEnv> env_;
-  std::vector<float> actions_;
-};
-
 struct Report {
   int frames = 0;
   int width = 0;
   int height = 0;
   bool success_once = false;
+  int chunk_size = 1;
 };
 
 // --- videos ---
 
-Report record_video(const RecordOptions& options) {
-  Episode episode(options);
+Report record_video(const RecordOptions& options, Episode& episode) {
   View view(episode.env(), options.view);
-  const Interruption interruption;
   VideoWriter video(options.out, view.width(), view.height(), options.frames_per_second);
   Progress progress("record", "frames");
-  Report report{0, view.width(), view.height(), false};
+  Report report{.width = view.width(), .height = view.height()};
   while (true) {
     video.add(view.draw());
     ++report.frames;
     progress.update(report.frames / (episode.max_steps() + 1.0), report.frames);
-    interruption.check("nothing was written");
     if (episode.over()) break;
     episode.step();
   }
   video.finish();
-  report.success_once = episode.success_once();
   return report;
 }
 
 // --- pictures ---
 
 // The steps to show: those that were asked for, or some from the first to the last.
-std::vector<int> moments_of(const RecordOptions& options) {
+std::vector<int> moments_of(const RecordOptions& options, Episode& episode) {
   if (options.sheet == 0) return options.at;
-  Episode rehearsal(options);
-  while (!rehearsal.over()) rehearsal.step();
+  while (!episode.over()) episode.step();
+  const int steps = episode.steps();
+  episode.rewind();
   std::vector<int> moments;
   moments.reserve(static_cast<std::size_t>(options.sheet));
   for (int i = 0; i < options.sheet; ++i) {
-    moments.push_back(options.sheet == 1 ? 0 : i * rehearsal.steps() / (options.sheet - 1));
+    moments.push_back(options.sheet == 1 ? 0 : i * steps / (options.sheet - 1));
   }
   return moments;
 }
@@ -138,14 +96,13 @@ bool play_until(int step, Episode& episode) {
   return episode.steps() == step;
 }
 
-Report record_pictures(const RecordOptions& options) {
-  const std::vector<int> moments = moments_of(options);
-  Episode episode(options);
+Report record_pictures(const RecordOptions& options, Episode& episode) {
+  const std::vector<int> moments = moments_of(options, episode);
   View view(episode.env(), options.view);
   const auto count = static_cast<int>(moments.size());
   const int columns = std::min(count, kSheetColumns);
   const int rows = (count + columns - 1) / columns;
-  Report report{0, columns * view.width(), rows * view.height(), false};
+  Report report{.width = columns * view.width(), .height = rows * view.height()};
   Canvas canvas(report.width, report.height);
   Progress progress("record", "pictures");
   for (const int moment : moments) {
@@ -160,7 +117,6 @@ Report record_pictures(const RecordOptions& options) {
     progress.update(static_cast<double>(report.frames) / count, report.frames);
   }
   if (options.is_sheet()) play_until(episode.max_steps(), episode);
-  report.success_once = episode.success_once();
   write_png(options.out, report.width, report.height, canvas.rgb());
   return report;
 }
@@ -207,23 +163,61 @@ RecordOptions completed(RecordOptions options) {
   if (options.at.empty()) options.at = {0};
   std::sort(options.at.begin(), options.at.end());
   complete_size(options);
-  options.env.obs_mode = ObsMode::kNone;
-  options.env.auto_reset = AutoReset::kOff;  // the last frame is that of the last step
+  EpisodeOptions& episode = options.episode;
+  if (episode.obs && !episode.command.given()) {
+    refuse("--obs: what --policy-command sees; no such policy given");
+  }
+  EnvOptions& env = episode.env;
+  env.obs_mode = ObsMode::kNone;
+  env.auto_reset = AutoReset::kOff;  // the last frame is that of the last step
+  env.image_options.renderer = env.render_options.renderer;
+  // Sensors at their own size are what policies see; larger ones are for people.
+  env.image_options.antialias = options.view.sensor_size == 0;
   return options;
+}
+
+// --- the command ---
+
+Report record(const RecordOptions& options) {
+  const bool picture = extension_of(options.out) == ".png";
+  const Interruption interruption;
+  try {
+    Episode episode(options.episode, interruption);
+    Report report = picture ? record_pictures(options, episode) : record_video(options, episode);
+    report.success_once = episode.success_once();
+    report.chunk_size = episode.chunk_size();
+    return report;
+  } catch (const Error&) {
+    // A policy that was no longer waited for has not failed.
+    interruption.check("nothing was written");
+    throw;
+  }
+}
+
+// With the words that an evaluation has for the policy.
+Document to_document(const RecordOptions& options, const Report& report) {
+  const EpisodeOptions& episode = options.episode;
+  EvaluationSettings settings;
+  name_policy(episode.command, episode.policy, settings);
+  settings.set_environment(episode.command.given() ? episode.observed() : episode.env);
+  return DocumentTable{{"out", options.out},
+                       {"frames", report.frames},
+                       {"success_once", report.success_once},
+                       {"obs_mode", name_of(settings.obs_mode)},
+                       {"action_chunk_size", report.chunk_size},
+                       {"model", model_document(settings)}};
 }
 
 void run(const RecordOptions& given) {
   const RecordOptions options = completed(given);
-  const bool picture = extension_of(options.out) == ".png";
-  const Report report = picture ? record_pictures(options) : record_video(options);
+  const Report report = record(options);
   if (options.json) {
-    print(to_text(DocumentTable{
-        {"out", options.out}, {"frames", report.frames}, {"success_once", report.success_once}}));
+    print(to_text(to_document(options, report)));
     return;
   }
   print(fmt::format("{}: {} of {}, {} x {} pixels, {}\n", options.out,
                     report.frames == 1 ? "1 frame" : fmt::format("{} frames", report.frames),
-                    options.id, report.width, report.height,
+                    options.episode.id, report.width, report.height,
                     report.success_once ? "success" : "no success"));
 }
 
@@ -276,8 +270,8 @@ void add_view(const Command& command, RecordOptions& options) {
   add_int(command, "--sensor-size", options.view.sensor_size, 1, kMaxSize,
           "--camera all: pixels of the sensors, enlarged; 128 shows what policies see")
       .default_str("");
-  add_renderer(command, options.env.render_options);
-  bool& shadows = options.env.render_options.shadows;
+  add_renderer(command, options.episode.env.render_options);
+  bool& shadows = options.episode.env.render_options.shadows;
   command.add_flag("--shadows,!--no-shadows", shadows, "Soft shadows; slower");
 }
 
@@ -286,7 +280,9 @@ void add_view(const Command& command, RecordOptions& options) {
 void add_record_command(const Command& program) {
   const auto options = std::make_shared<RecordOptions>();
   const Command command = program.add_command("record", "Picture or video of an episode");
-  command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
+  EpisodeOptions& episode = options->episode;
+  episode.env = batch_options(1, 1);
+  command.add_option("id", episode.id, "The task, such as RememberColor9-VLA-v0")
       .required()
       .type_name("ID");
   command.add_option("--out", options->out, "File to write: .png, .gif or .mp4")
@@ -297,12 +293,15 @@ void add_record_command(const Command& program) {
   add_int(command, "--fps", options->frames_per_second, 1, 240,
           "Videos: frames per second, one for each step (.gif: at most 50)")
       .default_str(std::to_string(kFramesPerSecond));
-  add_int(command, "--steps", options->steps, 1, 1'000'000, "Control steps, at most")
+  add_int(command, "--steps", episode.steps, 1, 1'000'000, "Control steps, at most")
       .type_name("T")
       .default_str("to the end of the episode");
-  add_seed(command, options->env.seed, "Of the episode");
-  add_policy(command, options->policy, kPlayers);
-  add_env_options(command, options->env);
+  add_seed(command, episode.env.seed, "Of the episode");
+  add_policy_command(command, add_policy(command, episode.policy, kPlayers), episode.command);
+  add_obs_mode(command, episode.obs)
+      .description("What --policy-command sees")
+      .default_str(std::string(name_of(ObsMode::kRgb)));
+  add_env_options(command, episode.env);
   command.remove_option("--auto-reset");  // there is one episode
   add_json(command, options->json);
   command.footer(

@@ -135,7 +135,7 @@ void PolicyProcess::greet() {
   body.put(static_cast<std::uint32_t>(rgb ? images.width : 0));
   body.put(static_cast<std::uint32_t>(rgb ? 3 * images.cameras.size() : 0));
   body.put(std::uint32_t{7});  // proprio
-  body.put(std::uint32_t{7});  // action
+  body.put(static_cast<std::uint32_t>(options_.action_dim));
   body.put(static_cast<std::uint32_t>(options_.max_slots));
   say(Message::kHello, body.bytes());
   const Bytes answer = hear(Message::kHello);

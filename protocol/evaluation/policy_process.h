@@ -19,6 +19,7 @@ struct PolicyProcessOptions {
   std::chrono::milliseconds timeout{300'000};  // for every answer
   EnvOptions environment;                      // obs_mode and images count
   int max_slots = 1;                           // episodes under way at the same time, at most
+  int action_dim = 7;                          // numbers of an action
 };
 
 // Writing to a process that has ended raises SIGPIPE: programs that use this class ignore that

@@ -97,16 +97,6 @@ bool is_result(const Document& task, const std::string& id) {
   }
 }
 
-DocumentTable model_document(const EvaluationSettings& settings) {
-  DocumentTable config = {{"library", "engram"}, {"version", version()}};
-  if (!is_null(settings.policy_config)) config = table(settings.policy_config);
-  if (!settings.task_options.empty()) {
-    config.emplace_back("task_options",
-                        DocumentTable(settings.task_options.begin(), settings.task_options.end()));
-  }
-  return {{"name", settings.policy}, {"config", std::move(config)}};
-}
-
 // Throws Error unless a result is of the task as it is now.
 void check_variant(const fs::path& file, const Document& task, const Document& now) {
   const Document* variant = find(task, "variant");
@@ -154,6 +144,16 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
 }  // namespace
 
 // --- documents ---
+
+Document model_document(const EvaluationSettings& settings) {
+  DocumentTable config = {{"library", "engram"}, {"version", version()}};
+  if (!is_null(settings.policy_config)) config = table(settings.policy_config);
+  if (!settings.task_options.empty()) {
+    config.emplace_back("task_options",
+                        DocumentTable(settings.task_options.begin(), settings.task_options.end()));
+  }
+  return DocumentTable{{"name", settings.policy}, {"config", std::move(config)}};
+}
 
 Document task_document(const TaskResult& result, const EvaluationSettings& settings) {
   const RegistryEntry& entry = *result.entry;

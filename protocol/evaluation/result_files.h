@@ -12,6 +12,8 @@
 
 namespace engram {
 
+// Who plays: name and configuration.
+Document model_document(const EvaluationSettings& settings);
 // What the benchmark writes of a task, with its keys in its order, and the chance level.
 Document task_document(const TaskResult& result, const EvaluationSettings& settings);
 // Of task documents, in the registry's order.

@@ -3,6 +3,8 @@
 
     engram eval RememberColor3-VLA-v0 --policy-command "python3 python/examples/pipe_policy.py"
 
+`engram record` takes it, too, and shows what it does.
+
 Replace `act` with a model. Standard output belongs to the protocol (docs/evaluation.md): print to
 standard error only. Needs nothing but Python 3; the arrays are memory views, which numpy.asarray
 and torch.frombuffer take without a copy.
@@ -14,6 +16,7 @@ import sys
 
 HELLO, TASK, REQUEST, CHUNKS, FAILED = 1, 2, 3, 4, 5
 MAGIC, VERSION = 0x4D474E45, 1
+RGB, STATE, OBJECTS = 1, 2, 3  # what a policy observes
 
 
 def act(task, request):
@@ -27,6 +30,9 @@ def act(task, request):
         seen = 0
         if request["rgb"] is not None:
             seen = sum(request["rgb"][i, 64, x, 0] for x in range(0, 128, 8)) / (16 * 255)
+        elif request["state"] is not None:
+            values = [request["state"][i, j] for j in range(request["state"].shape[1])]
+            seen = sum(min(abs(value), 1) for value in values) / len(values)
         angle = 6.28 * seen + len(request["instruction"][i])
         action = [0.3 * math.cos(angle), 0.3 * math.sin(angle), 0.1 - height, 0, 0, 0, 1]
         chunks.append(((4, 7), action * 4))
@@ -94,10 +100,10 @@ def read_request(message, hello, state_dim):
     request["instruction"] = [message.text() for _ in range(count)]
     request["proprio"] = message.array("f", count, hello["proprio"])
     request["rgb"] = request["state"] = None
-    if hello["observes"] & 1:
+    if hello["observes"] == RGB:
         image = (hello["height"], hello["width"], hello["channels"])
         request["rgb"] = message.array("B", count, *image)
-    if hello["observes"] & 2:
+    elif hello["observes"] in (STATE, OBJECTS):
         request["state"] = message.array("f", count, state_dim)
     return request
 

@@ -56,6 +56,12 @@ inline void require_refusal(const std::string& arguments, int code, const std::s
   CHECK_THAT(result.err, Catch::Contains(words));
 }
 
+// The example of a policy in a process of its own, as a command.
+inline std::string pipe_policy() {
+  return "python3 " +
+         (std::filesystem::path(test::kRoot) / "python" / "examples" / "pipe_policy.py").string();
+}
+
 inline std::vector<std::string> keys_of(const Json& object) {
   std::vector<std::string> keys;
   for (const auto& [key, value] : object.items()) keys.push_back(key);

@@ -62,9 +62,7 @@ std::string python_policy(const std::string& command) {
                     ("'" + command + "'"));
 }
 
-const std::string kPipePolicy =
-    "python3 " +
-    (std::filesystem::path(test::kRoot) / "python" / "examples" / "pipe_policy.py").string();
+const std::string kPipePolicy = pipe_policy();
 
 }  // namespace
 
@@ -365,6 +363,10 @@ TEST_CASE("eval: a policy in a process of its own", "[apps]") {
   const Json state = engram_command(base + "--obs state").json()["tasks"][0];
   CHECK(state["obs_mode"] == "state");
   CHECK(state["returns"] != task["returns"]);
+  const Json objects = engram_command(base + "--obs objects").json()["tasks"][0];
+  CHECK(objects["obs_mode"] == "objects");
+  CHECK(objects["returns"] != task["returns"]);
+  CHECK(objects["returns"] != state["returns"]);
 }
 
 TEST_CASE("eval: a policy process that fails is told of", "[apps]") {

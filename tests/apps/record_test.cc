@@ -1,5 +1,6 @@
 // `engram record`: its files, its JSON and its refusals.
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <string>
 
 #include "tests/apps/command.h"
@@ -23,7 +24,8 @@ std::string arguments(const std::filesystem::path& out, const std::string& optio
 // Records and decodes.
 ReadVideo record(const std::filesystem::path& out, const std::string& options) {
   const Json report = engram_command(arguments(out, options + " --json")).json();
-  CHECK(keys_of(report) == std::vector<std::string>{"out", "frames", "success_once"});
+  CHECK(keys_of(report) == std::vector<std::string>{"out", "frames", "success_once", "obs_mode",
+                                                    "action_chunk_size", "model"});
   CHECK(report["out"] == out.string());
   return read_video(out.string());
 }
@@ -31,6 +33,28 @@ ReadVideo record(const std::filesystem::path& out, const std::string& options) {
 std::size_t files_in(const std::filesystem::path& folder) {
   const std::filesystem::directory_iterator files(folder);
   return static_cast<std::size_t>(std::distance(begin(files), end(files)));
+}
+
+// A policy that moves nothing, in chunks of three actions, whatever their size.
+std::string idle_policy(const TemporaryFolder& folder) {
+  const auto file = folder.path() / "idle.py";
+  const auto examples = std::filesystem::path(test::kRoot) / "python" / "examples";
+  std::ofstream(file)
+      << "import sys\n"
+         "sys.path.insert(0, '" +
+             examples.string() +
+             "')\n"
+             "import pipe_policy\n"
+             "greet = pipe_policy.greet\n"
+             "def note_size(message):\n"
+             "    global size\n"
+             "    hello = greet(message)\n"
+             "    size = hello['action']\n"
+             "    return hello\n"
+             "pipe_policy.greet = note_size\n"
+             "pipe_policy.act = lambda task, request: [((3, size), [0.0] * 3 * size)]\n"
+             "pipe_policy.main()\n";
+  return " --policy-command 'python3 -B " + file.string() + "' ";
 }
 
 bool saturated(const Color& color) {
@@ -48,6 +72,9 @@ TEST_CASE("record: videos have a frame of the beginning and one after every step
     const Json report = engram_command(arguments(out, "--size 64 --json")).json();
     CHECK(report["frames"] == 26);
     CHECK(report["success_once"] == true);
+    CHECK(report["obs_mode"] == "none");
+    CHECK(report["action_chunk_size"] == 1);
+    CHECK(report["model"]["name"] == "oracle");
     const ReadVideo video = read_video(out.string());
     REQUIRE(video.frames.size() == 26);
     CHECK(video.frames[0].width == 96);
@@ -147,6 +174,78 @@ TEST_CASE("record: the same arguments give the same bytes, another seed others",
   CHECK(read_file(folder.path() / "a.mp4") != read_file(folder.path() / "c.mp4"));
 }
 
+TEST_CASE("record: a policy in a process of its own sees what it sees in an evaluation", "[apps]") {
+  const TemporaryFolder folder;
+  // What the policy reads is kept, too.
+  const auto command = [&](const char* copy) {
+    return " --policy-command 'tee " + (folder.path() / copy).string() + " | " + pipe_policy() +
+           "' ";
+  };
+  for (const std::string obs : {"", "--obs state", "--obs objects"}) {
+    INFO(obs);
+    const Json task = engram_command(std::string("eval ") + kId + " --episodes 1 --json " + obs +
+                                     command("evaluated"))
+                          .json()["tasks"][0];
+    const Json report = engram_command(arguments(folder.path() / "a.mp4",
+                                                 "--size 64 --seed 4242424242 --json --policy-name "
+                                                 "mine " +
+                                                     obs + command("recorded")))
+                            .json();
+    CHECK(report["frames"] == 26);
+    CHECK(report["success_once"] == task["successes"][0]);
+    CHECK(report["obs_mode"] == task["obs_mode"]);
+    CHECK(report["action_chunk_size"] == 4);
+    CHECK(report["model"]["name"] == "mine");
+    CHECK_THAT(report["model"]["config"]["command"], Catch::Contains(pipe_policy()));
+    const std::string seen = read_file(folder.path() / "recorded");
+    CHECK(seen.size() > 1000);
+    CHECK(seen == read_file(folder.path() / "evaluated"));
+    // Sheets show the same episode, for which the policy is asked once.
+    engram_command(arguments(folder.path() / "sheet.png",
+                             "--sheet 4 --size 64 --seed 4242424242 " + obs + command("sheet")));
+    CHECK(read_file(folder.path() / "sheet") == seen);
+  }
+}
+
+TEST_CASE("record: a process plays for every view and file", "[apps]") {
+  const TemporaryFolder folder;
+  const std::string idle = idle_policy(folder);
+  const auto expect_same = [&](const char* name, const std::string& options) {
+    const auto own = folder.path() / (std::string("own_") + name);
+    const auto outside = folder.path() / (std::string("outside_") + name);
+    record(own, options + " --policy zero");
+    record(outside, options + idle);
+    INFO(name << " " << options);
+    CHECK(read_file(own) == read_file(outside));
+  };
+  expect_same("a.mp4", "--size 64");
+  expect_same("a.gif", "--size 64 --camera hand");
+  expect_same("a.png", "--camera render --overlays --at 3");
+  expect_same("b.png", "--camera base --size 40 --at 0,4,25");
+  expect_same("c.png", "--size 64 --sensor-size 16 --sheet 5");
+  expect_same("d.png", "--size 64 --steps 7 --sheet 3 --pin target=1");
+  expect_same("e.mp4", "--size 64 --steps 5 --control-mode pd_joint_pos");
+}
+
+TEST_CASE("record: a policy process that fails is told of and leaves nothing behind", "[apps]") {
+  const TemporaryFolder folder;
+  const auto refuse = [&](const std::string& command, int code, const std::string& words,
+                          const std::string& options = "") {
+    const std::string given = "--size 64 " + options + " --policy-command '" + command + "'";
+    require_refusal(arguments(folder.path() / "a.mp4", given), code, words);
+    require_refusal(arguments(folder.path() / "a.png", "--sheet 3 " + given), code, words);
+    CHECK(files_in(folder.path()) == 0);
+  };
+  refuse("exit 3", 1, "ended with exit code 3");
+  refuse("echo hello, world; cat >/dev/null", 1, "standard output");
+  refuse("cat >/dev/null", 1, "within 1 s", "--policy-timeout 1");
+  refuse(pipe_policy(), 1, "(4, 7) given, (8), (K, 8)", "--control-mode pd_joint_pos");
+  refuse(pipe_policy(), 2, "--policy", "--policy oracle");
+  refuse(pipe_policy(), 2, "state|rgb|objects", "--obs depth");
+  // A policy that hangs does not keep who presses Ctrl-C waiting.
+  refuse("kill -INT $PPID; cat >/dev/null", 1, "interrupted; nothing was written");
+}
+
 TEST_CASE("record: refusals are one line and leave nothing behind", "[apps]") {
   const TemporaryFolder folder;
   const auto refuse = [&](const char* name, const std::string& options, int code,
@@ -173,6 +272,7 @@ TEST_CASE("record: refusals are one line and leave nothing behind", "[apps]") {
   refuse("a.mp4", "--sheet 2", 2, ".png allowed");
   refuse("a.mp4", "--renderer vulkan", 2, "cpu or egl");
   refuse("a.mp4", "--auto-reset off", 2, "--auto-reset");
+  refuse("a.mp4", "--obs state", 2, "--policy-command");
   refuse("a.mp4", "--pin target=3", 2, "target");
   refuse("a.mp4", "--control-mode pd_joint_pos", 2, "pd_ee_delta_pose");
   for (const char* name : {"nowhere/a.png", "nowhere/a.gif", "nowhere/a.mp4"}) {

@@ -1,0 +1,39 @@
+#include "apps/policy_command.h"
+
+#include "apps/options.h"
+
+namespace engram::apps {
+
+void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy) {
+  command
+      .add_option("--policy-command", policy.command,
+                  "A policy from outside: a command that speaks the protocol of docs/evaluation.md")
+      .type_name("COMMAND")
+      .excludes(own);
+  command.add_option("--policy-name", policy.name, "Its name in the results")
+      .type_name("NAME")
+      .default_str("external");
+  add_int(command, "--policy-timeout", policy.timeout, 1, 86'400,
+          "Seconds that it may take for an answer");
+}
+
+void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings) {
+  if (!policy.given()) {
+    settings.policy = name_of(own);
+    return;
+  }
+  settings.policy = policy.name.empty() ? "external" : policy.name;
+  settings.policy_config = DocumentTable{{"command", policy.command}};
+}
+
+PolicyProcessOptions process_options(const PolicyCommand& policy, const EnvOptions& environment,
+                                     int max_slots) {
+  PolicyProcessOptions options;
+  options.command = policy.command;
+  options.timeout = std::chrono::seconds(policy.timeout);
+  options.environment = environment;
+  options.max_slots = max_slots;
+  return options;
+}
+
+}  // namespace engram::apps

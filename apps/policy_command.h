@@ -1,0 +1,30 @@
+// Policies from outside, given as commands.
+#pragma once
+
+#include <string>
+
+#include "apps/command_line.h"
+#include "protocol/evaluation/policy_process.h"
+#include "protocol/evaluation/settings.h"
+
+namespace engram::apps {
+
+struct PolicyCommand {
+  std::string command;  // empty: none, one of engram's own policies plays
+  std::string name;     // in results; empty: "external"
+  int timeout = 300;    // seconds
+
+  bool given() const { return !command.empty(); }
+};
+
+// --policy-command, which excludes `own`, --policy-name and --policy-timeout.
+void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy);
+
+// Says who plays: the command, or else one of engram's own policies.
+void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings);
+
+// For a process that plays up to max_slots environments of that kind.
+PolicyProcessOptions process_options(const PolicyCommand& policy, const EnvOptions& environment,
+                                     int max_slots);
+
+}  // namespace engram::apps

@@ -1,0 +1,77 @@
+#include "apps/record_episode.h"
+
+#include <algorithm>
+
+namespace engram::apps {
+namespace {
+
+PolicyProcessOptions process_of(const EpisodeOptions& options, const VectorEnv& env) {
+  PolicyProcessOptions process = process_options(options.command, env.options(), env.num_envs());
+  process.action_dim = env.action_dim();
+  return process;
+}
+
+}  // namespace
+
+EnvOptions EpisodeOptions::observed() const {
+  EnvOptions observed = env;
+  observed.obs_mode = obs.value_or(ObsMode::kRgb);
+  observed.image_options = {};
+  observed.image_options.renderer = env.image_options.renderer;
+  return observed;
+}
+
+// --- a policy from outside ---
+
+OutsidePlayer::OutsidePlayer(const EpisodeOptions& options, const std::atomic<bool>& stopped)
+    : context_(0, stopped, env_steps_),
+      env_(make(options.id, options.observed())),
+      process_(process_of(options, *env_), context_),
+      queue_(*env_, process_, context_) {
+  env_->reset();
+  queue_.start(0, 0);
+}
+
+void OutsidePlayer::act(std::span<float> actions) {
+  queue_.act(actions);
+  env_->step(actions);
+}
+
+// --- the episode ---
+
+Episode::Episode(const EpisodeOptions& options, const Interruption& interruption)
+    : interruption_(interruption),
+      policy_(options.policy),
+      max_steps_(options.steps),
+      env_(make(options.id, options.env)) {
+  const int horizon = env_->info().horizon;
+  max_steps_ = max_steps_ == 0 ? horizon : std::min(max_steps_, horizon);
+  if (options.command.given()) outside_.emplace(options, interruption.flag());
+  rewind();
+}
+
+bool Episode::over() const {
+  return steps() >= max_steps_ || (env_->terminated()[0] | env_->truncated()[0]) != 0;
+}
+
+void Episode::step() {
+  interruption_.check("nothing was written");
+  const auto now = static_cast<std::size_t>(steps());
+  if (now == actions_.size()) {
+    std::vector<float> actions(static_cast<std::size_t>(env_->action_dim()));
+    if (outside_) {
+      outside_->act(actions);
+    } else {
+      env_->act(policy_, actions);
+    }
+    actions_.push_back(std::move(actions));
+  }
+  env_->step(actions_[now]);
+}
+
+void Episode::rewind() {
+  const std::uint64_t seed = env_->options().seed;
+  env_->reset({.mask = {}, .seeds = {&seed, 1}, .pins = nullptr, .constants = nullptr});
+}
+
+}  // namespace engram::apps
