@@ -42,8 +42,9 @@ def evaluate(
 
     ``policy(observation)`` is called with the episodes that need actions, N of them:
 
-    * ``rgb`` (N, 128, 128, 6) uint8, base camera before wrist camera; None with ``obs="state"``
-    * ``state`` (N, state_dim) float32, only with ``obs="state"``, which the results then say
+    * ``rgb`` (N, 128, 128, 6) uint8, base camera before wrist camera; with ``obs="rgb"`` only
+    * ``state`` (N, state_dim) float32: the row of ``obs="state"`` or ``obs="objects"``, which the
+      results then say
     * ``proprio`` (N, 7) float32, ``instruction`` N strings, ``env_id``
     * ``episode``, ``step`` (N,): number of the episode, control steps in it so far
     * ``first`` (N,): 1 at the first request of an episode
