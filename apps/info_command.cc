@@ -48,6 +48,7 @@ void add_info_command(const Command& program) {
       .add_option("--mjcf", options->mjcf,
                   "Also writes the scene as MJCF to FILE (-: to standard output, instead)")
       .type_name("FILE");
+  add_layout(command, options->env.obs_mode);
   add_constants(command, options->env.constants);
   add_rules(command, options->env.rules);
   add_task_options(command, options->env.task_options,

@@ -225,7 +225,13 @@ Option add_split(const Command& command, std::optional<Split>& split) {
 
 Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode) {
   return add_choice(command, "--obs", mode, named<ObsMode>(kObsModes), "This observation only")
-      .default_str("both");
+      .default_str("all");
+}
+
+Option add_layout(const Command& command, ObsMode& mode) {
+  static constexpr std::array kRows = {ObsMode::kState, ObsMode::kObjects};
+  return add_choice(command, "--obs", mode, named<ObsMode>(kRows),
+                    "Observation whose values are listed", " or ");
 }
 
 // --- groups ---
@@ -251,7 +257,9 @@ Option add_json(const Command& command, bool& json) {
 
 void add_obs(const Command& command, EnvOptions& options) {
   add_choice(command, "--obs", options.obs_mode, named<ObsMode>(kObsModes),
-             "Observation; rgb: base and wrist camera, 128 x 128", " or ");
+             "Observation; rgb: base and wrist camera, 128 x 128; objects: what they could tell of "
+             "the scene, as numbers",
+             " or ");
   add_renderer(command, options.image_options);
 }
 

@@ -49,6 +49,8 @@ Option add_rules(const Command& command, Rules& rules);
 Option add_split(const Command& command, std::optional<Split>& split);
 // --obs, where both observations are meant unless one is named.
 Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode);
+// --obs of descriptions: of an observation that is a row of values.
+Option add_layout(const Command& command, ObsMode& mode);
 
 // --- groups ---
 

@@ -126,7 +126,7 @@ std::string describe_in_words(const Document& task) {
          section("Props", part(task, "props"),
                  {name, {"motion"}, {"mass", true}, {"bounding_radius", true}}) +
          action_section(part(task, "action_spaces")) +
-         section(fmt::format("State observation, {} values", plain(task, "state_dim")),
+         section(fmt::format("Observation, {} values", plain(task, "state_dim")),
                  part(task, "state_fields"), {name, offset, width, unit, description}) +
          section("Proprio", part(task, "proprio"), {name, offset, width, unit, description}) +
          section("Outputs", part(task, "outputs"), {name, {"dtype"}, width, unit, description}) +

@@ -21,7 +21,7 @@ constexpr int kMaxSteps = 10'000;
 struct VerifyOptions {
   std::vector<std::string> ids;
   TaskFilter filter;
-  std::optional<ObsMode> obs_mode;  // none: both
+  std::optional<ObsMode> obs_mode;  // none: all of them
   bench::IdentityOptions identity;
   ConstantTable constants;
   bool json = false;

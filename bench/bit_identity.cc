@@ -219,6 +219,9 @@ class Checker {
       Trace& trace = traces[i];
       trace.shown = chain(trace.shown, env.outputs(), i);
       trace.shown = chain_row(trace.shown, env.rgb(), traces.size(), i);
+      if (observes_objects(options_.obs_mode)) {
+        trace.shown = chain_row(trace.shown, env.observation(), traces.size(), i);
+      }
       trace.remembered = chain(trace.remembered, env.memory(), i);
     }
   }

@@ -130,6 +130,26 @@ std::vector<Row> run_scaling(const Options& options) {
   return rows;
 }
 
+// Whole steps that observe objects, beside those that observe the state.
+std::vector<Row> run_objects(const Options& options) {
+  constexpr int kSteps = 25;
+  const std::vector<std::string> ids =
+      ids_or(options, {kMainId, "BatteriesCheckerHard-12-VLA-v0"});  // few tokens, and the most
+  std::vector<Row> rows;
+  for (const std::string& id : ids) {
+    EnvOptions batch_options = batch(envs_or(options, 256), 1);
+    Rollout state(id, batch_options, options.policy);
+    batch_options.obs_mode = ObsMode::kObjects;
+    Rollout objects(id, batch_options, options.policy);
+    const Comparison rates = interleave(
+        options, [&] { return objects.rate(kSteps); }, [&] { return state.rate(kSteps); },
+        static_cast<int>(rows.size()), static_cast<int>(ids.size()));
+    rows.push_back(
+        make_row("objects." + id, "env steps/s", "the state observation", rates, options.rounds));
+  }
+  return rows;
+}
+
 // Resident bytes that a batch of that size takes while it runs.
 double batch_bytes(const std::string& id, int num_envs) {
   const double before = process_usage().resident_bytes;
@@ -212,9 +232,10 @@ struct Suite {
   std::vector<Row> (*run)(const Options& options);
 };
 
-constexpr std::array<Suite, 8> kSuites = {{{"overhead", run_overhead},
+constexpr std::array<Suite, 9> kSuites = {{{"overhead", run_overhead},
                                            {"budget", run_budget},
                                            {"physics", run_physics},
+                                           {"objects", run_objects},
                                            {"scaling", run_scaling},
                                            {"memory", run_memory},
                                            {"reset", run_reset},

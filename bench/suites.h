@@ -33,7 +33,7 @@ struct Options {
   std::function<void(double fraction)> progress;  // called between rounds; may be empty
 };
 
-// overhead, budget, physics, scaling, memory, reset, create, render.
+// overhead, budget, physics, objects, scaling, memory, reset, create, render.
 std::span<const std::string_view> suite_names();
 
 // Throws Error for an unknown suite or id, or rounds below 1.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/join.h"
 #include "core/episode.h"
 
 namespace engram {
@@ -26,7 +27,8 @@ ObjectTokens::ObjectTokens(const std::vector<ObjectLook>& looks) {
     };
     set(Layout::kSeen, 1);
     for (int i = 0; i < 3; ++i) {
-      set(Layout::kSize + i, look.half_size[static_cast<std::size_t>(i)] / kSizeScale);
+      const double scaled = look.half_size[static_cast<std::size_t>(i)] / kSizeScale;
+      set(Layout::kSize + i, std::min(scaled, kMost));
     }
     set(Layout::kColor + look.color, 1);
     if (look.shape >= 0) set(Layout::kShape + look.shape, 1);
@@ -43,24 +45,29 @@ void ObjectTokens::bind(ColumnStore& memory) {
   memory.limit("token_order", 0, width - 1);
 }
 
-std::vector<Field> ObjectTokens::fields() const {
-  std::vector<Field> fields;
+std::vector<RangedField> ObjectTokens::fields() const {
+  std::vector<RangedField> fields;
   for (int i = 0; i < tokens(); ++i) {
     const std::string name = "object_" + std::to_string(i) + "_";
-    const auto add = [&](const char* what, int width, const char* unit, const char* about) {
-      fields.push_back({name + what, width, DType::kFloat32, unit, about});
+    const auto add = [&](const char* what, int width, double low, double high, const char* unit,
+                         const char* about) {
+      fields.push_back({{name + what, width, DType::kFloat32, unit, about}, low, high, {}});
     };
-    add("seen", 1, "", "1: it can be seen; 0: all else is 0 too");
-    add("position", 3, "0.5 m", "world frame");
-    add("orientation", 4, "", "quaternion (w, x, y, z), w >= 0");
-    add("size", 3, "0.05 m", "half sides of the box around it, its own axes");
-    add("color", static_cast<int>(kObjectColorNames.size()), "",
-        "red, green, blue, yellow, magenta, cyan, maroon, orange, teal, white, grey, black");
-    add("shape", static_cast<int>(kObjectShapeNames.size()), "",
-        "cube, sphere, cylinder, cross, torus, star, pyramide, t_shape, crescent");
-    add("state", 1, "", "of a lamp: 1 lit; of a button: how far it is pressed");
-    add("kind", static_cast<int>(kObjectKindNames.size()), "",
-        "object, ball, cup, battery, peg, place, rack, button, lamp");
+    const auto add_one_hot = [&](const char* what, const auto& names) {
+      const int width = static_cast<int>(names.size());
+      fields.push_back({{name + what, width, DType::kFloat32, "", "one of: " + join(names)},
+                        0,
+                        1,
+                        {names.begin(), names.end()}});
+    };
+    add("seen", 1, 0, 1, "", "1: it can be seen; 0: all else is 0 too");
+    add("position", 3, -kMost, kMost, "0.5 m", "world frame");
+    add("orientation", 4, -1, 1, "", "quaternion (w, x, y, z), w >= 0");
+    add("size", 3, 0, kMost, "0.05 m", "half sides of the box around it, its own axes");
+    add_one_hot("color", kObjectColorNames);
+    add_one_hot("shape", kObjectShapeNames);
+    add("state", 1, 0, 1, "", "of a lamp: 1 lit; of a button: how far it is pressed");
+    add_one_hot("kind", kObjectKindNames);
   }
   return fields;
 }
@@ -90,14 +97,11 @@ void ObjectTokens::write(const State& state, int env, std::uint64_t key, float* 
     draw_order(state, env, key);
   }
   seen_[env] = seen;
+  std::fill_n(out, width(), 0.0F);
   const std::uint8_t* place = order_.row(env);
   for (const Object& object : objects_) {
     float* token = out + *place++ * Layout::kWidth;
-    if ((seen >> object.prop & 1) == 0) {
-      std::fill_n(token, Layout::kWidth, 0.0F);
-    } else {
-      fill(state, env, object, token);
-    }
+    if ((seen >> object.prop & 1) != 0) fill(state, env, object, token);
   }
 }
 
@@ -105,12 +109,13 @@ void ObjectTokens::fill(const State& state, int env, const Object& object, float
   std::ranges::copy(object.token, token);
   const double* pos = state.prop_pos_of(env, object.prop);
   for (int i = 0; i < 3; ++i) {
-    token[Layout::kPosition + i] = static_cast<float>(pos[i] * (1 / kPositionScale));
+    const double scaled = pos[i] * (1 / kPositionScale);
+    token[Layout::kPosition + i] = static_cast<float>(std::clamp(scaled, -kMost, kMost));
   }
   const double* quat = state.prop_quat_of(env, object.prop);
   const double sign = quat[0] < 0 ? -1 : 1;
   for (int i = 0; i < 4; ++i) {
-    token[Layout::kOrientation + i] = static_cast<float>(sign * quat[i]);
+    token[Layout::kOrientation + i] = static_cast<float>(std::clamp(sign * quat[i], -1.0, 1.0));
   }
   if (object.look.kind == ObjectKind::kLamp) {
     token[Layout::kState] = state.prop_emission.row(env)[object.prop] > 0 ? 1.0F : 0.0F;

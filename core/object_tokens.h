@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/base/column.h"
@@ -12,6 +13,14 @@
 #include "core/picture/object_look.h"
 
 namespace engram {
+
+// A part of a row, and what its values lie within.
+struct RangedField {
+  Field field;
+  double low = 0;
+  double high = 1;
+  std::vector<std::string> names;  // of the values of a one-hot part
+};
 
 class ObjectTokens {
  public:
@@ -30,6 +39,8 @@ class ObjectTokens {
   // Positions and sizes are divided by these, m.
   static constexpr double kPositionScale = 0.5;
   static constexpr double kSizeScale = 0.05;
+  // Scaled quantities are cut off here: what flies off the table stays a number for networks.
+  static constexpr double kMost = 10;
 
   // looks: of the props, in the scene's order. Throws Error if they are more than 64.
   explicit ObjectTokens(const std::vector<ObjectLook>& looks);
@@ -39,8 +50,8 @@ class ObjectTokens {
 
   int tokens() const { return static_cast<int>(objects_.size()); }
   int width() const { return tokens() * Layout::kWidth; }
-  // The values of a row of tokens, with units.
-  std::vector<Field> fields() const;
+  // The values of a row of tokens, with units and ranges.
+  std::vector<RangedField> fields() const;
 
   // Writes a row of tokens. Their order is drawn anew whenever something comes into view. key: of
   // the episode's random streams.

@@ -18,20 +18,28 @@ ObjectView::ObjectView(const TaskInfo& info, const ObjectTokens& tokens,
       options_(options),
       task_cue_dim_(info.task_cue_dim),
       per_step_(1.0F / static_cast<float>(info.horizon)) {
-  fields_ = {{"qpos", kRobotJoints, DType::kFloat32, "pi rad, 0.04 m", "arm joints, fingers"},
-             {"qvel", kRobotJoints, DType::kFloat32, "pi rad/s, 0.04 m/s", "arm joints, fingers"},
-             {"tcp_pose", kPose, DType::kFloat32, "0.5 m", "position, quaternion (w, x, y, z)"}};
+  const auto add = [this](const char* name, int width, double most, const char* unit,
+                          const char* about) {
+    ranged_fields_.push_back({{name, width, DType::kFloat32, unit, about}, -most, most, {}});
+  };
+  constexpr double kMost = ObjectTokens::kMost;
+  add("qpos", kRobotJoints, kMost, "pi rad, 0.04 m", "arm joints, fingers");
+  add("qvel", kRobotJoints, kMost, "pi rad/s, 0.04 m/s", "arm joints, fingers");
+  add("tcp_pose", kPose, kMost, "0.5 m", "position, quaternion (w, x, y, z)");
   if (task_cue_dim_ > 0) {
-    fields_.push_back(
-        {"task_cue", task_cue_dim_, DType::kFloat32, "pi rad", "of the cue that policies may see"});
+    add("task_cue", task_cue_dim_, kMost, "pi rad", "of the cue that policies may see");
   }
   if (options_.time) {
-    fields_.push_back({"time", 1, DType::kFloat32, "", "elapsed steps, of the horizon's"});
+    add("time", 1, 1, "", "elapsed steps, of the horizon's");
+    ranged_fields_.back().low = 0;
   }
-  const std::vector<Field> more = tokens_.fields();
-  fields_.insert(fields_.end(), more.begin(), more.end());
+  const std::vector<RangedField> more = tokens_.fields();
+  ranged_fields_.insert(ranged_fields_.end(), more.begin(), more.end());
   row_ = {"observation", 0, DType::kFloat32, "", "the objects observation"};
-  for (const Field& field : fields_) row_.width += field.width;
+  for (const RangedField& part : ranged_fields_) {
+    fields_.push_back(part.field);
+    row_.width += part.field.width;
+  }
   const auto size =
       static_cast<std::size_t>(options_.num_envs) * static_cast<std::size_t>(row_.width);
   rows_ = AlignedArray<float>(size);
@@ -40,9 +48,11 @@ ObjectView::ObjectView(const TaskInfo& info, const ObjectTokens& tokens,
 
 void ObjectView::write(const State& state, int env, std::uint64_t key, const float* task_cue) {
   float* out = row(rows_, env);
-  const auto append = [&out](const double* values, int count, double scale) {
-    out = std::transform(values, values + count, out,
-                         [scale](double value) { return static_cast<float>(value / scale); });
+  const auto scaled = [](double value, double scale) {
+    return static_cast<float>(std::clamp(value / scale, -ObjectTokens::kMost, ObjectTokens::kMost));
+  };
+  const auto append = [&](const double* values, int count, double scale) {
+    for (int i = 0; i < count; ++i) *out++ = scaled(values[i], scale);
   };
   for (const double* values : {state.qpos.row(env), state.qvel.row(env)}) {
     append(values, kArmJoints, kAngle);
@@ -50,7 +60,9 @@ void ObjectView::write(const State& state, int env, std::uint64_t key, const flo
   }
   append(state.tcp_pos.row(env), 3, ObjectTokens::kPositionScale);
   append(state.tcp_quat.row(env), 4, 1);
-  for (int i = 0; i < task_cue_dim_; ++i) *out++ = task_cue[i] / static_cast<float>(kAngle);
+  for (int i = 0; i < task_cue_dim_; ++i) {
+    *out++ = scaled(static_cast<double>(task_cue[i]), kAngle);
+  }
   if (options_.time) *out++ = static_cast<float>(state.elapsed[env]) * per_step_;
   tokens_.write(state, env, key, out);
 }

@@ -24,10 +24,16 @@ class ObjectView {
 
   // The parts of a row, in order, with units.
   const std::vector<Field>& fields() const { return fields_; }
+  // The same parts with ranges.
+  const std::vector<RangedField>& ranged_fields() const { return ranged_fields_; }
   int width() const { return row_.width; }
   ColumnView rows() { return {&row_, reinterpret_cast<std::byte*>(rows_.data())}; }
   ColumnView final_rows() { return {&row_, reinterpret_cast<std::byte*>(final_rows_.data())}; }
   std::span<const float> all() const { return rows_.span(); }
+  std::span<const float> row(int env) const {
+    const auto width = static_cast<std::size_t>(row_.width);
+    return rows_.span().subspan(static_cast<std::size_t>(env) * width, width);
+  }
 
   // key: of the episode's random streams. task_cue: of the environment, where there is one.
   void write(const State& state, int env, std::uint64_t key, const float* task_cue);
@@ -46,6 +52,7 @@ class ObjectView {
   Field row_;
   AlignedArray<float> rows_;
   AlignedArray<float> final_rows_;
+  std::vector<RangedField> ranged_fields_;
 };
 
 }  // namespace engram

@@ -355,14 +355,16 @@ void VectorEnv::evaluate(Range envs) {
 
 // What policies and learners see.
 bool VectorEnv::outputs_finite(int env) const {
-  bool finite = std::isfinite(reward_[env]);
-  for (const Column<float>* column : {&observation_, &proprio_}) {
-    const float* row = column->row(env);
-    for (int i = 0; i < column->width(); ++i) {
+  const auto all_finite = [](const float* row, int width) {
+    bool finite = true;
+    for (int i = 0; i < width; ++i) {
       finite &= std::abs(row[i]) <= std::numeric_limits<float>::max();  // false for NaN
     }
-  }
-  return finite;
+    return finite;
+  };
+  return std::isfinite(reward_[env]) && all_finite(proprio_.row(env), proprio_.width()) &&
+         (objects_ ? all_finite(objects_->row(env).data(), objects_->width())
+                   : all_finite(observation_.row(env), observation_.width()));
 }
 
 void VectorEnv::finish_step(int worker, int env) {

@@ -53,6 +53,10 @@ class VectorEnv {
   const std::vector<Field>& state_fields() const {
     return objects_ ? objects_->fields() : state_fields_;
   }
+  // The same with ranges; in the objects modes only.
+  std::span<const RangedField> ranged_fields() const {
+    return objects_ ? std::span(objects_->ranged_fields()) : std::span<const RangedField>();
+  }
   int state_dim() const { return objects_ ? objects_->width() : observation_.width(); }
   // The sampled quantities of an episode, the engine's robot_noise first.
   const std::vector<Draw>& draws() const { return pins_.draws(); }

@@ -380,8 +380,8 @@ typedef struct engram_policy_request {
   const uint8_t* first;    /* 1: the episode's first request */
   const char* const* instructions;
   const float* proprio; /* (count, 7) */
-  const uint8_t* rgb;   /* (count, height, width, 6), or NULL with state observations */
-  const float* state;   /* (count, state_dim), or NULL with images */
+  const uint8_t* rgb;   /* (count, height, width, 6), or NULL without images */
+  const float* state;   /* (count, state_dim): state or objects, or NULL with images */
   int32_t height;
   int32_t width;
   int32_t state_dim;
@@ -416,7 +416,7 @@ typedef struct engram_evaluation_options {
   int32_t episodes;        /* per task; default 50 */
   int32_t num_envs;        /* episodes that a thread plays together; default 8 */
   int32_t threads;         /* default 0: one per core */
-  int32_t obs_mode;        /* ENGRAM_OBS_RGB (default) or ENGRAM_OBS_STATE */
+  int32_t obs_mode;        /* ENGRAM_OBS_RGB (default), _STATE or _OBJECTS */
   uint64_t seed;           /* episode i has seed + i; default 4242424242 */
   const char* name;        /* of the policy, in the results; default "external" */
   const char* config_json; /* an object: what else the results say of it; default NULL */

@@ -154,6 +154,26 @@ ConstantList describe_layout(const std::vector<Field>& fields) {
   return list;
 }
 
+// Parts of a row whose values lie within ranges.
+ConstantList describe_layout(std::span<const RangedField> parts) {
+  std::vector<Field> fields;
+  for (const RangedField& part : parts) fields.push_back(part.field);
+  ConstantList list = describe_layout(fields);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    ConstantTable& about = std::get<ConstantTable>(list[i].value);
+    about.emplace_back("low", parts[i].low);
+    about.emplace_back("high", parts[i].high);
+    const std::vector<std::string>& names = parts[i].names;
+    if (!names.empty()) about.emplace_back("names", ConstantList(names.begin(), names.end()));
+  }
+  return list;
+}
+
+ConstantList describe_observation(const VectorEnv& env) {
+  return env.ranged_fields().empty() ? describe_layout(env.state_fields())
+                                     : describe_layout(env.ranged_fields());
+}
+
 // The seven values of proprioception.
 std::vector<Field> proprio_fields() {
   return {{"tcp_position", 3, DType::kFloat32, "m", "world frame"},
@@ -163,10 +183,10 @@ std::vector<Field> proprio_fields() {
           {"gripper_opening", 1, DType::kFloat32, "m", "sum of both fingers, 0 to 0.08"}};
 }
 
-ConstantList describe_outputs(const ColumnStore& outputs) {
+ConstantList describe_outputs(const VectorEnv& env) {
   ConstantList list;
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    const Field& field = *outputs[i].field;
+  for (std::size_t i = 0; i < env.outputs().size(); ++i) {
+    const Field& field = *env.output(env.outputs()[i].field->name).field;
     list.emplace_back(ConstantTable{{"name", field.name},
                                     {"dtype", dtype_name(field.dtype)},
                                     {"width", field.width},
@@ -267,11 +287,11 @@ ConstantTable describe_task(const VectorEnv& env) {
                               {"changed", info.changed},
                               {"phases", describe_phases(info)},
                               {"state_dim", env.state_dim()},
-                              {"state_fields", describe_layout(env.state_fields())},
+                              {"state_fields", describe_observation(env)},
                               {"proprio", describe_layout(proprio_fields())},
                               {"task_cue_dim", info.task_cue_dim},
                               {"oracle_dim", info.oracle_dim},
-                              {"outputs", describe_outputs(env.outputs())},
+                              {"outputs", describe_outputs(env)},
                               {"success_reward", info.success_reward},
                               {"reward_terms", names_of(info.reward_terms)},
                               {"props", describe_props(env.physics_model())},

@@ -116,6 +116,32 @@ TEST_CASE("Options arrive", "[cpp_door]") {
   CHECK(kind_of([] { engram::make("RememberColor"); }, "did you mean") == Error::Kind::kUnknownId);
 }
 
+TEST_CASE("Objects are rows of what the description names", "[cpp_door][objects]") {
+  VectorEnv env = make_running({.num_envs = 2, .obs_mode = ObsMode::kObjects});
+  VectorEnv named = make_running({.num_envs = 2, .obs_mode = ObsMode::kObjectsDict});
+  const VectorEnv timed =
+      make_running({.num_envs = 2, .obs_mode = ObsMode::kObjects, .observe_time = true});
+  CHECK(timed.state_dim() == env.state_dim() + 1);
+  CHECK(env.observation().size() == 2 * static_cast<std::size_t>(env.state_dim()));
+  CHECK(env.output("observation").width() == static_cast<std::size_t>(env.state_dim()));
+  CHECK(env.describe().find("\"object_2_color\"") != std::string_view::npos);
+  CHECK(env.describe() == named.describe());
+  std::vector<float> actions = env.make_actions();
+  for (int i = 0; i < 8; ++i) {
+    CHECK(std::equal(env.observation().begin(), env.observation().end(),
+                     named.observation().begin(), named.observation().end()));
+    env.act(Policy::kRandom, actions);
+    env.step(actions);
+    named.step(actions);
+  }
+  const std::vector<float> before(env.observation().begin(), env.observation().end());
+  const auto saved = env.save();
+  env.step(actions);
+  CHECK_FALSE(std::equal(before.begin(), before.end(), env.observation().begin()));
+  env.restore(saved);
+  CHECK(std::equal(before.begin(), before.end(), env.observation().begin()));
+}
+
 TEST_CASE("Every control mode of the header is one of the library", "[cpp_door]") {
   const std::array<int, 11> dims = {8, 8, 4, 7, 7, 8, 4, 7, 8, 15, 15};
   for (std::size_t i = 0; i < dims.size(); ++i) {

@@ -62,6 +62,33 @@ TEST_CASE("C door: a callback is evaluated", "[evaluation]") {
   CHECK(document["summary"]["tasks"][0] == kIds[0]);
 }
 
+TEST_CASE("C door: a policy may observe objects", "[evaluation][objects]") {
+  engram_evaluation_options options = options_of(2);
+  options.obs_mode = ENGRAM_OBS_OBJECTS;
+  const auto policy = [](void* user, const engram_policy_request* request,
+                         engram_policy_reply* reply) {
+    CHECK(request->rgb == nullptr);
+    // Three tokens, of which the cue shows one.
+    REQUIRE(request->state_dim == 25 + 3 * 40);
+    for (int32_t row = 0; row < request->count; ++row) {
+      const float* tokens = request->state + row * request->state_dim + 25;
+      if (request->steps[row] == 0) CHECK(tokens[0] + tokens[40] + tokens[80] == 1);
+    }
+    return still(user, request, reply);
+  };
+  Call call;
+  char* text = nullptr;
+  REQUIRE(engram_evaluate(&options, policy, &call, &text) == ENGRAM_OK);
+  const Json document = Json::parse(text);
+  engram_free_text(text);
+  CHECK(document["tasks"][0]["obs_mode"] == "objects");
+  CHECK(call.requests >= 7);
+
+  options.obs_mode = ENGRAM_OBS_OBJECTS_DICT;
+  CHECK(engram_evaluate(&options, policy, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("ENGRAM_OBS_OBJECTS allowed"));
+}
+
 TEST_CASE("C door: results say whose rules were followed", "[evaluation][rules]") {
   for (const bool original : {false, true}) {
     engram_evaluation_options options = options_of(1);

@@ -51,12 +51,12 @@ TEST_CASE("command: usage errors are one line and exit code 2", "[apps]") {
   require_refusal("eval RememberColor3-VLA-v0 --all", 2, "one or the other");
   require_refusal("bench nothing", 2, "overhead");
   require_refusal("verify RememberColor3-VLA-v0 --split short", 2, "one or the other");
-  require_refusal("verify --obs depth", 2, "state|rgb");
+  require_refusal("verify --obs depth", 2, "state|rgb|objects");
   require_refusal("verify --steps 0", 2, "1 to 10000");
 }
 
 TEST_CASE("command: unknown observations and renderers are named with those that exist", "[apps]") {
-  require_refusal("rollout RememberColor9-VLA-v0 --obs depth", 2, "state or rgb");
+  require_refusal("rollout RememberColor9-VLA-v0 --obs depth", 2, "state, rgb or objects");
   require_refusal("rollout RememberColor9-VLA-v0 --obs rgb --renderer gpu", 2, "cpu or egl");
 }
 

@@ -10,13 +10,13 @@ namespace engram::tests {
 TEST_CASE("command: verify tells what was compared", "[apps]") {
   const std::string arguments = "verify ShellGameTouch-VLA-v0 RememberColor3-VLA-v0 --steps 1";
   const Json rows = engram_command(arguments + " --json").json();
-  REQUIRE(rows.size() == 4);
+  REQUIRE(rows.size() == 6);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Json& row = rows[i];
     CHECK(keys_of(row) == std::vector<std::string>{"id", "obs", "plays", "episodes", "env_steps",
                                                    "different", "fingerprint"});
     CHECK(row["id"] == (i % 2 == 0 ? "ShellGameTouch-VLA-v0" : "RememberColor3-VLA-v0"));
-    CHECK(row["obs"] == (i < 2 ? "state" : "rgb"));
+    CHECK(row["obs"] == (i < 2 ? "state" : i < 4 ? "rgb" : "objects"));
     CHECK(row["env_steps"] > 18 * 128);
     CHECK(row["different"] == 0);
     CHECK(row["fingerprint"].get<std::string>().size() == 16);

@@ -178,20 +178,54 @@ TEST_CASE("Lamps and buttons tell their state", "[objects]") {
   CHECK(pressed > 0.3F);
 }
 
-TEST_CASE("Rows are described part by part", "[objects]") {
+// The first part of a row whose values are beyond its range; empty: none.
+std::string beyond_range(const VectorEnv& env) {
+  const float* value = env.observation().data();
+  for (int i = 0; i < env.num_envs(); ++i) {
+    for (const RangedField& part : env.ranged_fields()) {
+      for (int k = 0; k < part.field.width; ++k, ++value) {
+        const auto number = static_cast<double>(*value);
+        if (!(number >= part.low && number <= part.high)) return part.field.name;
+      }
+    }
+  }
+  return "";
+}
+
+TEST_CASE("Rows are described part by part, and lie in the ranges", "[objects]") {
+  const Policy policy = GENERATE(Policy::kRandom, Policy::kOracle);
   for (const std::string& id : test::implemented_ids()) {
     EnvOptions options;
+    options.num_envs = 2;
     options.observe_time = true;
     const auto env = make_seeing(id, options);
     int width = 0;
     for (const Field& field : env->state_fields()) width += field.width;
     INFO(id);
     CHECK(width == env->state_dim());
-    CHECK(env->observation().size() == static_cast<std::size_t>(width));
+    CHECK(env->observation().size() == 2 * static_cast<std::size_t>(width));
+    CHECK(env->ranged_fields().size() == env->state_fields().size());
     CHECK(!tokens_of(*env).empty());
-    // Numbers that networks like.
+    // Numbers that networks like, while nothing is thrown about.
     for (const float value : env->observation()) CHECK(std::abs(value) < 4);
+    for (int t = 0; t < 60; ++t) {
+      REQUIRE(beyond_range(*env) == "");
+      test::step(*env, policy);
+    }
   }
+}
+
+TEST_CASE("What is far off or fast is cut off at the ends of the ranges", "[objects]") {
+  EnvOptions options;
+  options.obs_mode = ObsMode::kObjects;
+  const auto env = make_env("RememberColor3-VLA-v0", options);
+  env->reset();
+  env->state().prop_pos.row(0)[0] = 1e6;
+  env->state().prop_pos.row(0)[1] = -1e6;
+  env->state().qvel.row(0)[0] = 1e6;
+  env->restore(env->save());  // observes
+  CHECK(beyond_range(*env) == "");
+  CHECK(std::ranges::max(env->observation()) == static_cast<float>(ObjectTokens::kMost));
 }
 
 TEST_CASE("Restored environments observe what they were saved with", "[objects][snapshot]") {
@@ -206,6 +240,39 @@ TEST_CASE("Restored environments observe what they were saved with", "[objects][
     test::step(*env, Policy::kRandom);
     test::step(*copy, Policy::kRandom);
   }
+}
+
+// Such a snapshot knows no order of tokens.
+TEST_CASE("What a batch without objects has saved is observed as ever", "[objects][snapshot]") {
+  EnvOptions options;
+  options.pins = {{"target", {2}}, {"cue_steps", {2}}, {"empty_steps", {2}}};
+  const char* id = "RememberColor9-VLA-v0";
+  const auto blind = make_env(id, options);
+  const auto seeing = make_seeing(id, options);
+  for (int t = 0; t < 5; ++t) test::step(*seeing, Policy::kZero);  // all tokens are filled
+  blind->reset();
+  for (int t = 0; t < 6; ++t) {
+    seeing->restore(blind->save());
+    const auto tokens = tokens_of(*seeing);
+    CHECK(std::ranges::count_if(tokens, is_seen) == (t < 2 ? 1 : t < 4 ? 0 : 9));
+    const auto filled = [](const auto& token) {
+      return std::ranges::any_of(token, [](float value) { return value != 0; });
+    };
+    CHECK(std::ranges::count_if(tokens, filled) == std::ranges::count_if(tokens, is_seen));
+    test::step(*blind, Policy::kZero);
+  }
+}
+
+TEST_CASE("A row that is no row of numbers ends the episode", "[objects]") {
+  EnvOptions options;
+  options.auto_reset = AutoReset::kOff;
+  const auto env = make_seeing("RotateLenientPos-VLA-v0", options);
+  test::step(*env, Policy::kZero);
+  CHECK(env->unstable()[0] == 0);
+  *reinterpret_cast<double*>(env->memory().find("target_angle").row(0)) = std::nan("");
+  test::step(*env, Policy::kZero);
+  CHECK(env->unstable()[0] == 1);
+  CHECK(env->truncated()[0] == 1);
 }
 
 TEST_CASE("The last observation of an episode is kept", "[objects]") {

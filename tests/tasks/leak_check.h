@@ -1,7 +1,8 @@
-// Whether pictures after the cue tell what it has shown.
+// Whether anything after the cue tells what it has shown.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <memory>
 #include <optional>
@@ -34,6 +35,7 @@ inline std::unique_ptr<VectorEnv> make_hiding(const std::string& id, const Const
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
   options.constants = constants;
+  options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
   auto env = make(id, options);
   const std::vector<Pin> pins = {{draw.name, hidden_values(draw, second)}};
   env->reset({.mask = {}, .seeds = {}, .pins = &pins});
@@ -45,6 +47,55 @@ inline std::optional<Draw> draw_named(const TaskInfo& info, std::string_view nam
     if (draw.name == name) return draw;
   }
   return std::nullopt;
+}
+
+// Infos that tell what is hidden, or how near the robot is to it: for oracles, learning curves and
+// analysis. docs/protocol.md names them.
+inline constexpr std::array<std::string_view, 18> kClosedInfos = {
+    "oracle_info",
+    "obj_to_goal_pos",           // the way to the goal
+    "is_obj_placed",             // the hand is at the hidden goal
+    "target_blinks",             // what was counted
+    "flash_color",               // what flashed
+    "before_window",             // how the time stands to the one that was shown, as the next
+    "in_window",                 //
+    "found_working_count",       // of batteries, before their lamp tells
+    "start_checkpoint_dist",     // how far the contour is traced that was shown, as the next ones
+    "checkpoint_visited",        //
+    "visit_fraction",            //
+    "all_visited",               //
+    "active_shape_id",           //
+    "active_shape_idx",          //
+    "active_visit_fraction",     //
+    "active_all_visited",        //
+    "sequence_progress",         //
+    "max_cube_displacement_xy",  // of the cubes of the cue too, to the last bit
+};
+
+inline bool is_closed(const VectorEnv& env, const std::string& output) {
+  if (output == "observation") return observes_state(env.options().obs_mode);
+  if (output == "task_cue") return env.info().task_cue_dim == 0;  // but for the Rotate families
+  return std::ranges::find(kClosedInfos, output) != kClosedInfos.end();
+}
+
+// The outputs of the first environment that differ between two batches, in a bit.
+inline std::vector<std::string> differing_outputs(const VectorEnv& one, const VectorEnv& other) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < one.outputs().size(); ++i) {
+    const std::string& name = one.outputs()[i].field->name;
+    const ColumnView a = one.output(name);
+    const auto bytes = static_cast<std::size_t>(a.field->width) * size_of(a.field->dtype);
+    if (!std::equal(a.row(0), a.row(0) + bytes, other.output(name).row(0))) names.push_back(name);
+  }
+  if (one.instruction(0) != other.instruction(0)) names.emplace_back("instruction");
+  return names;
+}
+
+// Those of them that nothing may tell.
+inline std::vector<std::string> leaking_outputs(const VectorEnv& one, const VectorEnv& other) {
+  std::vector<std::string> names = differing_outputs(one, other);
+  std::erase_if(names, [&one](const std::string& name) { return is_closed(one, name); });
+  return names;
 }
 
 // How closely pictures are compared.
@@ -73,7 +124,8 @@ inline bool has_answered(const VectorEnv& env) {
 }
 
 // Plays two episodes that differ in what is hidden alone. Outside the moments that show it, no
-// camera sees a difference, until the robot has answered. People may be shown where the goal is.
+// camera sees a difference, and no info tells one, until the robot has answered. People may be
+// shown where the goal is.
 inline void compare_pictures(const std::string& id, VectorEnv& one, VectorEnv& other,
                              const LeakCheck& check) {
   const bool goal_for_people = require_entry(id).definition->expectations.goal_for_people;
@@ -93,6 +145,7 @@ inline void compare_pictures(const std::string& id, VectorEnv& one, VectorEnv& o
       }
     }
     if (has_answered(one) || has_answered(other)) break;
+    if (!shows(one) && !shows(other)) REQUIRE(leaking_outputs(one, other).empty());
     const bool rests = check.policy == Policy::kZero || (timed && since_cue == 0);
     const std::vector<float> actions = rests ? rest : act(one, check.policy);
     one.step(actions);

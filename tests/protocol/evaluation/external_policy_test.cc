@@ -111,6 +111,16 @@ TEST_CASE("External policy: the state only where it is asked for", "[policy]") {
   CHECK(policy.state_size > 25);
 }
 
+TEST_CASE("External policy: objects, as a batch of them observes", "[policy][objects]") {
+  Recorder policy(1);
+  evaluate_with(policy, ObsMode::kObjects, 2);
+  CHECK(policy.asked.size() == 75);
+  CHECK(policy.rgb_size == 0);
+  EnvOptions options;
+  options.obs_mode = ObsMode::kObjects;
+  CHECK(policy.state_size == static_cast<std::size_t>(make(kId, options)->state_dim()));
+}
+
 TEST_CASE("External policy: shapes and values of an answer", "[policy]") {
   PolicyReply reply(2, 7);
   const std::vector<float> actions(21, 0.5F);
