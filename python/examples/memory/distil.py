@@ -1,57 +1,59 @@
-"""Distils engram's oracle into a policy that remembers (DAgger).
+"""Distils engram's oracle into a policy that remembers (DAgger), from objects or from pictures.
 
-The student sees objects (``obs_mode="objects"``) and acts; the oracle, which knows what is hidden,
-says what it would do in every state that the student gets to. The memory is trained to tell the cue,
-which the student has seen itself. Privileged: the oracle's actions, in training only.
+The student acts; the oracle, which knows what is hidden, says what it would do in every state that the
+student gets to. The memory is taught to recollect what the student has seen itself. Privileged, in
+training only: the oracle's actions; from pictures, the places of what is in sight besides.
 
     python distil.py --id RememberColor9-VLA-v0 --out runs/color9
+    python distil.py --id RememberColor3-VLA-v0 --obs rgb --out runs/pictures
 """
 
 import argparse
 from pathlib import Path
 
 import torch
-from play import Clock, Log, load_policy, make_batch, observed, save_policy, success_of
-from policy import Policy, Recollection, Sight, groups
+from pictures import Pictures
+from play import EVALUATION_SEED, Clock, Log, Objects, finish, load_policy, save_policy, success_of
+from policy import Policy, Recollection, groups
 from torch import nn
-
-EVALUATION_SEED = 1_000_000
-FINAL_SEED = 2_000_000
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
     add("--id", default="RememberColor3-VLA-v0")
+    add("--obs", default="objects", choices=["objects", "rgb"])
     add("--seed", type=int, default=1)
-    add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt")
+    add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="go on with the agent.pt of --out")
     add("--no-memory", action="store_true")
     add("--envs", type=int, default=128, help="episodes per iteration")
-    add("--iterations", type=int, default=10)
+    add("--iterations", type=int, default=12)
     add("--updates", type=int, default=64, help="per iteration")
+    add("--eye-updates", type=int, default=150, help="per iteration, from pictures")
     add("--keep", type=int, default=20, help="iterations whose episodes are learnt from")
     add("--batch", type=int, default=1600, help="steps per update")
     add("--lr", type=float, default=3e-3)
     add("--memory-lr", type=float, default=1e-2)
-    add("--recall", type=float, default=1.0, help="weight of the loss that tells the cue")
-    add("--evaluate-every", type=int, default=2)
+    add("--recall", type=float, default=1.0, help="weight of the loss that recollects")
+    add("--evaluate-every", type=int, default=4, help="iterations")
     return parser.parse_args()
 
 
 @torch.no_grad()
-def collect(policy, batch, expert_share):
+def collect(policy, scenes, expert_share):
     """An iteration's episodes: rows (T, N, D) and the oracle's actions."""
     rows, labels, state = [], [], None
-    row = observed(batch.reset()[0])
-    by_expert = torch.rand(batch.num_envs, 1) < expert_share
-    for _ in range(batch.description["horizon"]):
-        label = torch.from_numpy(batch.act("oracle")).clamp(-1, 1)
+    row = scenes.reset()
+    by_expert = torch.rand(scenes.num_envs, 1) < expert_share
+    for _ in range(scenes.horizon):
+        label = scenes.oracle()
         choice, _, state, _ = policy(row[None], state)
-        rows.append(row)
+        rows.append(scenes.truth)
         labels.append(label)
-        action = torch.where(by_expert, label, choice.best()[0])
-        row = observed(batch.step(action.numpy())[0])
+        if isinstance(scenes, Pictures):
+            scenes.keep()
+        row, _ = scenes.step(torch.where(by_expert, label, choice.best()[0]))
     return torch.stack(rows), torch.stack(labels)
 
 
@@ -71,13 +73,13 @@ def learn(policy, optimiser, episodes, args):
     sums = {"hand": 0.0, "memory": 0.0}
     for _ in range(args.updates):
         pick = torch.randint(rows.shape[1], (max(1, args.batch // len(rows)),))
-        seen = rows[:, pick]
-        choice, recalled, _, _ = policy(seen)
-        counts = weights[:, pick]
-        loss = (imitation(choice, actions[:, pick]) * counts).sum() / counts.sum()
+        choice, recalled, _, _ = policy(rows[:, pick])
+        weight = weights[:, pick] / weights[:, pick].sum()
+        loss = (imitation(choice, actions[:, pick]) * weight).sum()
         sums["hand"] += loss.item() / args.updates
         if policy.memory:
-            recall = Recollection.loss(policy, seen, recalled, [x[:, pick] for x in labels])
+            told = [label[:, pick] for label in labels]
+            recall = Recollection.loss(policy, rows[:, pick], recalled, told)
             sums["memory"] += recall.item() / args.updates
             loss = loss + args.recall * recall
         optimiser.zero_grad()
@@ -91,37 +93,39 @@ def main():
     args = arguments()
     torch.manual_seed(args.seed)
     torch.set_num_threads(1)
-    batch = make_batch(args.id, args.envs, seed=args.seed)
-    test = make_batch(args.id, 200)
-    path = args.out and args.out / "agent.pt"
-    if args.resume and path.exists():
-        policy, _ = load_policy(path)
-    else:
-        policy = Policy(Sight(batch.description), memory=not args.no_memory)
-    optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr))
+    clock, path = Clock(), args.out and args.out / "agent.pt"
+    make = Pictures if args.obs == "rgb" else Objects
+    resumed = args.resume and path.exists()
+    policy, eye, _ = load_policy(path) if resumed else (None, None, None)
+    seen_by = {"eye": eye} if eye else {}
+    scenes = make(args.id, args.envs, seed=args.seed, **seen_by)
+    eye = getattr(scenes, "eye", None)
+    test = make(args.id, 200, **({"eye": eye} if eye else {}))
+    policy = policy or Policy(scenes.sight, memory=not args.no_memory)
+    rates = (args.lr, args.memory_lr, args.memory_lr)
+    optimiser = torch.optim.Adam(groups(policy, *rates))
     rates = [group["lr"] for group in optimiser.param_groups]
-    log, clock, episodes = Log(args.out), Clock(), []
-    batch.reset(seed=args.seed)
+    log, episodes = Log(args.out), []
+    scenes.reset(seed=args.seed)
     for iteration in range(args.iterations):
-        rows, actions = collect(policy, batch, 0.5**iteration)
-        if iteration == 0 and not args.resume:
+        rows, actions = collect(policy, scenes, 0.5**iteration)
+        if iteration == 0 and not resumed:
             policy.fit(rows)
         episodes.append((rows, actions, *Recollection.labels(policy, rows)))
         del episodes[: -args.keep]
         for group, rate in zip(optimiser.param_groups, rates):
             group["lr"] = rate * min(1, 2 - 2 * iteration / args.iterations)
         losses = learn(policy, optimiser, episodes, args)
+        if eye:
+            losses["eye"] = round(scenes.learn(args.eye_updates), 4)
         if (iteration + 1) % args.evaluate_every and iteration + 1 < args.iterations:
             continue
         scores = clock.leave_out(success_of, policy, test, EVALUATION_SEED)
-        steps = (iteration + 1) * args.envs * batch.description["horizon"]
+        steps = (iteration + 1) * args.envs * scenes.horizon
         log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
-            save_policy(policy, path, args.id, not args.no_memory)
-    log.draw(f"{args.id}, distilled, seed {args.seed}")
-    final = success_of(policy, test, FINAL_SEED)
-    forgetful = success_of(policy, test, FINAL_SEED, forget=True)
-    print({"final": final, "memory wiped": forgetful, "cpu_s": round(clock(), 1)})
+            save_policy(policy, path, args.id, eye)
+    finish(policy, test, args, log, clock(), f"distilled from {args.obs}")
 
 
 if __name__ == "__main__":

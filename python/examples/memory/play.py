@@ -7,27 +7,50 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from eye import Eye, of_pictures
 from policy import Policy, Sight
 
 import engram
 
+EVALUATION_SEED = 1_000_000
+FINAL_SEED = 2_000_000
 
-def make_batch(task, num_envs, seed=0, **options):
+
+def make_batch(task, num_envs, seed, obs_mode):
     """A batch whose episodes all last to the horizon."""
     return engram.make_vec(
         task,
         num_envs=num_envs,
         seed=seed,
-        obs_mode="objects",
+        obs_mode=obs_mode,
         autoreset_mode="DISABLED",
         terminate_on_success=False,
         language_in_info=False,
-        **options,
     )
 
 
-def observed(batch_observation):
-    return torch.from_numpy(np.array(batch_observation))
+class Objects:
+    """Scenes as the objects observation tells them: a student's rows (N, D) are the truth."""
+
+    def __init__(self, task, num_envs, seed=0):
+        self.batch = make_batch(task, num_envs, seed, "objects")
+        self.num_envs, self.horizon = num_envs, self.batch.description["horizon"]
+        self.sight = Sight(self.batch.description)
+        self.infos, self.truth = {}, None
+
+    def reset(self, seed=None):
+        """-> what a student sees, (N, D)."""
+        self.truth = torch.from_numpy(np.array(self.batch.reset(seed=seed)[0]))
+        return self.truth
+
+    def step(self, actions):
+        """actions (N, 7) -> what a student sees, rewards (N,)."""
+        rows, rewards, _, _, self.infos = self.batch.step(actions.numpy())
+        self.truth = torch.from_numpy(np.array(rows))
+        return self.truth, torch.from_numpy(np.array(rewards))
+
+    def oracle(self):
+        return torch.from_numpy(self.batch.act("oracle")).clamp(-1, 1)
 
 
 class Clock:
@@ -47,26 +70,22 @@ class Clock:
 
 
 @torch.no_grad()
-def success_of(policy, batch, seed, forget=False):
-    """Shares of episodes with success and with a right first answer, of the mean action.
+def success_of(policy, scenes, seed, forget=False):
+    """Shares of episodes with success and with a right first answer.
 
-    forget: the memory is wiped in the step in which the robot can first act.
+    forget: the memory is wiped whenever something comes into sight.
     """
-    rows, state = observed(batch.reset(seed=seed)[0]), None
-    seen_most = torch.zeros(batch.num_envs)
-    horizon = batch.description["horizon"]
-    for _ in range(horizon):
-        if forget:
-            seen = policy.sight.split(rows)[1][..., 0].sum(-1)
-            state = policy.wipe(state, seen > seen_most)
-            seen_most = torch.maximum(seen_most, seen)
+    rows, state, before = scenes.reset(seed=seed), None, 0.0
+    for _ in range(scenes.horizon):
+        if forget and policy.memory:
+            seen = policy.sight.split(rows)[1][..., 0]
+            state = policy.wipe(state, ((seen > 0) & (seen > before)).any(-1))
+            before = seen
         choice, _, state, _ = policy(rows[None], state)
-        step = batch.step(choice.best()[0].numpy())
-        rows = observed(step[0])
-    infos = step[4]
-    answers = infos.get("first_answer_correct")
+        rows, _ = scenes.step(choice.best()[0])
+    answers = scenes.infos.get("first_answer_correct")
     return {
-        "success_once": float(np.mean(infos["success_once"])),
+        "success_once": float(np.mean(scenes.infos["success_once"])),
         "first_answer_correct": None if answers is None else float(np.mean(answers)),
     }
 
@@ -122,15 +141,34 @@ class Log:
         pyplot.close(figure)
 
 
-def save_policy(policy, path, task, memory, **more):
+def finish(policy, scenes, args, log, cpu_s, learner):
+    """Draws the curve; says how the policy does in 200 fresh episodes, and without its memory."""
+    log.draw(f"{args.id}, {learner}, seed {args.seed}")
+    result = {"id": args.id, "learner": learner, "seed": args.seed, "cpu_s": round(cpu_s, 1)}
+    result |= success_of(policy, scenes, FINAL_SEED)
+    if policy.memory:
+        result["wiped"] = success_of(policy, scenes, FINAL_SEED, forget=True)
+    if args.out:
+        (args.out / "result.json").write_text(json.dumps(result) + "\n")
+    print(json.dumps(result), flush=True)
+
+
+def save_policy(policy, path, task, eye=None):
     path.parent.mkdir(parents=True, exist_ok=True)
-    torch.save({"task": task, "memory": memory, "weights": policy.state_dict(), **more}, path)
+    saved = {"task": task, "memory": policy.memory, "weights": policy.state_dict()}
+    if eye is not None:
+        saved["eye"] = eye.state_dict()
+    torch.save(saved, path)
 
 
 def load_policy(path):
-    """The policy of a checkpoint, and the checkpoint."""
+    """-> policy, its Eye (None where it sees objects), its task."""
     saved = torch.load(Path(path), weights_only=True)
-    sight = Sight(engram.make_vec(saved["task"], num_envs=1, obs_mode="objects").description)
+    sight, eye = Sight(engram.make_vec(saved["task"], num_envs=1, obs_mode="objects").description), None
+    if "eye" in saved:
+        eye = Eye(saved["eye"]["looks"], saved["eye"]["templates"])
+        eye.load_state_dict(saved["eye"])
+        sight = of_pictures(sight, eye.looks)
     policy = Policy(sight, memory=saved["memory"])
     policy.load_state_dict(saved["weights"])
-    return policy, saved
+    return policy, eye, saved["task"]

@@ -107,6 +107,8 @@ class Policy(nn.Module):
             self.tell = nn.Linear(hidden, slot)
             self.about = nn.Linear(token + len(sight.look) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + PLACES) * LOOKS)
+            # Inborn: what is known from before is looked at first.
+            self.liking = nn.Parameter(torch.tensor([4.0, 0.0, 0.0, 4.0]))
             self.slots = nn.GRU(token + slot + 4 + LOOKS, slot)
             self.recall = nn.Linear(slot, Recollection.WIDTH)
             with torch.no_grad():  # answers that differ from the first are sooner learnt to be right
@@ -177,12 +179,15 @@ class Policy(nn.Module):
             parts += [known, slots.sum(-2)]
             things = torch.cat([read, 4 * like, slots], -1)
         known = torch.cat(parts, -1)
-        match = (self.key(things) * self.question(known)[..., None, :]).sum(-1)
+        match = (self.key(things) * self.question(known)[..., None, :]).mean(-1)
+        if self.memory:
+            match = match + like @ self.liking
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
         here = torch.cat([5 * offset, 5 * tokens[..., sight.place], things], -1)
         hand = torch.tanh(self.situation(known)[..., None, :] + self.toward(here))
         mean, deviation = self.act(hand).chunk(2, -1)
-        return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, known
+        context = torch.cat([known, (weights.exp()[..., None] * here).sum(-2)], -1)
+        return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context
 
     def wipe(self, state, which):
         """The state with the memory of some environments (N,) as in an episode's first step."""
@@ -210,15 +215,22 @@ class Choice(NamedTuple):
         which = self.weights.argmax(-1)[..., None, None]
         return self.mean.take_along_dim(which, -2)[..., 0, :].clamp(-1, 1)
 
+    def mixed(self):
+        """Mean and log deviation (T, N, actions) of the action, all objects weighed."""
+        share = self.weights.exp()[..., None]
+        return (share * self.mean).sum(-2), (share * self.deviation).sum(-2)
 
-def groups(policy, lr, memory_lr):
-    """Parameters for an optimiser: the memory learns faster than the hand."""
-    slow = [policy.situation, policy.toward, policy.act]
-    slow = {id(p) for part in slow for p in part.parameters()}
-    return [
-        {"params": [p for p in policy.parameters() if id(p) in slow], "lr": lr},
-        {"params": [p for p in policy.parameters() if id(p) not in slow], "lr": memory_lr},
-    ]
+
+def groups(policy, lr, memory_lr, sight_lr):
+    """Parameters for an optimiser, by rate: the hand; the memory that only recollection teaches; and
+    what reads objects and picks one out."""
+    hand = [policy.situation, policy.toward, policy.act]
+    memory = [policy.encode, policy.norm, policy.gru, policy.shown] if policy.memory else []
+    parts = [{id(p) for part in kind for p in part.parameters()} for kind in (hand, memory)]
+    chosen = [[p for p in policy.parameters() if id(p) in part] for part in parts]
+    rest = [p for p in policy.parameters() if id(p) not in parts[0] | parts[1]]
+    rates = (lr, memory_lr, sight_lr)
+    return [{"params": p, "lr": r} for p, r in zip([*chosen, rest], rates) if p]
 
 
 class Recollection:

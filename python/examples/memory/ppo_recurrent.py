@@ -1,0 +1,165 @@
+"""Recurrent PPO from objects: whole episodes in lockstep, the gradient through all their steps.
+
+The policy sees objects (``obs_mode="objects"``) and learns from the reward alone. Its memory is taught
+to recollect what the policy has seen itself. Privileged: nothing but the reward.
+
+    python ppo_recurrent.py --id ShellGameTouch-VLA-v0 --out runs/shell
+"""
+
+import argparse
+from pathlib import Path
+
+import torch
+from play import EVALUATION_SEED, Clock, Log, Objects, finish, load_policy, save_policy, success_of
+from policy import Policy, Recollection, can_act, groups
+from torch import nn
+
+def arguments(memory=True):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    add = parser.add_argument
+    add("--id", default="RememberColor3-VLA-v0")
+    add("--seed", type=int, default=1)
+    add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
+    add("--resume", action="store_true", help="go on with the agent.pt of --out")
+    add("--envs", type=int, default=128, help="episodes per iteration")
+    add("--steps", type=int, default=400_000, help="environment steps in all")
+    add("--passes", type=int, default=4, help="over an iteration's episodes")
+    add("--minibatches", type=int, default=4, help="per pass")
+    add("--lr", type=float, default=1e-3)
+    add("--memory-lr", type=float, default=1e-2)
+    add("--sight-lr", type=float, default=1e-3, help="of what reads objects and picks one")
+    add("--recall", type=float, default=0.5, help="weight of the loss that recollects")
+    add("--gamma", type=float, default=0.9)
+    add("--gae", type=float, default=0.9)
+    add("--clip", type=float, default=0.2)
+    add("--entropy", type=float, default=0.0)
+    add("--evaluate-every", type=int, default=20, help="iterations")
+    parser.set_defaults(memory=memory)
+    return parser.parse_args()
+
+
+class Agent(nn.Module):
+    """A policy and what it expects to earn."""
+
+    def __init__(self, sight, memory):
+        super().__init__()
+        self.policy = Policy(sight, memory=memory)
+        self.critic = nn.Sequential(nn.LazyLinear(64), nn.Tanh(), nn.Linear(64, 1))
+
+    def forward(self, rows, state=None):
+        """-> distribution of the action, value (T, N), what is recollected, the memory's state."""
+        choice, recalled, state, context = self.policy(rows, state)
+        mean, deviation = choice.mixed()
+        value = self.critic(context)[..., 0]
+        return torch.distributions.Normal(mean, deviation.exp()), value, recalled, state
+
+
+@torch.no_grad()
+def collect(agent, scenes):
+    """An iteration's episodes: rows, actions, their log density, values, rewards, all (T, N, ...)."""
+    parts, state = [], None
+    row = scenes.reset()
+    for _ in range(scenes.horizon):
+        distribution, value, _, state = agent(row[None], state)
+        action = distribution.sample()
+        log_density = distribution.log_prob(action).sum(-1)
+        after, reward = scenes.step(action[0].clamp(-1, 1))
+        parts.append((row, action[0], log_density[0], value[0], reward))
+        row = after
+    return [torch.stack(part) for part in zip(*parts)]
+
+
+def advantages(rewards, values, args):
+    """Generalised advantages (T, N) of episodes that end with their last step."""
+    result, ahead, after = torch.zeros_like(rewards), 0.0, 0.0
+    for t in reversed(range(len(rewards))):
+        surprise = rewards[t] + args.gamma * after - values[t]
+        result[t] = ahead = surprise + args.gamma * args.gae * ahead
+        after = values[t]
+    return result
+
+
+class Scale:
+    """Deviation of the discounted return, over all episodes so far."""
+
+    def __init__(self, gamma):
+        self.gamma, self.count, self.sum, self.squares = gamma, 0, 0.0, 0.0
+
+    def __call__(self, rewards):
+        ahead, returns = 0.0, []
+        for reward in rewards.flip(0):
+            ahead = reward + self.gamma * ahead
+            returns.append(ahead)
+        returns = torch.stack(returns)
+        self.count += returns.numel()
+        self.sum += returns.sum().item()
+        self.squares += returns.square().sum().item()
+        mean = self.sum / self.count
+        return max(self.squares / self.count - mean**2, 1e-8) ** 0.5
+
+
+def learn(agent, optimiser, episodes, scale, args):
+    rows, actions, before, values, rewards = episodes
+    policy = agent.policy
+    counts = can_act(policy.sight, rows).float()
+    gain = advantages(rewards / scale(rewards), values, args)
+    target = gain + values
+    used = gain[counts > 0]
+    gain = (gain - used.mean()) / (used.std() + 1e-8)
+    labels = Recollection.labels(policy, rows) if policy.memory else ()
+    for _ in range(args.passes):
+        for pick in torch.randperm(rows.shape[1]).chunk(args.minibatches):
+            distribution, value, recalled, _ = agent(rows[:, pick])
+            weight = counts[:, pick] / counts[:, pick].sum()
+            ratio = (distribution.log_prob(actions[:, pick]).sum(-1) - before[:, pick]).exp()
+            limited = ratio.clamp(1 - args.clip, 1 + args.clip)
+            better = torch.minimum(ratio * gain[:, pick], limited * gain[:, pick])
+            error = 0.5 * (value - target[:, pick]).square()
+            entropy = distribution.entropy().sum(-1)
+            loss = ((error - better - args.entropy * entropy) * weight).sum()
+            if policy.memory:
+                told = [label[:, pick] for label in labels]
+                loss = loss + args.recall * Recollection.loss(policy, rows[:, pick], recalled, told)
+            optimiser.zero_grad()
+            loss.backward()
+            nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
+            optimiser.step()
+
+
+def main(memory=True):
+    args = arguments(memory)
+    torch.manual_seed(args.seed)
+    torch.set_num_threads(1)
+    clock, path = Clock(), args.out and args.out / "agent.pt"
+    scenes = Objects(args.id, args.envs, seed=args.seed)
+    test = Objects(args.id, 200)
+    agent = Agent(scenes.sight, args.memory)
+    agent(scenes.reset(seed=args.seed)[None])  # the critic takes its size from this
+    if args.resume and path.exists():
+        agent.policy = load_policy(path)[0]
+    else:
+        agent.policy.fit(collect(agent, scenes)[0])
+    critic = {"params": agent.critic.parameters(), "lr": args.lr}
+    optimiser = torch.optim.Adam(
+        [*groups(agent.policy, args.lr, args.memory_lr, args.sight_lr), critic]
+    )
+    rates = [group["lr"] for group in optimiser.param_groups]
+    log, scale = Log(args.out), Scale(args.gamma)
+    per_iteration = args.envs * scenes.horizon
+    iterations = max(1, args.steps // per_iteration)
+    for iteration in range(iterations):
+        for group, rate in zip(optimiser.param_groups, rates):
+            group["lr"] = rate * (1 - iteration / iterations)
+        learn(agent, optimiser, collect(agent, scenes), scale, args)
+        if (iteration + 1) % args.evaluate_every and iteration + 1 < iterations:
+            continue
+        scores = clock.leave_out(success_of, agent.policy, test, EVALUATION_SEED)
+        log.add(env_steps=(iteration + 1) * per_iteration, cpu_s=round(clock(), 1), **scores)
+        if path:
+            save_policy(agent.policy, path, args.id)
+    learner = "recurrent PPO" if args.memory else "PPO without memory"
+    finish(agent.policy, test, args, log, clock(), learner)
+
+
+if __name__ == "__main__":
+    main()
