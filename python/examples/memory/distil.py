@@ -28,7 +28,7 @@ def arguments():
     add("--resume", action="store_true", help="go on with the agent.pt of --out")
     add("--no-memory", action="store_true")
     add("--envs", type=int, default=128, help="episodes per iteration")
-    add("--iterations", type=int, default=12)
+    add("--iterations", type=int, default=14)
     add("--updates", type=int, default=64, help="per iteration")
     add("--eye-updates", type=int, default=150, help="per iteration, from pictures")
     add("--keep", type=int, default=20, help="iterations whose episodes are learnt from")

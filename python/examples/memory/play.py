@@ -23,6 +23,7 @@ def make_batch(task, num_envs, seed, obs_mode):
         num_envs=num_envs,
         seed=seed,
         obs_mode=obs_mode,
+        threads=1,
         autoreset_mode="DISABLED",
         terminate_on_success=False,
         language_in_info=False,
@@ -149,7 +150,9 @@ def finish(policy, scenes, args, log, cpu_s, learner):
     if policy.memory:
         result["wiped"] = success_of(policy, scenes, FINAL_SEED, forget=True)
     if args.out:
-        (args.out / "result.json").write_text(json.dumps(result) + "\n")
+        partial = args.out / "result.part"
+        partial.write_text(json.dumps(result) + "\n")
+        partial.replace(args.out / "result.json")
     print(json.dumps(result), flush=True)
 
 

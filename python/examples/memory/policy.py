@@ -176,6 +176,7 @@ class Policy(nn.Module):
             stood_colors = torch.sigmoid(of_objects[..., :LOOKS].detach()) @ self.colors()
             meant = stood_colors * (colors.sum(-2, keepdim=True) - colors)
             like = torch.cat([like, meant.sum(-1, keepdim=True)], -1)
+            slots = 0.1 * slots + 0.9 * slots.detach()  # the hand may ask for more, quietly
             parts += [known, slots.sum(-2)]
             things = torch.cat([read, 4 * like, slots], -1)
         known = torch.cat(parts, -1)

@@ -4,11 +4,14 @@ The policy sees objects (``obs_mode="objects"``) and learns from the reward alon
 to recollect what the policy has seen itself. Privileged: nothing but the reward.
 
     python ppo_recurrent.py --id ShellGameTouch-VLA-v0 --out runs/shell
+    torchrun --nproc-per-node 2 ppo_recurrent.py --id ShellGameTouch-VLA-v0 --out runs/shell
 """
 
 import argparse
+import time
 from pathlib import Path
 
+import together
 import torch
 from play import EVALUATION_SEED, Clock, Log, Objects, finish, load_policy, save_policy, success_of
 from policy import Policy, Recollection, can_act, groups
@@ -21,7 +24,7 @@ def arguments(memory=True):
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="go on with the agent.pt of --out")
-    add("--envs", type=int, default=128, help="episodes per iteration")
+    add("--envs", type=int, default=128, help="episodes per iteration, of all processes")
     add("--steps", type=int, default=400_000, help="environment steps in all")
     add("--passes", type=int, default=4, help="over an iteration's episodes")
     add("--minibatches", type=int, default=4, help="per pass")
@@ -122,43 +125,50 @@ def learn(agent, optimiser, episodes, scale, args):
                 loss = loss + args.recall * Recollection.loss(policy, rows[:, pick], recalled, told)
             optimiser.zero_grad()
             loss.backward()
+            together.average(agent)
             nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
             optimiser.step()
 
 
 def main(memory=True):
     args = arguments(memory)
-    torch.manual_seed(args.seed)
+    rank, processes = together.start()
+    torch.manual_seed(args.seed + 1000 * rank)
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
-    scenes = Objects(args.id, args.envs, seed=args.seed)
+    scenes = Objects(args.id, args.envs // processes, seed=args.seed + 1000 * rank)
     test = Objects(args.id, 200)
     agent = Agent(scenes.sight, args.memory)
-    agent(scenes.reset(seed=args.seed)[None])  # the critic takes its size from this
+    agent(scenes.reset(seed=args.seed + 1000 * rank)[None])  # the critic takes its size from this
     if args.resume and path.exists():
         agent.policy = load_policy(path)[0]
     else:
         agent.policy.fit(collect(agent, scenes)[0])
+    together.agree(agent)
     critic = {"params": agent.critic.parameters(), "lr": args.lr}
     optimiser = torch.optim.Adam(
         [*groups(agent.policy, args.lr, args.memory_lr, args.sight_lr), critic]
     )
     rates = [group["lr"] for group in optimiser.param_groups]
-    log, scale = Log(args.out), Scale(args.gamma)
+    log, scale, begun = Log(args.out if rank == 0 else None), Scale(args.gamma), time.monotonic()
     per_iteration = args.envs * scenes.horizon
     iterations = max(1, args.steps // per_iteration)
     for iteration in range(iterations):
         for group, rate in zip(optimiser.param_groups, rates):
             group["lr"] = rate * (1 - iteration / iterations)
         learn(agent, optimiser, collect(agent, scenes), scale, args)
-        if (iteration + 1) % args.evaluate_every and iteration + 1 < iterations:
+        if rank > 0 or (iteration + 1) % args.evaluate_every and iteration + 1 < iterations:
             continue
         scores = clock.leave_out(success_of, agent.policy, test, EVALUATION_SEED)
-        log.add(env_steps=(iteration + 1) * per_iteration, cpu_s=round(clock(), 1), **scores)
+        steps = (iteration + 1) * per_iteration
+        rate = round(steps / (time.monotonic() - begun))
+        log.add(env_steps=steps, steps_per_s=rate, cpu_s=round(clock(), 1), **scores)
         if path:
             save_policy(agent.policy, path, args.id)
-    learner = "recurrent PPO" if args.memory else "PPO without memory"
-    finish(agent.policy, test, args, log, clock(), learner)
+    if rank == 0:
+        learner = "recurrent PPO" if args.memory else "PPO without memory"
+        finish(agent.policy, test, args, log, clock(), learner)
+    together.end()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,242 @@
+"""Scores of learners: who remembers what.
+
+    python -m engram.scores                         # runs what is missing, writes the tables
+    python -m engram.scores --split short --jobs 2 --page docs/scores.md
+
+Every learner learns every task from several seeds, each run in a process of its own. A run that has
+ended is kept under ``--out``; the command can be stopped at any time and goes on where it was. A learner
+is a script (``--learners`` names their folder) that takes ``--id ID --seed S --out FOLDER`` and leaves
+``result.json`` in the folder: success_once and first_answer_correct over 200 episodes that no learner
+has seen, cpu_s (processor seconds of collecting and learning) and, where it has a memory, wiped: the
+same with the memory wiped whenever something comes into sight.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import engram
+
+__all__ = ["interval", "main", "tables"]
+
+EPISODES = 200
+FIRST_SEED = 2_000_000  # of episodes that own policies are scored on; learners have the same
+LEARNERS = {
+    "memoryless": ["memoryless.py"],
+    "recurrent": ["ppo_recurrent.py"],
+    "distilled": ["distil.py"],
+}
+OWN = ("sweep", "blind", "oracle")
+MARK = ("<!-- scores -->", "<!-- end of scores -->")
+
+
+def arguments(given: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m engram.scores", description="Scores of learners, in a page."
+    )
+    add = parser.add_argument
+    add("ids", nargs="*", metavar="ID", help="tasks; default: those of --split")
+    add("--split", default="short", choices=["short", "medium", "long", "extended"])
+    add("--seeds", type=int, nargs="+", default=[1, 2, 3], help="of the learners' runs")
+    add("--learners", type=Path, default=Path("python/examples/memory"), help="their folder")
+    add("--only", nargs="+", choices=[*LEARNERS, *OWN], help="these columns only")
+    add("--out", type=Path, default=Path("build/scores"), help="folder that keeps the runs")
+    add("--jobs", type=int, default=os.cpu_count() or 1, help="runs at the same time")
+    add("--page", type=Path, help="page whose tables are renewed; default: OUT/scores.md")
+    add("--tables", action="store_true", help="runs nothing; writes the tables of what is there")
+    add("--pass", dest="more", default="", metavar="'...'", help="further options for learners")
+    return parser.parse_args(given)
+
+
+# --- runs ---
+
+
+def folder_of(out: Path, task: str, column: str, seed: int) -> Path:
+    return out / task / f"{column}-{seed}"
+
+
+def learn(command: list[str], folder: Path, task: str, seed: int) -> None:
+    """Runs a learner, whose output goes to FOLDER/output.txt."""
+    folder.mkdir(parents=True, exist_ok=True)
+    told = ["--id", task, "--seed", str(seed), "--out", str(folder)]
+    with (folder / "output.txt").open("w") as output:
+        ended = subprocess.run([*command, *told], stdout=output, stderr=subprocess.STDOUT)
+    if ended.returncode != 0:
+        raise RuntimeError(f"{' '.join(command)} failed with {task}: see {folder}/output.txt")
+
+
+def play(policy: str, folder: Path, task: str, seed: int) -> None:
+    """Plays one of engram's own policies."""
+    with engram.make_vec(
+        task,
+        num_envs=EPISODES,
+        obs_mode="none",
+        threads=1,
+        autoreset_mode="DISABLED",
+        terminate_on_success=False,
+        language_in_info=False,
+    ) as batch:
+        batch.reset(seed=FIRST_SEED + 1000 * (seed - 1))
+        for _ in range(batch.description["horizon"]):
+            infos = batch.step(batch.act(policy))[4]
+    answers = infos.get("first_answer_correct")
+    result = {
+        "success_once": float(np.mean(infos["success_once"])),
+        "first_answer_correct": None if answers is None else float(np.mean(answers)),
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    partial = folder / "result.part"
+    partial.write_text(json.dumps(result) + "\n")
+    partial.replace(folder / "result.json")
+
+
+def run(args: argparse.Namespace, ids: list[str]) -> None:
+    """All runs that have not ended yet, the first seed of everything first."""
+    columns = args.only or [*OWN, *LEARNERS]
+    plan = [(seed, task, column) for seed in args.seeds for column in columns for task in ids]
+    plan = [
+        (*one, folder)
+        for one in plan
+        if not (folder := folder_of(args.out, one[1], one[2], one[0])).joinpath("result.json").exists()
+    ]
+
+    def do(job: tuple[int, str, str, Path]) -> None:
+        seed, task, column, folder = job
+        if column in LEARNERS:
+            script, *options = LEARNERS[column]
+            command = [sys.executable, str(args.learners / script), *options, *args.more.split()]
+            learn(command, folder, task, seed)
+        else:
+            play(column, folder, task, seed)
+        print(f"{task} {column} {seed}: {json.loads((folder / 'result.json').read_text())}", flush=True)
+
+    with ThreadPoolExecutor(args.jobs) as pool:
+        try:
+            for _ in pool.map(do, plan):
+                pass
+        except BaseException:
+            pool.shutdown(cancel_futures=True, wait=False)
+            raise
+
+
+# --- tables ---
+
+
+def interval(rate: float, episodes: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a rate."""
+    z = 1.959964
+    middle = rate + z * z / (2 * episodes)
+    half = z * math.sqrt(rate * (1 - rate) / episodes + z * z / (4 * episodes**2))
+    scale = 1 + z * z / episodes
+    return max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)
+
+
+def read(out: Path, ids: Iterable[str], seeds: Iterable[int]) -> dict[tuple[str, str], list[Any]]:
+    """Results by task and column, a list over seeds."""
+    results: dict[tuple[str, str], list[Any]] = {}
+    for task in ids:
+        for column in [*LEARNERS, *OWN]:
+            for seed in seeds:
+                path = folder_of(out, task, column, seed) / "result.json"
+                if path.exists():
+                    results.setdefault((task, column), []).append(json.loads(path.read_text()))
+    return results
+
+
+def rate_cell(runs: list[Any] | None, what: str) -> str:
+    """The mean over runs, its interval over all their episodes, and the worst run."""
+    rates = [run[what] for run in runs or [] if run[what] is not None]
+    if not rates:
+        return "–"
+    low, high = interval(statistics.fmean(rates), EPISODES * len(rates))
+    worst = f"; {min(rates):.2f}" if len(rates) > 1 and min(rates) < max(rates) else ""
+    return f"{statistics.fmean(rates):.3f} ({low:.2f}–{high:.2f}{worst})"
+
+
+def table(head: list[str], rows: list[list[str]]) -> list[str]:
+    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
+    return ["| " + " | ".join(line) + " |" for line in lines]
+
+
+def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
+    """Markdown: success, first answers, wiped memories and processor minutes."""
+    columns = [*LEARNERS, *OWN]
+    success = [[task] + [rate_cell(results.get((task, c)), "success_once") for c in columns] for task in ids]
+    answers = []
+    for task in ids:
+        description = engram.describe(task)
+        if description.get("answer"):
+            cells = [rate_cell(results.get((task, c)), "first_answer_correct") for c in columns]
+            answers.append([task, f"{description['answer_chance']:.3f}", *cells])
+    wiped, minutes = [], []
+    for task in ids:
+        cells, times = [task], [task]
+        for column in LEARNERS:
+            runs = results.get((task, column), [])
+            if column != "memoryless":
+                cells.append(rate_cell([r["wiped"] for r in runs if "wiped" in r], "success_once"))
+            used = [run["cpu_s"] / 60 for run in runs]
+            times.append(f"{statistics.median(used):.1f}, {max(used):.1f}" if used else "–")
+        wiped.append(cells)
+        minutes.append(times)
+    learners = list(LEARNERS)
+    reached = []
+    for column in learners:
+        means = [statistics.fmean(r["success_once"] for r in results[t, column]) for t in ids if (t, column) in results]
+        reached.append(f"{column} {sum(mean >= 0.9 for mean in means)} of {len(means)}")
+    return "\n".join(
+        [
+            f"Tasks with a mean success of 0.9 or more: {', '.join(reached)}.",
+            "",
+            "### success_once",
+            "",
+            *table(["id", *columns], success),
+            "",
+            "### The first answer is right",
+            "",
+            *table(["id", "chance", *columns], answers),
+            "",
+            "### success_once, the memory wiped whenever something comes into sight",
+            "",
+            *table(["id", *learners[1:]], wiped),
+            "",
+            "### Processor minutes of a run: median, most",
+            "",
+            *table(["id", *learners], minutes),
+        ]
+    )
+
+
+def write(page: Path, text: str) -> None:
+    """Puts the tables between a page's marks; makes the page where there is none."""
+    old = page.read_text() if page.exists() else "# Scores\n\n" + "\n".join(MARK) + "\n"
+    begin, end = old.index(MARK[0]) + len(MARK[0]), old.index(MARK[1])
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(f"{old[:begin]}\n{text}\n{old[end:]}")
+
+
+def main(given: list[str] | None = None) -> int:
+    args = arguments(given)
+    ids = args.ids or [task["id"] for task in engram.list_tasks() if task["split"] == args.split]
+    if not args.tables:
+        run(args, ids)
+    page = args.page or args.out / "scores.md"
+    write(page, tables(read(args.out, ids, args.seeds), ids))
+    print(page)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

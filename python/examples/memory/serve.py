@@ -1,0 +1,39 @@
+#!/usr/bin/env python3
+"""Runs a trained policy for `engram eval` and `engram record`, as a process that they ask.
+
+    agent="python3 python/examples/memory/serve.py runs/color3/agent.pt"
+    engram eval RememberColor3-VLA-v0 --obs objects --policy-command "$agent" \
+        --threads 1 --num-envs 50
+    engram record RememberColor3-VLA-v0 --obs objects --policy-command "$agent" --out film.mp4
+
+With `--obs rgb` for a policy that learnt from pictures. One thread asks for all episodes at once;
+more threads start a process each. How many are asked for together changes the rounding of sums, and
+so the last digits of returns.
+"""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import pipe_policy
+from player import Player
+
+
+def serve(player):
+    def act(task, request):
+        try:
+            actions = player({**request, "worker": [0] * request["count"]})
+        except ValueError as error:
+            pipe_policy.send(pipe_policy.FAILED, str(error).encode())
+            sys.exit(1)
+        return [((len(action),), action) for action in actions.tolist()]
+
+    pipe_policy.act = act
+    pipe_policy.main()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("serve.py: one agent.pt is needed")
+    serve(Player.load(sys.argv[1]))

@@ -1,0 +1,92 @@
+"""python -m engram.scores: runs that go on where they were, and the tables."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from engram.scores import interval, main
+
+COLOR3 = "RememberColor3-VLA-v0"
+INTERCEPT = "InterceptSlow-VLA-v0"
+
+LEARNER = """
+import argparse, json, pathlib
+parser = argparse.ArgumentParser()
+for name in ("--id", "--seed", "--out"):
+    parser.add_argument(name)
+args = parser.parse_args()
+out = pathlib.Path(args.out)
+with (out.parent / "calls.txt").open("a") as calls:
+    calls.write(args.seed + "\\n")
+if (out.parent / "broken").exists():
+    raise SystemExit("broken")
+rate = 0.5 + 0.1 * int(args.seed)
+result = {"success_once": rate, "first_answer_correct": rate, "cpu_s": 90, "wiped": {"success_once": 0.3}}
+(out / "result.json").write_text(json.dumps(result))
+"""
+
+
+@pytest.fixture
+def learners(tmp_path: Path) -> Path:
+    folder = tmp_path / "learners"
+    folder.mkdir()
+    for name in ("memoryless.py", "ppo_recurrent.py", "distil.py"):
+        (folder / name).write_text(LEARNER)
+    return folder
+
+
+def test_interval_is_wilsons() -> None:
+    low, high = interval(0.9, 200)
+    assert (round(low, 4), round(high, 4)) == (0.8506, 0.9343)
+    assert interval(0.0, 200)[0] == 0
+    assert interval(1.0, 200)[1] == 1
+
+
+def test_scores_of_a_task(tmp_path: Path, learners: Path) -> None:
+    out = tmp_path / "runs"
+    told = [COLOR3, "--seeds", "1", "2", "--learners", str(learners), "--out", str(out)]
+    assert main(told) == 0
+    page = (out / "scores.md").read_text()
+    assert "recurrent 0 of 1" in page
+    assert f"| {COLOR3} | 0.650 (0.60–0.70; 0.60) |" in page
+    assert f"| {COLOR3} | 1.5, 1.5 | 1.5, 1.5 | 1.5, 1.5 |" in page
+    oracle = json.loads((out / COLOR3 / "oracle-1" / "result.json").read_text())
+    blind = json.loads((out / COLOR3 / "blind-1" / "result.json").read_text())
+    assert oracle["success_once"] == 1
+    assert 0.2 < blind["success_once"] < 0.47
+
+
+def test_what_has_ended_is_not_run_again(tmp_path: Path, learners: Path) -> None:
+    out = tmp_path / "runs"
+    told = [COLOR3, "--only", "distilled", "--learners", str(learners), "--out", str(out)]
+    told += ["--jobs", "1", "--seeds", "1", "2", "3"]
+    (out / COLOR3).mkdir(parents=True)
+    broken = out / COLOR3 / "broken"
+    broken.touch()
+    with pytest.raises(RuntimeError, match="see .*output.txt"):
+        main(told)
+    assert "broken" in (out / COLOR3 / "distilled-1" / "output.txt").read_text()
+    broken.unlink()
+    calls = out / COLOR3 / "calls.txt"
+    calls.unlink()
+    assert main(told) == 0
+    assert sorted(calls.read_text().split()) == ["1", "2", "3"]
+    assert main(told) == 0
+    assert len(calls.read_text().split()) == 3
+
+
+def test_a_page_keeps_its_words(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# Who remembers\n\n<!-- scores -->\nold\n<!-- end of scores -->\n\nThe end.\n")
+    out = tmp_path / "runs"
+    told = [INTERCEPT, "--only", "oracle", "--seeds", "1", "--out", str(out), "--page", str(page)]
+    assert main(told) == 0
+    text = page.read_text()
+    assert text.startswith("# Who remembers\n")
+    assert text.endswith("\n\nThe end.\n")
+    assert "old" not in text
+    answers = text.split("### The first answer is right")[1]
+    assert INTERCEPT not in answers.split("###")[0]  # it asks for no answer
