@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstring>
 #include <string>
 
 #include "core/base/error.h"
@@ -21,7 +23,7 @@ ObjectTokens::ObjectTokens(const std::vector<ObjectLook>& looks) {
   for (std::size_t prop = 0; prop < looks.size(); ++prop) {
     const ObjectLook& look = looks[prop];
     if (look.kind == ObjectKind::kPart) continue;
-    Object object{static_cast<int>(prop), look, std::vector<float>(Layout::kWidth)};
+    Object object{static_cast<int>(prop), look};
     const auto set = [&object](int at, double value) {
       object.token[static_cast<std::size_t>(at)] = static_cast<float>(value);
     };
@@ -97,7 +99,7 @@ void ObjectTokens::write(const State& state, int env, std::uint64_t key, float* 
     draw_order(state, env, key);
   }
   seen_[env] = seen;
-  std::fill_n(out, width(), 0.0F);
+  if (std::popcount(seen) < tokens()) std::fill_n(out, width(), 0.0F);
   const std::uint8_t* place = order_.row(env);
   for (const Object& object : objects_) {
     float* token = out + *place++ * Layout::kWidth;
@@ -106,16 +108,15 @@ void ObjectTokens::write(const State& state, int env, std::uint64_t key, float* 
 }
 
 void ObjectTokens::fill(const State& state, int env, const Object& object, float* token) {
-  std::ranges::copy(object.token, token);
+  std::memcpy(token, object.token.data(), sizeof object.token);
   const double* pos = state.prop_pos_of(env, object.prop);
   for (int i = 0; i < 3; ++i) {
-    const double scaled = pos[i] * (1 / kPositionScale);
-    token[Layout::kPosition + i] = static_cast<float>(std::clamp(scaled, -kMost, kMost));
+    token[Layout::kPosition + i] = cut_off(pos[i] * (1 / kPositionScale));
   }
   const double* quat = state.prop_quat_of(env, object.prop);
   const double sign = quat[0] < 0 ? -1 : 1;
   for (int i = 0; i < 4; ++i) {
-    token[Layout::kOrientation + i] = static_cast<float>(std::clamp(sign * quat[i], -1.0, 1.0));
+    token[Layout::kOrientation + i] = static_cast<float>(sign * quat[i]);
   }
   if (object.look.kind == ObjectKind::kLamp) {
     token[Layout::kState] = state.prop_emission.row(env)[object.prop] > 0 ? 1.0F : 0.0F;

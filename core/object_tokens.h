@@ -2,6 +2,8 @@
 // for every object; what is not there, or covered by another object, has a token of zeros.
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -41,6 +43,12 @@ class ObjectTokens {
   static constexpr double kSizeScale = 0.05;
   // Scaled quantities are cut off here: what flies off the table stays a number for networks.
   static constexpr double kMost = 10;
+  // What is no number stays none.
+  static float cut_off(double value) {
+    constexpr auto kEnd = static_cast<float>(kMost);
+    const auto number = static_cast<float>(value);
+    return std::abs(number) > kEnd ? std::copysign(kEnd, number) : number;
+  }
 
   // looks: of the props, in the scene's order. Throws Error if they are more than 64.
   explicit ObjectTokens(const std::vector<ObjectLook>& looks);
@@ -61,7 +69,7 @@ class ObjectTokens {
   struct Object {
     int prop = 0;
     ObjectLook look;
-    std::vector<float> token;  // what does not change
+    std::array<float, Layout::kWidth> token{};  // what does not change
   };
 
   std::uint64_t in_view(const State& state, int env) const;

@@ -48,11 +48,9 @@ ObjectView::ObjectView(const TaskInfo& info, const ObjectTokens& tokens,
 
 void ObjectView::write(const State& state, int env, std::uint64_t key, const float* task_cue) {
   float* out = row(rows_, env);
-  const auto scaled = [](double value, double scale) {
-    return static_cast<float>(std::clamp(value / scale, -ObjectTokens::kMost, ObjectTokens::kMost));
-  };
-  const auto append = [&](const double* values, int count, double scale) {
-    for (int i = 0; i < count; ++i) *out++ = scaled(values[i], scale);
+  const auto append = [&out](const double* values, int count, double scale) {
+    const double factor = 1 / scale;
+    for (int i = 0; i < count; ++i) *out++ = ObjectTokens::cut_off(values[i] * factor);
   };
   for (const double* values : {state.qpos.row(env), state.qvel.row(env)}) {
     append(values, kArmJoints, kAngle);
@@ -61,7 +59,7 @@ void ObjectView::write(const State& state, int env, std::uint64_t key, const flo
   append(state.tcp_pos.row(env), 3, ObjectTokens::kPositionScale);
   append(state.tcp_quat.row(env), 4, 1);
   for (int i = 0; i < task_cue_dim_; ++i) {
-    *out++ = scaled(static_cast<double>(task_cue[i]), kAngle);
+    *out++ = ObjectTokens::cut_off(static_cast<double>(task_cue[i]) / kAngle);
   }
   if (options_.time) *out++ = static_cast<float>(state.elapsed[env]) * per_step_;
   tokens_.write(state, env, key, out);

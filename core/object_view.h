@@ -30,9 +30,11 @@ class ObjectView {
   ColumnView rows() { return {&row_, reinterpret_cast<std::byte*>(rows_.data())}; }
   ColumnView final_rows() { return {&row_, reinterpret_cast<std::byte*>(final_rows_.data())}; }
   std::span<const float> all() const { return rows_.span(); }
-  std::span<const float> row(int env) const {
+  // What is not of tokens. Theirs are numbers, because physics ends episodes with other poses.
+  std::span<const float> robot_part(int env) const {
     const auto width = static_cast<std::size_t>(row_.width);
-    return rows_.span().subspan(static_cast<std::size_t>(env) * width, width);
+    return rows_.span().subspan(static_cast<std::size_t>(env) * width,
+                                width - static_cast<std::size_t>(tokens_.width()));
   }
 
   // key: of the episode's random streams. task_cue: of the environment, where there is one.

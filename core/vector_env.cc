@@ -355,16 +355,18 @@ void VectorEnv::evaluate(Range envs) {
 
 // What policies and learners see.
 bool VectorEnv::outputs_finite(int env) const {
-  const auto all_finite = [](const float* row, int width) {
+  const auto all_finite = [](std::span<const float> values) {
     bool finite = true;
-    for (int i = 0; i < width; ++i) {
-      finite &= std::abs(row[i]) <= std::numeric_limits<float>::max();  // false for NaN
+    for (const float value : values) {
+      finite &= std::abs(value) <= std::numeric_limits<float>::max();  // false for NaN
     }
     return finite;
   };
-  return std::isfinite(reward_[env]) && all_finite(proprio_.row(env), proprio_.width()) &&
-         (objects_ ? all_finite(objects_->row(env).data(), objects_->width())
-                   : all_finite(observation_.row(env), observation_.width()));
+  const auto row = [env](const Column<float>& column) {
+    return std::span<const float>(column.row(env), static_cast<std::size_t>(column.width()));
+  };
+  return std::isfinite(reward_[env]) && all_finite(row(proprio_)) &&
+         all_finite(objects_ ? objects_->robot_part(env) : row(observation_));
 }
 
 void VectorEnv::finish_step(int worker, int env) {

@@ -188,7 +188,9 @@ def names_in_cpp(enum, function=True):
     array = f"inline constexpr std::array k{kind}Names = {{"
     result = [f"{array}{', '.join(quoted)}}};"]
     if len(result[0]) > WIDTH:
-        result = [array, *[f"    {name}," for name in quoted], "};"]
+        row = f"    {', '.join(quoted)},"
+        rows = [row] if len(row) <= WIDTH else [f"    {name}," for name in quoted]
+        result = [array, *rows, "};"]
     if function:
         result.append(f"constexpr const auto& names_of({kind}) {{ return k{kind}Names; }}")
     return result

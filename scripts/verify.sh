@@ -22,8 +22,8 @@ $engram verify "$@" > "$work/rows"
   $engram doctor
   echo '```'
   echo
-  echo "| task | env steps compared | different | state | rgb |"
-  echo "| --- | ---: | ---: | --- | --- |"
+  echo "| task | env steps compared | different | state | rgb | objects |"
+  echo "| --- | ---: | ---: | --- | --- | --- |"
   awk 'NR > 1 {
          if (!($1 in steps)) ids[++count] = $1
          gsub(",", "", $5); gsub(",", "", $6)
@@ -32,10 +32,10 @@ $engram verify "$@" > "$work/rows"
        END {
          for (i = 1; i <= count; ++i) {
            id = ids[i]; all += steps[id]; wrong += different[id]
-           printf "| %s | %d | %d | `%s` | `%s` |\n", id, steps[id], different[id],
-                  print_of[id, "state"], print_of[id, "rgb"]
+           printf "| %s | %d | %d | `%s` | `%s` | `%s` |\n", id, steps[id], different[id],
+                  print_of[id, "state"], print_of[id, "rgb"], print_of[id, "objects"]
          }
-         printf "| all %d | %d | %d | | |\n", count, all, wrong
+         printf "| all %d | %d | %d | | | |\n", count, all, wrong
        }' "$work/rows"
 } > "$work/page"
 cp "$work/page" "$page"

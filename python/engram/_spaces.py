@@ -87,13 +87,19 @@ class Layout:
                 parts[group][field["name"]] = _unbounded(field["width"])
             return _dict({name: _dict(part) for name, part in parts.items()})
         if self.obs_mode == "objects_dict":
-            agent = {field["name"]: _unbounded(field["width"]) for field in self._agent_fields()}
+            agent = {f["name"]: _bounded(f, (f["width"],)) for f in self._agent_fields()}
             parts = {
-                name: spaces.Box(-np.inf, np.inf, (self.tokens, width), np.float32)
-                for name, _, width in self._token_fields()
+                _said(field): _bounded(field, (self.tokens, field["width"]))
+                for field in self._token_fields()
             }
             return _dict({"agent": _dict(agent), "objects": _dict(parts)})
-        if self.obs_mode in ("state", "objects"):
+        if self.obs_mode == "objects":
+            low, high = (
+                np.concatenate([np.full(f["width"], f[end], np.float32) for f in self._fields])
+                for end in ("low", "high")
+            )
+            return spaces.Box(low, high, dtype=np.float32)
+        if self.obs_mode == "state":
             return _unbounded(outputs["observation"].shape[1])
         return _unbounded(0)
 
@@ -105,13 +111,9 @@ class Layout:
     def _agent_fields(self) -> list[dict[str, Any]]:
         return [f for f in self._fields if not f["name"].startswith(TOKEN)]
 
-    def _token_fields(self) -> list[tuple[str, int, int]]:
-        """What every token says: name, place in it, width."""
-        first = [f for f in self._fields if f["name"].startswith(TOKEN + "0_")]
-        begin = first[0]["offset"] if first else 0
-        return [
-            (f["name"].removeprefix(TOKEN + "0_"), f["offset"] - begin, f["width"]) for f in first
-        ]
+    def _token_fields(self) -> list[dict[str, Any]]:
+        """What every token says: the fields of the first one."""
+        return [f for f in self._fields if f["name"].startswith(TOKEN + "0_")]
 
     def _grouped(self) -> list[tuple[str, dict[str, Any]]]:
         """The fields of a state row, each with the part of state_dict that it belongs to."""
@@ -141,9 +143,12 @@ class Layout:
             f["name"]: row[:, f["offset"] : f["offset"] + f["width"]] for f in self._agent_fields()
         }
         fields = self._token_fields()
-        width = sum(width for _, _, width in fields)
-        tokens = row[:, row.shape[1] - self.tokens * width :].reshape(len(row), self.tokens, width)
-        objects = {name: tokens[:, :, begin : begin + size] for name, begin, size in fields}
+        first, width = fields[0]["offset"], sum(field["width"] for field in fields)
+        tokens = row[:, first:].reshape(len(row), self.tokens, width)  # a view, as all parts are
+        objects = {}
+        for field in fields:
+            begin = field["offset"] - first
+            objects[_said(field)] = tokens[:, :, begin : begin + field["width"]]
         return {"agent": agent, "objects": objects}
 
     @property
@@ -184,6 +189,15 @@ def _dict(parts: dict[str, spaces.Space[Any]]) -> spaces.Dict:
 
 def _unbounded(width: int) -> spaces.Box:
     return spaces.Box(-np.inf, np.inf, (width,), np.float32)
+
+
+def _bounded(field: dict[str, Any], shape: tuple[int, ...]) -> spaces.Box:
+    return spaces.Box(field["low"], field["high"], shape, np.float32)
+
+
+def _said(field: dict[str, Any]) -> str:
+    """What a field of the first token says: position, color, ..."""
+    return field["name"].removeprefix(TOKEN + "0_")
 
 
 def _box_like(array: np.ndarray) -> spaces.Box:

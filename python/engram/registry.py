@@ -30,7 +30,8 @@ def describe(id: str, **options: Any) -> dict[str, Any]:
 
     Returns:
         A dict: among others action_spaces, draws (what pins may name), options (task_options),
-        phases, state_fields (name, offset, width, unit), outputs, reward_terms, constants,
+        phases, state_fields (name, offset, width, unit; with obs_mode="objects" also low, high
+        and, of one-hot parts, names), outputs, reward_terms, constants,
         changeable (constants that can be changed, with bounds), changed.
 
     Raises:

@@ -91,7 +91,7 @@ def test_modes_are_gymnasiums(make, id, mode):
     other.close()
 
 
-@pytest.mark.parametrize("obs_mode", ["state_dict", "rgb"])
+@pytest.mark.parametrize("obs_mode", ["state_dict", "rgb", "objects_dict"])
 def test_final_observations_have_the_form_of_the_space(make, obs_mode):
     options = {"obs_mode": obs_mode, **({"image_size": 16} if obs_mode == "rgb" else {})}
     env = make(num_envs=2, autoreset_mode="SAME_STEP", copy=True, **options)

@@ -44,7 +44,7 @@ def test_an_unknown_id_names_the_nearest():
         ({"num_envs": 10**30}, "num_envs"),
         ({"num_envs": 2.5}, "integer"),
         ({"num_envs": None}, "integer"),
-        ({"obs_mode": "pixels"}, "allowed: none, state, state_dict, rgb"),
+        ({"obs_mode": "pixels"}, "allowed: none, state, state_dict, rgb, objects"),
         ({"obs_mode": None}, "obs_mode"),
         ({"obs_mode": ["state"]}, "obs_mode"),
         ({"reward_mode": 3}, "reward_mode"),

@@ -49,6 +49,19 @@ def test_normalize_observation_and_reward(make):
     assert all(np.isfinite(reward).all() for _, reward in seen)
 
 
+@pytest.mark.parametrize("obs_mode", ["objects", "objects_dict"])
+def test_objects_through_gymnasiums_own_door(obs_mode):
+    env = gymnasium.make_vec(f"engram/{TASK}", num_envs=3, obs_mode=obs_mode, threads=1)
+    env = wrappers.FlattenObservation(wrappers.RecordEpisodeStatistics(env))
+    episodes = 0
+    for obs, _, done, _ in run(env, 30):
+        assert obs.shape == (3, 25 + 3 * 42)
+        assert env.observation_space.contains(obs)
+        episodes += int(done.sum())
+    assert episodes == 3
+    env.close()
+
+
 def test_wrappers_do_not_disturb_the_simulation(make):
     plain, wrapped = make(copy=True), wrappers.NormalizeObservation(make())
     plain.reset(seed=0)

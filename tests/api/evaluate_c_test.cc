@@ -69,10 +69,10 @@ TEST_CASE("C door: a policy may observe objects", "[evaluation][objects]") {
                          engram_policy_reply* reply) {
     CHECK(request->rgb == nullptr);
     // Three tokens, of which the cue shows one.
-    REQUIRE(request->state_dim == 25 + 3 * 40);
+    REQUIRE(request->state_dim == 25 + 3 * 42);
     for (int32_t row = 0; row < request->count; ++row) {
       const float* tokens = request->state + row * request->state_dim + 25;
-      if (request->steps[row] == 0) CHECK(tokens[0] + tokens[40] + tokens[80] == 1);
+      if (request->steps[row] == 0) CHECK(tokens[0] + tokens[42] + tokens[84] == 1);
     }
     return still(user, request, reply);
   };

@@ -56,7 +56,7 @@ TEST_CASE("command: usage errors are one line and exit code 2", "[apps]") {
 }
 
 TEST_CASE("command: unknown observations and renderers are named with those that exist", "[apps]") {
-  require_refusal("rollout RememberColor9-VLA-v0 --obs depth", 2, "state, rgb or objects");
+  require_refusal("rollout RememberColor9-VLA-v0 --obs depth", 2, "state or rgb or objects");
   require_refusal("rollout RememberColor9-VLA-v0 --obs rgb --renderer gpu", 2, "cpu or egl");
 }
 
