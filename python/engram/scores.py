@@ -14,6 +14,7 @@ same with the memory wiped whenever something comes into sight.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -79,7 +80,7 @@ def learn(command: list[str], folder: Path, task: str, seed: int) -> None:
 
 def play(policy: str, folder: Path, task: str, seed: int) -> None:
     """Plays one of engram's own policies."""
-    with engram.make_vec(
+    batch = engram.make_vec(
         task,
         num_envs=EPISODES,
         obs_mode="none",
@@ -87,7 +88,8 @@ def play(policy: str, folder: Path, task: str, seed: int) -> None:
         autoreset_mode="DISABLED",
         terminate_on_success=False,
         language_in_info=False,
-    ) as batch:
+    )
+    with contextlib.closing(batch):
         batch.reset(seed=FIRST_SEED + 1000 * (seed - 1))
         for _ in range(batch.description["horizon"]):
             infos = batch.step(batch.act(policy))[4]

@@ -28,6 +28,7 @@ def arguments():
     add("--resume", action="store_true", help="go on with the agent.pt of --out")
     add("--no-memory", action="store_true")
     add("--envs", type=int, default=128, help="episodes per iteration")
+    add("--most-steps", type=int, default=200, help="of a training episode")
     add("--iterations", type=int, default=14)
     add("--updates", type=int, default=64, help="per iteration")
     add("--eye-updates", type=int, default=150, help="per iteration, from pictures")
@@ -67,9 +68,8 @@ def imitation(choice, actions, doubt=0.1):
 
 def learn(policy, optimiser, episodes, args):
     rows, actions, *labels = (torch.cat(parts, 1) for parts in zip(*episodes))
-    # Before its first move the oracle waits, often because the robot is held: that is soon learnt.
-    moved = (actions[..., :-1].abs().amax(-1) > 0).cummax(0).values
-    weights = torch.where(moved, 1.0, 0.1)
+    # Rest is soon learnt, and there is much of it: while the robot is held, and after success.
+    weights = torch.where(actions[..., :-1].abs().amax(-1) > 0, 1.0, 0.1)
     sums = {"hand": 0.0, "memory": 0.0}
     for _ in range(args.updates):
         pick = torch.randint(rows.shape[1], (max(1, args.batch // len(rows)),))
@@ -98,7 +98,7 @@ def main():
     resumed = args.resume and path.exists()
     policy, eye, _ = load_policy(path) if resumed else (None, None, None)
     seen_by = {"eye": eye} if eye else {}
-    scenes = make(args.id, args.envs, seed=args.seed, **seen_by)
+    scenes = make(args.id, args.envs, args.seed, args.most_steps, **seen_by)
     eye = getattr(scenes, "eye", None)
     test = make(args.id, 200, **({"eye": eye} if eye else {}))
     policy = policy or Policy(scenes.sight, memory=not args.no_memory)

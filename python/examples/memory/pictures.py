@@ -11,8 +11,8 @@ class Pictures(Objects):
     Two batches with the same seeds and actions: one draws, the other tells the truth.
     """
 
-    def __init__(self, task, num_envs, seed=0, eye=None):
-        super().__init__(task, num_envs, seed)
+    def __init__(self, task, num_envs, seed=0, most_steps=None, eye=None):
+        super().__init__(task, num_envs, seed, most_steps)
         self.camera = make_batch(task, num_envs, seed, "rgb")
         self.objects, self.kept = self.sight, []
         self.eye = eye or Eye(*self.look_around(seed))

@@ -33,9 +33,10 @@ def make_batch(task, num_envs, seed, obs_mode):
 class Objects:
     """Scenes as the objects observation tells them: a student's rows (N, D) are the truth."""
 
-    def __init__(self, task, num_envs, seed=0):
+    def __init__(self, task, num_envs, seed=0, most_steps=None):
         self.batch = make_batch(task, num_envs, seed, "objects")
         self.num_envs, self.horizon = num_envs, self.batch.description["horizon"]
+        self.horizon = min(self.horizon, most_steps or self.horizon)
         self.sight = Sight(self.batch.description)
         self.infos, self.truth = {}, None
 

@@ -15,6 +15,7 @@ TOKEN = "object_"
 LOOKS = 20  # of an id's looks are told apart
 COUNTS = 8  # so many changes of a lamp or a button are told apart
 PLACES = 4 + 7  # marks of the table
+TOUCH = 0.04  # of the tool at an object's top: within 0.02 m
 NEAR = 0.1  # of the same place: within 0.05 m
 
 
@@ -108,15 +109,15 @@ class Policy(nn.Module):
             self.about = nn.Linear(token + len(sight.look) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + PLACES) * LOOKS)
             # Inborn: what is known from before is looked at first.
-            self.liking = nn.Parameter(torch.tensor([4.0, 0.0, 0.0, 4.0]))
+            self.liking = nn.Parameter(torch.tensor([4.0, 0.0, 0.0, 4.0, 0.0]))
             self.slots = nn.GRU(token + slot + 4 + LOOKS, slot)
             self.recall = nn.Linear(slot, Recollection.WIDTH)
             with torch.no_grad():  # answers that differ from the first are sooner learnt to be right
                 self.shown.weight *= 5
                 self.recall.weight *= 3
         self.question = nn.Linear(seen + kept, token)
-        self.key = nn.Linear(token + (slot + 4 if memory else 0), token)
-        thing = token + (slot + 4 if memory else 0)
+        self.key = nn.Linear(token + (slot + 5 if memory else 0), token)
+        thing = token + (slot + 5 if memory else 0)
         self.situation = nn.Linear(seen + kept, width)
         self.toward = nn.Linear(thing + 6, width, bias=False)
         self.act = mlp(width, width, 2 * actions, gain=0.01)
@@ -175,7 +176,8 @@ class Policy(nn.Module):
             colors = tokens[..., sight.part["color"]]
             stood_colors = torch.sigmoid(of_objects[..., :LOOKS].detach()) @ self.colors()
             meant = stood_colors * (colors.sum(-2, keepdim=True) - colors)
-            like = torch.cat([like, meant.sum(-1, keepdim=True)], -1)
+            touched = torch.sigmoid(of_objects[..., -1:].detach())
+            like = torch.cat([like, meant.sum(-1, keepdim=True), touched], -1)
             slots = 0.1 * slots + 0.9 * slots.detach()  # the hand may ask for more, quietly
             parts += [known, slots.sum(-2)]
             things = torch.cat([read, 4 * like, slots], -1)
@@ -243,17 +245,18 @@ class Recollection:
     * stood: of every object in sight, the looks of what stood in its place at first, carried along
       as it moves.
     * changed: of every object in sight, how often its state (a lamp's, a button's) has gone up.
+    * touched: of every object in sight, whether the tool has been at its top.
     """
 
     VIEWS = 8  # later ones are told like the eighth
 
-    WIDTH = LOOKS + COUNTS
+    WIDTH = LOOKS + COUNTS + 1
 
     @classmethod
     def labels(cls, policy, rows):
         """Of whole episodes (T, N, D): shown (T, N, 3, LOOKS), and what is known of every object
         (T, N, tokens, width)."""
-        tokens = policy.sight.split(rows)[1]
+        agent, tokens = policy.sight.split(rows)
         seen = tokens[..., 0]
         new = arrivals(seen, torch.zeros_like(seen[0]))[..., 0]
         view = new.cumsum(0)[..., None] - 1
@@ -261,7 +264,10 @@ class Recollection:
         first = torch.where(code.amax(-2) > 0, view, cls.VIEWS).cummin(0).values
         shown = torch.stack([first == 0, first < view, first.clamp(max=cls.VIEWS) / cls.VIEWS], -2)
         here = stood_here(policy.sight, tokens, code)
-        return shown, here, torch.cat(followed(policy.sight, tokens, code, new), -1)
+        top = tokens[..., policy.sight.place].clone()
+        top[..., 2] += 0.1 * tokens[..., policy.sight.part["size"]][..., 2]
+        at_top = (top - agent[..., None, policy.sight.tcp]).norm(dim=-1) < TOUCH
+        return shown, here, torch.cat(followed(policy.sight, tokens, code, new, at_top), -1)
 
     @staticmethod
     def loss(policy, rows, recalled, labels):
@@ -272,7 +278,7 @@ class Recollection:
         error = error * shown_label[-1, ..., 2:, :].lt(1)
         error[..., 2, :] *= shown_label[..., 1, :]
         of_all = error.sum((-1, -2)).mean()
-        known = torch.cat([policy.vocabulary >= 0, policy.vocabulary.new_ones(COUNTS) > 0])
+        known = torch.cat([policy.vocabulary >= 0, policy.vocabulary.new_ones(COUNTS + 1) > 0])
         error = binary_cross_entropy_with_logits(of_objects, object_label, reduction="none") * known
         of_places = binary_cross_entropy_with_logits(stood, here, reduction="none")
         error = error.sum(-1) + (of_places * known[:LOOKS]).sum(-1)
@@ -289,34 +295,38 @@ def stood_here(sight, tokens, looks):
     return stood * (near < NEAR)[..., None] * tokens[..., :1]
 
 
-def followed(sight, tokens, looks, new):
-    """Looks of what stood there at first, and numbers of changes, of every object that is followed
-    from view to view by its place."""
+def followed(sight, tokens, looks, new, at_top):
+    """Looks of what stood there at first, numbers of changes, and touches, of every object that is
+    followed from view to view by its place."""
     where = tokens[..., sight.place][..., :2]
     seen = tokens[..., 0] > 0
     up = tokens[..., sight.part["state"]][..., 0] > 0.5
-    first = (where[0], seen[0], looks[0])
-    stood, count = looks[0].clone(), torch.zeros_like(seen[0]).long()
-    all_stood, all_counts = [stood], [count]
-    for t in range(1, len(tokens)):
-        moved = new[t] > 0
-        if moved.any():
-            known = torch.cat([where[t - 1], first[0]], 1)
-            away = torch.cdist(where[t], known)
-            away = away.masked_fill(~torch.cat([seen[t - 1], first[1]], 1)[:, None], 9)
-            away[..., seen.shape[-1] :] += NEAR  # what was there at first counts where nothing else is
-            away, place = away.min(-1)
-            valid = (away < 2 * NEAR) & seen[t]
-            source = torch.cat([stood, first[2]], 1)
-            carried = source.gather(1, place[..., None].expand_as(stood)) * valid[..., None]
-            counts = torch.cat([count, torch.zeros_like(count)], 1).gather(1, place) * valid
-            stood = torch.where(moved[:, None, None], carried, stood)
-            count = torch.where(moved[:, None], counts, count)
-        count = count + (up[t] & ~up[t - 1] & (new[t] == 0)[:, None])
-        all_stood.append(stood)
-        all_counts.append(count)
-    counts = torch.stack(all_counts).clamp(max=COUNTS - 1)
-    return torch.stack(all_stood), nn.functional.one_hot(counts, COUNTS).float()
+    known = torch.cat([looks[0], torch.zeros_like(looks[0, ..., :2])], -1)  # looks, changes, touch
+    result = []
+    for t in range(len(tokens)):
+        if t > 0 and new[t].any():
+            moved = carried(known, (where[t - 1], seen[t - 1]), looks[0], (where[0], seen[0]), where[t])
+            known = torch.where(new[t][:, None, None] > 0, moved * seen[t][..., None], known)
+        known = known.clone()
+        if t > 0:
+            known[..., -2] += up[t] & ~up[t - 1] & (new[t] == 0)[:, None]
+        known[..., -1] = torch.maximum(known[..., -1], (at_top[t] & seen[t]).float())
+        result.append(known)
+    stood, changes, touched = torch.stack(result).split([looks.shape[-1], 1, 1], -1)
+    counts = changes[..., 0].long().clamp(max=COUNTS - 1)
+    return stood, nn.functional.one_hot(counts, COUNTS).float(), touched
+
+
+def carried(known, last, looks, first, where):
+    """What is known of the objects at these places: what was known of what stood there last, else
+    the looks of what stood there at first."""
+    away = torch.cdist(where, torch.cat([last[0], first[0]], 1))
+    away = away.masked_fill(~torch.cat([last[1], first[1]], 1)[:, None], 9)
+    away[..., known.shape[1] :] += NEAR
+    away, which = away.min(-1)
+    blank = torch.zeros_like(known[..., -2:])
+    source = torch.cat([known, torch.cat([looks, blank], -1)], 1)
+    return source.gather(1, which[..., None].expand_as(known)) * (away < 2 * NEAR)[..., None]
 
 
 def can_act(sight, rows):
