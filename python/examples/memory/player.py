@@ -1,7 +1,7 @@
 """A trained policy that is asked for actions: by `engram.evaluate`, or over pipes (`serve.py`).
 
-    player = Player.load("runs/color3/agent.pt")
-    engram.evaluate(player, player.task, obs=player.obs, threads=1, num_envs=50)
+player = Player.load("runs/color3/agent.pt")
+engram.evaluate(player, player.task, obs=player.obs, threads=1, num_envs=50)
 """
 
 import numpy as np
@@ -45,23 +45,23 @@ class Player:
         rows = self.rows(observation)
         if not self.policy.memory:
             return self.policy(rows[None])[0].best()[0].numpy()
-        places = list(zip(observation["worker"], observation["slot"]))
-        begins = observation["first"]
-        states = [self.blank if new else self.kept[at] for at, new in zip(places, begins)]
+        places = [(observation["worker"], slot) for slot in observation["slot"]]
+        begins = zip(places, observation["first"])
+        states = [self.blank if first else self.kept[place] for place, first in begins]
         choice, _, state, _ = self.policy(rows[None], join(states))
         self.kept.update(zip(places, split(state)))
         return choice.best()[0].numpy()
 
     def rows(self, observation):
         """What the policy reads (N, width)."""
-        part = "state" if self.eye is None else "rgb"
-        if observation.get(part) is None:
-            raise ValueError(f'it sees {self.obs}, which was not given: obs="{self.obs}" is needed')
+        given = "pictures" if observation.get("rgb") is not None else "numbers"
+        if (given == "numbers") != (self.eye is None):
+            raise ValueError(f"{given} given, obs {self.obs} needed: it learnt from them")
         if self.eye is not None:
             agent = robot(observation["proprio"])
             return self.eye.rows(halved(observation["rgb"]), agent, self.policy.sight.place)
         rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
         if rows.shape[1] != self.width:
             given = f"{rows.shape[1]} numbers given, {self.width} needed"
-            raise ValueError(f'{given}: obs="objects" of {self.task}, or of a task like it')
+            raise ValueError(f"{given}: obs objects of {self.task}, or of a task like it")
         return rows

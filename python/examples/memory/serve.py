@@ -23,7 +23,7 @@ from player import Player
 def serve(player):
     def act(task, request):
         try:
-            actions = player({**request, "worker": [0] * request["count"]})
+            actions = player({**request, "worker": 0})
         except ValueError as error:
             pipe_policy.send(pipe_policy.FAILED, str(error).encode())
             sys.exit(1)
