@@ -11,8 +11,8 @@
 
 #include "core/base/column.h"
 #include "core/base/field.h"
+#include "core/base/object_look.h"
 #include "core/physics/state.h"
-#include "core/picture/object_look.h"
 
 namespace engram {
 

@@ -10,10 +10,10 @@
 #include "core/answers.h"
 #include "core/base/column.h"
 #include "core/base/constant.h"
+#include "core/base/object_look.h"
 #include "core/episode.h"
 #include "core/physics/scene_source.h"
 #include "core/physics/state.h"
-#include "core/picture/object_look.h"
 #include "core/task_constant.h"
 #include "core/task_option.h"
 

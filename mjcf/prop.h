@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/picture/object_look.h"
+#include "core/base/object_look.h"
 
 namespace engram::mjcf {
 

@@ -1,4 +1,4 @@
-#include "core/picture/object_look.h"
+#include "core/base/object_look.h"
 
 #include <algorithm>
 
