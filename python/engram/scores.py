@@ -1,7 +1,7 @@
 """Scores of learners: who remembers what.
 
     python -m engram.scores                         # runs what is missing, writes the tables
-    python -m engram.scores --split short --jobs 2 --page docs/scores.md
+    python -m engram.scores --split short --jobs 2 --page scores.md
 
 Every learner learns every task from several seeds, each run in a process of its own. A run that has
 ended is kept under ``--out``; the command can be stopped at any time and goes on where it was. A learner
@@ -231,7 +231,7 @@ def write(page: Path, text: str) -> None:
 
 def main(given: list[str] | None = None) -> int:
     args = arguments(given)
-    ids = args.ids or [task["id"] for task in engram.list_tasks() if task["split"] == args.split]
+    ids = args.ids or [task["id"] for task in engram.list() if task["split"] == args.split]
     if not args.tables:
         run(args, ids)
     page = args.page or args.out / "scores.md"

@@ -109,15 +109,15 @@ class Policy(nn.Module):
             self.about = nn.Linear(token + len(sight.look) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + PLACES) * LOOKS)
             # Inborn: what is known from before is looked at first.
-            self.liking = nn.Parameter(torch.tensor([4.0, 0.0, 0.0, 4.0, 0.0]))
+            self.liking = nn.Parameter(torch.tensor([4.0, 0.0, 0.0, 4.0, 0.0, 0.0]))
             self.slots = nn.GRU(token + slot + 4 + LOOKS, slot)
             self.recall = nn.Linear(slot, Recollection.WIDTH)
             with torch.no_grad():  # answers that differ from the first are sooner learnt to be right
                 self.shown.weight *= 5
                 self.recall.weight *= 3
         self.question = nn.Linear(seen + kept, token)
-        self.key = nn.Linear(token + (slot + 5 if memory else 0), token)
-        thing = token + (slot + 5 if memory else 0)
+        self.key = nn.Linear(token + (slot + 6 if memory else 0), token)
+        thing = token + (slot + 6 if memory else 0)
         self.situation = nn.Linear(seen + kept, width)
         self.toward = nn.Linear(thing + 6, width, bias=False)
         self.act = mlp(width, width, 2 * actions, gain=0.01)
@@ -177,7 +177,8 @@ class Policy(nn.Module):
             stood_colors = torch.sigmoid(of_objects[..., :LOOKS].detach()) @ self.colors()
             meant = stood_colors * (colors.sum(-2, keepdim=True) - colors)
             touched = torch.sigmoid(of_objects[..., -1:].detach())
-            like = torch.cat([like, meant.sum(-1, keepdim=True), touched], -1)
+            away = 5 * offset[..., :2].norm(dim=-1, keepdim=True)
+            like = torch.cat([like, meant.sum(-1, keepdim=True), touched, away], -1)
             slots = 0.1 * slots + 0.9 * slots.detach()  # the hand may ask for more, quietly
             parts += [known, slots.sum(-2)]
             things = torch.cat([read, 4 * like, slots], -1)
