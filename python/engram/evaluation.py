@@ -48,7 +48,7 @@ def evaluate(
     * ``proprio`` (N, 7) float32, ``instruction`` N strings, ``env_id``
     * ``episode``, ``step`` (N,): number of the episode, control steps in it so far
     * ``first`` (N,): 1 at the first request of an episode
-    * ``worker``, ``slot`` (N,): a place that the episode keeps from beginning to end
+    * ``worker`` and ``slot`` (N,): a place that the episode keeps from beginning to end
 
     The arrays are the policy's to keep. It returns an array of shape (N, 7) or (N, K, 7), or
     a sequence of N arrays of shape (7), (K, 7) or (1, K, 7): actions that are used one per step

@@ -3,12 +3,12 @@
     python -m engram.scores                         # runs what is missing, writes the tables
     python -m engram.scores --split short --jobs 2 --page scores.md
 
-Every learner learns every task from several seeds, each run in a process of its own. A run that has
-ended is kept under ``--out``; the command can be stopped at any time and goes on where it was. A learner
-is a script (``--learners`` names their folder) that takes ``--id ID --seed S --out FOLDER`` and leaves
-``result.json`` in the folder: success_once and first_answer_correct over 200 episodes that no learner
-has seen, cpu_s (processor seconds of collecting and learning) and, where it has a memory, wiped: the
-same with the memory wiped whenever something comes into sight.
+Every learner learns every task from several seeds, each run in a process of its own. A run that
+has ended is kept under ``--out``; the command can be stopped at any time and goes on where it was.
+A learner is a script (``--learners`` names their folder) that takes ``--id ID --seed S --out
+FOLDER`` and leaves ``result.json`` in the folder: success_once and first_answer_correct over 200
+episodes that no learner has seen, cpu_s (processor seconds of collecting and learning) and, where
+it has a memory, wiped: the same with the memory wiped whenever something comes into sight.
 """
 
 from __future__ import annotations
@@ -111,7 +111,9 @@ def run(args: argparse.Namespace, ids: list[str]) -> None:
     plan = [
         (*one, folder)
         for one in plan
-        if not (folder := folder_of(args.out, one[1], one[2], one[0])).joinpath("result.json").exists()
+        if not (folder := folder_of(args.out, one[1], one[2], one[0]))
+        .joinpath("result.json")
+        .exists()
     ]
 
     def do(job: tuple[int, str, str, Path]) -> None:
@@ -122,7 +124,10 @@ def run(args: argparse.Namespace, ids: list[str]) -> None:
             learn(command, folder, task, seed)
         else:
             play(column, folder, task, seed)
-        print(f"{task} {column} {seed}: {json.loads((folder / 'result.json').read_text())}", flush=True)
+        print(
+            f"{task} {column} {seed}: {json.loads((folder / 'result.json').read_text())}",
+            flush=True,
+        )
 
     with ThreadPoolExecutor(args.jobs) as pool:
         try:
@@ -161,10 +166,10 @@ def rate_cell(runs: list[Any] | None, what: str) -> str:
     """The mean over runs, its interval over all their episodes, and the worst run."""
     rates = [run[what] for run in runs or [] if run[what] is not None]
     if not rates:
-        return "–"
+        return "-"
     low, high = interval(statistics.fmean(rates), EPISODES * len(rates))
     worst = f"; {min(rates):.2f}" if len(rates) > 1 and min(rates) < max(rates) else ""
-    return f"{statistics.fmean(rates):.3f} ({low:.2f}–{high:.2f}{worst})"
+    return f"{statistics.fmean(rates):.3f} ({low:.2f}-{high:.2f}{worst})"
 
 
 def table(head: list[str], rows: list[list[str]]) -> list[str]:
@@ -175,7 +180,10 @@ def table(head: list[str], rows: list[list[str]]) -> list[str]:
 def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
     """Markdown: success, first answers, wiped memories and processor minutes."""
     columns = [*LEARNERS, *OWN]
-    success = [[task] + [rate_cell(results.get((task, c)), "success_once") for c in columns] for task in ids]
+    success = [
+        [task] + [rate_cell(results.get((task, c)), "success_once") for c in columns]
+        for task in ids
+    ]
     answers = []
     for task in ids:
         description = engram.describe(task)
@@ -190,13 +198,17 @@ def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
             if column != "memoryless":
                 cells.append(rate_cell([r["wiped"] for r in runs if "wiped" in r], "success_once"))
             used = [run["cpu_s"] / 60 for run in runs]
-            times.append(f"{statistics.median(used):.1f}, {max(used):.1f}" if used else "–")
+            times.append(f"{statistics.median(used):.1f}, {max(used):.1f}" if used else "-")
         wiped.append(cells)
         minutes.append(times)
     learners = list(LEARNERS)
     reached = []
     for column in learners:
-        means = [statistics.fmean(r["success_once"] for r in results[t, column]) for t in ids if (t, column) in results]
+        means = [
+            statistics.fmean(r["success_once"] for r in results[t, column])
+            for t in ids
+            if (t, column) in results
+        ]
         reached.append(f"{column} {sum(mean >= 0.9 for mean in means)} of {len(means)}")
     return "\n".join(
         [

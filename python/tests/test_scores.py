@@ -24,7 +24,8 @@ with (out.parent / "calls.txt").open("a") as calls:
 if (out.parent / "broken").exists():
     raise SystemExit("broken")
 rate = 0.5 + 0.1 * int(args.seed)
-result = {"success_once": rate, "first_answer_correct": rate, "cpu_s": 90, "wiped": {"success_once": 0.3}}
+result = {"success_once": rate, "first_answer_correct": rate, "cpu_s": 90}
+result["wiped"] = {"success_once": 0.3}
 (out / "result.json").write_text(json.dumps(result))
 """
 
@@ -51,7 +52,7 @@ def test_scores_of_a_task(tmp_path: Path, learners: Path) -> None:
     assert main(told) == 0
     page = (out / "scores.md").read_text()
     assert "recurrent 0 of 1" in page
-    assert f"| {COLOR3} | 0.650 (0.60–0.70; 0.60) |" in page
+    assert f"| {COLOR3} | 0.650 (0.60-0.70; 0.60) |" in page
     assert f"| {COLOR3} | 1.5, 1.5 | 1.5, 1.5 | 1.5, 1.5 |" in page
     oracle = json.loads((out / COLOR3 / "oracle-1" / "result.json").read_text())
     blind = json.loads((out / COLOR3 / "blind-1" / "result.json").read_text())
@@ -66,7 +67,7 @@ def test_what_has_ended_is_not_run_again(tmp_path: Path, learners: Path) -> None
     (out / COLOR3).mkdir(parents=True)
     broken = out / COLOR3 / "broken"
     broken.touch()
-    with pytest.raises(RuntimeError, match="see .*output.txt"):
+    with pytest.raises(RuntimeError, match=r"see .*output\.txt"):
         main(told)
     assert "broken" in (out / COLOR3 / "distilled-1" / "output.txt").read_text()
     broken.unlink()

@@ -1,8 +1,8 @@
 """Distils engram's oracle into a policy that remembers (DAgger), from objects or from pictures.
 
-The student acts; the oracle, which knows what is hidden, says what it would do in every state that the
-student gets to. The memory is taught to recollect what the student has seen itself. Privileged, in
-training only: the oracle's actions; from pictures, the places of what is in sight besides.
+The student acts; the oracle, which knows what is hidden, says what it would do in every state that
+the student gets to. The memory is taught to recollect what the student has seen itself. Privileged,
+in training only: the oracle's actions; from pictures, the places of what is in sight besides.
 
     python distil.py --id RememberColor9-VLA-v0 --out runs/color9
     python distil.py --id RememberColor3-VLA-v0 --obs rgb --out runs/pictures
@@ -59,8 +59,11 @@ def collect(policy, scenes, expert_share):
 
 
 def imitation(choice, actions, doubt=0.1):
-    """How far (T, N) the action is from the oracle's. The object for which it fits best counts
-    most: so attention learns which one the oracle means, and no action is a mean of several."""
+    """How far (T, N) the action is from the oracle's.
+
+    The object for which it fits best counts most: so attention learns which one the oracle means,
+    and no action is a mean of several.
+    """
     actions = actions[..., None, :].expand_as(choice.mean)
     error = nn.functional.smooth_l1_loss(choice.mean, actions, reduction="none", beta=0.3).sum(-1)
     return -doubt * torch.logsumexp(choice.weights - error / doubt, -1)

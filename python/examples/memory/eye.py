@@ -1,8 +1,8 @@
 """Sees objects in pictures: a small CNN whose output has the form of the objects observation.
 
-One heat map per look that the task has; where a map peaks an object of that look stands. It is taught
-with the places of what is in sight, as the objects observation tells them: privileged, in training
-only. For tasks whose objects all look different.
+One heat map per look that the task has; where a map peaks an object of that look stands. It is
+taught with the places of what is in sight, as the objects observation tells them: privileged, in
+training only. For tasks whose objects all look different.
 """
 
 import copy
@@ -22,7 +22,7 @@ def halved(rgb):
 
 
 def robot(proprio):
-    """What a policy hears of the robot (..., ROBOT), from proprio (..., 7): no jump at half a turn."""
+    """What a policy hears of the robot (..., ROBOT), from proprio (..., 7), without its jumps."""
     proprio = torch.from_numpy(np.array(proprio))
     angles, gripper = proprio[..., 3:6], proprio[..., 6:]
     turned = [angles.sin(), angles[..., 2:].cos()]
@@ -55,8 +55,10 @@ class Eye(nn.Module):
         self.place = nn.Linear(5, 2)
 
     def forward(self, pictures):
-        """Pictures (B, 64, 64, 3) uint8 -> how surely each look is seen, as logits (B, looks), and
-        its place (B, looks, 2) as in tokens."""
+        """Pictures (B, 64, 64, 3) uint8 -> what is in sight.
+
+        How surely each look is seen, as logits (B, looks); its place (B, looks, 2), as in tokens.
+        """
         color = pictures.permute(0, 3, 1, 2).float() / 255
         tint = color / (color.sum(1, keepdim=True) + 0.1)
         tint = tint - tint.mean((-1, -2), keepdim=True)

@@ -1,4 +1,4 @@
-"""Whole episodes of a batch in lockstep, evaluation, checkpoints and logs: what the learners share."""
+"""What the learners share: whole episodes in lockstep, evaluation, checkpoints and logs."""
 
 import csv
 import json
@@ -46,7 +46,7 @@ class Objects:
         return self.truth
 
     def step(self, actions):
-        """actions (N, 7) -> what a student sees, rewards (N,)."""
+        """Actions (N, 7) -> what a student sees, rewards (N,)."""
         rows, rewards, _, _, self.infos = self.batch.step(actions.numpy())
         self.truth = torch.from_numpy(np.array(rows))
         return self.truth, torch.from_numpy(np.array(rewards))
@@ -168,11 +168,14 @@ def save_policy(policy, path, task, eye=None):
 def load_policy(path):
     """-> policy, its Eye (None where it sees objects), its task."""
     saved = torch.load(Path(path), weights_only=True)
-    sight, eye = Sight(engram.make_vec(saved["task"], num_envs=1, obs_mode="objects").description), None
+    sight, eye = Sight(engram.describe(saved["task"], obs_mode="objects")), None
     if "eye" in saved:
         eye = Eye(saved["eye"]["looks"], saved["eye"]["templates"])
         eye.load_state_dict(saved["eye"])
         sight = of_pictures(sight, eye.looks)
     policy = Policy(sight, memory=saved["memory"])
-    policy.load_state_dict(saved["weights"])
+    try:
+        policy.load_state_dict(saved["weights"])
+    except RuntimeError as error:
+        raise ValueError(f"{path}: weights of another version of policy.py") from error
     return policy, eye, saved["task"]

@@ -1,7 +1,7 @@
 """A policy that sees objects and may remember: networks, and what its memory is taught.
 
-Observations are those of ``obs_mode="objects"``: the robot, then a token for every object. Sequences
-are (T, N, ...) and begin where an episode begins.
+Observations are those of ``obs_mode="objects"``: the robot, then a token for every object.
+Sequences are (T, N, ...) and begin where an episode begins.
 """
 
 import math
@@ -68,8 +68,11 @@ def at_places(where):
 
 
 def arrivals(seen, before):
-    """Steps (T, N, 1) in which something comes into sight: a new view begins, in which every object
-    keeps its token. before: what was seen (N, tokens) before the first step."""
+    """Steps (T, N, 1) in which something comes into sight.
+
+    Then a new view begins, in which every object keeps its token. before: what was seen (N, tokens)
+    before the first step.
+    """
     earlier = torch.cat([before[None], seen[:-1]])
     return ((seen > 0) & (earlier == 0)).any(-1, keepdim=True).float()
 
@@ -86,9 +89,11 @@ def mlp(*sizes, gain=1.0):
 
 
 class Policy(nn.Module):
-    """Reads tokens one by one. A GRU remembers the sum of what is seen; a second one, the same for
-    all objects, remembers of each what the first says of it, as long as it can be followed.
-    Attention picks an object out for the hand. Without memory there are no GRUs."""
+    """Reads tokens one by one, and picks one out for the hand.
+
+    A GRU remembers the sum of what is seen; a second one, the same for all objects, remembers of
+    each what the first says of it, as long as it can be followed. Without memory there are no GRUs.
+    """
 
     def __init__(self, sight, memory=True, hidden=64, width=64, token=32, slot=32, actions=7):
         super().__init__()
@@ -112,7 +117,9 @@ class Policy(nn.Module):
             self.liking = nn.Parameter(torch.tensor([4.0, 0.0, 0.0, 4.0, 0.0, 0.0]))
             self.slots = nn.GRU(token + slot + 4 + LOOKS, slot)
             self.recall = nn.Linear(slot, Recollection.WIDTH)
-            with torch.no_grad():  # answers that differ from the first are sooner learnt to be right
+            with (
+                torch.no_grad()
+            ):  # answers that differ from the first are sooner learnt to be right
                 self.shown.weight *= 5
                 self.recall.weight *= 3
         self.question = nn.Linear(seen + kept, token)
@@ -142,8 +149,11 @@ class Policy(nn.Module):
         return (self.sight.pairs(tokens)[..., None] == self.vocabulary).float()
 
     def forward(self, rows, state=None):
-        """-> Choice; what the memory recollects, None without; its state; what it all comes from
-        (T, N, ...), for a critic."""
+        """Goes on from a state; None begins an episode.
+
+        -> Choice; what the memory recollects, None without; its state; what the choice comes from
+        (T, N, ...), for a critic.
+        """
         sight = self.sight
         agent, tokens = sight.split(rows)
         seen = tokens[..., :1]
@@ -207,8 +217,11 @@ class Policy(nn.Module):
 
 
 class Choice(NamedTuple):
-    """An object to act upon, and how: log weights (T, N, tokens) of the objects, mean and log
-    deviation (T, N, tokens, actions) of the action for each."""
+    """An object to act upon, and how.
+
+    Log weights (T, N, tokens) of the objects; mean and log deviation (T, N, tokens, actions) of the
+    action for each.
+    """
 
     weights: torch.Tensor
     mean: torch.Tensor
@@ -226,8 +239,10 @@ class Choice(NamedTuple):
 
 
 def groups(policy, lr, memory_lr, sight_lr):
-    """Parameters for an optimiser, by rate: the hand; the memory that only recollection teaches; and
-    what reads objects and picks one out."""
+    """Parameters for an optimiser, by rate.
+
+    The hand; the memory that only recollection teaches; what reads objects and picks one out.
+    """
     hand = [policy.situation, policy.toward, policy.act]
     memory = [policy.encode, policy.norm, policy.gru, policy.shown] if policy.memory else []
     parts = [{id(p) for part in kind for p in part.parameters()} for kind in (hand, memory)]
@@ -238,8 +253,7 @@ def groups(policy, lr, memory_lr, sight_lr):
 
 
 class Recollection:
-    """What the memory is taught to know. The episode's own observations tell it: no privileged
-    label.
+    """What the memory is taught to know, by the episode's own observations: no privileged label.
 
     * shown: of every look, whether something had it in the first view, or in any earlier one, and
       in which first.
@@ -250,13 +264,15 @@ class Recollection:
     """
 
     VIEWS = 8  # later ones are told like the eighth
-
     WIDTH = LOOKS + COUNTS + 1
 
     @classmethod
     def labels(cls, policy, rows):
-        """Of whole episodes (T, N, D): shown (T, N, 3, LOOKS), and what is known of every object
-        (T, N, tokens, width)."""
+        """Of whole episodes (T, N, D).
+
+        -> shown (T, N, 3, LOOKS); what stood at the place of every object (T, N, tokens, LOOKS);
+        what is known of every object (T, N, tokens, WIDTH).
+        """
         agent, tokens = policy.sight.split(rows)
         seen = tokens[..., 0]
         new = arrivals(seen, torch.zeros_like(seen[0]))[..., 0]
@@ -297,8 +313,10 @@ def stood_here(sight, tokens, looks):
 
 
 def followed(sight, tokens, looks, new, at_top):
-    """Looks of what stood there at first, numbers of changes, and touches, of every object that is
-    followed from view to view by its place."""
+    """What is known of every object, followed from view to view by its place.
+
+    -> looks of what stood there at first, number of changes (one-hot), touched.
+    """
     where = tokens[..., sight.place][..., :2]
     seen = tokens[..., 0] > 0
     up = tokens[..., sight.part["state"]][..., 0] > 0.5
@@ -306,7 +324,9 @@ def followed(sight, tokens, looks, new, at_top):
     result = []
     for t in range(len(tokens)):
         if t > 0 and new[t].any():
-            moved = carried(known, (where[t - 1], seen[t - 1]), looks[0], (where[0], seen[0]), where[t])
+            moved = carried(
+                known, (where[t - 1], seen[t - 1]), looks[0], (where[0], seen[0]), where[t]
+            )
             known = torch.where(new[t][:, None, None] > 0, moved * seen[t][..., None], known)
         known = known.clone()
         if t > 0:
@@ -319,8 +339,10 @@ def followed(sight, tokens, looks, new, at_top):
 
 
 def carried(known, last, looks, first, where):
-    """What is known of the objects at these places: what was known of what stood there last, else
-    the looks of what stood there at first."""
+    """What is known of the objects at these places in a new view.
+
+    It is what was known of what stood there last, else the looks of what stood there at first.
+    """
     away = torch.cdist(where, torch.cat([last[0], first[0]], 1))
     away = away.masked_fill(~torch.cat([last[1], first[1]], 1)[:, None], 9)
     away[..., known.shape[1] :] += NEAR
@@ -331,7 +353,9 @@ def carried(known, last, looks, first, where):
 
 
 def can_act(sight, rows):
-    """Steps (T, N) in which as much is seen as ever in the episode: where cues are frozen, the
-    robot's actions count from there on."""
+    """Steps (T, N) in which as much is seen as ever in the episode.
+
+    Where cues are frozen, the robot's actions count from there on.
+    """
     seen = sight.split(rows)[1][..., 0].sum(-1)
     return seen >= seen.amax(0)

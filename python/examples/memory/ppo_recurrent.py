@@ -1,7 +1,7 @@
 """Recurrent PPO from objects: whole episodes in lockstep, the gradient through all their steps.
 
-The policy sees objects (``obs_mode="objects"``) and learns from the reward alone. Its memory is taught
-to recollect what the policy has seen itself. Privileged: nothing but the reward.
+The policy sees objects (``obs_mode="objects"``) and learns from the reward alone. Its memory is
+taught to recollect what the policy has seen itself. Privileged: nothing but the reward.
 
     python ppo_recurrent.py --id ShellGameTouch-VLA-v0 --out runs/shell
     torchrun --nproc-per-node 2 ppo_recurrent.py --id ShellGameTouch-VLA-v0 --out runs/shell
@@ -16,6 +16,7 @@ import torch
 from play import EVALUATION_SEED, Clock, Log, Objects, finish, load_policy, save_policy, success_of
 from policy import Policy, Recollection, can_act, groups
 from torch import nn
+
 
 def arguments(memory=True):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -59,7 +60,7 @@ class Agent(nn.Module):
 
 @torch.no_grad()
 def collect(agent, scenes):
-    """An iteration's episodes: rows, actions, their log density, values, rewards, all (T, N, ...)."""
+    """An iteration's rows, actions, their log density, values and rewards, all (T, N, ...)."""
     parts, state = [], None
     row = scenes.reset()
     for _ in range(scenes.horizon):
@@ -157,7 +158,7 @@ def main(memory=True):
         for group, rate in zip(optimiser.param_groups, rates):
             group["lr"] = rate * (1 - iteration / iterations)
         learn(agent, optimiser, collect(agent, scenes), scale, args)
-        if rank > 0 or (iteration + 1) % args.evaluate_every and iteration + 1 < iterations:
+        if rank > 0 or ((iteration + 1) % args.evaluate_every and iteration + 1 < iterations):
             continue
         scores = clock.leave_out(success_of, agent.policy, test, EVALUATION_SEED)
         steps = (iteration + 1) * per_iteration

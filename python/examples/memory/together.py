@@ -1,6 +1,6 @@
 """Several processes that learn one policy, as `torchrun` starts them: gradients are averaged.
 
-    torchrun --nproc-per-node 2 ppo_recurrent.py --id RememberColor3-VLA-v0
+torchrun --nproc-per-node 2 ppo_recurrent.py --id RememberColor3-VLA-v0
 """
 
 import os
