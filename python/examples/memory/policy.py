@@ -95,7 +95,9 @@ class Policy(nn.Module):
     each what the first says of it, as long as it can be followed. Without memory there are no GRUs.
     """
 
-    def __init__(self, sight, memory=True, hidden=64, width=64, token=32, slot=32, actions=7):
+    def __init__(
+        self, sight, memory=True, hidden=64, width=64, token=32, slot=32, actions=7, liking=0.0
+    ):
         super().__init__()
         self.sight, self.memory = sight, memory
         self.register_buffer("mean", torch.zeros(sight.agent))
@@ -113,8 +115,8 @@ class Policy(nn.Module):
             self.tell = nn.Linear(hidden, slot)
             self.about = nn.Linear(token + len(sight.look) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + PLACES) * LOOKS)
-            # Inborn: what is known from before is looked at first.
-            self.liking = nn.Parameter(torch.tensor([4.0, 0.0, 0.0, 4.0, 0.0, 0.0]))
+            # Inborn: how much what is known from before is looked at.
+            self.liking = nn.Parameter(liking * torch.tensor([1.0, 0.0, 0.0, 1.0, 0.0, 0.0]))
             self.slots = nn.GRU(token + slot + 4 + LOOKS, slot)
             self.recall = nn.Linear(slot, Recollection.WIDTH)
             with (
@@ -189,11 +191,10 @@ class Policy(nn.Module):
             touched = torch.sigmoid(of_objects[..., -1:].detach())
             away = 5 * offset[..., :2].norm(dim=-1, keepdim=True)
             like = torch.cat([like, meant.sum(-1, keepdim=True), touched, away], -1)
-            slots = 0.1 * slots + 0.9 * slots.detach()  # the hand may ask for more, quietly
             parts += [known, slots.sum(-2)]
             things = torch.cat([read, 4 * like, slots], -1)
         known = torch.cat(parts, -1)
-        match = (self.key(things) * self.question(known)[..., None, :]).mean(-1)
+        match = (self.key(things) * self.question(known)[..., None, :]).sum(-1)
         if self.memory:
             match = match + like @ self.liking
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)

@@ -47,7 +47,7 @@ class Agent(nn.Module):
 
     def __init__(self, sight, memory):
         super().__init__()
-        self.policy = Policy(sight, memory=memory)
+        self.policy = Policy(sight, memory=memory, liking=4.0)
         self.critic = nn.Sequential(nn.LazyLinear(64), nn.Tanh(), nn.Linear(64, 1))
 
     def forward(self, rows, state=None):
