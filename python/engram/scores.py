@@ -35,9 +35,9 @@ __all__ = ["interval", "main", "tables"]
 EPISODES = 200
 FIRST_SEED = 2_000_000  # of episodes that own policies are scored on; learners have the same
 LEARNERS = {
-    "memoryless": ["memoryless.py"],
-    "recurrent": ["ppo_recurrent.py"],
-    "distilled": ["distil.py"],
+    "memoryless": "memoryless.py",
+    "recurrent": "ppo_recurrent.py",
+    "distilled": "distil.py",
 }
 OWN = ("sweep", "blind", "oracle")
 MARK = ("<!-- scores -->", "<!-- end of scores -->")
@@ -119,8 +119,8 @@ def run(args: argparse.Namespace, ids: list[str]) -> None:
     def do(job: tuple[int, str, str, Path]) -> None:
         seed, task, column, folder = job
         if column in LEARNERS:
-            script, *options = LEARNERS[column]
-            command = [sys.executable, str(args.learners / script), *options, *args.more.split()]
+            script = args.learners / LEARNERS[column]
+            command = [sys.executable, str(script), *args.more.split()]
             learn(command, folder, task, seed)
         else:
             play(column, folder, task, seed)

@@ -20,17 +20,13 @@ using test::make_batch;
 using test::make_running;
 using test::output;
 using test::outputs_of;
+using test::step_by;
 using test::values;
 
 engram_options same_step(int num_envs) {
   engram_options options = default_options(num_envs);
   options.auto_reset = ENGRAM_AUTO_RESET_SAME_STEP;
   return options;
-}
-
-void step(const Batch& batch, engram_policy policy) {
-  const std::vector<float> actions = actions_of(batch, policy);
-  REQUIRE(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
 }
 
 TEST_CASE("The door shows the engine's bits, step by step and across resets", "[c_door]") {
@@ -82,7 +78,7 @@ TEST_CASE("Outputs have names, units, types and shapes, and stay where they are"
   CHECK(output(batch, "elapsed_steps").dtype == ENGRAM_INT32);
   CHECK(output(batch, "episode_return").dtype == ENGRAM_FLOAT64);
   CHECK(output(batch, "final_mask").shape[0] == 3);
-  step(batch, ENGRAM_POLICY_RANDOM);
+  step_by(batch, ENGRAM_POLICY_RANDOM);
   CHECK(output(batch, "observation").data == observation.data);
   CHECK(engram_action_low(batch.get())[6] == -1);
   CHECK(engram_action_high(batch.get())[6] == 1);
@@ -109,7 +105,7 @@ TEST_CASE("Images replace the state, and the last ones of an episode are kept", 
   std::vector<std::uint8_t> picture(16 * 12 * 3);
   for (int i = 0; i < 25; ++i) {
     CHECK(values<std::uint8_t>(output(batch, "final_mask"))[0] == 0);
-    step(batch, ENGRAM_POLICY_ZERO);
+    step_by(batch, ENGRAM_POLICY_ZERO);
   }
   CHECK(values<std::uint8_t>(output(batch, "final_mask"))[0] == 1);
   CHECK(bytes_of(final_rgb) != bytes_of(rgb));  // the cue of a new episode is visible again
@@ -247,7 +243,7 @@ TEST_CASE("A batch at work in one thread refuses another", "[c_door]") {
 TEST_CASE("Snapshots travel between slots and batches", "[c_door]") {
   const Batch from = make_running(2);
   const Batch to = make_running(default_options(5));
-  for (int i = 0; i < 8; ++i) step(from, ENGRAM_POLICY_ORACLE);
+  for (int i = 0; i < 8; ++i) step_by(from, ENGRAM_POLICY_ORACLE);
   std::size_t size = 0;
   REQUIRE(engram_save(from.get(), 1, nullptr, 0, &size) == ENGRAM_OK);
   std::vector<std::byte> bytes(size);

@@ -57,6 +57,12 @@ inline std::vector<float> actions_of(const Batch& batch, engram_policy policy) {
   return actions;
 }
 
+// A step of one of engram's own policies.
+inline void step_by(const Batch& batch, engram_policy policy) {
+  const std::vector<float> actions = actions_of(batch, policy);
+  REQUIRE(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
+}
+
 inline engram_array output(const Batch& batch, const char* name) {
   engram_array array{};
   INFO(name);

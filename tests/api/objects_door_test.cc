@@ -16,6 +16,7 @@ using test::kId;
 using test::make_batch;
 using test::make_running;
 using test::output;
+using test::step_by;
 using test::values;
 
 engram_options seeing(int num_envs, engram_obs_mode mode = ENGRAM_OBS_OBJECTS) {
@@ -27,11 +28,6 @@ engram_options seeing(int num_envs, engram_obs_mode mode = ENGRAM_OBS_OBJECTS) {
 
 nlohmann::json parts_of(const Batch& batch) {
   return nlohmann::json::parse(engram_describe_json(batch.get()))["state_fields"];
-}
-
-void step(const Batch& batch, engram_policy policy = ENGRAM_POLICY_RANDOM) {
-  const std::vector<float> actions = actions_of(batch, policy);
-  REQUIRE(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
 }
 
 TEST_CASE("The C door shows the engine's objects, and the last ones of an episode",
@@ -97,7 +93,7 @@ TEST_CASE("The C door describes every part of a row, and rows lie in the ranges"
         }
       }
     }
-    step(batch);
+    step_by(batch, ENGRAM_POLICY_RANDOM);
   }
   // The outputs' description has the width that is there.
   const auto outputs = nlohmann::json::parse(engram_describe_json(batch.get()))["outputs"];
@@ -120,7 +116,7 @@ TEST_CASE("By name it is the same row, and the time is there where it is asked f
     CHECK(bytes_of(output(named, "observation")) == bytes_of(output(batch, "observation")));
     CHECK(values<float>(output(with_time, "observation"))[at] ==
           Approx(static_cast<double>(i) / engram_horizon(batch.get())));
-    for (const Batch* one : {&batch, &named, &with_time}) step(*one);
+    for (const Batch* one : {&batch, &named, &with_time}) step_by(*one, ENGRAM_POLICY_RANDOM);
   }
   timed.observe_time = 2;
   engram_env* env = nullptr;
@@ -131,7 +127,7 @@ TEST_CASE("By name it is the same row, and the time is there where it is asked f
 TEST_CASE("Objects are restored with what surrounds them", "[c_door][objects]") {
   const Batch from = make_running(seeing(2));
   const Batch to = make_running(seeing(5));
-  for (int i = 0; i < 12; ++i) step(from);
+  for (int i = 0; i < 12; ++i) step_by(from, ENGRAM_POLICY_RANDOM);
   std::size_t size = 0;
   REQUIRE(engram_save(from.get(), 1, nullptr, 0, &size) == ENGRAM_OK);
   std::vector<std::byte> bytes(size);
@@ -140,7 +136,7 @@ TEST_CASE("Objects are restored with what surrounds them", "[c_door][objects]") 
   REQUIRE(engram_restore(to.get(), 4, bytes.data(), size) == ENGRAM_OK);
   const std::size_t row = before.size() / 2;
   CHECK(std::memcmp(&before[row], &bytes_of(output(to, "observation"))[4 * row], row) == 0);
-  for (int i = 0; i < 3; ++i) step(from);
+  for (int i = 0; i < 3; ++i) step_by(from, ENGRAM_POLICY_RANDOM);
   CHECK(bytes_of(output(from, "observation")) != before);
   REQUIRE(engram_restore(from.get(), 1, bytes.data(), size) == ENGRAM_OK);
   CHECK(std::memcmp(&before[row], &bytes_of(output(from, "observation"))[row], row) == 0);

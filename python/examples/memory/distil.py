@@ -52,8 +52,7 @@ def collect(policy, scenes, expert_share):
         choice, _, state, _ = policy(row[None], state)
         rows.append(scenes.truth)
         labels.append(label)
-        if isinstance(scenes, Pictures):
-            scenes.keep()
+        scenes.keep()
         row, _ = scenes.step(torch.where(by_expert, label, choice.best()[0]))
     return torch.stack(rows), torch.stack(labels)
 
@@ -97,16 +96,16 @@ def main():
     torch.manual_seed(args.seed)
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
-    make = Pictures if args.obs == "rgb" else Objects
     resumed = args.resume and path.exists()
     policy, eye, _ = load_policy(path) if resumed else (None, None, None)
-    seen_by = {"eye": eye} if eye else {}
-    scenes = make(args.id, args.envs, args.seed, args.most_steps, **seen_by)
-    eye = getattr(scenes, "eye", None)
-    test = make(args.id, 200, **({"eye": eye} if eye else {}))
+    if args.obs == "rgb":
+        scenes = Pictures(args.id, args.envs, args.seed, args.most_steps, eye)
+        test = Pictures(args.id, 200, eye=scenes.eye)
+    else:
+        scenes = Objects(args.id, args.envs, args.seed, args.most_steps)
+        test = Objects(args.id, 200)
     policy = policy or Policy(scenes.sight, memory=not args.no_memory)
-    rates = (args.lr, args.memory_lr, args.memory_lr)
-    optimiser = torch.optim.Adam(groups(policy, *rates))
+    optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.memory_lr))
     rates = [group["lr"] for group in optimiser.param_groups]
     log, episodes = Log(args.out), []
     scenes.reset(seed=args.seed)
@@ -119,7 +118,7 @@ def main():
         for group, rate in zip(optimiser.param_groups, rates):
             group["lr"] = rate * min(1, 2 - 2 * iteration / args.iterations)
         losses = learn(policy, optimiser, episodes, args)
-        if eye:
+        if scenes.eye:
             losses["eye"] = round(scenes.learn(args.eye_updates), 4)
         if (iteration + 1) % args.evaluate_every and iteration + 1 < args.iterations:
             continue
@@ -127,7 +126,7 @@ def main():
         steps = (iteration + 1) * args.envs * scenes.horizon
         log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
-            save_policy(policy, path, args.id, eye)
+            save_policy(policy, path, args.id, scenes.eye)
     finish(policy, test, args, log, clock(), f"distilled from {args.obs}")
 
 

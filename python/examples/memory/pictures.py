@@ -45,7 +45,7 @@ class Pictures(Objects):
         return self.eye.rows(picture, agent, self.sight.place)
 
     def keep(self):
-        """Keeps the last picture for the eye to learn from."""
+        """Keeps the last picture, and what is in it."""
         self.kept.append(self.last)
 
     def learn(self, updates, batch=64, keep=400):

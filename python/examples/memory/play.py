@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from eye import Eye, of_pictures
-from policy import Policy, Sight
+from policy import Policy, Sight, arrivals
 
 import engram
 
@@ -33,6 +33,8 @@ def make_batch(task, num_envs, seed, obs_mode):
 class Objects:
     """Scenes as the objects observation tells them: a student's rows (N, D) are the truth."""
 
+    eye = None  # needs none to see
+
     def __init__(self, task, num_envs, seed=0, most_steps=None):
         self.batch = make_batch(task, num_envs, seed, "objects")
         self.num_envs, self.horizon = num_envs, self.batch.description["horizon"]
@@ -50,6 +52,9 @@ class Objects:
         rows, rewards, _, _, self.infos = self.batch.step(actions.numpy())
         self.truth = torch.from_numpy(np.array(rows))
         return self.truth, torch.from_numpy(np.array(rewards))
+
+    def keep(self):
+        """Called in steps that an eye is to learn from."""
 
     def oracle(self):
         return torch.from_numpy(self.batch.act("oracle")).clamp(-1, 1)
@@ -77,11 +82,12 @@ def success_of(policy, scenes, seed, forget=False):
 
     forget: the memory is wiped whenever something comes into sight.
     """
-    rows, state, before = scenes.reset(seed=seed), None, 0.0
+    rows, state = scenes.reset(seed=seed), None
+    before = torch.zeros(scenes.num_envs, policy.sight.tokens)
     for _ in range(scenes.horizon):
         if forget and policy.memory:
             seen = policy.sight.split(rows)[1][..., 0]
-            state = policy.wipe(state, ((seen > 0) & (seen > before)).any(-1))
+            state = policy.wipe(state, arrivals(seen[None], before)[0, :, 0] > 0)
             before = seen
         choice, _, state, _ = policy(rows[None], state)
         rows, _ = scenes.step(choice.best()[0])

@@ -17,6 +17,7 @@ COUNTS = 8  # so many changes of a lamp or a button are told apart
 PLACES = 4 + 7  # marks of the table
 TOUCH = 0.04  # of the tool at an object's top: within 0.02 m
 NEAR = 0.1  # of the same place: within 0.05 m
+LIKES = 6  # what the memory says of an object in a word, and how far the tool is
 
 
 class Sight:
@@ -116,17 +117,17 @@ class Policy(nn.Module):
             self.about = nn.Linear(token + len(sight.look) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + PLACES) * LOOKS)
             # Inborn: how much what is known from before is looked at.
-            self.liking = nn.Parameter(liking * torch.tensor([1.0, 0.0, 0.0, 1.0, 0.0, 0.0]))
+            self.liking = nn.Parameter(torch.zeros(LIKES))
+            self.liking.data[[0, 3]] = liking  # of the first view's looks; what a thing stands for
             self.slots = nn.GRU(token + slot + 4 + LOOKS, slot)
             self.recall = nn.Linear(slot, Recollection.WIDTH)
-            with (
-                torch.no_grad()
-            ):  # answers that differ from the first are sooner learnt to be right
+            # Answers that differ from the first are sooner learnt to be right.
+            with torch.no_grad():
                 self.shown.weight *= 5
                 self.recall.weight *= 3
         self.question = nn.Linear(seen + kept, token)
-        self.key = nn.Linear(token + (slot + 6 if memory else 0), token)
-        thing = token + (slot + 6 if memory else 0)
+        thing = token + (slot + LIKES if memory else 0)
+        self.key = nn.Linear(thing, token)
         self.situation = nn.Linear(seen + kept, width)
         self.toward = nn.Linear(thing + 6, width, bias=False)
         self.act = mlp(width, width, 2 * actions, gain=0.01)

@@ -138,7 +138,7 @@ def main(memory=True):
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
     scenes = Objects(args.id, args.envs // processes, seed=args.seed + 1000 * rank)
-    test = Objects(args.id, 200)
+    test = Objects(args.id, 200) if rank == 0 else None  # the first process tells how it goes
     agent = Agent(scenes.sight, args.memory)
     agent(scenes.reset(seed=args.seed + 1000 * rank)[None])  # the critic takes its size from this
     if args.resume and path.exists():
