@@ -26,6 +26,7 @@ COLOR3 = "RememberColor3-VLA-v0"
 def learners() -> Iterator[SimpleNamespace]:
     sys.path.insert(0, str(EXAMPLES))
     try:
+        import distil
         import eye
         import pictures
         import play
@@ -33,15 +34,22 @@ def learners() -> Iterator[SimpleNamespace]:
         import ppo_recurrent
 
         yield SimpleNamespace(
-            eye=eye, pictures=pictures, play=play, policy=policy, ppo=ppo_recurrent
+            distil=distil,
+            eye=eye,
+            pictures=pictures,
+            play=play,
+            policy=policy,
+            ppo=ppo_recurrent,
         )
     finally:
         sys.path.remove(str(EXAMPLES))
 
 
-def episodes(learners: SimpleNamespace, task: str, num_envs: int = 8) -> tuple[Any, Any]:
+def episodes(
+    learners: SimpleNamespace, task: str, num_envs: int = 8, steps: int | None = None
+) -> tuple[Any, Any]:
     """Rows (T, N, D) of the oracle's episodes, and what they are cut up by."""
-    scenes = learners.play.Objects(task, num_envs, seed=3)
+    scenes = learners.play.Objects(task, num_envs, 3, steps)
     rows = [scenes.reset(seed=3)]
     for _ in range(scenes.horizon - 1):
         rows.append(scenes.step(scenes.oracle())[0])
@@ -99,6 +107,17 @@ def test_recollection_counts_what_a_lamp_did(learners: SimpleNamespace) -> None:
     assert (counts[-1].argmax(-1) == rises).all()
 
 
+def test_recollection_keeps_what_the_tool_has_touched(learners: SimpleNamespace) -> None:
+    rows, sight = episodes(learners, "BunchOfColors3-VLA-v0", steps=100)
+    policy = fitted(learners, rows, sight)
+    tokens = sight.split(rows)[1]
+    touched = learners.policy.Recollection.labels(policy, rows)[2][-1, ..., -1] > 0
+    cue = policy.code(tokens)[0].amax(-2)  # three cubes to touch, and the button
+    touched_looks = (policy.code(tokens)[-1] * touched[..., None]).amax(-2)
+    assert (touched.sum(-1) == 3).all()
+    assert (touched_looks <= cue).all()
+
+
 # --- the policy ---
 
 
@@ -145,6 +164,46 @@ def test_actions_are_those_for_the_object_of_most_weight(learners: SimpleNamespa
     choice = learners.policy.Choice(weights, mean, torch.zeros_like(mean))
     assert (choice.best() == 0.5).all()
     np.testing.assert_allclose(choice.mixed()[0], 0.6, atol=1e-6)
+
+
+def test_a_new_hand_goes_to_the_object_that_is_picked(learners: SimpleNamespace) -> None:
+    rows, sight = episodes(learners, COLOR3)
+    with torch.no_grad():
+        choice = fitted(learners, rows, sight)(rows)[0]
+    agent, tokens = sight.split(rows)
+    toward = (tokens[..., sight.place] - agent[..., None, sight.tcp])[tokens[..., 0] > 0]
+    mean = choice.mean[..., :3][tokens[..., 0] > 0]
+    far = toward.abs() > 0.3
+    assert (mean.sign() == toward.sign())[far].all()
+    assert (mean.abs() > 0.9)[far].all()
+
+
+# --- distillation ---
+
+
+def test_the_oracle_leads_the_first_episodes_and_half_of_the_others(
+    learners: SimpleNamespace,
+) -> None:
+    scenes = learners.play.Objects(COLOR3, 64, seed=3)
+    policy = fitted(learners, *episodes(learners, COLOR3), memory=False)
+    scenes.reset(seed=3)
+    learners.distil.collect(policy, scenes, first=True)
+    assert scenes.infos["success_once"].all()
+    torch.manual_seed(1)
+    learners.distil.collect(policy, scenes, first=False)
+    assert 0.05 < scenes.infos["success_once"].mean() < 0.6
+
+
+def test_attention_learns_which_object_the_oracle_means(learners: SimpleNamespace) -> None:
+    weights = torch.zeros(2, requires_grad=True)
+    mean = torch.stack([torch.zeros(7), torch.ones(7)])[None, None].requires_grad_()
+    choice = learners.policy.Choice(weights.log_softmax(-1)[None, None], mean, mean)
+    learners.distil.imitation(choice, torch.full((1, 1, 7), 0.9)).sum().backward()
+    assert weights.grad[1] < -0.01 < 0.01 < weights.grad[0]
+    assert mean.grad[0, 0, 1].abs().min() > 1e-2 > 1e-4 > mean.grad[0, 0, 0].abs().max()
+
+
+# --- reinforcement learning ---
 
 
 def test_advantages_equal_their_definition(learners: SimpleNamespace) -> None:
@@ -225,7 +284,7 @@ def test_a_learner_runs_and_resumes(
 
 def test_distilling_learns(tmp_path: Path) -> None:
     """A few seconds suffice for more than those get who do not remember (0.33)."""
-    arguments = ["--iterations", "7", "--evaluate-every", "7", "--out", str(tmp_path)]
+    arguments = ["--iterations", "4", "--evaluate-every", "4", "--out", str(tmp_path)]
     result = json.loads(run("distil.py", *arguments)[-1])
     assert result["success_once"] > 0.8
     assert result["wiped"]["success_once"] < 0.6

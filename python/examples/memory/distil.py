@@ -28,7 +28,7 @@ def arguments():
     add("--resume", action="store_true", help="go on with the agent.pt of --out")
     add("--no-memory", action="store_true")
     add("--envs", type=int, default=128, help="episodes per iteration")
-    add("--most-steps", type=int, default=200, help="of a training episode")
+    add("--most-steps", type=int, default=120, help="of a training episode")
     add("--iterations", type=int, default=14)
     add("--updates", type=int, default=64, help="per iteration")
     add("--eye-updates", type=int, default=150, help="per iteration, from pictures")
@@ -36,24 +36,30 @@ def arguments():
     add("--batch", type=int, default=1600, help="steps per update")
     add("--lr", type=float, default=3e-3)
     add("--memory-lr", type=float, default=1e-2)
+    add("--sight-lr", type=float, default=3e-3, help="of what reads objects and picks one")
     add("--recall", type=float, default=1.0, help="weight of the loss that recollects")
     add("--evaluate-every", type=int, default=4, help="iterations")
     return parser.parse_args()
 
 
 @torch.no_grad()
-def collect(policy, scenes, expert_share):
-    """An iteration's episodes: rows (T, N, D) and the oracle's actions."""
+def collect(policy, scenes, first):
+    """An iteration's episodes: rows (T, N, D) and the oracle's actions.
+
+    The oracle leads the first iteration's, and half of the others up to some step: so the student
+    gets everywhere, however soon it errs for good.
+    """
     rows, labels, state = [], [], None
     row = scenes.reset()
-    by_expert = torch.rand(scenes.num_envs, 1) < expert_share
-    for _ in range(scenes.horizon):
+    led, until = torch.rand(2, scenes.num_envs, 1)
+    until = scenes.horizon * (torch.ones_like(until) if first else until * (led < 0.5))
+    for t in range(scenes.horizon):
         label = scenes.oracle()
         choice, _, state, _ = policy(row[None], state)
         rows.append(scenes.truth)
         labels.append(label)
         scenes.keep()
-        row, _ = scenes.step(torch.where(by_expert, label, choice.best()[0]))
+        row, _ = scenes.step(torch.where(t < until, label, choice.best()[0]))
     return torch.stack(rows), torch.stack(labels)
 
 
@@ -105,12 +111,12 @@ def main():
         scenes = Objects(args.id, args.envs, args.seed, args.most_steps)
         test = Objects(args.id, 200)
     policy = policy or Policy(scenes.sight, memory=not args.no_memory)
-    optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.memory_lr))
+    optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.sight_lr))
     rates = [group["lr"] for group in optimiser.param_groups]
     log, episodes = Log(args.out), []
     scenes.reset(seed=args.seed)
     for iteration in range(args.iterations):
-        rows, actions = collect(policy, scenes, 0.5**iteration)
+        rows, actions = collect(policy, scenes, first=iteration == 0 and not resumed)
         if iteration == 0 and not resumed:
             policy.fit(rows)
         episodes.append((rows, actions, *Recollection.labels(policy, rows)))

@@ -15,9 +15,10 @@ TOKEN = "object_"
 LOOKS = 20  # of an id's looks are told apart
 COUNTS = 8  # so many changes of a lamp or a button are told apart
 PLACES = 4 + 7  # marks of the table
-TOUCH = 0.04  # of the tool at an object's top: within 0.02 m
+TOUCH = 0.1  # of the tool at an object's top: within 0.05 m
+STILL = 0.2 / math.pi  # no joint of the arm is faster: 0.2 rad/s
 NEAR = 0.1  # of the same place: within 0.05 m
-LIKES = 6  # what the memory says of an object in a word, and how far the tool is
+LIKES = 7  # what the memory says of an object in a word, and how far the tool is
 
 
 class Sight:
@@ -38,15 +39,27 @@ class Sight:
         }
         place = {f["name"]: slice(f["offset"], f["offset"] + f["width"]) for f in fields}
         self.tcp = slice(place["tcp_pose"].start, place["tcp_pose"].start + 3)
+        self.arm_speed = slice(place["qvel"].start, place["qvel"].start + 7)
         self.place = self.part["position"]
         self.colors = self.part["color"].stop - self.part["color"].start
         self.shapes = self.part["shape"].stop - self.part["shape"].start
         self.look = [i for name in ("color", "shape", "kind") for i in indices(self.part[name])]
+        body = ("orientation", "size", "state", "kind")
+        self.body = [i for name in body for i in indices(self.part[name])]
 
     def split(self, rows):
         """Rows (..., D) -> robot (..., agent), tokens (..., tokens, width)."""
         tokens = rows[..., self.agent :].unflatten(-1, (self.tokens, self.width))
         return rows[..., : self.agent], tokens
+
+    def touched(self, rows):
+        """Whether the tool rests at the top of every object (..., tokens), if it is seen."""
+        agent, tokens = self.split(rows)
+        top = tokens[..., self.place].clone()
+        top[..., 2] += 0.1 * tokens[..., self.part["size"]][..., 2]
+        near = (top - agent[..., None, self.tcp]).norm(dim=-1) < TOUCH
+        still = agent[..., self.arm_speed].abs().amax(-1, keepdim=True) < STILL
+        return near & still & (tokens[..., 0] > 0)
 
     def pairs(self, tokens):
         """Number of every object's pair of colour and shape (or none); -1 of what is not seen."""
@@ -96,9 +109,7 @@ class Policy(nn.Module):
     each what the first says of it, as long as it can be followed. Without memory there are no GRUs.
     """
 
-    def __init__(
-        self, sight, memory=True, hidden=64, width=64, token=32, slot=32, actions=7, liking=0.0
-    ):
+    def __init__(self, sight, memory=True, hidden=64, width=64, token=32, slot=32, actions=7):
         super().__init__()
         self.sight, self.memory = sight, memory
         self.register_buffer("mean", torch.zeros(sight.agent))
@@ -106,7 +117,7 @@ class Policy(nn.Module):
         self.register_buffer("vocabulary", torch.full((LOOKS,), -2))
         self.read = mlp(sight.width + 3, token, token)
         seen = sight.agent + token
-        kept = hidden + slot if memory else 0
+        kept = hidden + slot + LIKES if memory else 0
         if memory:
             plain = LOOKS * (1 + PLACES) + len(sight.look) + 3
             # What is seen goes into the memory as it is, too: it is then quickly learnt to keep.
@@ -116,10 +127,9 @@ class Policy(nn.Module):
             self.tell = nn.Linear(hidden, slot)
             self.about = nn.Linear(token + len(sight.look) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + PLACES) * LOOKS)
-            # Inborn: how much what is known from before is looked at.
-            self.liking = nn.Parameter(torch.zeros(LIKES))
-            self.liking.data[[0, 3]] = liking  # of the first view's looks; what a thing stands for
-            self.slots = nn.GRU(token + slot + 4 + LOOKS, slot)
+            # Inborn: it looks at what was shown and is not yet touched, and at what hides such.
+            self.liking = nn.Parameter(torch.tensor([0.0, 0, 0, 4, 0, 4, 0]))
+            self.slots = nn.GRU(token + slot + 5 + LOOKS, slot)
             self.recall = nn.Linear(slot, Recollection.WIDTH)
             # Answers that differ from the first are sooner learnt to be right.
             with torch.no_grad():
@@ -129,7 +139,7 @@ class Policy(nn.Module):
         thing = token + (slot + LIKES if memory else 0)
         self.key = nn.Linear(thing, token)
         self.situation = nn.Linear(seen + kept, width)
-        self.toward = nn.Linear(thing + 6, width, bias=False)
+        self.toward = nn.Linear(3 + len(sight.body), width, bias=False)
         self.act = mlp(width, width, 2 * actions, gain=0.01)
 
     def fit(self, rows):
@@ -160,50 +170,72 @@ class Policy(nn.Module):
         sight = self.sight
         agent, tokens = sight.split(rows)
         seen = tokens[..., :1]
-        offset = (tokens[..., sight.place] - agent[..., None, sight.tcp]) * seen
-        read = self.read(torch.cat([tokens, 5 * offset], -1)) * seen
+        offset = 5 * (tokens[..., sight.place] - agent[..., None, sight.tcp]) * seen
+        read = self.read(torch.cat([tokens, offset], -1)) * seen
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
-        parts, things, recalled = [scaled, read.sum(-2)], read, None
+        parts, things, liked, recalled = [scaled, read.sum(-2)], read, 0.0, None
         if self.memory:
-            before, state, slot_state = state or (torch.zeros_like(seen[0, ..., 0]), None, None)
-            new = arrivals(seen[..., 0], before)
-            code = self.code(tokens)
-            plain = torch.cat([tokens[..., sight.look], tokens[..., sight.place]], -1)
-            marks = at_places(tokens[..., sight.place])
-            put = torch.einsum("tnkp,tnkc->tnpc", marks, code).flatten(-2)
-            entry = torch.cat([scaled, 3 * code.sum(-2), 3 * put, plain.sum(-2), new], -1)
-            known, state = self.gru(self.norm(self.encode(entry)), state)
-            shown = self.shown(known).unflatten(-1, (3 + PLACES, LOOKS))
-            known = known.detach()
-            like = torch.einsum("tnvc,tnkc->tnkv", torch.sigmoid(shown[..., :3, :].detach()), code)
-            stood = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
-            told = self.tell(known)[..., None, :] * self.about(torch.cat([read, plain], -1))
-            told = torch.cat([told, torch.sigmoid(stood.detach())], -1)
-            entry = torch.cat([read, like, told, new[..., None, :].expand_as(seen)], -1)
-            slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
-            slots = slots.unflatten(1, tokens.shape[1:3]) * seen
-            state = (seen[-1, ..., 0], state, slot_state)
-            of_objects = self.recall(slots)
-            recalled = (shown[..., :3, :], stood, of_objects)
-            # Whether what stood there has the colour of something else that is in sight now.
-            colors = tokens[..., sight.part["color"]]
-            stood_colors = torch.sigmoid(of_objects[..., :LOOKS].detach()) @ self.colors()
-            meant = stood_colors * (colors.sum(-2, keepdim=True) - colors)
-            touched = torch.sigmoid(of_objects[..., -1:].detach())
-            away = 5 * offset[..., :2].norm(dim=-1, keepdim=True)
-            like = torch.cat([like, meant.sum(-1, keepdim=True), touched, away], -1)
-            parts += [known, slots.sum(-2)]
-            things = torch.cat([read, 4 * like, slots], -1)
+            known, slots, recalled, state = self.remember(rows, scaled, read, state)
+            likes = self.likes(tokens, offset, recalled)
+            parts += [known, slots.sum(-2), (likes * seen).sum(-2)]
+            things = torch.cat([read, 4 * likes, slots], -1)
+            liked = likes @ self.liking
         known = torch.cat(parts, -1)
-        match = (self.key(things) * self.question(known)[..., None, :]).sum(-1)
-        if self.memory:
-            match = match + like @ self.liking
+        match = (self.key(things) * self.question(known)[..., None, :]).sum(-1) + liked
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
-        here = torch.cat([5 * offset, 5 * tokens[..., sight.place], things], -1)
+        # The hand knows neither looks nor which object is meant: it learns to reach all alike.
+        here = torch.cat([offset, tokens[..., sight.body]], -1)
         hand = torch.tanh(self.situation(known)[..., None, :] + self.toward(here))
         mean, deviation = self.act(hand).chunk(2, -1)
-        context = torch.cat([known, (weights.exp()[..., None] * here).sum(-2)], -1)
+        # Inborn: it goes to what is picked. (Else an action toward the opposite one is as good.)
+        mean = torch.cat([mean[..., :3] + offset.clamp(-1, 1), mean[..., 3:]], -1)
+        attended = (weights.exp()[..., None] * torch.cat([here, things], -1)).sum(-2)
+        context = torch.cat([known, attended], -1)
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context
+
+    def remember(self, rows, scaled, read, state):
+        """-> what is known of all, of every object; what is recollected; the memory's state."""
+        sight = self.sight
+        tokens = sight.split(rows)[1]
+        seen = tokens[..., :1]
+        before, state, slot_state = state or (torch.zeros_like(seen[0, ..., 0]), None, None)
+        new = arrivals(seen[..., 0], before)
+        code = self.code(tokens)
+        plain = torch.cat([tokens[..., sight.look], tokens[..., sight.place]], -1)
+        marks = at_places(tokens[..., sight.place])
+        put = torch.einsum("tnkp,tnkc->tnpc", marks, code).flatten(-2)
+        entry = torch.cat([scaled, 3 * code.sum(-2), 3 * put, plain.sum(-2), new], -1)
+        known, state = self.gru(self.norm(self.encode(entry)), state)
+        shown = self.shown(known).unflatten(-1, (3 + PLACES, LOOKS))
+        known = known.detach()
+        stood = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
+        told = self.tell(known)[..., None, :] * self.about(torch.cat([read, plain], -1))
+        told = torch.cat([told, torch.sigmoid(stood.detach())], -1)
+        familiar = self.familiar(shown[..., :3, :], code)
+        now = torch.cat([3 * sight.touched(rows)[..., None], new[..., None, :].expand_as(seen)], -1)
+        entry = torch.cat([read, familiar, told, now], -1)
+        slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
+        slots = slots.unflatten(1, tokens.shape[1:3]) * seen
+        recalled = (shown[..., :3, :], stood, self.recall(slots))
+        return known, slots, recalled, (seen[-1, ..., 0], state, slot_state)
+
+    def familiar(self, shown, code):
+        """Of every object (T, N, tokens, 3): was its look shown at first, ever, and when."""
+        return torch.einsum("tnvc,tnkc->tnkv", torch.sigmoid(shown.detach()), code)
+
+    def likes(self, tokens, offset, recalled):
+        """What the memory says of every object in a word (T, N, tokens, LIKES)."""
+        shown, _, of_objects = (part.detach() for part in recalled)
+        familiar = self.familiar(shown, self.code(tokens))
+        # Whether what stood there has the colour of something else that is in sight now.
+        colors = tokens[..., self.sight.part["color"]]
+        stood_colors = torch.sigmoid(of_objects[..., :LOOKS]) @ self.colors()
+        meant = (stood_colors * (colors.sum(-2, keepdim=True) - colors)).sum(-1, keepdim=True)
+        touched = torch.sigmoid(of_objects[..., -1:])
+        left = familiar[..., 1:2] * (1 - touched)
+        return torch.cat(
+            [familiar, meant, touched, left, offset[..., :2].norm(dim=-1, keepdim=True)], -1
+        )
 
     def wipe(self, state, which):
         """The state with the memory of some environments (N,) as in an episode's first step."""
@@ -243,10 +275,11 @@ class Choice(NamedTuple):
 def groups(policy, lr, memory_lr, sight_lr):
     """Parameters for an optimiser, by rate.
 
-    The hand; the memory that only recollection teaches; what reads objects and picks one out.
+    The hand; the memory; what reads objects and picks one out.
     """
     hand = [policy.situation, policy.toward, policy.act]
-    memory = [policy.encode, policy.norm, policy.gru, policy.shown] if policy.memory else []
+    names = "encode norm gru shown tell about slots recall"
+    memory = [getattr(policy, name) for name in names.split()] if policy.memory else []
     parts = [{id(p) for part in kind for p in part.parameters()} for kind in (hand, memory)]
     chosen = [[p for p in policy.parameters() if id(p) in part] for part in parts]
     rest = [p for p in policy.parameters() if id(p) not in parts[0] | parts[1]]
@@ -262,7 +295,7 @@ class Recollection:
     * stood: of every object in sight, the looks of what stood in its place at first, carried along
       as it moves.
     * changed: of every object in sight, how often its state (a lamp's, a button's) has gone up.
-    * touched: of every object in sight, whether the tool has been at its top.
+    * touched: of every object in sight, whether the tool has rested at its top.
     """
 
     VIEWS = 8  # later ones are told like the eighth
@@ -275,7 +308,7 @@ class Recollection:
         -> shown (T, N, 3, LOOKS); what stood at the place of every object (T, N, tokens, LOOKS);
         what is known of every object (T, N, tokens, WIDTH).
         """
-        agent, tokens = policy.sight.split(rows)
+        tokens = policy.sight.split(rows)[1]
         seen = tokens[..., 0]
         new = arrivals(seen, torch.zeros_like(seen[0]))[..., 0]
         view = new.cumsum(0)[..., None] - 1
@@ -283,10 +316,8 @@ class Recollection:
         first = torch.where(code.amax(-2) > 0, view, cls.VIEWS).cummin(0).values
         shown = torch.stack([first == 0, first < view, first.clamp(max=cls.VIEWS) / cls.VIEWS], -2)
         here = stood_here(policy.sight, tokens, code)
-        top = tokens[..., policy.sight.place].clone()
-        top[..., 2] += 0.1 * tokens[..., policy.sight.part["size"]][..., 2]
-        at_top = (top - agent[..., None, policy.sight.tcp]).norm(dim=-1) < TOUCH
-        return shown, here, torch.cat(followed(policy.sight, tokens, code, new, at_top), -1)
+        touched = policy.sight.touched(rows)
+        return shown, here, torch.cat(followed(policy.sight, tokens, code, new, touched), -1)
 
     @staticmethod
     def loss(policy, rows, recalled, labels):
@@ -314,7 +345,7 @@ def stood_here(sight, tokens, looks):
     return stood * (near < NEAR)[..., None] * tokens[..., :1]
 
 
-def followed(sight, tokens, looks, new, at_top):
+def followed(sight, tokens, looks, new, touched_now):
     """What is known of every object, followed from view to view by its place.
 
     -> looks of what stood there at first, number of changes (one-hot), touched.
@@ -333,7 +364,7 @@ def followed(sight, tokens, looks, new, at_top):
         known = known.clone()
         if t > 0:
             known[..., -2] += up[t] & ~up[t - 1] & (new[t] == 0)[:, None]
-        known[..., -1] = torch.maximum(known[..., -1], (at_top[t] & seen[t]).float())
+        known[..., -1] = torch.maximum(known[..., -1], touched_now[t].float())
         result.append(known)
     stood, changes, touched = torch.stack(result).split([looks.shape[-1], 1, 1], -1)
     counts = changes[..., 0].long().clamp(max=COUNTS - 1)
