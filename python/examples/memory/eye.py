@@ -39,6 +39,7 @@ def of_pictures(sight, looks):
     """The Sight of rows that `robot` and an Eye for these looks make."""
     seen = copy.copy(sight)
     seen.agent, seen.tcp, seen.tokens = ROBOT, slice(0, 3), len(looks)
+    seen.arm_speed = slice(0, 0)  # proprio does not tell it: to pass by is to touch
     return seen
 
 

@@ -58,7 +58,7 @@ class Sight:
         top = tokens[..., self.place].clone()
         top[..., 2] += 0.1 * tokens[..., self.part["size"]][..., 2]
         near = (top - agent[..., None, self.tcp]).norm(dim=-1) < TOUCH
-        still = agent[..., self.arm_speed].abs().amax(-1, keepdim=True) < STILL
+        still = (agent[..., self.arm_speed].abs() < STILL).all(-1, keepdim=True)
         return near & still & (tokens[..., 0] > 0)
 
     def pairs(self, tokens):
@@ -181,7 +181,8 @@ class Policy(nn.Module):
             things = torch.cat([read, 4 * likes, slots], -1)
             liked = likes @ self.liking
         known = torch.cat(parts, -1)
-        match = (self.key(things) * self.question(known)[..., None, :]).sum(-1) + liked
+        match = (self.key(things) * self.question(known)[..., None, :]).sum(-1)
+        match = match / math.sqrt(read.shape[-1]) + liked
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
         # The hand knows neither looks nor which object is meant: it learns to reach all alike.
         here = torch.cat([offset, tokens[..., sight.body]], -1)
