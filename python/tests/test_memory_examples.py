@@ -170,9 +170,8 @@ def test_a_new_hand_goes_to_the_object_that_is_picked(learners: SimpleNamespace)
     rows, sight = episodes(learners, COLOR3)
     with torch.no_grad():
         choice = fitted(learners, rows, sight)(rows)[0]
-    agent, tokens = sight.split(rows)
-    toward = (tokens[..., sight.place] - agent[..., None, sight.tcp])[tokens[..., 0] > 0]
-    mean = choice.mean[..., :3][tokens[..., 0] > 0]
+    seen = sight.split(rows)[1][..., 0] > 0
+    toward, mean = sight.to_top(rows)[seen], choice.mean[..., :3][seen]
     far = toward.abs() > 0.3
     assert (mean.sign() == toward.sign())[far].all()
     assert (mean.abs() > 0.9)[far].all()

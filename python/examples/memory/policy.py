@@ -52,12 +52,17 @@ class Sight:
         tokens = rows[..., self.agent :].unflatten(-1, (self.tokens, self.width))
         return rows[..., : self.agent], tokens
 
-    def touched(self, rows):
-        """Whether the tool rests at the top of every object (..., tokens), if it is seen."""
+    def to_top(self, rows):
+        """From the tool to the top of every object (..., tokens, 3)."""
         agent, tokens = self.split(rows)
         top = tokens[..., self.place].clone()
         top[..., 2] += 0.1 * tokens[..., self.part["size"]][..., 2]
-        near = (top - agent[..., None, self.tcp]).norm(dim=-1) < TOUCH
+        return top - agent[..., None, self.tcp]
+
+    def touched(self, rows):
+        """Whether the tool rests at the top of every object (..., tokens), if it is seen."""
+        agent, tokens = self.split(rows)
+        near = self.to_top(rows).norm(dim=-1) < TOUCH
         still = (agent[..., self.arm_speed].abs() < STILL).all(-1, keepdim=True)
         return near & still & (tokens[..., 0] > 0)
 
@@ -189,7 +194,8 @@ class Policy(nn.Module):
         hand = torch.tanh(self.situation(known)[..., None, :] + self.toward(here))
         mean, deviation = self.act(hand).chunk(2, -1)
         # Inborn: it goes to what is picked. (Else an action toward the opposite one is as good.)
-        mean = torch.cat([mean[..., :3] + offset.clamp(-1, 1), mean[..., 3:]], -1)
+        reach = (5 * sight.to_top(rows)).clamp(-1, 1)
+        mean = torch.cat([mean[..., :3] + reach, mean[..., 3:]], -1)
         attended = (weights.exp()[..., None] * torch.cat([here, things], -1)).sum(-2)
         context = torch.cat([known, attended], -1)
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context
