@@ -121,11 +121,12 @@ def main():
             policy.fit(rows)
         episodes.append((rows, actions, *Recollection.labels(policy, rows)))
         del episodes[: -args.keep]
+        pace = min(1, 2 - 2 * iteration / args.iterations)
         for group, rate in zip(optimiser.param_groups, rates):
-            group["lr"] = rate * min(1, 2 - 2 * iteration / args.iterations)
+            group["lr"] = pace * rate
         losses = learn(policy, optimiser, episodes, args)
         if scenes.eye:
-            losses["eye"] = round(scenes.learn(args.eye_updates), 4)
+            losses["eye"] = round(scenes.learn(args.eye_updates, pace), 4)
         if (iteration + 1) % args.evaluate_every and iteration + 1 < args.iterations:
             continue
         scores = clock.leave_out(success_of, policy, test, EVALUATION_SEED)

@@ -18,6 +18,7 @@ class Pictures(Objects):
         self.eye = eye or Eye(*self.look_around(seed))
         self.sight = of_pictures(self.objects, self.eye.looks)
         self.optimiser = torch.optim.Adam(self.eye.groups())
+        self.rates = [group["lr"] for group in self.optimiser.param_groups]
 
     def look_around(self, seed):
         """Looks that the task has, and a token of each: from episodes of the oracle."""
@@ -48,9 +49,11 @@ class Pictures(Objects):
         """Keeps the last picture, and what is in it."""
         self.kept.append(self.last)
 
-    def learn(self, updates, batch=64, keep=400):
-        """keep: steps whose pictures are learnt from, the latest ones."""
+    def learn(self, updates, pace=1.0, batch=64, keep=400):
+        """pace: of the usual learning rates. keep: steps learnt from, the latest ones."""
         del self.kept[:-keep]
+        for group, rate in zip(self.optimiser.param_groups, self.rates):
+            group["lr"] = pace * rate
         for _ in range(updates):
             step = torch.randint(len(self.kept), (batch,)).tolist()
             env = torch.randint(self.num_envs, (batch,)).tolist()
