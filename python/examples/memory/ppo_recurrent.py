@@ -26,7 +26,7 @@ def arguments(memory=True):
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="go on with the agent.pt of --out")
     add("--envs", type=int, default=128, help="episodes per iteration, of all processes")
-    add("--steps", type=int, default=320_000, help="environment steps in all")
+    add("--steps", type=int, default=400_000, help="environment steps in all")
     add("--passes", type=int, default=4, help="over an iteration's episodes")
     add("--minibatches", type=int, default=4, help="per pass")
     add("--lr", type=float, default=1e-3)
