@@ -144,10 +144,13 @@ def run(args: argparse.Namespace, ids: list[str]) -> None:
 def interval(rate: float, episodes: int) -> tuple[float, float]:
     """Wilson's 95 % interval of a rate."""
     z = 1.959964
-    middle = rate + z * z / (2 * episodes)
-    half = z * math.sqrt(rate * (1 - rate) / episodes + z * z / (4 * episodes**2))
-    scale = 1 + z * z / episodes
-    return max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)
+
+    def low(rate: float) -> float:
+        middle = rate + z * z / (2 * episodes)
+        half = z * math.sqrt(rate * (1 - rate) / episodes + z * z / (4 * episodes**2))
+        return max(0.0, (middle - half) / (1 + z * z / episodes))
+
+    return low(rate), 1 - low(1 - rate)
 
 
 def read(out: Path, ids: Iterable[str], seeds: Iterable[int]) -> dict[tuple[str, str], list[Any]]:

@@ -13,7 +13,17 @@ from pathlib import Path
 
 import torch
 from pictures import Pictures
-from play import EVALUATION_SEED, Clock, Log, Objects, finish, load_policy, save_policy, success_of
+from play import (
+    EVALUATION_SEED,
+    Clock,
+    Log,
+    Objects,
+    finish,
+    load_policy,
+    save_policy,
+    set_pace,
+    success_of,
+)
 from policy import Policy, Recollection, groups
 from torch import nn
 
@@ -112,7 +122,6 @@ def main():
         test = Objects(args.id, 200)
     policy = policy or Policy(scenes.sight, memory=not args.no_memory)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.sight_lr))
-    rates = [group["lr"] for group in optimiser.param_groups]
     log, episodes = Log(args.out), []
     scenes.reset(seed=args.seed)
     for iteration in range(args.iterations):
@@ -122,8 +131,7 @@ def main():
         episodes.append((rows, actions, *Recollection.labels(policy, rows)))
         del episodes[: -args.keep]
         pace = min(1, 2 - 2 * iteration / args.iterations)
-        for group, rate in zip(optimiser.param_groups, rates):
-            group["lr"] = pace * rate
+        set_pace(optimiser, pace)
         losses = learn(policy, optimiser, episodes, args)
         if scenes.eye:
             losses["eye"] = round(scenes.learn(args.eye_updates, pace), 4)

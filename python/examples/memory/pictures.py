@@ -2,7 +2,7 @@
 
 import torch
 from eye import Eye, by_look, halved, of_pictures, robot
-from play import Objects, make_batch
+from play import Objects, make_batch, set_pace
 
 
 class Pictures(Objects):
@@ -18,7 +18,6 @@ class Pictures(Objects):
         self.eye = eye or Eye(*self.look_around(seed))
         self.sight = of_pictures(self.objects, self.eye.looks)
         self.optimiser = torch.optim.Adam(self.eye.groups())
-        self.rates = [group["lr"] for group in self.optimiser.param_groups]
 
     def look_around(self, seed):
         """Looks that the task has, and a token of each: from episodes of the oracle."""
@@ -52,8 +51,7 @@ class Pictures(Objects):
     def learn(self, updates, pace=1.0, batch=64, keep=400):
         """pace: of the usual learning rates. keep: steps learnt from, the latest ones."""
         del self.kept[:-keep]
-        for group, rate in zip(self.optimiser.param_groups, self.rates):
-            group["lr"] = pace * rate
+        set_pace(self.optimiser, pace)
         for _ in range(updates):
             step = torch.randint(len(self.kept), (batch,)).tolist()
             env = torch.randint(self.num_envs, (batch,)).tolist()

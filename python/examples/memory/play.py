@@ -76,6 +76,12 @@ class Clock:
         return result
 
 
+def set_pace(optimiser, pace):
+    """Sets learning rates to a share of those that the optimiser was made with."""
+    for group in optimiser.param_groups:
+        group["lr"] = pace * group.setdefault("full_lr", group["lr"])
+
+
 @torch.no_grad()
 def success_of(policy, scenes, seed, forget=False):
     """Shares of episodes with success and with a right first answer.

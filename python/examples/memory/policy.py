@@ -56,7 +56,7 @@ class Sight:
         """From the tool to the top of every object (..., tokens, 3)."""
         agent, tokens = self.split(rows)
         top = tokens[..., self.place].clone()
-        top[..., 2] += 0.1 * tokens[..., self.part["size"]][..., 2]
+        top[..., 2] += 0.1 * tokens[..., self.part["size"]][..., 2]  # 0.05 m to 0.5 m
         return top - agent[..., None, self.tcp]
 
     def touched(self, rows):
@@ -180,8 +180,8 @@ class Policy(nn.Module):
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
         parts, things, liked, recalled = [scaled, read.sum(-2)], read, 0.0, None
         if self.memory:
-            known, slots, recalled, state = self.remember(rows, scaled, read, state)
-            likes = self.likes(tokens, offset, recalled)
+            known, slots, familiar, recalled, state = self.remember(rows, scaled, read, state)
+            likes = self.likes(tokens, offset, familiar, recalled)
             parts += [known, slots.sum(-2), (likes * seen).sum(-2)]
             things = torch.cat([read, 4 * likes, slots], -1)
             liked = likes @ self.liking
@@ -201,7 +201,11 @@ class Policy(nn.Module):
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context
 
     def remember(self, rows, scaled, read, state):
-        """-> what is known of all, of every object; what is recollected; the memory's state."""
+        """Reads a sequence, on from a state.
+
+        -> what is known of all, and of every object; of every object (T, N, tokens, 3) whether its
+        look was shown at first, whether ever, and when; what is recollected; the memory's state.
+        """
         sight = self.sight
         tokens = sight.split(rows)[1]
         seen = tokens[..., :1]
@@ -218,22 +222,18 @@ class Policy(nn.Module):
         stood = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
         told = self.tell(known)[..., None, :] * self.about(torch.cat([read, plain], -1))
         told = torch.cat([told, torch.sigmoid(stood.detach())], -1)
-        familiar = self.familiar(shown[..., :3, :], code)
+        shown_at = torch.sigmoid(shown[..., :3, :].detach())
+        familiar = torch.einsum("tnvc,tnkc->tnkv", shown_at, code)
         now = torch.cat([3 * sight.touched(rows)[..., None], new[..., None, :].expand_as(seen)], -1)
         entry = torch.cat([read, familiar, told, now], -1)
         slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
         slots = slots.unflatten(1, tokens.shape[1:3]) * seen
         recalled = (shown[..., :3, :], stood, self.recall(slots))
-        return known, slots, recalled, (seen[-1, ..., 0], state, slot_state)
+        return known, slots, familiar, recalled, (seen[-1, ..., 0], state, slot_state)
 
-    def familiar(self, shown, code):
-        """Of every object (T, N, tokens, 3): was its look shown at first, ever, and when."""
-        return torch.einsum("tnvc,tnkc->tnkv", torch.sigmoid(shown.detach()), code)
-
-    def likes(self, tokens, offset, recalled):
+    def likes(self, tokens, offset, familiar, recalled):
         """What the memory says of every object in a word (T, N, tokens, LIKES)."""
-        shown, _, of_objects = (part.detach() for part in recalled)
-        familiar = self.familiar(shown, self.code(tokens))
+        of_objects = recalled[2].detach()
         # Whether what stood there has the colour of something else that is in sight now.
         colors = tokens[..., self.sight.part["color"]]
         stood_colors = torch.sigmoid(of_objects[..., :LOOKS]) @ self.colors()
@@ -285,8 +285,10 @@ def groups(policy, lr, memory_lr, sight_lr):
     The hand; the memory; what reads objects and picks one out.
     """
     hand = [policy.situation, policy.toward, policy.act]
-    names = "encode norm gru shown tell about slots recall"
-    memory = [getattr(policy, name) for name in names.split()] if policy.memory else []
+    memory = []
+    if policy.memory:
+        memory += [policy.encode, policy.norm, policy.gru, policy.shown]
+        memory += [policy.tell, policy.about, policy.slots, policy.recall]
     parts = [{id(p) for part in kind for p in part.parameters()} for kind in (hand, memory)]
     chosen = [[p for p in policy.parameters() if id(p) in part] for part in parts]
     rest = [p for p in policy.parameters() if id(p) not in parts[0] | parts[1]]

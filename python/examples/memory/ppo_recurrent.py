@@ -13,7 +13,17 @@ from pathlib import Path
 
 import together
 import torch
-from play import EVALUATION_SEED, Clock, Log, Objects, finish, load_policy, save_policy, success_of
+from play import (
+    EVALUATION_SEED,
+    Clock,
+    Log,
+    Objects,
+    finish,
+    load_policy,
+    save_policy,
+    set_pace,
+    success_of,
+)
 from policy import Policy, Recollection, can_act, groups
 from torch import nn
 
@@ -150,13 +160,11 @@ def main(memory=True):
     optimiser = torch.optim.Adam(
         [*groups(agent.policy, args.lr, args.memory_lr, args.sight_lr), critic]
     )
-    rates = [group["lr"] for group in optimiser.param_groups]
     log, scale, begun = Log(args.out if rank == 0 else None), Scale(args.gamma), time.monotonic()
     per_iteration = args.envs * scenes.horizon
     iterations = max(1, args.steps // per_iteration)
     for iteration in range(iterations):
-        for group, rate in zip(optimiser.param_groups, rates):
-            group["lr"] = rate * (1 - iteration / iterations)
+        set_pace(optimiser, 1 - iteration / iterations)
         learn(agent, optimiser, collect(agent, scenes), scale, args)
         if rank > 0 or ((iteration + 1) % args.evaluate_every and iteration + 1 < iterations):
             continue
