@@ -108,6 +108,15 @@ engram_status refuse_busy(Use found) noexcept {
                                       "thread at a time");
 }
 
+engram_status refuse_forked(const engram_env& env) noexcept {
+  return guarded([&env] {
+    throw Error(Error::kBadState,
+                "this batch was made in process " + std::to_string(env.owner) +
+                    ", whose threads do not survive a fork; make one in process " +
+                    std::to_string(::getpid()));
+  });
+}
+
 }  // namespace engram::c
 
 engram_env::engram_env(std::unique_ptr<engram::VectorEnv> made)

@@ -1,6 +1,9 @@
 // The object behind a handle of the C door.
 #pragma once
 
+#include <sys/types.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <memory>
 #include <string>
@@ -37,6 +40,10 @@ struct engram_env {
   std::string description;                        // from the first call for it on
   std::unique_ptr<engram::c::StepDriver> driver;  // from the first step_async on
   std::atomic<engram::c::Use> use = engram::c::Use::kIdle;
+  const pid_t owner = ::getpid();
+
+  // A forked process has the batch's memory, but none of its threads: steps would wait for ever.
+  bool forked() const noexcept { return ::getpid() != owner; }
 };
 
 namespace engram::c {
@@ -67,11 +74,13 @@ class Claim {
 
 engram_status refuse_null(const char* what) noexcept;
 engram_status refuse_busy(Use found) noexcept;
+engram_status refuse_forked(const engram_env& env) noexcept;
 
 // Runs f(claim) while no other call can use the handle.
 template <class F>
 engram_status with_claim(engram_env* env, F&& f) noexcept {
   if (env == nullptr) return refuse_null("env");
+  if (env->forked()) return refuse_forked(*env);
   Claim claim(*env);
   if (!claim.claimed()) return refuse_busy(claim.found());
   return guarded([&] { f(claim); });

@@ -4,6 +4,7 @@
 #include <array>
 #include <exception>
 #include <new>
+#include <span>
 #include <system_error>
 
 #include "core/base/error.h"
@@ -32,14 +33,24 @@ engram_status status_of(Error::Kind kind) {
   return ENGRAM_INTERNAL;
 }
 
-// Names that users give may hold anything; a message is one line.
-char printable(char letter) { return static_cast<unsigned char>(letter) < ' ' ? '?' : letter; }
+// Names that users give may hold anything; a message is one line, and moves no cursor. UTF-8 has
+// control characters of two bytes, too.
+void make_printable(std::span<char> message) {
+  unsigned char before = 0;
+  for (char& letter : message) {
+    const auto byte = static_cast<unsigned char>(letter);
+    const bool second = before == 0xc2 && byte >= 0x80 && byte < 0xa0;
+    if (byte < ' ' || byte == 0x7f || second) letter = '?';
+    before = byte;
+  }
+}
 
 }  // namespace
 
 engram_status fail(engram_status status, std::string_view message) noexcept {
   const std::string_view fitting = message.substr(0, message_buffer.size() - 1);
-  *std::transform(fitting.begin(), fitting.end(), message_buffer.begin(), printable) = '\0';
+  *std::copy(fitting.begin(), fitting.end(), message_buffer.begin()) = '\0';
+  make_printable(std::span(message_buffer).first(fitting.size()));
   return status;
 }
 

@@ -12,6 +12,7 @@
 #include "api/c_error.h"
 #include "api/c_options.h"
 #include "core/base/join.h"
+#include "core/base/shared_lock.h"
 #include "protocol/batch/task_description.h"
 #include "protocol/batch/variants.h"
 
@@ -23,6 +24,7 @@ using engram::c::Claim;
 using engram::c::fail;
 using engram::c::guarded;
 using engram::c::refuse_busy;
+using engram::c::refuse_forked;
 using engram::c::refuse_null;
 using engram::c::Use;
 using engram::c::with_batch;
@@ -49,9 +51,8 @@ const engram_array& named(const std::vector<engram_array>& arrays, const char* n
 // As JSON. Earlier lists stay, since callers hold them; a new one is made when there are more
 // tasks.
 const char* list_of_tasks() {
-  static std::mutex mutex;
   static std::map<size_t, std::string> lists;  // by number of tasks
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(engram::shared_lock(engram::Shared::kTaskTexts));
   const std::vector<const engram::RegistryEntry*> entries = engram::all_entries();
   const auto found = lists.find(entries.size());
   if (found != lists.end()) return found->second.c_str();
@@ -149,7 +150,8 @@ engram_status engram_make(const char* id, const engram_options* options, engram_
 }
 
 void engram_close(engram_env* env) {
-  if (env == nullptr) return;
+  // A forked process cannot end the threads of another one.
+  if (env == nullptr || env->forked()) return;
   // Waits for a call in another thread. A step_async that nobody waited for ends with its driver.
   Use found = env->use.load();
   while (found == Use::kBusy || !env->use.compare_exchange_weak(found, Use::kBusy)) {
@@ -247,6 +249,7 @@ engram_status engram_step_async(engram_env* env, const float* actions, size_t co
 
 engram_status engram_step_wait(engram_env* env) {
   if (env == nullptr) return refuse_null("env");
+  if (env->forked()) return refuse_forked(*env);
   const Claim claim(*env, Use::kStepping);
   if (claim.claimed()) return guarded([env] { env->driver->wait(); });
   if (claim.found() == Use::kBusy) return refuse_busy(Use::kBusy);

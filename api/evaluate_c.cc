@@ -116,7 +116,17 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   return settings;
 }
 
+// Texts that are there must say something: an empty path would be the folder one happens to be in.
+void check_texts(const engram_evaluation_options& options) {
+  const std::pair<const char*, const char*> texts[] = {
+      {"name", options.name}, {"output", options.output}, {"resume", options.resume}};
+  for (const auto& [what, text] : texts) {
+    if (text != nullptr && *text == '\0') refuse(std::string(what) + ": '' given, a text needed");
+  }
+}
+
 engram::EvaluationRun begin(const engram_evaluation_options& options) {
+  check_texts(options);
   engram::EvaluationSettings settings = settings_of(options);
   std::optional<engram::ResultFolder> folder;
   if (options.resume != nullptr) {

@@ -27,7 +27,8 @@ struct CollectOptions {
   TaskFilter filter;
   bool all = false;
   ImageSourceOptions images;
-  CollectionOptions collection{.plan = {}, .out = "."};
+  std::string out = ".";
+  CollectionOptions collection{.plan = {}, .out = {}};
   bool json = false;
 };
 
@@ -103,10 +104,11 @@ void run(Ranks& ranks, CollectOptions& options) {
   const std::vector<const RegistryEntry*> tasks =
       chosen_tasks(options.ids, options.filter, options.all);
   options.collection.plan.renderer = options.images.renderer;
+  options.collection.out = options.out;
   CollectionTiming timing;
   const Folders folders = collect_all(ranks, tasks, options, timing);
   if (!ranks.leads()) return;
-  write_file(options.collection.out / kReport, collection_report(folders, timing));
+  write_output(options.collection.out / kReport, collection_report(folders, timing));
   print(options.json ? to_text(document(folders, options)) : to_words(folders));
   require_complete(folders, options.collection.plan);
 }
@@ -132,12 +134,9 @@ void add_collect_command(const Command& program) {
   add_rules(command, plan.rules);
   add_num_envs(command, options->collection.num_envs);
   add_threads(command, options->collection.threads);
-  command
-      .add_option(
-          "--out", [options](const std::string& path) { options->collection.out = path; },
-          "Folder to hold data_npz/<ID>")
+  command.add_option("--out", options->out, "Folder to hold data_npz/<ID>")
       .type_name("DIR")
-      .default_str(options->collection.out.string());
+      .default_str(options->out);
   add_json(command, options->json);
   command.footer(
       "Keeps episodes that succeed, up to their first success. Where it was interrupted, the same "

@@ -33,7 +33,20 @@ const Option& Option::excludes(const Option& other) const {
   return *this;
 }
 
+const Option& Option::needs(const Option& other) const {
+  option_->needs(other.option_);
+  return *this;
+}
+
 // --- commands ---
+
+namespace {
+
+void refuse_empty(const std::string& name, const std::string& value) {
+  if (value.empty()) throw Error(Error::kInvalidArgument, name + ": '' given, a text needed");
+}
+
+}  // namespace
 
 Command Command::add_command(const std::string& name, const std::string& description) const {
   return Command(app_->add_subcommand(name, description));
@@ -41,12 +54,20 @@ Command Command::add_command(const std::string& name, const std::string& descrip
 
 Option Command::add_option(const std::string& name, std::string& value,
                            const std::string& help) const {
-  return Option(app_->add_option(name, value, help));
+  const auto take = [name, &value](const std::string& text) {
+    refuse_empty(name, text);
+    value = text;
+  };
+  return Option(app_->add_option_function<std::string>(name, take, help));
 }
 
 Option Command::add_option(const std::string& name, std::vector<std::string>& values,
                            const std::string& help) const {
-  return Option(app_->add_option(name, values, help));
+  const auto take = [name, &values](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) refuse_empty(name, text);
+    values = texts;
+  };
+  return Option(app_->add_option_function<std::vector<std::string>>(name, take, help));
 }
 
 Option Command::add_option(const std::string& name,
@@ -118,6 +139,14 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   return what + "; `" + program + " --help` shows what is allowed";
 }
 
+// CLI11 takes the next word for the value of `--name=`.
+void refuse_without_value(const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    if (!word.starts_with("--") || word.find('=') != word.size() - 1) continue;
+    refuse_empty(word.substr(0, word.size() - 1), "");
+  }
+}
+
 // Calls `parse`, which has CLI11 read the words.
 template <class Parse>
 std::string parse_safely(const CLI::App& app, const Parse& parse) {
@@ -147,10 +176,12 @@ void CommandLine::set_version(const std::string& version) {
 void CommandLine::require_command() { app_->require_subcommand(1); }
 
 std::string CommandLine::parse(int argc, const char* const* argv) {
+  refuse_without_value({argv, argv + argc});
   return parse_safely(*app_, [&] { app_->parse(argc, argv); });
 }
 
 std::string CommandLine::parse(const std::vector<std::string>& words) {
+  refuse_without_value(words);
   return parse_safely(*app_, [&] {
     app_->parse(std::vector<std::string>(words.rbegin(), words.rend()));  // the last one first
   });

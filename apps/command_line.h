@@ -24,6 +24,7 @@ class Option {
   const Option& description(const std::string& text) const;
   const Option& required() const;
   const Option& excludes(const Option& other) const;
+  const Option& needs(const Option& other) const;
 
  private:
   CLI::Option* option_;  // of the CommandLine
@@ -36,7 +37,8 @@ class Command {
 
   Command add_command(const std::string& name, const std::string& description) const;
 
-  // Names without dashes are those of arguments.
+  // Names without dashes are those of arguments. An empty text is refused: it comes from a variable
+  // that is not set, and is never what was meant.
   Option add_option(const std::string& name, std::string& value, const std::string& help) const;
   // One value or more.
   Option add_option(const std::string& name, std::vector<std::string>& values,

@@ -56,6 +56,13 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
                 fmt::format("--resume: '{}' has results of {} {}; {} given now",
                             folder.path().string(), key, to_line(used), to_line(given)));
   }
+  // Whoever wrote the folder does not say what is run here.
+  if (!is_null(before->policy_config) && !options.policy.given()) {
+    throw Error(Error::kInvalidArgument,
+                fmt::format("--resume: '{}' has results of policy_config {}, and a command is not "
+                            "run because a file names it; the same --policy-command needed",
+                            folder.path().string(), to_line(before->policy_config)));
+  }
   return *before;
 }
 
@@ -74,16 +81,14 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
     }
     protocol.policy = *own;
   } else {
-    const Document* command = find(settings.policy_config, "command");
-    if (command == nullptr) {
+    if (settings.policy_config != config_of(options.policy)) {
       throw Error(Error::kInvalidArgument,
-                  fmt::format("policy '{}' is not a command; only the program that began the run "
-                              "can go on with it",
+                  fmt::format("policy '{}' is not the command that is given; only the program that "
+                              "began the run can go on with it",
                               settings.policy));
     }
-    const PolicyCommand policy{text(*command), settings.policy, options.policy.timeout};
     const PolicyProcessOptions process = process_options(
-        policy, protocol.environment, std::min(protocol.num_envs, protocol.episodes));
+        options.policy, protocol.environment, std::min(protocol.num_envs, protocol.episodes));
     protocol.external = [process](const WorkContext& context) {
       return std::make_unique<PolicyProcess>(process, context);
     };

@@ -31,7 +31,7 @@ void run(const InfoOptions& options) {
     print(env->document());
     return;
   }
-  if (!options.mjcf.empty()) write_file(options.mjcf, env->document());
+  if (!options.mjcf.empty()) write_output(options.mjcf, env->document());
   const ConstantTable description = describe_task(*env);
   print(options.json ? to_text(description) : describe_in_words(description));
 }

@@ -1,6 +1,9 @@
 #include "apps/interruption.h"
 
+#include <unistd.h>
+
 #include <csignal>
+#include <cstdlib>
 #include <string>
 
 #include "protocol/batch/make.h"
@@ -10,16 +13,36 @@ namespace {
 
 constexpr int kSignals[] = {SIGINT, SIGTERM};
 std::atomic<bool> interrupted = false;
+std::atomic<unsigned> seconds_left = 0;
 static_assert(std::atomic<bool>::is_always_lock_free);  // signal handlers may set it
+static_assert(std::atomic<unsigned>::is_always_lock_free);
+
+// Both do only what a signal handler may.
+
+void note(int signal) {
+  interrupted = true;
+  std::signal(signal, SIG_DFL);
+  if (const unsigned seconds = seconds_left; seconds > 0) ::alarm(seconds);
+}
+
+void give_up(int /*signal*/) {
+  constexpr std::string_view kWords =
+      "engram: interrupted; ended without waiting for what was under way\n";
+  if (::write(STDERR_FILENO, kWords.data(), kWords.size()) < 0) ::_exit(EXIT_FAILURE);
+  ::_exit(EXIT_FAILURE);
+}
 
 }  // namespace
 
-Interruption::Interruption() {
-  for (const int signal : kSignals) std::signal(signal, [](int) { interrupted = true; });
+Interruption::Interruption(unsigned patience) {
+  seconds_left = patience;
+  if (patience > 0) std::signal(SIGALRM, give_up);
+  for (const int signal : kSignals) std::signal(signal, note);
 }
 
 Interruption::~Interruption() {
   for (const int signal : kSignals) std::signal(signal, SIG_DFL);
+  seconds_left = 0;
 }
 
 const std::atomic<bool>& Interruption::flag() const { return interrupted; }

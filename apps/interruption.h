@@ -6,10 +6,16 @@
 
 namespace engram::apps {
 
-// While an object lives, both signals are only noted.
+// While an object lives, the first signal is only noted; the second one ends the program.
 class Interruption {
  public:
-  Interruption();
+  // More than a policy's process gets to end by itself.
+  static constexpr unsigned kPatience = 4;
+
+  // patience: seconds after a signal in which the program ends in any case, with exit code 1,
+  // because threads may be at something that cannot be stopped; 0: no such limit. Files are whole
+  // then, too.
+  explicit Interruption(unsigned patience = kPatience);
   ~Interruption();
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;

@@ -12,6 +12,7 @@
 
 #include "protocol/batch/make.h"
 #include "protocol/formats/files.h"
+#include "protocol/formats/printable.h"
 
 namespace engram::apps {
 namespace {
@@ -36,14 +37,16 @@ void guard_standard_streams() {
 }
 
 void print(std::string_view text) {
-  if (const int error = write_text(STDOUT_FILENO, text); error != 0) {
+  if (const int error = write_text(STDOUT_FILENO, printable(text, true)); error != 0) {
     fail("standard output cannot be written", error);
   }
 }
 
 void print_error(std::string_view text) {
-  std::string line = "engram: ";
-  for (const char c : text) line += (c == '\n' || c == '\r') ? ' ' : c;
+  std::string words(text);
+  std::replace_if(
+      words.begin(), words.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  std::string line = "engram: " + printable(words);
   while (line.back() == ' ') line.pop_back();
   (void)write_text(STDERR_FILENO, line + "\n");
 }

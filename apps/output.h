@@ -11,9 +11,9 @@ namespace engram::apps {
 // takes their descriptors. A closed pipe becomes an error instead of a signal.
 void guard_standard_streams();
 
-// Writes to standard output. Throws Error if that fails.
+// Writes to standard output, control characters as JSON writes them. Throws Error if that fails.
 void print(std::string_view text);
-// Writes the text to standard error as one line.
+// Writes the text to standard error as one line, likewise.
 void print_error(std::string_view text);
 
 // Rows of text in aligned columns.

@@ -5,16 +5,25 @@
 namespace engram::apps {
 
 void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy) {
-  command
-      .add_option("--policy-command", policy.command,
-                  "A policy from outside: a command that speaks the protocol of docs/evaluation.md")
-      .type_name("COMMAND")
-      .excludes(own);
+  const Option given =
+      command
+          .add_option(
+              "--policy-command", policy.command,
+              "A policy from outside: a command that speaks the protocol of docs/evaluation.md")
+          .type_name("COMMAND")
+          .excludes(own);
+  // Without the command one of engram's own policies would play under that name.
   command.add_option("--policy-name", policy.name, "Its name in the results")
       .type_name("NAME")
-      .default_str("external");
+      .default_str("external")
+      .needs(given);
   add_int(command, "--policy-timeout", policy.timeout, 1, 86'400,
-          "Seconds that it may take for an answer");
+          "Seconds that it may take for an answer")
+      .needs(given);
+}
+
+Document config_of(const PolicyCommand& policy) {
+  return policy.given() ? Document(DocumentTable{{"command", policy.command}}) : Document();
 }
 
 void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings) {
@@ -23,7 +32,7 @@ void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& se
     return;
   }
   settings.policy = policy.name.empty() ? "external" : policy.name;
-  settings.policy_config = DocumentTable{{"command", policy.command}};
+  settings.policy_config = config_of(policy);
 }
 
 PolicyProcessOptions process_options(const PolicyCommand& policy, const EnvOptions& environment,

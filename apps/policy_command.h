@@ -20,6 +20,9 @@ struct PolicyCommand {
 // --policy-command, which excludes `own`, --policy-name and --policy-timeout.
 void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy);
 
+// What results and settings say of it; null if there is none.
+Document config_of(const PolicyCommand& policy);
+
 // Says who plays: the command, or else one of engram's own policies.
 void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings);
 

@@ -67,6 +67,7 @@ void Episode::step() {
     actions_.push_back(std::move(actions));
   }
   env_->step(actions_[now]);
+  if (outside_ && over()) outside_->settle();
 }
 
 void Episode::rewind() {

@@ -34,6 +34,8 @@ class OutsidePlayer {
 
   // The next action, which is taken at once.
   void act(std::span<float> actions);
+  // Throws Error if the policy has said more than it was asked for.
+  void settle() { process_.settle(); }
   int longest_chunk() const { return queue_.longest_chunk(); }
 
  private:

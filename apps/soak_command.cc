@@ -170,7 +170,7 @@ void run(const SoakCommandOptions& given) {
   bench::SoakOptions options = given.soak;
   bench::SoakReport report;
   {
-    const Interruption interruption;
+    const Interruption interruption(0);  // there is a report to make
     Progress progress("soak", "");
     options.progress = [&progress](double fraction) { progress.update(fraction); };
     options.stop = [&interruption] { return interruption.requested(); };

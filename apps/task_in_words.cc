@@ -129,7 +129,8 @@ std::string describe_in_words(const Document& task) {
          section(fmt::format("Observation, {} values", plain(task, "state_dim")),
                  part(task, "state_fields"), {name, offset, width, unit, description}) +
          section("Proprio", part(task, "proprio"), {name, offset, width, unit, description}) +
-         section("Outputs", part(task, "outputs"), {name, {"dtype"}, width, unit, description}) +
+         section("Outputs", part(task, "outputs"),
+                 {name, {"dtype"}, width, {"privileged"}, unit, description}) +
          reward_section(task) + constant_section(part(task, "constants"));
 }
 

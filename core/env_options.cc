@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <initializer_list>
 #include <limits>
-#include <sstream>
+#include <string>
 
 #include "core/base/error.h"
+#include "core/base/join.h"
 
 namespace engram {
 namespace {
@@ -14,9 +15,8 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
 void require(bool good, const char* what, double given, const char* allowed) {
   if (good) return;
-  std::ostringstream text;
-  text << what << ": " << given << " given, " << allowed << " allowed";
-  throw Error(Error::kInvalidArgument, text.str());
+  throw Error(Error::kInvalidArgument,
+              std::string(what) + ": " + shortest(given) + " given, " + allowed + " allowed");
 }
 
 void require(const char* what, double given, double low, double high, const char* allowed) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
-#include <sstream>
+#include <string>
 
 #include "core/base/checksum.h"
 #include "core/base/error.h"
@@ -15,20 +15,13 @@
 namespace engram {
 namespace {
 
-std::string number(double value) {
-  std::ostringstream text;
-  text.precision(9);
-  text << value;
-  return text.str();
-}
-
 void check_value(const Draw& draw, double value) {
   const bool whole = !draw.integer || std::nearbyint(value) == value;
   if (whole && value >= draw.low && value <= draw.high) return;
   throw Error(Error::kInvalidArgument,
-              "pin '" + draw.name + "': value " + number(value) + " given, " +
-                  (draw.integer ? "a whole number" : "a number") + " from " + number(draw.low) +
-                  " to " + number(draw.high) + " allowed");
+              "pin '" + draw.name + "': value " + shortest(value) + " given, " +
+                  (draw.integer ? "a whole number" : "a number") + " from " + shortest(draw.low) +
+                  " to " + shortest(draw.high) + " allowed");
 }
 
 [[noreturn]] void refuse_range(const std::vector<Draw>& draws, const std::string& name) {
@@ -65,7 +58,7 @@ void check_distinct(const Pin& pin) {
   for (std::size_t i = 1; i < pin.values.size(); ++i) {
     const auto here = pin.values.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::find(pin.values.begin(), here, *here) == here) continue;
-    throw Error(Error::kInvalidArgument, "pin '" + pin.name + "': value " + number(*here) +
+    throw Error(Error::kInvalidArgument, "pin '" + pin.name + "': value " + shortest(*here) +
                                              " given twice, different values allowed");
   }
 }

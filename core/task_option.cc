@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <string>
 
 #include "core/base/error.h"
 #include "core/base/join.h"
@@ -19,12 +19,10 @@ namespace {
 void check_value(const TaskOption& option, double value) {
   const bool whole = !option.integer || std::nearbyint(value) == value;
   if (whole && value >= option.low && value <= option.high) return;
-  std::ostringstream text;
-  text.precision(9);
-  text << "option '" << option.name << "': " << value << " given, "
-       << (option.integer ? "a whole number" : "a number") << " from " << option.low << " to "
-       << option.high << " allowed";
-  throw Error(Error::kInvalidArgument, text.str());
+  throw Error(Error::kInvalidArgument,
+              "option '" + option.name + "': " + shortest(value) + " given, " +
+                  (option.integer ? "a whole number" : "a number") + " from " +
+                  shortest(option.low) + " to " + shortest(option.high) + " allowed");
 }
 
 }  // namespace

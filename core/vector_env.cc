@@ -120,7 +120,8 @@ void VectorEnv::allocate() {
   int dim = 0;
   for (const Field& field : state_fields_) dim += field.width;
 
-  observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation");
+  observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation",
+                                     observes_state(options_.obs_mode));
   proprio_ = outputs_.add<float>("proprio", kProprioDim, "m, rad",
                                  "TCP position, roll, pitch, yaw, gripper opening");
   reward_ = outputs_.add<float>("reward");
@@ -135,13 +136,13 @@ void VectorEnv::allocate() {
   episode_return_ = outputs_.add<double>("episode_return", 1, "", "sum of rewards");
   if (info.oracle_dim > 0 && info.oracle_is_real) {
     bindings_.oracle_values =
-        outputs_.add<float>("oracle_info", info.oracle_dim, "", "the hidden quantity");
+        outputs_.add_privileged<float>("oracle_info", info.oracle_dim, "", "the hidden quantity");
   } else if (info.oracle_dim > 0) {
-    bindings_.oracle_info =
-        outputs_.add<std::int32_t>("oracle_info", info.oracle_dim, "", "the hidden quantity");
+    bindings_.oracle_info = outputs_.add_privileged<std::int32_t>("oracle_info", info.oracle_dim,
+                                                                  "", "the hidden quantity");
   }
   if (info.task_cue_dim > 0) {
-    bindings_.task_cue = outputs_.add<float>("task_cue", info.task_cue_dim);
+    bindings_.task_cue = outputs_.add_privileged<float>("task_cue", info.task_cue_dim);
   }
   if (!info.answer.empty()) bindings_.answers.bind(outputs_);
   task_->bind(bindings_);

@@ -1,14 +1,11 @@
 #include "media/png.h"
 
 #include <png.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstddef>
-#include <cstdio>
-#include <cstring>
 
 #include "core/base/error.h"
+#include "core/base/temporary_file.h"
 
 namespace engram {
 
@@ -35,18 +32,11 @@ png_image describe(int width, int height, std::span<const std::uint8_t> rgb) {
 }  // namespace
 
 void write_png(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb) {
-  png_image image = describe(width, height, rgb);
-  // Beside its place, so that it can be renamed into it.
-  const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
-  errno = 0;
-  const bool written =
-      png_image_write_to_file(&image, temporary.c_str(), 0, rgb.data(), 0, nullptr) != 0;
-  if (written && std::rename(temporary.c_str(), path.c_str()) == 0) return;
-
-  const int code = errno;
-  std::string why = written || code != 0 ? std::strerror(code) : image.message;
-  std::remove(temporary.c_str());
-  throw Error(Error::kIo, "cannot write '" + path + "': " + why);
+  const std::vector<std::byte> bytes = png_bytes(width, height, rgb);
+  remove_temporary_files_of(path);
+  TemporaryFile file(path);
+  file.write(bytes);
+  file.keep();
 }
 
 std::vector<std::byte> png_bytes(int width, int height, std::span<const std::uint8_t> rgb) {

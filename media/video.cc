@@ -1,16 +1,14 @@
 #include "media/video.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 
 #include "core/base/error.h"
 #include "core/base/length.h"
+#include "core/base/temporary_file.h"
 #include "media/video_encoder.h"
 
 namespace engram {
@@ -50,26 +48,11 @@ void check(const VideoShape& shape, VideoFormat format) {
 }  // namespace
 
 struct VideoWriter::File {
-  explicit File(const std::string& name)
-      : path(name), temporary(name + "." + std::to_string(::getpid()) + ".tmp") {}
-  ~File() {
-    if (!kept) ::unlink(temporary.c_str());
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
+  explicit File(const std::string& path) : temporary(path) {}
 
-  void keep() {
-    if (std::rename(temporary.c_str(), path.c_str()) != 0) {
-      throw Error(Error::kIo, "'" + path + "' cannot be written: " + std::strerror(errno));
-    }
-    kept = true;
-  }
-
-  std::string path;
-  std::string temporary;
+  TemporaryFile temporary;
   std::size_t frame_bytes = 0;
   std::size_t frames = 0;
-  bool kept = false;
 };
 
 VideoWriter::VideoWriter(const std::string& path, int width, int height, int frames_per_second) {
@@ -79,10 +62,12 @@ VideoWriter::VideoWriter(const std::string& path, int width, int height, int fra
   if (std::filesystem::is_directory(path)) {
     throw Error(Error::kIo, "'" + path + "' cannot be written: " + std::strerror(EISDIR));
   }
+  remove_temporary_files_of(path);
   file_ = std::make_unique<File>(path);
   file_->frame_bytes = shape.frame_bytes();
-  encoder_ = format == VideoFormat::kMp4 ? make_mp4_encoder(path, file_->temporary, shape)
-                                         : make_gif_encoder(path, file_->temporary, shape);
+  const std::string file = file_->temporary.open_name();
+  encoder_ = format == VideoFormat::kMp4 ? make_mp4_encoder(path, file, shape)
+                                         : make_gif_encoder(path, file, shape);
 }
 
 VideoWriter::~VideoWriter() = default;
@@ -98,7 +83,7 @@ void VideoWriter::add(std::span<const std::uint8_t> rgb) {
 void VideoWriter::finish() {
   if (file_->frames == 0) throw Error(Error::kBadState, "video without a frame");
   encoder_->finish();
-  file_->keep();
+  file_->temporary.keep();
 }
 
 }  // namespace engram

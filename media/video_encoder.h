@@ -5,8 +5,6 @@
 
 #include "media/video.h"
 
-struct AVFrame;
-
 namespace engram {
 
 class VideoWriter::Encoder {
@@ -26,6 +24,8 @@ struct VideoShape {
   }
 };
 
+enum class VideoFormat { kMp4, kGif };
+
 // They write to `file`; messages name `path`.
 std::unique_ptr<VideoWriter::Encoder> make_mp4_encoder(const std::string& path,
                                                        const std::string& file,
@@ -34,32 +34,20 @@ std::unique_ptr<VideoWriter::Encoder> make_gif_encoder(const std::string& path,
                                                        const std::string& file,
                                                        const VideoShape& shape);
 
-enum class VideoFormat { kMp4, kGif };
-
-// One encoded stream in one file, by libav. All members throw Error on failure.
+// One encoded stream in one file. All members throw Error on failure.
 class VideoStream {
  public:
-  VideoStream(const std::string& path, const std::string& file, VideoFormat format,
-              const VideoShape& shape);
-  ~VideoStream();
-  VideoStream(const VideoStream&) = delete;
-  VideoStream& operator=(const VideoStream&) = delete;
-
-  // The next picture, to be filled in and then sent.
-  AVFrame& frame();
-  void send();
-  void finish();
-
- private:
-  void open_codec(VideoFormat format, const VideoShape& shape);
-  void open_file(const std::string& file, VideoFormat format);
-  void write_packets();
-  void require(int result, const char* what) const;
-
-  struct Handles;
-  std::string path_;
-  std::unique_ptr<Handles> av_;
-  std::int64_t frames_ = 0;
+  virtual ~VideoStream() = default;
+  // The next picture of an .mp4: rows of red, green and blue.
+  virtual void send_rgb(std::span<const std::uint8_t> rgb) = 0;
+  // The next picture of a .gif: rows of entries of a palette, each 0xAARRGGBB.
+  virtual void send_indexed(std::span<const std::uint8_t> indices,
+                            std::span<const std::uint32_t, 256> palette) = 0;
+  virtual void finish() = 0;
 };
+
+// By libav (video_libav.cc) or by PyAV (video_python.cc), as the build says.
+std::unique_ptr<VideoStream> open_video_stream(const std::string& path, const std::string& file,
+                                               VideoFormat format, const VideoShape& shape);
 
 }  // namespace engram

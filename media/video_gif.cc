@@ -1,17 +1,13 @@
 // .gif: one palette for all frames, so they are kept in a file until the last one has come.
-#include <unistd.h>
-
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 
 #include "core/base/error.h"
+#include "core/base/temporary_file.h"
 #include "media/video_encoder.h"
 #include "media/video_palette.h"
-
-extern "C" {
-#include <libavutil/frame.h>
-}
 
 namespace engram {
 namespace {
@@ -23,11 +19,10 @@ constexpr int kTransparent = 255;
 // Frames on disk, in a file without a name, which the system removes even after a crash.
 class FrameSpool {
  public:
-  FrameSpool(const std::string& path, const std::string& place) : path_(path) {
-    const std::string name = place + ".frames";
-    file_ = std::fopen(name.c_str(), "w+be");
+  explicit FrameSpool(const std::string& path) : path_(path) {
+    const TemporaryFile named(path);
+    file_ = std::fopen(named.open_name().c_str(), "r+be");
     if (file_ == nullptr) fail();
-    ::unlink(name.c_str());
   }
   ~FrameSpool() { std::fclose(file_); }
   FrameSpool(const FrameSpool&) = delete;
@@ -55,7 +50,9 @@ class FrameSpool {
 class GifEncoder final : public VideoWriter::Encoder {
  public:
   GifEncoder(const std::string& path, const std::string& file, const VideoShape& shape)
-      : shape_(shape), spool_(path, file), stream_(path, file, VideoFormat::kGif, shape) {}
+      : shape_(shape),
+        spool_(path),
+        stream_(open_video_stream(path, file, VideoFormat::kGif, shape)) {}
 
   void add(std::span<const std::uint8_t> rgb) override {
     histogram_.add(rgb);
@@ -65,36 +62,37 @@ class GifEncoder final : public VideoWriter::Encoder {
 
   void finish() override {
     PaletteMap map(choose_palette(histogram_, kColors));
+    const std::array<std::uint32_t, 256> palette = entries(map);
     std::vector<std::uint8_t> rgb(shape_.frame_bytes());
+    std::vector<std::uint8_t> indices(rgb.size() / 3);
     spool_.rewind();
     for (std::size_t i = 0; i < frames_; ++i) {
       spool_.read(rgb);
-      fill(stream_.frame(), rgb, map);
-      stream_.send();
+      for (std::size_t k = 0; k < indices.size(); ++k) {
+        const int at = static_cast<int>(k);
+        indices[k] = map.index_at(at % shape_.width, at / shape_.width, &rgb[3 * k]);
+      }
+      stream_->send_indexed(indices, palette);
     }
-    stream_.finish();
+    stream_->finish();
   }
 
  private:
-  void fill(AVFrame& frame, std::span<const std::uint8_t> rgb, PaletteMap& map) const {
-    auto* palette = reinterpret_cast<std::uint32_t*>(frame.data[1]);
-    std::fill_n(palette, 256, 0xFF000000U);
+  static std::array<std::uint32_t, 256> entries(const PaletteMap& map) {
+    std::array<std::uint32_t, 256> palette;
+    palette.fill(0xFF000000U);
     palette[kTransparent] = 0;
     for (std::size_t i = 0; i < map.palette().size(); ++i) {
       const PaletteColor& color = map.palette()[i];
       palette[i] = 0xFF000000U | static_cast<std::uint32_t>(color[0]) << 16U |
                    static_cast<std::uint32_t>(color[1]) << 8U | color[2];
     }
-    const std::uint8_t* in = rgb.data();
-    for (int y = 0; y < shape_.height; ++y) {
-      std::uint8_t* out = frame.data[0] + static_cast<std::ptrdiff_t>(y) * frame.linesize[0];
-      for (int x = 0; x < shape_.width; ++x, in += 3) out[x] = map.index_at(x, y, in);
-    }
+    return palette;
   }
 
   VideoShape shape_;
   FrameSpool spool_;
-  VideoStream stream_;
+  std::unique_ptr<VideoStream> stream_;
   ColorHistogram histogram_;
   std::size_t frames_ = 0;
 };

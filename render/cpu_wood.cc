@@ -3,9 +3,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <mutex>
 #include <numbers>
 #include <vector>
 
+#include "core/base/shared_lock.h"
 #include "render/cpu_scene.h"
 
 namespace engram::cpu {
@@ -208,8 +210,9 @@ WoodTexture wood_texture() {
     size += (WoodTexture::kAlong >> level) * (WoodTexture::kAcross >> level);
   }
   constexpr int kSlack = 16;  // kernels read whole words
-  static const std::vector<std::uint8_t> texels =
-      paint_all(texture, static_cast<std::size_t>(size + kSlack));
+  static std::vector<std::uint8_t> texels;
+  const std::lock_guard lock(shared_lock(Shared::kTextures));
+  if (texels.empty()) texels = paint_all(texture, static_cast<std::size_t>(size + kSlack));
   texture.texels = texels.data();
   return texture;
 }

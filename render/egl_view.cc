@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/real_functions.h"
 #include "render/gl_shaders.h"
 
 namespace engram::gl {
@@ -78,8 +79,8 @@ void set_scale(const RenderGeom& geom, const float* pose, const Viewpoint* view,
       if (view == nullptr) return;
       // Infinite sides reach as far as the camera sees.
       const Vector3f offset = view->position - Position(pose + 9);
-      const float reach =
-          1.1F * view->far_clip * std::hypot(1.0F, std::hypot(view->slope_x, view->slope_y));
+      const auto slant = static_cast<float>(real::hypot(1, view->slope_x, view->slope_y));
+      const float reach = 1.1F * view->far_clip * slant;
       for (int k = 0; k < 2; ++k) {
         if (size[k] <= 0) scale[k] = std::abs(Rotation(pose).col(k).dot(offset)) + reach;
       }
@@ -189,8 +190,8 @@ int DrawList::level_of(std::size_t geom, const float* pose, const Viewpoint& vie
   if (depth < view.near_clip - radius || depth > view.far_clip + radius) return kOutOfSight;
   const float out_x = std::abs(center.x()) - view.slope_x * depth;
   const float out_y = std::abs(center.y()) - view.slope_y * depth;
-  if (out_x > radius * std::hypot(1.0F, view.slope_x) ||
-      out_y > radius * std::hypot(1.0F, view.slope_y)) {
+  if (out_x > radius * static_cast<float>(real::hypot(1, view.slope_x)) ||
+      out_y > radius * static_cast<float>(real::hypot(1, view.slope_y))) {
     return kOutOfSight;
   }
   if (!is_round(shape.shape)) return 0;

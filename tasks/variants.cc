@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
-#include <shared_mutex>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
+#include "core/base/shared_lock.h"
 #include "core/task.h"
 
 namespace engram {
@@ -24,14 +24,9 @@ struct Variant {
 // Variants never move: entries and texts are pointed to. Empty, the list needs no memory.
 using List = std::vector<std::unique_ptr<Variant>>;
 
-struct Variants {
-  std::mutex registering;  // held from the look whether an id is free to its registration
-  std::shared_mutex reading;
-  List list;
-};
-
-Variants& variants() {
-  static Variants all;
+// Used under Shared::kVariants.
+List& variants() {
+  static List all;
   return all;
 }
 
@@ -145,37 +140,37 @@ class Batch {
 }  // namespace
 
 void register_variants(std::span<const VariantDefinition> definitions) {
-  Variants& all = variants();
-  const std::scoped_lock one_at_a_time(all.registering);
+  // Held from the look whether an id is free to its registration.
+  const std::scoped_lock one_at_a_time(shared_lock(Shared::kRegistering));
   const IeeeScope scope;
   Batch batch;
   for (const VariantDefinition& definition : definitions) batch.add(definition);
-  const std::scoped_lock lock(all.reading);
-  batch.commit(all.list);
+  const std::scoped_lock lock(shared_lock(Shared::kVariants));
+  batch.commit(variants());
 }
 
 const RegistryEntry* find_variant_entry(std::string_view id) noexcept {
-  Variants& all = variants();
-  const std::shared_lock lock(all.reading);
-  const auto found = std::ranges::find(all.list, id, [](const auto& one) { return one->entry.id; });
-  return found == all.list.end() ? nullptr : &(*found)->entry;
+  const List& all = variants();
+  const std::scoped_lock lock(shared_lock(Shared::kVariants));
+  const auto found = std::ranges::find(all, id, [](const auto& one) { return one->entry.id; });
+  return found == all.end() ? nullptr : &(*found)->entry;
 }
 
 std::vector<const RegistryEntry*> all_entries() {
   std::vector<const RegistryEntry*> entries;
   for (const RegistryEntry& entry : registry()) entries.push_back(&entry);
-  Variants& all = variants();
-  const std::shared_lock lock(all.reading);
-  for (const auto& variant : all.list) entries.push_back(&variant->entry);
+  const List& all = variants();
+  const std::scoped_lock lock(shared_lock(Shared::kVariants));
+  for (const auto& variant : all) entries.push_back(&variant->entry);
   return entries;
 }
 
 const RegistryEntry& entry_at(int index) {
   const auto place = static_cast<std::size_t>(index);
   if (place < registry().size()) return registry()[place];
-  Variants& all = variants();
-  const std::shared_lock lock(all.reading);
-  return all.list.at(place - registry().size())->entry;
+  const List& all = variants();
+  const std::scoped_lock lock(shared_lock(Shared::kVariants));
+  return all.at(place - registry().size())->entry;
 }
 
 VariantDefinition definition_of(const RegistryEntry& entry) {

@@ -1,28 +1,31 @@
-// engram: batched memory-manipulation tasks on CPUs. The C++ door, a thin layer over engram_c.h.
-//
-//   #include <engram/engram.h>
-//
-//   auto env = engram::make("RememberColor9-VLA-v0", {.num_envs = 256, .seed = 7});
-//   std::vector<float> actions = env.make_actions();
-//   for (env.reset(); true; env.step(actions)) {
-//     choose(env.observation(), actions);  // yours; or env.act(engram::Policy::kOracle, actions)
-//   }
-//
-// Everything that can fail throws engram::Error, whose message says what was wrong, what was given
-// and what is allowed; the failing call has then changed nothing.
-//
-// N stands for the number of environments. Arrays are row by row, without gaps, one row per
-// environment; spans stay valid, and point to the same memory, for the life of the VectorEnv (also
-// when that is moved), and their content changes with reset, step and restore.
-//
-// Actions of the canonical control mode pd_ee_delta_pose, seven floats in [-1, 1] (values beyond
-// are clipped, the rotation by its norm):
-//   0-2  translation of the tool centre point, 0.1 m per unit, axes of the world
-//   3-5  rotation vector about the same axes, 0.1 rad per unit, of opposite sign (rotation_sign)
-//   6    gripper: -1 closed, +1 open (0.04 m per finger)
-// Proprioception, seven floats: position of the tool centre point (m); roll, pitch, yaw (rad, about
-// the fixed x, y, z axes; the start pose has a roll of +-pi); opening of the gripper (m, 0 to
-// 0.08).
+/// @file
+/// engram: batched memory-manipulation tasks on CPUs. The C++ door, a thin layer over engram_c.h.
+///
+///     #include <engram/engram.h>
+///
+///     auto env = engram::make("RememberColor9-VLA-v0", {.num_envs = 256, .seed = 7});
+///     std::vector<float> actions = env.make_actions();
+///     for (env.reset(); true; env.step(actions)) {
+///       choose(env.observation(), actions);  // or env.act(engram::Policy::kOracle, actions);
+///     }
+///
+/// Everything that can fail throws engram::Error, whose message says what was wrong, what was given
+/// and what is allowed; the failing call has then changed nothing.
+///
+/// N stands for the number of environments. Arrays are row by row, without gaps, one row per
+/// environment; spans stay valid, and point to the same memory, for the life of the VectorEnv (also
+/// when that is moved), and their content changes with reset, step and restore.
+///
+/// Actions of the canonical control mode pd_ee_delta_pose, seven floats in [-1, 1] (values beyond
+/// are clipped, the rotation by its norm):
+/// - 0 to 2: translation of the tool centre point, 0.1 m per unit, axes of the world
+/// - 3 to 5: rotation vector about the same axes, 0.1 rad per unit, of opposite sign
+///   (rotation_sign)
+/// - 6: gripper: -1 closed, +1 open (0.04 m per finger)
+///
+/// Proprioception, seven floats: position of the tool centre point (m); roll, pitch, yaw (rad,
+/// about the fixed x, y, z axes; the start pose has a roll of +-pi); opening of the gripper (m, 0
+/// to 0.08).
 #ifndef ENGRAM_ENGRAM_H
 #define ENGRAM_ENGRAM_H
 
@@ -43,16 +46,16 @@
 namespace engram {
 inline namespace v0 {
 
-// The one exception type.
+/// The one exception type.
 class ENGRAM_API Error : public std::runtime_error {
  public:
   enum class Kind {
-    kInvalidArgument = ENGRAM_INVALID_ARGUMENT,  // outside what is allowed, or of the wrong shape
-    kUnknownId = ENGRAM_UNKNOWN_ID,              // no task, option or field of that name
-    kUnavailable = ENGRAM_UNAVAILABLE,           // the machine lacks it: threads, memory, a device
-    kBadState = ENGRAM_BAD_STATE,                // not allowed at this point
-    kIo = ENGRAM_IO,                             // a file could not be read or written
-    kInternal = ENGRAM_INTERNAL,                 // a defect of the library itself
+    kInvalidArgument = ENGRAM_INVALID_ARGUMENT,  ///< outside what is allowed, or of the wrong shape
+    kUnknownId = ENGRAM_UNKNOWN_ID,              ///< no task, option or field of that name
+    kUnavailable = ENGRAM_UNAVAILABLE,  ///< the machine lacks it: threads, memory, a device
+    kBadState = ENGRAM_BAD_STATE,       ///< not allowed at this point
+    kIo = ENGRAM_IO,                    ///< a file could not be read or written
+    kInternal = ENGRAM_INTERNAL,        ///< a defect of the library itself
   };
 
   Error(Kind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
@@ -64,175 +67,175 @@ class ENGRAM_API Error : public std::runtime_error {
 };
 
 // begin options: enums (scripts/options.py writes what stands between these marks)
-// What a batch observes.
+/// What a batch observes.
 enum class ObsMode {
   kNone = ENGRAM_OBS_NONE,
-  // One row of floats, in "observation".
+  /// One row of floats, in "observation".
   kState = ENGRAM_OBS_STATE,
-  // The same row; the description of the batch names its parts.
+  /// The same row; the description of the batch names its parts.
   kStateDict = ENGRAM_OBS_STATE_DICT,
-  // Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
-  // empty.
+  /// Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
+  /// empty.
   kRgb = ENGRAM_OBS_RGB,
-  // One row of floats, in "observation": the robot, and what cameras could tell of the objects;
-  // nothing that is hidden.
+  /// One row of floats, in "observation": the robot, and what cameras could tell of the objects;
+  /// nothing that is hidden.
   kObjects = ENGRAM_OBS_OBJECTS,
-  // The same row; the description of the batch names its parts.
+  /// The same row; the description of the batch names its parts.
   kObjectsDict = ENGRAM_OBS_OBJECTS_DICT,
 };
 
 enum class RewardMode {
   kNone = ENGRAM_REWARD_NONE,
-  // 1 in steps with success.
+  /// 1 in steps with success.
   kSparse = ENGRAM_REWARD_SPARSE,
-  // The task's shaped reward.
+  /// The task's shaped reward.
   kDense = ENGRAM_REWARD_DENSE,
-  // The same, divided by its value at success.
+  /// The same, divided by its value at success.
   kNormalizedDense = ENGRAM_REWARD_NORMALIZED_DENSE,
 };
 
-// What happens to an environment whose episode has ended, in Gymnasium's terms.
+/// What happens to an environment whose episode has ended, in Gymnasium's terms.
 enum class AutoReset {
-  // The next step ignores its action and returns the first observation of a new episode.
+  /// The next step ignores its action and returns the first observation of a new episode.
   kNextStep = ENGRAM_AUTO_RESET_NEXT_STEP,
-  // The same step returns it; the last outputs of the episode are kept as final outputs.
+  /// The same step returns it; the last outputs of the episode are kept as final outputs.
   kSameStep = ENGRAM_AUTO_RESET_SAME_STEP,
-  // It keeps its last outputs, with reward 0, until it is reset.
+  /// It keeps its last outputs, with reward 0, until it is reset.
   kOff = ENGRAM_AUTO_RESET_OFF,
 };
 
-// Who chooses actions when the batch itself is asked to.
+/// Who chooses actions when the batch itself is asked to.
 enum class Policy {
   kZero = ENGRAM_POLICY_ZERO,
-  // Uniform over the action space.
+  /// Uniform over the action space.
   kRandom = ENGRAM_POLICY_RANDOM,
-  // Solves the task with privileged state; pd_ee_delta_pose only.
+  /// Solves the task with privileged state; pd_ee_delta_pose only.
   kOracle = ENGRAM_POLICY_ORACLE,
-  // The oracle, but with the hidden quantity guessed.
+  /// The oracle, but with the hidden quantity guessed.
   kBlind = ENGRAM_POLICY_BLIND,
-  // The best that can be done without memory.
+  /// The best that can be done without memory.
   kSweep = ENGRAM_POLICY_SWEEP,
 };
 
-// Whose rules a task follows where the original's code differs from what it is meant to do.
+/// Whose rules a task follows where the original's code differs from what it is meant to do.
 enum class Rules {
-  // Engram's own, which follow the benchmark's documentation.
+  /// Engram's own, which follow the benchmark's documentation.
   kReference = ENGRAM_RULES_REFERENCE,
-  // What the original's code does, as far as a task option can say it.
+  /// What the original's code does, as far as a task option can say it.
   kOriginal = ENGRAM_RULES_ORIGINAL,
 };
 
-// What actions mean; in brackets their dimension.
+/// What actions mean; in brackets their dimension.
 enum class ControlMode {
-  kPdJointDeltaPos,        // (8)
-  kPdJointPos,             // (8) not normalised
-  kPdEeDeltaPos,           // (4)
-  kPdEeDeltaPose,          // (7) canonical
-  kPdEePose,               // (7) unbounded, not normalised
-  kPdJointTargetDeltaPos,  // (8)
-  kPdEeTargetDeltaPos,     // (4)
-  kPdEeTargetDeltaPose,    // (7)
-  kPdJointVel,             // (8)
-  kPdJointPosVel,          // (15) not normalised
-  kPdJointDeltaPosVel,     // (15)
+  kPdJointDeltaPos,        ///< (8)
+  kPdJointPos,             ///< (8) not normalised
+  kPdEeDeltaPos,           ///< (4)
+  kPdEeDeltaPose,          ///< (7) canonical
+  kPdEePose,               ///< (7) unbounded, not normalised
+  kPdJointTargetDeltaPos,  ///< (8)
+  kPdEeTargetDeltaPos,     ///< (4)
+  kPdEeTargetDeltaPose,    ///< (7)
+  kPdJointVel,             ///< (8)
+  kPdJointPosVel,          ///< (15) not normalised
+  kPdJointDeltaPosVel,     ///< (15)
 };
 // end options
 
-// A sampled quantity of the episode, fixed: describe() lists the draws with widths and ranges.
+/// A sampled quantity of the episode, fixed: describe() lists the draws with widths and ranges.
 struct Pin {
   std::string name;
   std::vector<double> values;
 };
 
-// A choice between variants of the task's rules: describe() lists the options and their ranges.
+/// A choice between variants of the task's rules: describe() lists the options and their ranges.
 struct TaskOption {
   std::string name;
   double value = 0;
 };
 
-// Of rgb observations.
+/// Of rgb observations.
 struct ImageOptions {
   // begin options: images
-  // Width of rgb observations. 1 to 4096 pixels.
+  /// Width of rgb observations. 1 to 4096 pixels.
   int width = 128;
-  // Height of rgb observations. 1 to 4096 pixels.
+  /// Height of rgb observations. 1 to 4096 pixels.
   int height = 128;
-  // Cameras of rgb observations, in channel order.
+  /// Cameras of rgb observations, in channel order.
   std::vector<std::string> cameras = {"base_camera", "hand_camera"};
-  // Who draws rgb observations. "cpu" or "egl".
+  /// Who draws rgb observations. "cpu" or "egl".
   std::string renderer = "cpu";
-  // Shadows in rgb observations.
+  /// Shadows in rgb observations.
   bool shadows = false;
-  // 2 x 2 samples per pixel in rgb observations.
+  /// 2 x 2 samples per pixel in rgb observations.
   bool antialias = false;
   // end options
 };
 
 struct EnvOptions {
   // begin options: fields
-  // Number of environments. 1 to 1,000,000.
+  /// Number of environments. 1 to 1,000,000.
   int num_envs = 1;
-  // Environment i has seed + i.
+  /// Environment i has seed + i.
   std::uint64_t seed = 0;
-  // Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
-  // core) to 1024.
+  /// Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
+  /// core) to 1024.
   int threads = 0;
-  // Most environments that a thread claims at a time. 0 (chosen) or more.
+  /// Most environments that a thread claims at a time. 0 (chosen) or more.
   int chunk = 0;
-  // What is observed.
+  /// What is observed.
   ObsMode obs_mode = ObsMode::kState;
-  // Objects modes: whether observations tell the time, as a share of the horizon.
+  /// Objects modes: whether observations tell the time, as a share of the horizon.
   bool observe_time = false;
-  // The reward of a step.
+  /// The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
-  // What actions mean.
+  /// What actions mean.
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
-  // What happens to an environment whose episode has ended.
+  /// What happens to an environment whose episode has ended.
   AutoReset auto_reset = AutoReset::kNextStep;
-  // Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.
+  /// Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.
   int rotation_sign = -1;
-  // Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
-  // does so.
+  /// Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
+  /// does so.
   bool freeze_cue = true;
-  // Whether episodes end at success, whatever the task's own rule.
+  /// Whether episodes end at success, whatever the task's own rule.
   std::optional<bool> terminate_on_success = std::nullopt;
-  // Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad.
+  /// Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad.
   double robot_init_qpos_noise = 0.02;
-  // Shortcuts of the physics; off: none of them, for comparison.
+  /// Shortcuts of the physics; off: none of them, for comparison.
   bool sleep = true;
-  // Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
-  // same. 0, 1, 2, 4 or 8.
+  /// Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
+  /// same. 0, 1, 2, 4 or 8.
   int lanes = 0;
-  // Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000.
+  /// Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000.
   int substeps = 5;
-  // Quantities of every episode that are fixed instead of drawn.
+  /// Quantities of every episode that are fixed instead of drawn.
   std::vector<Pin> pins = {};
-  // Variants of the task's rules, by name.
+  /// Variants of the task's rules, by name.
   std::vector<TaskOption> task_options = {};
-  // Constants of the task that differ from its own, by name: docs/variants.md.
+  /// Constants of the task that differ from its own, by name: docs/variants.md.
   std::string constants = {};
-  // Whose rules the task follows: the default of every task option; task_options win.
+  /// Whose rules the task follows: the default of every task option; task_options win.
   Rules rules = Rules::kReference;
-  // Soft shadows in pictures of render_camera; the original benchmark has none.
+  /// Soft shadows in pictures of render_camera; the original benchmark has none.
   bool render_shadows = false;
   // end options
   ImageOptions images = {};
 };
 
-// Which environments to reset, and how. What is left empty: all environments; seeds, pins and
-// ranges as before.
+/// Which environments to reset, and how. What is left empty: all environments; seeds, pins and
+/// ranges as before.
 struct ResetRequest {
-  std::span<const std::uint8_t> mask = {};    // N values, non-zero: reset
-  std::span<const std::uint64_t> seeds = {};  // N values; masked-out ones are ignored
-  std::optional<std::vector<Pin>> pins = {};  // replaces those of the reset environments
-  // Replaces their narrower ranges: a JSON object of constants that are ranges, each within that of
-  // the batch, {"EMPTY_PHASE_STEPS": [1, 3]}; pins still win.
+  std::span<const std::uint8_t> mask = {};    ///< N values, non-zero: reset
+  std::span<const std::uint64_t> seeds = {};  ///< N values; masked-out ones are ignored
+  std::optional<std::vector<Pin>> pins = {};  ///< replaces those of the reset environments
+  /// Replaces their narrower ranges: a JSON object of constants that are ranges, each within that
+  /// of the batch, {"EMPTY_PHASE_STEPS": [1, 3]}; pins still win.
   std::optional<std::string> constants = {};
 };
 
-// Type of an output's elements.
+/// Type of an output's elements.
 enum class DType {
-  kBool = ENGRAM_BOOL,  // std::uint8_t, 0 or 1
+  kBool = ENGRAM_BOOL,  ///< std::uint8_t, 0 or 1
   kInt32 = ENGRAM_INT32,
   kUInt64 = ENGRAM_UINT64,
   kFloat32 = ENGRAM_FLOAT32,
@@ -240,119 +243,134 @@ enum class DType {
   kUInt8 = ENGRAM_UINT8,
 };
 
-// An output of a batch; cheap to copy, valid for the life of the batch.
+/// An output of a batch; cheap to copy, valid for the life of the batch.
 struct Output {
   std::string_view name;
-  std::string_view unit;         // "m", "rad"; empty where the values have none
-  std::string_view description;  // one phrase, or empty
+  std::string_view unit;         ///< "m", "rad"; empty where the values have none
+  std::string_view description;  ///< one phrase, or empty
   DType dtype = DType::kFloat32;
-  std::vector<std::int64_t> shape;  // N first; (N) where there is one value per environment
+  std::vector<std::int64_t> shape;  ///< N first; (N) where there is one value per environment
   const void* data = nullptr;
 
-  // Elements of one environment.
+  /// Elements of one environment.
   std::size_t width() const;
-  // All elements. T: std::uint8_t (for kBool and kUInt8), std::int32_t, std::uint64_t, float or
-  // double. Throws Error (kInvalidArgument) if that is not the output's type.
+  /// All elements. T: std::uint8_t (for kBool and kUInt8), std::int32_t, std::uint64_t, float or
+  /// double. Throws Error (kInvalidArgument) if that is not the output's type.
   template <class T>
   std::span<const T> values() const;
-  // Those of one environment. Throws Error (kInvalidArgument) also if there is no such environment.
+  /// Those of one environment. Throws Error (kInvalidArgument) also if there is no such
+  /// environment.
   template <class T>
   std::span<const T> row(int env) const;
 };
 
-// A picture, row 0 on top.
+/// A picture, row 0 on top.
 struct Image {
-  int width = 0;  // pixels
+  int width = 0;  ///< pixels
   int height = 0;
-  std::vector<std::uint8_t> rgb;  // (height, width, 3)
+  std::vector<std::uint8_t> rgb;  ///< (height, width, 3)
 };
 
-// One environment or a whole batch as bytes, bit-exactly.
+/// One environment or a whole batch as bytes, bit-exactly.
 using Snapshot = std::vector<std::byte>;
 
-// A batch of environments of one task, stepped in lockstep. Movable; a moved-from one can only be
-// assigned to and destroyed. It may be used from any thread, but from one at a time: a second call
-// meanwhile is refused with Error (kBadState).
+/// A batch of environments of one task, stepped in lockstep. Movable; a moved-from one can only be
+/// assigned to and destroyed. It may be used from any thread, but from one at a time: a second call
+/// meanwhile is refused with Error (kBadState).
 class VectorEnv {
  public:
-  // See make().
+  /// See make().
   VectorEnv(const std::string& id, const EnvOptions& options);
 
   // --- what it is ---
+  /// Of the task.
   const std::string& id() const { return id_; }
   int num_envs() const { return num_envs_; }
   int num_threads() const { return engram_num_threads(handle_.get()); }
   int action_dim() const { return action_dim_; }
-  int state_dim() const { return state_dim_; }  // floats of a state observation
-  int horizon() const { return horizon_; }      // control steps of an episode
-  // Bounds of each action component (action_dim); infinite where there is none.
+  int state_dim() const { return state_dim_; }  ///< floats of a state observation
+  int horizon() const { return horizon_; }      ///< control steps of an episode
+  /// Bounds of each action component (action_dim); infinite where there is none.
   std::span<const float> action_low() const { return action_low_; }
   std::span<const float> action_high() const { return action_high_; }
-  // The task in full as JSON: draws, options, layout of the state, outputs, constants, rewards.
+  /// The task in full as JSON: draws, options, layout of the state, outputs, constants, rewards.
   std::string_view describe() const;
-  // Environment steps in which physics diverged, since the batch was made.
+  /// Environment steps in which physics diverged, since the batch was made.
   std::uint64_t unstable_count() const { return engram_unstable_count(handle_.get()); }
 
   // --- running it ---
-  // Starts new episodes. Without seeds, the first reset uses the option `seed` and later ones go on
-  // to the next episode of each environment. Throws Error for wrong lengths and pins, and if the
-  // first reset leaves an environment out.
+  /// Starts new episodes. Without seeds, the first reset uses the option `seed` and later ones go
+  /// on to the next episode of each environment. Throws Error for wrong lengths and pins, and if
+  /// the first reset leaves an environment out.
   void reset(const ResetRequest& request = {});
-  // One control step (0.05 s) of all environments. actions: (N, action_dim). Throws Error if the
-  // length is wrong, a value is not finite or nothing was reset.
+  /// One control step (0.05 s) of all environments. actions: (N, action_dim). Throws Error if the
+  /// length is wrong, a value is not finite or nothing was reset.
   void step(std::span<const float> actions);
-  // The same in two halves: the first checks and copies the actions and returns; the second waits
-  // until the step is done. In between nothing of this batch may be read or called.
+  /// The same in two halves: this one checks and copies the actions and returns. Until step_wait
+  /// has returned, nothing of this batch may be read or called.
   void step_async(std::span<const float> actions);
+  /// Waits until the step that step_async began is done.
   void step_wait();
-  // Writes actions for the next step, (N, action_dim). Oracle and blind need pd_ee_delta_pose.
+  /// Writes actions for the next step, (N, action_dim). Oracle and blind need pd_ee_delta_pose.
   void act(Policy policy, std::span<float> actions);
-  // N * action_dim zeros.
+  /// N * action_dim zeros.
   std::vector<float> make_actions() const;
 
   // --- outputs of the last reset or step ---
-  std::span<const float> observation() const {
-    return observation_;
-  }                                                            // (N, state_dim); state modes
-  std::span<const std::uint8_t> rgb() const { return rgb_; }   // (N, height, width, 3 * cameras)
-  std::span<const float> proprio() const { return proprio_; }  // (N, 7)
-  std::span<const float> reward() const { return reward_; }    // (N)
-  std::span<const std::uint8_t> terminated() const { return terminated_; }      // (N)
-  std::span<const std::uint8_t> truncated() const { return truncated_; }        // (N)
-  std::span<const std::uint8_t> success() const { return success_; }            // (N)
-  std::span<const std::uint8_t> success_once() const { return success_once_; }  // (N) in any step
-  std::span<const double> episode_return() const { return episode_return_; }  // (N) sum of rewards
-  std::span<const std::int32_t> elapsed_steps() const { return elapsed_steps_; }  // (N)
-  std::span<const std::uint8_t> unstable() const { return unstable_; }  // (N) physics diverged
-  // (N) an episode ended in this step and its outputs are in final_output (kSameStep only)
+  /// (N, state_dim); state and objects modes, else empty.
+  std::span<const float> observation() const { return observation_; }
+  /// (N, height, width, 3 * cameras); rgb mode, else empty.
+  std::span<const std::uint8_t> rgb() const { return rgb_; }
+  /// (N, 7) position, angles, opening of the gripper.
+  std::span<const float> proprio() const { return proprio_; }
+  /// (N) of this step.
+  std::span<const float> reward() const { return reward_; }
+  /// (N) the episode ended by its own rule.
+  std::span<const std::uint8_t> terminated() const { return terminated_; }
+  /// (N) the episode ended by time, or because physics diverged.
+  std::span<const std::uint8_t> truncated() const { return truncated_; }
+  /// (N) in this step.
+  std::span<const std::uint8_t> success() const { return success_; }
+  /// (N) in any step of the episode.
+  std::span<const std::uint8_t> success_once() const { return success_once_; }
+  /// (N) sum of the episode's rewards.
+  std::span<const double> episode_return() const { return episode_return_; }
+  /// (N) control steps of the episode.
+  std::span<const std::int32_t> elapsed_steps() const { return elapsed_steps_; }
+  /// (N) physics diverged in this step.
+  std::span<const std::uint8_t> unstable() const { return unstable_; }
+  /// (N) an episode ended in this step and its outputs are in final_output (kSameStep only).
   std::span<const std::uint8_t> final_mask() const { return final_mask_; }
 
-  // All outputs, also the task's own info fields, by name. Throws Error (kUnknownId), naming those
-  // that exist.
+  /// All outputs, also the task's own info fields, by name. Throws Error (kUnknownId), naming those
+  /// that exist.
   Output output(const std::string& name) const;
-  // The same at the end of the episode that ended last in each environment. Throws Error
-  // (kBadState) unless auto_reset is kSameStep.
+  /// The same at the end of the episode that ended last in each environment. Throws Error
+  /// (kBadState) unless auto_reset is kSameStep.
   Output final_output(const std::string& name) const;
+  /// All outputs.
   std::vector<Output> outputs() const;
 
-  // The language instruction of one environment's episode.
+  /// The language instruction of one environment's episode.
   std::string instruction(int env) const;
-  // Draws one environment as it is now. camera: one of the scene's (docs/cameras.md);
-  // render_camera, for people, has light and shadow. Sides 1 to 4096 pixels.
+  /// Draws one environment as it is now. camera: one of the scene's (docs/cameras.md);
+  /// render_camera, for people, has light and shadow. Sides 1 to 4096 pixels.
   Image render(int env, const std::string& camera = "render_camera", int width = 512,
                int height = 512) const;
 
   // --- snapshots ---
+  /// The whole batch.
   Snapshot save() const;
+  /// One environment.
   Snapshot save(int env) const;
-  // Into a batch of the same size, or into any slot of any batch that has been reset; of the same
-  // task, control mode and task options. How it goes on and what is observed is up to the other
-  // options of that batch. Throws Error (kInvalidArgument) for bytes that are damaged or of
-  // something else.
+  /// The whole batch, into one of the same size, task, control mode and task options. How it goes
+  /// on and what is observed is up to the other options of that batch. Throws Error
+  /// (kInvalidArgument) for bytes that are damaged or of something else.
   void restore(std::span<const std::byte> snapshot);
+  /// One environment, into any slot of any such batch that has been reset.
   void restore(int env, std::span<const std::byte> snapshot);
 
-  // The batch for functions of engram_c.h; still owned by this object.
+  /// The batch for functions of engram_c.h; still owned by this object.
   engram_env* handle() const { return handle_.get(); }
 
  private:
@@ -387,31 +405,31 @@ class VectorEnv {
   std::span<const std::uint8_t> final_mask_;
 };
 
-// A batch of environments of the task with that id. Throws Error: kUnknownId (with the nearest id),
-// kInvalidArgument for a bad option, kUnavailable if the machine lacks memory, threads or the
-// renderer.
+/// A batch of environments of the task with that id. Throws Error: kUnknownId (with the nearest
+/// id), kInvalidArgument for a bad option, kUnavailable if the machine lacks memory, threads or the
+/// renderer.
 inline VectorEnv make(const std::string& id, const EnvOptions& options = {}) {
   return VectorEnv(id, options);
 }
 
-// A new id for a task with other constants.
+/// A new id for a task with other constants.
 struct Variant {
-  std::string id;             // "RememberColor7-Slow-v0"
-  std::string base;           // "RememberColor9-VLA-v0"
-  std::string constants;      // a JSON object: {"COLORS": 7}
-  std::string instruction{};  // empty: that of the base
+  std::string id;             ///< "RememberColor7-Slow-v0"
+  std::string base;           ///< "RememberColor9-VLA-v0"
+  std::string constants;      ///< a JSON object: {"COLORS": 7}
+  std::string instruction{};  ///< empty: that of the base
 };
-// Registers it for the life of the process. Throws Error: kUnknownId if there is no such base or
-// constant, kInvalidArgument if the id is taken or the task cannot be made so.
+/// Registers it for the life of the process. Throws Error: kUnknownId if there is no such base or
+/// constant, kInvalidArgument if the id is taken or the task cannot be made so.
 void register_variant(const Variant& variant);
-// Registers all variants of a file, or none (docs/variants.md). Throws Error as above, and kIo.
+/// Registers all variants of a file, or none (docs/variants.md). Throws Error as above, and kIo.
 void load_variants(const std::string& path);
 
-// Ids of all tasks: the benchmark's, in its order, then variants.
+/// Ids of all tasks: the benchmark's, in its order, then variants.
 std::vector<std::string> task_ids();
-// The same with family, split, memory type, horizon, instruction and sizes, as JSON.
+/// The same with family, split, memory type, horizon, instruction and sizes, as JSON.
 std::string_view list();
-// Version of the library, "0.4.0".
+/// Version of the library, "0.4.0".
 inline std::string_view version() { return engram_version(); }
 
 }  // namespace v0

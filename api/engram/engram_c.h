@@ -1,14 +1,15 @@
-/* engram: batched memory-manipulation tasks on CPUs. The plain-C door.
+/** @file
+ * engram: batched memory-manipulation tasks on CPUs. The plain-C door.
  *
- *   engram_options options;
- *   engram_options_init(&options);
- *   options.num_envs = 256;
- *   engram_env* env = NULL;
- *   if (engram_make("RememberColor9-VLA-v0", &options, &env) != ENGRAM_OK)
- *     puts(engram_last_error());
- *   engram_reset(env, NULL);
- *   engram_step(env, actions, 256 * engram_action_dim(env));
- *   engram_close(env);
+ *     engram_options options;
+ *     engram_options_init(&options);
+ *     options.num_envs = 256;
+ *     engram_env* env = NULL;
+ *     if (engram_make("RememberColor9-VLA-v0", &options, &env) != ENGRAM_OK)
+ *       puts(engram_last_error());
+ *     engram_reset(env, NULL);
+ *     engram_step(env, actions, 256 * engram_action_dim(env));
+ *     engram_close(env);
  *
  * Functions that can fail return an engram_status; a failing call changes nothing and leaves a
  * one-line message, which says what was wrong, what was given and what is allowed, in
@@ -16,9 +17,11 @@
  *
  * A handle may be used from any thread, but from one at a time: a call that comes while another
  * one is at work on the same handle, or between engram_step_async and engram_step_wait, is refused
- * with ENGRAM_BAD_STATE. Numbers that never change (engram_num_envs and the like, which take a
- * const handle) can be asked for at any time. A NULL where an address is needed is refused with
- * ENGRAM_INVALID_ARGUMENT. After engram_close a handle must not be used any more. */
+ * with ENGRAM_BAD_STATE. So is a call in a process that was forked after engram_make, where the
+ * batch's threads are not; engram_close does nothing there. Numbers that never change
+ * (engram_num_envs and the like, which take a const handle) can be asked for at any time. A NULL
+ * where an address is needed is refused with ENGRAM_INVALID_ARGUMENT. After engram_close a handle
+ * must not be used any more. */
 #ifndef ENGRAM_ENGRAM_C_H
 #define ENGRAM_ENGRAM_C_H
 
@@ -40,63 +43,63 @@ extern "C" {
 
 typedef enum engram_status {
   ENGRAM_OK = 0,
-  ENGRAM_INVALID_ARGUMENT = 1, /* a value outside what is allowed, or of the wrong shape */
-  ENGRAM_UNKNOWN_ID = 2,       /* no task, option or field of that name */
-  ENGRAM_UNAVAILABLE = 3,      /* the machine lacks it: threads, memory, a device */
-  ENGRAM_BAD_STATE = 4,        /* not allowed at this point */
-  ENGRAM_IO = 5,               /* a file could not be read or written */
-  ENGRAM_INTERNAL = 6          /* a defect of the library itself */
+  ENGRAM_INVALID_ARGUMENT = 1, /**< a value outside what is allowed, or of the wrong shape */
+  ENGRAM_UNKNOWN_ID = 2,       /**< no task, option or field of that name */
+  ENGRAM_UNAVAILABLE = 3,      /**< the machine lacks it: threads, memory, a device */
+  ENGRAM_BAD_STATE = 4,        /**< not allowed at this point */
+  ENGRAM_IO = 5,               /**< a file could not be read or written */
+  ENGRAM_INTERNAL = 6          /**< a defect of the library itself */
 } engram_status;
 
-/* The message of this thread's last failing call; "" if there was none. Valid until this thread's
+/** The message of this thread's last failing call; "" if there was none. Valid until this thread's
  * next failing call. Never NULL. */
 ENGRAM_API const char* engram_last_error(void);
 
-/* Version of the library, "0.4.0". */
+/** Version of the library, "0.4.0". */
 ENGRAM_API const char* engram_version(void);
 
 /* ---- tasks ---- */
 
-/* Ids of all registered tasks: the benchmark's, in its order, then variants, in the order in which
+/** Ids of all registered tasks: the benchmark's, in its order, then variants, in the order in which
  * they were registered. Variants out of the file that the environment variable ENGRAM_VARIANTS
  * names are registered by the first call that looks for ids; while that file is refused, so are
  * these calls. */
 ENGRAM_API size_t engram_num_tasks(void);
-/* index: 0 to engram_num_tasks() - 1; NULL beyond. Valid for the life of the process. */
+/** index: 0 to engram_num_tasks() - 1; NULL beyond. Valid for the life of the process. */
 ENGRAM_API const char* engram_task_id(size_t index);
 
-/* All registered tasks as a JSON array, in that order: what `engram list --json` prints. Valid for
+/** All registered tasks as a JSON array, in that order: what `engram list --json` prints. Valid for
  * the life of the process. NULL, with a message, if there is no memory for it. */
 ENGRAM_API const char* engram_list_json(void);
 
-/* Registers a new id ("RememberColor7-Slow-v0") for a task ("RememberColor9-VLA-v0") with other
+/** Registers a new id ("RememberColor7-Slow-v0") for a task ("RememberColor9-VLA-v0") with other
  * constants, for the life of the process. constants: a JSON object as in engram_options; NULL:
  * none. instruction: NULL: that of the base. The same variant twice is one. Fails with
  * ENGRAM_UNKNOWN_ID if there is no such base or constant, ENGRAM_INVALID_ARGUMENT if the id is
  * taken or not of the form name-vN, or the task cannot be made with these constants. */
 ENGRAM_API engram_status engram_register_variant(const char* id, const char* base,
                                                  const char* constants, const char* instruction);
-/* Registers all variants of a file (docs/variants.md), or none. Fails also with ENGRAM_IO if it
+/** Registers all variants of a file (docs/variants.md), or none. Fails also with ENGRAM_IO if it
  * cannot be read. */
 ENGRAM_API engram_status engram_load_variants(const char* path);
 
 /* ---- options ---- */
 
 /* begin options: obs_mode (scripts/options.py writes what stands between these marks) */
-/* What a batch observes. */
+/** What a batch observes. */
 typedef enum engram_obs_mode {
   ENGRAM_OBS_NONE = 0,
-  /* One row of floats, in "observation". */
+  /** One row of floats, in "observation". */
   ENGRAM_OBS_STATE = 1,
-  /* The same row; the description of the batch names its parts. */
+  /** The same row; the description of the batch names its parts. */
   ENGRAM_OBS_STATE_DICT = 2,
-  /* Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
+  /** Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
    * empty. */
   ENGRAM_OBS_RGB = 3,
-  /* One row of floats, in "observation": the robot, and what cameras could tell of the objects;
+  /** One row of floats, in "observation": the robot, and what cameras could tell of the objects;
    * nothing that is hidden. */
   ENGRAM_OBS_OBJECTS = 4,
-  /* The same row; the description of the batch names its parts. */
+  /** The same row; the description of the batch names its parts. */
   ENGRAM_OBS_OBJECTS_DICT = 5
 } engram_obs_mode;
 /* end options */
@@ -104,125 +107,125 @@ typedef enum engram_obs_mode {
 /* begin options: reward_mode */
 typedef enum engram_reward_mode {
   ENGRAM_REWARD_NONE = 0,
-  /* 1 in steps with success. */
+  /** 1 in steps with success. */
   ENGRAM_REWARD_SPARSE = 1,
-  /* The task's shaped reward. */
+  /** The task's shaped reward. */
   ENGRAM_REWARD_DENSE = 2,
-  /* The same, divided by its value at success. */
+  /** The same, divided by its value at success. */
   ENGRAM_REWARD_NORMALIZED_DENSE = 3
 } engram_reward_mode;
 /* end options */
 
 /* begin options: auto_reset */
-/* What happens to an environment whose episode has ended, in Gymnasium's terms. */
+/** What happens to an environment whose episode has ended, in Gymnasium's terms. */
 typedef enum engram_auto_reset {
-  /* The next step ignores its action and returns the first observation of a new episode. */
+  /** The next step ignores its action and returns the first observation of a new episode. */
   ENGRAM_AUTO_RESET_NEXT_STEP = 0,
-  /* The same step returns it; the last outputs of the episode are kept as final outputs. */
+  /** The same step returns it; the last outputs of the episode are kept as final outputs. */
   ENGRAM_AUTO_RESET_SAME_STEP = 1,
-  /* It keeps its last outputs, with reward 0, until it is reset. */
+  /** It keeps its last outputs, with reward 0, until it is reset. */
   ENGRAM_AUTO_RESET_OFF = 2
 } engram_auto_reset;
 /* end options */
 
-/* A sampled quantity of the episode, fixed by the user. */
+/** A sampled quantity of the episode, fixed by the user. */
 typedef struct engram_pin {
-  const char* name;     /* a draw of engram_describe_json */
-  const double* values; /* `count` values, as many as the draw is wide */
+  const char* name;     /**< a draw of engram_describe_json */
+  const double* values; /**< `count` values, as many as the draw is wide */
   size_t count;
 } engram_pin;
 
-/* One of the task's own options. */
+/** One of the task's own options. */
 typedef struct engram_task_option {
   const char* name;
   double value;
 } engram_task_option;
 
 typedef struct engram_options {
-  size_t struct_size; /* set by engram_options_init, and checked */
+  size_t struct_size; /**< set by engram_options_init, and checked */
   /* begin options: fields */
-  /* Number of environments. 1 to 1,000,000; default 1. */
+  /** Number of environments. 1 to 1,000,000; default 1. */
   int32_t num_envs;
-  /* Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
+  /** Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
    * core) to 1024; default 0. */
   int32_t threads;
-  /* Most environments that a thread claims at a time. 0 (chosen) or more; default 0. */
+  /** Most environments that a thread claims at a time. 0 (chosen) or more; default 0. */
   int32_t chunk;
-  /* Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000; default
-   * 5. */
+  /** Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000;
+   * default 5. */
   int32_t substeps;
-  /* Environment i has seed + i. Default 0. */
+  /** Environment i has seed + i. Default 0. */
   uint64_t seed;
-  /* What is observed. An engram_obs_mode; default ENGRAM_OBS_STATE. */
+  /** What is observed. An engram_obs_mode; default ENGRAM_OBS_STATE. */
   int32_t obs_mode;
-  /* The reward of a step. An engram_reward_mode; default ENGRAM_REWARD_NORMALIZED_DENSE. */
+  /** The reward of a step. An engram_reward_mode; default ENGRAM_REWARD_NORMALIZED_DENSE. */
   int32_t reward_mode;
-  /* What happens to an environment whose episode has ended. An engram_auto_reset; default
+  /** What happens to an environment whose episode has ended. An engram_auto_reset; default
    * ENGRAM_AUTO_RESET_NEXT_STEP. */
   int32_t auto_reset;
-  /* What actions mean. Default "pd_ee_delta_pose". */
+  /** What actions mean. Default "pd_ee_delta_pose". */
   const char* control_mode;
-  /* Sign of rotation actions; -1 as the original benchmark has it. -1 or 1; default -1. */
+  /** Sign of rotation actions; -1 as the original benchmark has it. -1 or 1; default -1. */
   int32_t rotation_sign;
-  /* Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
+  /** Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
    * does so. Default 1. */
   int32_t freeze_cue;
-  /* Whether episodes end at success, whatever the task's own rule. -1 (the task's own rule), 0 or
+  /** Whether episodes end at success, whatever the task's own rule. -1 (the task's own rule), 0 or
    * 1; default -1. */
   int32_t terminate_on_success;
-  /* Shortcuts of the physics; off: none of them, for comparison. Default 1. */
+  /** Shortcuts of the physics; off: none of them, for comparison. Default 1. */
   int32_t sleep;
-  /* Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad; default 0.02. */
+  /** Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad; default 0.02. */
   double robot_init_qpos_noise;
-  /* Objects modes: whether observations tell the time, as a share of the horizon. Default 0. */
+  /** Objects modes: whether observations tell the time, as a share of the horizon. Default 0. */
   int32_t observe_time;
-  /* Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
+  /** Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
    * same. 0, 1, 2, 4 or 8; default 0. */
   int32_t lanes;
-  /* Quantities of every episode that are fixed instead of drawn. Default none. */
-  const engram_pin* pins; /* num_pins of them */
+  /** Quantities of every episode that are fixed instead of drawn. Default none. */
+  const engram_pin* pins; /**< num_pins of them */
   size_t num_pins;
-  /* Variants of the task's rules, by name. Default none. */
-  const engram_task_option* task_options; /* num_task_options of them */
+  /** Variants of the task's rules, by name. Default none. */
+  const engram_task_option* task_options; /**< num_task_options of them */
   size_t num_task_options;
-  /* Constants of the task that differ from its own, by name: docs/variants.md. Default none. */
-  const char* constants; /* a JSON object: {"COLORS": 7, "CUE_PHASE_STEPS": [30, 50]}; NULL: none */
-  /* Whose rules the task follows: the default of every task option; task_options win. An
+  /** Constants of the task that differ from its own, by name: docs/variants.md. Default none. */
+  const char* constants; /**< a JSON object: {"COLORS": 7, "CUE_PHASE_STEPS": [3, 5]}; NULL: none */
+  /** Whose rules the task follows: the default of every task option; task_options win. An
    * engram_rules; default ENGRAM_RULES_REFERENCE. */
   int32_t rules;
-  /* Width of rgb observations. 1 to 4096 pixels; default 128. */
+  /** Width of rgb observations. 1 to 4096 pixels; default 128. */
   int32_t image_width;
-  /* Height of rgb observations. 1 to 4096 pixels; default 128. */
+  /** Height of rgb observations. 1 to 4096 pixels; default 128. */
   int32_t image_height;
-  /* Cameras of rgb observations, in channel order. Default base_camera, hand_camera. */
-  const char* const* cameras; /* num_cameras names; NULL: the default */
+  /** Cameras of rgb observations, in channel order. Default base_camera, hand_camera. */
+  const char* const* cameras; /**< num_cameras names; NULL: the default */
   size_t num_cameras;
-  /* Who draws rgb observations. "cpu" or "egl"; default "cpu". */
+  /** Who draws rgb observations. "cpu" or "egl"; default "cpu". */
   const char* renderer;
-  /* Shadows in rgb observations. Default 0. */
+  /** Shadows in rgb observations. Default 0. */
   int32_t shadows;
-  /* 2 x 2 samples per pixel in rgb observations. Default 0. */
+  /** 2 x 2 samples per pixel in rgb observations. Default 0. */
   int32_t antialias;
-  /* Soft shadows in pictures of render_camera; the original benchmark has none. Default 0. */
+  /** Soft shadows in pictures of render_camera; the original benchmark has none. Default 0. */
   int32_t render_shadows;
   /* end options */
 } engram_options;
 
-/* Sets every field to its default. */
+/** Sets every field to its default. */
 ENGRAM_API void engram_options_init(engram_options* options);
 
 /* ---- life of a batch ---- */
 
 typedef struct engram_env engram_env;
 
-/* Makes a batch of the task with that id. options: NULL for the defaults, else initialised by
+/** Makes a batch of the task with that id. options: NULL for the defaults, else initialised by
  * engram_options_init; nothing in it is used after the call. Fails with ENGRAM_UNKNOWN_ID (the
  * message tells the nearest id), ENGRAM_INVALID_ARGUMENT or ENGRAM_UNAVAILABLE, and then *env is
  * NULL. */
 ENGRAM_API engram_status engram_make(const char* id, const engram_options* options,
                                      engram_env** env);
 
-/* Ends the batch and frees what it owns; a call or step under way is waited for. NULL is allowed.
+/** Ends the batch and frees what it owns; a call or step under way is waited for. NULL is allowed.
  */
 ENGRAM_API void engram_close(engram_env* env);
 
@@ -232,80 +235,81 @@ ENGRAM_API int32_t engram_num_envs(const engram_env* env);
 ENGRAM_API int32_t engram_num_threads(const engram_env* env);
 ENGRAM_API int32_t engram_action_dim(const engram_env* env);
 ENGRAM_API int32_t engram_state_dim(const engram_env* env);
-/* Control steps of an episode. */
+/** Control steps of an episode. */
 ENGRAM_API int32_t engram_horizon(const engram_env* env);
-/* Least and greatest value of each action component, engram_action_dim of them; infinite where
+/** Least and greatest value of each action component, engram_action_dim of them; infinite where
  * there is no bound. */
 ENGRAM_API const float* engram_action_low(const engram_env* env);
 ENGRAM_API const float* engram_action_high(const engram_env* env);
-/* The task in full as JSON: what `engram info ID --json` prints, for this batch's options. Valid
+/** The task in full as JSON: what `engram info ID --json` prints, for this batch's options. Valid
  * for the life of the handle. NULL, with a message, if there is no memory for it or the handle is
  * in use. */
 ENGRAM_API const char* engram_describe_json(engram_env* env);
-/* Environment steps in which physics diverged, since the batch was made. */
+/** Environment steps in which physics diverged, since the batch was made. */
 ENGRAM_API uint64_t engram_unstable_count(const engram_env* env);
 
 /* ---- running it ---- */
 
 typedef struct engram_reset_request {
-  const uint8_t* mask;    /* N values, non-zero: reset; NULL: all */
-  const uint64_t* seeds;  /* N values, those of masked-out environments are ignored; NULL: the first
-                             reset uses options.seed + i, later ones go on to the next episode */
-  const engram_pin* pins; /* replaces the pins of the environments that are reset if has_pins */
+  const uint8_t* mask; /**< N values, non-zero: reset; NULL: all */
+  const uint64_t*
+      seeds; /**< N values, those of masked-out environments are ignored; NULL: the first
+                reset uses options.seed + i, later ones go on to the next episode */
+  const engram_pin* pins; /**< replaces the pins of the environments that are reset if has_pins */
   size_t num_pins;
-  int32_t has_pins; /* 0: pins stay as they are */
-  /* Replaces the narrower ranges of the environments that are reset: a JSON object of constants
+  int32_t has_pins; /**< 0: pins stay as they are */
+  /** Replaces the narrower ranges of the environments that are reset: a JSON object of constants
    * that are ranges, each within that of the batch, {"EMPTY_PHASE_STEPS": [1, 3]}; pins still win.
    * NULL: ranges stay as they are. */
   const char* constants;
 } engram_reset_request;
 
-/* Starts new episodes. request: NULL for all environments, seeds and pins as before. */
+/** Starts new episodes. request: NULL for all environments, seeds and pins as before. */
 ENGRAM_API engram_status engram_reset(engram_env* env, const engram_reset_request* request);
 
-/* One control step. actions: (N, action_dim) floats, row by row; count: N * action_dim. Refused if
+/** One control step. actions: (N, action_dim) floats, row by row; count: N * action_dim. Refused if
  * the count is wrong, a value is not finite or nothing was reset. */
 ENGRAM_API engram_status engram_step(engram_env* env, const float* actions, size_t count);
 
-/* The same in two halves: the first checks and copies the actions, hands the step to a thread of
+/** The same in two halves: the first checks and copies the actions, hands the step to a thread of
  * the batch's own and returns; the second waits for it. In between the batch's outputs change and
  * must not be read, and other calls on the handle are refused. */
 ENGRAM_API engram_status engram_step_async(engram_env* env, const float* actions, size_t count);
-/* Refused with ENGRAM_BAD_STATE if no step is under way. */
+/** Refused with ENGRAM_BAD_STATE if no step is under way. */
 ENGRAM_API engram_status engram_step_wait(engram_env* env);
 
 /* begin options: rules */
-/* Whose rules a task follows where the original's code differs from what it is meant to do. */
+/** Whose rules a task follows where the original's code differs from what it is meant to do. */
 typedef enum engram_rules {
-  /* Engram's own, which follow the benchmark's documentation. */
+  /** Engram's own, which follow the benchmark's documentation. */
   ENGRAM_RULES_REFERENCE = 0,
-  /* What the original's code does, as far as a task option can say it. */
+  /** What the original's code does, as far as a task option can say it. */
   ENGRAM_RULES_ORIGINAL = 1
 } engram_rules;
 /* end options */
 
 /* begin options: policy */
-/* Who chooses actions when the batch itself is asked to. */
+/** Who chooses actions when the batch itself is asked to. */
 typedef enum engram_policy {
   ENGRAM_POLICY_ZERO = 0,
-  /* Uniform over the action space. */
+  /** Uniform over the action space. */
   ENGRAM_POLICY_RANDOM = 1,
-  /* Solves the task with privileged state; pd_ee_delta_pose only. */
+  /** Solves the task with privileged state; pd_ee_delta_pose only. */
   ENGRAM_POLICY_ORACLE = 2,
-  /* The oracle, but with the hidden quantity guessed. */
+  /** The oracle, but with the hidden quantity guessed. */
   ENGRAM_POLICY_BLIND = 3,
-  /* The best that can be done without memory. */
+  /** The best that can be done without memory. */
   ENGRAM_POLICY_SWEEP = 4
 } engram_policy;
 /* end options */
 
-/* Writes actions for the next step, (N, action_dim) floats; count: N * action_dim. */
+/** Writes actions for the next step, (N, action_dim) floats; count: N * action_dim. */
 ENGRAM_API engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count);
 
 /* ---- what comes out ---- */
 
 typedef enum engram_dtype {
-  ENGRAM_BOOL = 0, /* one byte, 0 or 1 */
+  ENGRAM_BOOL = 0, /**< one byte, 0 or 1 */
   ENGRAM_INT32 = 1,
   ENGRAM_UINT64 = 2,
   ENGRAM_FLOAT32 = 3,
@@ -313,52 +317,52 @@ typedef enum engram_dtype {
   ENGRAM_UINT8 = 5
 } engram_dtype;
 
-/* An array of the batch, row by row without gaps. */
+/** An array of the batch, row by row without gaps. */
 typedef struct engram_array {
   const char* name;
-  const char* unit;        /* "m", "rad", "" where the values have none */
-  const char* description; /* one phrase, or "" */
-  const void* data; /* stays where it is for the life of the handle; changes with each step */
-  int32_t dtype;    /* engram_dtype */
+  const char* unit;        /**< "m", "rad", "" where the values have none */
+  const char* description; /**< one phrase, or "" */
+  const void* data; /**< stays where it is for the life of the handle; changes with each step */
+  int32_t dtype;    /**< engram_dtype */
   int32_t ndim;
-  int64_t shape[4]; /* the first `ndim` count; the first of them is N */
+  int64_t shape[4]; /**< the first `ndim` count; the first of them is N */
 } engram_array;
 
-/* An output by name: observation (N, state_dim; N, 0 where obs_mode is none or rgb), rgb (N,
+/** An output by name: observation (N, state_dim; N, 0 where obs_mode is none or rgb), rgb (N,
  * height, width, 3 * cameras; rgb mode only), proprio (N, 7), reward, terminated, truncated,
  * success, failed, unstable, elapsed_steps, success_once, episode_return, final_mask, and the
  * task's own info fields. Fields of width 1 have shape (N). */
 ENGRAM_API engram_status engram_output(engram_env* env, const char* name, engram_array* array);
-/* The same at the end of the episode that ended last in each environment; the output "final_mask"
+/** The same at the end of the episode that ended last in each environment; the output "final_mask"
  * (N) tells for which environments that was in this step. All but final_mask are kept. Refused with
  * ENGRAM_BAD_STATE unless auto_reset is same-step. */
 ENGRAM_API engram_status engram_final_output(engram_env* env, const char* name,
                                              engram_array* array);
-/* Outputs by number, 0 to engram_num_outputs - 1. */
+/** Outputs by number, 0 to engram_num_outputs - 1. */
 ENGRAM_API size_t engram_num_outputs(const engram_env* env);
 ENGRAM_API engram_status engram_output_at(engram_env* env, size_t index, engram_array* array);
 
-/* The language instruction of one environment's episode. Copies at most `capacity` bytes, the
+/** The language instruction of one environment's episode. Copies at most `capacity` bytes, the
  * closing 0 included, and sets *length (may be NULL) to the length without it. */
 ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char* text,
                                             size_t capacity, size_t* length);
 
-/* Draws one environment as it is now, row 0 on top. camera: one of the scene's
+/** Draws one environment as it is now, row 0 on top. camera: one of the scene's
  * (docs/cameras.md); sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
 ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const char* camera,
                                        int32_t width, int32_t height, uint8_t* rgb, size_t size);
 
 /* ---- snapshots ---- */
 
-#define ENGRAM_WHOLE_BATCH (-1) /* instead of the index of an environment */
+#define ENGRAM_WHOLE_BATCH (-1) /**< instead of the index of an environment */
 
-/* Saves environment `index`, or ENGRAM_WHOLE_BATCH, bit-exactly. Sets *size to the number of bytes
+/** Saves environment `index`, or ENGRAM_WHOLE_BATCH, bit-exactly. Sets *size to the number of bytes
  * and copies them if `capacity` is as many; a capacity of 0 only asks for the size (bytes may then
  * be NULL), any other that is too small is refused. The size is the same for the life of the
  * handle. */
 ENGRAM_API engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t capacity,
                                      size_t* size);
-/* Restores into environment `index` (which has been reset before) of any batch of the same task,
+/** Restores into environment `index` (which has been reset before) of any batch of the same task,
  * control mode and task options, or ENGRAM_WHOLE_BATCH into a batch of the same size. How it goes
  * on and what is observed is up to the other options of that batch. Refused if the bytes are
  * damaged or of another task, version or number of environments. */
@@ -367,21 +371,21 @@ ENGRAM_API engram_status engram_restore(engram_env* env, int32_t index, const vo
 
 /* ---- evaluation ---- */
 
-/* Episodes that need actions, one row each in every array. Valid during the call alone. */
+/** Episodes that need actions, one row each in every array. Valid during the call alone. */
 typedef struct engram_policy_request {
   size_t struct_size;
   const char* env_id;
-  int32_t count;        /* rows */
-  int32_t worker;       /* the thread's batch: 0 to threads - 1 */
-  const int32_t* slots; /* place among the worker's episodes, 0 to max_slots - 1: the same from an
+  int32_t count;        /**< rows */
+  int32_t worker;       /**< the thread's batch: 0 to threads - 1 */
+  const int32_t* slots; /**< place among the worker's episodes, 0 to max_slots - 1: the same from an
                            episode's first request to its last */
-  const int32_t* episodes; /* 0 to the number of episodes - 1 */
-  const int32_t* steps;    /* control steps taken so far */
-  const uint8_t* first;    /* 1: the episode's first request */
+  const int32_t* episodes; /**< 0 to the number of episodes - 1 */
+  const int32_t* steps;    /**< control steps taken so far */
+  const uint8_t* first;    /**< 1: the episode's first request */
   const char* const* instructions;
-  const float* proprio; /* (count, 7) */
-  const uint8_t* rgb;   /* (count, height, width, 6), or NULL without images */
-  const float* state;   /* (count, state_dim): state or objects, or NULL with images */
+  const float* proprio; /**< (count, 7) */
+  const uint8_t* rgb;   /**< (count, height, width, 6), or NULL without images */
+  const float* state;   /**< (count, state_dim): state or objects, or NULL with images */
   int32_t height;
   int32_t width;
   int32_t state_dim;
@@ -391,48 +395,48 @@ typedef struct engram_policy_request {
 
 typedef struct engram_policy_reply engram_policy_reply;
 
-/* Sets the actions of one row: shape (7), (K, 7) or (1, K, 7). They are queued and used one per
+/** Sets the actions of one row: shape (7), (K, 7) or (1, K, 7). They are queued and used one per
  * step; the episode is asked for again when its queue is empty. For use in the callback alone. */
 ENGRAM_API engram_status engram_policy_set(engram_policy_reply* reply, int32_t row,
                                            const float* actions, const int64_t* shape,
                                            int32_t ndim);
-/* Why the policy cannot answer; the callback then returns something else than 0. */
+/** Why the policy cannot answer; the callback then returns something else than 0. */
 ENGRAM_API engram_status engram_policy_fail(engram_policy_reply* reply, const char* message);
 
-/* Answers a request by setting every row; returns 0, or anything else to end the evaluation. Called
- * from several threads, by one at a time. */
+/** Answers a request by setting every row; returns 0, or anything else to end the evaluation.
+ * Called from several threads, by one at a time. */
 typedef int (*engram_policy_callback)(void* user, const engram_policy_request* request,
                                       engram_policy_reply* reply);
 
-/* Progress of an evaluation, told several times a second by the thread that called engram_evaluate.
- * Returns 0, or anything else to end the evaluation. */
+/** Progress of an evaluation, told several times a second by the thread that called
+ * engram_evaluate. Returns 0, or anything else to end the evaluation. */
 typedef int (*engram_progress_callback)(void* user, int32_t episodes, int32_t all_episodes,
                                         uint64_t env_steps);
 
 typedef struct engram_evaluation_options {
-  size_t struct_size;     /* set by engram_evaluation_options_init */
-  const char* const* ids; /* `num_ids` tasks */
+  size_t struct_size;     /**< set by engram_evaluation_options_init */
+  const char* const* ids; /**< `num_ids` tasks */
   size_t num_ids;
-  int32_t episodes;        /* per task; default 50 */
-  int32_t num_envs;        /* episodes that a thread plays together; default 8 */
-  int32_t threads;         /* default 0: one per core */
-  int32_t obs_mode;        /* ENGRAM_OBS_RGB (default), _STATE or _OBJECTS */
-  uint64_t seed;           /* episode i has seed + i; default 4242424242 */
-  const char* name;        /* of the policy, in the results; default "external" */
-  const char* config_json; /* an object: what else the results say of it; default NULL */
-  const char* renderer;    /* "cpu" (default) or "egl" */
-  const char* output;      /* results go to <output>/<split>/<date_time>/; default NULL: no files */
-  const char* resume;      /* folder of an interrupted run with these options, instead of output */
-  const engram_task_option* task_options; /* `num_task_options` of them; default none */
+  int32_t episodes;        /**< per task; default 50 */
+  int32_t num_envs;        /**< episodes that a thread plays together; default 8 */
+  int32_t threads;         /**< default 0: one per core */
+  int32_t obs_mode;        /**< ENGRAM_OBS_RGB (default), _STATE or _OBJECTS */
+  uint64_t seed;           /**< episode i has seed + i; default 4242424242 */
+  const char* name;        /**< of the policy, in the results; default "external" */
+  const char* config_json; /**< an object: what else the results say of it; default NULL */
+  const char* renderer;    /**< "cpu" (default) or "egl" */
+  const char* output;      /**< results go to `<output>/<split>/<date_time>/`; default NULL: none */
+  const char* resume; /**< folder of an interrupted run with these options, instead of output */
+  const engram_task_option* task_options; /**< `num_task_options` of them; default none */
   size_t num_task_options;
-  engram_progress_callback progress; /* default NULL; gets the `user` of engram_evaluate */
-  int32_t rules;                     /* an engram_rules; default ENGRAM_RULES_REFERENCE */
-  const char* constants; /* of all tasks, a JSON object as in engram_options; default NULL */
+  engram_progress_callback progress; /**< default NULL; gets the `user` of engram_evaluate */
+  int32_t rules;                     /**< an engram_rules; default ENGRAM_RULES_REFERENCE */
+  const char* constants; /**< of all tasks, a JSON object as in engram_options; default NULL */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);
 
-/* Runs the benchmark's evaluation protocol with a policy of the caller's. *document: {summary,
+/** Runs the benchmark's evaluation protocol with a policy of the caller's. *document: {summary,
  * tasks} as JSON, as `engram eval --json` prints it, to be freed by engram_free_text; NULL if the
  * call fails. */
 ENGRAM_API engram_status engram_evaluate(const engram_evaluation_options* options,

@@ -24,6 +24,13 @@ inline const char* checked(const char* text) {
   throw Error(Error::Kind::kInvalidArgument, message);
 }
 
+// A text as the C door takes it. That would end at a character 0, and mean something else.
+inline const char* c_text(const std::string& text) {
+  const std::size_t end = text.find('\0');
+  if (end == std::string::npos) return text.c_str();
+  refuse("'" + text.substr(0, end) + "' and a character 0 given, texts without one allowed");
+}
+
 // begin options: names (scripts/options.py writes what stands between these marks)
 inline constexpr std::array kControlModeNames = {
     "pd_joint_delta_pos",
@@ -46,7 +53,7 @@ inline std::uint64_t plain(std::uint64_t value) { return value; }
 inline double plain(double value) { return value; }
 inline std::int32_t plain(bool value) { return value ? 1 : 0; }
 inline std::int32_t plain(std::optional<bool> value) { return value ? plain(*value) : -1; }
-inline const char* plain(const std::string& value) { return value.c_str(); }
+inline const char* plain(const std::string& value) { return c_text(value); }
 inline std::int32_t plain(ObsMode value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(RewardMode value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(AutoReset value) { return static_cast<std::int32_t>(value); }
@@ -60,7 +67,7 @@ inline std::vector<engram_pin> to_c(const std::vector<Pin>& pins) {
   std::vector<engram_pin> all;
   all.reserve(pins.size());
   for (const Pin& pin : pins)
-    all.push_back({pin.name.c_str(), pin.values.data(), pin.values.size()});
+    all.push_back({c_text(pin.name), pin.values.data(), pin.values.size()});
   return all;
 }
 
@@ -68,10 +75,10 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   const std::vector<engram_pin> pins = to_c(options.pins);
   std::vector<engram_task_option> task_options;
   for (const TaskOption& option : options.task_options) {
-    task_options.push_back({option.name.c_str(), option.value});
+    task_options.push_back({c_text(option.name), option.value});
   }
   std::vector<const char*> cameras;
-  for (const std::string& camera : options.images.cameras) cameras.push_back(camera.c_str());
+  for (const std::string& camera : options.images.cameras) cameras.push_back(c_text(camera));
   const char* const no_camera = nullptr;
 
   engram_options c;
@@ -103,14 +110,14 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   // end options
   c.pins = pins.data();
   c.num_pins = pins.size();
-  c.constants = options.constants.empty() ? nullptr : options.constants.c_str();
+  c.constants = options.constants.empty() ? nullptr : c_text(options.constants);
   c.task_options = task_options.data();
   c.num_task_options = task_options.size();
   c.cameras = cameras.empty() ? &no_camera : cameras.data();  // NULL would mean the default ones
   c.num_cameras = cameras.size();
 
   engram_env* made = nullptr;
-  check(engram_make(id.c_str(), &c, &made));
+  check(engram_make(c_text(id), &c, &made));
   return made;
 }
 
@@ -216,7 +223,7 @@ inline void VectorEnv::reset(const ResetRequest& request) {
     c.num_pins = pins.size();
     c.has_pins = 1;
   }
-  if (request.constants) c.constants = request.constants->c_str();
+  if (request.constants) c.constants = detail::c_text(*request.constants);
   detail::check(engram_reset(handle(), &c));
 }
 
@@ -242,13 +249,13 @@ inline std::vector<float> VectorEnv::make_actions() const {
 
 inline Output VectorEnv::output(const std::string& name) const {
   engram_array array;
-  detail::check(engram_output(handle(), name.c_str(), &array));
+  detail::check(engram_output(handle(), detail::c_text(name), &array));
   return detail::to_output(array);
 }
 
 inline Output VectorEnv::final_output(const std::string& name) const {
   engram_array array;
-  detail::check(engram_final_output(handle(), name.c_str(), &array));
+  detail::check(engram_final_output(handle(), detail::c_text(name), &array));
   return detail::to_output(array);
 }
 
@@ -276,8 +283,8 @@ inline Image VectorEnv::render(int env, const std::string& camera, int width, in
   if (width > 0 && height > 0 && width <= 4096 && height <= 4096) {
     image.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   }
-  detail::check(engram_render(handle(), env, camera.c_str(), width, height, image.rgb.data(),
-                              image.rgb.size()));
+  detail::check(engram_render(handle(), env, detail::c_text(camera), width, height,
+                              image.rgb.data(), image.rgb.size()));
   return image;
 }
 
@@ -306,14 +313,14 @@ inline void VectorEnv::restore(int env, std::span<const std::byte> snapshot) {
 
 inline void register_variant(const Variant& variant) {
   const auto text = [](const std::string& value) {
-    return value.empty() ? nullptr : value.c_str();
+    return value.empty() ? nullptr : detail::c_text(value);
   };
-  detail::check(engram_register_variant(variant.id.c_str(), variant.base.c_str(),
+  detail::check(engram_register_variant(detail::c_text(variant.id), detail::c_text(variant.base),
                                         text(variant.constants), text(variant.instruction)));
 }
 
 inline void load_variants(const std::string& path) {
-  detail::check(engram_load_variants(path.c_str()));
+  detail::check(engram_load_variants(detail::c_text(path)));
 }
 
 inline std::vector<std::string> task_ids() {

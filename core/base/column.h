@@ -52,10 +52,17 @@ class ColumnStore {
 
   template <class T>
   Column<T> add(std::string_view name, int width = 1, std::string_view unit = "",
-                std::string_view description = "") {
+                std::string_view description = "", bool privileged = false) {
     const ColumnView view = add(Field{std::string(name), width, dtype_of<T>(), std::string(unit),
-                                      std::string(description)});
+                                      std::string(description), privileged});
     return Column<T>(reinterpret_cast<T*>(view.data), width);
+  }
+
+  // Adds one that policies are not given: it tells what they have to remember.
+  template <class T>
+  Column<T> add_privileged(std::string_view name, int width = 1, std::string_view unit = "",
+                           std::string_view description = "") {
+    return add<T>(name, width, unit, description, true);
   }
 
   // Adds columns of the same fields as `other` has.

@@ -25,7 +25,7 @@ std::string join(const Items& items, Text&& text = {}, std::string_view separato
 
 // The shortest decimal number that reads back as this one.
 inline std::string shortest(double value) {
-  constexpr double kWritten = 1e9;  // whole numbers up to here have no exponent
+  constexpr double kWritten = 1e15;  // whole numbers up to here have no exponent
   if (std::abs(value) <= kWritten && std::trunc(value) == value) {
     return std::to_string(static_cast<long>(value));
   }

@@ -31,7 +31,8 @@ constexpr std::array<Hue, 9> kHues = {{{{1, 0, 0}, 1},
 }  // namespace
 
 int nearest_object_color(double red, double green, double blue) {
-  const auto [least, most] = std::minmax({red, green, blue});
+  const double least = std::min({red, green, blue});
+  const double most = std::max({red, green, blue});
   if (most < kBlack) return kBlackColor;
   if (most - least < kPale * most) {
     return most >= kLightGrey ? kWhite : most >= kDarkGrey ? kGreyColor : kBlackColor;

@@ -9,7 +9,7 @@ constexpr LaneKernel kSingle = make_lane_kernel<double>("one lane");
 #if defined(__SSE2__)
 constexpr LaneKernel kPair = make_lane_kernel<Lanes2>("sse2");
 #else
-constexpr LaneKernel kPair = make_lane_kernel<LaneVector<2>::Type>("two lanes");
+constexpr LaneKernel kPair = make_lane_kernel<Lanes2>("two lanes");
 #endif
 
 #if defined(__x86_64__)

@@ -58,17 +58,24 @@ ENGRAM_LANES_INLINE double greater(double a, double b) { return a > b ? a : b; }
 ENGRAM_LANES_INLINE bool any(bool mask) { return mask; }
 ENGRAM_LANES_INLINE unsigned bits_of(bool mask) { return mask ? 1U : 0U; }
 
-#if defined(__SSE2__)
 using Lanes2 = LaneVector<2>::Type;
+using Mask2 = decltype(Lanes2{} < Lanes2{});
+#if defined(__SSE2__)
 ENGRAM_LANES_INLINE Lanes2 root(Lanes2 a) { return _mm_sqrt_pd(a); }
 ENGRAM_LANES_INLINE Lanes2 lesser(Lanes2 a, Lanes2 b) { return _mm_min_pd(a, b); }
 ENGRAM_LANES_INLINE Lanes2 greater(Lanes2 a, Lanes2 b) { return _mm_max_pd(a, b); }
-using Mask2 = decltype(Lanes2{} < Lanes2{});
 ENGRAM_LANES_INLINE unsigned bits_of(Mask2 mask) {
   return static_cast<unsigned>(_mm_movemask_pd(__builtin_bit_cast(__m128d, mask)));
 }
-ENGRAM_LANES_INLINE bool any(Mask2 mask) { return bits_of(mask) != 0; }
+#else
+ENGRAM_LANES_INLINE Lanes2 root(Lanes2 a) { return Lanes2{root(a[0]), root(a[1])}; }
+ENGRAM_LANES_INLINE Lanes2 lesser(Lanes2 a, Lanes2 b) { return a < b ? a : b; }
+ENGRAM_LANES_INLINE Lanes2 greater(Lanes2 a, Lanes2 b) { return a > b ? a : b; }
+ENGRAM_LANES_INLINE unsigned bits_of(Mask2 mask) {
+  return bits_of(mask[0] != 0) | bits_of(mask[1] != 0) << 1U;
+}
 #endif
+ENGRAM_LANES_INLINE bool any(Mask2 mask) { return bits_of(mask) != 0; }
 
 #if defined(__AVX2__)
 using Lanes4 = LaneVector<4>::Type;

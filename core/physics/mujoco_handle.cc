@@ -13,6 +13,7 @@
 #include <type_traits>
 
 #include "core/base/error.h"
+#include "core/base/shared_lock.h"
 
 namespace engram {
 namespace {
@@ -108,7 +109,12 @@ ModelPtr compile_model(const std::string& mjcf) {
   mj_makeEmptyFileVFS(files, name, static_cast<int>(mjcf.size()) + 1);
   std::memcpy(files->filedata[0], mjcf.c_str(), mjcf.size() + 1);
   char message[1000] = "";
-  ModelPtr model(mj_loadXML(name, files, message, sizeof message));
+  ModelPtr model;
+  {
+    // MuJoCo has a lock of its own here, which a child of fork() might find taken.
+    const std::lock_guard lock(shared_lock(Shared::kCompiler));
+    model.reset(mj_loadXML(name, files, message, sizeof message));
+  }
   mj_deleteFileVFS(files, name);
   if (model == nullptr) {
     throw Error(Error::Kind::kInternal, std::string("scene refused by MuJoCo: ") + message);

@@ -1,21 +1,19 @@
 #include "core/physics/shared_model.h"
 
 #include <map>
-#include <mutex>
 #include <numeric>
 #include <string>
+
+#include "core/base/shared_lock.h"
 
 namespace engram {
 namespace {
 
-struct Registry {
-  std::mutex mutex;
-  std::map<std::string, std::weak_ptr<const PhysicsModel>> models;
-};
+using Models = std::map<std::string, std::weak_ptr<const PhysicsModel>>;
 
-// Never destroyed: batches may outlive all static objects.
-Registry& registry() {
-  static Registry* const all = new Registry;
+// Never destroyed: batches may outlive all static objects. Used under Shared::kModels.
+Models& models() {
+  static Models* const all = new Models;
   return *all;
 }
 
@@ -34,20 +32,18 @@ struct Forget {
   std::string key;
   void operator()(const PhysicsModel* model) const noexcept {
     {
-      Registry& all = registry();
-      const std::lock_guard lock(all.mutex);
-      const auto found = all.models.find(key);
-      if (found != all.models.end() && found->second.expired()) all.models.erase(found);
+      const std::lock_guard lock(shared_lock(Shared::kModels));
+      const auto found = models().find(key);
+      if (found != models().end() && found->second.expired()) models().erase(found);
     }
     delete model;
   }
 };
 
 std::shared_ptr<const PhysicsModel> find(const std::string& key) {
-  Registry& all = registry();
-  const std::lock_guard lock(all.mutex);
-  const auto found = all.models.find(key);
-  return found == all.models.end() ? nullptr : found->second.lock();
+  const std::lock_guard lock(shared_lock(Shared::kModels));
+  const auto found = models().find(key);
+  return found == models().end() ? nullptr : found->second.lock();
 }
 
 }  // namespace
@@ -59,9 +55,8 @@ std::shared_ptr<const PhysicsModel> shared_model(const SceneSource& source) {
   auto compiled = std::make_unique<const PhysicsModel>(source);
   Forget forget{key};
   std::shared_ptr<const PhysicsModel> made(compiled.release(), std::move(forget));
-  Registry& all = registry();
-  const std::lock_guard lock(all.mutex);
-  std::weak_ptr<const PhysicsModel>& entry = all.models[key];
+  const std::lock_guard lock(shared_lock(Shared::kModels));
+  std::weak_ptr<const PhysicsModel>& entry = models()[key];
   if (auto model = entry.lock()) return model;
   entry = made;
   return made;

@@ -191,7 +191,8 @@ ConstantList describe_outputs(const VectorEnv& env) {
                                     {"dtype", dtype_name(field.dtype)},
                                     {"width", field.width},
                                     {"unit", field.unit},
-                                    {"description", field.description}});
+                                    {"description", field.description},
+                                    {"privileged", field.privileged}});
   }
   return list;
 }

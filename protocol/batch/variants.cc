@@ -80,7 +80,7 @@ VariantDefinition to_definition(const Document& document, std::string_view what)
 
 void load_variants(const std::filesystem::path& file) {
   const std::string what = "variants of '" + file.string() + "'";
-  const std::optional<std::string> text = read_file(file);
+  const std::optional<std::string> text = read_input(file);
   if (!text)
     throw Error(Error::kIo, "'" + file.string() + "' cannot be read; a file of variants needed");
   const std::optional<Document> document = parse_document(*text);

@@ -1,11 +1,6 @@
 #include "protocol/demonstrations/folder.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <limits>
@@ -52,18 +47,6 @@ DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan)
 
 }  // namespace
 
-FolderLock::FolderLock(const fs::path& folder)
-    : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-  if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
-  if (errno != EWOULDBLOCK) return;  // a file system without locks
-  ::close(descriptor_);
-  fail(folder, "is in use: another run collects into it");
-}
-
-FolderLock::~FolderLock() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEntry& entry,
                                          const CollectionPlan& plan)
     : entry_(entry),
@@ -81,7 +64,6 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
   }
   require_writable_folder(path_);
   lock_ = std::make_unique<FolderLock>(path_);
-  remove_temporary_files(path_);
   const int files = count_files();
   check_metadata();
   for (int i = 0; i < files; ++i) kept_.push_back(read(i));
@@ -160,7 +142,7 @@ DemonstrationFolder::Kept DemonstrationFolder::read(int index) const {
   const std::int64_t shape[] = {kept.length};
   const std::vector<std::byte> rewards = npz.read("reward", NpyType::kFloat32, shape);
   std::vector<float> values(rewards.size() / sizeof(float));
-  std::memcpy(values.data(), rewards.data(), rewards.size());
+  if (!values.empty()) std::memcpy(values.data(), rewards.data(), rewards.size());
   for (const float value : values) kept.reward_sum += static_cast<double>(value);
   const auto seed = static_cast<std::uint64_t>(kept.seed);
   const auto least =

@@ -10,22 +10,9 @@
 
 #include "protocol/demonstrations/recorder.h"
 #include "protocol/formats/document.h"
+#include "protocol/formats/folder_lock.h"
 
 namespace engram {
-
-// Keeps other processes from the same folder while it lives. Two runs that number the same files
-// would overwrite each other's.
-class FolderLock {
- public:
-  // Throws Error (kIo) if another process has it.
-  explicit FolderLock(const std::filesystem::path& folder);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int descriptor_;
-};
 
 struct CollectionPlan {
   int episodes = 250;

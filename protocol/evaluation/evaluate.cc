@@ -129,7 +129,21 @@ class Player {
   Player(const Protocol& protocol, int workers)
       : protocol_(protocol), workbenches_(static_cast<std::size_t>(workers)) {}
 
+  // Processes of policies are ended here, where threads do it side by side.
   Bytes play(const WorkItem& item, const WorkContext& context) {
+    auto& policy = workbenches_[static_cast<std::size_t>(context.worker())].policy;
+    try {
+      Bytes result = play_item(item, context);
+      if (context.stopped()) policy.reset();
+      return result;
+    } catch (...) {
+      policy.reset();
+      throw;
+    }
+  }
+
+ private:
+  Bytes play_item(const WorkItem& item, const WorkContext& context) {
     const auto start = std::chrono::steady_clock::now();
     Workbench& workbench = workbenches_[static_cast<std::size_t>(context.worker())];
     if (protocol_.external && !workbench.policy) workbench.policy = protocol_.external(context);
@@ -159,13 +173,13 @@ class Player {
       return {};
     }
     if (chunked) result.chunk_size = chunked->longest_chunk();
+    if (workbench.policy) workbench.policy->settle();
     result.unstable = env.unstable_count() - unstable;
     result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return result.pack();
   }
 
- private:
   // Working memory of one thread.
   struct Workbench {
     EpisodeBatch batch;

@@ -59,6 +59,9 @@ class ExternalPolicy {
  public:
   virtual ~ExternalPolicy() = default;
   virtual void act(const PolicyRequest& request, PolicyReply& reply) = 0;
+  // Called when a part of the work is done. Throws Error if the policy has said more than it was
+  // asked for: then some of its answers may have been to other questions.
+  virtual void settle() {}
 };
 
 // Plays a batch with an external policy: a queue of actions per episode, filled by a chunk when it

@@ -108,16 +108,21 @@ void PolicyProcess::stop() {
   close(from_);
   if (process_ < 0) return;
   constexpr int kPatience = 200;  // times 10 ms
-  for (int i = 0; i < kPatience; ++i) {
-    if (::waitpid(process_, nullptr, WNOHANG) != 0) {
-      process_ = -1;
-      return;
-    }
+  for (int i = 0; i < kPatience && !ended(); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
+  // Whatever the command has started, too. Until it is waited for, no other group has its number.
   ::kill(-process_, SIGKILL);
-  ::waitpid(process_, nullptr, 0);
+  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+  }
   process_ = -1;
+}
+
+// Whether the command has ended; how is told to whoever waits for it.
+bool PolicyProcess::ended() const {
+  siginfo_t ending{};
+  return ::waitid(P_PID, static_cast<id_t>(process_), &ending, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+         ending.si_pid == process_;
 }
 
 // --- messages ---
@@ -137,6 +142,7 @@ void PolicyProcess::greet() {
   body.put(std::uint32_t{7});  // proprio
   body.put(static_cast<std::uint32_t>(options_.action_dim));
   body.put(static_cast<std::uint32_t>(options_.max_slots));
+  asked_ = "the greeting";
   say(Message::kHello, body.bytes());
   const Bytes answer = hear(Message::kHello);
   ByteReader in(answer);
@@ -148,6 +154,9 @@ void PolicyProcess::greet() {
 void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
   context_ = request.context;
   deadline_ = Clock::now() + options_.timeout;
+  settle();
+  asked_ = "step " + std::to_string(request.steps[0]) + " of episode " +
+           std::to_string(request.episodes[0]) + " of " + std::string(request.env_id);
   if (task_ != request.env_id) {
     task_ = request.env_id;
     ByteWriter body;
@@ -194,6 +203,17 @@ void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
     if (error.kind() == Error::kUnavailable) throw;
     fail(std::string("answered: ") + error.what());
   }
+}
+
+// Whatever is in the pipe before the next question would be taken for its answer.
+void PolicyProcess::settle() {
+  pollfd one{from_, POLLIN, 0};
+  if (::poll(&one, 1, 0) <= 0 || (one.revents & POLLIN) == 0) return;
+  std::array<std::byte, 4096> more{};
+  const ssize_t count = ::read(from_, more.data(), more.size());
+  if (count <= 0) return;  // it has ended, which the next question finds out
+  fail("said " + std::to_string(count) + " bytes too many after its answer to " + asked_ +
+       ": one answer to each question allowed; does it print to standard output?");
 }
 
 void PolicyProcess::say(Message message, std::span<const std::byte> body) {
@@ -261,8 +281,11 @@ void PolicyProcess::read(std::span<std::byte> bytes) {
 void PolicyProcess::wait_for(int descriptor, short events) const {
   constexpr int kSlice = 100;  // ms
   while (true) {
+    // Looked at first, so that what it said before its end is still heard.
+    const bool gone = process_ >= 0 && ended();
     pollfd one{descriptor, events, 0};
-    if (::poll(&one, 1, kSlice) > 0) return;
+    if (::poll(&one, 1, gone ? 0 : kSlice) > 0) return;
+    if (gone) lost();
     if (context_ != nullptr && context_->stopped()) fail("was not waited for");
     if (Clock::now() < deadline_) continue;
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.timeout);
@@ -273,13 +296,13 @@ void PolicyProcess::wait_for(int descriptor, short events) const {
 void PolicyProcess::lost() const {
   // Its pipe may close a moment before the process itself is gone.
   for (int i = 0; process_ >= 0 && i < 100; ++i) {
-    int status = 0;
-    if (::waitpid(process_, &status, WNOHANG) == process_) {
-      process_ = -1;
-      if (WIFEXITED(status)) {
-        fail("ended with exit code " + std::to_string(WEXITSTATUS(status)));
-      }
-      fail("was ended by signal " + std::to_string(WTERMSIG(status)));
+    siginfo_t ending{};
+    const int error =
+        ::waitid(P_PID, static_cast<id_t>(process_), &ending, WEXITED | WNOHANG | WNOWAIT);
+    if (error == 0 && ending.si_pid == process_) {
+      const std::string how = std::to_string(ending.si_status);
+      fail(ending.si_code == CLD_EXITED ? "ended with exit code " + how
+                                        : "was ended by signal " + how);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }

@@ -31,12 +31,14 @@ class PolicyProcess final : public ExternalPolicy {
   PolicyProcess(const PolicyProcessOptions& options, const WorkContext& context);
   // Talks to a policy that is already running, and closes these descriptors at the end.
   PolicyProcess(int to, int from, const PolicyProcessOptions& options, const WorkContext& context);
-  // Closes its input and, unless it then ends within two seconds, ends it.
+  // Closes its input, waits two seconds at most for its end, and ends whatever is left of it and of
+  // the processes that it has started in its process group.
   ~PolicyProcess() override;
   PolicyProcess(const PolicyProcess&) = delete;
   PolicyProcess& operator=(const PolicyProcess&) = delete;
 
   void act(const PolicyRequest& request, PolicyReply& reply) override;
+  void settle() override;
 
  private:
   enum class Message : std::uint32_t { kHello = 1, kTask, kRequest, kChunks, kFailed };
@@ -48,16 +50,18 @@ class PolicyProcess final : public ExternalPolicy {
   void write(std::span<const std::byte> bytes);
   void read(std::span<std::byte> bytes);
   void wait_for(int descriptor, short events) const;
+  bool ended() const;
   // Throws an Error that says how the process ended.
   [[noreturn]] void lost() const;
   [[noreturn]] void fail(const std::string& what) const;
   void stop();
 
   PolicyProcessOptions options_;
-  mutable pid_t process_ = -1;
+  pid_t process_ = -1;
   int to_ = -1;    // its standard input
   int from_ = -1;  // its standard output
   std::string task_;
+  std::string asked_;           // what the last question was about
   const WorkContext* context_;  // while an answer is waited for
   Clock::time_point deadline_;
 };

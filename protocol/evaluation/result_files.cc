@@ -12,6 +12,7 @@
 #include "protocol/batch/ceilings.h"
 #include "protocol/batch/variants.h"
 #include "protocol/evaluation/mean.h"
+#include "protocol/evaluation/result_check.h"
 #include "protocol/formats/files.h"
 
 namespace engram {
@@ -50,50 +51,24 @@ std::string local_time() {
 }
 
 // Keys of a task document that say what was asked for: the same in all documents of a run.
-constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode",
-                                         "obs_mode",   "rules",      "model"};
+constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
+                                         "version",    "rules",      "model"};
 
 template <class T>
 DocumentList to_list(const std::vector<T>& values) {
   return DocumentList(values.begin(), values.end());
 }
 
-// A list of that many documents, each of which `read` accepts.
-template <class Read>
-bool is_list_of(const Document& document, std::size_t count, Read&& read) {
-  const DocumentList& items = list(document);
-  for (const Document& item : items) (void)read(item);
-  return items.size() == count;
-}
-
-// Whether a document is a complete result of the task: everything that is read from it later is
-// there and has the right type.
-bool is_result(const Document& task, const std::string& id) {
-  const auto is_count = [](const Document& value) { return whole_number(value); };
-  try {
-    if (text(part(task, "env_id")) != id) return false;
-    const std::size_t episodes = whole_number(part(task, "n_episodes"));
-    if (!is_list_of(part(task, "successes"), episodes, truth) ||
-        !is_list_of(part(task, "returns"), episodes, number) ||
-        !is_list_of(part(task, "episode_lengths"), episodes, is_count) ||
-        !is_list_of(part(task, "episode_seeds"), episodes, is_count)) {
-      return false;
-    }
-    const DocumentList& successes = list(part(task, "successes"));
-    const auto count = std::count(successes.begin(), successes.end(), Document(true));
-    const double rate =
-        successes.empty() ? 0 : static_cast<double>(count) / static_cast<double>(episodes);
-    for (const char* key : kProtocolKeys) (void)part(task, key);
-    for (const char* key : {"split", "memory_type"}) (void)text(part(task, key));
-    (void)number(part(task, "mean_return"));
-    (void)whole_number(part(task, "action_chunk_size"), std::numeric_limits<int>::max());
-    (void)number(part(task, "chance"));
-    for (const char* key : {"first_answer_correct", "memory_score"}) {
-      if (const Document& value = part(task, key); !is_null(value)) (void)number(value);
-    }
-    return number(part(task, "sr")) == rate;
-  } catch (const Error&) {
-    return false;
+// Throws Error unless a result was asked for in the same way as this run's.
+void check_protocol(const fs::path& file, const Document& task, const Document& expected) {
+  for (const char* key : kProtocolKeys) {
+    const Document* value = find(task, key);
+    const Document found = value == nullptr ? Document() : *value;
+    const Document& asked = part(expected, key);
+    if (found == asked) continue;
+    throw Error(Error::kInvalidArgument, "'" + file.string() + "' has " + key + " " +
+                                             to_line(found) + ", this run " + to_line(asked) +
+                                             "; one folder holds results of one protocol");
   }
 }
 
@@ -109,9 +84,13 @@ void check_variant(const fs::path& file, const Document& task, const Document& n
 
 // What engram adds, behind the protocol's keys. Null where there is nothing to say.
 DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
-  DocumentTable keys = {{"rules", name_of(settings.rules)}, {"chance", result.chance},
-                        {"first_answers", nullptr},         {"first_answers_correct", nullptr},
-                        {"first_answer_correct", nullptr},  {"answer_chance", nullptr},
+  DocumentTable keys = {{"version", version()},
+                        {"rules", name_of(settings.rules)},
+                        {"chance", result.chance},
+                        {"first_answers", nullptr},
+                        {"first_answers_correct", nullptr},
+                        {"first_answer_correct", nullptr},
+                        {"answer_chance", nullptr},
                         {"memory_score", nullptr}};
   const auto set = [&keys](std::string_view name, Document value) {
     std::ranges::find(keys, name, &DocumentTable::value_type::first)->second = std::move(value);
@@ -176,6 +155,7 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
                          {"episode_seeds", to_list(result.seeds)}};
   DocumentTable own = own_keys(result, settings);
   std::ranges::move(own, std::back_inserter(document));
+  document.emplace_back("checksum", document_checksum(document));
   return document;
 }
 
@@ -217,7 +197,7 @@ std::string common_split(const std::vector<std::string>& ids) {
 ResultFolder ResultFolder::create(const fs::path& output, const EvaluationSettings& settings) {
   const fs::path parent = output / common_split(settings.tasks);
   require_writable_folder(parent);
-  remove_temporary_files(parent);  // of a run that was killed before it had a folder
+  remove_temporary_files(parent.string());  // of a run that was killed before it had a folder
   while (true) {
     const fs::path folder = parent / local_time();
     std::error_code error;
@@ -235,12 +215,20 @@ ResultFolder ResultFolder::open(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
     throw Error(Error::kIo, "folder '" + folder.string() + "' does not exist; nothing to resume");
   }
+  ResultFolder opened(folder);
   require_writable_folder(folder);
-  remove_temporary_files(folder);
   const fs::path samples = folder / kSampleFolder;
-  if (fs::is_directory(samples)) remove_temporary_files(samples);
-  return ResultFolder(folder);
+  std::error_code missing;
+  if (fs::is_symlink(fs::symlink_status(samples, missing))) {
+    throw Error(Error::kIo,
+                "'" + samples.string() + "' leads elsewhere; a folder of its own, or none, needed");
+  }
+  remove_temporary_files(samples.string());
+  return opened;
 }
+
+ResultFolder::ResultFolder(fs::path path)
+    : path_(std::move(path)), lock_(std::make_shared<const FolderLock>(path_)) {}
 
 std::optional<EvaluationSettings> ResultFolder::settings() const {
   const fs::path file = path_ / kSettingsFile;
@@ -260,16 +248,12 @@ std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings&
     const std::optional<std::string> text = read_file(file);
     if (!text) continue;
     std::optional<Document> task = parse_document(*text);
-    if (!task || !is_result(*task, id)) continue;
-    for (const char* key : kProtocolKeys) {
-      const Document& found = part(*task, key);
-      const Document& asked = part(expected, key);
-      if (found == asked) continue;
-      throw Error(Error::kInvalidArgument, "'" + file.string() + "' has " + key + " " +
-                                               to_line(found) + ", this run " + to_line(asked) +
-                                               "; one folder holds results of one protocol");
-    }
+    const std::optional<TaskResult> result = task ? parse_result(*task, *entry) : std::nullopt;
+    if (!result) continue;
+    check_protocol(file, *task, expected);
     check_variant(file, *task, changes_document(*entry, settings.constants));
+    // What was changed since is damaged, too.
+    if (!follows_protocol(*result, settings) || *task != task_document(*result, settings)) continue;
     tasks.emplace(id, std::move(*task));
   }
   return tasks;

@@ -4,11 +4,13 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/evaluation/settings.h"
+#include "protocol/formats/folder_lock.h"
 
 namespace engram {
 
@@ -19,20 +21,21 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
 // Of task documents, in the registry's order.
 Document summary_document(const DocumentList& tasks);
 
-// The folder of a run. Files appear whole or not at all.
+// The folder of a run, which keeps other runs from it. Files appear whole or not at all.
 class ResultFolder {
  public:
   // Makes <output>/<split>/<date and time>/. Throws Error (kIo) if that fails.
   static ResultFolder create(const std::filesystem::path& output,
                              const EvaluationSettings& settings);
-  // Opens the folder of an interrupted run. Throws Error (kIo) if it does not exist.
+  // Opens the folder of an interrupted run. Throws Error (kIo) if it does not exist, or another run
+  // is at work in it.
   static ResultFolder open(const std::filesystem::path& folder);
 
   const std::filesystem::path& path() const { return path_; }
   // The settings that the run began with; nothing if their file is missing.
   std::optional<EvaluationSettings> settings() const;
-  // Finished tasks, by id. Damaged files are ignored. Throws Error (kInvalidArgument) for intact
-  // results of another protocol.
+  // Finished tasks, by id. Damaged and edited files are ignored. Throws Error (kInvalidArgument)
+  // for intact results of another protocol.
   std::map<std::string, Document> finished(const EvaluationSettings& settings) const;
 
   // Writes the settings, so that the run can be resumed.
@@ -49,9 +52,10 @@ class ResultFolder {
   void write_report(const std::string& html) const;
 
  private:
-  explicit ResultFolder(std::filesystem::path path) : path_(std::move(path)) {}
+  explicit ResultFolder(std::filesystem::path path);
 
   std::filesystem::path path_;
+  std::shared_ptr<const FolderLock> lock_;  // copies are of the same run
 };
 
 // The ids' split in lower case, "all" where they differ.

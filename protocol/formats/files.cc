@@ -2,10 +2,11 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -17,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kTemporarySuffix = ".engram-tmp";
+constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 30;
 
 [[noreturn]] void fail(const std::string& what, int error) {
   throw Error(Error::kIo, what + ": " + std::strerror(error));
@@ -38,10 +39,6 @@ struct CloseFolder {
   void operator()(DIR* folder) const { ::closedir(folder); }
 };
 
-fs::path temporary_name(const fs::path& path) {
-  return path.string() + "." + std::to_string(::getpid()) + std::string(kTemporarySuffix);
-}
-
 // Devices and pipes cannot be replaced, only written to.
 void write_into(const fs::path& path, std::span<const std::byte> bytes) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
@@ -57,63 +54,67 @@ bool is_special(const fs::path& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-}  // namespace
-
-int write_all(int descriptor, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return 0;
-}
-
-void write_file(const fs::path& path, std::span<const std::byte> bytes) {
-  if (is_special(path)) {
-    write_into(path, bytes);
-    return;
-  }
-  const fs::path temporary = temporary_name(path);
-  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0) fail("'" + path.string() + "' cannot be written", errno);
-  int error = write_all(file, bytes);
-  if (error == 0 && ::fsync(file) != 0) error = errno;
-  if (::close(file) != 0 && error == 0) error = errno;
-  if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return;
-  ::unlink(temporary.c_str());
-  fail("'" + path.string() + "' cannot be written", error);
-}
-
-void write_file(const fs::path& path, std::string_view text) {
-  write_file(path, std::as_bytes(std::span<const char>(text)));
-}
-
-void require_writable_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) fail("folder '" + folder.string() + "' cannot be made", error.value());
-  const fs::path probe = temporary_name(folder / "probe");
-  const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (file < 0) fail("folder '" + folder.string() + "' cannot be written", errno);
-  ::close(file);
-  ::unlink(probe.c_str());
-}
-
-std::optional<std::string> read_file(const fs::path& path) {
-  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.descriptor < 0 && (errno == ENOENT || errno == ENOTDIR)) return std::nullopt;
-  const auto refuse = [&path](int error) { fail("'" + path.string() + "' cannot be read", error); };
-  if (file.descriptor < 0) refuse(errno);
+std::string read_all(const fs::path& path, const OpenFile& file) {
   std::string text;
   char piece[16 * 1024];
   while (true) {
     const ssize_t got = ::read(file.descriptor, piece, sizeof piece);
     if (got == 0) return text;
     if (got > 0) text.append(piece, static_cast<std::size_t>(got));
-    if (got < 0 && errno != EINTR) refuse(errno);
+    if (got < 0 && errno != EINTR) fail("'" + path.string() + "' cannot be read", errno);
   }
+}
+
+bool is_missing(const OpenFile& file) {
+  return file.descriptor < 0 && (errno == ENOENT || errno == ENOTDIR);
+}
+
+}  // namespace
+
+void write_file(const fs::path& path, std::span<const std::byte> bytes) {
+  TemporaryFile file(path.string());
+  file.write(bytes);
+  file.keep();
+}
+
+void write_file(const fs::path& path, std::string_view text) {
+  write_file(path, std::as_bytes(std::span<const char>(text)));
+}
+
+void write_output(const fs::path& path, std::string_view text) {
+  if (is_special(path)) {
+    write_into(path, std::as_bytes(std::span<const char>(text)));
+    return;
+  }
+  remove_temporary_files_of(path.string());
+  write_file(path, text);
+}
+
+void require_writable_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) fail("folder '" + folder.string() + "' cannot be made", error.value());
+  const TemporaryFile probe((folder / "probe").string());
+}
+
+std::optional<std::string> read_file(const fs::path& path) {
+  const std::string refusal = "'" + path.string() + "' cannot be read";
+  // Without O_NONBLOCK, a pipe that nobody writes to would be waited for.
+  const OpenFile file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  if (is_missing(file)) return std::nullopt;
+  struct stat status {};
+  if (file.descriptor < 0 || ::fstat(file.descriptor, &status) != 0) fail(refusal, errno);
+  if (S_ISDIR(status.st_mode)) fail(refusal, EISDIR);
+  if (!S_ISREG(status.st_mode)) throw Error(Error::kIo, refusal + ": it is not a file");
+  if (static_cast<std::uint64_t>(status.st_size) > kLargestFile) fail(refusal, EFBIG);
+  return read_all(path, file);
+}
+
+std::optional<std::string> read_input(const fs::path& path) {
+  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (is_missing(file)) return std::nullopt;
+  if (file.descriptor < 0) fail("'" + path.string() + "' cannot be read", errno);
+  return read_all(path, file);
 }
 
 // libstdc++'s iterator through a folder ends the program if there is no memory for it.
@@ -126,13 +127,6 @@ std::vector<std::string> names_in(const fs::path& folder) {
     if (name != "." && name != "..") names.emplace_back(name);
   }
   return names;
-}
-
-void remove_temporary_files(const fs::path& folder) {
-  for (const std::string& name : names_in(folder)) {
-    if (!name.ends_with(kTemporarySuffix)) continue;
-    ::unlink((folder / name).c_str());  // somebody else may have been faster
-  }
 }
 
 }  // namespace engram

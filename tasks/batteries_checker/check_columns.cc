@@ -26,7 +26,7 @@ void CheckColumns::bind(const Bindings& bindings, int batteries) {
   socket_works = info.add<std::uint8_t>("socket_has_working");
   active_count = info.add<std::int32_t>("active_battery_count");
   checked_count = info.add<std::int32_t>("checked_count");
-  found_count = info.add<std::int32_t>("found_working_count");
+  found_count = info.add_privileged<std::int32_t>("found_working_count");
   target_count = info.add<std::int32_t>("target_working_count");
   all_checked = info.add<std::uint8_t>("all_checked");
   insert_event = info.add<std::uint8_t>("new_insert_event");
@@ -34,7 +34,8 @@ void CheckColumns::bind(const Bindings& bindings, int batteries) {
   confirm_event = info.add<std::uint8_t>("new_confirm_event");
   press_event = info.add<std::uint8_t>("new_button_press_event");
   press_depth = info.add<float>("button_press_depth", 1, "m");
-  obj_to_goal_pos = info.add<float>("obj_to_goal_pos", 3, "m", "socket minus TCP position");
+  obj_to_goal_pos =
+      info.add_privileged<float>("obj_to_goal_pos", 3, "m", "socket minus TCP position");
   info.limit("action_stage", 0, 2);
   info.limit("active_battery_idx", -1, batteries - 1);
   info.limit("socket_battery_idx", -1, batteries - 1);

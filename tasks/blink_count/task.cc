@@ -201,7 +201,7 @@ class BlinkCount final : public FamilyBase {
     light_on_ = info.add<std::uint8_t>("light_on", 1, "", "the lamp is lit");
     press_count_ = info.add<std::int32_t>("press_count", 1, "", "presses that were lifted");
     raw_press_count_ = info.add<std::int32_t>("raw_press_count", 1, "", "presses that began");
-    target_ = info.add<std::int32_t>("target_blinks");
+    target_ = info.add_privileged<std::int32_t>("target_blinks");
     new_raw_press_event_ = info.add<std::uint8_t>("new_raw_press_event");
     new_press_event_ = info.add<std::uint8_t>("new_press_event");
     new_release_event_ = info.add<std::uint8_t>("new_release_event");
@@ -214,7 +214,8 @@ class BlinkCount final : public FamilyBase {
     press_depth_ = info.add<float>("press_depth", 1, "m");
     xy_dist_to_confirm_button_ = info.add<float>("xy_dist_to_confirm_button", 1, "m");
     confirm_press_depth_ = info.add<float>("confirm_press_depth", 1, "m");
-    obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "red cap minus TCP position");
+    obj_to_goal_pos_ =
+        info.add_privileged<float>("obj_to_goal_pos", 3, "m", "red cap minus TCP position");
   }
 
   bool is_acting(int env) const {

@@ -229,11 +229,12 @@ class ColorRecall final : public FamilyBase {
 
  private:
   void bind_info(ColumnStore& info) {
-    obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
+    obj_to_goal_pos_ =
+        info.add_privileged<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
     is_robot_static_ = info.add<std::uint8_t>("is_robot_static");
     strong_displacement_ = info.add<std::uint8_t>("strong_cube_displacement", 1, "",
                                                   "a cube is too far from where it appeared");
-    max_displacement_ = info.add<float>("max_cube_displacement_xy", 1, "m");
+    max_displacement_ = info.add_privileged<float>("max_cube_displacement_xy", 1, "m");
     button_pressed_ = info.add<std::uint8_t>("button_pressed");
     button_pressable_ = info.add<std::uint8_t>("button_pressable");
     press_depth_ = info.add<float>("button_press_depth", 1, "m");

@@ -208,10 +208,11 @@ class GatherAndRecall final : public FamilyBase {
     all_on_disc_ = info.add<std::uint8_t>("all_on_disc", 1, "", "all of them are, and rest");
     flash_active_ = info.add<std::uint8_t>("flash_active");
     flash_triggered_ = info.add<std::uint8_t>("flash_triggered");
-    shown_color_ = info.add<std::int32_t>("flash_color");
+    shown_color_ = info.add_privileged<std::int32_t>("flash_color");
     pressed_button_ = info.add<std::int32_t>("pressed_button", 1, "", "-1: none");
     info.limit("pressed_button", -1, kColors - 1);
-    obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
+    obj_to_goal_pos_ =
+        info.add_privileged<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
   }
 
   const PressButton& button(int color) const { return buttons_[static_cast<std::size_t>(color)]; }

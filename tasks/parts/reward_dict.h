@@ -56,9 +56,10 @@ class RewardDict {
   void bind(const Bindings& bindings, std::size_t terms) {
     const int width = static_cast<int>(terms);
     elapsed_ = bindings.state->elapsed;
-    shown_ = bindings.outputs->add<float>("reward_dict", width, "",
-                                          "reward terms of the step before; NaN where there are "
-                                          "none");
+    shown_ = bindings.outputs->add_privileged<float>(
+        "reward_dict", width, "",
+        "reward terms of the step before; NaN where there are "
+        "none");
     next_ = bindings.memory->add<float>("reward_dict", width);
   }
 

@@ -40,8 +40,9 @@ void TouchTarget::bind(const Bindings& bindings) {
   engine_ = bindings;
   ColumnStore& info = *bindings.outputs;
   obj_to_goal_pos_ =
-      info.add<float>("obj_to_goal_pos", 3, "m", "target position minus TCP position");
-  is_obj_placed_ = info.add<std::uint8_t>("is_obj_placed", 1, "", "TCP within GOAL_THRESH");
+      info.add_privileged<float>("obj_to_goal_pos", 3, "m", "target position minus TCP position");
+  is_obj_placed_ =
+      info.add_privileged<std::uint8_t>("is_obj_placed", 1, "", "TCP within GOAL_THRESH");
   is_robot_static_ = info.add<std::uint8_t>("is_robot_static");
   offset_ = bindings.memory->add<double>("obj_to_goal_pos", 3, "m");
   reward_dict_.bind(bindings, reward_terms().size());

@@ -45,8 +45,8 @@ void ShellGame::bind(const Bindings& bindings) {
 
   ColumnStore& info = *bindings.outputs;
   info.limit("oracle_info", 0, kCups - 1);
-  obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m");
-  is_obj_placed_ = info.add<std::uint8_t>("is_obj_placed");
+  obj_to_goal_pos_ = info.add_privileged<float>("obj_to_goal_pos", 3, "m");
+  is_obj_placed_ = info.add_privileged<std::uint8_t>("is_obj_placed");
   is_robot_static_ = info.add<std::uint8_t>("is_robot_static");
   reward_dict_.bind(bindings, info_.reward_terms.size());
 }

@@ -216,13 +216,13 @@ class TimedTransfer final : public FamilyBase {
     ColumnStore& info = *bindings.outputs;
     too_early_ = info.add<std::uint8_t>("too_early", 1, "", "on red before the window");
     signal_on_ = info.add<std::uint8_t>("signal_on");
-    in_window_ = info.add<std::uint8_t>("in_window");
-    before_window_ = info.add<std::uint8_t>("before_window");
+    in_window_ = info.add_privileged<std::uint8_t>("in_window");
+    before_window_ = info.add_privileged<std::uint8_t>("before_window");
     past_window_ = info.add<std::uint8_t>("past_window");
     cube_on_red_ = info.add<std::uint8_t>("cube_on_red");
     cube_to_red_dist_ = info.add<float>("cube_to_red_dist", 1, "m");
     is_grasped_ = info.add<std::uint8_t>("is_grasped");
-    obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "red disc minus cube");
+    obj_to_goal_pos_ = info.add_privileged<float>("obj_to_goal_pos", 3, "m", "red disc minus cube");
   }
 
   // Whatever the draw, the lamp is green from there on.

@@ -218,23 +218,25 @@ class TraceShapeSeq final : public FamilyBase {
     failed_submit_ = info.add<std::uint8_t>("failed_submit");
     submitted_ = info.add<std::uint8_t>("submitted");
     successful_submit_event_ = info.add<std::uint8_t>("successful_submit_event");
-    sequence_progress_ = info.add<float>("sequence_progress", 1, "", "fraction of closed contours");
+    sequence_progress_ =
+        info.add_privileged<float>("sequence_progress", 1, "", "fraction of closed contours");
     all_shapes_closed_ = info.add<std::uint8_t>("all_shapes_closed");
-    active_shape_idx_ = info.add<std::int32_t>("active_shape_idx");
-    active_shape_id_ = info.add<std::int32_t>("active_shape_id");
-    active_visit_fraction_ = info.add<float>("active_visit_fraction");
-    active_all_visited_ = info.add<std::uint8_t>("active_all_visited");
+    active_shape_idx_ = info.add_privileged<std::int32_t>("active_shape_idx");
+    active_shape_id_ = info.add_privileged<std::int32_t>("active_shape_id");
+    active_visit_fraction_ = info.add_privileged<float>("active_visit_fraction");
+    active_all_visited_ = info.add_privileged<std::uint8_t>("active_all_visited");
     is_active_contour_closed_ = info.add<std::uint8_t>("is_active_contour_closed");
-    start_checkpoint_dist_ = info.add<float>("start_checkpoint_dist", 1, "m");
+    start_checkpoint_dist_ = info.add_privileged<float>("start_checkpoint_dist", 1, "m");
     button_pressed_ = info.add<std::uint8_t>("button_pressed");
     button_pressable_ = info.add<std::uint8_t>("button_pressable");
     button_press_depth_ = info.add<float>("button_press_depth", 1, "m");
     xy_dist_to_button_ = info.add<float>("xy_dist_to_button", 1, "m");
     submit_success_latched_ = info.add<std::uint8_t>("submit_success_latched");
-    obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
+    obj_to_goal_pos_ =
+        info.add_privileged<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
     // In info only: policies must not see it.
-    task_cue_ = info.add<std::int32_t>("task_cue", params_.MAX_SEQUENCE_LENGTH, "",
-                                       "ids of the shapes, then -1");
+    task_cue_ = info.add_privileged<std::int32_t>("task_cue", params_.MAX_SEQUENCE_LENGTH, "",
+                                                  "ids of the shapes, then -1");
   }
 
   // Rings for as long as there is time, then the button.

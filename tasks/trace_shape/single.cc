@@ -52,13 +52,14 @@ class TraceShape final : public FamilyBase {
     bindings.memory->limit("visited", 0, demo_.contours().all_visited());
     masks_.bind(*bindings.outputs);
     ColumnStore& info = *bindings.outputs;
-    visit_fraction_ = info.add<float>("visit_fraction", 1, "", "of the checkpoints");
-    all_visited_ = info.add<std::uint8_t>("all_visited");
+    visit_fraction_ = info.add_privileged<float>("visit_fraction", 1, "", "of the checkpoints");
+    all_visited_ = info.add_privileged<std::uint8_t>("all_visited");
     is_contour_closed_ = info.add<std::uint8_t>("is_contour_closed");
-    start_checkpoint_dist_ = info.add<float>("start_checkpoint_dist", 1, "m");
+    start_checkpoint_dist_ = info.add_privileged<float>("start_checkpoint_dist", 1, "m");
     checkpoint_visited_ =
-        info.add<std::uint8_t>("checkpoint_visited", params_.contours.NUM_CHECKPOINTS);
-    obj_to_goal_pos_ = info.add<float>("obj_to_goal_pos", 3, "m", "green cube minus TCP position");
+        info.add_privileged<std::uint8_t>("checkpoint_visited", params_.contours.NUM_CHECKPOINTS);
+    obj_to_goal_pos_ =
+        info.add_privileged<float>("obj_to_goal_pos", 3, "m", "green cube minus TCP position");
   }
 
   int cue_end(int env) const override { return demo_.demo_end(env); }

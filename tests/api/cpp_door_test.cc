@@ -238,6 +238,25 @@ TEST_CASE("A batch moves, and its views stay", "[cpp_door]") {
   CHECK(first.num_envs() == 1);
 }
 
+TEST_CASE("Texts with a character 0 are refused, not cut off there", "[cpp_door]") {
+  const std::string cut = std::string("target") + '\0' + "2";
+  const std::string id = std::string(kId) + '\0' + "-and-more";
+  const auto refuses = [](auto&& f) {
+    CHECK(kind_of(f, "character 0 given") == Error::Kind::kInvalidArgument);
+  };
+  refuses([&] { engram::make(id); });
+  refuses([&] { engram::make(kId, {.pins = {{cut, {1}}}}); });
+  refuses([&] { engram::make(kId, {.constants = std::string("{}") + '\0'}); });
+  refuses([&] { engram::make(kId, {.task_options = {{cut, 1}}}); });
+  refuses([&] { engram::load_variants(std::string("/dev/null") + '\0' + ".json"); });
+  refuses([&] { engram::register_variant({id, kId, {}, {}}); });
+  VectorEnv env = make_running({.num_envs = 1});
+  refuses([&] { (void)env.output(std::string("reward") + '\0'); });
+  refuses([&] { (void)env.render(0, std::string("base_camera") + '\0', 8, 8); });
+  refuses([&] { env.reset({.pins = std::vector<engram::Pin>{{cut, {1}}}}); });
+  env.step(env.make_actions());
+}
+
 TEST_CASE("The header lists the tasks", "[cpp_door]") {
   CHECK(engram::task_ids().size() == engram_num_tasks());
   CHECK(engram::task_ids().front() == "ShellGameTouch-VLA-v0");

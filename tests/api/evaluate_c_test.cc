@@ -45,6 +45,20 @@ int still(void* user, const engram_policy_request* request, engram_policy_reply*
 
 }  // namespace
 
+TEST_CASE("C door: an empty text is no name and no folder", "[evaluation]") {
+  Call call;
+  for (const char* engram_evaluation_options::*const field :
+       {&engram_evaluation_options::name, &engram_evaluation_options::output,
+        &engram_evaluation_options::resume}) {
+    engram_evaluation_options options = options_of(1);
+    options.*field = "";
+    char* text = nullptr;
+    CHECK(engram_evaluate(&options, &still, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+    CHECK_THAT(engram_last_error(), Catch::Contains(": '' given, a text needed"));
+  }
+  CHECK(call.requests == 0);
+}
+
 TEST_CASE("C door: a callback is evaluated", "[evaluation]") {
   const engram_evaluation_options options = options_of(3);
   Call call;

@@ -2,6 +2,7 @@
 #include <mujoco/mujoco.h>
 
 #include <catch2/catch.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,12 @@ TEST_CASE("info: agrees with the library", "[apps]") {
   CHECK(task["draws"].size() == env->draws().size());
   CHECK(task["draws"][1]["name"] == "target");
   CHECK(task["outputs"].size() == env->outputs().size());
+  std::set<std::string> privileged;
+  for (const auto& output : task["outputs"]) {
+    if (output["privileged"].get<bool>()) privileged.insert(output["name"].get<std::string>());
+  }
+  CHECK(privileged == std::set<std::string>{"observation", "oracle_info", "obj_to_goal_pos",
+                                            "is_obj_placed", "reward_dict"});
   CHECK(task["props"].size() == env->physics_model().props().size());
   CHECK(task["constants"]["COLORS"] == 9);
   CHECK(task["phases"].size() == env->info().phases.size());

@@ -92,13 +92,15 @@ TEST_CASE("eval: documents of the protocol", "[apps]") {
                                                   "model",
                                                   "episode_lengths",
                                                   "episode_seeds",
+                                                  "version",
                                                   "rules",
                                                   "chance",
                                                   "first_answers",
                                                   "first_answers_correct",
                                                   "first_answer_correct",
                                                   "answer_chance",
-                                                  "memory_score"});
+                                                  "memory_score",
+                                                  "checksum"});
   CHECK(task["split"] == "Short");
   CHECK(task["memory_type"] == "Object");
   CHECK(task["start_seed"] == 4242424242);

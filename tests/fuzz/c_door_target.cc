@@ -48,6 +48,7 @@ const char* name(Input& input, Texts& texts) {
 
 engram_status checked(engram_status status) {
   require(status >= ENGRAM_OK && status < ENGRAM_INTERNAL, engram_last_error());
+  ++(status == ENGRAM_OK ? tally.accepted : tally.refused);
   if (status != ENGRAM_OK) require(*engram_last_error() != '\0', "a failure without a message");
   return status;
 }

@@ -7,31 +7,16 @@
 #include <vector>
 
 #include "tests/build_paths.h"
-#include "tests/fuzz/input.h"
+#include "tests/fuzz/targets.h"
 #include "tests/sanitizers.h"
 
 namespace engram {
 namespace {
 
-struct Target {
-  const char* name;
-  void (*run)(fuzz::Data);
-};
-
-constexpr Target kTargets[] = {
-    {"command_line", fuzz::fuzz_command_line},
-    {"c_door", fuzz::fuzz_c_door},
-    {"demonstrations", fuzz::fuzz_demonstrations},
-    {"npz", fuzz::fuzz_npz},
-    {"policy_pipe", fuzz::fuzz_policy_pipe},
-    {"results", fuzz::fuzz_results},
-    {"snapshot", fuzz::fuzz_snapshot},
-};
-
 TEST_CASE("Fuzz targets: their corpora", "[fuzz]") {
   // Batches of the C door's target, and their threads, last until the process ends.
   const test::ForgivenLeaks forgiven;
-  for (const Target& target : kTargets) {
+  for (const fuzz::Target& target : fuzz::kTargets) {
     const std::filesystem::path folder = std::filesystem::path(test::kData) / "fuzz" / target.name;
     int files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {

@@ -25,14 +25,23 @@ inline void require(bool good, const char* what) {
   if (!good) throw std::logic_error(what);
 }
 
+// What has become of the calls so far.
+struct Tally {
+  long accepted = 0;
+  long refused = 0;
+};
+inline Tally tally;
+
 // Runs a call that may refuse what it is given. Returns whether it did not. Anything but an Error
 // that tells of bad input is a finding.
 template <class F>
 bool accepted(F&& f) {
   try {
     f();
+    ++tally.accepted;
     return true;
   } catch (const Error& error) {
+    ++tally.refused;
     require(error.kind() != Error::kInternal, error.what());
     require(*error.what() != '\0', "an error without a message");
     return false;
@@ -106,6 +115,7 @@ void put_file(const std::filesystem::path& path, std::string_view content);
 void fuzz_command_line(Data data);
 void fuzz_c_door(Data data);
 void fuzz_demonstrations(Data data);
+void fuzz_edits(Data data);
 void fuzz_npz(Data data);
 void fuzz_policy_pipe(Data data);
 void fuzz_results(Data data);

@@ -2,6 +2,12 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <array>
+#include <csignal>
+#include <thread>
+#include <utility>
+#include <vector>
+
 #include "protocol/evaluation/policy_process.h"
 #include "tests/fuzz/input.h"
 
@@ -11,23 +17,78 @@ namespace {
 constexpr std::uint8_t kGreeting[] = {1,   0,   0,   0,   8, 0, 0, 0,  // a greeting of 8 bytes
                                       'E', 'N', 'G', 'M', 1, 0, 0, 0};
 
-// A pipe that says these bytes and is closed then.
-int pipe_with(Data greeting, Data data) {
-  int ends[2];
-  require(::pipe2(ends, O_CLOEXEC) == 0, "no pipe");
-  ssize_t written = ::write(ends[1], greeting.data(), greeting.size());
-  written += ::write(ends[1], data.data(), data.size());
-  ::close(ends[1]);
-  require(written == static_cast<ssize_t>(greeting.size() + data.size()), "pipe too small");
-  return ends[0];
-}
+// The other end of both pipes: hears every message, and answers as long as there is something left
+// to say.
+class Speaker {
+ public:
+  Speaker(Data greeting, Data said) : greeting_(greeting), said_(said) {
+    require(::pipe2(to_.data(), O_CLOEXEC) == 0, "no pipe");
+    require(::pipe2(from_.data(), O_CLOEXEC) == 0, "no pipe");
+    thread_ = std::thread([this] { serve(); });
+  }
+  // The policy has closed its ends.
+  ~Speaker() { thread_.join(); }
+  Speaker(const Speaker&) = delete;
+  Speaker& operator=(const Speaker&) = delete;
 
-void talk(int from, int rows) {
-  const int to = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  int to() const { return to_[1]; }
+  int from() const { return from_[0]; }
+
+ private:
+  static constexpr std::uint32_t kTask = 2;
+
+  void serve() {
+    std::array<std::uint32_t, 2> head{};
+    std::vector<std::byte> body;
+    while (hear(head.data(), sizeof head)) {
+      body.resize(head[1]);
+      if (!hear(body.data(), body.size())) break;
+      if (head[0] == kTask) continue;
+      say(greeting_.empty() ? next() : std::exchange(greeting_, {}));
+      if (said_.empty()) break;  // half a message is not waited for
+    }
+    ::close(to_[0]);
+    ::close(from_[1]);
+  }
+
+  // A message as long as it says itself, or what is left; sometimes with the next one.
+  Data next() {
+    std::uint32_t size = 0;
+    if (said_.size() >= 8) std::memcpy(&size, said_.data() + 4, sizeof size);
+    const bool twice = size % 16 == 15;
+    const std::size_t length =
+        twice ? said_.size() : std::min<std::size_t>(said_.size(), 8U + size);
+    const Data message = said_.first(length);
+    said_ = said_.subspan(length);
+    return message;
+  }
+  bool hear(void* bytes, std::size_t size) const {
+    auto* at = static_cast<char*>(bytes);
+    while (size > 0) {
+      const ssize_t count = ::read(to_[0], at, size);
+      if (count <= 0) return false;
+      at += count;
+      size -= static_cast<std::size_t>(count);
+    }
+    return true;
+  }
+  // A pipe holds all of it.
+  void say(Data bytes) const { (void)!::write(from_[1], bytes.data(), bytes.size()); }
+
+  Data greeting_;
+  Data said_;
+  std::array<int, 2> to_{};
+  std::array<int, 2> from_{};
+  std::thread thread_;
+};
+
+void talk(Data greeting, Data said, int rows) {
   const std::atomic<bool> stopped = false;
   std::atomic<std::uint64_t> steps = 0;
   const WorkContext context(0, stopped, steps);
-  PolicyProcess policy(to, from, {.command = "fuzz", .environment = {}}, context);
+  const Speaker speaker(greeting, said);
+  PolicyProcess policy(speaker.to(), speaker.from(), {.command = "fuzz", .environment = {}},
+                       context);
   const std::vector<std::int32_t> numbers(static_cast<std::size_t>(rows));
   const std::vector<std::uint8_t> first(numbers.size());
   const std::vector<std::string> instructions(numbers.size(), "touch it");
@@ -47,16 +108,18 @@ void talk(int from, int rows) {
       require(reply.chunk(row).size() % 7 == 0, "a chunk of parts of actions");
     }
   }
+  policy.settle();
 }
 
 }  // namespace
 
 void fuzz_policy_pipe(Data data) {
+  std::signal(SIGPIPE, SIG_IGN);  // as programs that have policies in processes do
   Input input(data);
   const int mode = input.take<std::uint8_t>();
   const Data greeting = (mode & 1) != 0 ? Data(kGreeting) : Data();
   const Data said = input.take_bytes(60'000);  // a pipe holds 64 KiB
-  accepted([&] { talk(pipe_with(greeting, said), 1 + (mode >> 1) % 3); });
+  accepted([&] { talk(greeting, said, 1 + (mode >> 1) % 3); });
 }
 
 }  // namespace engram::fuzz

@@ -41,6 +41,19 @@ TEST_CASE("a PNG file holds the pixels that were written", "[render]") {
   CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 1);
 }
 
+TEST_CASE("a PNG file replaces a link, and what a killed process left goes", "[render]") {
+  const Folder folder;
+  const fs::path other = folder.path / "other";
+  write_png(other, 2, 2, std::vector<std::uint8_t>(12));
+  const auto size = fs::file_size(other);
+  fs::create_symlink(other, folder.path / "a.png");
+  write_png(folder.path / "a.png.0123456789abcdef.engram-tmp", 2, 2, std::vector<std::uint8_t>(12));
+  write_png(folder.path / "a.png", 40, 40, std::vector<std::uint8_t>(4800, 7));
+  CHECK_FALSE(fs::is_symlink(folder.path / "a.png"));
+  CHECK(fs::file_size(other) == size);
+  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 2);
+}
+
 TEST_CASE("a PNG file that cannot be written leaves nothing behind", "[render]") {
   const Folder folder;
   const std::vector<std::uint8_t> rgb(12);

@@ -106,6 +106,23 @@ TEST_CASE("video: what is not finished leaves nothing behind", "[render]") {
   }
 }
 
+TEST_CASE("video: links are replaced, and what a killed process left goes", "[render]") {
+  const TemporaryFolder folder;
+  const std::filesystem::path other = folder.path() / "other";
+  std::ofstream(other) << "precious";
+  for (const char* name : {"a.mp4", "a.gif"}) {
+    const std::string path = (folder.path() / name).string();
+    std::filesystem::create_symlink(other, path);
+    std::ofstream(path + ".0123456789abcdef.engram-tmp") << "half";
+    write(path, 2, 30);
+    CHECK(read_video(path).frames.size() == 2);
+    std::filesystem::remove(path);
+  }
+  CHECK(tests::read_file(other) == "precious");
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()),
+                      std::filesystem::directory_iterator()) == 1);
+}
+
 TEST_CASE("video: refusals say what is allowed", "[render]") {
   const TemporaryFolder folder;
   const auto open = [&](const char* name, int width, int height, int rate) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <catch2/catch.hpp>
 #include <memory>
 #include <optional>
@@ -49,33 +48,9 @@ inline std::optional<Draw> draw_named(const TaskInfo& info, std::string_view nam
   return std::nullopt;
 }
 
-// Infos that tell what is hidden, or how near the robot is to it: for oracles, learning curves and
-// analysis. docs/protocol.md names them.
-inline constexpr std::array<std::string_view, 18> kClosedInfos = {
-    "oracle_info",
-    "obj_to_goal_pos",           // the way to the goal
-    "is_obj_placed",             // the hand is at the hidden goal
-    "target_blinks",             // what was counted
-    "flash_color",               // what flashed
-    "before_window",             // how the time stands to the one that was shown, as the next
-    "in_window",                 //
-    "found_working_count",       // of batteries, before their lamp tells
-    "start_checkpoint_dist",     // how far the contour is traced that was shown, as the next ones
-    "checkpoint_visited",        //
-    "visit_fraction",            //
-    "all_visited",               //
-    "active_shape_id",           //
-    "active_shape_idx",          //
-    "active_visit_fraction",     //
-    "active_all_visited",        //
-    "sequence_progress",         //
-    "max_cube_displacement_xy",  // of the cubes of the cue too, to the last bit
-};
-
+// Whether an output may tell what is hidden: docs/protocol.md names those infos.
 inline bool is_closed(const VectorEnv& env, const std::string& output) {
-  if (output == "observation") return observes_state(env.options().obs_mode);
-  if (output == "task_cue") return env.info().task_cue_dim == 0;  // but for the Rotate families
-  return std::ranges::find(kClosedInfos, output) != kClosedInfos.end();
+  return output != "instruction" && env.output(output).field->privileged;
 }
 
 // The outputs of the first environment that differ between two batches, in a bit.

@@ -26,5 +26,13 @@ TEST_CASE("Items are joined by a member or a function, with any separator", "[jo
             std::vector<int>{2, 30}, [](int n) { return std::to_string(n); }, "") == "230");
 }
 
+TEST_CASE("Numbers are as short as can be, whole ones without an exponent", "[join]") {
+  CHECK(shortest(7) == "7");
+  CHECK(shortest(-1e9) == "-1000000000");
+  CHECK(shortest(123456789012) == "123456789012");
+  CHECK(shortest(0.1) == "0.1");
+  CHECK(shortest(1e300) == "1e+300");
+}
+
 }  // namespace
 }  // namespace engram

@@ -217,11 +217,15 @@ TEST_CASE("Demonstrations: an interrupted folder is taken up again", "[demonstra
       fs::copy_file(expected / name, path / name);
     }
     write_file(path / ("train_data_" + std::to_string(files) + ".npz.77.engram-tmp"), "half");
-    DemonstrationFolder folder(root.path(), batched_task, plan);
-    CHECK(folder.episodes() == files);
-    CHECK(folder.next_seed() == 7U + static_cast<unsigned>(files));
-    const std::uint64_t first = folder.next_seed();
-    for (std::uint64_t seed = first; !folder.finished(); ++seed) folder.accept(seed, made_up(seed));
+    {
+      DemonstrationFolder folder(root.path(), batched_task, plan);
+      CHECK(folder.episodes() == files);
+      CHECK(folder.next_seed() == 7U + static_cast<unsigned>(files));
+      const std::uint64_t first = folder.next_seed();
+      for (std::uint64_t seed = first; !folder.finished(); ++seed) {
+        folder.accept(seed, made_up(seed));
+      }
+    }
     CHECK(content(path) == content(expected));
   }
 }

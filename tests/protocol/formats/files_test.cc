@@ -1,6 +1,8 @@
 // Files that are either whole or not there.
 #include "protocol/formats/files.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -37,6 +39,38 @@ TEST_CASE("What cannot be read is not taken for missing", "[files]") {
   CHECK_THROWS_WITH(names_in(folder.path() / "none"), Catch::Contains("none' cannot be read"));
 }
 
+TEST_CASE("Pipes and devices are no files: neither waited for nor read for ever", "[files]") {
+  const tests::TemporaryFolder folder;
+  const fs::path pipe = folder.path() / "pipe";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  CHECK_THROWS_WITH(read_file(pipe), Catch::Contains("pipe' cannot be read: it is not a file"));
+  fs::create_symlink("/dev/zero", folder.path() / "zeros");
+  CHECK_THROWS_WITH(read_file(folder.path() / "zeros"), Catch::Contains("it is not a file"));
+  const fs::path large = folder.path() / "large";
+  std::ofstream(large) << "";
+  fs::resize_file(large, std::uintmax_t{1} << 31);  // all of it a hole
+  CHECK_THROWS_WITH(read_file(large), Catch::Contains("cannot be read: File too large"));
+  // What a user names may be a pipe.
+  CHECK(read_input("/dev/null") == "");
+  CHECK_FALSE(read_input(folder.path() / "none"));
+}
+
+TEST_CASE("Files of engram's own names replace what is there, a user's pipe is written to",
+          "[files]") {
+  const tests::TemporaryFolder folder;
+  const fs::path name = folder.path() / "settings.json";
+  REQUIRE(::mkfifo(name.c_str(), 0600) == 0);
+  write_file(name, "text");
+  CHECK(fs::is_regular_file(name));
+  CHECK(read_file(name) == "text");
+  const fs::path device = folder.path() / "device";
+  fs::create_symlink("/dev/null", device);
+  write_output(device, "text");
+  CHECK(fs::is_symlink(device));
+  write_output(name, "other");
+  CHECK(read_file(name) == "other");
+}
+
 TEST_CASE("Folders tell all their names, and lose what was half-written", "[files]") {
   const tests::TemporaryFolder folder;
   const auto names = [&folder] {
@@ -51,7 +85,7 @@ TEST_CASE("Folders tell all their names, and lose what was half-written", "[file
   fs::create_directory(folder.path() / "within");
   const std::vector<std::string> all = {".hidden", "whole", "whole.7.engram-tmp", "within"};
   CHECK(names() == all);
-  remove_temporary_files(folder.path());
+  remove_temporary_files(folder.path().string());
   CHECK(names() == std::vector<std::string>{".hidden", "whole", "within"});
 }
 

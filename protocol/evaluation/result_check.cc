@@ -1,0 +1,94 @@
+#include "protocol/evaluation/result_check.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <limits>
+
+#include "core/base/checksum.h"
+
+namespace engram {
+namespace {
+
+constexpr std::uint64_t kMostSteps = std::numeric_limits<std::int32_t>::max();
+
+// The list under a key, each item as `read` takes it.
+template <class T, class Read>
+std::vector<T> values(const Document& document, const char* key, Read&& read) {
+  std::vector<T> all;
+  for (const Document& item : list(part(document, key))) all.push_back(read(item));
+  return all;
+}
+
+std::vector<Answer> answers_of(const Document& document) {
+  std::vector<Answer> answers;
+  if (is_null(part(document, "first_answers"))) return answers;
+  for (const Document& first : list(part(document, "first_answers"))) {
+    Answer answer;
+    if (!is_null(first)) answer = {1, static_cast<std::int32_t>(number(first)), 0};
+    answers.push_back(answer);
+  }
+  const DocumentList& correct = list(part(document, "first_answers_correct"));
+  for (std::size_t i = 0; i < answers.size() && i < correct.size(); ++i) {
+    answers[i].correct = truth(correct[i]) ? 1 : 0;
+  }
+  return answers;
+}
+
+TaskResult read(const Document& document, const RegistryEntry& entry) {
+  TaskResult result;
+  result.entry = &entry;
+  result.chance = number(part(document, "chance"));
+  result.successes = values<bool>(document, "successes", truth);
+  result.returns = values<double>(document, "returns", number);
+  result.lengths = values<int>(document, "episode_lengths", [](const Document& item) {
+    return static_cast<int>(whole_number(item, kMostSteps));
+  });
+  result.seeds = values<std::uint64_t>(document, "episode_seeds",
+                                       [](const Document& item) { return whole_number(item); });
+  result.answers = answers_of(document);
+  if (!result.answers.empty()) result.answer_chance = number(part(document, "answer_chance"));
+  result.chunk_size =
+      static_cast<int>(whole_number(part(document, "action_chunk_size"), kMostSteps));
+  return result;
+}
+
+}  // namespace
+
+std::optional<TaskResult> parse_result(const Document& document, const RegistryEntry& entry) {
+  try {
+    if (text(part(document, "env_id")) != entry.id) return std::nullopt;
+    TaskResult result = read(document, entry);
+    const std::size_t episodes = whole_number(part(document, "n_episodes"));
+    const bool complete = result.successes.size() == episodes &&
+                          result.returns.size() == episodes && result.lengths.size() == episodes &&
+                          result.seeds.size() == episodes &&
+                          (result.answers.empty() || result.answers.size() == episodes);
+    if (!complete) return std::nullopt;
+    return result;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+bool follows_protocol(const TaskResult& result, const EvaluationSettings& settings) {
+  if (result.seeds.size() != static_cast<std::size_t>(settings.episodes)) return false;
+  for (std::size_t i = 0; i < result.seeds.size(); ++i) {
+    if (result.seeds[i] != settings.start_seed + i) return false;
+  }
+  const int horizon = settings.constants.empty()
+                          ? result.entry->horizon
+                          : make_task(result.entry->id, settings.constants)->info().horizon;
+  return std::ranges::all_of(result.lengths,
+                             [horizon](int length) { return length >= 1 && length <= horizon; });
+}
+
+std::string document_checksum(const DocumentTable& document) {
+  std::array<char, 16> digits{};
+  const auto end =
+      std::to_chars(digits.data(), digits.data() + digits.size(), checksum(to_line(document)), 16);
+  const std::string text(digits.data(), end.ptr);
+  return std::string(digits.size() - text.size(), '0') + text;
+}
+
+}  // namespace engram

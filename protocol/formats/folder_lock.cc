@@ -1,0 +1,77 @@
+#include "protocol/formats/folder_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <cerrno>
+#include <string>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/base/temporary_file.h"
+
+namespace engram {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Says who has the folder. Named like a temporary file, so that the next run removes it if this one
+// is killed.
+constexpr const char* kNote = "in-use.0.engram-tmp";
+
+// What the note says, as far as it is text; or, without a note, as much as is known.
+std::string holder(const fs::path& note) {
+  std::string who;
+  const int file = ::open(note.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (file >= 0) {
+    char text[128];
+    const ssize_t got = ::read(file, text, sizeof text);
+    for (ssize_t i = 0; i < got && std::isprint(static_cast<unsigned char>(text[i])) != 0; ++i) {
+      who += text[i];
+    }
+    ::close(file);
+  }
+  return who.empty() ? "another process" : who;
+}
+
+std::string this_process() {
+  char host[65] = {};
+  if (::gethostname(host, sizeof host - 1) != 0) host[0] = '\0';
+  return "process " + std::to_string(::getpid()) + (host[0] == '\0' ? "" : " on ") + host;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const fs::path& folder)
+    : note_(folder / kNote),
+      descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  // Folders that cannot be opened, and file systems without locks, are not this class's matter.
+  if (descriptor_ < 0) return;
+  try {
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      throw Error(Error::kIo, "'" + folder.string() + "' is in use by " + holder(note_) +
+                                  "; wait for its end, or choose another folder");
+    }
+    remove_temporary_files(folder.string());
+    const std::string who = this_process();
+    const int note =
+        ::open(note_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (note >= 0) {
+      (void)write_all(note, std::as_bytes(std::span<const char>(who)));  // help, and no more
+      ::close(note);
+    }
+  } catch (...) {
+    ::close(descriptor_);
+    throw;
+  }
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ < 0) return;
+  ::unlink(note_.c_str());
+  ::close(descriptor_);
+}
+
+}  // namespace engram

@@ -1,0 +1,24 @@
+// A folder that one process at a time writes to.
+#pragma once
+
+#include <filesystem>
+
+namespace engram {
+
+// Keeps other processes, and other locks of this one, from a folder while it lives. Two runs that
+// write the same files would remove or overwrite each other's.
+class FolderLock {
+ public:
+  // Removes what a run that was killed has left half-written, and notes who has the folder. Throws
+  // Error (kIo), which says who that is, if another one has it.
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  std::filesystem::path note_;
+  int descriptor_;
+};
+
+}  // namespace engram

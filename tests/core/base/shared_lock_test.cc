@@ -1,0 +1,45 @@
+#include "core/base/shared_lock.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <thread>
+
+namespace engram {
+namespace {
+
+TEST_CASE("a child of fork finds no shared lock taken by a thread that it lacks") {
+  std::atomic<bool> taken = false;
+  std::atomic<bool> given_back = false;
+  std::thread other([&] {
+    const std::scoped_lock lock(shared_lock(Shared::kCompiler), shared_lock(Shared::kModels));
+    taken = true;
+    usleep(50'000);  // fork is called meanwhile
+    given_back = true;
+  });
+  while (!taken) std::this_thread::yield();
+  const pid_t child = fork();
+  if (child == 0) {
+    bool all_free = given_back;
+    for (int i = 0; i <= static_cast<int>(Shared::kModels); ++i) {
+      all_free = shared_lock(static_cast<Shared>(i)).try_lock() && all_free;
+    }
+    _exit(all_free ? 0 : 1);
+  }
+  other.join();
+  REQUIRE(child > 0);
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+  for (int i = 0; i <= static_cast<int>(Shared::kModels); ++i) {
+    std::mutex& lock = shared_lock(static_cast<Shared>(i));
+    REQUIRE(lock.try_lock());
+    lock.unlock();
+  }
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,24 @@
+// All fuzz targets by name, for the ordinary tests.
+#pragma once
+
+#include "tests/fuzz/input.h"
+
+namespace engram::fuzz {
+
+struct Target {
+  const char* name;
+  void (*run)(Data);
+};
+
+inline constexpr Target kTargets[] = {
+    {"command_line", fuzz_command_line},
+    {"c_door", fuzz_c_door},
+    {"demonstrations", fuzz_demonstrations},
+    {"edits", fuzz_edits},
+    {"npz", fuzz_npz},
+    {"policy_pipe", fuzz_policy_pipe},
+    {"results", fuzz_results},
+    {"snapshot", fuzz_snapshot},
+};
+
+}  // namespace engram::fuzz

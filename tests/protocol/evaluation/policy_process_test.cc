@@ -1,0 +1,209 @@
+// Policies as processes: how they end, and what they may say.
+#include "protocol/evaluation/policy_process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include "tests/temporary_folder.h"
+
+namespace engram {
+namespace {
+
+// A context that nobody stops, in a program that survives the end of a policy.
+struct Work {
+  Work() { std::signal(SIGPIPE, SIG_IGN); }
+
+  std::atomic<bool> stopped = false;
+  std::atomic<std::uint64_t> steps = 0;
+  WorkContext context{0, stopped, steps};
+};
+
+PolicyProcessOptions options_of(const std::string& command) {
+  PolicyProcessOptions options;
+  options.command = command;
+  options.timeout = std::chrono::seconds(100);  // longer than any of these tests takes
+  return options;
+}
+
+// Whether the process goes on. A signal that has been sent takes a moment; what nobody has waited
+// for runs no more.
+bool runs(const std::string& process) {
+  for (int i = 0; i < 1000; ++i) {
+    std::ifstream file("/proc/" + process + "/stat");
+    std::string text;
+    std::getline(file, text);
+    const std::size_t end = text.rfind(')');
+    if (end == std::string::npos || text.compare(end, 4, ") Z ") == 0) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return true;
+}
+
+// The number that a command writes into a file, which takes it a moment.
+std::string number_in(const std::filesystem::path& file) {
+  std::string text = tests::read_file(file);
+  for (int i = 0; i < 1000 && !text.ends_with('\n'); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    text = tests::read_file(file);
+  }
+  REQUIRE(text.ends_with('\n'));
+  text.pop_back();
+  return text;
+}
+
+TEST_CASE("A shell that dies is told of at once, and nothing of it stays", "[policy]") {
+  const tests::TemporaryFolder folder;
+  const std::string file = (folder.path() / "child").string();
+  const Work work;
+  // The child has the pipe, which therefore does not close.
+  for (const char* end : {"exit 3", "kill -9 $$"}) {
+    std::filesystem::remove(file);
+    const std::string command = "sleep 1000 & echo $! >'" + file + "'; " + end;
+    CHECK_THROWS_WITH(
+        PolicyProcess(options_of(command), work.context),
+        Catch::Contains(end == std::string("exit 3") ? "ended with exit code 3" : "by signal 9"));
+    CHECK_FALSE(runs(number_in(file)));
+  }
+}
+
+TEST_CASE("A policy that is no longer waited for ends with all its processes", "[policy]") {
+  const tests::TemporaryFolder folder;
+  const std::string file = (folder.path() / "child").string();
+  const Work work;
+  PolicyProcessOptions options =
+      options_of("trap '' TERM HUP; sleep 1000 & echo $! >'" + file + "'; sleep 1000");
+  options.timeout = std::chrono::seconds(1);
+  CHECK_THROWS_WITH(PolicyProcess(options, work.context), Catch::Contains("within 1 s"));
+  CHECK_FALSE(runs(number_in(file)));
+}
+
+TEST_CASE("What a policy says before its end is heard", "[policy]") {
+  const Work work;
+  // The answer to the greeting, in octal; then nothing more.
+  const std::string greeting =
+      R"(printf '\1\0\0\0\10\0\0\0ENGM\1\0\0\0'; head -c 44 >/dev/null; exit 0)";
+  CHECK_NOTHROW(PolicyProcess(options_of(greeting), work.context));
+}
+
+// --- answers ---
+
+// The other end of the pipes, in the same thread.
+class Pipes {
+ public:
+  Pipes() {
+    REQUIRE(::pipe2(to_.data(), O_CLOEXEC) == 0);
+    REQUIRE(::pipe2(from_.data(), O_CLOEXEC) == 0);
+    say({1, 8, 0x4d474e45, 1});
+  }
+  ~Pipes() {
+    ::close(to_[0]);
+    ::close(from_[1]);
+  }
+  Pipes(const Pipes&) = delete;
+  Pipes& operator=(const Pipes&) = delete;
+
+  int to() const { return to_[1]; }
+  int from() const { return from_[0]; }
+  void say(const std::vector<std::uint32_t>& words) const {
+    const std::size_t size = words.size() * sizeof(std::uint32_t);
+    REQUIRE(::write(from_[1], words.data(), size) == static_cast<ssize_t>(size));
+  }
+  // An action of zeros for one episode.
+  void answer() const { say({4, 4 * 10, 1, 1, 7, 0, 0, 0, 0, 0, 0, 0}); }
+  // Answers so many times once it is asked.
+  std::thread answer_when_asked(int times) const {
+    while (drain()) {
+    }
+    return std::thread([this, times] {
+      pollfd one{to_[0], POLLIN, 0};
+      ::poll(&one, 1, 10'000);
+      for (int i = 0; i < times; ++i) answer();
+    });
+  }
+
+ private:
+  bool drain() const {
+    std::array<char, 1024> bytes{};
+    pollfd one{to_[0], POLLIN, 0};
+    return ::poll(&one, 1, 0) > 0 && ::read(to_[0], bytes.data(), bytes.size()) > 0;
+  }
+
+  std::array<int, 2> to_{};
+  std::array<int, 2> from_{};
+};
+
+struct Question {
+  std::vector<std::int32_t> slot = {0};
+  std::vector<std::int32_t> episode = {7};
+  std::vector<std::int32_t> step = {0};
+  std::vector<std::uint8_t> first = {1};
+  std::vector<std::string> instruction = {"touch it"};
+  std::vector<float> proprio = std::vector<float>(7);
+
+  void ask(PolicyProcess& policy, const WorkContext& context) {
+    PolicyRequest request;
+    request.env_id = "RememberColor3-VLA-v0";
+    request.count = 1;
+    request.slots = slot;
+    request.episodes = episode;
+    request.steps = step;
+    request.first = first;
+    request.instructions = instruction;
+    request.proprio = proprio;
+    request.context = &context;
+    PolicyReply reply(1, 7);
+    policy.act(request, reply);
+    CHECK(reply.chunk(0).size() == 7);
+    ++step[0];
+  }
+};
+
+TEST_CASE("Every question has one answer, one that has two is named", "[policy]") {
+  const Pipes pipes;
+  const Work work;
+  PolicyProcess policy(pipes.to(), pipes.from(), options_of("x"), work.context);
+  Question question;
+  for (const int answers : {1, 1, 2}) {
+    std::thread other = pipes.answer_when_asked(answers);
+    question.ask(policy, work.context);
+    other.join();
+  }
+  // Steps 0 to 2 were asked for; the last answer came twice.
+  CHECK_THROWS_WITH(question.ask(policy, work.context),
+                    Catch::Contains("48 bytes too many after its answer to step 2 of episode 7 of "
+                                    "RememberColor3-VLA-v0"));
+}
+
+TEST_CASE("A second answer to the last question is found, too", "[policy]") {
+  const Pipes pipes;
+  const Work work;
+  PolicyProcess policy(pipes.to(), pipes.from(), options_of("x"), work.context);
+  Question question;
+  std::thread other = pipes.answer_when_asked(1);
+  question.ask(policy, work.context);
+  other.join();
+  CHECK_NOTHROW(policy.settle());
+  pipes.answer();
+  CHECK_THROWS_WITH(policy.settle(), Catch::Contains("its answer to step 0 of episode 7"));
+}
+
+TEST_CASE("An answer that comes before its question is refused", "[policy]") {
+  const Pipes pipes;
+  const Work work;
+  PolicyProcess policy(pipes.to(), pipes.from(), options_of("x"), work.context);
+  pipes.answer();
+  Question question;
+  CHECK_THROWS_WITH(question.ask(policy, work.context), Catch::Contains("to the greeting"));
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,160 @@
+// Folders of results: what is taken for a result of the run, and what is not.
+#include "protocol/evaluation/result_files.h"
+
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "protocol/evaluation/result_check.h"
+#include "protocol/formats/files.h"
+#include "tests/temporary_folder.h"
+
+namespace engram {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kId = "RememberColor3-VLA-v0";
+
+EvaluationSettings settings_of(Document policy_config) {
+  EvaluationSettings settings;
+  settings.tasks = {kId};
+  settings.episodes = 2;
+  settings.policy = "mine";
+  settings.policy_config = std::move(policy_config);
+  return settings;
+}
+
+TaskResult result() {
+  TaskResult result;
+  result.entry = &require_entry(kId);
+  result.chance = 1.0 / 3;
+  result.answer_chance = 1.0 / 3;
+  result.successes = {true, false};
+  result.returns = {12.5, 0.1};
+  result.lengths = {25, 25};
+  result.answers = {{1, 2, 1}, {}};
+  result.seeds = {kBenchmarkSeed, kBenchmarkSeed + 1};
+  return result;
+}
+
+struct Folder {
+  tests::TemporaryFolder folder;
+  EvaluationSettings settings = settings_of(DocumentTable{{"command", "x"}});
+  Document document = task_document(result(), settings);
+
+  ResultFolder open() const { return ResultFolder::open(folder.path()); }
+  void write(const Document& task) const {
+    write_file(folder.path() / (std::string(kId) + ".json"), to_text(task));
+  }
+  bool accepts(const Document& task) const {
+    write(task);
+    return open().finished(settings).contains(kId);
+  }
+};
+
+// The document with one value changed; the checksum fits what was changed if that is wanted.
+Document edited(const Document& document, std::string_view key, Document value, bool checked) {
+  DocumentTable all = table(document);
+  for (auto& [name, old] : all) {
+    if (name == key) old = value;
+  }
+  if (checked) {
+    all.pop_back();
+    all.emplace_back("checksum", document_checksum(all));
+  }
+  return all;
+}
+
+TEST_CASE("Results survive their document", "[evaluation][results]") {
+  const Folder folder;
+  const auto read = parse_result(folder.document, require_entry(kId));
+  REQUIRE(read);
+  CHECK((task_document(*read, folder.settings) == folder.document));
+  CHECK(folder.accepts(folder.document));
+}
+
+TEST_CASE("An edited result is none", "[evaluation][results]") {
+  const Folder folder;
+  const Document seeds = DocumentList{1, 2};
+  const std::pair<const char*, Document> edits[] = {{"split", "Long"},
+                                                    {"memory_type", "Spatial"},
+                                                    {"successes", DocumentList{true, true}},
+                                                    {"returns", DocumentList{99.5, 99.5}},
+                                                    {"sr", 1.0},
+                                                    {"mean_return", 99.0},
+                                                    {"benchmark_commit", "abc"},
+                                                    {"wrapper_chain", "none"},
+                                                    {"action_chunk_size", 8},
+                                                    {"episode_lengths", DocumentList{7, 7}},
+                                                    {"episode_seeds", seeds},
+                                                    {"chance", 0.9},
+                                                    {"first_answers", DocumentList{1, nullptr}},
+                                                    {"first_answer_correct", 1.0},
+                                                    {"memory_score", 1.0},
+                                                    {"checksum", "0000000000000000"}};
+  for (const auto& [key, value] : edits) {
+    INFO(key);
+    REQUIRE(find(folder.document, key) != nullptr);
+    CHECK_FALSE(folder.accepts(edited(folder.document, key, value, false)));
+  }
+  DocumentTable more = table(folder.document);
+  more.emplace_back("note", "by hand");
+  CHECK_FALSE(folder.accepts(more));
+}
+
+TEST_CASE("A checksum does not make sense of a result that has none", "[evaluation][results]") {
+  const Folder folder;
+  const std::pair<const char*, Document> edits[] = {{"split", "Long"},
+                                                    {"sr", 1.0},
+                                                    {"mean_return", 99.0},
+                                                    {"episode_lengths", DocumentList{25, 26}},
+                                                    {"episode_lengths", DocumentList{0, 25}},
+                                                    {"episode_seeds", DocumentList{1, 2}},
+                                                    {"memory_score", 1.0},
+                                                    {"first_answer_correct", 1.0}};
+  for (const auto& [key, value] : edits) {
+    INFO(key);
+    CHECK_FALSE(folder.accepts(edited(folder.document, key, value, true)));
+  }
+}
+
+TEST_CASE("Results of another version are refused, whoever played", "[evaluation][results]") {
+  for (const Document& config : {Document(), Document(DocumentTable{{"command", "x"}})}) {
+    Folder folder;
+    folder.settings = settings_of(config);
+    const Document document = task_document(result(), folder.settings);
+    CHECK(text(part(document, "version")) == version());
+    folder.write(edited(document, "version", "99.0.0", true));
+    CHECK_THROWS_WITH(
+        folder.open().finished(folder.settings),
+        Catch::Contains("has version \"99.0.0\", this run") && Catch::Contains(version()));
+    DocumentTable nameless = table(document);
+    std::erase_if(nameless, [](const auto& entry) { return entry.first == "version"; });
+    folder.write(nameless);
+    CHECK_THROWS_WITH(folder.open().finished(folder.settings),
+                      Catch::Contains("has version null, this run"));
+  }
+}
+
+TEST_CASE("A folder of results is one run's at a time", "[evaluation][results]") {
+  const Folder folder;
+  {
+    const ResultFolder one = folder.open();
+    const ResultFolder copy = one;  // the same run
+    CHECK_THROWS_WITH(folder.open(), Catch::Contains("is in use by process"));
+  }
+  CHECK_NOTHROW(folder.open());
+}
+
+TEST_CASE("Pictures that lead out of the folder are not followed", "[evaluation][results]") {
+  const Folder folder;
+  const tests::TemporaryFolder elsewhere;
+  const fs::path theirs = elsewhere.path() / "RememberColor3-VLA-v0.png.1.engram-tmp";
+  std::ofstream(theirs) << "theirs";
+  fs::create_directory_symlink(elsewhere.path(), folder.folder.path() / "samples");
+  CHECK_THROWS_WITH(folder.open(), Catch::Contains("samples' leads elsewhere"));
+  CHECK(fs::exists(theirs));
+}
+
+}  // namespace
+}  // namespace engram
