@@ -5,8 +5,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# The mirror that this machine's apt uses.
-mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | head -n 1)}
+mirror=$(scripts/debian_mirror.sh)
 if [ "$(id -u)" -ne 0 ]; then
   echo "check_packages.sh needs root for chroot" >&2
   exit 1

@@ -10,7 +10,7 @@ executions=${1:-1000000}
 shift || true
 targets=("$@")
 [ ${#targets[@]} -gt 0 ] ||
-  targets=(command_line policy_pipe npz results demonstrations snapshot c_door)
+  targets=(command_line policy_pipe npz results edits demonstrations snapshot c_door)
 
 scripts/install_dependencies.sh clang libclang-rt-dev
 cmake --preset fuzz

@@ -1,16 +1,23 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that the build needs, and those that are named, such as clang; only
-# those that are missing.
+# those that are missing. --list-libraries prints what the Python package is built from instead.
 set -euo pipefail
 
-packages=(
-  build-essential cmake ninja-build ccache
+libraries=(
   libmujoco-dev libeigen3-dev libtinyxml2-dev librandom123-dev libpng-dev libzip-dev
-  libegl-dev libgl-dev libegl1 libegl-mesa0 libgl1-mesa-dri
-  pkg-config libcairo2-dev fonts-dejavu-core
-  libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
-  python3-dev python3-venv
+  libegl-dev libgl-dev libcairo2-dev python3-dev
   libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev
+)
+if [ "${1:-}" = --list-libraries ]; then
+  printf '%s\n' "${libraries[@]}"
+  exit 0
+fi
+packages=(
+  build-essential cmake ninja-build ccache pkg-config
+  "${libraries[@]}"
+  libegl1 libegl-mesa0 libgl1-mesa-dri fonts-dejavu-core
+  libavcodec-dev libavformat-dev libavutil-dev libswscale-dev
+  python3-venv
   libopenmpi-dev openmpi-bin
   catch2
   "$@"

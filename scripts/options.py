@@ -33,7 +33,7 @@ def camel(name):
 
 for enum in LIST["enum"]:
     plain = "const char*" if enum.get("text") else "int32_t"
-    TYPES[enum["name"]] = (plain, camel(enum["name"]), "str")
+    TYPES[enum["name"]] = (plain, camel(enum["name"]), camel(enum["name"]))
 
 
 def completed(option):
@@ -118,10 +118,10 @@ def default_in_words(option):
 
 
 def comment(indent, text, mark="// "):
-    """A comment of its own, before what it speaks of."""
-    if mark == "// ":
+    """A comment of its own, before what it speaks of. Doxygen reads "/// " and "/** "."""
+    if mark.startswith("//"):
         return wrapped(text, indent + mark, indent + mark)
-    return wrapped(text + " */", indent + "/* ", indent + " * ")
+    return wrapped(text + " */", indent + mark, indent + " * ")
 
 
 def wrapped(text, first, further):
@@ -151,11 +151,11 @@ def enum_in_c(name):
     def lines(indent):
         enum = ENUMS[name]
         values = enum["values"]
-        result = comment(indent, enum["meaning"], "/* ") if "meaning" in enum else []
+        result = comment(indent, enum["meaning"], "/** ") if "meaning" in enum else []
         result.append(f"typedef enum engram_{name} {{")
         for number, value in enumerate(values):
             if "meaning" in value:
-                result += comment("  ", sentence(value["meaning"]), "/* ")
+                result += comment("  ", sentence(value["meaning"]), "/** ")
             comma = "," * (number + 1 < len(values))
             result.append(f"  {constant(enum, value['name'])} = {number}{comma}")
         return [*result, f"}} engram_{name};"]
@@ -164,7 +164,8 @@ def enum_in_c(name):
 
 
 def enum_in_cpp(enum, public):
-    result = comment("", enum["meaning"]) if "meaning" in enum else []
+    mark = "/// " if public else "// "
+    result = comment("", enum["meaning"], mark) if "meaning" in enum else []
     result.append(f"enum class {camel(enum['name'])} {{")
     lines = []
     for value in enum["values"]:
@@ -172,12 +173,13 @@ def enum_in_cpp(enum, public):
         lines.append(f"  {enumerator(value['name'])}{number},")
     longest = max(map(len, lines))
     meanings = [value.get("meaning") for value in enum["values"]]
-    beside = all(text and longest + len("  // ") + len(text) <= WIDTH for text in meanings)
+    tail = "  ///< " if public else "  // "
+    beside = all(text and longest + len(tail) + len(text) <= WIDTH for text in meanings)
     for line, text in zip(lines, meanings):
         if beside:
-            line = f"{line:{longest}}  // {text}"
+            line = f"{line:{longest}}{tail}{text}"
         elif text:
-            result += comment("  ", sentence(text))
+            result += comment("  ", sentence(text), mark)
         result.append(line)
     return [*result, "};"]
 
@@ -237,7 +239,7 @@ def c_fields(indent):
         if kind == "maybe":
             range_ = "-1 (the task's own rule), 0 or 1"
         default = default_in_c(option) if kind else default_in_words(option)
-        result += comment(indent, sentence(option["meaning"], range_, f"default {default}"), "/* ")
+        result += comment(indent, sentence(option["meaning"], range_, f"default {default}"), "/** ")
         declarations = option.get("c") or [f"{TYPES[kind][0]} {option['name']};"]
         result += [indent + line for line in declarations]
     return result
@@ -253,7 +255,8 @@ def cpp_fields(door, struct=""):
             if where != struct:
                 continue
             kind = TYPES[option["type"]][1] if option["type"] else option[door + "_type"]
-            result += comment(indent, sentence(option["meaning"], allowed(option)))
+            mark = "/// " if door == "cpp" else "// "
+            result += comment(indent, sentence(option["meaning"], allowed(option)), mark)
             result.append(f"{indent}{kind} {field} = {default_in_cpp(option)};")
         return result
 
@@ -328,16 +331,42 @@ def keywords():
     return ordered(taken + own, ["num_envs", *LIST["order"]["python"]], "python")
 
 
+def typed(option):
+    """Python's type of a keyword, and its default."""
+    if "signature" in option:
+        return tuple(option["signature"].rsplit(" = ", 1))
+    kind = TYPES[option["type"]][2]
+    if option["type"] == "text":
+        kind = camel(option["name"])
+    return kind, default_in_python(option)
+
+
 def signature(indent):
+    named = [option for option in keywords() if not option.get("positional")]
+    return [f"{indent}{o['python']}: {' = '.join(typed(o))}," for o in named]
+
+
+def python_types(indent):
+    names = {enum["name"]: [value["name"] for value in enum["values"]] for enum in LIST["enum"]}
+    texts = {o["name"]: o["values"] for o in OPTIONS if o["type"] == "text"}
     result = []
-    for option in keywords():
-        if option.get("positional"):
-            continue
-        text = option.get("signature")
-        if text is None:
-            text = f"{TYPES[option['type']][2]} = {default_in_python(option)}"
-        result.append(f"{indent}{option['python']}: {text},")
-    return result
+    for name, values in {**names, **texts, **LIST["names"]}.items():
+        if name == "auto_reset":
+            continue  # autoreset_name has its names
+        quoted = [f'"{value}"' for value in values]
+        line = f"{camel(name)} = Literal[{', '.join(quoted)}]"
+        if len(line) > WIDTH:
+            result += [f"{camel(name)} = Literal[", *[f"    {q}," for q in quoted], "]"]
+        else:
+            result.append(line)
+    for of_batch, head in ((False, "EnvOptions(TypedDict"), (True, "BatchOptions(EnvOptions")):
+        about = "of batches too" if of_batch else "of environments, single or in batches"
+        result += ["", "", f"class {head}, total=False):", f'    """Keywords {about}, but for obs_mode."""', ""]
+        for option in keywords():
+            taken = option["python"] not in ("num_envs", "obs_mode")
+            if taken and option.get("batch", False) == of_batch:
+                result.append(f"    {option['python']}: {typed(option)[0]}")
+    return [*result, "", ""]
 
 
 def default_in_python(option):
@@ -363,6 +392,10 @@ def python_lists(indent):
             continue
         pairs = [f'"{value["name"]}": {i}' for i, value in enumerate(enum["values"])]
         result.append(f"{enum['name'].upper()} = {{{', '.join(pairs)}}}")
+    cameras = ", ".join(f'"{name}"' for name in LIST["names"]["camera"])
+    result.append(f"CAMERAS = ({cameras})")
+    side = next(option for option in OPTIONS if option["name"] == "image_width")
+    result.append(f"IMAGE_SIDE = ({side['low']}, {side['high']})  # pixels")
     result += ["", "# How each keyword is converted: by type, or by the numbers behind its names."]
     result.append("KINDS: dict[str, str | dict[str, int]] = {")
     for option in CONVERTED:
@@ -429,6 +462,7 @@ BLOCKS = {
     "python/src/module.cc": {"bindings": bindings},
     "python/engram/_option_list.py": {"lists": python_lists},
     "python/engram/vector_env.py": {"signature": signature},
+    "python/engram/typing.py": {"types": python_types},
     "docs/embedding.md": {"table": table},
 }
 

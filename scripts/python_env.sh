@@ -1,25 +1,42 @@
 #!/usr/bin/env bash
-# Builds the Python package and installs it into two virtual environments, with what its tests and
-# examples need: python_env.sh [FOLDER], default build/python-env. FOLDER has the newest Gymnasium,
-# torch, jax and Stable-Baselines3; FOLDER-0.29 has Gymnasium 0.29, which older stacks pin.
+# Builds the Python package and installs it into virtual environments, with what its tests, clients
+# and examples need: python_env.sh [FOLDER], default build/python-env.
+#   FOLDER       the newest of everything
+#   FOLDER-0.29  Gymnasium 0.29, which older stacks pin, and the newest of the rest beside it
+#   FOLDER-data  readers of data sets: LeRobot, which needs Python 3.12 and an older torch, and
+#                TensorFlow's, which whatever logs to TensorBoard would import at every start
+# They share files: uv links what several of them install.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 env=${1:-build/python-env}
 old=$env-0.29
-tools=("scikit-build-core>=0.10" "nanobind>=2.4" pytest)
+data=$env-data
 
-for folder in "$env" "$old"; do
-  [ -x "$folder/bin/python" ] || python3 -m venv "$folder"
-done
-pip_install() {  # FOLDER REQUIREMENT...
+run_time=nanobind-backend  # of engram's own
+readers=(pyarrow av pandas pillow protobuf google-crc32c)  # engram[datasets]
+shared=(
+  "$run_time" pytest numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
+  stable-baselines3 sb3-contrib torchrl skrl vla-eval
+  mypy "pyright[nodejs]" pygame nbclient ipykernel
+)
+
+[ -x "$env/bin/python" ] || python3 -m venv "$env"
+[ -x "$old/bin/python" ] || python3 -m venv "$old"
+if [ ! -x "$data/bin/python" ]; then
+  newer=$(scripts/newer_python.sh)
+  "$newer" -m venv "$data"
+fi
+"$env/bin/python" -m pip install --quiet --disable-pip-version-check --upgrade uv
+install() {  # FOLDER REQUIREMENT...
   local folder=$1
   shift
-  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
+  "$env/bin/uv" pip install --quiet --python "$folder/bin/python" "$@"
 }
-pip_install "$env" "${tools[@]}" "gymnasium>=1.1" numpy torch jax stable-baselines3 matplotlib \
-  array-api-compat moviepy vla-eval ruff mypy
-pip_install "$old" "gymnasium==0.29.1" "numpy<2" pytest
+install "$env" "scikit-build-core>=0.10" "nanobind>=3.1" "gymnasium>=1.1" "${shared[@]}" ruff
+install "$old" "gymnasium==0.29.1" "numpy<2" "${shared[@]}" "pyarrow<22"  # newer ones need NumPy 2
+install "$data" "$run_time" "lerobot[dataset,evaluation]>=0.6.1" tensorflow-cpu \
+  tensorflow-datasets pytest "${readers[@]}"
 
 # The compiler by the name that the main build calls it, so that ccache finds its objects again.
 # Without precompiled headers: so every file of the library shows that it includes what it needs.
@@ -27,8 +44,8 @@ wheels=build/wheels
 rm -rf "$wheels"
 CC=${CC:-cc} CXX=${CXX:-c++} "$env/bin/python" -m pip wheel --quiet --disable-pip-version-check \
   --no-build-isolation --no-deps --wheel-dir "$wheels" \
-  --config-settings=cmake.define.ENGRAM_PCH=OFF ./python
-for folder in "$env" "$old"; do
-  pip_install "$folder" --force-reinstall --no-deps "$wheels"/engram-*.whl
+  --config-settings=cmake.define.ENGRAM_PCH=OFF .
+for folder in "$env" "$old" "$data"; do
+  install "$folder" --no-deps --reinstall-package engram "$wheels"/engram-*.whl
 done
-echo "engram is installed in $env and $old"
+echo "engram is installed in $env, $old and $data"

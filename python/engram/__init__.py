@@ -2,9 +2,9 @@
 
     import engram
 
-    env = engram.make_vec("RememberColor9-VLA-v0", num_envs=256, seed=7)
+    env = engram.make_vec("RememberColor9-VLA-v0", num_envs=256, seed=7, autoreset_mode="DISABLED")
     obs, info = env.reset()
-    for _ in range(60):
+    for _ in range(env.description["horizon"]):
         obs, reward, terminated, truncated, info = env.step(env.act("oracle"))
 
 ``VectorEnv`` says what a batch offers, ``list`` and ``describe`` which tasks there are.
@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import builtins
 import importlib
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ from engram.errors import (
     UnknownIdError,
 )
 from engram.evaluation import evaluate
+from engram.making import make, make_vec
 from engram.registration import load_variants, register
 from engram.registry import describe
 from engram.registry import list_tasks as list
@@ -71,18 +73,8 @@ def __getattr__(name: str) -> Any:
     return value
 
 
-def make(id: str, **options: Any) -> Env:
-    """One environment; see ``Env``."""
-    from engram.env import Env
-
-    return Env(id, **options)
-
-
-def make_vec(id: str, num_envs: int = 1, **options: Any) -> VectorEnv:
-    """A batch of environments; see ``VectorEnv``."""
-    from engram.vector_env import VectorEnv
-
-    return VectorEnv(id, num_envs, **options)
+def __dir__() -> builtins.list[str]:
+    return sorted({*globals(), *_HOMES})
 
 
 register()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from engram._options import pin_list
-from engram._values import constants_json, integer, seed_value
+from engram._values import constants_json, integer, nearest, seed_value
 from engram.errors import InvalidArgumentError, UnknownIdError
 
 _RESET_OPTIONS = ("reset_mask", "pins", "constants")
@@ -40,23 +41,12 @@ def reset_options(
     """Mask, pins and ranges of a reset; None where there are none."""
     if options is None:
         return None, None, None
+    if not isinstance(options, Mapping):
+        raise InvalidArgumentError(f"options: {kind_of(options)} given, a dict needed")
     for name in options:
-        if name not in _RESET_OPTIONS:
-            raise UnknownIdError(
-                f"reset option {name!r} given; allowed: {', '.join(_RESET_OPTIONS)}"
-            )
+        _refuse_misspelt(name)
     pins = options.get("pins")
-    mask = options.get("reset_mask")
-    if mask is not None:
-        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
-            raise InvalidArgumentError(f"reset_mask: {kind_of(mask)} given, a bool array needed")
-        if mask.shape != (num_envs,):
-            raise InvalidArgumentError(
-                f"reset_mask: shape {mask.shape} given, ({num_envs},) needed"
-            )
-        if not mask.any():
-            raise InvalidArgumentError("reset_mask: True for no environment")
-        mask = np.array(mask)  # the caller may change theirs
+    mask = _mask(options.get("reset_mask"), num_envs)
     constants = options.get("constants")
     return (
         mask,
@@ -65,11 +55,40 @@ def reset_options(
     )
 
 
+def _refuse_misspelt(name: Any) -> None:
+    """What is nearly one of ours is a mistake; all else is for others, as Gymnasium has it."""
+    if not isinstance(name, str) or name in _RESET_OPTIONS:
+        return
+    meant = nearest(name, _RESET_OPTIONS)
+    if meant is not None:
+        raise UnknownIdError(
+            f"reset option {name!r} given, did you mean {meant!r}? "
+            f"engram's are: {', '.join(_RESET_OPTIONS)}"
+        )
+
+
+def _mask(mask: Any, num_envs: int) -> np.ndarray | None:
+    """Which environments are to be reset."""
+    if mask is None:
+        return None
+    if isinstance(mask, (list, tuple)) and all(isinstance(one, (bool, np.bool_)) for one in mask):
+        mask = np.array(mask, np.bool_)
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+        raise InvalidArgumentError(
+            f"reset_mask: {kind_of(mask)} given, a bool array or a list of bools needed"
+        )
+    if mask.shape != (num_envs,):
+        raise InvalidArgumentError(f"reset_mask: shape {mask.shape} given, ({num_envs},) needed")
+    if not mask.any():
+        raise InvalidArgumentError("reset_mask: True for no environment")
+    return np.array(mask)  # the caller may change theirs
+
+
 def seed_list(seed: Any, num_envs: int) -> np.ndarray | list[int | None] | None:
     """One unsigned 64-bit seed per environment; a list if some are None."""
     if seed is None:
         return None
-    if isinstance(seed, (list, tuple, np.ndarray)):
+    if isinstance(seed, (list, tuple)) or (isinstance(seed, np.ndarray) and seed.ndim > 0):
         values = [None if value is None else seed_value("seed", value) for value in seed]
         if len(values) != num_envs:
             raise InvalidArgumentError(f"seed: {len(values)} values given, {num_envs} needed")

@@ -3,8 +3,28 @@
 from __future__ import annotations
 
 import enum
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import gymnasium
+
+# What an environment observes, and what vector environments derive from: 0.29's is not generic.
+if TYPE_CHECKING:
+    import numpy as np
+    from typing_extensions import TypeVar as TypeVarWithDefault
+
+    ObsT = TypeVarWithDefault("ObsT", default=Any)
+    VectorBase = gymnasium.vector.VectorEnv[ObsT, np.ndarray, np.ndarray]
+else:
+    ObsT = TypeVar("ObsT")
+
+    class _Base:
+        """Indexed, it is Gymnasium's class itself: clients look for that among the bases."""
+
+        def __getitem__(self, _: Any) -> type:
+            return gymnasium.vector.VectorEnv
+
+    VectorBase = _Base()
+
 
 GYMNASIUM_1 = int(gymnasium.__version__.split(".", 1)[0]) >= 1
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
 import numpy as np
@@ -16,14 +16,15 @@ _RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_m
 # Infos that are NaN until there are any; until then their mask is False.
 _SOMETIMES = frozenset(["reward_dict"])
 
+# A name, that of its mask, the view of its values, and what hands them out.
+_Column = tuple[str, str, np.ndarray, Callable[[], Any]]
+
 
 class Infos:
     """The infos of a batch: its outputs beside observations, rewards and endings.
 
     Attributes:
         views: Columns by name, views of engram's own buffers.
-        instructions: Instructions of the running episodes. Infos hold them, so that new ones go
-            into a new array.
         final_views: Columns of episodes that have just ended; empty unless batches reset in the
             same step.
     """
@@ -34,16 +35,19 @@ class Infos:
         outputs: dict[str, np.ndarray],
         layout: Layout,
         *,
+        without: Collection[str],
         same_step: bool,
-        copy: bool,
+        handed_out: Callable[[Any], Callable[[], Any]],
         language: bool,
     ) -> None:
         self._batch = batch
-        self._copy = copy
         self._language = language
-        names = [n for n in outputs if n not in _RETURNED and n not in layout.keys]
-        self.views = {name: outputs[name] for name in names}
-        self.instructions = np.full(batch.num_envs, "", dtype=object)
+        left_out = {*_RETURNED, *layout.keys, *without}
+        names = [name for name in outputs if name not in left_out]
+        self.views = {name: _read_only(outputs[name]) for name in names}
+        self._columns = _columns(self.views, handed_out)
+        # Infos hold the array, so that new instructions go into a new one.
+        self._instructions = np.full(batch.num_envs, "", dtype=object)
         self.final_views: dict[str, np.ndarray] = {}
         if same_step:
             finals: dict[str, Any] = {
@@ -51,22 +55,25 @@ class Infos:
             }
             self._final_mask = outputs["final_mask"]
             self._final_observation = layout.views({**outputs, **finals})
-            self.final_views = {name: finals[name] for name in names}
+            self.final_views = {name: _read_only(finals[name]) for name in names}
+            self._final_columns = _columns(self.final_views, handed_out)
 
     def refresh_instructions(self, indices: Iterable[int]) -> None:
-        """Asks for the instructions of the environments that have begun an episode."""
-        fresh = self.instructions.copy()
+        """Asks for the instructions of environments that have begun an episode, if infos tell."""
+        if not self._language:
+            return
+        fresh = self._instructions.copy()
         for i in indices:
             fresh[i] = self._batch.instruction(int(i))
-        self.instructions = fresh
+        self._instructions = fresh
 
     def columns(self, which: np.ndarray) -> dict[str, Any]:
         """The whole batch's: every name beside a mask of the environments that it holds for."""
-        return self._masked(self.views, self.instructions, which)
+        return self._masked(self._columns, self._instructions, which)
 
     def row(self, index: int) -> dict[str, Any]:
         """One environment's: scalars and copies."""
-        return self._row(self.views, self.instructions, index)
+        return self._row(self.views, self._instructions, index)
 
     def finals(self) -> dict[str, Any] | None:
         """Last observations and infos of the episodes that have just ended (same-step mode).
@@ -77,13 +84,13 @@ class Infos:
         if not ended.size:
             return None
         which = self._final_mask.copy()
-        instructions = self.instructions
+        instructions = self._instructions
         self.refresh_instructions(ended)
         observations = np.full(len(which), None, dtype=object)
         for i in ended:
             observations[i] = take(self._final_observation, int(i))
         if GYMNASIUM_1:
-            infos: Any = self._masked(self.final_views, instructions, which)
+            infos: Any = self._masked(self._final_columns, instructions, which)
         else:
             infos = np.full(len(which), None, dtype=object)
             for i in ended:
@@ -94,14 +101,14 @@ class Infos:
         return {**result, **{f"_{name}": which for name in result}}
 
     def _masked(
-        self, views: dict[str, np.ndarray], instructions: np.ndarray, which: np.ndarray
+        self, columns: list[_Column], instructions: np.ndarray, which: np.ndarray
     ) -> dict[str, Any]:
         info: dict[str, Any] = {}
-        for name, view in views.items():
-            info[name] = view.copy() if self._copy else view
-            info[f"_{name}"] = which & _is_known(view) if name in _SOMETIMES else which
+        for name, mask, view, hand_out in columns:
+            info[name] = hand_out()
+            info[mask] = which & _is_known(view) if name in _SOMETIMES else which
         if self._language:
-            info["language_instruction"] = instructions
+            info["language_instruction"] = _read_only(instructions)
             info["_language_instruction"] = which
         return info
 
@@ -116,6 +123,19 @@ class Infos:
         if self._language:
             info["language_instruction"] = instructions[index]
         return info
+
+
+def _columns(
+    views: dict[str, np.ndarray], handed_out: Callable[[Any], Callable[[], Any]]
+) -> list[_Column]:
+    return [(name, f"_{name}", view, handed_out(view)) for name, view in views.items()]
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """The same memory; what is written into infos would stay there."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def _is_known(view: np.ndarray) -> np.ndarray:

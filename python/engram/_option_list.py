@@ -8,6 +8,8 @@ REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
 AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
 POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3, "sweep": 4}
 RULES = {"reference": 0, "original": 1}
+CAMERAS = ("base_camera", "hand_camera", "render_camera")
+IMAGE_SIDE = (1, 4096)  # pixels
 
 # How each keyword is converted: by type, or by the numbers behind its names.
 KINDS: dict[str, str | dict[str, int]] = {

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, get_args
 
+import gymnasium
 import numpy as np
 
 from engram import _core
 from engram._compat import DEFAULT_AUTORESET, AutoresetMode
-from engram._option_list import AUTO_RESET, KINDS
-from engram._values import constants_json, integer, one_of, real, seed_value, text
-from engram.errors import InvalidArgumentError
+from engram._option_list import AUTO_RESET, CAMERAS, IMAGE_SIDE, KINDS
+from engram._values import boolean, constants_json, integer, one_of, real, seed_value, text
+from engram.errors import InvalidArgumentError, UnknownIdError
+from engram.registry import NAMESPACE
+from engram.typing import AfterEnd
 
 _AUTORESET_NAMES = {
     AutoresetMode.NEXT_STEP: "next-step",
@@ -21,7 +24,12 @@ _AUTORESET_NAMES = {
 }
 
 
-def _mapping(name: str, value: Any) -> Mapping[str, Any]:
+# Keywords that the library does not know.
+_PYTHONS_OWN = ("copy", "language_in_info", "privileged")
+
+
+def mapping(name: str, value: Any) -> Mapping[str, Any]:
+    """The value, which must be a dict with names."""
     if not isinstance(value, Mapping):
         raise InvalidArgumentError(
             f"{name}: {value!r} given; a dict from names to values is needed"
@@ -36,8 +44,8 @@ def _random_or_seed(name: str, value: Any) -> int:
 
 
 _CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
-    "bool": lambda name, value: int(bool(value)),
-    "maybe": lambda name, value: -1 if value is None else int(bool(value)),
+    "bool": boolean,
+    "maybe": lambda name, value: -1 if value is None else int(boolean(name, value)),
     "int": integer,
     "seed": _random_or_seed,
     "real": real,
@@ -48,14 +56,16 @@ _CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
 def pin_list(name: str, pins: Any) -> list[tuple[str, list[float]]]:
     """Pins as the extension takes them; each value is a number or a sequence of numbers."""
     result = []
-    for key, value in _mapping(name, pins).items():
+    for key, value in mapping(name, pins).items():
         try:
-            values = np.atleast_1d(np.asarray(value, dtype=np.float64))
+            values = np.atleast_1d(np.asarray(value))
         except (TypeError, ValueError):
+            values = np.empty((0, 0))
+        if values.dtype.kind not in "iuf" or values.ndim > 1:
             raise InvalidArgumentError(
                 f"{name}: {key}={value!r} given, a number or a sequence of numbers needed"
-            ) from None
-        result.append((key, [float(number) for number in values.ravel()]))
+            )
+        result.append((key, [float(number) for number in values]))
     return result
 
 
@@ -77,6 +87,52 @@ def autoreset(value: Any) -> AutoresetMode:
     )
 
 
+def task_id(id: Any) -> str:
+    """The id without Gymnasium's namespace."""
+    return text("id", id).removeprefix(NAMESPACE)
+
+
+def with_horizon(id: str, constants: Any, steps: Any) -> Any:
+    """The constants, with the horizon among them where it is not the registered one."""
+    if steps is None:
+        return constants
+    registered = gymnasium.registry.get(NAMESPACE + id)
+    steps = integer("max_episode_steps", steps)
+    if registered is not None and steps == registered.max_episode_steps:
+        return constants
+    given = mapping("constants", {} if constants is None else constants)
+    return {**given, "max_episode_steps": steps}
+
+
+def render_mode(value: Any, allowed: Sequence[str]) -> str | None:
+    """The mode, if it is one of these, or None."""
+    if value is not None and not (isinstance(value, str) and value in allowed):
+        raise InvalidArgumentError(
+            f"render_mode: {value!r} given; allowed: {', '.join(allowed)}, None"
+        )
+    return None if value is None else str(value)
+
+
+def after_end(value: Any) -> str:
+    """The name, if it is one of ``AfterEnd``."""
+    allowed = get_args(AfterEnd)
+    one_of("after_end", value, {name: i for i, name in enumerate(allowed)})
+    return str(value)
+
+
+def picture(camera: Any, size: Any) -> tuple[str, int, int]:
+    """Camera, width and height of pictures for people."""
+    if not isinstance(camera, str) or camera not in CAMERAS:
+        raise UnknownIdError(f"render_camera: {camera!r} given; allowed: {', '.join(CAMERAS)}")
+    width, height = size_pair(size)
+    low, high = IMAGE_SIDE
+    if not (low <= width <= high and low <= height <= high):
+        raise InvalidArgumentError(
+            f"render_size: {size!r} given; allowed: {low} to {high} pixels on each side"
+        )
+    return camera, width, height
+
+
 def make_options(arguments: Mapping[str, Any], autoreset_mode: AutoresetMode) -> _core.Options:
     """Options of a batch from the keywords of ``VectorEnv``.
 
@@ -85,18 +141,21 @@ def make_options(arguments: Mapping[str, Any], autoreset_mode: AutoresetMode) ->
     options = _core.Options()
     for name, kind in KINDS.items():
         setattr(options, name, _converted(name, kind, arguments[name]))
+    for name in _PYTHONS_OWN:
+        boolean(name, arguments.get(name, False))
     options.auto_reset = AUTO_RESET[_AUTORESET_NAMES[autoreset_mode]]
     pins = arguments["pins"]
     options.pins = pin_list("pins", {} if pins is None else pins)
+    chosen = arguments["task_options"]
     options.task_options = [
         (name, real(f"task_options: {name}", value))
-        for name, value in _mapping("task_options", arguments["task_options"] or {}).items()
+        for name, value in mapping("task_options", {} if chosen is None else chosen).items()
     ]
     options.constants = constants_json(arguments["constants"])
     options.image_width, options.image_height = size_pair(arguments["image_size"])
     cameras = arguments["cameras"]
     if cameras is not None:
-        if isinstance(cameras, str) or not isinstance(cameras, Sequence):
+        if isinstance(cameras, str) or not isinstance(cameras, Sequence) or not cameras:
             raise InvalidArgumentError(f"cameras: {cameras!r} given, a list of names needed")
         options.cameras = [text("cameras", camera) for camera in cameras]
     return options

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
+
+from engram.typing import Field, TaskDescription
 
 TOKEN = "object_"  # fields of the objects modes that begin like that are of a token
 FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict; those before it are "agent"
@@ -68,7 +70,7 @@ class Layout:
         batched: Space of the whole batch's.
     """
 
-    def __init__(self, obs_mode: str, description: dict[str, Any], outputs: dict[str, np.ndarray]):
+    def __init__(self, obs_mode: str, description: TaskDescription, outputs: dict[str, np.ndarray]):
         self.obs_mode = obs_mode
         self._fields = description["state_fields"]
         self._keys = ["rgb", "proprio"]
@@ -88,17 +90,15 @@ class Layout:
             return _dict({name: _dict(part) for name, part in parts.items()})
         if self.obs_mode == "objects_dict":
             agent = {f["name"]: _bounded(f, (f["width"],)) for f in self._agent_fields()}
-            parts = {
+            objects = {
                 _said(field): _bounded(field, (self.tokens, field["width"]))
                 for field in self._token_fields()
             }
-            return _dict({"agent": _dict(agent), "objects": _dict(parts)})
+            return _dict({"agent": _dict(agent), "objects": _dict(objects)})
         if self.obs_mode == "objects":
-            low, high = (
-                np.concatenate([np.full(f["width"], f[end], np.float32) for f in self._fields])
-                for end in ("low", "high")
-            )
-            return spaces.Box(low, high, dtype=np.float32)
+            low = [np.full(f["width"], f["low"], np.float32) for f in self._fields]
+            high = [np.full(f["width"], f["high"], np.float32) for f in self._fields]
+            return spaces.Box(np.concatenate(low), np.concatenate(high), dtype=np.float32)
         if self.obs_mode == "state":
             return _unbounded(outputs["observation"].shape[1])
         return _unbounded(0)
@@ -108,14 +108,14 @@ class Layout:
         """Objects in an observation of the objects modes."""
         return sum(field["name"].endswith("_seen") for field in self._fields)
 
-    def _agent_fields(self) -> list[dict[str, Any]]:
+    def _agent_fields(self) -> list[Field]:
         return [f for f in self._fields if not f["name"].startswith(TOKEN)]
 
-    def _token_fields(self) -> list[dict[str, Any]]:
+    def _token_fields(self) -> list[Field]:
         """What every token says: the fields of the first one."""
         return [f for f in self._fields if f["name"].startswith(TOKEN + "0_")]
 
-    def _grouped(self) -> list[tuple[str, dict[str, Any]]]:
+    def _grouped(self) -> list[tuple[str, Field]]:
         """The fields of a state row, each with the part of state_dict that it belongs to."""
         names = [field["name"] for field in self._fields]
         first = names.index(FIRST_EXTRA_FIELD)
@@ -165,13 +165,6 @@ def action_spaces(low: Sequence[float], high: Sequence[float], num_envs: int) ->
     return single, batch_space(single, num_envs)
 
 
-def copy_tree(value: Any) -> Any:
-    """A copy of nested dicts of arrays."""
-    if isinstance(value, dict):
-        return {key: copy_tree(part) for key, part in value.items()}
-    return value.copy()
-
-
 def take(value: Any, index: int) -> Any:
     """A copy of one environment's part of nested dicts of arrays."""
     if isinstance(value, dict):
@@ -183,7 +176,7 @@ def _rows(array: np.ndarray) -> np.ndarray:
     return array[:, np.newaxis] if array.ndim == 1 else array
 
 
-def _dict(parts: dict[str, spaces.Space[Any]]) -> spaces.Dict:
+def _dict(parts: Mapping[str, spaces.Space[Any]]) -> spaces.Dict:
     return spaces.Dict(OrderedDict(parts))  # an OrderedDict keeps its order
 
 
@@ -191,11 +184,11 @@ def _unbounded(width: int) -> spaces.Box:
     return spaces.Box(-np.inf, np.inf, (width,), np.float32)
 
 
-def _bounded(field: dict[str, Any], shape: tuple[int, ...]) -> spaces.Box:
+def _bounded(field: Field, shape: tuple[int, ...]) -> spaces.Box:
     return spaces.Box(field["low"], field["high"], shape, np.float32)
 
 
-def _said(field: dict[str, Any]) -> str:
+def _said(field: Field) -> str:
     """What a field of the first token says: position, color, ..."""
     return field["name"].removeprefix(TOKEN + "0_")
 

@@ -1,35 +1,34 @@
-"""Gymnasium's specification of a batch."""
+"""Gymnasium's specification of what was made."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
 
-from engram._compat import GYMNASIUM_1, AutoresetMode
+from engram._compat import AutoresetMode
 from engram.errors import BadStateError
 from engram.registry import NAMESPACE
 
 
-def spec_of(arguments: dict[str, Any], defaults: dict[str, Any]) -> Any:
-    """The specification from which gymnasium.make_vec makes the same batch."""
+def spec_of(arguments: Mapping[str, Any], defaults: Mapping[str, Any]) -> Any:
+    """The specification from which gymnasium.make_vec, or gymnasium.make, makes the same again."""
     registered = gymnasium.registry.get(NAMESPACE + arguments["id"])
     if registered is None:
         raise BadStateError(f"{arguments['id']} is missing from Gymnasium's registry")
     kwargs = {
         name: value
         for name, value in arguments.items()
-        if name not in ("id", "max_episode_steps") and value is not defaults[name]
+        if name not in ("id", "max_episode_steps")
+        and (name not in defaults or value is not defaults[name])
     }
     if isinstance(kwargs.get("autoreset_mode"), AutoresetMode):
         kwargs["autoreset_mode"] = kwargs["autoreset_mode"].name  # strings survive EnvSpec.to_json
     fields = {**_fields(registered), "kwargs": kwargs}
-    if arguments["max_episode_steps"] is not None:
+    if arguments.get("max_episode_steps") is not None:
         fields["max_episode_steps"] = arguments["max_episode_steps"]
-    spec = type(registered)(**fields)
-    if GYMNASIUM_1:
-        spec.kwargs["vectorization_mode"] = "vector_entry_point"
-    return spec
+    return type(registered)(**fields)
 
 
 def _fields(spec: Any) -> dict[str, Any]:

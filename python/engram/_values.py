@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import operator
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping
 from typing import Any
+
+import numpy as np
 
 from engram.errors import InvalidArgumentError
 
@@ -17,10 +21,18 @@ def one_of(name: str, value: Any, allowed: Mapping[str, int]) -> int:
     raise InvalidArgumentError(f"{name}: {value!r} given; allowed: {', '.join(allowed)}")
 
 
+def nearest(name: str, names: Iterable[str]) -> str | None:
+    """The one of the names that was meant, if the name is nearly one of them."""
+    names = list(names)
+    parts = [one for one in names if len(name) > 2 and (name in one or one in name)]
+    near = difflib.get_close_matches(name.lower(), names, n=1, cutoff=0.7) or parts
+    return near[0] if near else None
+
+
 def integer(name: str, value: Any, low: int = -(2**31), high: int = 2**31 - 1) -> int:
     """The value as an int that fits its place."""
     try:
-        number = operator.index(value)
+        number = operator.index(_no_boolean(value))
     except TypeError:
         raise InvalidArgumentError(f"{name}: {value!r} given, an integer needed") from None
     if not low <= number <= high:
@@ -36,9 +48,25 @@ def seed_value(name: str, value: Any) -> int:
 def real(name: str, value: Any) -> float:
     """The value as a float."""
     try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise InvalidArgumentError(f"{name}: {value!r} given, a number needed") from None
+        if not isinstance(value, (str, bytes, bytearray)):
+            return float(_no_boolean(value))
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InvalidArgumentError(f"{name}: {value!r} given, a number needed")
+
+
+def _no_boolean(value: Any) -> Any:
+    """The value, unless it is one that Python takes for 0 or 1."""
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError
+    return value
+
+
+def boolean(name: str, value: Any) -> bool:
+    """The value, which must be True or False: what merely counts as one may mean the other."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InvalidArgumentError(f"{name}: {value!r} given; allowed: True, False")
+    return bool(value)
 
 
 def constants_json(constants: Mapping[str, Any] | None) -> str:
@@ -53,7 +81,7 @@ def constants_json(constants: Mapping[str, Any] | None) -> str:
         text("name in constants", key)
     try:
         return json.dumps({key: _plain(value) for key, value in constants.items()})
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RecursionError):
         raise InvalidArgumentError(
             f"constants: {dict(constants)!r} given; numbers, texts and lists of them allowed"
         ) from None
@@ -67,7 +95,22 @@ def _plain(value: Any) -> Any:
 
 
 def text(name: str, value: Any) -> str:
-    """The value, which must be a string."""
+    """The value, which must be a string that C can hold."""
     if not isinstance(value, str):
         raise InvalidArgumentError(f"{name}: {value!r} given, a string needed")
+    if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise InvalidArgumentError(
+            f"{name}: {value!r} given, a string without character 0 and surrogates needed"
+        )
     return value
+
+
+def path(name: str, value: Any) -> str:
+    """The value, which must be the name of a file or folder."""
+    try:
+        given = os.fsdecode(value)
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(f"{name}: {value!r} given, a path needed") from None
+    if not given:
+        raise InvalidArgumentError(f"{name}: '' given, a path needed")
+    return text(name, given)

@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
 
+from engram import _options
 from engram._arguments import checked_actions
+from engram._compat import ObsT
+from engram._keywords import check_single
 from engram._spaces import take
-from engram.errors import InvalidArgumentError
+from engram._spec import spec_of
+from engram._window import Window
+from engram.errors import BadStateError
 from engram.vector_env import VectorEnv
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
-class Env(gymnasium.Env):
+    from engram.typing import EnvOptions, ObsMode, Policy
+
+METADATA = {"render_modes": ["human", "rgb_array"], "render_fps": 20}
+
+
+class Env(gymnasium.Env[ObsT, np.ndarray]):
     """One environment: a batch of one, for code that cannot use batches.
 
     What ``reset`` and ``step`` return are copies. Episodes end where the task says (``terminated``)
@@ -21,68 +33,78 @@ class Env(gymnasium.Env):
 
     Args:
         id: Task, such as "RememberColor9-VLA-v0".
-        threads: 1, unless the environment is to be drawn by several.
-        **options: Those of ``VectorEnv``, except num_envs, autoreset_mode and copy.
+        obs_mode: As of ``VectorEnv``.
+        **options: Those of ``VectorEnv``, except num_envs, autoreset_mode, copy and after_end.
+            ``threads`` is 1, unless the environment is to be drawn by several. ``render_mode`` is
+            None, unless it is "rgb_array" (``render`` returns a picture) or "human" (a window shows
+            every step; needs pygame).
     """
 
-    def __init__(self, id: str, *, threads: int = 1, **options: Any) -> None:
-        for name in ("num_envs", "autoreset_mode", "copy"):
-            if name in options:
-                raise InvalidArgumentError(
-                    f"{name}: {options[name]!r} given to a single environment"
-                )
-        options.setdefault("render_mode", None)
-        self.batch = VectorEnv(
-            id, num_envs=1, threads=threads, autoreset_mode="DISABLED", **options
+    metadata: dict[str, Any] = METADATA
+
+    def __init__(
+        self, id: str, *, obs_mode: ObsMode = "state", **options: Unpack[EnvOptions]
+    ) -> None:
+        check_single(type(self).__name__, options)
+        self._arguments = {"id": _options.task_id(id), "obs_mode": obs_mode, **options}
+        self._window = None
+        allowed = self.metadata["render_modes"]
+        self.render_mode = _options.render_mode(options.get("render_mode"), allowed)
+        given: Any = {"threads": 1, **options, "render_mode": self.render_mode and "rgb_array"}
+        self.batch: VectorEnv[ObsT] = VectorEnv(
+            id, 1, obs_mode=obs_mode, autoreset_mode="DISABLED", **given
         )
-        self._arguments = {"id": id, "threads": threads, **options}
         self.observation_space = self.batch.single_observation_space
         self.action_space: Any = self.batch.single_action_space
-        self.render_mode = self.batch.render_mode
-        self.metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
+        self.spec = spec_of(self._arguments, {"obs_mode": "state"})
+        if self.render_mode == "human":
+            self._window = Window(str(self), self.batch._render[1:], self.metadata["render_fps"])
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+    ) -> tuple[ObsT, dict[str, Any]]:
         """Starts a new episode; ``options``: "pins" and "constants". See ``VectorEnv.reset``."""
         super().reset(seed=seed)
         self.batch.reset(seed=seed, options=options)
-        return self._observation(), self._info()
+        return self._shown()
 
-    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[ObsT, float, bool, bool, dict[str, Any]]:
         """One control step (0.05 s). action: (action_dim,). See ``VectorEnv.step``."""
+        if self.batch._ended[0]:
+            raise BadStateError("the episode has ended; reset first")
         array = checked_actions(action, self.action_space.shape)
         self.batch.step(array[np.newaxis])
         views = self.batch._views
+        observation, info = self._shown()
         return (
-            self._observation(),
+            observation,
             float(views["reward"][0]),
             bool(views["terminated"][0]),
             bool(views["truncated"][0]),
-            self._info(),
+            info,
         )
 
-    def act(self, policy: str = "oracle") -> np.ndarray:
+    def act(self, policy: Policy = "oracle") -> np.ndarray:
         """An action for the next step, (action_dim,). See ``VectorEnv.act``."""
         return self.batch.act(policy)[0]
 
-    def render(self) -> np.ndarray | None:
-        """A picture, uint8 (height, width, 3); None without a render mode."""
-        return None if self.render_mode is None else self.batch.frame(0)
+    def render(self) -> Any:
+        """A picture, uint8 (height, width, 3), in mode "rgb_array"; None otherwise."""
+        return self.batch.frame(0) if self.render_mode == "rgb_array" else None
 
     def save(self) -> bytes:
         """The environment, bit-exactly."""
         return self.batch.save(0)
 
-    def restore(self, data: bytes) -> tuple[Any, dict[str, Any]]:
+    def restore(self, data: bytes) -> tuple[ObsT, dict[str, Any]]:
         """Restores what ``save`` returned; returns the observation and infos at that point."""
         self.batch.restore(data, 0)
-        return self._observation(), self._info()
+        return self._shown()
 
     @property
     def language_instruction(self) -> str:
         """The instruction of the running episode."""
-        return self.batch.envs[0].language_instruction
+        return self.batch.instructions[0]
 
     task_description = language_instruction  # LeRobot's name for it
 
@@ -97,21 +119,30 @@ class Env(gymnasium.Env):
 
     def close(self) -> None:
         """Ends the environment."""
+        if self._window is not None:
+            self._window.close()
         self.batch.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickling keeps the specification: the copy is new, not yet reset."""
-        return _remake, (self._arguments,)
+        return _remake, (self._arguments,), {"spec": self.spec}
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Env:
-        return _remake(self._arguments)
+    def __deepcopy__(self, memo: dict[int, Any]) -> Env[ObsT]:
+        copy = _remake(self._arguments)
+        copy.spec = self.spec
+        return copy
 
-    def _observation(self) -> Any:
-        return take(self.batch._observation, 0)
+    def __repr__(self) -> str:
+        return f"<engram.Env {self.batch._in_words()}>"
 
-    def _info(self) -> dict[str, Any]:
-        return self.batch._infos.row(0)
+    __str__ = __repr__
+
+    def _shown(self) -> tuple[ObsT, dict[str, Any]]:
+        """Observation and infos; a window shows them too."""
+        if self._window is not None:
+            self._window.show(self.batch.frame(0))
+        return take(self.batch._observation, 0), self.batch._infos.row(0)
 
 
-def _remake(arguments: dict[str, Any]) -> Env:
+def _remake(arguments: dict[str, Any]) -> Env[Any]:
     return Env(**arguments)

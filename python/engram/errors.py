@@ -20,6 +20,22 @@ __all__ = [
 class Error(Exception):
     """Base of all exceptions that engram raises itself."""
 
+    def __init__(self, *message: object) -> None:
+        super().__init__(*(_one_line(str(part)) for part in message))
+
+
+_LONGEST = 2000  # of what is told of a value
+
+
+def _one_line(message: str) -> str:
+    """The message as one line that terminals can show, whatever values are in it."""
+    line = " ".join(message.split())
+    if len(line) > _LONGEST:
+        line = line[: _LONGEST // 2] + " ... " + line[-_LONGEST // 2 :]
+    if line.isprintable():
+        return line
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+
 
 class InvalidArgumentError(Error, ValueError):
     """A value outside what is allowed, or of the wrong type or shape."""

@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from engram import _core
 from engram._option_list import OBS_MODE, RULES
-from engram._values import constants_json, one_of
+from engram._values import constants_json, integer, one_of, path, real, seed_value, text
 from engram.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from engram.typing import Renderer, Rules
 
 __all__ = ["evaluate"]
 
@@ -27,9 +30,9 @@ def evaluate(
     seed: int = 4242424242,
     num_envs: int = 8,
     threads: int = 0,
-    obs: str = "rgb",
-    renderer: str = "cpu",
-    rules: str = "reference",
+    obs: Literal["rgb", "state", "objects"] = "rgb",
+    renderer: Renderer = "cpu",
+    rules: Rules = "reference",
     task_options: Mapping[str, float] | None = None,
     constants: Mapping[str, Any] | None = None,
     name: str = "external",
@@ -61,37 +64,70 @@ def evaluate(
     interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is
     called several times a second.
     """
-    if obs not in ("rgb", "state", "objects"):
+    if not isinstance(obs, str) or obs not in ("rgb", "state", "objects"):
         raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
+    for what, function in (("policy", policy), ("progress", progress)):
+        if not callable(function) and (function is not None or what == "policy"):
+            raise InvalidArgumentError(f"{what}: {function!r} given, a function needed")
 
     def act(observation: dict[str, Any]) -> list[np.ndarray]:
         return _chunks(policy(observation), len(observation["instruction"]))
 
-    text = _core.evaluate(
+    document = _core.evaluate(
         policy=act,
-        ids=[ids] if isinstance(ids, str) else list(ids),
-        episodes=episodes,
-        seed=seed,
-        num_envs=num_envs,
-        threads=threads,
+        ids=_ids(ids),
+        episodes=integer("episodes", episodes),
+        seed=seed_value("seed", seed),
+        num_envs=integer("num_envs", num_envs),
+        threads=integer("threads", threads),
         obs_mode=OBS_MODE[obs],
-        name=name,
-        config=json.dumps(dict(config or {})),
-        renderer=renderer,
-        output=None if output is None else os.fspath(output),
-        resume=None if resume is None else os.fspath(resume),
+        name=text("name", name),
+        config=_config_json(config),
+        renderer=text("renderer", renderer),
+        output=None if output is None else path("output", output),
+        resume=None if resume is None else path("resume", resume),
         rules=one_of("rules", rules, RULES),
         constants=constants_json(constants),
-        task_options=[(option, float(value)) for option, value in (task_options or {}).items()],
+        task_options=_task_options(task_options),
         progress=progress,
     )
-    return json.loads(text)
+    return json.loads(document)
+
+
+def _ids(ids: Any) -> list[str]:
+    if isinstance(ids, str):
+        ids = [ids]
+    if not isinstance(ids, Iterable) or isinstance(ids, (bytes, Mapping)):
+        raise InvalidArgumentError(f"ids: {ids!r} given, an id or a list of them needed")
+    return [text("ids", id) for id in ids]
+
+
+def _config_json(config: Any) -> str:
+    if config is not None and not isinstance(config, Mapping):
+        raise InvalidArgumentError(f"config: {config!r} given, a dict needed")
+    try:
+        return json.dumps(dict(config or {}), allow_nan=False)
+    except (TypeError, ValueError, RecursionError):
+        raise InvalidArgumentError(f"config: {config!r} given, what JSON can hold needed") from None
+
+
+def _task_options(options: Any) -> list[tuple[str, float]]:
+    if options is None:
+        return []
+    if not isinstance(options, Mapping):
+        raise InvalidArgumentError(f"task_options: {options!r} given, a dict needed")
+    return [
+        (text("task_options", name), real(f"task_options: {name}", value))
+        for name, value in options.items()
+    ]
 
 
 def _chunks(answer: Any, count: int) -> list[np.ndarray]:
     """The answer as one array per episode."""
     if not isinstance(answer, Sequence) or isinstance(answer, (str, bytes)):
         answer = np.asarray(answer)
+        if answer.ndim == 0:
+            raise InvalidArgumentError(f"policy: {answer!r} given, {count} rows of actions needed")
     if len(answer) != count:
         raise InvalidArgumentError(f"policy: {len(answer)} rows given, {count} needed")
     return [np.ascontiguousarray(chunk, np.float32) for chunk in answer]

@@ -7,7 +7,8 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from engram import _core
+from engram import _core, _values
+from engram._keywords import check_batch, check_single
 from engram._values import constants_json, text
 from engram.errors import InvalidArgumentError
 from engram.registry import NAMESPACE, list_tasks
@@ -30,6 +31,8 @@ def register(
     instruction: str | None = None,
 ) -> None:
     """Registers a new id for a task with other constants, here and with Gymnasium.
+
+    For example::
 
         engram.register(
             "RememberColor7-Slow-v0",
@@ -56,7 +59,7 @@ def register(
         _core.register_variant(
             text("id", id),
             text("base", base),
-            constants_json(constants or {}),
+            constants_json({} if constants is None else constants),
             None if instruction is None else text("instruction", instruction),
         )
     elif not (base is None and constants is None and instruction is None):
@@ -66,7 +69,7 @@ def register(
 
 def load_variants(path: str | os.PathLike[str]) -> None:
     """Registers all variants of a file (docs/variants.md), or none if one of them is refused."""
-    _core.load_variants(os.fspath(path))
+    _core.load_variants(_values.path("path", path))
     _register_all()
 
 
@@ -88,11 +91,13 @@ def _register_all() -> None:
 
 
 def __getattr__(name: str) -> Any:
-    from engram.vector_env import VectorEnv
+    from engram.env import METADATA
 
-    for prefix, maker in ((_ENV, _make_env), (_VECTOR_ENV, VectorEnv)):
+    for prefix, maker in ((_ENV, _make_env), (_VECTOR_ENV, _make_vec)):
         if name.startswith(prefix):
-            return functools.partial(maker, name[len(prefix) :])
+            creator: Any = functools.partial(maker, name[len(prefix) :])
+            creator.metadata = METADATA  # where gymnasium.make looks for render modes
+            return creator
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -100,9 +105,18 @@ def _make_env(id: str, **options: Any) -> Any:
     """An environment for gymnasium.make, which ends its episodes itself."""
     from engram.env import Env
 
+    check_single("gymnasium.make", options)
     if "max_episode_steps" in (options.get("constants") or {}):
         raise InvalidArgumentError(
             "constants: max_episode_steps given; give it to gymnasium.make itself, whose limit "
             "would end episodes earlier otherwise"
         )
     return Env(id, max_episode_steps=_NO_LIMIT, **options)
+
+
+def _make_vec(id: str, num_envs: int = 1, **options: Any) -> Any:
+    """A batch for gymnasium.make_vec."""
+    from engram.vector_env import VectorEnv
+
+    check_batch("gymnasium.make_vec", options)
+    return VectorEnv(id, num_envs, **options)

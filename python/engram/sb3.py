@@ -4,38 +4,66 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
 from engram._compat import AutoresetMode
+from engram._keywords import check_single
+from engram.errors import InvalidArgumentError
 from engram.vector_env import VectorEnv
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from engram.typing import EnvOptions, ObsMode
 
 
 class Sb3VecEnv(VecEnv):
     """engram's batch in Stable-Baselines3's conventions.
 
-    Observations, rewards and dones are copies, because its algorithms keep them. Infos are empty
+    Its algorithms keep what they are given: all of it are copies. Infos are empty
     dicts, except in the step that ends an episode: then they hold "terminal_observation",
     "TimeLimit.truncated", "is_success" (success at any time of the episode), "episode" (return,
     length and seconds, as its Monitor gives them) and the task's own fields. The observation mode
     "state_dict" is not for it (its policies know no nested dicts).
 
+    Its policies for dicts ("MultiInputPolicy", "MultiInputLstmPolicy") take all of an rgb
+    observation; those for images ("CnnPolicy", "CnnLstmPolicy") need ``images_only``.
+
     Args:
         id: Task, such as "RememberColor3-VLA-v0".
         num_envs: Number of environments.
-        **options: Those of ``VectorEnv``, except autoreset_mode.
+        obs_mode: As of ``VectorEnv``.
+        images_only: An rgb observation is its images alone, without proprio and task_cue.
+        **options: Those of ``VectorEnv``, except autoreset_mode, after_end and copy.
     """
 
-    def __init__(self, id: str, num_envs: int = 1, **options: Any) -> None:
-        self.batch = VectorEnv(
-            id, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, copy=True, **options
+    def __init__(
+        self,
+        id: str,
+        num_envs: int = 1,
+        *,
+        obs_mode: ObsMode = "state",
+        images_only: bool = False,
+        **options: Unpack[EnvOptions],
+    ) -> None:
+        check_single("Sb3VecEnv", options, own=("num_envs", "images_only"))
+        if images_only and obs_mode != "rgb":
+            raise InvalidArgumentError(f"images_only: obs_mode={obs_mode!r} given, 'rgb' needed")
+        self.batch: VectorEnv[Any] = VectorEnv(
+            id, num_envs, obs_mode=obs_mode, autoreset_mode=AutoresetMode.SAME_STEP, **options
         )
+        self._images_only = images_only
         self._start = time.time()
+        space: Any = self.batch.single_observation_space
         super().__init__(
-            num_envs, self.batch.single_observation_space, self.batch.single_action_space
+            num_envs, space["rgb"] if images_only else space, self.batch.single_action_space
         )
+
+    def __repr__(self) -> str:
+        return f"<engram.sb3.Sb3VecEnv of {self.batch!r}>"
 
     def reset(self) -> Any:
         """Starts new episodes; ``seed`` and ``set_options`` take effect here."""
@@ -45,7 +73,7 @@ class Sb3VecEnv(VecEnv):
         self._reset_seeds()
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
-        return observation
+        return self._seen(observation)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Begins a step."""
@@ -58,12 +86,15 @@ class Sb3VecEnv(VecEnv):
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(dones):
             infos[i] = self._final_info(info, int(i), bool(truncated[i] and not terminated[i]))
-        return observation, reward, dones, infos
+        return self._seen(observation), reward, dones, infos
+
+    def _seen(self, observation: Any) -> Any:
+        return observation["rgb"] if self._images_only else observation
 
     def _final_info(self, info: dict[str, Any], index: int, truncated: bool) -> dict[str, Any]:
         views = self.batch._infos.final_views
         result: dict[str, Any] = {name: view[index].copy() for name, view in views.items()}
-        result["terminal_observation"] = info["final_obs"][index]
+        result["terminal_observation"] = self._seen(info["final_obs"][index])
         result["TimeLimit.truncated"] = truncated
         result["is_success"] = bool(views["success_once"][index])
         result["episode"] = {

@@ -78,7 +78,7 @@ def learn(command: list[str], folder: Path, task: str, seed: int) -> None:
         raise RuntimeError(f"{' '.join(command)} failed with {task}: see {folder}/output.txt")
 
 
-def play(policy: str, folder: Path, task: str, seed: int) -> None:
+def play(policy: Any, folder: Path, task: str, seed: int) -> None:
     """Plays one of engram's own policies."""
     batch = engram.make_vec(
         task,
@@ -86,8 +86,8 @@ def play(policy: str, folder: Path, task: str, seed: int) -> None:
         obs_mode="none",
         threads=1,
         autoreset_mode="DISABLED",
+        after_end="hold",
         terminate_on_success=False,
-        language_in_info=False,
     )
     with contextlib.closing(batch):
         batch.reset(seed=FIRST_SEED + 1000 * (seed - 1))
@@ -107,10 +107,10 @@ def play(policy: str, folder: Path, task: str, seed: int) -> None:
 def run(args: argparse.Namespace, ids: list[str]) -> None:
     """All runs that have not ended yet, the first seed of everything first."""
     columns = args.only or [*OWN, *LEARNERS]
-    plan = [(seed, task, column) for seed in args.seeds for column in columns for task in ids]
+    wanted = [(seed, task, column) for seed in args.seeds for column in columns for task in ids]
     plan = [
         (*one, folder)
-        for one in plan
+        for one in wanted
         if not (folder := folder_of(args.out, one[1], one[2], one[0]))
         .joinpath("result.json")
         .exists()

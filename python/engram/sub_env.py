@@ -20,9 +20,12 @@ class SubEnv:
         index: Its place in the batch.
     """
 
-    def __init__(self, batch: VectorEnv, index: int) -> None:
+    def __init__(self, batch: VectorEnv[Any], index: int) -> None:
         self._batch = batch
         self.index = index
+
+    def __repr__(self) -> str:
+        return f"<environment {self.index} of {self._batch!r}>"
 
     @property
     def unwrapped(self) -> SubEnv:
@@ -62,7 +65,7 @@ class SubEnv:
     @property
     def language_instruction(self) -> str:
         """The instruction of the running episode."""
-        return str(self._batch._infos.instructions[self.index])
+        return self._batch._batch.instruction(self.index)
 
     @property
     def task_description(self) -> str:

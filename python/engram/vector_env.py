@@ -3,43 +3,58 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import functools
-import inspect
 import json
 import weakref
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Generic
 
-import gymnasium
 import numpy as np
 
 from engram import _arguments, _core, _options, _values
-from engram._compat import AutoresetMode
+from engram._compat import GYMNASIUM_1, AutoresetMode, ObsT, VectorBase
+from engram._copies import Copied, as_it_is
 from engram._infos import Infos
 from engram._option_list import POLICY
-from engram._spaces import Layout, action_spaces, copy_tree
+from engram._spaces import Layout, action_spaces
 from engram._spec import spec_of
-from engram.errors import InvalidArgumentError
-from engram.registry import NAMESPACE
+from engram.errors import BadStateError, InvalidArgumentError
 from engram.sub_env import SubEnv
 
-_open_batches: weakref.WeakSet[VectorEnv] = weakref.WeakSet()
+if TYPE_CHECKING:
+    from engram.typing import (
+        AfterEnd,
+        AutoresetName,
+        Camera,
+        ControlMode,
+        ObsMode,
+        Policy,
+        Renderer,
+        RenderMode,
+        RewardMode,
+        Rules,
+        TaskDescription,
+    )
+
+_open_batches: weakref.WeakSet[VectorEnv[Any]] = weakref.WeakSet()
 
 
 @atexit.register
 def _close_all() -> None:
+    _core.end_calls()  # or daemon threads would find their batches closed, and say so
     for env in list(_open_batches):
         env.close()
 
 
-class VectorEnv(gymnasium.vector.VectorEnv):
+class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
     """A batch of environments of one task, stepped in lockstep on all cores.
 
-    N stands for the number of environments. Unless ``copy`` is set, every array that ``reset`` and
-    ``step`` return is a view of engram's own buffers: it stays where it is, changes with the next
-    call, and keeps its memory alive even after ``close``. Whoever keeps arrays for later copies
-    them. Observations, rewards and endings are writable, so that ``torch.from_dlpack`` and its kin
-    take them over; arrays in ``info`` are read-only.
+    N stands for the number of environments. What ``reset`` and ``step`` return are copies. With
+    ``copy=False`` they are views of engram's own buffers: an array stays where it is, changes with
+    the next call, and keeps its memory alive even after ``close``. Whoever keeps it for later
+    copies it. Views of observations, rewards and endings are writable, so that
+    ``torch.from_dlpack`` and its kin take them over; those in ``info`` are read-only.
 
     Environment ``i`` of a batch equals, bit for bit, the single environment of its seed, whatever
     the number of environments and threads.
@@ -66,10 +81,13 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         task_options: Options of the task's own, by name; ``engram.describe(id)["options"]``.
         constants: Constants of the task that differ from its own, by name; numbers, [least,
             greatest], names or lists of names; ``engram.describe(id)["changeable"]``.
-        copy: Return copies instead of views.
-        render_mode: "rgb_array" (or None) makes ``render`` return pictures.
+        copy: False: what ``reset`` and ``step`` return are views of engram's own buffers, which
+            change with the next call. For loops that are done with an observation before they step
+            again; they save one copy.
+        render_mode: "rgb_array" (or None) makes ``render`` return pictures; "human" is for single
+            environments.
         render_size: Side of ``render``'s pictures in pixels, or (width, height).
-        render_camera: Camera of ``render``; docs/cameras.md says which there are.
+        render_camera: Camera of ``render``; docs/cameras.md says what each of them sees.
         image_size: Side of rgb observations in pixels, or (width, height).
         cameras: Of rgb observations, in channel order. Default: base_camera, hand_camera.
         renderer: Who draws rgb observations. "cpu" or "egl".
@@ -87,14 +105,20 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         chunk: Most environments that a thread claims at a time. 0 (chosen) or more.
         lanes: Environments whose robots move side by side in vector registers: 1, 2, 4 or 8;
             results are the same. 0, 1, 2, 4 or 8.
-        language_in_info: False leaves "language_instruction" out of infos, for wrappers that know
-            no strings (Gymnasium's NumpyToTorch); ``get_attr`` still tells it.
+        language_in_info: Whether infos hold "language_instruction"; ``instructions`` always tells
+            it.
         max_episode_steps: Control steps of an episode; None: the task's own horizon, or what
             constants say.
         observe_time: Objects modes: whether observations tell the time, as a share of the horizon.
         rules: Whose rules the task follows: the default of every task option; task_options win.
             "reference" or "original".
         render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
+        after_end: Mode DISABLED: what a step does while there are environments whose episode has
+            ended. "refuse": raises BadStateError; "hold": they stand still, with reward 0, until
+            they are reset.
+        privileged: Whether infos hold what tells the hidden quantity, or how near the robot is to
+            it: oracle_info, reward_dict and others; ``engram.describe(id)["outputs"]`` marks them.
+            For analysis, not for policies.
 
     Raises:
         UnknownIdError: No task of that id; the message names the nearest one.
@@ -108,22 +132,22 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         num_envs: int = 1,
         *,
         # begin options: signature (scripts/options.py writes it, and "Args" above)
-        obs_mode: str = "state",
+        obs_mode: ObsMode = "state",
         seed: int | None = 0,
         threads: int = 0,
-        reward_mode: str = "normalized_dense",
-        control_mode: str = "pd_ee_delta_pose",
-        autoreset_mode: AutoresetMode | str | None = None,
+        reward_mode: RewardMode = "normalized_dense",
+        control_mode: ControlMode = "pd_ee_delta_pose",
+        autoreset_mode: AutoresetMode | AutoresetName | None = None,
         pins: Mapping[str, float | Sequence[float]] | None = None,
         task_options: Mapping[str, float] | None = None,
         constants: Mapping[str, Any] | None = None,
-        copy: bool = False,
-        render_mode: str | None = "rgb_array",
+        copy: bool = True,
+        render_mode: RenderMode | None = "rgb_array",
         render_size: int | tuple[int, int] = 512,
-        render_camera: str = "render_camera",
+        render_camera: Camera = "render_camera",
         image_size: int | tuple[int, int] = 128,
-        cameras: Sequence[str] | None = None,
-        renderer: str = "cpu",
+        cameras: Sequence[Camera] | None = None,
+        renderer: Renderer = "cpu",
         shadows: bool = False,
         antialias: bool = False,
         terminate_on_success: bool | None = None,
@@ -134,59 +158,54 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         sleep: bool = True,
         chunk: int = 0,
         lanes: int = 0,
-        language_in_info: bool = True,
+        language_in_info: bool = False,
         max_episode_steps: int | None = None,
         observe_time: bool = False,
-        rules: str = "reference",
+        rules: Rules = "reference",
         render_shadows: bool = False,
+        after_end: AfterEnd = "refuse",
+        privileged: bool = False,
         # end options
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
         self.closed = True  # until the batch exists
-        if not isinstance(id, str):
-            raise InvalidArgumentError(f"id: {id!r} given, a string needed")
-        self.task_id = id[len(NAMESPACE) :] if id.startswith(NAMESPACE) else id
-        self._arguments = {**arguments, "id": self.task_id}
-        if render_mode not in (None, "rgb_array"):
-            raise InvalidArgumentError(
-                f"render_mode: {render_mode!r} given; allowed: rgb_array, None"
-            )
-        self.render_mode = render_mode
-        self._render = (render_camera, *_options.size_pair(render_size))
+        self.task_id = _options.task_id(id)
+        self._arguments: dict[str, Any] = {**arguments, "id": self.task_id}
+        self.render_mode: str | None = _options.render_mode(render_mode, ["rgb_array"])
+        self._render = _options.picture(render_camera, render_size)
         self.autoreset_mode = _options.autoreset(autoreset_mode)
         self.metadata = {
             "render_modes": ["rgb_array"],
             "render_fps": 20,
             "autoreset_mode": self.autoreset_mode,
         }
-        arguments["constants"] = self._with_horizon(constants, max_episode_steps)
+        arguments["constants"] = _options.with_horizon(self.task_id, constants, max_episode_steps)
         options = _options.make_options(arguments, self.autoreset_mode)
         self._batch = _core.Batch(self.task_id, options)
         self._seed = options.seed
-        self._copy = bool(copy)
+        refuses = _options.after_end(after_end) == "refuse"
+        self._stops = self.autoreset_mode is AutoresetMode.DISABLED and refuses
         self._started = False
-        self._open(obs_mode, bool(language_in_info))
-        self.spec = spec_of(self._arguments, _defaults())
+        handed_out = Copied() if copy else as_it_is
+        self._open(obs_mode, handed_out, bool(privileged), bool(language_in_info))
+        defaults: Any = VectorEnv.__init__.__kwdefaults__
+        self.spec = spec_of(self._arguments, {"num_envs": 1, **defaults})
+        if GYMNASIUM_1:
+            self.spec.kwargs["vectorization_mode"] = "vector_entry_point"
 
-    def _with_horizon(
-        self, constants: Mapping[str, Any] | None, steps: int | None
-    ) -> Mapping[str, Any] | None:
-        """The constants, with the horizon among them where it is not the registered one."""
-        if steps is None:
-            return constants
-        registered = gymnasium.registry.get(NAMESPACE + self.task_id)
-        steps = _values.integer("max_episode_steps", steps)
-        if registered is not None and steps == registered.max_episode_steps:
-            return constants
-        return {**(constants or {}), "max_episode_steps": steps}
-
-    def _open(self, obs_mode: str, language_in_info: bool) -> None:
+    def _open(
+        self,
+        obs_mode: str,
+        handed_out: Callable[[Any], Callable[[], Any]],
+        privileged: bool,
+        language: bool,
+    ) -> None:
         """Everything that follows from an open batch: its description, spaces and views."""
         batch = self._batch
         self.closed = False
         _open_batches.add(self)
         self.num_envs = batch.num_envs
-        self.description = json.loads(batch.description)
+        self.description: TaskDescription = json.loads(batch.description)
         self._views: dict[str, Any] = {name: batch.output(name) for name in batch.output_names}
         self._layout = Layout(obs_mode, self.description, self._views)
         self.single_observation_space = self._layout.single
@@ -196,15 +215,22 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         )
         self._action_shape = (self.num_envs, batch.action_dim)
         self._observation = self._layout.views(self._views)
+        self._observe = handed_out(self._observation)
+        self._rewards_and_endings = [
+            handed_out(self._views[name]) for name in ("reward", "terminated", "truncated")
+        ]
         self._ones = np.ones(self.num_envs, np.bool_)
         self._ones.flags.writeable = False
+        self._ended = np.zeros(self.num_envs, np.bool_)
+        outputs = self.description["outputs"]
         self._infos = Infos(
             batch,
             self._views,
             self._layout,
+            without=() if privileged else [o["name"] for o in outputs if o["privileged"]],
             same_step=self.autoreset_mode is AutoresetMode.SAME_STEP,
-            copy=self._copy,
-            language=language_in_info,
+            handed_out=handed_out,
+            language=language,
         )
         # 0.29 looks for these.
         self.is_vector_env = True
@@ -217,17 +243,17 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         *,
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
-    ) -> tuple[Any, dict[str, Any]]:
+    ) -> tuple[ObsT, dict[str, Any]]:
         """Starts new episodes.
 
         Args:
             seed: An int (environment i gets ``seed + i``), one per environment (None in it: as
                 without a seed), or None: the first reset uses the seed given to the constructor,
                 later ones go on to the next episode of each environment.
-            options: {"reset_mask": bool array (N,), True where an environment is to be reset;
-                "pins": dict that replaces the pins of the environments that are reset;
-                "constants": dict that replaces their narrower ranges, such as
-                {"EMPTY_PHASE_STEPS": (1, 3)}, each within that of the batch; pins still win}.
+            options: {"reset_mask": N bools, True where an environment is to be reset; "pins": dict
+                that replaces the pins of the environments that are reset; "constants": dict that
+                replaces their narrower ranges, such as {"EMPTY_PHASE_STEPS": (1, 3)}, each within
+                that of the batch; pins still win}. Others, which wrappers add, are ignored.
 
         Returns:
             Observations and infos. With a mask, rows of environments that were not reset are
@@ -235,30 +261,30 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
         Raises:
             InvalidArgumentError: A mask, seed or pin is of the wrong shape, type or range.
-            UnknownIdError: No option or pin of that name.
+            UnknownIdError: No pin of that name, or an option that is nearly one of those above.
             BadStateError: The first reset leaves environments out, or a step is under way.
         """
-        mask, *fixed = _arguments.reset_options(options, self.num_envs)
+        mask, pins, constants = _arguments.reset_options(options, self.num_envs)
         seeds = _arguments.seed_list(seed, self.num_envs)
         if isinstance(seeds, list):  # some are None
             given = np.array([value is not None for value in seeds])
             filled = [self._seed + i if value is None else value for i, value in enumerate(seeds)]
             array = np.array([value % 2**64 for value in filled], np.uint64)
             if not self._started:
-                self._batch.reset(mask, array, *fixed)
+                self._batch.reset(mask, array, pins, constants)
             else:
                 chosen = self._ones if mask is None else mask
                 for part, part_seeds in ((chosen & given, array), (chosen & ~given, None)):
                     if part.any():
-                        self._batch.reset(part, part_seeds, *fixed)
+                        self._batch.reset(part, part_seeds, pins, constants)
         else:
-            self._batch.reset(mask, seeds, *fixed)
+            self._batch.reset(mask, seeds, pins, constants)
         self._started = True
         which = self._ones if mask is None else mask
         self._infos.refresh_instructions(np.flatnonzero(which))
-        return self._hand_out(self._observation), self._infos.columns(which)
+        return self._shown(which)
 
-    def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[ObsT, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step (0.05 s) of all environments.
 
         Args:
@@ -270,7 +296,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
         Raises:
             InvalidArgumentError: Wrong shape or type, or a value that is not finite.
-            BadStateError: Nothing was reset, a step is under way, or the batch is closed.
+            BadStateError: Nothing was reset, a step is under way, the batch is closed, or, in the
+                mode DISABLED, an episode has ended that was not reset (see ``after_end``).
         """
         self._batch.step(self._checked(actions))
         return self._results()
@@ -283,7 +310,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         """
         self._batch.step_async(self._checked(actions))
 
-    def step_wait(self, **_: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step_wait(
+        self, **_: Any
+    ) -> tuple[ObsT, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Waits for the step that ``step_async`` began; returns what ``step`` returns.
 
         Raises:
@@ -299,7 +328,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         """For callers of Gymnasium 0.29: the same as ``reset``."""
         return self.reset(**kwargs)
 
-    def act(self, policy: str = "oracle", out: np.ndarray | None = None) -> np.ndarray:
+    def act(self, policy: Policy = "oracle", out: np.ndarray | None = None) -> np.ndarray:
         """Actions for the next step.
 
         Args:
@@ -336,7 +365,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
     def frame(
         self,
         index: int = 0,
-        camera: str | None = None,
+        camera: Camera | None = None,
         size: int | tuple[int, int] | None = None,
     ) -> np.ndarray:
         """One environment as it is now, uint8 (height, width, 3), row 0 on top.
@@ -349,9 +378,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         name, width, height = self._render
         if size is not None:
             width, height = _options.size_pair(size)
-        picture: Any = self._batch.render(
-            _values.integer("index", index), camera or name, width, height
-        )
+        if camera is not None:
+            name = _values.text("camera", camera)
+        picture: Any = self._batch.render(_values.integer("index", index), name, width, height)
         return picture
 
     def save(self, index: int | None = None) -> bytes:
@@ -373,9 +402,14 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._batch.restore(_arguments.place(index, self.num_envs), data)
         self._started = True
         self._infos.refresh_instructions(range(self.num_envs))
-        return self._hand_out(self._observation), self._infos.columns(self._ones)
+        return self._shown(self._ones)
 
     # --- the batch as Gymnasium's sub-environments ---
+
+    @property
+    def instructions(self) -> list[str]:
+        """What to do, in English, one text per environment, of the episodes that run."""
+        return [self._batch.instruction(i) for i in range(self.num_envs)]
 
     @functools.cached_property
     def envs(self) -> list[SubEnv]:
@@ -423,23 +457,45 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._batch.close()
 
     def __del__(self) -> None:
-        if not getattr(self, "closed", True):
+        # What would be raised here can be caught by nobody: the interpreter only prints it.
+        with contextlib.suppress(Exception):
             self.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickling keeps the specification: the copy is a new batch, not yet reset."""
         return _remake, (self._arguments,)
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> VectorEnv:
+    def __deepcopy__(self, memo: dict[int, Any]) -> VectorEnv[ObsT]:
         return _remake(self._arguments)
 
+    def __len__(self) -> int:
+        return self.num_envs
+
     def __repr__(self) -> str:
-        return f"engram.VectorEnv({self.task_id}, num_envs={self.num_envs})"
+        mode = self.autoreset_mode.name
+        return f"<engram.VectorEnv {self._in_words(num_envs=self.num_envs, autoreset_mode=mode)}>"
+
+    __str__ = __repr__
+
+    def _in_words(self, **more: Any) -> str:
+        """The task, and how it is observed, rewarded and moved, for people."""
+        given = self._arguments
+        modes = {name: given[name] for name in ("obs_mode", "reward_mode", "control_mode")}
+        words = [f"{name}={value}" for name, value in {**modes, **more}.items()]
+        return ", ".join([self.task_id, *words, *(["closed"] if self.closed else [])])
 
     # --- inside ---
 
     def _checked(self, actions: Any) -> np.ndarray:
         """Actions as the extension takes them."""
+        if self._stops and self._ended.any():
+            which = ", ".join(map(str, np.flatnonzero(self._ended)[:10]))
+            more = ", ..." if self._ended.sum() > 10 else ""
+            raise BadStateError(
+                f"episodes of environments {which}{more} have ended: reset them, with "
+                'options={"reset_mask": terminated | truncated}, or make the batch with '
+                'after_end="hold"'
+            )
         if (
             type(actions) is np.ndarray
             and actions.dtype == np.float32
@@ -450,33 +506,24 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             return actions
         return _arguments.checked_actions(actions, self._action_shape)
 
-    def _hand_out(self, value: Any) -> Any:
-        return copy_tree(value) if self._copy else value
+    def _shown(self, which: np.ndarray) -> tuple[ObsT, dict[str, Any]]:
+        """Observations and infos."""
+        if self._stops:
+            self._ended = self._views["terminated"] | self._views["truncated"]
+        return self._observe(), self._infos.columns(which)
 
-    def _results(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def _results(self) -> tuple[ObsT, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         finals = self._infos.finals() if self.autoreset_mode is AutoresetMode.SAME_STEP else None
         if finals is None:
             began = np.flatnonzero(self._views["elapsed_steps"] == 0)
             if began.size:
                 self._infos.refresh_instructions(began)
-        info = self._infos.columns(self._ones)
+        observation, info = self._shown(self._ones)
         if finals is not None:
             info.update(finals)
-        views = self._views
-        return (
-            self._hand_out(self._observation),
-            self._hand_out(views["reward"]),
-            self._hand_out(views["terminated"]),
-            self._hand_out(views["truncated"]),
-            info,
-        )
+        reward, terminated, truncated = (hand_out() for hand_out in self._rewards_and_endings)
+        return observation, reward, terminated, truncated, info
 
 
-def _remake(arguments: dict[str, Any]) -> VectorEnv:
+def _remake(arguments: dict[str, Any]) -> VectorEnv[Any]:
     return VectorEnv(**arguments)
-
-
-@functools.cache
-def _defaults() -> dict[str, Any]:
-    parameters = inspect.signature(VectorEnv.__init__).parameters
-    return {name: parameter.default for name, parameter in parameters.items()}

@@ -286,6 +286,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
             control_mode="pd_ee_delta_pose",
             reward_mode="normalized_dense",
             autoreset_mode="SAME_STEP",
+            copy=False,  # torch.tensor copies
             terminate_on_success=terminate_on_success,
         )
 

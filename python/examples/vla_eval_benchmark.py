@@ -63,8 +63,8 @@ class EngramBenchmark(StepBenchmark):
         if self._env is None or self._env.task != task["name"]:
             self.cleanup()
             self._env = engram.make(task["name"], obs_mode="rgb")
-        obs, info = self._env.reset(seed=self._start_seed + int(task.get("episode_idx", 0)))
-        self._instruction = info["language_instruction"]
+        obs, _ = self._env.reset(seed=self._start_seed + int(task.get("episode_idx", 0)))
+        self._instruction = self._env.language_instruction
         return obs
 
     def step(self, action: dict[str, Any]) -> StepResult:

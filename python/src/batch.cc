@@ -6,6 +6,8 @@
 #include <iterator>
 #include <string_view>
 
+#include "calls.h"
+
 namespace engram_python {
 namespace {
 
@@ -30,10 +32,7 @@ const char* exception_name(engram_status status) {
 template <class Call>
 void run(Call&& call) {
   engram_status status = ENGRAM_OK;
-  {
-    nb::gil_scoped_release release;
-    status = call();
-  }
+  without_lock([&] { status = call(); });
   check(status);
 }
 
@@ -41,7 +40,7 @@ void run(Call&& call) {
 std::vector<engram_pin> as_pins(const NamedValues& pins) {
   std::vector<engram_pin> result;
   for (const auto& [name, values] : pins) {
-    result.push_back({name.c_str(), values.data(), values.size()});
+    result.push_back({c_text(name), values.data(), values.size()});
   }
   return result;
 }
@@ -81,6 +80,14 @@ void raise(engram_status status, const char* message) {
   throw nb::python_error();
 }
 
+const char* c_text(const std::string& text) {
+  const std::size_t end = text.find('\0');
+  if (end == std::string::npos) return text.c_str();
+  const std::string message =
+      "'" + text.substr(0, end) + "' and a character 0 given, texts without one allowed";
+  raise(ENGRAM_INVALID_ARGUMENT, message.c_str());
+}
+
 void check(engram_status status) {
   if (status != ENGRAM_OK) raise(status, engram_last_error());
 }
@@ -94,16 +101,17 @@ Handle::Handle(const std::string& id, const Options& options) : owner_(getpid())
   plain.num_pins = pins.size();
   std::vector<engram_task_option> task_options;
   for (const auto& [name, value] : options.task_options) {
-    task_options.push_back({name.c_str(), value});
+    task_options.push_back({c_text(name), value});
   }
   plain.task_options = task_options.data();
   plain.num_task_options = task_options.size();
-  plain.constants = options.constants.empty() ? nullptr : options.constants.c_str();
+  plain.constants = options.constants.empty() ? nullptr : c_text(options.constants);
   std::vector<const char*> cameras;
-  for (const std::string& camera : options.cameras) cameras.push_back(camera.c_str());
+  for (const std::string& camera : options.cameras) cameras.push_back(c_text(camera));
   plain.cameras = cameras.empty() ? nullptr : cameras.data();
   plain.num_cameras = cameras.size();
-  run([&] { return engram_make(id.c_str(), &plain, &env_); });
+  const char* task = c_text(id);
+  run([&] { return engram_make(task, &plain, &env_); });
 }
 
 // A forked process has the batch's memory but none of its threads: it cannot close it.
@@ -133,12 +141,13 @@ void Batch::close() {
   handle_.reset();
   // Arrays may keep the handle alive; a step under way ends here all the same.
   if (handle && !handle->forked()) {
-    nb::gil_scoped_release release;
-    engram_step_wait(handle->env());
+    engram_env* env = handle->env();
+    without_lock([env] { engram_step_wait(env); });
   }
 }
 
 std::shared_ptr<Handle> Batch::open() const {
+  hold_back_locked();  // or a daemon thread would find that its batch was closed at the end
   if (!handle_) raise(ENGRAM_BAD_STATE, "the environments are closed; make new ones");
   return handle_;
 }
@@ -178,7 +187,7 @@ void Batch::reset(std::optional<Mask> mask, std::optional<Seeds> seeds,
     request.num_pins = pinned.size();
     request.has_pins = 1;
   }
-  if (constants) request.constants = constants->c_str();
+  if (constants) request.constants = c_text(*constants);
   run([&] { return engram_reset(env, &request); });
 }
 
@@ -238,14 +247,14 @@ nb::object Batch::view(const engram_array& array) const {
 nb::object Batch::output(const std::string& name) const {
   const std::shared_ptr<Handle> handle = open();
   engram_array array{};
-  check(engram_output(handle->env(), name.c_str(), &array));
+  check(engram_output(handle->env(), c_text(name), &array));
   return view(array);
 }
 
 nb::object Batch::final_output(const std::string& name) const {
   const std::shared_ptr<Handle> handle = open();
   engram_array array{};
-  check(engram_final_output(handle->env(), name.c_str(), &array));
+  check(engram_final_output(handle->env(), c_text(name), &array));
   return view(array);
 }
 
@@ -268,7 +277,8 @@ nb::object Batch::render(int index, const std::string& camera, int width, int he
   const std::size_t size = side(width) * side(height) * 3;
   auto pixels = std::make_unique<std::uint8_t[]>(size);
   std::uint8_t* data = pixels.get();
-  run([&] { return engram_render(env, index, camera.c_str(), width, height, data, size); });
+  const char* view = c_text(camera);
+  run([&] { return engram_render(env, index, view, width, height, data, size); });
   const nb::capsule owner(data,
                           [](void* bytes) noexcept { delete[] static_cast<std::uint8_t*>(bytes); });
   pixels.release();

@@ -99,6 +99,9 @@ class Batch {
 
 // Raises the Python exception for a status, with the library's message. Needs the GIL.
 [[noreturn]] void raise(engram_status status, const char* message);
+// A text as the C door takes it. Raises InvalidArgumentError if it holds a character 0, where that
+// door would cut it off.
+const char* c_text(const std::string& text);
 // Raises the last error of this thread unless all is well.
 void check(engram_status status);
 

@@ -11,6 +11,7 @@
 #include <mutex>
 
 #include "batch.h"
+#include "calls.h"
 
 namespace engram_python {
 namespace {
@@ -32,17 +33,20 @@ class Session {
       : policy_(std::move(policy)), progress_(std::move(progress)) {}
 
   static int act(void* self, const engram_policy_request* request, engram_policy_reply* reply) {
-    const nb::gil_scoped_acquire gil;
+    if (calls_have_ended()) return 1;
+    const Locked locked;
     return static_cast<Session*>(self)->answer(*request, reply);
   }
 
   static int tell(void* self, int32_t episodes, int32_t all, uint64_t env_steps) {
-    const nb::gil_scoped_acquire gil;
+    if (calls_have_ended()) return 1;
+    const Locked locked;
     return static_cast<Session*>(self)->guarded([&] {
       // Ctrl-C reaches Python here: this is the thread that evaluates.
-      if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+      if (unless_ended([] { return PyErr_CheckSignals(); }) != 0) nb::raise_python_error();
       nb::object& progress = static_cast<Session*>(self)->progress_;
-      if (!progress.is_none()) progress(episodes, all, env_steps);
+      if (progress.is_none()) return;
+      unless_ended([&] { progress(episodes, all, env_steps); });
     });
   }
 
@@ -70,7 +74,8 @@ class Session {
                                                static_cast<std::size_t>(request.width), 6});
       observation["state"] =
           array(request.state, {count, static_cast<std::size_t>(request.state_dim)});
-      const auto chunks = nb::cast<std::vector<Chunk>>(policy_(observation));
+      const nb::object answer = unless_ended([&] { return policy_(observation); });
+      const auto chunks = nb::cast<std::vector<Chunk>>(answer);
       for (std::size_t row = 0; row < chunks.size(); ++row) {
         const Chunk& chunk = chunks[row];
         const engram_status status =
@@ -110,9 +115,9 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      nb::object progress) {
   Session session(std::move(policy), std::move(progress));
   std::vector<const char*> names;
-  for (const std::string& id : ids) names.push_back(id.c_str());
+  for (const std::string& id : ids) names.push_back(c_text(id));
   std::vector<engram_task_option> choices;
-  for (const auto& [option, value] : task_options) choices.push_back({option.c_str(), value});
+  for (const auto& [option, value] : task_options) choices.push_back({c_text(option), value});
   engram_evaluation_options options;
   engram_evaluation_options_init(&options);
   options.ids = names.data();
@@ -122,22 +127,19 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.threads = threads;
   options.obs_mode = obs_mode;
   options.seed = seed;
-  options.name = name.c_str();
-  options.config_json = config.c_str();
-  options.renderer = renderer.c_str();
-  options.output = output ? output->c_str() : nullptr;
-  options.resume = resume ? resume->c_str() : nullptr;
+  options.name = c_text(name);
+  options.config_json = c_text(config);
+  options.renderer = c_text(renderer);
+  options.output = output ? c_text(*output) : nullptr;
+  options.resume = resume ? c_text(*resume) : nullptr;
   options.task_options = choices.data();
   options.num_task_options = choices.size();
-  options.constants = constants.empty() ? nullptr : constants.c_str();
+  options.constants = constants.empty() ? nullptr : c_text(constants);
   options.progress = &Session::tell;
   options.rules = rules;
   char* document = nullptr;
   engram_status status = ENGRAM_OK;
-  {
-    const nb::gil_scoped_release release;
-    status = engram_evaluate(&options, &Session::act, &session, &document);
-  }
+  without_lock([&] { status = engram_evaluate(&options, &Session::act, &session, &document); });
   const std::unique_ptr<char, void (*)(char*)> owner(document, &engram_free_text);
   session.rethrow();
   if (status != ENGRAM_OK) raise(status, engram_last_error());

@@ -7,6 +7,8 @@
 #include <nanobind/stl/vector.h>
 
 #include "batch.h"
+#include "calls.h"
+#include "copies.h"
 #include "evaluate.h"
 
 namespace engram_python {
@@ -22,11 +24,11 @@ std::string list_json() {
 
 void register_variant(const std::string& id, const std::string& base, const std::string& constants,
                       const std::optional<std::string>& instruction) {
-  check(engram_register_variant(id.c_str(), base.c_str(), constants.c_str(),
-                                instruction ? instruction->c_str() : nullptr));
+  check(engram_register_variant(c_text(id), c_text(base), c_text(constants),
+                                instruction ? c_text(*instruction) : nullptr));
 }
 
-void load_variants(const std::string& path) { check(engram_load_variants(path.c_str())); }
+void load_variants(const std::string& path) { check(engram_load_variants(c_text(path))); }
 
 void bind_variants(nb::module_& module) {
   module.def("register_variant", &register_variant, "id"_a, "base"_a, "constants"_a,
@@ -46,7 +48,7 @@ void bind_options(nb::module_& module) {
     const auto get = [field](const Options& self) { return self.plain.*field; };
     if constexpr (std::is_same_v<Value, const char*>) {
       options.def_prop_rw(name, get, [field](Options& self, const std::string& value) {
-        self.plain.*field = self.texts.emplace_back(value).c_str();
+        self.plain.*field = c_text(self.texts.emplace_back(value));
       });
     } else {
       options.def_prop_rw(name, get,
@@ -113,6 +115,13 @@ void bind_batch(nb::module_& module) {
       .def("restore", &Batch::restore, "index"_a, "bytes"_a);
 }
 
+void bind_copies(nb::module_& module) {
+  nb::class_<Copies>(module, "Copies", "Copies of arrays, in memory that is used again.")
+      .def(nb::init<>())
+      .def("copy", &Copies::copy, "array"_a.noconvert())
+      .def_prop_ro("spare", &Copies::spare);
+}
+
 }  // namespace
 }  // namespace engram_python
 
@@ -121,9 +130,12 @@ NB_MODULE(_core, module) {
   nanobind::set_leak_warnings(false);
   module.doc() = "engram's plain-C door.";
   module.def("version", &engram_version);
+  module.def("end_calls", &engram_python::end_calls);
+  nanobind::module_::import_("atexit").attr("register")(module.attr("end_calls"));
   module.def("list_json", &engram_python::list_json);
   engram_python::bind_variants(module);
   engram_python::bind_options(module);
   engram_python::bind_batch(module);
+  engram_python::bind_copies(module);
   engram_python::bind_evaluate(module);
 }

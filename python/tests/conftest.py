@@ -2,16 +2,55 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from demonstrated import demonstrations, folder  # noqa: F401 (fixtures)
 
 import engram
 
 TASK = "RememberColor3-VLA-v0"  # 25 steps; never ends before
 ENDING_TASK = "ShellGameTouch-VLA-v0"  # ends at success
+
+CLIENTS = (
+    "gymnasium", "numpy", "torch", "jax", "stable-baselines3", "sb3-contrib", "torchrl", "skrl",
+    "vla-eval", "lerobot", "tensorflow-datasets", "pyarrow", "av", "tianshou", "ray",
+)  # fmt: skip
+
+
+def pytest_report_header() -> str:
+    """The versions of what the tests run engram with."""
+    found = {d.metadata["Name"].replace("_", "-"): d.version for d in _distributions()}
+    return "clients: " + ", ".join(f"{name} {found[name]}" for name in CLIENTS if name in found)
+
+
+def _distributions() -> Any:
+    return (d for d in importlib.metadata.distributions() if d.metadata["Name"])
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """--may-skip: what a complete run may leave out."""
+    parser.addoption(
+        "--may-skip",
+        metavar="WORDS",
+        help="fail if a test is skipped for a reason without these words; 'nothing' forbids all",
+    )
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fails a run that skipped what it may not."""
+    words = session.config.getoption("--may-skip")
+    reporter: Any = session.config.pluginmanager.get_plugin("terminalreporter")
+    if words is None or reporter is None:
+        return
+    reasons = {report.longrepr[2] for report in reporter.stats.get("skipped", [])}
+    wrong = sorted(reason for reason in reasons if words not in reason)
+    if wrong:
+        session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+        reporter.write_line(f"\nskipped, but may not be: {'; '.join(wrong)}", red=True)
 
 
 def registered_ids() -> list[str]:

@@ -10,11 +10,13 @@ from conftest import ENDING_TASK, TASK, assert_same, noisy_oracle
 import engram
 from engram._compat import GYMNASIUM_1
 
+TELLING = {"privileged": True, "language_in_info": True}
 MODES = ["NEXT_STEP", "SAME_STEP", "DISABLED"]
-needs_1 = pytest.mark.skipif(not GYMNASIUM_1, reason="0.29 knows one mode only")
+needs_1 = pytest.mark.skipif(not GYMNASIUM_1, reason="Gymnasium 0.29 knows one mode only")
 
 
 def reference(id: str, num_envs: int, mode: str, **options):
+    options = {**TELLING, **options}
     makers = [lambda: engram.make(id, **options) for _ in range(num_envs)]
     if not GYMNASIUM_1:
         assert mode == "SAME_STEP"
@@ -81,7 +83,7 @@ def compare(env, other, steps: int) -> dict[str, int]:
 @pytest.mark.parametrize("mode", MODES if GYMNASIUM_1 else ["SAME_STEP"])
 @pytest.mark.parametrize("id", [TASK, ENDING_TASK])
 def test_modes_are_gymnasiums(make, id, mode):
-    env = make(id, num_envs=3, autoreset_mode=mode, copy=True)
+    env = make(id, num_envs=3, autoreset_mode=mode, **TELLING)
     other = reference(id, 3, mode)
     seen = compare(env, other, 200)
     assert seen["truncated"] + seen["terminated"] >= 6
@@ -94,14 +96,14 @@ def test_modes_are_gymnasiums(make, id, mode):
 @pytest.mark.parametrize("obs_mode", ["state_dict", "rgb", "objects_dict"])
 def test_final_observations_have_the_form_of_the_space(make, obs_mode):
     options = {"obs_mode": obs_mode, **({"image_size": 16} if obs_mode == "rgb" else {})}
-    env = make(num_envs=2, autoreset_mode="SAME_STEP", copy=True, **options)
+    env = make(num_envs=2, autoreset_mode="SAME_STEP", **TELLING, **options)
     other = reference(TASK, 2, "SAME_STEP", **options)
     assert compare(env, other, 30)["final"] == 1
     other.close()
 
 
 def test_instructions_of_ended_and_new_episodes(make):
-    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="SAME_STEP", copy=True)
+    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="SAME_STEP", **TELLING)
     other = reference("RotateLenientPos-VLA-v0", 2, "SAME_STEP")
     assert compare(env, other, 200)["final"] > 0
     other.close()
@@ -109,18 +111,51 @@ def test_instructions_of_ended_and_new_episodes(make):
 
 @needs_1
 def test_instructions_in_next_step_mode(make):
-    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="NEXT_STEP", copy=True)
+    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="NEXT_STEP", **TELLING)
     other = reference("RotateLenientPos-VLA-v0", 2, "NEXT_STEP")
     compare(env, other, 200)
     other.close()
 
 
-def test_disabled_keeps_the_last_outputs(make):
-    env = make(num_envs=2, autoreset_mode="DISABLED", copy=True)
+def played_to_the_end(env):
+    """Steps to the horizon; what the last step returned."""
     env.reset(seed=0)
-    for _ in range(25):
+    for _ in range(env.description["horizon"]):
         last = env.step(env.act("random"))
     assert last[3].all()
+    return last
+
+
+@pytest.mark.parametrize("step", ["step", "step_async"])
+def test_disabled_refuses_to_step_beyond_the_end(make, step):
+    env = make(num_envs=3, autoreset_mode="DISABLED")
+    played_to_the_end(env)
+    saved = env.save()
+    env.reset(options={"reset_mask": [True, False, False]})
+    with pytest.raises(engram.BadStateError, match="environments 1, 2 have ended: reset"):
+        getattr(env, step)(env.act("zero"))
+    env.reset(options={"reset_mask": [False, True, True]})
+    env.step(env.act("zero"))
+    env.restore(saved)
+    with pytest.raises(engram.BadStateError, match="environments 0, 1, 2 have ended"):
+        getattr(env, step)(env.act("zero"))
+    assert env.save() == saved  # the refused step changed nothing
+    env.reset()
+    env.step(env.act("zero"))
+
+
+def test_a_restored_environment_may_go_on(make):
+    env = make(num_envs=2, autoreset_mode="DISABLED")
+    env.reset(seed=0)
+    running = env.save()
+    played_to_the_end(env)
+    env.restore(running)
+    env.step(env.act("zero"))
+
+
+def test_ended_environments_stand_still_on_request(make):
+    env = make(num_envs=2, autoreset_mode="DISABLED", after_end="hold")
+    last = played_to_the_end(env)
     after = env.step(env.act("zero"))
     np.testing.assert_array_equal(after[0], last[0])
     np.testing.assert_array_equal(after[1], [0, 0])

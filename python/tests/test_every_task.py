@@ -58,7 +58,10 @@ def check_infos(info: dict[str, Any], described: dict[str, Any], in_observation:
 @pytest.mark.parametrize("id", registered_ids())
 def test_state_observations_and_infos(make, id):
     described = engram.describe(id)
-    rows, parts = (make(id, NUM_ENVS, obs_mode=mode) for mode in ("state", "state_dict"))
+    rows, parts = (
+        make(id, NUM_ENVS, obs_mode=mode, privileged=True, language_in_info=True)
+        for mode in ("state", "state_dict")
+    )
     assert rows.single_observation_space.shape == (described["state_dim"],)
     obs, info = rows.reset(seed=5)
     dicts, _ = parts.reset(seed=5)
@@ -83,7 +86,7 @@ def test_state_observations_and_infos(make, id):
 @pytest.mark.parametrize("id", one_id_per_family())
 def test_rgb_observations_and_infos(make, id):
     described = engram.describe(id, obs_mode="rgb")
-    env = make(id, NUM_ENVS, obs_mode="rgb")
+    env = make(id, NUM_ENVS, obs_mode="rgb", privileged=True, language_in_info=True)
     obs, info = env.reset(seed=5)
     keys = ["rgb", "proprio"] + ["task_cue"] * (described["task_cue_dim"] > 0)
     for step in range(3):
@@ -98,7 +101,7 @@ def test_rgb_observations_and_infos(make, id):
 
 @pytest.mark.parametrize("id", one_id_per_family())
 def test_a_single_environment_has_the_infos_of_a_batch(make, id):
-    batch = make(id, 1, copy=True)
+    batch = make(id, 1)
     env = engram.make(id)
     try:
         pairs = [(env.reset(seed=5), batch.reset(seed=5))]

@@ -7,14 +7,14 @@ import pytest
 
 
 def test_numpy_takes_views_through_dlpack(make):
-    obs, _ = make().reset(seed=0)
+    obs, _ = make(copy=False).reset(seed=0)
     again = np.from_dlpack(obs)
     assert np.shares_memory(again, obs)
 
 
 def test_torch_shares_the_memory(make):
     torch = pytest.importorskip("torch")
-    env = make(obs_mode="rgb")
+    env = make(obs_mode="rgb", copy=False)
     obs, _ = env.reset(seed=0)
     images = torch.from_dlpack(obs["rgb"])
     proprio = torch.from_numpy(obs["proprio"])
@@ -45,7 +45,7 @@ def test_torch_tensors_are_actions(make):
 
 def test_jax_takes_views(make):
     jax = pytest.importorskip("jax")
-    env = make()
+    env = make(copy=False)
     obs, _ = env.reset(seed=0)
     array = jax.dlpack.from_dlpack(obs)
     np.testing.assert_array_equal(np.asarray(array), obs)

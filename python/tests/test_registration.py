@@ -46,13 +46,13 @@ def test_make_makes_one_environment():
     env = gymnasium.make(f"engram/{TASK}", obs_mode="rgb", render_mode="rgb_array", render_size=32)
     assert isinstance(env.unwrapped, engram.Env)
     assert env.spec.max_episode_steps == 25
-    obs, info = env.reset(seed=1)
+    obs, _ = env.reset(seed=1)
     assert env.observation_space.contains(obs)
-    assert isinstance(info["language_instruction"], str)
+    assert isinstance(env.unwrapped.language_instruction, str)
     assert env.render().shape == (32, 32, 3)
     steps, truncated = 0, False
     while not truncated:
-        obs, reward, _, truncated, info = env.step(env.action_space.sample())
+        _, reward, _, truncated, _ = env.step(env.action_space.sample())
         steps += 1
     assert steps == 25
     assert isinstance(reward, float)
@@ -69,7 +69,7 @@ def test_gymnasiums_checker_accepts_the_single_environment(obs_mode):
 
 def test_async_vector_env_of_single_environments():
     if not GYMNASIUM_1:
-        pytest.skip("its processes start differently in 0.29")
+        pytest.skip("Gymnasium 0.29 starts its processes differently")
     env = gymnasium.make_vec(
         f"engram/{TASK}",
         num_envs=2,

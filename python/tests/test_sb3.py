@@ -39,6 +39,45 @@ def test_ppo_trains_from_pixels():
     env.close()
 
 
+@pytest.mark.parametrize(
+    ("policy", "images_only"), [("MultiInputLstmPolicy", False), ("CnnLstmPolicy", True)]
+)
+def test_recurrent_ppo_trains_from_pixels(policy, images_only):
+    contrib = pytest.importorskip("sb3_contrib")
+    options = {"obs_mode": "rgb", "image_size": 36, "images_only": images_only, "threads": 2}
+    env = Sb3VecEnv(TASK, num_envs=2, **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        model = contrib.RecurrentPPO(
+            policy, env, n_steps=26, batch_size=26, n_epochs=1, device="cpu"
+        )
+    model.learn(52)
+    assert model.num_timesteps == 52
+    env.close()
+
+
+def test_images_only():
+    env = Sb3VecEnv(TASK, num_envs=2, obs_mode="rgb", image_size=16, images_only=True)
+    assert env.observation_space.contains(env.reset()[0])
+    for _ in range(25):
+        obs, _, dones, infos = env.step(env.batch.act("zero"))
+    assert obs.shape == (2, 16, 16, 6)
+    assert dones.all()
+    assert infos[1]["terminal_observation"].shape == (16, 16, 6)
+    env.close()
+    with pytest.raises(engram.InvalidArgumentError, match="images_only: obs_mode='state' given"):
+        Sb3VecEnv(TASK, images_only=True)
+
+
+def test_mistakes_and_names():
+    with pytest.raises(TypeError, match=r"^Sb3VecEnv\(\) .*'num_env'. Did you mean"):
+        Sb3VecEnv(TASK, num_env=2)
+    env = Sb3VecEnv(TASK, num_envs=2)
+    assert "Sb3VecEnv" in repr(env)
+    assert "num_envs=2" in repr(env)
+    env.close()
+
+
 def test_results_are_copies_and_dones_tell_why(env):
     first = env.reset()
     kept = first.copy()

@@ -74,7 +74,8 @@ def test_a_variant_works_by_its_id():
     assert engram.describe(id)["changed"]["COLORS"] == 2
     env = gymnasium.make(f"engram/{id}")
     assert env.spec.max_episode_steps == 150
-    assert env.reset(seed=0)[1]["language_instruction"] == "Touch it."
+    assert env.unwrapped.language_instruction == "Touch it."
+    env.reset(seed=0)
     assert steps_of_episode(env) == 150
     env.close()
     with closing(engram.make_vec(id, 2)) as batch:

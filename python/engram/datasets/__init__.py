@@ -8,6 +8,7 @@ Nothing here but `replay` needs the compiled part of engram. The formats are des
 docs/datasets.md.
 """
 
-from engram.datasets.episodes import DatasetError, DemonstrationFolder, Episode, find_folders
+from engram.datasets.checks import DatasetError
+from engram.datasets.episodes import DemonstrationFolder, Episode, find_folders
 
 __all__ = ["DatasetError", "DemonstrationFolder", "Episode", "find_folders"]

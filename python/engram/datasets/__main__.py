@@ -8,7 +8,9 @@ import sys
 import time
 from pathlib import Path
 
-from engram.datasets.episodes import DatasetError, find_folders
+from engram.datasets import checks
+from engram.datasets.checks import DatasetError
+from engram.datasets.episodes import find_folders
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -17,8 +19,10 @@ def main(arguments: list[str] | None = None) -> int:
         results = [
             options.run(folder, options) for folder in find_folders(options.folder, options.ids)
         ]
+    except KeyboardInterrupt:
+        return 130
     except (DatasetError, OSError) as error:
-        print(f"engram.datasets: {error}", file=sys.stderr)
+        print(f"engram.datasets: {DatasetError(str(error))}", file=sys.stderr)
         return 1
     except ModuleNotFoundError as error:
         print(
@@ -40,7 +44,9 @@ def _parser() -> argparse.ArgumentParser:
 
     def add(name, words, run):
         command = commands.add_parser(name, help=words, description=words)
-        command.add_argument("folder", type=Path, metavar="FOLDER", help="what holds data_npz/<id>")
+        command.add_argument(
+            "folder", type=_folder, metavar="FOLDER", help="what holds data_npz/<id>"
+        )
         command.add_argument(
             "ids", nargs="*", metavar="ID", help="tasks; default: all that are there"
         )
@@ -53,10 +59,18 @@ def _parser() -> argparse.ArgumentParser:
     rlds = add("rlds", "Writes OUT/data_rlds/<id>/1.0.0, for tensorflow_datasets", _rlds)
     lerobot = add("lerobot", "Writes OUT/data_lerobot/<id>, a LeRobotDataset v3", _lerobot)
     for command in (rlds, lerobot):
-        command.add_argument("--out", type=Path, help="default: FOLDER")
-    rlds.add_argument("--jobs", type=int, default=0, help="threads; 0: one per core (default)")
+        command.add_argument("--out", type=_folder, help="default: FOLDER")
+    rlds.add_argument(
+        "--jobs",
+        type=_whole(0, checks.MAX_JOBS),
+        default=0,
+        help="threads; 0: one per core (default)",
+    )
     lerobot.add_argument(
-        "--fps", type=int, default=10, help="nominal frames per second, default 10"
+        "--fps",
+        type=_whole(1, checks.MAX_FPS),
+        default=10,
+        help="nominal frames per second, default 10",
     )
     lerobot.add_argument(
         "--images", action="store_true", help="frames as PNG instead of videos: lossless"
@@ -69,8 +83,32 @@ def _parser() -> argparse.ArgumentParser:
         "replay", "Plays stored actions in fresh environments and compares what they show", _replay
     )
     replay.add_argument("--format", choices=("npz", "rlds", "lerobot"), default="npz")
-    replay.add_argument("--episodes", type=int, help="only the first so many of each task")
+    replay.add_argument(
+        "--episodes",
+        type=_whole(1, checks.MAX_EPISODES),
+        help="only the first so many of each task",
+    )
     return parser
+
+
+def _folder(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("'' given; the name of a folder needed")
+    return Path(text)
+
+
+def _whole(low: int, high: int):
+    """A converter of whole numbers from low to high."""
+
+    def convert(text: str) -> int:
+        try:
+            return checks.whole_number("value", int(text), low, high)
+        except (ValueError, DatasetError):
+            raise argparse.ArgumentTypeError(
+                f"{text!r} given; a whole number from {low} to {high} needed"
+            ) from None
+
+    return convert
 
 
 def _rlds(folder, options) -> dict:

@@ -1,20 +1,24 @@
-"""Reads what `engram collect` wrote: one .npz file per episode, and metadata.json."""
+"""Reads what `engram collect` wrote: one .npz file per episode, and metadata.json.
+
+Data sets come from others. Everything that is read is checked before it is used: names before they
+are paths, sizes before there is memory for them, values before they are written anywhere.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import zipfile
-import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from engram.datasets import checks
+from engram.datasets.checks import DatasetError, reading
 
-class DatasetError(Exception):
-    """A data set is missing, incomplete or damaged; the message says which and why."""
+_LARGEST_METADATA = 256 << 20  # bytes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,41 +51,79 @@ class Episode:
 
     @classmethod
     def load(cls, path: Path | str) -> Episode:
-        """Reads one file; raises DatasetError if it is damaged."""
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                values = {name: file[name] for name in _DTYPES}
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error, EOFError) as error:
-            raise DatasetError(
-                f"'{path}' is not an episode of engram, or damaged: {error}"
-            ) from error
-        steps = int(values["episode_length"])
-        for name, dtype in _DTYPES.items():
-            value = values[name]
-            if dtype is not None and value.dtype != dtype:
-                raise DatasetError(f"'{path}': {name} has dtype {value.dtype}, {dtype} expected")
-            if name in _PER_STEP and value.shape[:1] != (steps,):
-                raise DatasetError(
-                    f"'{path}': {name} has shape {value.shape}, {steps} steps expected"
-                )
-        for name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
-            values[name] = values[name].item()
-        return cls(**values)
+        """Reads one file; raises DatasetError if it is damaged or no demonstration."""
+        with reading(path), zipfile.ZipFile(path) as archive:
+            steps = _length(archive)
+            values: dict[str, Any] = {name: _array(archive, name, steps) for name in _FIELDS}
+            for name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
+                values[name] = values[name].item()
+            episode = cls(**values)
+            _check_values(episode)
+            return episode
 
 
-_DTYPES = {
-    "rgb": np.dtype(np.uint8),
-    "proprio": np.dtype(np.float32),
-    "action": np.dtype(np.float32),
-    "reward": np.dtype(np.float32),
-    "success": np.dtype(np.int32),
-    "done": np.dtype(np.int32),
-    "language_instruction": None,
-    "success_once": np.dtype(np.bool_),
-    "episode_length": np.dtype(np.int32),
-    "episode_seed": np.dtype(np.int64),
+# Types and shapes; the first size of what has several is the number of steps.
+_FIELDS: dict[str, tuple[type | None, tuple[int, ...]]] = {
+    "rgb": (np.uint8, (-1, *checks.PICTURE_SHAPE)),
+    "proprio": (np.float32, (-1, checks.PROPRIO_DIM)),
+    "action": (np.float32, (-1, checks.ACTION_DIM)),
+    "reward": (np.float32, (-1,)),
+    "success": (np.int32, (-1,)),
+    "done": (np.int32, (-1,)),
+    "language_instruction": (None, ()),
+    "success_once": (np.bool_, ()),
+    "episode_length": (np.int32, ()),
+    "episode_seed": (np.int64, ()),
 }
-_PER_STEP = ("rgb", "proprio", "action", "reward", "success", "done")
+_LARGEST_TEXT = 1 << 16  # bytes
+
+
+def _length(archive: zipfile.ZipFile) -> int:
+    value = _array(archive, "episode_length", 0).item()
+    return checks.whole_number("episode_length", value, 1, checks.MAX_STEPS)
+
+
+def _array(archive: zipfile.ZipFile, name: str, steps: int) -> np.ndarray:
+    """One array, read if its header tells of the type and shape that it must have."""
+    member = archive.getinfo(f"{name}.npy")
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise DatasetError(f"{name} is neither stored nor deflated")
+    kind, shape = _FIELDS[name]
+    expected = tuple(steps if size < 0 else size for size in shape)
+    with archive.open(member) as file:
+        version = np.lib.format.read_magic(file)
+        readers = {
+            (1, 0): np.lib.format.read_array_header_1_0,
+            (2, 0): np.lib.format.read_array_header_2_0,
+        }
+        if version not in readers:
+            raise DatasetError(f"{name} has a header of version {version}")
+        found, _, dtype = readers[version](file)
+    good = dtype.kind == "U" and dtype.itemsize <= _LARGEST_TEXT if kind is None else dtype == kind
+    if not good or found != expected:
+        needed = "a text" if kind is None else np.dtype(kind)
+        raise DatasetError(
+            f"{name} is {dtype} of shape {found}, {needed} of shape {expected} expected"
+        )
+    with archive.open(member) as file:
+        array = np.lib.format.read_array(file, allow_pickle=False)
+        file.read(1)  # at the end, the archive's checksum is compared
+    return array
+
+
+def _check_values(episode: Episode) -> None:
+    """Refuses what no demonstration holds, and what converters and environments cannot take."""
+    checks.actions("action", episode.action)
+    checks.finite("proprio", episode.proprio)
+    checks.finite("reward", episode.reward)
+    for name in ("success", "done"):
+        values = getattr(episode, name)
+        if values[-1] != 1 or values[:-1].any():
+            raise DatasetError(f"{name} is not 0 until the last step and 1 in that")
+    if not episode.success_once:
+        raise DatasetError("success_once is False, in a demonstration")
+    checks.whole_number("episode_seed", episode.episode_seed, 0, checks.MAX_SEED)
+    checks.instruction("language_instruction", episode.language_instruction)
 
 
 class DemonstrationFolder(Sequence):
@@ -90,49 +132,94 @@ class DemonstrationFolder(Sequence):
     def __init__(self, path: Path | str):
         self.path = Path(path)
         self.metadata_path = self.path / "metadata.json"
-        try:
-            self.metadata: dict[str, Any] = json.loads(self.metadata_path.read_text())
-            self.env_id: str = self.metadata["env_id"]
-            count = self.metadata["num_episodes"]
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise DatasetError(f"'{self.metadata_path}' cannot be read: {error}") from error
-        self.files = [self.path / f"train_data_{i}.npz" for i in range(count)]
-        missing = [file for file in self.files if not file.is_file()]
-        if missing:
-            raise DatasetError(
-                f"'{missing[0]}' is missing; metadata.json tells of {count} episodes"
-            )
-        if not self.files:
-            raise DatasetError(f"'{self.path}' holds no episodes")
+        self.metadata_bytes = _read(self.metadata_path)
+        with reading(self.metadata_path):
+            self.metadata = _metadata(self.metadata_bytes)
+        self.env_id: str = self.metadata["env_id"]
+        count: int = self.metadata["num_episodes"]
+        self.files: list[Path] = []
+        for i in range(count):
+            self.files.append(self.path / f"train_data_{i}.npz")
+            if not self.files[-1].is_file():
+                raise DatasetError(
+                    f"'{self.files[-1]}' is missing; metadata.json tells of {count} episodes"
+                )
 
     def __len__(self) -> int:
         return len(self.files)
 
     def __getitem__(self, index):
         if isinstance(index, slice):
-            return [Episode.load(file) for file in self.files[index]]
-        return Episode.load(self.files[index])
+            return [self._load(i) for i in range(len(self))[index]]
+        return self._load(range(len(self))[index])
 
     def __iter__(self) -> Iterator[Episode]:
-        return map(Episode.load, self.files)
+        return map(self._load, range(len(self)))
+
+    def _load(self, index: int) -> Episode:
+        episode = Episode.load(self.files[index])
+        for name, value in (("length", len(episode)), ("seed", episode.episode_seed)):
+            told = self.metadata[f"episode_{name}s"][index]
+            if value != told:
+                raise DatasetError(
+                    f"'{self.files[index]}' has {name} {value}; metadata.json tells of {told}"
+                )
+        return episode
+
+
+def _read(path: Path) -> bytes:
+    with reading(path):
+        if not path.is_file():  # opening a pipe would wait for its other end
+            raise DatasetError("missing, or no file")
+        if path.stat().st_size > _LARGEST_METADATA:
+            raise DatasetError(f"more than {_LARGEST_METADATA >> 20} MB")
+        return path.read_bytes()
+
+
+def _metadata(content: bytes) -> dict[str, Any]:
+    """The document, once what is used of it has the form that it must have."""
+    document = json.loads(content.decode())
+    if not isinstance(document, dict):
+        raise DatasetError(f"{checks.short(document)} given; an object needed")
+    checks.env_id("env_id", document.get("env_id"))
+    count = checks.whole_number(
+        "num_episodes", document.get("num_episodes"), 1, checks.MAX_EPISODES
+    )
+    for name, low, high in (
+        ("episode_lengths", 1, checks.MAX_STEPS),
+        ("episode_seeds", 0, checks.MAX_SEED),
+    ):
+        values = document.get(name)
+        if not isinstance(values, list) or len(values) != count:
+            raise DatasetError(f"{name}: {checks.short(values)} given; a list of {count} needed")
+        for value in values:
+            checks.whole_number(name, value, low, high)
+    made_how = document.get("engram", {})
+    if not isinstance(made_how, dict):
+        raise DatasetError(f"engram: {checks.short(made_how)} given; an object needed")
+    return document
 
 
 def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[DemonstrationFolder]:
     """The data sets in <root>/data_npz, those of `ids` only where any are given."""
     parent = Path(root) / "data_npz"
     if not parent.is_dir():
-        raise DatasetError(
-            f"'{root}' has no folder data_npz; `engram collect ID --out {root}` makes it"
-        )
+        raise DatasetError(f"'{root}' has no folder data_npz, which `engram collect` makes")
     present = sorted(path.name for path in parent.iterdir() if path.is_dir())
     for env_id in ids:
         if env_id not in present:
             raise DatasetError(
                 f"no data of {env_id} in '{parent}'; there are: {', '.join(present)}"
             )
-    folders = [DemonstrationFolder(parent / env_id) for env_id in (ids or present)]
+    folders = [DemonstrationFolder(parent / name) for name in dict.fromkeys(ids or present)]
     if not folders:
         raise DatasetError(f"'{parent}' holds no data sets")
+    for folder in folders:  # or two of them would be written to one place
+        if folder.env_id != folder.path.name:
+            raise DatasetError(
+                f"'{folder.metadata_path}': env_id: '{folder.env_id}' given; "
+                f"the name of its folder needed, '{folder.path.name}'"
+            )
     return folders
 
 

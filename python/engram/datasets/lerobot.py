@@ -6,10 +6,10 @@ Episodes follow one another in few large files. Videos are lossy; everything els
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
-import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -20,9 +20,11 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from engram.datasets import frame_stats
+from engram.datasets import checks, frame_stats
+from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
-from engram.datasets.work import new_folder, png
+from engram.datasets.folders import new_folder
+from engram.datasets.work import png
 
 FPS = 10  # nominal, as in the published data; the robot is controlled at 20 Hz
 ROBOT_TYPE = "mikasa_robo"
@@ -65,19 +67,21 @@ def convert(
 ) -> Path:
     """Writes <root>/data_lerobot/<id> and returns its path.
 
-    The folder appears when it is complete; one that is there already is replaced. videos: False
-    stores every frame as PNG instead. codec: an encoder of FFmpeg. progress is called with the
-    episodes done and all of them.
+    The folder appears when it is complete; one that was written here before is replaced. videos:
+    False stores every frame as PNG instead. codec: an encoder of FFmpeg. progress is called with
+    the episodes done and all of them. Raises DatasetError, and leaves everything as it was, if an
+    episode is damaged or the encoder fails.
     """
-    target = Path(root) / "data_lerobot" / folder.env_id
-    with new_folder(target) as path:
+    checks.whole_number("fps", fps, 1, checks.MAX_FPS)
+    place = ("data_lerobot", folder.env_id)
+    with new_folder(root, *place) as path:
         with _Writer(path, fps, videos, codec) as writer:
             for done, episode in enumerate(folder, 1):
                 writer.add(episode)
                 progress(done, len(folder))
         writer.write_meta()
-        shutil.copyfile(folder.metadata_path, path / "source_rlds_metadata.json")
-    return target
+        (path / "source_rlds_metadata.json").write_bytes(folder.metadata_bytes)
+    return Path(root).joinpath(*place)
 
 
 class _Writer:
@@ -90,17 +94,18 @@ class _Writer:
         self.episodes: list[dict] = []
         self.stats: list[dict] = []
         self.frames = 0
-        self.image_shape: tuple[int, ...] = ()
         self.data = _ParquetFiles(root)
         self.videos = {key: _VideoFiles(root, key, fps, codec) for key in CAMERAS} if videos else {}
 
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
-        self.data.close()
-        for video in self.videos.values():
-            video.close()
+    def __exit__(self, kind, *_):
+        # What failed first is what is told.
+        with contextlib.suppress(Exception) if kind else contextlib.nullcontext():
+            self.data.close()
+            for video in self.videos.values():
+                video.close()
 
     def add(self, episode: Episode) -> None:
         steps = len(episode)
@@ -117,7 +122,6 @@ class _Writer:
             "task_index": np.full(steps, task),
         }
         images = dict(zip(CAMERAS, (episode.image, episode.wrist_image)))
-        self.image_shape = episode.image.shape[1:]
         row = {
             "episode_index": index,
             "tasks": [episode.language_instruction],
@@ -174,7 +178,7 @@ class _Writer:
         for key in CAMERAS:
             features[key] = {
                 "dtype": "video" if self.videos else "image",
-                "shape": list(self.image_shape),
+                "shape": list(checks.CAMERA_SHAPE),
                 "names": ["height", "width", "channel"],
             }
             if self.videos:
@@ -258,15 +262,16 @@ class _VideoFiles:
         if self.bytes >= _VIDEO_FILE_MB << 20:
             self.close()
             self.numbers.number += 1
-        if self.container is None:
-            self._open(images.shape[1:3])
         begin = self.frames
-        for image in images:
-            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgb24")
-            frame.pts = self.frames
-            frame.time_base = Fraction(1, self.fps)
-            self._mux(self.stream.encode(frame))
-            self.frames += 1
+        with _encoding(self.codec):
+            if self.container is None:
+                self._open(images.shape[1:3])
+            for image in images:
+                frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgb24")
+                frame.pts = self.frames
+                frame.time_base = Fraction(1, self.fps)
+                self._mux(self.stream.encode(frame))
+                self.frames += 1
         place = self.numbers.as_dict() | {
             "from_timestamp": begin / self.fps,
             "to_timestamp": self.frames / self.fps,
@@ -276,7 +281,7 @@ class _VideoFiles:
     def info(self) -> dict:
         """What info.json tells of the first file."""
         first = self.root / _VIDEO_PATH.format(video_key=self.key, chunk_index=0, file_index=0)
-        with av.open(str(first)) as container:
+        with _encoding(self.codec), av.open(str(first)) as container:
             stream = container.streams.video[0]
             return {
                 "video.height": stream.height,
@@ -291,9 +296,9 @@ class _VideoFiles:
 
     def close(self) -> None:
         if self.container is not None:
-            self._mux(self.stream.encode())
-            self.container.close()
-            self.container = None
+            container, self.container = self.container, None  # closed once, even if that fails
+            with _encoding(self.codec), container:
+                self._mux(self.stream.encode(), container)
             self.frames = 0
             self.bytes = 0
 
@@ -309,10 +314,19 @@ class _VideoFiles:
         self.stream.pix_fmt = "yuv420p"
         self.stream.height, self.stream.width = size
 
-    def _mux(self, packets) -> None:
+    def _mux(self, packets, container=None) -> None:
         for packet in packets:
             self.bytes += packet.size
-            self.container.mux(packet)
+            (container or self.container).mux(packet)
+
+
+@contextlib.contextmanager
+def _encoding(codec: str) -> Iterator[None]:
+    """Tells what FFmpeg refuses: an encoder that it lacks, or that takes no such pictures."""
+    try:
+        yield
+    except (av.FFmpegError, ValueError, TypeError, AttributeError) as error:
+        raise DatasetError(f"codec: {codec!r} given; FFmpeg says: {error}") from error
 
 
 def _arrow(values: np.ndarray) -> pa.Array:

@@ -6,28 +6,17 @@ with the rules of the metadata, `reset(seed=seed)`, then one `step` per action.
 
 from __future__ import annotations
 
-import dataclasses
-import io
-from collections.abc import Callable, Iterator
+import contextlib
+from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from engram.datasets.episodes import DatasetError, DemonstrationFolder, no_progress
-
-
-@dataclasses.dataclass(frozen=True)
-class StoredEpisode:
-    """What a format holds exactly of an episode; None where it does not."""
-
-    seed: int
-    action: np.ndarray  # (T, 7)
-    proprio: np.ndarray  # (T, 7)
-    language_instruction: str
-    rgb: np.ndarray | None = None  # (T, H, W, 6)
-    reward: np.ndarray | None = None  # (T,)
-    success: np.ndarray | None = None  # (T,)
+from engram.datasets import checks
+from engram.datasets.checks import DatasetError
+from engram.datasets.episodes import DemonstrationFolder, no_progress
+from engram.datasets.stored import READERS, StoredEpisode
 
 
 def differences(env, episode: StoredEpisode) -> list[str]:
@@ -68,25 +57,25 @@ def compare(
     """Plays the episodes of one task as one format holds them."""
     import engram  # the compiled part, which nothing else here needs
 
+    if episodes is not None:
+        checks.whole_number("episodes", episodes, 1, checks.MAX_EPISODES)
     count = min(len(folder), episodes or len(folder))
-    made_how = folder.metadata.get("engram", {})
-    env = engram.make(
-        folder.env_id,
-        obs_mode="rgb",
-        renderer=made_how.get("renderer", "cpu"),
-        rules=made_how.get("rules", "reference"),
-    )
     different = {}
     steps = 0
     played = 0
-    for number, episode in enumerate(islice(_READERS[source](folder, Path(root)), count)):
-        found = differences(env, episode)
-        if found:
-            different[number] = found
-        steps += len(episode.action)
-        played += 1
-        progress(played, count)
-    env.close()
+    try:
+        env = _environment(folder)
+        with contextlib.closing(env):
+            stored = READERS[source](folder, Path(root))
+            for number, episode in enumerate(islice(stored, count)):
+                found = differences(env, episode)
+                if found:
+                    different[number] = found
+                steps += len(episode.action)
+                played += 1
+                progress(played, count)
+    except engram.Error as error:
+        raise DatasetError(f"'{folder.path}' cannot be played: {error}") from error
     if played < count:
         raise DatasetError(f"{folder.env_id}: {played} episodes as {source}, {count} expected")
     return {
@@ -99,94 +88,14 @@ def compare(
     }
 
 
-# --- the formats ---
+def _environment(folder: DemonstrationFolder):
+    """An environment as the metadata says that it was."""
+    import engram
 
-
-def _from_npz(folder: DemonstrationFolder, _: Path) -> Iterator[StoredEpisode]:
-    for episode in folder:
-        yield StoredEpisode(
-            episode.episode_seed,
-            episode.action,
-            episode.proprio,
-            episode.language_instruction,
-            episode.rgb,
-            episode.reward,
-            episode.success,
-        )
-
-
-def _from_rlds(folder: DemonstrationFolder, root: Path) -> Iterator[StoredEpisode]:
-    from PIL import Image
-
-    from engram.datasets import rlds, tf_example
-
-    def images(encoded: list[bytes]) -> np.ndarray:
-        return np.stack([np.asarray(Image.open(io.BytesIO(data))) for data in encoded])
-
-    def floats(values: list[float], *shape: int) -> np.ndarray:
-        return np.array(values, np.float32).reshape(shape)
-
-    path = root / "data_rlds" / folder.env_id / rlds.VERSION
-    shards = sorted(path.glob(f"{rlds.NAME}-{rlds.SPLIT}.tfrecord-*"))
-    if not shards:
-        raise DatasetError(f"'{path}' holds no records")
-    for shard in shards:
-        with open(shard, "rb") as file:
-            for record in tf_example.read_records(file):
-                fields = tf_example.parse_example(record)
-                rgb = [
-                    images(fields[f"steps/observation/{name}"]) for name in ("image", "wrist_image")
-                ]
-                yield StoredEpisode(
-                    fields["episode_metadata/episode_seed"][0],
-                    floats(fields["steps/action"], -1, 7),
-                    floats(fields["steps/observation/proprio"], -1, 7),
-                    fields["steps/language_instruction"][0].decode(),
-                    np.concatenate(rgb, axis=-1),
-                    floats(fields["steps/reward"], -1),
-                )
-
-
-def _from_lerobot(folder: DemonstrationFolder, root: Path) -> Iterator[StoredEpisode]:
-    import pyarrow.parquet as pq
-    from PIL import Image
-
-    from engram.datasets import lerobot
-
-    path = root / "data_lerobot" / folder.env_id
-    rows = [
-        row
-        for file in sorted(path.glob("meta/episodes/*/*.parquet"))
-        for row in pq.read_table(file).to_pylist()
-    ]
-    if not rows:
-        raise DatasetError(f"'{path}' holds no episodes")
-    for row in rows:
-        place = {key: row[f"data/{key}"] for key in ("chunk_index", "file_index")}
-        file = path / lerobot.DATA_PATH.format(**place)
-        table = pq.read_table(file, filters=[("episode_index", "=", row["episode_index"])])
-        columns = table.to_pydict()
-        rgb = None
-        if lerobot.TOP in columns:  # stored as images, not as lossy videos
-            rgb = np.stack(
-                [
-                    np.concatenate(
-                        [
-                            np.asarray(Image.open(io.BytesIO(columns[key][step]["bytes"])))
-                            for key in lerobot.CAMERAS
-                        ],
-                        axis=-1,
-                    )
-                    for step in range(table.num_rows)
-                ]
-            )
-        yield StoredEpisode(
-            row["episode_seed"],
-            np.array(columns["action"], np.float32),
-            np.array(columns["observation.state"], np.float32),
-            row["tasks"][0],
-            rgb,
-        )
-
-
-_READERS = {"npz": _from_npz, "rlds": _from_rlds, "lerobot": _from_lerobot}
+    made_how = folder.metadata.get("engram", {})
+    return engram.make(
+        folder.env_id,
+        obs_mode="rgb",
+        renderer=made_how.get("renderer", "cpu"),
+        rules=made_how.get("rules", "reference"),
+    )

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from engram.datasets import tf_example
+from engram.datasets import checks, tf_example
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
-from engram.datasets.work import in_order, new_folder, png
+from engram.datasets.folders import new_folder
+from engram.datasets.work import in_order, png
 
 NAME = "mikasa_dataset"
 VERSION = "1.0.0"
@@ -30,13 +30,15 @@ def convert(
 ) -> Path:
     """Writes <root>/data_rlds/<id>/1.0.0 and returns its path.
 
-    The folder appears when it is complete; one that is there already is replaced. jobs: threads
-    that encode, 0 for one per core; progress is called with the episodes done and all of them.
+    The folder appears when it is complete; one that was written here before is replaced. jobs:
+    threads that encode, 0 for one per core; progress is called with the episodes done and all of
+    them. Raises DatasetError, and leaves everything as it was, if an episode is damaged.
     """
-    target = Path(root) / "data_rlds" / folder.env_id / VERSION
+    checks.whole_number("jobs", jobs, 0, checks.MAX_JOBS)
     lengths = _shard_lengths(folder)
-    with new_folder(target) as path:
-        records = in_order(_record, [(file, folder.env_id) for file in folder.files], jobs)
+    place = ("data_rlds", folder.env_id, VERSION)
+    with new_folder(root, *place) as path:
+        records = in_order(lambda i: serialize(folder[i], folder.env_id), range(len(folder)), jobs)
         payload_bytes = 0
         done = 0
         for shard, length in enumerate(lengths):
@@ -48,11 +50,10 @@ def convert(
                     payload_bytes += len(record)
                     done += 1
                     progress(done, len(folder))
-        first = folder[0]
-        _write_json(path / "features.json", _features(first.image.shape[1:], first.action.shape[1]))
+        _write_json(path / "features.json", _features())
         _write_json(path / "dataset_info.json", _dataset_info(lengths, payload_bytes))
-        shutil.copyfile(folder.metadata_path, path / "metadata.json")
-    return target
+        (path / "metadata.json").write_bytes(folder.metadata_bytes)
+    return Path(root).joinpath(*place)
 
 
 def _shard_lengths(folder: DemonstrationFolder) -> list[int]:
@@ -60,11 +61,6 @@ def _shard_lengths(folder: DemonstrationFolder) -> list[int]:
     shards = min(len(folder), max(1, math.ceil(total / SHARD_BYTES)))
     edges = [len(folder) * i // shards for i in range(shards + 1)]
     return [end - begin for begin, end in zip(edges, edges[1:])]
-
-
-def _record(source: tuple[Path, str]) -> bytes:
-    path, env_id = source
-    return serialize(Episode.load(path), env_id)
 
 
 def serialize(episode: Episode, env_id: str) -> bytes:
@@ -120,12 +116,12 @@ def _tensor(dtype: str, *shape: int) -> dict:
     return _class(kind) | {"tensor": {"dtype": dtype, "encoding": "none", "shape": dimensions}}
 
 
-def _image(shape: tuple[int, ...]) -> dict:
+def _image() -> dict:
     return _class("image_feature.Image") | {
         "image": {
             "dtype": "uint8",
             "encodingFormat": "png",
-            "shape": {"dimensions": [str(size) for size in shape]},
+            "shape": {"dimensions": [str(size) for size in checks.CAMERA_SHAPE]},
         }
     }
 
@@ -138,14 +134,14 @@ def _dict(**features: dict) -> dict:
     return _class("features_dict.FeaturesDict") | {"featuresDict": {"features": features}}
 
 
-def _features(image_shape: tuple[int, ...], action_dim: int) -> dict:
+def _features() -> dict:
     steps = _dict(
         observation=_dict(
-            image=_image(image_shape),
-            wrist_image=_image(image_shape),
-            proprio=_tensor("float32", 7),
+            image=_image(),
+            wrist_image=_image(),
+            proprio=_tensor("float32", checks.PROPRIO_DIM),
         ),
-        action=_tensor("float32", action_dim),
+        action=_tensor("float32", checks.ACTION_DIM),
         reward=_tensor("float32"),
         discount=_tensor("float32"),
         is_first=_tensor("bool"),

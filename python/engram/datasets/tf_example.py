@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Mapping, Sequence
 
@@ -90,6 +91,7 @@ def parse_example(data: bytes) -> dict[str, list]:
     return {
         name: list(getattr(feature, feature.WhichOneof("kind")).value)
         for name, feature in features.items()
+        if feature.WhichOneof("kind")
     }
 
 
@@ -112,6 +114,8 @@ def read_records(file):
         if head[8:] != _masked_checksum(length):
             raise ValueError("damaged length of a record")
         (size,) = struct.unpack("<Q", length)
+        if size > os.fstat(file.fileno()).st_size:
+            raise ValueError("a record that is longer than its file")
         data = file.read(size)
         if file.read(4) != _masked_checksum(data):
             raise ValueError("damaged record")

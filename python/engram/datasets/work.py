@@ -1,15 +1,12 @@
-"""What the converters share: results of many threads in order, folders that appear whole, PNG."""
+"""What the converters share: results of many threads in order, PNG."""
 
 from __future__ import annotations
 
 import concurrent.futures
-import contextlib
 import io
 import os
-import shutil
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -38,24 +35,6 @@ def in_order(function: Callable[[In], Out], items: Iterable[In], jobs: int = 0) 
         finally:
             for future in waiting:
                 future.cancel()
-
-
-@contextlib.contextmanager
-def new_folder(target: Path) -> Iterator[Path]:
-    """A folder to fill; it replaces `target` when the block ends well."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    for leftover in target.parent.glob(f"{target.name}.*.engram-tmp"):
-        shutil.rmtree(leftover, ignore_errors=True)
-    path = target.parent / f"{target.name}.{os.getpid()}.engram-tmp"
-    path.mkdir()
-    try:
-        yield path
-        if target.exists():
-            shutil.rmtree(target)
-        path.rename(target)
-    except BaseException:
-        shutil.rmtree(path, ignore_errors=True)
-        raise
 
 
 def png(image: np.ndarray) -> bytes:

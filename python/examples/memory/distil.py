@@ -41,7 +41,7 @@ def arguments():
     add("--most-steps", type=int, default=120, help="of a training episode")
     add("--iterations", type=int, default=14)
     add("--updates", type=int, default=64, help="per iteration")
-    add("--eye-updates", type=int, default=150, help="per iteration, from pictures")
+    add("--eye-updates", type=int, default=80, help="per iteration, from pictures")
     add("--keep", type=int, default=20, help="iterations whose episodes are learnt from")
     add("--batch", type=int, default=1600, help="steps per update")
     add("--lr", type=float, default=3e-3)

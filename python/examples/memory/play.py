@@ -25,6 +25,7 @@ def make_batch(task, num_envs, seed, obs_mode):
         obs_mode=obs_mode,
         threads=1,
         autoreset_mode="DISABLED",
+        after_end="hold",
         terminate_on_success=False,
         language_in_info=False,
     )

@@ -1,0 +1,284 @@
+"""Types for checkers and editors: keywords, observations, descriptions.
+
+from engram.typing import RgbObservation
+
+env: engram.VectorEnv[RgbObservation] = engram.make_vec(id, 256, obs_mode="rgb")
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from engram._compat import AutoresetMode
+
+__all__ = [
+    "ActionSpace",
+    "BatchOptions",
+    "Constant",
+    "Draw",
+    "EnvOptions",
+    "Field",
+    "ObjectsDict",
+    "Observation",
+    "Option",
+    "Output",
+    "Phase",
+    "Prop",
+    "Quantity",
+    "RgbObservation",
+    "Row",
+    "RowMode",
+    "StateDict",
+    "TaskDescription",
+    "TaskSummary",
+]
+
+# begin options: types (scripts/options.py writes this from api/options.toml)
+ObsMode = Literal["none", "state", "state_dict", "rgb", "objects", "objects_dict"]
+RewardMode = Literal["none", "sparse", "dense", "normalized_dense"]
+Policy = Literal["zero", "random", "oracle", "blind", "sweep"]
+Rules = Literal["reference", "original"]
+ControlMode = Literal[
+    "pd_joint_delta_pos",
+    "pd_joint_pos",
+    "pd_ee_delta_pos",
+    "pd_ee_delta_pose",
+    "pd_ee_pose",
+    "pd_joint_target_delta_pos",
+    "pd_ee_target_delta_pos",
+    "pd_ee_target_delta_pose",
+    "pd_joint_vel",
+    "pd_joint_pos_vel",
+    "pd_joint_delta_pos_vel",
+]
+Renderer = Literal["cpu", "egl"]
+Camera = Literal["base_camera", "hand_camera", "render_camera"]
+AutoresetName = Literal[
+    "NEXT_STEP",
+    "SAME_STEP",
+    "DISABLED",
+    "NextStep",
+    "SameStep",
+    "Disabled",
+    "next-step",
+    "same-step",
+    "off",
+]
+RenderMode = Literal["rgb_array", "human"]
+AfterEnd = Literal["refuse", "hold"]
+
+
+class EnvOptions(TypedDict, total=False):
+    """Keywords of environments, single or in batches, but for obs_mode."""
+
+    seed: int | None
+    threads: int
+    reward_mode: RewardMode
+    control_mode: ControlMode
+    pins: Mapping[str, float | Sequence[float]] | None
+    task_options: Mapping[str, float] | None
+    constants: Mapping[str, Any] | None
+    render_mode: RenderMode | None
+    render_size: int | tuple[int, int]
+    render_camera: Camera
+    image_size: int | tuple[int, int]
+    cameras: Sequence[Camera] | None
+    renderer: Renderer
+    shadows: bool
+    antialias: bool
+    terminate_on_success: bool | None
+    rotation_sign: int
+    freeze_cue: bool
+    robot_init_qpos_noise: float
+    substeps: int
+    sleep: bool
+    chunk: int
+    lanes: int
+    language_in_info: bool
+    max_episode_steps: int | None
+    observe_time: bool
+    rules: Rules
+    render_shadows: bool
+    privileged: bool
+
+
+class BatchOptions(EnvOptions, total=False):
+    """Keywords of batches too, but for obs_mode."""
+
+    autoreset_mode: AutoresetMode | AutoresetName | None
+    copy: bool
+    after_end: AfterEnd
+
+
+# end options
+
+
+# --- observations: of one environment, or with a first dimension for all of a batch ---
+
+Row = NDArray[np.float32]  # (state_dim,): obs_mode "state", "objects" or "none"
+RowMode = Literal["state", "objects", "none"]
+
+
+class _Rgb(TypedDict):
+    rgb: NDArray[np.uint8]  # (height, width, 3 per camera)
+    proprio: Row  # (7,)
+
+
+class RgbObservation(_Rgb, total=False):
+    """Of obs_mode "rgb"."""
+
+    task_cue: Row  # (1,), Rotate families only
+
+
+class StateDict(TypedDict):
+    """Of obs_mode "state_dict"."""
+
+    agent: dict[str, Row]
+    extra: dict[str, Row]
+
+
+class ObjectsDict(TypedDict):
+    """Of obs_mode "objects_dict"."""
+
+    agent: dict[str, Row]
+    objects: dict[str, Row]  # (tokens, width) each
+
+
+Observation = Row | RgbObservation | StateDict | ObjectsDict
+
+# --- descriptions ---
+
+
+class TaskSummary(TypedDict):
+    """What ``engram.list()`` tells of a task."""
+
+    id: str
+    family: str
+    split: str  # "short", "medium", "long", "extended"
+    memory_type: str
+    horizon: int  # control steps
+    canonical: bool
+    instruction: str
+    action_dim: int
+    state_dim: int
+    candidates: int  # answers that a guess chooses from
+
+
+class Quantity(TypedDict):
+    """A name, what it is measured in, and what it is."""
+
+    name: str
+    unit: str
+    description: str
+
+
+class Draw(Quantity):
+    """Drawn in every episode; ``pins`` fix it."""
+
+    width: int
+    integer: bool
+    low: float
+    high: float
+
+
+class Option(Quantity):
+    """One of ``task_options``."""
+
+    default: float
+    original: float
+    value: float
+    integer: bool
+    low: float
+    high: float
+
+
+class _Constant(Quantity):
+    value: Any
+    kind: str
+    low: float | None
+    high: float | None
+
+
+class Constant(_Constant, total=False):
+    """One of ``constants``."""
+
+    names: list[str]
+
+
+class _Field(Quantity):
+    offset: int
+    width: int
+
+
+class Field(_Field, total=False):
+    """A part of a row: of the state, of objects or of proprio."""
+
+    low: float  # of objects
+    high: float
+    names: list[str]  # of its values, where just one of them is 1
+
+
+class Output(Quantity):
+    """What a step gives, observations and infos."""
+
+    dtype: str
+    width: int
+    privileged: bool  # tells what a policy has to remember, or how near the robot is to it
+
+
+class ActionSpace(TypedDict):
+    """Actions of a control mode."""
+
+    dim: int
+    low: list[float | None]
+    high: list[float | None]
+    normalized: bool
+
+
+class Phase(TypedDict):
+    """A part of an episode, and the condition that it is in."""
+
+    name: str
+    when: str
+
+
+class Prop(TypedDict):
+    """A thing on the table."""
+
+    name: str
+    motion: str
+    mass: float
+    bounding_radius: float
+
+
+class TaskDescription(TaskSummary):
+    """What ``engram.describe(id)`` tells."""
+
+    chance: float
+    answer: str | None
+    answer_chance: float | None
+    ceilings: dict[str, dict[str, float | None]]  # of oracle, sweep and blind
+    termination: str
+    frozen_cue: bool
+    control_mode: str
+    action_spaces: dict[str, ActionSpace]
+    draws: list[Draw]
+    rules: str
+    options: list[Option]
+    changeable: list[Constant]
+    changed: dict[str, Any]
+    phases: list[Phase]
+    state_fields: list[Field]
+    proprio: list[Field]
+    task_cue_dim: int
+    oracle_dim: int
+    outputs: list[Output]
+    success_reward: float
+    reward_terms: list[str]
+    props: list[Prop]
+    constants: dict[str, Any]

@@ -1,0 +1,112 @@
+"""The engram command of wheels, as users start it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+import engram
+
+TASK = "RememberColor3-VLA-v0"
+HORIZON = 25
+
+
+def run(*words: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "engram", *map(str, words)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, **environment},
+        check=False,
+    )
+
+
+def pictures(path: Path) -> list[np.ndarray]:
+    with av.open(str(path)) as film:
+        return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+
+
+def test_knows_the_same_tasks_as_the_package():
+    done = run("list", "--json")
+    assert done.returncode == 0, done.stderr
+    assert [task["id"] for task in json.loads(done.stdout)] == [
+        task["id"] for task in engram.list()
+    ]
+
+
+@pytest.mark.parametrize(
+    "command",
+    "list info rollout eval collect record bench soak verify doctor".split(),  # noqa: SIM905
+)
+def test_has_all_subcommands(command):
+    done = run(command, "--help")
+    assert done.returncode == 0
+    assert "Usage" in done.stdout
+
+
+def test_the_script_beside_python_is_the_same():
+    script = Path(sys.executable).with_name("engram")
+    done = subprocess.run([script, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == run("--version").stdout
+
+
+def test_exit_codes_are_the_commands_own():
+    done = run("rollout", "NoSuchTask-v0")
+    assert done.returncode == 2
+    assert "NoSuchTask-v0" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["film.mp4", "film.gif", "with: colon.mp4"])
+def test_films_have_every_frame(tmp_path, name):
+    path = tmp_path / name
+    done = run("record", TASK, "--seed", 1, "--out", path)
+    assert done.returncode == 0, done.stderr
+    frames = pictures(path)
+    assert len(frames) == HORIZON + 1
+    assert [entry.name for entry in tmp_path.iterdir()] == [name]
+    assert np.abs(frames[0].astype(int) - frames[-1]).max() > 50
+
+
+def test_films_are_the_same_bytes_again(tmp_path):
+    films = [tmp_path / "a.mp4", tmp_path / "b.mp4"]
+    for film in films:
+        assert run("record", TASK, "--seed", 1, "--out", film).returncode == 0
+    assert films[0].read_bytes() == films[1].read_bytes()
+
+
+def test_colours_of_a_film_are_those_of_a_picture(tmp_path):
+    arguments = ("record", TASK, "--seed", 3)
+    assert run(*arguments, "--out", tmp_path / "film.mp4").returncode == 0
+    assert run(*arguments, "--out", tmp_path / "sheet.png", "--at", 0).returncode == 0
+    from PIL import Image
+
+    sheet = np.asarray(Image.open(tmp_path / "sheet.png").convert("RGB"), int)
+    film = pictures(tmp_path / "film.mp4")[0].astype(int)
+    height, width = (min(a, b) for a, b in zip(sheet.shape, film.shape[:2]))
+    corner = np.s_[height // 4 : height // 2, width // 4 : width // 2]
+    assert np.abs(sheet[corner].mean((0, 1)) - film[corner].mean((0, 1))).max() < 8
+
+
+def test_without_pyav_films_say_what_is_missing(tmp_path):
+    (tmp_path / "av.py").write_text("raise ImportError('no av')")
+    film = tmp_path / "film.mp4"
+    done = run("record", TASK, "--out", film, PYTHONPATH=str(tmp_path))
+    assert done.returncode == 1
+    assert 'pip install "engram[video]"' in done.stderr
+    assert not film.exists()
+
+
+def test_films_that_cannot_be_written_leave_nothing(tmp_path):
+    folder = tmp_path / "film.mp4"
+    folder.mkdir()
+    done = run("record", TASK, "--out", folder)
+    assert done.returncode != 0
+    assert "film.mp4" in done.stderr
+    assert list(tmp_path.iterdir()) == [folder]

@@ -1,0 +1,126 @@
+"""What type checkers, and people who look at things, are told."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import get_type_hints
+
+import pytest
+from conftest import registered_ids
+
+import engram
+from engram import typing as types
+from engram._compat import GYMNASIUM_1
+
+HERE = Path(__file__).parent / "typing"
+MISTAKES = [
+    number
+    for number, line in enumerate((HERE / "mistakes.py").read_text().splitlines(), 1)
+    if line.endswith("# mistake")
+]
+
+
+def run(*command: str, folder: Path) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(Path(engram.__file__).parents[1])}
+    result = subprocess.run(
+        [sys.executable, "-m", *command],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert not result.stderr, result.stderr
+    return result.stdout
+
+
+def mypy(name: str, folder: Path) -> list[tuple[int, str]]:
+    """Lines in which mypy finds errors, and what it says."""
+    options = ("--strict", "--no-error-summary", "--output=json", "--config-file=")
+    # An editable or built copy beside the tests is silent, as an installed package is.
+    found = run("mypy", *options, "--follow-imports=silent", str(HERE / name), folder=folder)
+    said = [json.loads(line) for line in found.splitlines()]
+    return [(one["line"], one["message"]) for one in said if one["severity"] == "error"]
+
+
+def pyright(name: str, folder: Path) -> list[tuple[int, str]]:
+    """Lines in which pyright finds errors, and what it says."""
+    options = ("--outputjson", "--pythonpath", sys.executable)
+    found = json.loads(run("pyright", *options, str(HERE / name), folder=folder))
+    said = found["generalDiagnostics"]
+    return [
+        (one["range"]["start"]["line"] + 1, one["message"])
+        for one in said
+        if one["severity"] == "error"
+    ]
+
+
+@pytest.mark.parametrize("checker", [mypy, pyright])
+def test_checkers_find_all_mistakes_and_no_others(checker, tmp_path):
+    pytest.importorskip(checker.__name__)
+    if not GYMNASIUM_1:
+        pytest.skip("classes of Gymnasium 0.29 are not generic")
+    assert len(MISTAKES) == 10
+    found = checker("mistakes.py", tmp_path)
+    assert sorted({line for line, _ in found}) == MISTAKES, found
+    assert checker("correct.py", tmp_path) == []
+
+
+def keys_of(cls: type) -> set[str]:
+    return set(get_type_hints(cls))
+
+
+@pytest.mark.parametrize("obs_mode", ["state", "rgb", "objects"])
+def test_descriptions_have_the_keys_of_their_types(obs_mode):
+    parts = {
+        "draws": types.Draw,
+        "options": types.Option,
+        "changeable": types.Constant,
+        "phases": types.Phase,
+        "state_fields": types.Field,
+        "proprio": types.Field,
+        "outputs": types.Output,
+        "props": types.Prop,
+    }
+    for id in registered_ids()[::6]:
+        described = engram.describe(id, obs_mode=obs_mode)
+        assert set(described) == keys_of(types.TaskDescription), id
+        for name, cls in parts.items():
+            for part in described[name]:
+                assert cls.__required_keys__ <= set(part) <= keys_of(cls), (id, name)
+        for space in described["action_spaces"].values():
+            assert set(space) == keys_of(types.ActionSpace)
+    assert all(set(task) == keys_of(types.TaskSummary) for task in engram.list())
+
+
+def test_the_package_shows_what_it_has():
+    assert set(engram.__all__) <= set(dir(engram))
+    assert {"VectorEnv", "Env", "AutoresetMode", "make", "describe"} <= set(dir(engram))
+    with pytest.raises(AttributeError, match="nothing"):
+        engram.nothing  # noqa: B018
+
+
+def test_objects_say_what_they_are(make):
+    env = make(num_envs=3, obs_mode="objects", autoreset_mode="SAME_STEP")
+    for part in (
+        "engram.VectorEnv",
+        "RememberColor3-VLA-v0",
+        "num_envs=3",
+        "obs_mode=objects",
+        "reward_mode=normalized_dense",
+        "control_mode=pd_ee_delta_pose",
+        "autoreset_mode=SAME_STEP",
+    ):
+        assert part in repr(env)
+    assert repr(env) in repr(env.envs[2])
+    assert "environment 2" in repr(env.envs[2])
+    env.close()
+    assert "closed" in repr(env)
+    single = engram.make("ShellGameTouch-VLA-v0", obs_mode="rgb")
+    assert repr(single) == str(single)
+    assert "engram.Env ShellGameTouch-VLA-v0, obs_mode=rgb" in repr(single)
+    single.close()

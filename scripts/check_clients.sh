@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Tests engram with released packages that pin what the other clients have newer, each in a virtual
+# environment of its own under build/clients: check_clients.sh [tianshou|rllib]..., default both.
+# Needs what scripts/python_env.sh made: uv, and engram's wheel.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+declare -A packages=([tianshou]="tianshou" [rllib]="ray[rllib] torch")
+for name in "$@"; do
+  if [ -z "${packages[$name]:-}" ]; then
+    echo "unknown client '$name'; allowed: tianshou, rllib" >&2
+    exit 2
+  fi
+done
+if [ $# -eq 0 ]; then set -- tianshou rllib; fi
+uv=build/python-env/bin/uv
+[ -x $uv ] || scripts/python_env.sh
+
+failed=()
+for name in "$@"; do
+  folder=build/clients/$name
+  [ -x "$folder/bin/python" ] || python3 -m venv "$folder"
+  # shellcheck disable=SC2086
+  $uv pip install --quiet --python "$folder/bin/python" pytest ${packages[$name]}
+  $uv pip install --quiet --python "$folder/bin/python" --reinstall-package engram \
+    build/wheels/engram-*.whl
+  "$folder/bin/python" -m pytest -rs --may-skip nothing "python/tests/clients/apart/test_$name.py" ||
+    failed+=("$name")
+done
+if [ ${#failed[@]} -gt 0 ]; then
+  printf 'failed: %s\n' "${failed[@]}" >&2
+  exit 1
+fi

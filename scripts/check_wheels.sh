@@ -1,0 +1,184 @@
+#!/usr/bin/env bash
+# Installs the wheels of scripts/wheel.sh with pip where there is no compiler, plays and records there,
+# and prints a table: check_wheels.sh [ROW...], default all.
+#   debian:SUITE[:PYTHON]   a bare Debian (bookworm, trixie, sid), with its Python or one of its others
+#   python:PREFIX           a Python that lies in a folder of this machine, moved into bare bookworm
+#   aarch64                 the wheel for 64-bit ARM, on an emulated processor; after wheel.sh aarch64
+#   sdist                   the sources, built by pip in a bookworm with nothing but what they need
+# What all of them show has to be the same to the bit. Needs root, debootstrap and a Debian mirror.
+# ROOTS names a folder that holds the clean roots afterwards.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+rows=("$@")
+[ ${#rows[@]} -gt 0 ] || rows=(debian:bookworm debian:trixie debian:sid aarch64 sdist)
+dist=$(realpath "${DIST:-build/dist}")
+mirror=$(scripts/debian_mirror.sh)
+most_seconds=10  # of the processor, for the first rollout
+if [ "$(id -u)" -ne 0 ]; then
+  echo "check_wheels.sh needs root for chroot" >&2
+  exit 1
+fi
+scripts/install_dependencies.sh debootstrap
+roots=${ROOTS:-$(mktemp -d)}
+cleanup() {
+  grep -F " $roots/" /proc/mounts | cut -d ' ' -f 2 | xargs -r umount
+  [ -n "${ROOTS:-}" ] || rm -rf "$roots"
+}
+trap cleanup EXIT
+
+fingerprints=()
+
+inside() {  # ROOT COMMAND...
+  chroot "$1" env -i PATH=/env/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
+    DEBIAN_FRONTEND=noninteractive PIP_CERT=/certificates.crt "${@:2}"
+}
+
+# A root of its own for each row, from one bare root for each suite.
+new_root() {  # SUITE NAME -> $root
+  local bare=$roots/bare-$1
+  root=$roots/$2
+  if [ ! -e "$bare/bin/sh" ]; then
+    debootstrap --variant=minbase "$1" "$bare" "$mirror" >&2
+  fi
+  rm -rf --one-file-system "$root"
+  cp -a "$bare" "$root"
+  mount -t proc proc "$root/proc"  # programs find their own libraries by it
+  # Unstable's lists have a last day, which a mirror may have passed.
+  inside "$root" apt-get -o Acquire::Check-Valid-Until=false update -q >&2
+  cp /etc/ssl/certs/ca-certificates.crt "$root/certificates.crt"  # those that this machine trusts
+  cp -r tests/packaging "$root/packaging"
+  cp -r "$dist" "$root/dist"
+}
+
+seconds_of() {  # COMMAND... -> $seconds
+  local begin=$EPOCHREALTIME
+  "$@" >&2
+  seconds=$(awk "BEGIN { printf \"%.1f\", $EPOCHREALTIME - $begin }")
+}
+
+note() {  # ROW PYTHON INSTALL-SECONDS INSTALLED-BYTES RESULT-OF-first_rollout.py
+  local first busy fingerprint
+  read -r first busy fingerprint <<<"$5"
+  fingerprints+=("$fingerprint")
+  echo "| $1 | $2 | $3 s | $(awk "BEGIN { printf \"%.1f\", $4 / 1e6 }") MB | $first s | \`$fingerprint\` |"
+  if awk "BEGIN { exit !($busy > $most_seconds) }"; then
+    echo "$1: the first rollout took $busy s of the processor, $most_seconds allowed" >&2
+    exit 1
+  fi
+}
+
+# What a user does, from the installation to a film.
+try_out() {  # ROW ROOT PYTHON
+  local row=$1 root=$2
+  if inside "$root" sh -c 'command -v cc || command -v gcc || command -v clang'; then
+    echo "$row: there is a compiler" >&2
+    exit 1
+  fi
+  inside "$root" "$3" -m venv /env
+  local version
+  version=$(inside "$root" python -V)
+  seconds_of inside "$root" pip install -q --disable-pip-version-check --find-links /dist engram
+  local size result
+  size=$(inside "$root" sh -c 'du -sbc /env/lib/python*/site-packages/engram* | tail -n 1 | cut -f 1')
+  result=$(inside "$root" python /packaging/first_rollout.py)
+  note "$row" "${version#Python }" "$seconds" "$size" "$result"
+  inside "$root" sh -ec '
+    test "$(engram list | grep -c VLA-v0)" -ge 97
+    for command in list info rollout eval collect record bench soak verify doctor; do
+      engram $command --help >/dev/null
+    done
+    cd /tmp
+    engram rollout RememberColor3-VLA-v0 --num-envs 16 --steps 25 --policy oracle
+    engram collect RememberColor3-VLA-v0 --episodes 2 --out data >/dev/null
+    engram record RememberColor3-VLA-v0 --overlays --at 1,5 --out sheet.png
+    if engram record RememberColor3-VLA-v0 --out film.mp4 2>message; then exit 1; fi
+    grep -F "pip install \"engram[video]\"" message
+    pip install -q --disable-pip-version-check --find-links /dist "engram[video]"
+    for film in film.mp4 film.gif; do engram record RememberColor3-VLA-v0 --seed 1 --out $film; done
+    python /packaging/check_film.py "$(python -m engram info RememberColor3-VLA-v0 --json |
+      python -c "import json, sys; print(json.load(sys.stdin)[\"horizon\"] + 1)")" film.mp4 film.gif' >&2
+}
+
+try_debian() {  # ROW SUITE [PYTHON]
+  local python=${3:-python3} root
+  new_root "$2" "$2-$python"
+  inside "$root" apt-get install -y -q --no-install-recommends "$python" "$python-venv" >&2
+  try_out "$1" "$root" "$python"
+}
+
+# With the libraries that such a Python is usually linked to.
+try_python() {  # ROW PREFIX
+  local root
+  new_root bookworm "python-${2##*/}"
+  mkdir -p "$root${2%/*}"
+  cp -a "$2" "$root${2%/*}"
+  inside "$root" apt-get install -y -q --no-install-recommends libssl3 libffi8 libsqlite3-0 \
+    zlib1g libbz2-1.0 liblzma5 libreadline8 libncursesw6 libuuid1 >&2
+  try_out "$1" "$root" "$2/bin/python3"
+}
+
+# Without a kernel that starts foreign programs by itself, one that starts none: pip runs here.
+try_aarch64() {
+  scripts/install_dependencies.sh qemu-user-static
+  local sysroot=${SYSROOT:-$PWD/build/sysroot-aarch64} target=$roots/aarch64 python version
+  python=$(basename "$(ls "$sysroot"/usr/bin/python3.?? | head -n 1)")
+  rm -rf "$target"
+  seconds_of python3 -m pip install -q --disable-pip-version-check --find-links "$dist" \
+    --only-binary :all: --implementation cp --python-version "${python#python}" \
+    --platform manylinux_2_34_aarch64 --platform manylinux_2_28_aarch64 \
+    --platform manylinux_2_27_aarch64 --platform manylinux_2_17_aarch64 \
+    --target "$target" engram pytest
+  emulated() {
+    env -i PYTHONHOME="$sysroot/usr" PYTHONPATH="$target" PATH=/usr/bin:/bin \
+      LD_LIBRARY_PATH="$sysroot/usr/lib/aarch64-linux-gnu" \
+      qemu-aarch64-static -L "$sysroot" "$sysroot/usr/bin/$python" "$@"
+  }
+  version=$(emulated -V)
+  note aarch64 "${version#Python }" "$seconds" \
+    "$(du -sbc "$target"/engram* | tail -n 1 | cut -f 1)" \
+    "$(emulated tests/packaging/first_rollout.py)"
+  emulated -m engram rollout RememberColor3-VLA-v0 --num-envs 16 --steps 25 --policy oracle >&2
+  emulated -m pytest -q -p no:cacheprovider python/tests/test_errors.py python/tests/test_spaces.py \
+    python/tests/test_vector_env.py python/tests/test_autoreset.py >&2
+}
+
+try_sdist() {
+  local root packages
+  new_root bookworm sdist
+  packages=$(scripts/install_dependencies.sh --list-libraries)
+  # shellcheck disable=SC2086
+  inside "$root" apt-get install -y -q --no-install-recommends $packages g++ pkg-config \
+    fonts-dejavu-core python3-venv >&2
+  inside "$root" python3 -m venv /env
+  seconds_of inside "$root" pip install -q --disable-pip-version-check --no-binary engram \
+    --find-links /dist engram
+  note sdist "$(inside "$root" python -c 'import platform; print(platform.python_version())')" \
+    "$seconds" "$(inside "$root" sh -c 'du -sbc /env/lib/python*/site-packages/engram* | tail -n 1 | cut -f 1')" \
+    "$(inside "$root" python /packaging/first_rollout.py)"
+}
+
+echo "| where | Python | pip install | installed | first rollout | bits |"
+echo "| --- | --- | ---: | ---: | ---: | --- |"
+for row in "${rows[@]}"; do
+  echo "== $row" >&2
+  case $row in
+    debian:*)
+      IFS=: read -r _ suite python <<<"$row"
+      try_debian "$row" "$suite" "$python"
+      ;;
+    python:*) try_python "$row" "${row#python:}" ;;
+    aarch64) try_aarch64 ;;
+    sdist) try_sdist ;;
+    *)
+      echo "check_wheels.sh: '$row' given; debian:SUITE[:PYTHON], python:PREFIX, aarch64 and sdist allowed" >&2
+      exit 2
+      ;;
+  esac
+done
+
+if [ "$(printf '%s\n' "${fingerprints[@]}" | sort -u | wc -l)" -ne 1 ]; then
+  echo "rows show different bits" >&2
+  exit 1
+fi
+echo "wheels are good"
