@@ -1,0 +1,127 @@
+"""How Sphinx makes the site out of docs/. scripts/docs_site.sh runs it."""
+
+import os
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import engram
+import engram.typing
+from sphinx.util import logging
+
+project = "engram"
+author = "The engram authors"
+version = release = engram.__version__
+html_title = f"engram {release}"
+
+extensions = [
+    "myst_nb",
+    "sphinx_external_toc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "breathe",
+    "sphinx_copybutton",
+]
+exclude_patterns = ["site/Doxyfile"]
+external_toc_path = "site/toc.yml"
+
+# Pages are Markdown as repositories show it. Headings get the anchors that they have there; links
+# to pages and anchors that are not there are errors.
+myst_heading_anchors = 4
+smartquotes = False  # "state" is to be copied
+nitpicky = True
+# What is documented elsewhere: types of other packages, of C and of C++.
+nitpick_ignore_regex = [
+    (
+        "py:.*",
+        r"(np|numpy|builtins|gymnasium|collections\.abc|os|pathlib|stable_baselines3)\..*",
+    ),
+    ("py:class", r"AutoresetMode|.*\.ObsT"),
+    ("c:identifier", r"u?int\d+_t|size_t"),
+    ("cpp:identifier", "engram|engram_env"),
+]
+
+# Notebooks are shown as python/tests/test_notebooks.py has run them.
+nb_execution_mode = "off"
+
+# The reference of Python.
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+maximum_signature_line_length = 88
+toc_object_entries_show_parents = "hide"
+autodoc_mock_imports = ["stable_baselines3"]
+napoleon_numpy_docstring = False
+
+# The reference of C++ and C, out of Doxygen's XML.
+breathe_projects = {"engram": os.environ["ENGRAM_DOXYGEN_XML"]}
+breathe_default_project = "engram"
+NOT_PUBLIC = {"ENGRAM_API", "engram::VectorEnv::Close"}
+breathe_default_members = ("members", "undoc-members")
+breathe_show_include = False
+breathe_domain_by_file_pattern = {"*/engram_c.h": "c"}
+
+html_theme = "furo"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_use_index = False
+html_domain_indices = False
+html_show_sphinx = False
+html_show_copyright = False
+
+# Pages of the root that the site has, by other names.
+ROOT_PAGES = {
+    name: f"/site/{name.lower()}" for name in ("CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
+}
+
+
+def link_root_pages(text):
+    for page, here in ROOT_PAGES.items():
+        text = re.sub(rf"\]\((\.\./)*{re.escape(page)}", f"]({here}", text)
+    return text
+
+
+def in_page(app, name, source):
+    source[0] = link_root_pages(source[0])
+
+
+def in_included(app, path, parent, source):
+    source[0] = link_root_pages(source[0])
+
+
+def find_type(app, env, node, text):
+    """Annotations name the types of engram.typing without their module."""
+    name = f"engram.typing.{node['reftarget']}"
+    if node["refdomain"] != "py" or not hasattr(engram.typing, node["reftarget"]):
+        return None
+    python = env.get_domain("py")
+    return python.resolve_xref(env, node["refdoc"], app.builder, "obj", name, node, text)
+
+
+def public_names(index):
+    """What the headers offer, by Doxygen's index."""
+    for compound in ElementTree.parse(index).getroot():
+        name = compound.findtext("name")
+        if compound.get("kind") in ("class", "struct"):
+            yield name
+        elif compound.get("kind") in ("namespace", "file"):
+            prefix = f"{name}::" if compound.get("kind") == "namespace" else ""
+            for member in compound.iter("member"):
+                if member.get("kind") not in ("enumvalue", "variable"):
+                    yield prefix + member.findtext("name")
+
+
+def check_reference(app, env):
+    """Whether the pages of C++ and C, which name things one by one, name all that there are."""
+    shown = {item[0] for domain in ("c", "cpp") for item in env.get_domain(domain).get_objects()}
+    index = Path(breathe_projects["engram"]) / "index.xml"
+    for name in sorted(set(public_names(index)) - shown - NOT_PUBLIC):
+        logging.getLogger(__name__).warning("docs/reference does not show %s", name)
+
+
+def setup(app):
+    app.connect("missing-reference", find_type)
+    app.connect("env-check-consistency", check_reference)
+    app.connect("source-read", in_page)
+    app.connect("include-read", in_included)
