@@ -26,10 +26,10 @@ env=build/python-env
 data=python/tests/clients/data
 elsewhere=(--ignore "$data" --ignore python/tests/clients/apart)
 if scripts/python_env.sh "$env"; then
+  "$env/bin/ruff" check python && "$env/bin/ruff" format --check python || failed+=("Python style")
   python_tests "$env-0.29" "Gymnasium 0.29" python "${elsewhere[@]}"
   python_tests "$env" nothing python "${elsewhere[@]}"
   python_tests "$env-data" nothing "$data"
-  "$env/bin/ruff" check python && "$env/bin/ruff" format --check python || failed+=("Python style")
   scripts/docs_site.sh || failed+=("the documentation's site")
 else
   failed+=("building the Python package")
