@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 30;
+constexpr std::uint64_t kLargestInput = std::uint64_t{1} << 26;  // no list of variants is longer
 
 [[noreturn]] void fail(const std::string& what, int error) {
   throw Error(Error::kIo, what + ": " + std::strerror(error));
@@ -54,14 +55,17 @@ bool is_special(const fs::path& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-std::string read_all(const fs::path& path, const OpenFile& file) {
+// At most `limit` bytes: pipes and devices tell no size, and may never end.
+std::string read_all(const fs::path& path, const OpenFile& file, std::uint64_t limit) {
+  const std::string refusal = "'" + path.string() + "' cannot be read";
   std::string text;
   char piece[16 * 1024];
   while (true) {
     const ssize_t got = ::read(file.descriptor, piece, sizeof piece);
     if (got == 0) return text;
     if (got > 0) text.append(piece, static_cast<std::size_t>(got));
-    if (got < 0 && errno != EINTR) fail("'" + path.string() + "' cannot be read", errno);
+    if (got < 0 && errno != EINTR) fail(refusal, errno);
+    if (text.size() > limit) fail(refusal, EFBIG);
   }
 }
 
@@ -107,14 +111,14 @@ std::optional<std::string> read_file(const fs::path& path) {
   if (S_ISDIR(status.st_mode)) fail(refusal, EISDIR);
   if (!S_ISREG(status.st_mode)) throw Error(Error::kIo, refusal + ": it is not a file");
   if (static_cast<std::uint64_t>(status.st_size) > kLargestFile) fail(refusal, EFBIG);
-  return read_all(path, file);
+  return read_all(path, file, kLargestFile);
 }
 
 std::optional<std::string> read_input(const fs::path& path) {
   const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (is_missing(file)) return std::nullopt;
   if (file.descriptor < 0) fail("'" + path.string() + "' cannot be read", errno);
-  return read_all(path, file);
+  return read_all(path, file, kLargestInput);
 }
 
 // libstdc++'s iterator through a folder ends the program if there is no memory for it.

@@ -24,7 +24,7 @@ void write_output(const std::filesystem::path& path, std::string_view text);
 // The content of a file; nothing if there is none. Throws Error (kIo) if it cannot be read, is
 // larger than anything of engram's, or is a pipe or a device, which might never end.
 std::optional<std::string> read_file(const std::filesystem::path& path);
-// The same of what a user names, pipes included.
+// The same of what a user names, pipes and devices included, up to 64 MiB.
 std::optional<std::string> read_input(const std::filesystem::path& path);
 
 // The names of everything in a folder, in no order. Throws Error (kIo) if it cannot be read.

@@ -254,9 +254,7 @@ def register(rng: random.Random) -> Any:
     options = {"id": f"Fuzz-{rng.random()}x", "base": ID, "constants": {"CUE_PHASE_STEPS": (0, 1)}}
     options[rng.choice([*options, "instruction"])] = value(rng)
     if rng.random() < 0.3:
-        file = value(rng)
-        endless = isinstance(file, str) and file == "/dev/zero"
-        return engram.load_variants("/dev/null" if endless else file)
+        return engram.load_variants(value(rng))
     if isinstance(options["id"], str) and options["id"].endswith("-v0"):
         options["id"] = 3  # not to be registered for good
     return engram.register(**options)

@@ -53,6 +53,7 @@ TEST_CASE("Pipes and devices are no files: neither waited for nor read for ever"
   // What a user names may be a pipe.
   CHECK(read_input("/dev/null") == "");
   CHECK_FALSE(read_input(folder.path() / "none"));
+  CHECK_THROWS_WITH(read_input("/dev/zero"), "'/dev/zero' cannot be read: File too large");
 }
 
 TEST_CASE("Files of engram's own names replace what is there, a user's pipe is written to",
