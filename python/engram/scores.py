@@ -5,6 +5,8 @@
 
 Every learner learns every task from several seeds, each run in a process of its own. A run that
 has ended is kept under ``--out``; the command can be stopped at any time and goes on where it was.
+Beside the page, a file of its name that ends in .json has the results of all runs that the page
+shows. A run that is in it is not run again, so pages can be made over several machines and days.
 A learner is a script (``--learners`` names their folder) that takes ``--id ID --seed S --out
 FOLDER`` and leaves ``result.json`` in the folder: success_once and first_answer_correct over 200
 episodes that no learner has seen, cpu_s (processor seconds of collecting and learning) and, where
@@ -15,6 +17,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import itertools
 import json
 import math
 import os
@@ -61,6 +64,41 @@ def arguments(given: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(given)
 
 
+Column = tuple[str, str]  # task, learner
+Runs = dict[tuple[str, str, int], Any]  # results by task, learner and seed
+
+
+# --- results ---
+
+
+def known_runs(out: Path, page: Path) -> Runs:
+    """The results beside the page, and those under OUT."""
+    runs: Runs = {}
+    file = page.with_suffix(".json")
+    if file.exists():
+        stored = json.loads(file.read_text())
+        if stored["engram"] != engram.__version__:
+            raise SystemExit(
+                f"{file}: results of engram {stored['engram']} given, of {engram.__version__} "
+                "needed; remove it, with the page's tables, to begin anew"
+            )
+        runs = {tuple(entry["run"]): entry["result"] for entry in stored["runs"]}
+    for path in out.glob("*/*/result.json"):
+        column, _, seed = path.parent.name.rpartition("-")
+        runs[path.parent.parent.name, column, int(seed)] = json.loads(path.read_text())
+    return runs
+
+
+def keep(runs: Runs, page: Path) -> None:
+    """Writes all results beside the page, a line each."""
+    lines = ",\n".join(json.dumps({"run": run, "result": runs[run]}) for run in sorted(runs))
+    text = f'{{"engram": "{engram.__version__}", "runs": [\n{lines}\n]}}\n'
+    partial = page.with_suffix(".json.part")
+    partial.parent.mkdir(parents=True, exist_ok=True)
+    partial.write_text(text)
+    partial.replace(page.with_suffix(".json"))
+
+
 # --- runs ---
 
 
@@ -104,16 +142,15 @@ def play(policy: Any, folder: Path, task: str, seed: int) -> None:
     partial.replace(folder / "result.json")
 
 
-def run(args: argparse.Namespace, ids: list[str]) -> None:
+def run(args: argparse.Namespace, ids: list[str], known: Runs) -> None:
     """All runs that have not ended yet, the first seed of everything first."""
     columns = args.only or [*OWN, *LEARNERS]
-    wanted = [(seed, task, column) for seed in args.seeds for column in columns for task in ids]
     plan = [
-        (*one, folder)
-        for one in wanted
-        if not (folder := folder_of(args.out, one[1], one[2], one[0]))
-        .joinpath("result.json")
-        .exists()
+        (seed, task, column, folder_of(args.out, task, column, seed))
+        for seed in args.seeds
+        for column in columns
+        for task in ids
+        if (task, column, seed) not in known
     ]
 
     def do(job: tuple[int, str, str, Path]) -> None:
@@ -153,15 +190,12 @@ def interval(rate: float, episodes: int) -> tuple[float, float]:
     return low(rate), 1 - low(1 - rate)
 
 
-def read(out: Path, ids: Iterable[str], seeds: Iterable[int]) -> dict[tuple[str, str], list[Any]]:
+def by_column(runs: Runs, ids: Iterable[str], seeds: Iterable[int]) -> dict[Column, list[Any]]:
     """Results by task and column, a list over seeds."""
-    results: dict[tuple[str, str], list[Any]] = {}
-    for task in ids:
-        for column in [*LEARNERS, *OWN]:
-            for seed in seeds:
-                path = folder_of(out, task, column, seed) / "result.json"
-                if path.exists():
-                    results.setdefault((task, column), []).append(json.loads(path.read_text()))
+    results: dict[Column, list[Any]] = {}
+    for task, column, seed in itertools.product(ids, [*LEARNERS, *OWN], seeds):
+        if (task, column, seed) in runs:
+            results.setdefault((task, column), []).append(runs[task, column, seed])
     return results
 
 
@@ -247,10 +281,12 @@ def write(page: Path, text: str) -> None:
 def main(given: list[str] | None = None) -> int:
     args = arguments(given)
     ids = args.ids or [task["id"] for task in engram.list() if task["split"] == args.split]
-    if not args.tables:
-        run(args, ids)
     page = args.page or args.out / "scores.md"
-    write(page, tables(read(args.out, ids, args.seeds), ids))
+    if not args.tables:
+        run(args, ids, known_runs(args.out, page))
+    runs = known_runs(args.out, page)
+    keep(runs, page)
+    write(page, tables(by_column(runs, ids, args.seeds), ids))
     print(page)
     return 0
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import engram
 from engram.scores import interval, main
 
 COLOR3 = "RememberColor3-VLA-v0"
@@ -91,3 +92,16 @@ def test_a_page_keeps_its_words(tmp_path: Path) -> None:
     assert "old" not in text
     answers = text.split("### The first answer is right")[1]
     assert INTERCEPT not in answers.split("###")[0]  # it asks for no answer
+
+
+def test_runs_beside_the_page_are_not_run_again(tmp_path: Path, learners: Path) -> None:
+    page, first, second = (tmp_path / name for name in ("page.md", "first", "second"))
+    told = [COLOR3, "--only", "recurrent", "--learners", str(learners), "--page", str(page)]
+    assert main([*told, "--out", str(first), "--seeds", "1"]) == 0
+    assert main([*told, "--out", str(second), "--seeds", "1", "2"]) == 0
+    assert (second / COLOR3 / "calls.txt").read_text().split() == ["2"]
+    assert "0.650 (0.60-0.70; 0.60)" in page.read_text()
+    file = page.with_suffix(".json")
+    file.write_text(file.read_text().replace(engram.__version__, "0.1.0"))
+    with pytest.raises(SystemExit, match=r"results of engram 0\.1\.0 given"):
+        main([*told, "--out", str(second)])
