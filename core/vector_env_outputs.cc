@@ -35,7 +35,7 @@ void VectorEnv::observe_objects(int env) {
 
 std::size_t VectorEnv::object_bytes() const {
   if (!objects_) return 0;
-  const auto rows = options_.auto_reset == AutoReset::kSameStep ? 2 : 1;
+  const std::size_t rows = options_.auto_reset == AutoReset::kSameStep ? 2 : 1;
   return rows * sizeof(float) * static_cast<std::size_t>(objects_->width());
 }
 
