@@ -55,7 +55,8 @@ class Stream:
 
     def send_indexed(self, indices: npt.NDArray[np.uint8], palette: npt.NDArray[np.uint32]) -> None:
         entries = palette.astype(">u4").view(np.uint8).reshape(256, 4)  # alpha, red, green, blue
-        self._send(self._av.VideoFrame.from_ndarray((indices, entries), format="pal8"))
+        pair: Any = (indices, entries)  # PyAV takes it, and its types leave it out
+        self._send(self._av.VideoFrame.from_ndarray(pair, format="pal8"))
 
     def finish(self) -> None:
         self._container.mux(self._stream.encode(None))
