@@ -100,11 +100,14 @@ def changed_constants(cls: Any) -> dict[str, Any]:
         UnknownIdError: A name is nearly a constant's.
     """
     check_methods(cls)
+    wanted = {**cls._changes, **own_constants(cls)}
+    if not wanted:
+        return {}
     description = _described(cls._task)
     changeable = {constant["name"]: constant for constant in description["changeable"]}
     usual = task_constants(cls._task)
     result = {}
-    for name, value in {**cls._changes, **own_constants(cls)}.items():
+    for name, value in wanted.items():
         if name in usual and _same(value, usual[name]):
             continue
         if name in changeable:

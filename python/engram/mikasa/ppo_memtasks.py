@@ -32,7 +32,7 @@ __all__ = [
 nn = torch.nn
 Normal = torch.distributions.Normal
 
-_PRIVATE = ("task_cue", "oracle_info")
+_PRIVATE = ("oracle_info", "task_cue")
 
 
 class FlattenRGBDObservationWrapper(ObservationWrapper):
