@@ -201,34 +201,6 @@ def is_row(name: str, family: str) -> bool:
     return name == "cubes_on_disc"
 
 
-# --- phases ---
-
-# Drawn values whose sum the cue lasts, and the empty phase: (output, constant to multiply with).
-_Terms = tuple[tuple[str, str | None], ...]
-_REMEMBERED: Mapping[str, _Terms] = {
-    "cue_steps_per_env": (("cue_steps", None),),
-    "empty_steps_per_env": (("empty_steps", None),),
-}
-_SHOWN: Mapping[str, _Terms] = {"cue_steps_per_env": (("cue_steps", None),)}
-_SHUFFLED: Mapping[str, _Terms] = {
-    **_SHOWN,
-    "empty_steps_per_env": (("shuffle_steps", None),),
-    "shuffle_steps_per_env": (("shuffle_steps", None),),
-}
-_ONE_BY_ONE: Mapping[str, _Terms] = {
-    "cue_steps_per_env": (("cue_step_duration", "SEQUENCE_LENGTH"),),
-    "empty_steps_per_env": (("empty_steps", None),),
-}
-PHASES: Mapping[str, Mapping[str, _Terms]] = {
-    **dict.fromkeys(REMEMBER, _REMEMBERED),
-    "BunchOfColors": _REMEMBERED,
-    "SeqOfColors": _ONE_BY_ONE,
-    "ChainOfColors": _ONE_BY_ONE,
-    **dict.fromkeys(SHELL_GAMES, _SHOWN),
-    "ShellGameShuffleTouch": _SHUFFLED,
-    "ShellGameShuffleColorLampTouch": _SHUFFLED,
-}
-
 # --- classes ---
 
 # Constants of base classes that differ from those of the first task of the family.

@@ -73,6 +73,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         if cls._family in _families.SHELL_GAMES and keywords.get("reconfiguration_freq") is None:
             self.reconfiguration_freq = int(self.num_envs == 1)
         self._resets = 0
+        self._drawn: dict[str, np.ndarray] | None = None
         options = dict(chosen.options)
         options["constants"] = {**constants, **options.get("constants", {})}
         self._env = self._open(options)
@@ -143,7 +144,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             mask[np.asarray(torch.as_tensor(indices).cpu())] = True
             given["reset_mask"] = mask
         self._env.reset(seed=_keywords.seeds(seed), options=given)
-        self._evaluation.restart()
+        self._begun()
         info = self.get_info()
         observation = self.get_obs(info)
         info["reconfigure"] = again
@@ -274,7 +275,18 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self.single_observation_space = _observing.space_of(_observing.single(obs))
 
     def _view(self, name: str) -> np.ndarray | None:
-        return self._env._views.get(name)
+        """A buffer of the core's, or what the episodes have drawn; None: there is none."""
+        view = self._env._views.get(name)
+        if view is None:
+            if self._drawn is None:
+                self._drawn = self._env.drawn()
+            view = self._drawn.get(name)
+        return view
+
+    def _begun(self) -> None:
+        """Episodes have begun: what they have drawn is asked for anew."""
+        self._drawn = None
+        self._evaluation.restart()
 
     def _robot_part(self, name: str) -> torch.Tensor:
         return _observing.tensor(self._env.robot_state()[name])
@@ -285,9 +297,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         if name.isupper():
             return getattr(type(self), name)
-        terms = _families.PHASES.get(self._family, {}).get(name)
-        if terms is not None:
-            return _sum(self, terms)
+        if name == "shuffle_steps_per_env" and "Shuffle" in self._family:
+            name = "empty_steps_per_env"
         view = self._view(name)
         if view is not None:
             return _observing.tensor(view, torch.int64 if view.dtype == np.int32 else None)
@@ -325,7 +336,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     def set_state(self, state: torch.Tensor, *_: Any) -> None:
         """Restores what ``get_state`` returned."""
         self._env.restore(bytes(state.numpy()))
-        self._evaluation.restart()
+        self._begun()
 
     def get_state_dict(self) -> dict[str, Any]:
         """The same as ``get_state``, in a dict."""
@@ -344,18 +355,6 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         """Ends the batch."""
         if "_env" in self.__dict__:
             self._env.close()
-
-
-def _sum(env: BaseEnv, terms: Any) -> torch.Tensor:
-    """Drawn steps, summed; each times a constant, if there is one."""
-    total = torch.zeros(env.num_envs, dtype=torch.int64)
-    for output, constant in terms:
-        view = env._view(output)
-        if view is None:
-            raise AttributeError(f"{env.task_id} has no output {output!r}")
-        steps = _observing.tensor(view, torch.int64)
-        total += steps * (1 if constant is None else getattr(env, constant))
-    return total
 
 
 def _pose_fields(description: Any) -> list[str]:

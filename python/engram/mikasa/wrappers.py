@@ -51,6 +51,7 @@ __all__ = [
 
 NOTHING = 4242424242  # in place of a cue or an answer that there is not
 _TCP = 7
+_JOINTS = 9
 _LEAST_NORM = 1e-8
 
 
@@ -116,11 +117,28 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
                 f"proprio: {proprio.shape[-1]} numbers given; 7, or at least {least} needed"
             )
         given = torch.as_tensor(proprio)
-        result = end_effector(
-            given[..., :_TCP], given[..., least - self.gripper_finger_dims : least]
-        )
+        result = self._own(given)
+        if result is None:
+            result = end_effector(
+                given[..., :_TCP], given[..., least - self.gripper_finger_dims : least]
+            )
         changed = result if isinstance(proprio, torch.Tensor) else result.numpy()
         return {**observation, "proprio": changed}
+
+    def _own(self, joints: torch.Tensor) -> torch.Tensor | None:
+        """What the core made of these joints, if they are the present ones.
+
+        It is the same but for rounding, which decides between the two signs of a roll of pi, and
+        policies should see here what they see in ``engram eval``.
+        """
+        base: Any = self.unwrapped
+        view = base._view("proprio")
+        if self.qpos_dim != _JOINTS or self.gripper_finger_dims != 2 or view is None:
+            return None
+        core = torch.from_numpy(view)
+        if not torch.equal(core[:, :3], joints[..., :3]):
+            return None
+        return core.clone()
 
 
 def end_effector(pose: torch.Tensor, fingers: torch.Tensor) -> torch.Tensor:
