@@ -72,7 +72,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         """One control step (0.05 s). action: (action_dim,). See ``VectorEnv.step``."""
         if self.batch._stops and self.batch._ended[0]:
             raise BadStateError(
-                'the episode has ended; reset first, or make the environment with '
+                "the episode has ended; reset first, or make the environment with "
                 'after_end="continue"'
             )
         array = checked_actions(action, self.action_space.shape)

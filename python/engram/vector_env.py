@@ -187,7 +187,8 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         self._batch = _core.Batch(self.task_id, options)
         self._seed = options.seed
         self._stops = (
-            self.autoreset_mode is AutoresetMode.DISABLED and self._arguments["after_end"] == "refuse"
+            self.autoreset_mode is AutoresetMode.DISABLED
+            and self._arguments["after_end"] == "refuse"
         )
         self._started = False
         handed_out = Copied() if copy else as_it_is

@@ -106,8 +106,9 @@ def read(given: Mapping[str, Any], *, takes: tuple[str, ...]) -> Settings:
         num_envs=num_envs,
         obs_mode=_obs_mode(left.pop("obs_mode", None)),
         control_mode=left.pop("control_mode", None) or _CONTROL_MODE,
-        reward_mode=_name("reward_mode", left.pop("reward_mode", None), _REWARD_MODES[0],
-                          _REWARD_MODES),
+        reward_mode=_name(
+            "reward_mode", left.pop("reward_mode", None), _REWARD_MODES[0], _REWARD_MODES
+        ),
         render_mode=_render_mode(left.pop("render_mode", None)),
         reconfiguration_freq=_frequency(left.pop("reconfiguration_freq", None)),
         robot_uids=_robot(left.pop("robot_uids", "panda_wristcam")),
@@ -180,9 +181,7 @@ def _robot(value: Any) -> str:
             "stays on the arm"
         )
     elif value != "panda_wristcam":
-        raise NotImplementedError(
-            f"robot_uids: {value!r} given; allowed: panda_wristcam, panda"
-        )
+        raise NotImplementedError(f"robot_uids: {value!r} given; allowed: panda_wristcam, panda")
     return str(value)
 
 
@@ -228,8 +227,9 @@ def _size(what: str, configs: Any, cameras: tuple[str, ...], default: int) -> tu
                     f"{what}: {key}={one[key]!r} given; of a camera only width and height can be "
                     f"chosen; cameras: {', '.join(cameras)}"
                 )
-        sizes.add(tuple(integer(f"{what}: {key}", one.get(key, default), 1, 4096)
-                        for key in _SIZES))
+        sizes.add(
+            tuple(integer(f"{what}: {key}", one.get(key, default), 1, 4096) for key in _SIZES)
+        )
     if len(sizes) > 1:
         raise InvalidArgumentError(
             f"{what}: {configs!r} given; all cameras have one size; give it without their names"

@@ -158,8 +158,11 @@ class Evaluation:
         self._batch = batch
         self._by_episode = family in _families.ROTATE
         self._terms = description["reward_terms"]
-        self._oracle = _column(views["oracle_info"], _families.oracle_type(family),
-                               keep=_families.is_row("oracle_info", family))
+        self._oracle = _column(
+            views["oracle_info"],
+            _families.oracle_type(family),
+            keep=_families.is_row("oracle_info", family),
+        )
         cue = _families.cue_type(family)
         self._cue = None if cue is None else _column(views["task_cue"], cue)
         keys = ("success", *_families.INFO_KEYS[family])

@@ -7,9 +7,7 @@ from engram.errors import UnavailableError
 try:
     import torch
 except ImportError:
-    raise UnavailableError(
-        "engram.mikasa needs torch: pip install 'engram[mikasa]'"
-    ) from None
+    raise UnavailableError("engram.mikasa needs torch: pip install 'engram[mikasa]'") from None
 
 CPU = torch.device("cpu")
 

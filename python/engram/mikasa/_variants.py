@@ -162,8 +162,10 @@ def _given(value: Any, constant: Mapping[str, Any]) -> Any:
         return value
     if all(isinstance(one, int) for one in value):
         return [names[one] if 0 <= one < len(names) else one for one in value]
-    colors = [_listed(color[1]) for color in _described("RememberColor9-VLA-v0")["constants"][
-        "COLOR_MAPPING"].values()]
+    colors = [
+        _listed(color[1])
+        for color in _described("RememberColor9-VLA-v0")["constants"]["COLOR_MAPPING"].values()
+    ]
     return [_color(one, colors, names) if isinstance(one, list) else one for one in value]
 
 

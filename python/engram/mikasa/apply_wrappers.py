@@ -104,9 +104,7 @@ VLA_WRAPPER_CONFIGS: dict[str, VLAWrapperConfig] = _configs()
 MIKASA_VLA_ENV_IDS = tuple(VLA_WRAPPER_CONFIGS)
 
 
-def apply_mikasa_vla_wrappers(
-    env: gym.Env[Any, Any], *, include_overlays: bool = True
-) -> Any:
+def apply_mikasa_vla_wrappers(env: gym.Env[Any, Any], *, include_overlays: bool = True) -> Any:
     """The environment as policies of the benchmark see it: {"rgb", "proprio"[, "task_cue"]}.
 
     Args:

@@ -12,8 +12,9 @@ from engram.mikasa._torch import torch
 __all__ = ["flatten_state_dict"]
 
 
-def flatten_state_dict(state_dict: Mapping[str, Any], use_torch: bool = False,
-                       device: Any = None) -> Any:
+def flatten_state_dict(
+    state_dict: Mapping[str, Any], use_torch: bool = False, device: Any = None
+) -> Any:
     """All values of nested dicts beside each other, in their order: float32 (B, n).
 
     Args:

@@ -91,8 +91,9 @@ def _blend(image: np.ndarray, mask: np.ndarray, place: tuple[int, int], color: C
     part[:] = np.rint(part * (1 - share) + np.array(color, np.float32) * share)
 
 
-def fill(image: np.ndarray, x: int, y: int, width: int, height: int, color: Any,
-         share: float = 1.0) -> None:
+def fill(
+    image: np.ndarray, x: int, y: int, width: int, height: int, color: Any, share: float = 1.0
+) -> None:
     """Fills a rectangle, or tints it."""
     part = image[max(0, y) : max(0, y + height), max(0, x) : max(0, x + width)]
     part[:] = np.rint(part * (1 - share) + np.array(color, np.float32)[:3] * share)
@@ -118,7 +119,5 @@ def line(image: np.ndarray, points: np.ndarray, color: Color) -> None:
         count = int(max(abs(x1 - x0), abs(y1 - y0))) + 1
         columns = np.rint(np.linspace(x0, x1, count)).astype(int)
         rows = np.rint(np.linspace(y0, y1, count)).astype(int)
-        inside = (
-            (rows >= 0) & (rows < image.shape[0]) & (columns >= 0) & (columns < image.shape[1])
-        )
+        inside = (rows >= 0) & (rows < image.shape[0]) & (columns >= 0) & (columns < image.shape[1])
         image[rows[inside], columns[inside]] = color

@@ -15,7 +15,9 @@ from engram.mikasa._variants import TaskMeta, changed_constants
 from engram.mikasa.agent import Agent
 from engram.vector_env import VectorEnv
 
-_NO_LIMIT = 1_000_000  # control steps: episodes end where the time limit around the environment says
+_NO_LIMIT = (
+    1_000_000  # control steps: episodes end where the time limit around the environment says
+)
 _FIRST_SEED = 2022
 # Attributes of the original's that are bodies in its scene.
 _BODIES = frozenset(
@@ -38,7 +40,10 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     metadata: dict[str, Any] = {"render_modes": ["rgb_array", "sensors", "all"], "render_fps": 20}
     SUPPORTED_ROBOTS: ClassVar[list[str]] = ["panda", "panda_wristcam"]
     SUPPORTED_REWARD_MODES: ClassVar[tuple[str, ...]] = (
-        "normalized_dense", "dense", "sparse", "none",
+        "normalized_dense",
+        "dense",
+        "sparse",
+        "none",
     )
     sim_freq = 100
     control_freq = 20
@@ -76,6 +81,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._drawn: dict[str, np.ndarray] | None = None
         options = dict(chosen.options)
         options["constants"] = {**constants, **options.get("constants", {})}
+        if options["constants"]:  # whether a cue leaves time to act is not for the base to say
+            options["constants"]["max_episode_steps"] = _NO_LIMIT
         self._env = self._open(options)
         self.task_id = self._env.task_id
         self._description = self._env.description
@@ -214,9 +221,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         }[self.reward_mode]
         return compute(obs=obs, action=action, info=info)
 
-    def compute_sparse_reward(
-        self, obs: Any, action: Any, info: dict[str, Any]
-    ) -> torch.Tensor:
+    def compute_sparse_reward(self, obs: Any, action: Any, info: dict[str, Any]) -> torch.Tensor:
         """Success, bool (B)."""
         success: torch.Tensor = info["success"]
         return success
@@ -323,8 +328,10 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     def render(self) -> torch.Tensor:
         """Pictures, uint8 (B, height, width, 3), as render_mode says."""
         if self.render_mode is None:
-            raise RuntimeError("render_mode is None; make the environment with one of "
-                               f"{', '.join(self.metadata['render_modes'])}")
+            raise RuntimeError(
+                "render_mode is None; make the environment with one of "
+                f"{', '.join(self.metadata['render_modes'])}"
+            )
         return _rendering.pictures(self._env, self.render_mode, self._chosen)
 
     render_rgb_array = render

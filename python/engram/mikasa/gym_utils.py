@@ -14,5 +14,7 @@ def find_max_episode_steps_value(env: Any) -> int | None:
             steps = env.__dict__.get(name)
             if steps is not None:
                 return int(steps)
-        env = env.__dict__.get("env", env.__dict__.get("_env") if "returns" in env.__dict__ else None)
+        env = env.__dict__.get(
+            "env", env.__dict__.get("_env") if "returns" in env.__dict__ else None
+        )
     return None

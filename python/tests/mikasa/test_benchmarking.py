@@ -45,8 +45,10 @@ def test_results_are_those_of_engram_eval(tmp_path):
 
 
 def test_tasks(tmp_path):
-    counts = {split: len(benchmarking.select_benchmark_tasks(split=split))
-              for split in benchmarking.SUPPORTED_SPLITS}
+    counts = {
+        split: len(benchmarking.select_benchmark_tasks(split=split))
+        for split in benchmarking.SUPPORTED_SPLITS
+    }
     assert counts == {"short": 38, "medium": 30, "long": 22, "all": 90}
     (task,) = benchmarking.select_benchmark_tasks(env_ids=["Mine-v0"])
     assert (task.split, task.memory_type, task.max_episode_steps) == ("custom", "Unknown", 0)

@@ -152,9 +152,10 @@ def test_pictures_and_nothing():
 
 def test_state_and_pictures_follow_the_same_course():
     id = "RememberColor3-VLA-v0"
-    with made(id, num_envs=3, obs_mode="state_dict") as one, made(
-        id, num_envs=3, obs_mode="rgb"
-    ) as other:
+    with (
+        made(id, num_envs=3, obs_mode="state_dict") as one,
+        made(id, num_envs=3, obs_mode="rgb") as other,
+    ):
         for env in (one, other):
             env.reset(seed=[5, 6, 7])
         for _ in range(5):

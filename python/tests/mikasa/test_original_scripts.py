@@ -7,9 +7,7 @@ import json
 import subprocess
 import sys
 import zipfile
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch")
@@ -18,7 +16,7 @@ from policies import Looking, as_engram
 from teacher import trained
 
 import engram
-from engram.datasets import stored
+from engram.datasets.episodes import DemonstrationFolder
 
 WHEEL = "mikasa-robo-suite==1.0.0"
 # As docs/mikasa.md tells it.
@@ -110,13 +108,11 @@ def test_data_collection(wheel, tmp_path):
     folder = tmp_path / "data" / "data_npz" / engram.mikasa.env_id_to_dataset_name(id)
     metadata = json.loads((folder / "metadata.json").read_text())
     assert metadata["num_episodes"] >= 10
-    files = sorted(folder.glob("train_data_*.npz"))
-    assert len(files) == metadata["num_episodes"]
-    for file in files:
-        with np.load(file) as episode:
-            check = SimpleNamespace(**{name: episode[name] for name in episode.files})
-        steps = int(check.episode_length)
-        assert check.rgb.shape == (steps, 128, 128, 6)
-        assert check.proprio.shape == check.action.shape == (steps, 7)
-        assert check.success[-1]
-    assert stored is not None
+    episodes = DemonstrationFolder(folder)  # engram's reader
+    assert len(episodes) == metadata["num_episodes"]
+    for episode in episodes:
+        steps = len(episode)
+        assert episode.rgb.shape == (steps, 128, 128, 6)
+        assert episode.proprio.shape == episode.action.shape == (steps, 7)
+        assert episode.success[-1]
+        assert episode.language_instruction == engram.describe(id)["instruction"]

@@ -72,8 +72,9 @@ def test_spaces_are_those_of_what_comes_out():
 
 def test_terminations_end_episodes_unless_ignored():
     id = "ShellGameTouch-VLA-v0"
-    oracle = engram.make_vec(id, 2, rules="original", autoreset_mode="DISABLED", freeze_cue=False,
-                             after_end="continue")
+    oracle = engram.make_vec(
+        id, 2, rules="original", autoreset_mode="DISABLED", freeze_cue=False, after_end="continue"
+    )
     ends = {}
     for ignored in (False, True):
         with made(id, num_envs=2) as env:
@@ -109,8 +110,13 @@ def test_by_id_and_by_gymnasium():
 
 def test_films(tmp_path):
     av = pytest.importorskip("av")
-    with made(ID, num_envs=3, render_mode="rgb_array", max_episode_steps=4,
-              human_render_camera_configs={"width": 64, "height": 48}) as env:
+    with made(
+        ID,
+        num_envs=3,
+        render_mode="rgb_array",
+        max_episode_steps=4,
+        human_render_camera_configs={"width": 64, "height": 48},
+    ) as env:
         film = mikasa.RecordEpisode(env, tmp_path, save_trajectory=False, max_steps_per_video=4)
         batch = mikasa.ManiSkillVectorEnv(film, 3, ignore_terminations=True)
         _, info = batch.reset(seed=1)

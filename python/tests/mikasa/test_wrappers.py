@@ -39,7 +39,9 @@ def test_the_table():
     assert freezing == FROZEN
     assert all(config.overlays for config in configs.values())
     assert not any(config.expected_control_mode for config in configs.values())
-    chains = [name for name in vars(apply_wrappers) if name.endswith("_OVERLAYS") and name[0] != "_"]
+    chains = [
+        name for name in vars(apply_wrappers) if name.endswith("_OVERLAYS") and name[0] != "_"
+    ]
     assert len(chains) == 12
 
 
@@ -120,8 +122,9 @@ def test_other_flags_of_the_flat_observation():
         joints = mikasa.FlattenRGBDObservationWrapper(inner, depth=False, state=False, joints=True)
         observation, _ = joints.reset(seed=1)
         raw, _ = inner.reset(seed=1)
-        expected = torch.cat([raw["extra"]["tcp_pose"], raw["agent"]["qpos"],
-                              raw["agent"]["qvel"]], 1)
+        expected = torch.cat(
+            [raw["extra"]["tcp_pose"], raw["agent"]["qpos"], raw["agent"]["qvel"]], 1
+        )
         assert torch.equal(observation["proprio"], expected)
         state = mikasa.FlattenRGBDObservationWrapper(inner, depth=False, state=True, oracle=True)
         observation, _ = state.reset(seed=1)
