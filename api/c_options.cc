@@ -108,6 +108,9 @@ engram_options default_options() noexcept {
   options.shadows = 0;
   options.antialias = 0;
   options.render_shadows = 0;
+  options.terminate_on_failure = 1;
+  options.after_end = ENGRAM_AFTER_END_HOLD;
+  options.max_episode_steps = 0;
   // end options
   return options;
 }
@@ -139,6 +142,9 @@ EnvOptions to_env_options(const engram_options& options) {
   convert("shadows", options.shadows, out.image_options.shadows);
   convert("antialias", options.antialias, out.image_options.antialias);
   convert("render_shadows", options.render_shadows, out.render_options.shadows);
+  convert("terminate_on_failure", options.terminate_on_failure, out.terminate_on_failure);
+  convert("after_end", options.after_end, out.after_end);
+  convert("max_episode_steps", options.max_episode_steps, out.max_episode_steps);
   // end options
   out.pins = to_pins(options.pins, options.num_pins);
   if (options.constants != nullptr) out.constants = parse_constants(options.constants);
@@ -197,6 +203,9 @@ static_assert(static_cast<int>(RewardMode::kNormalizedDense) == ENGRAM_REWARD_NO
 static_assert(static_cast<int>(AutoReset::kNextStep) == ENGRAM_AUTO_RESET_NEXT_STEP);
 static_assert(static_cast<int>(AutoReset::kSameStep) == ENGRAM_AUTO_RESET_SAME_STEP);
 static_assert(static_cast<int>(AutoReset::kOff) == ENGRAM_AUTO_RESET_OFF);
+static_assert(static_cast<int>(AfterEnd::kHold) == ENGRAM_AFTER_END_HOLD);
+static_assert(static_cast<int>(AfterEnd::kContinue) == ENGRAM_AFTER_END_CONTINUE);
+static_assert(static_cast<int>(AfterEnd::kRefuse) == ENGRAM_AFTER_END_REFUSE);
 static_assert(static_cast<int>(Policy::kZero) == ENGRAM_POLICY_ZERO);
 static_assert(static_cast<int>(Policy::kRandom) == ENGRAM_POLICY_RANDOM);
 static_assert(static_cast<int>(Policy::kOracle) == ENGRAM_POLICY_ORACLE);

@@ -281,6 +281,8 @@ void add_env_options(const Command& command, EnvOptions& options) {
   add_control_mode(command, options.control_mode);
   add_reward(command, options.reward_mode);
   add_auto_reset(command, options.auto_reset);
+  add_int(command, "--max-episode-steps", options.max_episode_steps, 0, kMaxMaxEpisodeSteps,
+          "When episodes are truncated, be it too early to succeed; 0: at the task's horizon");
   const auto add_pin = [&options](const std::string& text) {
     options.pins.push_back(parse_pin(text));
   };
@@ -311,6 +313,8 @@ void add_env_options(const Command& command, EnvOptions& options) {
              "Actions count during cue and empty phase too");
   add_switch(command, "--terminate-on-success", options.terminate_on_success, true,
              "Episodes end at success, whatever the task's rule");
+  add_switch(command, "--no-terminate-on-failure", options.terminate_on_failure, false,
+             "Episodes do not end at failure");
   // end options
 }
 

@@ -54,10 +54,19 @@ constexpr const auto& names_of(RewardMode) { return kRewardModeNames; }
 enum class AutoReset {
   kNextStep,  // the next step ignores its action and returns the first observation of a new episode
   kSameStep,  // the same step returns it; the last outputs of the episode are kept as final outputs
-  kOff,       // it keeps its last outputs, with reward 0, until it is reset
+  kOff,       // it waits for a reset; the option after_end says what steps do meanwhile
 };
 inline constexpr std::array kAutoResetNames = {"next-step", "same-step", "off"};
 constexpr const auto& names_of(AutoReset) { return kAutoResetNames; }
+
+// What a step does with an environment whose episode has ended, where nothing resets it.
+enum class AfterEnd {
+  kHold,      // it keeps its last outputs, with reward 0, until it is reset
+  kContinue,  // it is simulated on; success, reward and endings are told as in any step
+  kRefuse,    // steps are refused until it is reset
+};
+inline constexpr std::array kAfterEndNames = {"hold", "continue", "refuse"};
+constexpr const auto& names_of(AfterEnd) { return kAfterEndNames; }
 
 // Who chooses actions when the batch itself is asked to.
 enum class Policy {
@@ -97,6 +106,7 @@ constexpr bool observes_objects(ObsMode mode) {
 inline constexpr int kMaxNumEnvs = 1'000'000;
 inline constexpr int kMaxThreads = 1024;
 inline constexpr int kMaxSubsteps = 1000;
+inline constexpr int kMaxMaxEpisodeSteps = 1'000'000;
 // end options
 
 struct EnvOptions {
@@ -144,6 +154,14 @@ struct EnvOptions {
   ConstantTable constants = {};
   // Whose rules the task follows: the default of every task option; task_options win.
   Rules rules = Rules::kReference;
+  // Whether episodes end at failure where the task's rule says so; off, with terminate_on_success
+  // off as well: at the horizon only.
+  bool terminate_on_failure = true;
+  // Auto-reset off: what a step does with an environment whose episode has ended.
+  AfterEnd after_end = AfterEnd::kHold;
+  // When episodes are truncated, be it too early to succeed. 0 (the task's horizon) to 1,000,000
+  // control steps.
+  int max_episode_steps = 0;
   // end options
   ImageShape images = {};                 // of rgb observations
   ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures

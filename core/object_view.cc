@@ -61,7 +61,7 @@ void ObjectView::write(const State& state, int env, std::uint64_t key, const flo
   for (int i = 0; i < task_cue_dim_; ++i) {
     *out++ = ObjectTokens::cut_off(static_cast<double>(task_cue[i]) / kAngle);
   }
-  if (options_.time) *out++ = static_cast<float>(state.elapsed[env]) * per_step_;
+  if (options_.time) *out++ = std::min(1.0F, static_cast<float>(state.elapsed[env]) * per_step_);
   tokens_.write(state, env, key, out);
 }
 

@@ -83,6 +83,10 @@ VectorEnv::VectorEnv(const IeeeScope& /*scope*/, std::unique_ptr<Task> task,
                                          " environments of " + task_->info().id);
   }
   pins_.check(options_.pins);
+  if (options_.after_end == AfterEnd::kContinue && options_.auto_reset != AutoReset::kOff) {
+    throw Error(Error::kInvalidArgument, std::string("after_end continue with auto_reset ") +
+                                             name_of(options_.auto_reset) + " given, off needed");
+  }
   if (info().robot_init_qpos_noise) options_.robot_init_qpos_noise = *info().robot_init_qpos_noise;
 }
 
@@ -92,7 +96,8 @@ VectorEnv::~VectorEnv() = default;
 void VectorEnv::allocate() {
   const TaskInfo& info = task_->info();
   state_ = State(memory_, static_cast<int>(model_->props().size()));
-  memory_.limit("elapsed", 0, info.horizon);
+  const bool goes_on = options_.after_end == AfterEnd::kContinue;
+  memory_.limit("elapsed", 0, goes_on ? kMostElapsed : info.horizon);
   pins_ = PinTable(pin_memory_, all_draws(info));
   bindings_.state = &state_;
   bindings_.options = option_values_;
@@ -251,6 +256,18 @@ void VectorEnv::check_actions(std::span<const float> actions) const {
                                              std::to_string(*bad) +
                                              " given, a finite number needed");
   }
+  if (options_.after_end == AfterEnd::kRefuse) refuse_ended();
+}
+
+// Throws Error if an episode has ended that nothing resets but the user.
+void VectorEnv::refuse_ended() const {
+  if (options_.auto_reset != AutoReset::kOff) return;
+  for (int env = 0; env < num_envs(); ++env) {
+    if (state_.finished[env] == 0) continue;
+    throw Error(Error::kBadState,
+                "the episode of environment " + std::to_string(env) +
+                    " has ended; reset it, or make the batch with after_end hold or continue");
+  }
 }
 
 void VectorEnv::step(std::span<const float> actions) {
@@ -267,7 +284,7 @@ void VectorEnv::step_range(int worker, Range envs, const float* actions) {
   int env = envs.begin;
   while (env < envs.end) {
     final_mask_[static_cast<std::size_t>(env)] = 0;
-    if (state_.finished[env] != 0) {
+    if (waits(env)) {
       // With same-step resets, only an environment restored from another batch's snapshot can be
       // finished here.
       if (options_.auto_reset != AutoReset::kOff) {
@@ -281,7 +298,7 @@ void VectorEnv::step_range(int worker, Range envs, const float* actions) {
       continue;
     }
     const int begin = env;
-    for (; env < envs.end && state_.finished[env] == 0; ++env) {
+    for (; env < envs.end && !waits(env); ++env) {
       final_mask_[static_cast<std::size_t>(env)] = 0;
     }
     for (int first = begin; first < env; first += simulator_->lanes()) {
@@ -307,7 +324,7 @@ void VectorEnv::simulate(int worker, Range envs, const float* actions) {
   for (int env = envs.begin; env < envs.end; ++env) {
     unstable_[env] = stable[static_cast<std::size_t>(env - envs.begin)] ? 0 : 1;
     if (unstable_[env] != 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
-    ++state_.elapsed[env];
+    if (state_.elapsed[env] < kMostElapsed) ++state_.elapsed[env];
   }
   mark(time, StepPart::kGather);
   simulator_->update_tcp(state_, envs.begin, envs.end - envs.begin, worker);
@@ -383,7 +400,8 @@ void VectorEnv::finish_step(int worker, int env) {
 
   const Termination rule = task_->info().termination;
   const bool ends_at_success = options_.terminate_on_success.value_or(rule != Termination::kNever);
-  const bool ends_at_failure = rule == Termination::kSuccessOrFailed && bindings_.failed[env] != 0;
+  const bool ends_at_failure = options_.terminate_on_failure &&
+                               rule == Termination::kSuccessOrFailed && bindings_.failed[env] != 0;
   terminated_[env] = ((success && ends_at_success) || ends_at_failure) ? 1 : 0;
   truncated_[env] = (state_.elapsed[env] >= task_->info().horizon || unstable_[env] != 0) ? 1 : 0;
   state_.finished[env] = terminated_[env] | truncated_[env];

@@ -143,6 +143,8 @@ class VectorEnv {
 
  private:
   static constexpr const char* kObservation = "observation";
+  // Steps of an episode that goes on after its end are counted up to this.
+  static constexpr std::int32_t kMostElapsed = 1'000'000'000;
 
   // Under the scope.
   VectorEnv(const IeeeScope&, std::unique_ptr<Task> task, const EnvOptions& options,
@@ -150,6 +152,11 @@ class VectorEnv {
   void allocate();
   void check_env(int env) const;
   void reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode);
+  void refuse_ended() const;
+  // Whether a step leaves the environment alone, or resets it.
+  bool waits(int env) const {
+    return state_.finished[env] != 0 && options_.after_end != AfterEnd::kContinue;
+  }
   void step_range(int worker, Range envs, const float* actions);
   void simulate(int worker, Range envs, const float* actions);
   void take_action(int env, const float* actions);

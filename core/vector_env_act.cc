@@ -41,7 +41,7 @@ void VectorEnv::act(Policy policy, std::span<float> actions) {
   const FloatRows all{actions.data(), action_dim()};
   // Environments that stand still after their episode are left out: their actions are zero.
   const auto act_moving = [&](Range envs) {
-    if (options_.auto_reset != AutoReset::kOff) {
+    if (options_.auto_reset != AutoReset::kOff || options_.after_end == AfterEnd::kContinue) {
       task_->act(envs, *script, all);
       return;
     }

@@ -444,6 +444,7 @@ BLOCKS = {
         "obs_mode": enum_in_c("obs_mode"),
         "reward_mode": enum_in_c("reward_mode"),
         "auto_reset": enum_in_c("auto_reset"),
+        "after_end": enum_in_c("after_end"),
         "policy": enum_in_c("policy"),
         "rules": enum_in_c("rules"),
         "fields": c_fields,

@@ -108,8 +108,10 @@ const RegistryEntry& require_entry(std::string_view id) {
                                      nearest_id(id) + "'? `engram list` shows all");
 }
 
-std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& constants) {
-  const RegistryEntry& entry = require_entry(id);
+std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& constants,
+                                int time_limit) {
+  RegistryEntry entry = require_entry(id);
+  entry.time_limit = time_limit;
   const IeeeScope scope;
   if (entry.constants == nullptr) return entry.definition->make(entry, constants);
   return entry.definition->make(entry, overridden(*entry.constants, constants));

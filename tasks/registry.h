@@ -28,6 +28,9 @@ struct RegistryEntry {
   std::string_view base;
   const ConstantTable* constants = nullptr;
   int index = 0;  // place among all_entries()
+  // Of a user's: when episodes are truncated, in control steps, be it too early to succeed; 0: at
+  // the horizon.
+  int time_limit = 0;
 };
 
 // A new id for a task with other constants.
@@ -72,7 +75,8 @@ std::string_view split_name(Split split) noexcept;
 
 // constants: what users change, by name. Throws Error with the nearest id if there is no such task,
 // kUnknownId if it has no such constant, and kInvalidArgument if it cannot be made with these
-// values.
-std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& constants = {});
+// values. time_limit: as in RegistryEntry.
+std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& constants = {},
+                                int time_limit = 0);
 
 }  // namespace engram

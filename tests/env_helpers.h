@@ -12,7 +12,8 @@
 namespace engram::test {
 
 inline std::unique_ptr<VectorEnv> make_env(std::string_view id, const EnvOptions& options = {}) {
-  return std::make_unique<VectorEnv>(make_task(id, options.constants), options);
+  return std::make_unique<VectorEnv>(make_task(id, options.constants, options.max_episode_steps),
+                                     options);
 }
 
 // The ids of all tasks, or of those of one family.

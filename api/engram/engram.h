@@ -100,8 +100,18 @@ enum class AutoReset {
   kNextStep = ENGRAM_AUTO_RESET_NEXT_STEP,
   /// The same step returns it; the last outputs of the episode are kept as final outputs.
   kSameStep = ENGRAM_AUTO_RESET_SAME_STEP,
-  /// It keeps its last outputs, with reward 0, until it is reset.
+  /// It waits for a reset; the option after_end says what steps do meanwhile.
   kOff = ENGRAM_AUTO_RESET_OFF,
+};
+
+/// What a step does with an environment whose episode has ended, where nothing resets it.
+enum class AfterEnd {
+  /// It keeps its last outputs, with reward 0, until it is reset.
+  kHold = ENGRAM_AFTER_END_HOLD,
+  /// It is simulated on; success, reward and endings are told as in any step.
+  kContinue = ENGRAM_AFTER_END_CONTINUE,
+  /// Steps are refused until it is reset.
+  kRefuse = ENGRAM_AFTER_END_REFUSE,
 };
 
 /// Who chooses actions when the batch itself is asked to.
@@ -218,6 +228,14 @@ struct EnvOptions {
   Rules rules = Rules::kReference;
   /// Soft shadows in pictures of render_camera; the original benchmark has none.
   bool render_shadows = false;
+  /// Whether episodes end at failure where the task's rule says so; off, with terminate_on_success
+  /// off as well: at the horizon only.
+  bool terminate_on_failure = true;
+  /// Auto-reset off: what a step does with an environment whose episode has ended.
+  AfterEnd after_end = AfterEnd::kHold;
+  /// When episodes are truncated, be it too early to succeed. 0 (the task's horizon) to 1,000,000
+  /// control steps.
+  int max_episode_steps = 0;
   // end options
   ImageOptions images = {};
 };

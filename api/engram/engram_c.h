@@ -123,9 +123,21 @@ typedef enum engram_auto_reset {
   ENGRAM_AUTO_RESET_NEXT_STEP = 0,
   /** The same step returns it; the last outputs of the episode are kept as final outputs. */
   ENGRAM_AUTO_RESET_SAME_STEP = 1,
-  /** It keeps its last outputs, with reward 0, until it is reset. */
+  /** It waits for a reset; the option after_end says what steps do meanwhile. */
   ENGRAM_AUTO_RESET_OFF = 2
 } engram_auto_reset;
+/* end options */
+
+/* begin options: after_end */
+/** What a step does with an environment whose episode has ended, where nothing resets it. */
+typedef enum engram_after_end {
+  /** It keeps its last outputs, with reward 0, until it is reset. */
+  ENGRAM_AFTER_END_HOLD = 0,
+  /** It is simulated on; success, reward and endings are told as in any step. */
+  ENGRAM_AFTER_END_CONTINUE = 1,
+  /** Steps are refused until it is reset. */
+  ENGRAM_AFTER_END_REFUSE = 2
+} engram_after_end;
 /* end options */
 
 /** A sampled quantity of the episode, fixed by the user. */
@@ -208,6 +220,15 @@ typedef struct engram_options {
   int32_t antialias;
   /** Soft shadows in pictures of render_camera; the original benchmark has none. Default 0. */
   int32_t render_shadows;
+  /** Whether episodes end at failure where the task's rule says so; off, with terminate_on_success
+   * off as well: at the horizon only. Default 1. */
+  int32_t terminate_on_failure;
+  /** Auto-reset off: what a step does with an environment whose episode has ended. An
+   * engram_after_end; default ENGRAM_AFTER_END_HOLD. */
+  int32_t after_end;
+  /** When episodes are truncated, be it too early to succeed. 0 (the task's horizon) to 1,000,000
+   * control steps; default 0. */
+  int32_t max_episode_steps;
   /* end options */
 } engram_options;
 

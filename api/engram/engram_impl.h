@@ -57,6 +57,7 @@ inline const char* plain(const std::string& value) { return c_text(value); }
 inline std::int32_t plain(ObsMode value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(RewardMode value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(AutoReset value) { return static_cast<std::int32_t>(value); }
+inline std::int32_t plain(AfterEnd value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(Rules value) { return static_cast<std::int32_t>(value); }
 inline const char* plain(ControlMode value) {
   const auto index = static_cast<std::size_t>(value);
@@ -107,6 +108,9 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   c.shadows = plain(options.images.shadows);
   c.antialias = plain(options.images.antialias);
   c.render_shadows = plain(options.render_shadows);
+  c.terminate_on_failure = plain(options.terminate_on_failure);
+  c.after_end = plain(options.after_end);
+  c.max_episode_steps = plain(options.max_episode_steps);
   // end options
   c.pins = pins.data();
   c.num_pins = pins.size();

@@ -5,8 +5,9 @@
 namespace engram {
 
 std::unique_ptr<VectorEnv> make(std::string_view id, const EnvOptions& options) {
-  return std::make_unique<VectorEnv>(make_task(id, options.constants), options,
-                                     make_document_source);
+  check_ranges(options);
+  return std::make_unique<VectorEnv>(make_task(id, options.constants, options.max_episode_steps),
+                                     options, make_document_source);
 }
 
 const char* version() { return ENGRAM_VERSION; }

@@ -6,6 +6,7 @@ from __future__ import annotations
 OBS_MODE = {"none": 0, "state": 1, "state_dict": 2, "rgb": 3, "objects": 4, "objects_dict": 5}
 REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
 AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
+AFTER_END = {"hold": 0, "continue": 1, "refuse": 2}
 POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3, "sweep": 4}
 RULES = {"reference": 0, "original": 1}
 CAMERAS = ("base_camera", "hand_camera", "render_camera")
@@ -33,5 +34,6 @@ KINDS: dict[str, str | dict[str, int]] = {
     "shadows": "bool",
     "antialias": "bool",
     "render_shadows": "bool",
+    "terminate_on_failure": "bool",
 }
 # end options

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, get_args
+from typing import Any
 
-import gymnasium
 import numpy as np
 
 from engram import _core
 from engram._compat import DEFAULT_AUTORESET, AutoresetMode
-from engram._option_list import AUTO_RESET, CAMERAS, IMAGE_SIDE, KINDS
+from engram._option_list import AFTER_END, AUTO_RESET, CAMERAS, IMAGE_SIDE, KINDS
 from engram._values import boolean, constants_json, integer, one_of, real, seed_value, text
 from engram.errors import InvalidArgumentError, UnknownIdError
 from engram.registry import NAMESPACE
-from engram.typing import AfterEnd
 
 _AUTORESET_NAMES = {
     AutoresetMode.NEXT_STEP: "next-step",
@@ -92,16 +90,16 @@ def task_id(id: Any) -> str:
     return text("id", id).removeprefix(NAMESPACE)
 
 
-def with_horizon(id: str, constants: Any, steps: Any) -> Any:
-    """The constants, with the horizon among them where it is not the registered one."""
+def time_limit(steps: Any) -> int:
+    """When episodes are truncated, as the library takes it: 0 for the task's own horizon."""
     if steps is None:
-        return constants
-    registered = gymnasium.registry.get(NAMESPACE + id)
+        return 0
     steps = integer("max_episode_steps", steps)
-    if registered is not None and steps == registered.max_episode_steps:
-        return constants
-    given = mapping("constants", {} if constants is None else constants)
-    return {**given, "max_episode_steps": steps}
+    if steps < 1:
+        raise InvalidArgumentError(
+            f"max_episode_steps: {steps} given, 1 to 1000000 control steps or None allowed"
+        )
+    return int(steps)
 
 
 def render_mode(value: Any, allowed: Sequence[str]) -> str | None:
@@ -111,13 +109,6 @@ def render_mode(value: Any, allowed: Sequence[str]) -> str | None:
             f"render_mode: {value!r} given; allowed: {', '.join(allowed)}, None"
         )
     return None if value is None else str(value)
-
-
-def after_end(value: Any) -> str:
-    """The name, if it is one of ``AfterEnd``."""
-    allowed = get_args(AfterEnd)
-    one_of("after_end", value, {name: i for i, name in enumerate(allowed)})
-    return str(value)
 
 
 def picture(camera: Any, size: Any) -> tuple[str, int, int]:
@@ -143,6 +134,8 @@ def make_options(arguments: Mapping[str, Any], autoreset_mode: AutoresetMode) ->
         setattr(options, name, _converted(name, kind, arguments[name]))
     for name in _PYTHONS_OWN:
         boolean(name, arguments.get(name, False))
+    options.after_end = one_of("after_end", arguments["after_end"], AFTER_END)
+    options.max_episode_steps = time_limit(arguments["max_episode_steps"])
     options.auto_reset = AUTO_RESET[_AUTORESET_NAMES[autoreset_mode]]
     pins = arguments["pins"]
     options.pins = pin_list("pins", {} if pins is None else pins)

@@ -34,7 +34,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
     Args:
         id: Task, such as "RememberColor9-VLA-v0".
         obs_mode: As of ``VectorEnv``.
-        **options: Those of ``VectorEnv``, except num_envs, autoreset_mode, copy and after_end.
+        **options: Those of ``VectorEnv``, except num_envs, autoreset_mode and copy.
             ``threads`` is 1, unless the environment is to be drawn by several. ``render_mode`` is
             None, unless it is "rgb_array" (``render`` returns a picture) or "human" (a window shows
             every step; needs pygame).
@@ -70,8 +70,11 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
 
     def step(self, action: Any) -> tuple[ObsT, float, bool, bool, dict[str, Any]]:
         """One control step (0.05 s). action: (action_dim,). See ``VectorEnv.step``."""
-        if self.batch._ended[0]:
-            raise BadStateError("the episode has ended; reset first")
+        if self.batch._stops and self.batch._ended[0]:
+            raise BadStateError(
+                "the episode has ended; reset first, or make the environment with "
+                'after_end="continue"'
+            )
         array = checked_actions(action, self.action_space.shape)
         self.batch.step(array[np.newaxis])
         views = self.batch._views

@@ -37,7 +37,7 @@ class Sb3VecEnv(VecEnv):
         num_envs: Number of environments.
         obs_mode: As of ``VectorEnv``.
         images_only: An rgb observation is its images alone, without proprio and task_cue.
-        **options: Those of ``VectorEnv``, except autoreset_mode, after_end and copy.
+        **options: Those of ``VectorEnv``, except autoreset_mode and copy.
     """
 
     def __init__(

@@ -41,6 +41,7 @@ __all__ = [
 # begin options: types (scripts/options.py writes this from api/options.toml)
 ObsMode = Literal["none", "state", "state_dict", "rgb", "objects", "objects_dict"]
 RewardMode = Literal["none", "sparse", "dense", "normalized_dense"]
+AfterEnd = Literal["hold", "continue", "refuse"]
 Policy = Literal["zero", "random", "oracle", "blind", "sweep"]
 Rules = Literal["reference", "original"]
 ControlMode = Literal[
@@ -70,7 +71,6 @@ AutoresetName = Literal[
     "off",
 ]
 RenderMode = Literal["rgb_array", "human"]
-AfterEnd = Literal["refuse", "hold"]
 
 
 class EnvOptions(TypedDict, total=False):
@@ -104,6 +104,8 @@ class EnvOptions(TypedDict, total=False):
     observe_time: bool
     rules: Rules
     render_shadows: bool
+    terminate_on_failure: bool
+    after_end: AfterEnd
     privileged: bool
 
 
@@ -112,7 +114,6 @@ class BatchOptions(EnvOptions, total=False):
 
     autoreset_mode: AutoresetMode | AutoresetName | None
     copy: bool
-    after_end: AfterEnd
 
 
 # end options

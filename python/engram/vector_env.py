@@ -107,15 +107,18 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
             results are the same. 0, 1, 2, 4 or 8.
         language_in_info: Whether infos hold "language_instruction"; ``instructions`` always tells
             it.
-        max_episode_steps: Control steps of an episode; None: the task's own horizon, or what
-            constants say.
+        max_episode_steps: Control steps of an episode, shorter or longer than the task's own; None:
+            the task's horizon, or what constants say.
         observe_time: Objects modes: whether observations tell the time, as a share of the horizon.
         rules: Whose rules the task follows: the default of every task option; task_options win.
             "reference" or "original".
         render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
-        after_end: Mode DISABLED: what a step does while there are environments whose episode has
-            ended. "refuse": raises BadStateError; "hold": they stand still, with reward 0, until
-            they are reset.
+        terminate_on_failure: Whether episodes end at failure where the task's rule says so; off,
+            with terminate_on_success off as well: at the horizon only.
+        after_end: Mode DISABLED and single environments: what a step does with an environment whose
+            episode has ended. "refuse": raises BadStateError; "hold": it stands still, with reward
+            0, until it is reset; "continue": it is simulated on, and tells success, reward and
+            endings as in any step.
         privileged: Whether infos hold what tells the hidden quantity, or how near the robot is to
             it: oracle_info, reward_dict and others; ``engram.describe(id)["outputs"]`` marks them.
             For analysis, not for policies.
@@ -163,6 +166,7 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         observe_time: bool = False,
         rules: Rules = "reference",
         render_shadows: bool = False,
+        terminate_on_failure: bool = True,
         after_end: AfterEnd = "refuse",
         privileged: bool = False,
         # end options
@@ -179,12 +183,13 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
             "render_fps": 20,
             "autoreset_mode": self.autoreset_mode,
         }
-        arguments["constants"] = _options.with_horizon(self.task_id, constants, max_episode_steps)
         options = _options.make_options(arguments, self.autoreset_mode)
         self._batch = _core.Batch(self.task_id, options)
         self._seed = options.seed
-        refuses = _options.after_end(after_end) == "refuse"
-        self._stops = self.autoreset_mode is AutoresetMode.DISABLED and refuses
+        self._stops = (
+            self.autoreset_mode is AutoresetMode.DISABLED
+            and self._arguments["after_end"] == "refuse"
+        )
         self._started = False
         handed_out = Copied() if copy else as_it_is
         self._open(obs_mode, handed_out, bool(privileged), bool(language_in_info))
@@ -494,7 +499,7 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
             raise BadStateError(
                 f"episodes of environments {which}{more} have ended: reset them, with "
                 'options={"reset_mask": terminated | truncated}, or make the batch with '
-                'after_end="hold"'
+                'after_end="hold" or "continue"'
             )
         if (
             type(actions) is np.ndarray

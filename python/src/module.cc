@@ -79,6 +79,9 @@ void bind_options(nb::module_& module) {
   field("shadows", &engram_options::shadows);
   field("antialias", &engram_options::antialias);
   field("render_shadows", &engram_options::render_shadows);
+  field("terminate_on_failure", &engram_options::terminate_on_failure);
+  field("after_end", &engram_options::after_end);
+  field("max_episode_steps", &engram_options::max_episode_steps);
   // end options
   options.def_rw("cameras", &Options::cameras)
       .def_rw("pins", &Options::pins)

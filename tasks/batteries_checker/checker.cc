@@ -302,7 +302,7 @@ class BatteryChecker final : public FamilyBase {
 
   // A clock does instead of memory: every battery has its time, in the order of the slots.
   void sweep(int env, float* action) const {
-    const int round = info_.horizon / params_.ACTIVE_BATTERY_COUNT;
+    const int round = std::max(1, info_.horizon / params_.ACTIVE_BATTERY_COUNT);
     const int elapsed = engine_.state->elapsed[env];
     const int battery = std::min(elapsed / round, params_.ACTIVE_BATTERY_COUNT - 1);
     const bool inserting = elapsed - battery * round < kInsertingShare * round;

@@ -40,7 +40,7 @@ TraceMap::TraceMap(double farthest_corner) : reach_(std::max(kReach, farthest_co
 void TraceMap::bind(ColumnStore& memory) {
   trail_ = memory.add<float>("trail", 2 * kTrail, "m");
   length_ = memory.add<std::int32_t>("trail_length");
-  memory.limit("trail_length", 0, 1'000'000);
+  memory.limit("trail_length", 0, 1'000'000'000);
 }
 
 void TraceMap::note(int env, const Vec2& green) const {

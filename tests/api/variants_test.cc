@@ -27,6 +27,26 @@ TEST_CASE("Constants through the C++ header", "[cpp_door][variants]") {
   CHECK_THROWS_WITH(refused("{\"COLORS\"")(), Contains("a JSON object"));
 }
 
+TEST_CASE("A horizon of the user's, through the C++ header", "[cpp_door][variants]") {
+  // Be it too short to succeed, and whatever the constants say.
+  for (const int steps : {1, 7, 25, 60}) {
+    engram::VectorEnv env = engram::make(kBase, {.num_envs = 2,
+                                                 .auto_reset = engram::AutoReset::kOff,
+                                                 .constants = R"({"max_episode_steps": 40})",
+                                                 .after_end = engram::AfterEnd::kContinue,
+                                                 .max_episode_steps = steps});
+    CHECK(env.horizon() == steps);
+    const std::vector<float> zeros = env.make_actions();
+    env.reset();
+    for (int i = 1; i <= steps + 3; ++i) {
+      env.step(zeros);
+      CHECK(env.truncated()[1] == (i >= steps ? 1 : 0));
+      CHECK(env.elapsed_steps()[1] == i);
+    }
+  }
+  CHECK(engram::make(kBase).horizon() == 25);
+}
+
 TEST_CASE("Ids through the C++ header", "[cpp_door][variants]") {
   const std::size_t before = engram::task_ids().size();
   engram::register_variant({.id = "Door-Color2-v0",

@@ -146,6 +146,63 @@ TEST_CASE("Without resets an environment that has ended is left alone", "[vector
   CHECK(logged.env->observation().back() == 0);
 }
 
+EnvOptions going_on() {
+  EnvOptions options;
+  options.auto_reset = AutoReset::kOff;
+  options.after_end = AfterEnd::kContinue;
+  return options;
+}
+
+TEST_CASE("An environment that has ended can be simulated on", "[vector_env]") {
+  Logged logged(going_on(), 2);
+  SceneTask* task = logged.task;
+  task->description.termination = Termination::kSuccess;
+  task->on_evaluate = [task](int env) {
+    task->engine.success[env] = task->engine.state->elapsed[env] == 4 ? 1 : 0;
+  };
+  logged.env->reset();
+  for (int i = 1; i <= 6; ++i) {
+    logged.log.clear();
+    step(*logged.env, Policy::kOracle);
+    CHECK(logged.log.size() == 4);
+    CHECK(logged.env->reward()[0] == 2);
+    CHECK(logged.env->success()[0] == (i == 4 ? 1 : 0));
+    CHECK(logged.env->terminated()[0] == (i == 4 ? 1 : 0));
+    CHECK(logged.env->truncated()[0] == (i >= 2 ? 1 : 0));
+    CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == i);
+    CHECK(*row<double>(logged.env->output("episode_return"), 0) == 2 * i);
+    CHECK(logged.env->observation().back() == static_cast<float>(i));
+  }
+  // A snapshot of it goes on where the same is asked for.
+  const std::vector<std::byte> saved = logged.env->save();
+  step(*logged.env, Policy::kOracle);
+  logged.env->restore(saved);
+  CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 6);
+  step(*logged.env, Policy::kOracle);
+  CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 7);
+  logged.env->reset();
+  CHECK(logged.env->truncated()[0] == 0);
+}
+
+TEST_CASE("Steps after an end can be refused", "[vector_env]") {
+  EnvOptions options;
+  options.auto_reset = AutoReset::kOff;
+  options.after_end = AfterEnd::kRefuse;
+  Logged logged(options, 1);
+  logged.env->reset();
+  step(*logged.env, Policy::kZero);
+  logged.log.clear();
+  CHECK_THROWS_WITH(step(*logged.env, Policy::kZero),
+                    Catch::Matchers::Contains("environment 0 has ended; reset it"));
+  CHECK(logged.log.empty());
+  logged.env->reset();
+  CHECK_NOTHROW(step(*logged.env, Policy::kZero));
+  // What is to go on cannot be reset by itself.
+  options = going_on();
+  options.auto_reset = AutoReset::kNextStep;
+  CHECK_THROWS_WITH(Logged(options), Catch::Matchers::Contains("next-step given, off needed"));
+}
+
 // Success from the third step on, failure in the second.
 std::unique_ptr<Logged> with_success(Termination rule, const EnvOptions& options,
                                      bool fails = false) {
@@ -183,6 +240,14 @@ TEST_CASE("Termination follows the family unless the option overrides it", "[vec
   CHECK(steps(Termination::kNever, true) == 3);
   CHECK(steps(Termination::kSuccess, false) == 0);
   CHECK(steps(Termination::kSuccessOrFailed, false, true) == 2);
+  const auto steps_on = [](std::optional<bool> override) {
+    EnvOptions options;
+    options.terminate_on_success = override;
+    options.terminate_on_failure = false;
+    return steps_to_termination(*with_success(Termination::kSuccessOrFailed, options, true)->env);
+  };
+  CHECK(steps_on({}) == 3);
+  CHECK(steps_on(false) == 0);
 }
 
 TEST_CASE("Success is latched for the episode only", "[vector_env]") {

@@ -138,12 +138,13 @@ engram_options any_options(Run& run, std::array<engram_pin, 2>& pins, std::array
   options.threads = 1;
   for (int changes = input.choice(4); changes > 0; --changes) {
     std::int32_t* const numbers[] = {
-        &options.num_envs,      &options.threads,    &options.chunk,
-        &options.substeps,      &options.obs_mode,   &options.reward_mode,
-        &options.auto_reset,    &options.freeze_cue, &options.terminate_on_success,
-        &options.rotation_sign, &options.sleep,      &options.image_width,
-        &options.image_height,  &options.shadows,    &options.antialias,
-        &options.render_shadows};
+        &options.num_envs,         &options.threads,    &options.chunk,
+        &options.substeps,         &options.obs_mode,   &options.reward_mode,
+        &options.auto_reset,       &options.freeze_cue, &options.terminate_on_success,
+        &options.rotation_sign,    &options.sleep,      &options.image_width,
+        &options.image_height,     &options.shadows,    &options.antialias,
+        &options.render_shadows,   &options.after_end,  &options.terminate_on_failure,
+        &options.max_episode_steps};
     const int which = input.choice(std::size(numbers) + 7);
     if (which < static_cast<int>(std::size(numbers))) {
       *numbers[which] = number(input);

@@ -1,0 +1,60 @@
+"""Wrappers that hand on attributes, as Gymnasium 0.29's do and 1.x's do not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+
+
+class Wrapper(gym.Wrapper[Any, Any, Any, Any]):
+    """Asked for what it has not, it asks the environment within."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name == "env":
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return getattr(self.env, name)
+
+    @property
+    def spec(self) -> Any:
+        """That of the environment within."""
+        return self.env.spec
+
+
+class ObservationWrapper(Wrapper, gym.ObservationWrapper[Any, Any, Any]):
+    """Changes observations."""
+
+    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
+        """As of the environment within."""
+        observation, info = self.env.reset(**kwargs)
+        return self.observation(observation), info
+
+    def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """As of the environment within."""
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        return self.observation(observation), reward, terminated, truncated, info
+
+    def _update_space(self, observation: Any) -> None:
+        """Takes the spaces, here and of the environment itself, from an observation."""
+        base: Any = self.unwrapped
+        base.update_obs_space(observation)
+
+
+class ActionWrapper(Wrapper, gym.ActionWrapper[Any, Any, Any]):
+    """Changes actions; knows how many steps episodes have had."""
+
+    def __init__(self, env: gym.Env[Any, Any]) -> None:
+        super().__init__(env)
+        self.current_steps: Any = None
+
+    def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """As of the environment within."""
+        result = self.env.step(self.action(action))
+        self.current_steps = result[4]["elapsed_steps"]
+        return result
+
+    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
+        """As of the environment within."""
+        observation, info = self.env.reset(**kwargs)
+        self.current_steps = info["elapsed_steps"]
+        return observation, info

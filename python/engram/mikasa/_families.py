@@ -1,0 +1,228 @@
+"""What the families of tasks tell: keys and types of infos and observations, phases, classes.
+
+Names are the original's. A family is the ``family`` of ``engram.describe``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from engram.mikasa._torch import torch
+
+SHELL_GAMES = (
+    "ShellGameTouch",
+    "ShellGamePush",
+    "ShellGamePick",
+    "ShellGameColorLampTouch",
+    "ShellGameShuffleTouch",
+    "ShellGameShuffleColorLampTouch",
+)
+LAMPS = ("ShellGameColorLampTouch", "ShellGameShuffleColorLampTouch")
+COLORS = ("RememberColor", "FindImposterColor")
+SHAPES = ("RememberShape", "FindImposterShape")
+SHAPES_AND_COLORS = ("RememberShapeAndColor", "FindImposterShapeAndColor")
+REMEMBER = (*COLORS, *SHAPES, *SHAPES_AND_COLORS)
+CAPACITY = ("BunchOfColors", "SeqOfColors", "ChainOfColors")
+INTERCEPT = ("Intercept", "InterceptGrab")
+ROTATE = ("RotateLenient", "RotateStrict")
+TRACE = ("TraceShape", "TraceShapeSeq")
+BATTERIES = ("BatteriesCheckerEasy", "BatteriesCheckerHard")
+
+# --- infos: keys of a task's own, beside those that all have ---
+
+_TOUCH = ("obj_to_goal_pos", "is_obj_placed", "is_robot_static")
+_MUG = (*_TOUCH, "mug_max_displacement", "is_mug_displacement_ok")
+_BUTTON = ("button_pressed", "button_pressable", "button_press_depth", "xy_dist_to_button")
+_MASKS = ("action_mask", "demo_mask", "pre_demo_mask")
+_CAPACITY = (
+    "obj_to_goal_pos",
+    "is_robot_static",
+    "strong_cube_displacement",
+    "max_cube_displacement_xy",
+    *_BUTTON,
+)
+_BATTERIES = (
+    "action_mask",
+    "cue_mask",
+    "action_stage",
+    "active_battery_idx",
+    "socket_has_battery",
+    "socket_battery_idx",
+    "socket_has_working",
+    "active_battery_count",
+    "checked_count",
+    "found_working_count",
+    "target_working_count",
+    "all_checked",
+    "new_insert_event",
+    "new_return_event",
+    "new_confirm_event",
+    "new_button_press_event",
+    "button_press_depth",
+    "obj_to_goal_pos",
+)
+
+INFO_KEYS: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(REMEMBER, _TOUCH),
+    **dict.fromkeys(CAPACITY, _CAPACITY),
+    **dict.fromkeys(BATTERIES, _BATTERIES),
+    "ShellGameTouch": _MUG,
+    "ShellGameShuffleTouch": _MUG,
+    "ShellGameColorLampTouch": _TOUCH,
+    "ShellGameShuffleColorLampTouch": _TOUCH,
+    "ShellGamePush": _TOUCH,
+    "ShellGamePick": (*_TOUCH, "is_grasped"),
+    "Intercept": (),
+    "InterceptGrab": ("is_ball_grasped", "is_robot_static"),
+    "RotateLenient": ("relative_angle", "y_angle_error"),
+    "RotateStrict": ("relative_angle", "y_angle_error", "x_pos_error", "y_pos_error"),
+    "TakeItBack": ("goal_achieved", "goal_reached_status"),
+    "TraceShape": (
+        *_MASKS,
+        "visit_fraction",
+        "all_visited",
+        "is_contour_closed",
+        "start_checkpoint_dist",
+        "checkpoint_visited",
+        "obj_to_goal_pos",
+    ),
+    "TraceShapeSeq": (
+        "failed_submit",
+        "submitted",
+        "successful_submit_event",
+        *_MASKS,
+        "sequence_progress",
+        "all_shapes_closed",
+        "active_shape_idx",
+        "active_shape_id",
+        "active_visit_fraction",
+        "active_all_visited",
+        "is_active_contour_closed",
+        "start_checkpoint_dist",
+        *_BUTTON,
+        "submit_success_latched",
+        "obj_to_goal_pos",
+    ),
+    "TimedTransfer": (
+        "failed",
+        "too_early",
+        "signal_on",
+        "in_window",
+        "before_window",
+        "past_window",
+        "cube_on_red",
+        "cube_to_red_dist",
+        "is_grasped",
+        "obj_to_goal_pos",
+    ),
+    "GatherAndRecall": (
+        "failed",
+        "n_on_disc",
+        "all_on_disc",
+        "flash_active",
+        "flash_triggered",
+        "flash_color",
+        "pressed_button",
+        "obj_to_goal_pos",
+    ),
+    "BlinkCountButtonPress": (
+        "failed",
+        "submit_attempted",
+        "submit_success",
+        "action_mask",
+        "phase_ready",
+        "light_on",
+        "press_count",
+        "raw_press_count",
+        "target_blinks",
+        "new_raw_press_event",
+        "new_press_event",
+        "new_release_event",
+        "new_confirm_press_event",
+        "press_ready",
+        "pending_press",
+        "lift_target_z",
+        "at_lift_target",
+        "xy_dist_to_button",
+        "press_depth",
+        "xy_dist_to_confirm_button",
+        "confirm_press_depth",
+        "obj_to_goal_pos",
+    ),
+}
+
+# --- types ---
+
+# The answer: of these families another type than uint8.
+_ORACLE_TYPES: Mapping[str, torch.dtype] = {
+    **dict.fromkeys((*ROTATE, *INTERCEPT, "TimedTransfer", "TakeItBack"), torch.float32),
+    "TraceShapeSeq": torch.int64,
+}
+# The cue; None of all other families.
+_CUE_TYPES: Mapping[str, torch.dtype] = {
+    **dict.fromkeys(ROTATE, torch.float16),
+    **dict.fromkeys(LAMPS, torch.uint8),
+    "TraceShapeSeq": torch.int64,
+}
+# State fields that are no infos and no floats; for names that are counted, what they begin or end
+# with.
+_FIELD_TYPES: Mapping[str, torch.dtype] = {
+    "target_color": torch.uint8,
+    "sequence_len": torch.int64,
+    "active_mask": torch.bool,
+    "cubes_on_disc": torch.bool,
+}
+
+
+def oracle_type(family: str) -> torch.dtype:
+    """Type of ``oracle_info``."""
+    return _ORACLE_TYPES.get(family, torch.uint8)
+
+
+def cue_type(family: str) -> torch.dtype | None:
+    """Type of ``task_cue``; None for families that have none."""
+    return _CUE_TYPES.get(family)
+
+
+def field_type(name: str, family: str) -> torch.dtype | None:
+    """Type of a field of ``state_dict`` that is no info; None: as it is, float32."""
+    if name == "oracle_info":
+        return oracle_type(family)
+    if name.startswith(("touched_", "next_target_")) or name.endswith("_in_seq"):
+        return torch.bool
+    return _FIELD_TYPES.get(name)
+
+
+def is_row(name: str, family: str) -> bool:
+    """Whether a field of width 1 keeps its second dimension: it is a list that happens to be short."""
+    if name == "oracle_info":
+        return family in CAPACITY + BATTERIES
+    return name == "cubes_on_disc"
+
+
+# --- classes ---
+
+# Constants of base classes that differ from those of the first task of the family.
+BASE_CONSTANTS: Mapping[str, Mapping[str, Any]] = {
+    **dict.fromkeys(CAPACITY, {"SEQUENCE_LENGTH": 5}),
+    "GatherAndRecall": {"N_CUBES": 5},
+    "BlinkCountButtonPress": {
+        "BLINK_COUNT_RANGE": [1, 5],
+        "PRE_BLINK_OFF_STEPS": [2, 4],
+        "BLINK_ON_STEPS": [1, 2],
+        "BLINK_OFF_STEPS": [2, 4],
+    },
+    **dict.fromkeys(BATTERIES, {"ACTIVE_BATTERY_COUNT": 15, "WORKING_BATTERY_COUNT": 3}),
+}
+
+
+def base_name(family: str) -> str:
+    """Name of a family's base class."""
+    return ("BatteriesChecker" if family == "BatteriesCheckerHard" else family) + "VLABaseEnv"
+
+
+def leaf_name(task: str) -> str:
+    """Name of a task's class."""
+    stem = task.removesuffix("-v0").replace("BatteriesCheckerHard-", "BatteriesChecker-")
+    return stem.removesuffix("VLA").replace("-", "") + "VLAEnv"

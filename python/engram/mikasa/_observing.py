@@ -1,0 +1,244 @@
+"""Observations and infos as nested dicts of torch tensors, made from the buffers of a batch."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from engram._copies import Copied
+from engram._spaces import FIRST_EXTRA_FIELD, ImageBox
+from engram.mikasa import _families
+from engram.mikasa._torch import torch
+from engram.typing import TaskDescription
+from engram.vector_env import VectorEnv
+
+_AGENT = ("qpos", "qvel")
+
+
+def tensor(view: np.ndarray, dtype: torch.dtype | None = None) -> torch.Tensor:
+    """A copy of a buffer of engram's."""
+    value = torch.from_numpy(view.copy())
+    return value if dtype is None else value.to(dtype)
+
+
+class Observations:
+    """Makes observations of one mode.
+
+    Args:
+        batch: What observes.
+        description: Of the batch.
+        mode: As given to gym.make.
+        textures: What cameras tell; none in state modes.
+        cameras: In channel order.
+    """
+
+    def __init__(
+        self,
+        batch: VectorEnv[Any],
+        description: TaskDescription,
+        mode: str,
+        textures: Sequence[str],
+        cameras: Sequence[str],
+    ) -> None:
+        self._batch = batch
+        self._textures = textures
+        self._cameras = cameras
+        self._copied: dict[str, Callable[[], Any]] = {}
+        if textures:
+            copied = Copied()
+            self._copied = {name: copied(batch._observation[name]) for name in textures}
+        elif mode != "none":
+            self._row = Copied()(batch._views["observation"])
+        self._parts = _state_parts(description) if mode == "state_dict" else []
+        makers = {"state": self._state, "state_dict": self._state_dict, "none": dict}
+        self._make: Callable[[], Any] = makers.get(mode, self._pictures)
+
+    def __call__(self) -> Any:
+        """What is observed now; the caller's to keep."""
+        return self._make()
+
+    def _state(self) -> torch.Tensor:
+        return torch.from_numpy(self._row())
+
+    def _state_dict(self) -> dict[str, Any]:
+        row = self._state()
+        result: dict[str, Any] = {"agent": {}, "extra": {}}
+        for path, columns, dtype in self._parts:
+            part = result
+            for key in path[:-1]:
+                part = part.setdefault(key, {})
+            value = row[:, columns]
+            if dtype is torch.uint8:
+                value = value.to(torch.int64)  # -1, for nothing, becomes 255
+            part[path[-1]] = value if dtype is None else value.to(dtype)
+        return result
+
+    def _pictures(self) -> dict[str, Any]:
+        state = self._batch.robot_state()
+        cameras = self._batch.camera_params()
+        pictures = {name: torch.from_numpy(copy()) for name, copy in self._copied.items()}
+        return {
+            "agent": {name: tensor(state[name]) for name in _AGENT},
+            "extra": {FIRST_EXTRA_FIELD: tensor(state[FIRST_EXTRA_FIELD])},
+            "sensor_param": {
+                camera: {name: tensor(value) for name, value in cameras[camera].items()}
+                for camera in self._cameras
+            },
+            "sensor_data": {
+                camera: {name: self._of(picture, i) for name, picture in pictures.items()}
+                for i, camera in enumerate(self._cameras)
+            },
+        }
+
+    def _of(self, pictures: torch.Tensor, camera: int) -> torch.Tensor:
+        """One camera's channels: a view, from which `joined` gets the whole without a copy."""
+        width = pictures.shape[-1] // len(self._cameras)
+        return pictures[..., camera * width : (camera + 1) * width]
+
+
+def _state_parts(
+    description: TaskDescription,
+) -> list[tuple[tuple[str, ...], Any, torch.dtype | None]]:
+    """Where each field of a state row stands in ``state_dict``: path, columns, type."""
+    family = description["family"]
+    infos = {output["name"]: output for output in description["outputs"]}
+    fields = description["state_fields"]
+    first = [field["name"] for field in fields].index(FIRST_EXTRA_FIELD)
+    parts = []
+    for i, field in enumerate(fields):
+        name, begin = field["name"], field["offset"]
+        if i >= first:
+            path: tuple[str, ...] = ("extra", name)
+        else:
+            path = ("agent", name) if name in _AGENT else ("agent", "controller", "arm", name)
+        dtype = _families.field_type(name, family)
+        if dtype is None and name in infos:
+            dtype = {"bool": torch.bool, "int32": torch.int64}.get(infos[name]["dtype"])
+        flat = field["width"] == 1 and not _families.is_row(name, family)
+        columns: Any = begin if flat else slice(begin, begin + field["width"])
+        parts.append((path, columns, dtype))
+    return parts
+
+
+def joined(pictures: Sequence[torch.Tensor]) -> torch.Tensor:
+    """Pictures of several cameras as one, channels one after the other; a view if they are one."""
+    first = pictures[0]
+    channels = first.stride(-2)
+    begin = first.storage_offset()
+    place = first.untyped_storage().data_ptr()
+    for picture in pictures:
+        if (
+            picture.dtype != first.dtype
+            or picture.stride() != first.stride()
+            or picture.untyped_storage().data_ptr() != place
+            or picture.storage_offset() != begin
+        ):
+            return torch.cat(list(pictures), dim=-1)
+        begin += picture.shape[-1]
+    if begin - first.storage_offset() != channels:
+        return torch.cat(list(pictures), dim=-1)
+    return first.as_strided((*first.shape[:-1], channels), first.stride(), first.storage_offset())
+
+
+class Evaluation:
+    """Makes infos: what the task's evaluation says of the state that it is in.
+
+    Args:
+        batch: What is evaluated.
+        description: Of the batch.
+    """
+
+    def __init__(self, batch: VectorEnv[Any], description: TaskDescription) -> None:
+        family = description["family"]
+        views = batch._views
+        self._batch = batch
+        self._by_episode = family in _families.ROTATE
+        self._terms = description["reward_terms"]
+        self._oracle = _column(
+            views["oracle_info"],
+            _families.oracle_type(family),
+            keep=_families.is_row("oracle_info", family),
+        )
+        cue = _families.cue_type(family)
+        self._cue = None if cue is None else _column(views["task_cue"], cue)
+        keys = ("success", *_families.INFO_KEYS[family])
+        self._columns = [(key, _column(views[key], _shared_type(views[key]))) for key in keys]
+        self._rewards = views["reward_dict"]
+        self._texts: Any = None
+
+    def restart(self) -> None:
+        """Asks for instructions anew: episodes have begun."""
+        texts = self._batch.instructions if self._by_episode else self._batch._batch.instruction(0)
+        self._texts = texts
+
+    def oracle_info(self) -> torch.Tensor:
+        """The answer."""
+        return self._oracle()
+
+    def task_cue(self) -> torch.Tensor | None:
+        """What a policy is told of the task."""
+        return None if self._cue is None else self._cue()
+
+    def reward_dict(self) -> dict[str, torch.Tensor] | None:
+        """Terms of the reward of the step before; None where no environment has any."""
+        if np.isnan(self._rewards).all():
+            return None
+        terms = torch.from_numpy(self._rewards.copy()).unbind(1)
+        return dict(zip(self._terms, terms))
+
+    def __call__(self) -> dict[str, Any]:
+        """The infos but for elapsed_steps."""
+        info: dict[str, Any] = {key: column() for key, column in self._columns}
+        info["language_instruction"] = (
+            list(self._texts) if isinstance(self._texts, list) else self._texts
+        )
+        info["task_cue"] = self.task_cue()
+        info["oracle_info"] = self.oracle_info()
+        info["reward_dict"] = self.reward_dict()
+        return info
+
+
+def _shared_type(view: np.ndarray) -> torch.dtype | None:
+    return torch.int64 if view.dtype == np.int32 else None
+
+
+def _column(
+    view: np.ndarray, dtype: torch.dtype | None, keep: bool = False
+) -> Callable[[], torch.Tensor]:
+    """What makes a copy of a buffer.
+
+    Args:
+        view: The buffer.
+        dtype: Type of the copies; None: that of the buffer.
+        keep: Whether a row of one value stays a row.
+    """
+    if keep and view.ndim == 1:
+        view = view[:, np.newaxis]
+    return lambda: tensor(view, dtype)
+
+
+def space_of(sample: Any) -> spaces.Space[Any]:
+    """The space of observations like this one, nested dicts of tensors or arrays."""
+    if isinstance(sample, Mapping):
+        # Sorted, as Gymnasium sorts: networks take parts in this order.
+        return spaces.Dict(OrderedDict((key, space_of(sample[key])) for key in sorted(sample)))
+    array = sample.cpu().numpy() if isinstance(sample, torch.Tensor) else np.asarray(sample)
+    if array.dtype == np.uint8 and array.ndim >= 3:
+        return ImageBox(array.shape)
+    if array.dtype == np.bool_:
+        return spaces.Box(0, 1, array.shape, np.bool_)  # type: ignore[arg-type]
+    if np.issubdtype(array.dtype, np.integer):
+        limits = np.iinfo(array.dtype)
+        return spaces.Box(limits.min, limits.max, array.shape, array.dtype.type)
+    return spaces.Box(-np.inf, np.inf, array.shape, array.dtype.type)
+
+
+def single(sample: Any) -> Any:
+    """The first environment's part of an observation."""
+    if isinstance(sample, Mapping):
+        return {key: single(value) for key, value in sample.items()}
+    return sample[0]

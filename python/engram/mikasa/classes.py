@@ -1,0 +1,64 @@
+"""The classes of tasks: a base per family and one per id, from engram's own list."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from engram.mikasa import _families
+from engram.mikasa._variants import TaskMeta
+from engram.mikasa.env import BaseEnv
+from engram.mikasa.registration import register_env
+from engram.registry import list_tasks
+from engram.typing import TaskSummary
+
+__all__: list[str] = []
+
+
+def _attributes(task: TaskSummary) -> dict[str, Any]:
+    family = task["family"]
+    result: dict[str, Any] = {
+        "__module__": __name__,
+        "_generated": True,
+        "_task": task["id"],
+        "_family": family,
+    }
+    if family in _families.ROTATE:
+        result["LANGUAGE_INSTRUCTION_TEMPLATE"] = task["instruction"]
+    elif family != "TimedTransfer":
+        result["LANGUAGE_INSTRUCTION"] = task["instruction"]
+    return result
+
+
+def _first_of(tasks: list[TaskSummary]) -> TaskSummary:
+    """The plainest task of a family, whose constants its base class has."""
+    plain = [task for task in tasks if "-Long" not in task["id"]]
+    return min(plain, key=lambda task: (task["horizon"], len(task["id"])))
+
+
+def _make() -> dict[str, TaskMeta]:
+    classes: dict[str, TaskMeta] = {}
+    families: dict[str, list[TaskSummary]] = {}
+    for task in list_tasks():
+        if task["family"] in _families.INFO_KEYS and task["id"].endswith("-VLA-v0"):
+            families.setdefault(task["family"], []).append(task)
+    # The easy batteries are hard ones with another rule.
+    for family in sorted(families, key=lambda name: name == "BatteriesCheckerEasy"):
+        tasks = families[family]
+        parent = classes.get(_families.base_name("BatteriesCheckerHard"))
+        base = parent if family == "BatteriesCheckerEasy" and parent is not None else BaseEnv
+        attributes = _attributes(_first_of(tasks))
+        attributes["_changes"] = _families.BASE_CONSTANTS.get(family, {})
+        attributes["__doc__"] = f"Base of the classes of {family}."
+        root = TaskMeta(_families.base_name(family), (base,), attributes)
+        classes[root.__name__] = root
+        for task in tasks:
+            attributes = {**_attributes(task), "_changes": {}, "__doc__": f"{task['id']}."}
+            leaf = TaskMeta(_families.leaf_name(task["id"]), (root,), attributes)
+            classes[leaf.__name__] = leaf
+            register_env(task["id"], max_episode_steps=task["horizon"])(leaf)
+    return classes
+
+
+CLASSES = _make()
+globals().update(CLASSES)
+__all__ += list(CLASSES)  # noqa: PLE0605

@@ -1,0 +1,161 @@
+"""Films of what a batch does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engram.errors import InvalidArgumentError, UnavailableError
+from engram.mikasa._base_wrappers import Wrapper
+from engram.mikasa._torch import torch
+
+__all__ = ["RecordEpisode", "write_film"]
+
+
+def write_film(path: Path, frames: list[np.ndarray], rate: int) -> None:
+    """Writes pictures, uint8 (height, width, 3) of even sides, as an mp4.
+
+    Raises:
+        UnavailableError: There is no PyAV.
+    """
+    try:
+        import av  # noqa: F401
+    except ImportError:
+        raise UnavailableError(
+            f"{path.name}: films need PyAV: pip install 'engram[video]'"
+        ) from None
+    from engram.command.video import Stream
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    height, width = (side - side % 2 for side in frames[0].shape[:2])
+    stream = Stream(str(path), "mp4", width, height, rate)
+    for frame in frames:
+        stream.send_rgb(np.ascontiguousarray(frame[:height, :width]))
+    stream.finish()
+
+
+def tiled(pictures: np.ndarray) -> np.ndarray:
+    """A batch's pictures as one, in int(sqrt(B)) rows."""
+    rows = int(math.sqrt(len(pictures)))
+    columns = math.ceil(len(pictures) / rows)
+    height, width = pictures.shape[1:3]
+    sheet = np.zeros((rows * height, columns * width, 3), np.uint8)
+    for i, picture in enumerate(pictures):
+        row, column = divmod(i, columns)
+        sheet[row * height : (row + 1) * height, column * width : (column + 1) * width] = picture
+    return sheet
+
+
+class RecordEpisode(Wrapper):
+    """Films episodes: OUTPUT_DIR/0.mp4, 1.mp4, ...
+
+    Args:
+        env: The environment; its render mode is not None.
+        output_dir: Folder of the films.
+        save_trajectory: Only False: simulator states of the original's form there are none.
+        trajectory_name: Has no effect.
+        save_video: Whether films are made.
+        info_on_video: Only False: wrappers of this package write over pictures.
+        save_video_trigger: Called with the number of steps so far, says whether a film begins or
+            goes on; None: always.
+        max_steps_per_video: A film ends after so many steps; None: at a reset of all environments.
+        video_fps: Pictures per second.
+        source_type: Has no effect.
+        source_desc: Has no effect.
+        **_: Others of the original's that concern trajectories have no effect.
+    """
+
+    def __init__(
+        self,
+        env: Any,
+        output_dir: str | Path,
+        save_trajectory: bool = False,
+        trajectory_name: str | None = None,
+        save_video: bool = True,
+        info_on_video: bool = False,
+        save_video_trigger: Callable[[int], bool] | None = None,
+        max_steps_per_video: int | None = None,
+        video_fps: int = 30,
+        source_type: str | None = None,
+        source_desc: str | None = None,
+        **_: Any,
+    ) -> None:
+        if save_trajectory:
+            raise InvalidArgumentError(
+                "save_trajectory: True given; trajectories hold states of the original's simulator; "
+                "allowed: False (`engram collect` writes demonstrations)"
+            )
+        if info_on_video:
+            raise InvalidArgumentError(
+                "info_on_video: True given; allowed: False (RenderStepInfoWrapper and its kin write "
+                "over pictures)"
+            )
+        if save_video and env.render_mode is None:
+            raise InvalidArgumentError(
+                "env: its render_mode is None; films need rgb_array, sensors or all"
+            )
+        super().__init__(env)
+        self.output_dir = Path(output_dir)
+        self.save_video = save_video
+        self.save_video_trigger = save_video_trigger
+        self.max_steps_per_video = max_steps_per_video
+        self.video_fps = video_fps
+        self.video_nums = 0
+        self._steps = 0
+        self._frames: list[np.ndarray] = []
+
+    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
+        """As of the environment within; a film ends if all environments are reset."""
+        indices = (kwargs.get("options") or {}).get("env_idx")
+        everything = indices is None or len(indices) == self.unwrapped.num_envs  # type: ignore
+        if everything and self.max_steps_per_video is None:
+            self.flush_video()
+        result = self.env.reset(**kwargs)
+        if everything and self._films() and not self._frames:
+            self._frames.append(self._picture())
+        return result
+
+    def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """As of the environment within."""
+        films = self._films()
+        if films and not self._frames:
+            self._frames.append(self._picture())
+        result = self.env.step(action)
+        self._steps += 1
+        if films:
+            self._frames.append(self._picture())
+            if self.max_steps_per_video and len(self._frames) > self.max_steps_per_video:
+                self.flush_video()
+        elif self._frames:
+            self.flush_video()
+        return result
+
+    def _films(self) -> bool:
+        trigger = self.save_video_trigger
+        return self.save_video and (trigger is None or bool(trigger(self._steps)))
+
+    def _picture(self) -> np.ndarray:
+        pictures: Any = self.env.render()
+        array = pictures.numpy() if isinstance(pictures, torch.Tensor) else np.asarray(pictures)
+        return tiled(array)
+
+    def flush_video(self, name: str | None = None, **_: Any) -> None:
+        """Writes the film that is being made, if it has more than its first picture."""
+        frames, self._frames = self._frames, []
+        if len(frames) > 1:
+            stem = name or str(self.video_nums)
+            write_film(self.output_dir / f"{stem}.mp4", frames, self.video_fps)
+            self.video_nums += 1
+
+    def close(self) -> None:
+        """Writes the last film and ends the environment."""
+        self.flush_video()
+        self.env.close()
+
+
+class FlattenActionSpaceWrapper(Wrapper):
+    """Does nothing: actions are flat."""

@@ -1,0 +1,120 @@
+"""engram.mikasa.benchmarking: its results are those of ``engram eval --rules original``."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from policies import Looking, as_engram
+
+import engram
+from engram.mikasa import benchmarking
+
+IDS = ["RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0", "RotateLenientPos-VLA-v0"]
+CONFIG = benchmarking.BenchmarkConfig(n_episodes=2, sim_backend="auto")
+# What the original says otherwise, or engram alone.
+OTHERS = ("benchmark_commit", "action_chunk_size")
+
+
+def test_results_are_those_of_engram_eval(tmp_path):
+    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS)
+    told = []
+    results, summary = benchmarking.evaluate_benchmark(
+        tasks, Looking(3), CONFIG, output_dir=tmp_path, model={"name": "looking", "config": {}},
+        progress=told.append, task_start_callback=lambda i, task: told.append(task.env_id),
+        episode_callback=lambda i, result: told.append(result.seed),
+        task_done_callback=lambda i, result: told.append(result["sr"]),
+    )  # fmt: skip
+    own = engram.evaluate(
+        as_engram(Looking(3)), IDS, episodes=2, rules="original", name="looking", num_envs=2
+    )
+    for mine, theirs in zip(results, own["tasks"]):
+        common = [key for key in mine if key in theirs and key not in OTHERS]
+        assert len(common) == len(mine) - len(OTHERS)
+        assert {key: mine[key] for key in common} == {key: theirs[key] for key in common}
+        assert mine["action_chunk_size"] == 3
+    assert {key: summary[key] for key in summary} == {key: own["summary"][key] for key in summary}
+    assert len(told) == 3 * (1 + 1 + 2 + 1)
+    for result in results:
+        assert json.loads((tmp_path / f"{result['env_id']}.json").read_text()) == result
+    assert json.loads((tmp_path / "summary.json").read_text()) == summary
+
+
+def test_tasks(tmp_path):
+    counts = {
+        split: len(benchmarking.select_benchmark_tasks(split=split))
+        for split in benchmarking.SUPPORTED_SPLITS
+    }
+    assert counts == {"short": 38, "medium": 30, "long": 22, "all": 90}
+    (task,) = benchmarking.select_benchmark_tasks(env_ids=["Mine-v0"])
+    assert (task.split, task.memory_type, task.max_episode_steps) == ("custom", "Unknown", 0)
+    with pytest.raises(engram.InvalidArgumentError, match="one of them"):
+        benchmarking.select_benchmark_tasks()
+    with pytest.raises(engram.InvalidArgumentError, match="split"):
+        benchmarking.select_benchmark_tasks(split="tiny")
+    table = tmp_path / "tasks.csv"
+    table.write_text(
+        "id;Name;Max Length;Memory Type;Horizon Split;Data Source;language_instruction\n"
+        "1;RememberColor3-VLA-v0;25;Object;Short;PPO;Touch it.\n"
+    )
+    (task,) = benchmarking.load_benchmark_tasks(table)
+    assert task == benchmarking.BenchmarkTask(
+        "RememberColor3-VLA-v0", "short", "Object", 25, "Touch it.", "PPO"
+    )
+
+
+def test_settings():
+    assert benchmarking.START_SEED == 4242424242
+    assert benchmarking.BenchmarkConfig().sim_backend == "gpu"
+    for wrong in ({"n_episodes": 0}, {"start_seed": -1}):
+        with pytest.raises(ValueError, match="given"):
+            benchmarking.BenchmarkConfig(**wrong)
+    with pytest.raises(engram.InvalidArgumentError, match="none given"):
+        benchmarking.summarize_task_results([])
+
+
+@pytest.mark.parametrize("shape", [(7,), (4, 7), (1, 4, 7), (0, 7), (3,), (2, 2, 7)])
+def test_answers(shape):
+    class Policy:
+        def forward(self, obs):
+            return np.zeros(shape, np.float32)
+
+    config = benchmarking.BenchmarkConfig(n_episodes=1, obs_mode="rgb")
+    env = benchmarking.make_benchmark_env(IDS[0], config)
+    if shape in [(7,), (4, 7), (1, 4, 7)]:
+        result, frames = benchmarking.run_episode(env, Policy(), 1)
+        assert result.n_steps == 25
+        assert frames is None
+    else:
+        with pytest.raises(engram.InvalidArgumentError, match="forward returned shape"):
+            benchmarking.run_episode(env, Policy(), 1)
+    env.close()
+
+
+def test_films(tmp_path):
+    pytest.importorskip("av")
+    config = benchmarking.BenchmarkConfig(n_episodes=1, save_videos=True)
+    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[:1])
+    benchmarking.evaluate_benchmark(tasks, Looking(25), config, output_dir=tmp_path)
+    assert (tmp_path / "videos" / IDS[0] / "episode_0000.mp4").stat().st_size > 1000
+    env = benchmarking.make_benchmark_env(IDS[0], config)
+    _, frames = benchmarking.run_episode(env, Looking(25), 1, collect_video=True)
+    assert len(frames) == 26
+    assert frames[0].shape == (512, 768, 3)
+    env.close()
+
+
+def test_a_table_in_the_terminal():
+    pytest.importorskip("rich")
+    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[:1])
+    with benchmarking.RichBenchmarkUI(tasks, 1) as ui:
+        benchmarking.evaluate_benchmark(
+            tasks, Looking(5), benchmarking.BenchmarkConfig(n_episodes=1),
+            task_start_callback=ui.on_task_start, episode_callback=ui.on_episode_done,
+            task_done_callback=ui.on_task_done,
+        )  # fmt: skip
+    assert len(ui._done) == 1

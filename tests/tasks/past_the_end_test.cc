@@ -1,0 +1,94 @@
+// Environments that are simulated on after their episode's end, and horizons of users' own.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::batch_bytes;
+using test::Bytes;
+using test::make_env;
+
+EnvOptions going_on(int threads = 1) {
+  EnvOptions options;
+  options.num_envs = 3;
+  options.threads = threads;
+  options.seed = 11;
+  options.auto_reset = AutoReset::kOff;
+  options.after_end = AfterEnd::kContinue;
+  return options;
+}
+
+// Whether everything that the batch shows is as it must be after so many steps.
+bool is_in_order(const VectorEnv& env, int steps) {
+  bool good = true;
+  for (int i = 0; i < env.num_envs(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    good &= *test::row<std::int32_t>(env.output("elapsed_steps"), i) == steps;
+    good &= env.truncated()[at] == (steps >= env.info().horizon ? 1 : 0);
+    good &= env.unstable()[at] == 0;
+  }
+  return good;
+}
+
+Bytes play(VectorEnv& env, Policy policy, int steps) {
+  env.reset();
+  bool good = true;
+  for (int i = 1; i <= steps; ++i) {
+    test::step(env, policy);
+    good &= is_in_order(env, i);
+  }
+  CHECK(good);
+  return batch_bytes(env);
+}
+
+TEST_CASE("Every task goes on for twice its horizon, whatever the threads",
+          "[past_the_end][long]") {
+  for (const std::string& id : test::implemented_ids()) {
+    CAPTURE(id);
+    const auto one = make_env(id, going_on(1));
+    const auto three = make_env(id, going_on(3));
+    const int steps = 2 * one->info().horizon;
+    CHECK(play(*one, Policy::kOracle, steps) == play(*three, Policy::kOracle, steps));
+  }
+}
+
+// Without physics, so that there is time for every policy.
+TEST_CASE("Every policy goes on after the end of every task", "[past_the_end]") {
+  for (const std::string& id : test::implemented_ids()) {
+    CAPTURE(id);
+    EnvOptions options = going_on();
+    options.num_envs = 2;
+    options.substeps = 0;
+    options.terminate_on_success = false;
+    options.terminate_on_failure = false;
+    for (const Policy policy : {Policy::kBlind, Policy::kSweep}) {
+      const auto env = make_env(id, options);
+      play(*env, policy, env->info().horizon + 100);
+      CHECK(std::ranges::max(env->terminated()) == 0);
+    }
+  }
+}
+
+TEST_CASE("Every task can be truncated at any time", "[past_the_end]") {
+  for (const std::string& id : test::implemented_ids()) {
+    CAPTURE(id);
+    const int own = make_env(id)->info().horizon;
+    EnvOptions options = going_on();
+    options.num_envs = 1;
+    options.substeps = 0;
+    for (const int steps : {1, 5, own + 10}) {
+      options.max_episode_steps = steps;
+      for (const Policy policy : {Policy::kOracle, Policy::kSweep}) {
+        const auto env = make_env(id, options);
+        CHECK(env->info().horizon == steps);
+        play(*env, policy, std::min(steps, 20));
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace engram
