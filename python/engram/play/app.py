@@ -26,6 +26,8 @@ from engram.play.wall import ENVS
 
 _GRACE = 3.0  # seconds that a page may be away, while it is loaded again
 _HEARTBEAT = 20.0
+_TRIES, _PAUSE = 10, 0.05  # before another tab is told to be one
+_PATIENCE = 3.0  # seconds at the end, for what is still at work
 _KINDS = {
     ".html": "text/html",
     ".css": "text/css",
@@ -66,7 +68,7 @@ class Server:
         )
         self._house = House(options.out, Catalogue(), sources, Scores(), self._engine)
         self._page: web.WebSocketResponse | None = None  # that plays
-        self._tabs = 0
+        self._sockets: set[web.WebSocketResponse] = set()  # of all tabs
         self._away: asyncio.TimerHandle | None = None
         self._over = asyncio.Event()
         self._code = 0
@@ -82,17 +84,26 @@ class Server:
             loop.add_signal_handler(number, self._stop, code)
         try:
             site = web.TCPSite(runner, self._options.host, self._options.port)
-            await site.start()
+            try:
+                await site.start()
+            except OSError as error:
+                where = f"--host {self._options.host} --port {self._options.port}"
+                raise OSError(f"{where}: {error.strerror or error}") from error
             self._greet(runner.addresses[0])
             await self._over.wait()
         finally:
+            self._house.sources.close()
+            with contextlib.suppress(asyncio.TimeoutError, ConnectionError):
+                await asyncio.wait_for(self._leave(runner), _PATIENCE)
             self._engine.shutdown(wait=False, cancel_futures=True)
             self._library.shutdown(wait=False, cancel_futures=True)
-            self._house.sources.close()
-            with contextlib.suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(runner.cleanup(), 3)
             self._say_refused()
         return self._code
+
+    async def _leave(self, runner: web.AppRunner) -> None:
+        for socket in list(self._sockets):
+            await socket.close(code=1001)
+        await runner.cleanup()
 
     def _greet(self, address: Any) -> None:
         host, port = address[0], address[1]
@@ -166,18 +177,19 @@ class Server:
             self._guard.refused["upgrade"] += 1
             raise web.HTTPBadRequest(text="a WebSocket needed\n")
         await socket.prepare(request)
-        self._arrived()
+        self._arrived(socket)
         try:
             if await self._may_play(socket):
                 await self._converse(socket)
         finally:
-            if self._page is socket:
-                self._page = None
-            self._left()
+            self._left(socket)
         return socket
 
     async def _may_play(self, socket: web.WebSocketResponse) -> bool:
         """Waits, where another tab plays, until this one takes over; False if it goes away."""
+        for _ in range(_TRIES):  # the page may have been loaded again: its old socket is on its way
+            if self._page is not None:
+                await asyncio.sleep(_PAUSE)
         if self._page is not None:
             await socket.send_json({"type": "busy"})
             while (message := await self._hear(socket)) is not None:
@@ -202,6 +214,8 @@ class Server:
         except ConnectionError:
             pass  # it has gone
         finally:
+            if self._page is socket:
+                self._page = None
             with contextlib.suppress(RuntimeError):  # of a thread that works no more
                 await session.close()
 
@@ -222,15 +236,15 @@ class Server:
             await socket.send_json({"type": "error", "message": f"refused: {error}"})
             return {}
 
-    def _arrived(self) -> None:
-        self._tabs += 1
+    def _arrived(self, socket: web.WebSocketResponse) -> None:
+        self._sockets.add(socket)
         if self._away is not None:
             self._away.cancel()
             self._away = None
 
-    def _left(self) -> None:
-        self._tabs -= 1
-        if self._tabs == 0 and not self._options.stay:
+    def _left(self, socket: web.WebSocketResponse) -> None:
+        self._sockets.discard(socket)
+        if not self._sockets and not self._options.stay:
             self._away = asyncio.get_running_loop().call_later(_GRACE, self._over.set)
 
 
