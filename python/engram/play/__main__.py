@@ -7,12 +7,15 @@ import os
 import shlex
 import sys
 from pathlib import Path
+from typing import NoReturn
 
 _MISSING = 'engram play: {}; pip install "engram[play]" brings what the page is served with'
 
 
 def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
+    import engram
+
     try:
         from engram.play import app
         from engram.play.sources import SourceError
@@ -20,8 +23,10 @@ def main(arguments: list[str] | None = None) -> int:
         print(_MISSING.format(error), file=sys.stderr)
         return 1
     try:
+        for file in options.variants:
+            engram.load_variants(file)
         return app.serve(options)
-    except (SourceError, OSError) as error:
+    except (SourceError, OSError, engram.Error) as error:
         print(f"engram play: {error}", file=sys.stderr)
         return 1
 
@@ -79,6 +84,14 @@ def parser() -> argparse.ArgumentParser:
         help="what that process observes, default rgb",
     )
     result.add_argument(
+        "--variants",
+        type=_path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="registers the variants of a file (docs/variants.md)",
+    )
+    result.add_argument(
         "--stay", action="store_true", help="goes on when the page is closed, until Ctrl-C"
     )
     return result
@@ -116,8 +129,13 @@ def _seconds(text: str) -> int:
     return _number(text, 1, 86400)
 
 
-if __name__ == "__main__":
+def run() -> NoReturn:
+    """The whole command."""
     code = main()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)  # a page that is being computed is waited for by nobody
+
+
+if __name__ == "__main__":
+    run()

@@ -138,8 +138,7 @@ def test_time_passes_by_the_clock_and_stops(server: Server):
         page.say("run", on=False)
         while page.hear("running")["on"]:
             pass
-        at = page.heard[-2]["n"] if "n" in page.heard[-2] else 0
-        assert at >= 9
+        assert max(m.get("n", 0) for m in page.heard) >= 9
         assert page.step([0] * 6 + [1])["n"] == max(m.get("n", 0) for m in page.heard)
 
 
@@ -187,15 +186,18 @@ def test_played_episodes_are_demonstrations(tmp_path):
         folder = DemonstrationFolder(out / "data_npz" / id)
         assert [episode.episode_seed for episode in folder] == [31, 5]
         assert folder.metadata["engram"]["player"] == "engram play"
-    for arguments in (
+    jobs = [
         ["replay", out],
         ["rlds", out],
         ["lerobot", out, "--images"],
         ["replay", out, "--format", "rlds"],
         ["replay", out, "--format", "lerobot"],
-    ):
-        command = [sys.executable, "-m", "engram.datasets", *map(str, arguments)]
-        subprocess.run(command, check=True, capture_output=True, timeout=SECONDS)
+    ]
+    # In a process of its own: film libraries of several packages may not end in one.
+    words = [[str(word) for word in job] for job in jobs]
+    script = f"from engram.datasets.__main__ import main; print([main(job) for job in {words}])"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout == "[0, 0, 0, 0, 0]\n", done.stderr
 
 
 def test_only_successes_of_the_task_as_it_is_are_kept(server: Server):
