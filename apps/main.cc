@@ -1,7 +1,9 @@
 // The `engram` command: subcommands, each in its own files, and how failures are reported.
 #include <exception>
+#include <memory>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "apps/bench_command.h"
 #include "apps/collect_command.h"
@@ -11,6 +13,7 @@
 #include "apps/info_command.h"
 #include "apps/list_command.h"
 #include "apps/output.h"
+#include "apps/play_command.h"
 #include "apps/record_command.h"
 #include "apps/rollout_command.h"
 #include "apps/soak_command.h"
@@ -36,9 +39,14 @@ int run(int argc, char** argv) {
   line.require_command();
   line.set_version(std::string("engram ") + version());
   const Command program = line.program();
+  const auto variants = std::make_shared<std::vector<std::string>>();
   program
       .add_option(
-          "--variants", [](const std::string& file) { load_variants(file); },
+          "--variants",
+          [variants](const std::string& file) {
+            load_variants(file);
+            variants->push_back(file);
+          },
           "Registers the variants of a file of ids and constants (docs/variants.md), as "
           "the environment variable ENGRAM_VARIANTS does")
       .type_name("FILE");
@@ -50,6 +58,7 @@ int run(int argc, char** argv) {
   add_eval_command(program);
   add_collect_command(program);
   add_record_command(program);
+  add_play_command(program, variants);
   add_bench_command(program);
   add_soak_command(program);
   add_verify_command(program);

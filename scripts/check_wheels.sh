@@ -85,7 +85,7 @@ try_out() {  # ROW ROOT PYTHON
   note "$row" "${version#Python }" "$seconds" "$size" "$result"
   inside "$root" sh -ec '
     test "$(engram list | grep -c VLA-v0)" -ge 97
-    for command in list info rollout eval collect record bench soak verify doctor; do
+    for command in list info rollout eval collect record play bench soak verify doctor; do
       engram $command --help >/dev/null
     done
     cd /tmp

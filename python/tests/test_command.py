@@ -43,7 +43,7 @@ def test_knows_the_same_tasks_as_the_package():
 
 @pytest.mark.parametrize(
     "command",
-    "list info rollout eval collect record bench soak verify doctor".split(),  # noqa: SIM905
+    "list info rollout eval collect record play bench soak verify doctor".split(),  # noqa: SIM905
 )
 def test_has_all_subcommands(command):
     done = run(command, "--help")

@@ -1,0 +1,95 @@
+#include "apps/play_command.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/base/error.h"
+
+namespace engram::apps {
+namespace {
+
+// The folder that one happens to be in is no place for modules.
+constexpr const char* kStart =
+    "import sys\n"
+    "sys.path[:] = [path for path in sys.path if path]\n"
+    "try:\n"
+    "    from engram.play.__main__ import run\n"
+    "except ModuleNotFoundError as error:\n"
+    "    if error.name not in ('engram', 'engram.play', 'engram.play.__main__'):\n"
+    "        raise\n"
+    "    print('engram: play needs the Python package: pip install \"engram[play]\"; ' +\n"
+    "          sys.executable + ' has none', file=sys.stderr)\n"
+    "    sys.exit(1)\n"
+    "run()\n";
+
+struct PlayOptions {
+  std::vector<std::string> words;  // for Python, which checks them
+};
+
+// Becomes the server.
+[[noreturn]] void run(const PlayOptions& options, const std::vector<std::string>& variants) {
+  const char* given = std::getenv("ENGRAM_PYTHON");
+  std::vector<std::string> words = {given != nullptr ? given : "python3", "-c", kStart};
+  for (const std::string& file : variants) words.push_back("--variants=" + file);
+  words.insert(words.end(), options.words.begin(), options.words.end());
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  ::execvp(arguments[0], arguments.data());
+  throw Error(Error::kUnavailable,
+              "play needs Python: '" + words[0] + "' cannot be started: " + std::strerror(errno));
+}
+
+}  // namespace
+
+void add_play_command(const Command& program,
+                      const std::shared_ptr<const std::vector<std::string>>& variants) {
+  const auto options = std::make_shared<PlayOptions>();
+  const Command command = program.add_command(
+      "play",
+      "Opens a page in the browser to choose, play and watch episodes (docs/how_to/play.md)");
+  const auto pass_on = [options](const std::string& name) {
+    return [options, name](const std::string& value) {
+      if (value.empty()) throw Error(Error::kInvalidArgument, name + ": '' given, a text needed");
+      options->words.push_back(name + "=" + value);
+    };
+  };
+  command.add_option("--port", pass_on("--port"), "Port to listen at; default: one that is free")
+      .type_name("INT");
+  command
+      .add_option("--host", pass_on("--host"),
+                  "Address to listen at; default: 127.0.0.1, this machine alone")
+      .type_name("ADDRESS");
+  command.add_flag(
+      "--no-open", [options] { options->words.emplace_back("--no-open"); },
+      "Prints the page's address and opens no browser");
+  command
+      .add_option("--out", pass_on("--out"),
+                  "Where played episodes are kept: DIR/data_npz/<id>; default: played")
+      .type_name("DIR");
+  command
+      .add_repeatable("--folder", pass_on("--folder"),
+                      "Demonstrations or results to look at (repeatable)")
+      .type_name("DIR");
+  command
+      .add_option("--policy-command", pass_on("--policy-command"),
+                  "A policy's process to watch, as of eval")
+      .type_name("COMMAND");
+  command
+      .add_option("--policy-timeout", pass_on("--policy-timeout"),
+                  "Seconds for every answer of that process; default: 300")
+      .type_name("INT");
+  command
+      .add_option("--obs", pass_on("--obs"),
+                  "What that process observes: rgb (default), objects or state")
+      .type_name("MODE");
+  command.add_flag(
+      "--stay", [options] { options->words.emplace_back("--stay"); },
+      "Goes on when the page is closed, until Ctrl-C");
+  command.on_run([options, variants] { run(*options, *variants); });
+}
+
+}  // namespace engram::apps

@@ -1,0 +1,141 @@
+"""The command `engram play`, and `python -m engram.play`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+_MISSING = 'engram play: {}; pip install "engram[play]" brings what the page is served with'
+
+
+def main(arguments: list[str] | None = None) -> int:
+    options = parser().parse_args(arguments)
+    import engram
+
+    try:
+        from engram.play import app
+        from engram.play.sources import SourceError
+    except ModuleNotFoundError as error:
+        print(_MISSING.format(error), file=sys.stderr)
+        return 1
+    try:
+        for file in options.variants:
+            engram.load_variants(file)
+        return app.serve(options)
+    except (SourceError, OSError, engram.Error) as error:
+        print(f"engram play: {error}", file=sys.stderr)
+        return 1
+
+
+def parser() -> argparse.ArgumentParser:
+    """What the command takes; the page itself can change none of it."""
+    result = argparse.ArgumentParser(
+        prog="engram play",
+        description="Opens a page to choose, play and watch episodes, and ends with it.",
+    )
+    result.add_argument(
+        "--port", type=_port, default=0, help="default: one that is free (0 to 65535)"
+    )
+    result.add_argument(
+        "--host",
+        default="127.0.0.1",
+        help="address to listen at, default 127.0.0.1: nobody but this machine",
+    )
+    result.add_argument(
+        "--no-open", action="store_true", help="prints the address and opens no browser"
+    )
+    result.add_argument(
+        "--out",
+        type=_path,
+        default=Path("played"),
+        metavar="DIR",
+        help="where played episodes are kept: DIR/data_npz/<id>; default: played",
+    )
+    result.add_argument(
+        "--folder",
+        type=_path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="demonstrations (of `engram collect`) or results (of `engram eval`) to look at; "
+        "may be given several times",
+    )
+    result.add_argument(
+        "--policy-command",
+        type=_command,
+        metavar="COMMAND",
+        help="a policy's process to watch, as of `engram eval`",
+    )
+    result.add_argument(
+        "--policy-timeout",
+        type=_seconds,
+        default=300,
+        metavar="SECONDS",
+        help="for every answer of that process, 1 to 86400, default 300",
+    )
+    result.add_argument(
+        "--obs",
+        choices=("rgb", "objects", "state"),
+        default="rgb",
+        help="what that process observes, default rgb",
+    )
+    result.add_argument(
+        "--variants",
+        type=_path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="registers the variants of a file (docs/variants.md)",
+    )
+    result.add_argument(
+        "--stay", action="store_true", help="goes on when the page is closed, until Ctrl-C"
+    )
+    return result
+
+
+def _path(text: str) -> Path:
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError(f"{text!r} given; the name of a folder needed")
+    return Path(text)
+
+
+def _command(text: str) -> str:
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} given; {error}") from None
+    if not words:
+        raise argparse.ArgumentTypeError(f"{text!r} given; a command needed")
+    return text
+
+
+def _number(text: str, low: int, high: int) -> int:
+    if not text.isascii() or not text.isdigit() or not low <= int(text[:9]) <= high:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} given; a whole number from {low} to {high} needed"
+        )
+    return int(text[:9])
+
+
+def _port(text: str) -> int:
+    return _number(text, 0, 65535)
+
+
+def _seconds(text: str) -> int:
+    return _number(text, 1, 86400)
+
+
+def run() -> NoReturn:
+    """The whole command."""
+    code = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # a page that is being computed is waited for by nobody
+
+
+if __name__ == "__main__":
+    run()

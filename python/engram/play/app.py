@@ -1,0 +1,271 @@
+"""The server: one page, one WebSocket, nothing else."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import concurrent.futures
+import contextlib
+import json
+import signal
+import sys
+import threading
+import webbrowser
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSMsgType, web
+
+from engram.play import messages
+from engram.play.catalogue import Catalogue
+from engram.play.guard import Guard, new_token
+from engram.play.score import Scores
+from engram.play.session import Channel, House, Session
+from engram.play.sources import Sources
+from engram.play.wall import ENVS
+
+_GRACE = 3.0  # seconds that a page may be away, while it is loaded again
+_HEARTBEAT = 20.0
+_TRIES, _PAUSE = 10, 0.05  # before another tab is told to be one
+_PATIENCE = 3.0  # seconds at the end, for what is still at work
+_KINDS = {
+    ".html": "text/html",
+    ".css": "text/css",
+    ".js": "text/javascript",
+}
+_PAGE = Path(__file__).parent / "page"
+
+
+def serve(options: argparse.Namespace) -> int:
+    """Serves the page until it is closed, or Ctrl-C."""
+    try:
+        return asyncio.run(Server(options).run())
+    except KeyboardInterrupt:
+        return 130
+
+
+class Server:
+    """Answers requests that the guard lets through."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._options = options
+        self._token = new_token()
+        self._guard = Guard(options.host, self._token)
+        # All that is ever served of the file system, read once: no request names a file.
+        self._files = {
+            file.name: (file.read_bytes(), _KINDS[file.suffix])
+            for file in _PAGE.iterdir()
+            if file.suffix in _KINDS
+        }
+        self._engine = concurrent.futures.ThreadPoolExecutor(1, "engram-play")
+        self._library = concurrent.futures.ThreadPoolExecutor(1, "engram-choose")
+        sources = Sources(
+            options.folder,
+            options.policy_command,
+            options.obs,
+            options.policy_timeout,
+            ENVS,
+        )
+        self._house = House(options.out, Catalogue(), sources, Scores(), self._engine)
+        self._page: web.WebSocketResponse | None = None  # that plays
+        self._sockets: set[web.WebSocketResponse] = set()  # of all tabs
+        self._away: asyncio.TimerHandle | None = None
+        self._over = asyncio.Event()
+        self._code = 0
+
+    async def run(self) -> int:
+        """Listens until it is over; returns the exit code."""
+        app = web.Application(client_max_size=messages.LARGEST)
+        app.router.add_route("*", "/{token:[^/]*}{rest:.*}", self._answer)
+        runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1.0)
+        await runner.setup()
+        loop = asyncio.get_running_loop()
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            loop.add_signal_handler(number, self._stop, code)
+        try:
+            site = web.TCPSite(runner, self._options.host, self._options.port)
+            try:
+                await site.start()
+            except OSError as error:
+                where = f"--host {self._options.host} --port {self._options.port}"
+                raise OSError(f"{where}: {error.strerror or error}") from error
+            self._greet(runner.addresses[0])
+            await self._over.wait()
+        finally:
+            self._house.sources.close()
+            with contextlib.suppress(asyncio.TimeoutError, ConnectionError):
+                await asyncio.wait_for(self._leave(runner), _PATIENCE)
+            self._engine.shutdown(wait=False, cancel_futures=True)
+            self._library.shutdown(wait=False, cancel_futures=True)
+            self._say_refused()
+        return self._code
+
+    async def _leave(self, runner: web.AppRunner) -> None:
+        for socket in list(self._sockets):
+            await socket.close(code=1001)
+        await runner.cleanup()
+
+    def _greet(self, address: Any) -> None:
+        host, port = address[0], address[1]
+        shown = f"[{host}]" if ":" in host else host
+        if host in ("0.0.0.0", "::"):
+            shown = "localhost"
+        link = f"http://{shown}:{port}/{self._token}/"
+        print(f"engram play: {link}\nClose the page or press Ctrl-C to end it.", flush=True)
+        if host not in ("127.0.0.1", "::1"):
+            print(
+                f"engram play: listens at {host}: whoever learns the address can play, and it is "
+                "sent in the clear",
+                file=sys.stderr,
+            )
+        if not self._options.no_open:
+            # Some browsers return only when they are closed.
+            threading.Thread(target=webbrowser.open, args=(link,), daemon=True).start()
+
+    def _say_refused(self) -> None:
+        if self._guard.refused:
+            counts = ", ".join(f"{n} {what}" for what, n in sorted(self._guard.refused.items()))
+            print(f"engram play: refused: {counts}", file=sys.stderr)
+
+    def _stop(self, code: int) -> None:
+        self._code = code
+        self._over.set()
+
+    # --- requests ---
+
+    async def _answer(self, request: web.Request) -> web.StreamResponse:
+        self._guard.check(request)
+        if request.method not in ("GET", "HEAD"):
+            self._guard.refused["method"] += 1
+            raise web.HTTPMethodNotAllowed(request.method, ["GET", "HEAD"])
+        path = request.match_info["rest"]
+        if path == "/socket":
+            return await self._talk(request)
+        if path == "":
+            raise web.HTTPMovedPermanently(f"/{self._token}/")
+        body, kind = await self._content(path.removeprefix("/"))
+        headers = {**_HEADERS, "Content-Security-Policy": _policy(request.host)}
+        charset = "utf-8" if kind.startswith("text/") else None
+        return web.Response(body=body, content_type=kind, charset=charset, headers=headers)
+
+    async def _content(self, path: str) -> tuple[bytes, str]:
+        if path in ("", *self._files):
+            return self._files[path or "index.html"]
+        json_kind = "application/json"
+        if path == "tasks.json":
+            return _json(self._house.catalogue.list()), json_kind
+        if path == "refused.json":
+            return _json(dict(self._guard.refused)), json_kind
+        catalogue = self._house.catalogue
+        folder, _, name = path.partition("/")
+        id, _, suffix = name.rpartition(".")
+        if id in catalogue and (folder, suffix) in (("task", "json"), ("picture", "jpg")):
+            look = catalogue.described if folder == "task" else catalogue.picture
+            loop = asyncio.get_running_loop()
+            found: Any = await loop.run_in_executor(self._library, look, id)
+            return (_json(found), json_kind) if folder == "task" else (found, "image/jpeg")
+        self._guard.refused["path"] += 1
+        raise web.HTTPNotFound(text="no such page\n", headers=_HEADERS)
+
+    # --- the page ---
+
+    async def _talk(self, request: web.Request) -> web.WebSocketResponse:
+        socket = web.WebSocketResponse(
+            max_msg_size=messages.LARGEST, heartbeat=_HEARTBEAT, compress=False
+        )
+        if not socket.can_prepare(request).ok:
+            self._guard.refused["upgrade"] += 1
+            raise web.HTTPBadRequest(text="a WebSocket needed\n")
+        await socket.prepare(request)
+        self._arrived(socket)
+        try:
+            if await self._may_play(socket):
+                await self._converse(socket)
+        finally:
+            self._left(socket)
+        return socket
+
+    async def _may_play(self, socket: web.WebSocketResponse) -> bool:
+        """Waits, where another tab plays, until this one takes over; False if it goes away."""
+        for _ in range(_TRIES):  # the page may have been loaded again: its old socket is on its way
+            if self._page is not None:
+                await asyncio.sleep(_PAUSE)
+        if self._page is not None:
+            await socket.send_json({"type": "busy"})
+            while (message := await self._hear(socket)) is not None:
+                if message and message["do"] == "take":
+                    break
+            else:
+                return False
+            if self._page is not None:
+                with contextlib.suppress(ConnectionError):
+                    await self._page.send_json({"type": "taken"})
+                    await self._page.close(code=4001)
+        self._page = socket
+        return True
+
+    async def _converse(self, socket: web.WebSocketResponse) -> None:
+        session = Session(self._house, Channel(socket.send_json, socket.send_bytes))
+        try:
+            await session.begin()
+            while (message := await self._hear(socket)) is not None:
+                if message and message["do"] != "take":
+                    await session.handle(message)
+        except ConnectionError:
+            pass  # it has gone
+        finally:
+            if self._page is socket:
+                self._page = None
+            with contextlib.suppress(RuntimeError):  # of a thread that works no more
+                await session.close()
+
+    async def _hear(self, socket: web.WebSocketResponse) -> dict[str, Any] | None:
+        """A message; {} for one that was refused, None when there will be no more."""
+        got = await socket.receive()
+        if got.type is WSMsgType.ERROR:
+            self._guard.refused["oversized or broken message"] += 1
+            return None
+        if got.type not in (WSMsgType.TEXT, WSMsgType.BINARY):
+            return None
+        try:
+            if got.type is WSMsgType.BINARY:
+                raise messages.MessageError("bytes given, a text needed")
+            return messages.parse(got.data)
+        except messages.MessageError as error:
+            self._guard.refused["message"] += 1
+            await socket.send_json({"type": "error", "message": f"refused: {error}"})
+            return {}
+
+    def _arrived(self, socket: web.WebSocketResponse) -> None:
+        self._sockets.add(socket)
+        if self._away is not None:
+            self._away.cancel()
+            self._away = None
+
+    def _left(self, socket: web.WebSocketResponse) -> None:
+        self._sockets.discard(socket)
+        if not self._sockets and not self._options.stay:
+            self._away = asyncio.get_running_loop().call_later(_GRACE, self._over.set)
+
+
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+
+
+def _policy(host: str) -> str:
+    """What the page may load and do: its own files, its own socket."""
+    return (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+        f"connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'"
+    )
+
+
+def _json(value: Any) -> bytes:
+    return json.dumps(value).encode()

@@ -1,0 +1,214 @@
+// Playing an episode. What comes from the server before its end are pictures and step numbers.
+import * as input from './input.js';
+import { described } from './choose.js';
+import { find, make, paint, percent, rates, seedIn } from './draw.js';
+import { on, say } from './link.js';
+import { readValues, showFields } from './fields.js';
+
+const SLOW_BELOW = 120; // steps of an episode for which real time is too fast for most
+const KEPT = 400; // latencies
+
+let id = null;
+let horizon = 1;
+let running = false;
+let ended = true;
+let number = 0; // of the last input
+let last = '';
+let speedChosen = false;
+const sentAt = new Map(); // input number: when
+export const stats = { latencies: [], frames: [], dropped: 0, last: -1 };
+
+export const playing = () => id;
+
+export async function choose(task) {
+  id = task;
+  const description = await described(task);
+  showFields(description);
+  if (!speedChosen) find('speed').value = description.horizon < SLOW_BELOW ? '0.25' : '1';
+  fresh();
+}
+
+export function pause() {
+  if (running) say({ do: 'run', on: false });
+}
+
+function tellSpeed() {
+  const value = find('speed').value;
+  say({ do: 'speed', of: value === 'turns' ? 1 : Number(value), turns: value === 'turns' });
+}
+
+function fresh() {
+  if (!id) return;
+  const seed = seedIn(find('seed'));
+  if (seed === undefined) {
+    find('seed').reportValidity();
+    return;
+  }
+  last = '';
+  say({ do: 'play', id, seed, ...readValues() });
+  tellSpeed();
+}
+
+function toggle() {
+  if (ended) fresh();
+  else say({ do: 'run', on: !running });
+}
+
+function step() {
+  if (running || ended) return;
+  const { a } = input.action();
+  say({ do: 'step', a, n: ++number });
+}
+
+function act() {
+  const now = input.action();
+  const text = JSON.stringify(now);
+  if (text === last || !id || ended) return;
+  last = text;
+  if (running) sentAt.set(++number, performance.now());
+  else ++number;
+  say({ do: 'act', ...now, n: number });
+}
+
+function showButtons() {
+  find('run').textContent = ended ? 'New episode' : running ? 'Pause' : find('clock').dataset.step === '0' ? 'Start' : 'Go on';
+  find('run').disabled = !id;
+  find('again').hidden = ended;
+  find('again').disabled = !id;
+  find('step').disabled = running || ended;
+}
+
+function opened(message) {
+  ended = false;
+  running = false;
+  sentAt.clear();
+  horizon = message.horizon;
+  find('instruction').textContent = message.instruction;
+  find('task-shown').textContent = message.id;
+  find('result').replaceChildren(make('p', { class: 'note' }, 'Look well, then press Start, or Enter in the picture.'));
+  find('after').hidden = true;
+  showScore(message.score);
+  showClock(0);
+  showButtons();
+  find('stage').focus({ preventScroll: true });
+}
+
+function showClock(now) {
+  find('clock').dataset.step = now;
+  find('clock').textContent = `step ${now} of ${horizon}`;
+  find('time').max = horizon;
+  find('time').value = now;
+}
+
+async function picture(header, files) {
+  say({ do: 'seen', n: header.n });
+  await Promise.all([paint(find('human'), files[0]), paint(find('sensors'), files[1])]);
+  showClock(header.n);
+  if (header.n === 1) showButtons();
+  requestAnimationFrame(() => {
+    const now = performance.now();
+    stats.frames.push(now);
+    if (stats.frames.length > 4000) stats.frames.splice(0, 2000);
+    stats.last = header.n;
+    for (const [sent, when] of sentAt) {
+      if (sent > header.input) continue;
+      sentAt.delete(sent);
+      stats.latencies.push(now - when);
+    }
+    if (stats.latencies.length > KEPT) stats.latencies.splice(0, stats.latencies.length - KEPT);
+    showLatency();
+  });
+}
+
+function showLatency() {
+  const sorted = [...stats.latencies].sort((a, b) => a - b);
+  if (sorted.length < 5) return;
+  const at = (share) => Math.round(sorted[Math.floor(share * (sorted.length - 1))]);
+  find('latency').textContent = `key to picture ${at(0.5)} ms, ${at(0.95)} ms`;
+}
+
+export function ran(on) {
+  if (ended) return;
+  running = on;
+  last = '';
+  if (running) act();
+  showButtons();
+}
+
+// Something else is on show now; an episode that was not at its end is given up.
+export function leave() {
+  if (ended) return;
+  ended = true;
+  running = false;
+  find('result').replaceChildren(make('p', { class: 'note' }, 'The episode was given up.'));
+  showButtons();
+}
+
+function finished(message) {
+  ended = true;
+  running = false;
+  input.release();
+  const words = message.success ? ['good', 'Success'] : message.failed ? ['bad', 'Failed'] : ['bad', 'Time is over'];
+  const answer = message.answered === null ? 'The task asks for no single answer.'
+    : !message.answered ? 'No answer was given.'
+      : message.first_answer_correct ? 'The first answer was right.' : 'The first answer was wrong.';
+  find('result').replaceChildren(
+    make('strong', { class: words[0] }, words[1]),
+    make('p', {}, answer),
+    make('p', {}, `${message.steps} steps, reward ${message.return.toFixed(2)}, seed ${message.seed}`));
+  if (!message.counted) {
+    find('result').append(make('p', { class: 'note' }, 'It does not count: its seed has been played before, or the task was changed.'));
+  }
+  find('after').hidden = false;
+  find('save').disabled = !message.keepable;
+  find('save').title = message.keepable ? '' : 'Demonstrations are successes, of the task as it is';
+  showScore(message.score);
+  showButtons();
+  find('run').focus({ preventScroll: true });
+}
+
+function showScore(score) {
+  const beads = score.results.map((right) => (right ? '●' : '○')).join('');
+  const heading = score.episodes === 0 ? `How good is your memory? ${score.of} episodes tell.`
+    : `${score.successes} of ${score.episodes} episodes`;
+  const rows = [['chance', score.chance], ['sweep', score.sweep], ['you', score.rate], ['oracle', score.oracle]];
+  const parts = [make('p', {}, make('strong', {}, heading), ' ', make('span', { class: 'beads', 'aria-hidden': 'true' }, beads))];
+  parts.push(rates(rows));
+  if (score.first_told > 0) {
+    parts.push(make('p', { class: 'note' }, `first answers right: ${score.first_right} of ${score.first_told}; guessing: ${percent(score.answer_chance)}`));
+  }
+  if (score.memory !== null) {
+    const done = score.episodes >= score.of ? '' : `, after ${score.of} episodes for good`;
+    parts.push(make('p', { class: 'note' }, `memory score ${score.memory.toFixed(2)} (0: sweep, no memory; 1: oracle)${done}`));
+  }
+  find('score').replaceChildren(...parts);
+}
+
+export function begin() {
+  input.begin({
+    Enter: toggle,
+    KeyN: fresh,
+    Period: step,
+    KeyH: () => { find('keys').open = !find('keys').open; },
+  }, act);
+  find('run').addEventListener('click', () => {
+    toggle();
+    find('stage').focus({ preventScroll: true });
+  });
+  find('again').addEventListener('click', fresh);
+  find('step').addEventListener('click', step);
+  find('save').addEventListener('click', () => say({ do: 'save' }));
+  find('review').addEventListener('click', () => say({ do: 'review' }));
+  find('speed').addEventListener('change', () => {
+    speedChosen = true;
+    tellSpeed();
+  });
+  document.addEventListener('visibilitychange', () => { if (document.hidden) pause(); });
+  on('opened', opened);
+  on('picture play', picture);
+  on('ended', finished);
+  on('saved', (message) => {
+    find('save').disabled = true;
+    find('result').append(make('p', {}, `Kept: ${message.file} (${message.episodes} in the folder)`));
+  });
+}

@@ -1,0 +1,208 @@
+"""A policy in a process of its own, asked over pipes (docs/evaluation.md has the protocol)."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import signal
+import struct
+import subprocess
+import time
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+_HELLO, _TASK, _REQUEST, _CHUNKS, _FAILED = 1, 2, 3, 4, 5
+_MAGIC, _VERSION = 0x4D474E45, 1
+_OBSERVES = {"rgb": 1, "state": 2, "objects": 3}
+_LARGEST = 64 << 20  # bytes of an answer
+_MOST_DIMENSIONS = 3
+_PATIENCE = 2  # seconds to end by itself
+_DIM = 7
+
+Actions = npt.NDArray[np.float32]
+
+
+class PolicyError(Exception):
+    """The process ended, was too slow, answered nonsense or said that it failed."""
+
+
+class PolicyProcess:
+    """Plays a batch: asks for a chunk of actions where those of the last one are used up.
+
+    Args:
+        command: For /bin/sh.
+        obs: What it observes, "rgb", "objects" or "state": the obs_mode of the batches it plays.
+        slots: Environments of the batches, at most.
+        timeout: Seconds for every answer.
+    """
+
+    def __init__(self, command: str, obs: str, slots: int, timeout: float) -> None:
+        self._timeout = timeout
+        self._obs = obs
+        self._queues: list[list[Actions]] = []
+        self._steps = np.zeros(0, np.int32)
+        self._episode = -1
+        self._task = ""
+        self._process = subprocess.Popen(
+            command,
+            shell=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+            bufsize=0,
+        )
+        picture = (128, 128, 6) if obs == "rgb" else (0, 0, 0)
+        try:
+            self._say(
+                _HELLO,
+                struct.pack("<9I", _MAGIC, _VERSION, _OBSERVES[obs], *picture, 7, _DIM, slots),
+            )
+            answer = self._hear(_HELLO)
+            if answer != struct.pack("<2I", _MAGIC, _VERSION):
+                raise PolicyError("its greeting is not that of a policy")
+        except BaseException:
+            self.close()
+            raise
+
+    def act(self, env: Any, first: bool) -> Actions:
+        """The actions of all environments of a batch; `first`: its episodes have just begun."""
+        if first:
+            self._begin(env)
+        views = env._views
+        running = ~(views["terminated"] | views["truncated"])
+        asking = [i for i in range(env.num_envs) if running[i] and not self._queues[i]]
+        if asking:
+            self._ask(env, asking)
+        actions = np.zeros((env.num_envs, _DIM), np.float32)
+        for i in np.flatnonzero(running):
+            actions[i] = self._queues[i].pop(0)
+        self._steps[running] += 1
+        return np.clip(actions, -1, 1)
+
+    def close(self) -> None:
+        """Ends the process, and what it has started."""
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                pipe.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_PATIENCE)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    # --- questions ---
+
+    def _begin(self, env: Any) -> None:
+        self._queues = [[] for _ in range(env.num_envs)]
+        self._steps = np.zeros(env.num_envs, np.int32)
+        self._episode += 1
+        if env.task_id != self._task:
+            self._task = env.task_id
+            size = 0 if self._obs == "rgb" else env._batch.state_dim
+            self._say(_TASK, _text(env.task_id) + struct.pack("<I", size))
+
+    def _ask(self, env: Any, asking: list[int]) -> None:
+        count = len(asking)
+        views = env._views
+        instructions = env.instructions
+        row = "rgb" if self._obs == "rgb" else "observation"
+        self._say(
+            _REQUEST,
+            struct.pack("<I", count)
+            + np.array(asking, "<i4").tobytes()
+            + np.full(count, self._episode, "<i4").tobytes()
+            + self._steps[asking].astype("<i4").tobytes()
+            + (self._steps[asking] == 0).astype(np.uint8).tobytes()
+            + b"".join(_text(instructions[i]) for i in asking)
+            + views["proprio"][asking].astype("<f4").tobytes()
+            + views[row][asking].tobytes(),
+        )
+        for i, chunk in zip(asking, _chunks(self._hear(_CHUNKS), count)):
+            self._queues[i] = list(chunk)
+
+    # --- pipes ---
+
+    def _say(self, kind: int, body: bytes) -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(struct.pack("<2I", kind, len(body)) + body)
+        except (OSError, ValueError):
+            raise PolicyError(f"the policy's process has ended{self._how()}") from None
+
+    def _hear(self, expected: int) -> bytes:
+        end = time.monotonic() + self._timeout
+        kind, size = struct.unpack("<2I", self._read(8, end))
+        if kind not in (expected, _FAILED) or size > _LARGEST:
+            raise PolicyError(
+                f"the policy answered with message {kind} of {size} bytes; {expected} of at most "
+                f"{_LARGEST} needed"
+            )
+        body = self._read(size, end)
+        if kind == _FAILED:
+            words = "".join(c for c in body[:600].decode(errors="replace") if c.isprintable())
+            raise PolicyError(f"the policy says that it failed: {words}")
+        return body
+
+    def _read(self, size: int, end: float) -> bytes:
+        pipe = self._process.stdout
+        assert pipe is not None
+        body = bytearray()
+        while len(body) < size:
+            left = end - time.monotonic()
+            if left <= 0 or not select.select([pipe], [], [], left)[0]:
+                raise PolicyError(f"the policy did not answer within {self._timeout} s")
+            part = os.read(pipe.fileno(), min(size - len(body), 1 << 20))
+            if not part:
+                raise PolicyError(f"the policy's process has ended{self._how()}")
+            body += part
+        return bytes(body)
+
+    def _how(self) -> str:
+        try:
+            return f" with exit code {self._process.wait(1)}"
+        except subprocess.TimeoutExpired:
+            return ""
+
+
+def _text(words: str) -> bytes:
+    data = words.encode()
+    return struct.pack("<I", len(data)) + data
+
+
+def _chunks(body: bytes, count: int) -> list[Actions]:
+    """One array (K, 7) for each of `count` episodes."""
+    at = 0
+
+    def numbers(how_many: int) -> tuple[int, ...]:
+        nonlocal at
+        if len(body) - at < 4 * how_many:
+            raise PolicyError("the policy's answer ends too early")
+        at += 4 * how_many
+        return struct.unpack_from(f"<{how_many}I", body, at - 4 * how_many)
+
+    (told,) = numbers(1)
+    if told != count:
+        raise PolicyError(f"the policy answered for {told} episodes, {count} had asked")
+    chunks = []
+    for _ in range(count):
+        (dimensions,) = numbers(1)
+        if not 1 <= dimensions <= _MOST_DIMENSIONS:
+            raise PolicyError(f"the policy's actions have {dimensions} dimensions, 1 to 3 needed")
+        shape = numbers(dimensions)
+        size = int(np.prod([float(side) for side in shape]))
+        if shape[-1] != _DIM or (dimensions == 3 and shape[0] != 1) or not size:
+            raise PolicyError(
+                f"the policy's actions are of shape {shape}; (7), (K, 7) or (1, K, 7) needed"
+            )
+        start = at
+        numbers(size)
+        chunk = np.frombuffer(body, "<f4", size, start).reshape(-1, _DIM)
+        if not np.isfinite(chunk).all():
+            raise PolicyError("the policy's actions hold a number that is not finite")
+        chunks.append(chunk.astype(np.float32))
+    if at != len(body):
+        raise PolicyError("the policy's answer is longer than it says")
+    return chunks

@@ -1,0 +1,208 @@
+"""Who plays episodes to watch, as the command line says: nothing here comes from the page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engram.datasets import DemonstrationFolder, checks, find_folders
+from engram.datasets.checks import DatasetError
+from engram.play.film import Film, Player, recorded
+from engram.play.policy_process import PolicyProcess
+from engram.play.setting import Setting
+
+OWN = ("oracle", "sweep", "blind", "random", "zero")
+PROCESS = "process"
+_LARGEST_RESULT = 64 << 20  # bytes
+_MOST_EPISODES = 100_000
+
+
+class SourceError(Exception):
+    """A folder of the command line is not what it should be; the message says why."""
+
+
+def own_player(policy: str) -> Player:
+    """One of engram's own policies."""
+
+    def act(env: Any, _first: bool) -> npt.NDArray[np.float32]:
+        actions: npt.NDArray[np.float32] = env.act(policy)
+        return np.clip(actions, -1, 1)
+
+    return act
+
+
+class Sources:
+    """Policies and folders that the page may name, by word and by number."""
+
+    def __init__(
+        self, folders: list[Path], command: str | None, obs: str, timeout: float, slots: int
+    ) -> None:
+        self._open = [_folder(path) for path in folders]
+        self._command = command
+        self._obs = obs
+        self._timeout = timeout
+        self._slots = slots
+        self._process: PolicyProcess | None = None
+
+    def told(self) -> dict[str, Any]:
+        """What there is to choose from."""
+        names = [*OWN, *([PROCESS] if self._command is not None else [])]
+        return {"sources": names, "folders": [folder.told() for folder in self._open]}
+
+    def player(self, name: str) -> tuple[Player, str]:
+        """Who plays under that name, and what the batch has to observe."""
+        if name == PROCESS and self._command is not None:
+            if self._process is None:
+                self._process = PolicyProcess(self._command, self._obs, self._slots, self._timeout)
+            return self._process.act, self._obs
+        if name not in OWN:
+            raise SourceError(f"no policy '{name}'; there are: {', '.join(self.told()['sources'])}")
+        return own_player(name), "state"
+
+    def lost(self) -> None:
+        """Ends the policy's process, which is started again when it is needed."""
+        if self._process is not None:
+            self._process.close()
+            self._process = None
+
+    def stored(self, folder: int, task: int, episode: int) -> Film:
+        """An episode of a folder."""
+        if folder >= len(self._open):
+            raise SourceError(f"no folder {folder}; there are {len(self._open)}")
+        return self._open[folder].film(task, episode, self.player)
+
+    def close(self) -> None:
+        self.lost()
+
+
+class _Demonstrations:
+    """What `engram collect` has written, or this page."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._folders: list[DemonstrationFolder] = find_folders(path)
+
+    def told(self) -> dict[str, Any]:
+        tasks = [
+            {
+                "id": folder.env_id,
+                "episodes": [
+                    {"seed": str(seed), "steps": steps, "success": True}
+                    for seed, steps in zip(
+                        folder.metadata["episode_seeds"], folder.metadata["episode_lengths"]
+                    )
+                ][:_MOST_EPISODES],
+            }
+            for folder in self._folders
+        ]
+        return {"name": self._path.name, "kind": "demonstrations", "tasks": tasks}
+
+    def film(self, task: int, episode: int, _player: Any) -> Film:
+        folder = _at(self._folders, task, "data set")
+        stored = folder[_index(folder, episode, "episode")]
+        rules = folder.metadata.get("engram", {}).get("rules", "reference")
+        if rules != "reference":
+            raise SourceError(f"collected under the rules '{rules}'; those of reference needed")
+        return Film(
+            Setting(folder.env_id, stored.episode_seed),
+            recorded(list(stored.action)),
+            most_steps=len(stored),
+        )
+
+
+class _Results:
+    """What `engram eval` has written. Actions are not in it; the policy plays again."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        settings = _document(path / "settings.json")
+        self._policy = str(settings.get("policy"))
+        self._plain = settings.get("rules", "reference") == "reference" and not (
+            settings.get("task_options") or settings.get("constants")
+        )
+        self._tasks = []
+        ids = settings.get("tasks")
+        for id in ids if isinstance(ids, list) else []:
+            file = path / f"{checks.env_id('tasks', id)}.json"
+            if file.is_file():
+                self._tasks.append((id, _episodes(file)))
+        if not self._tasks:
+            raise SourceError(f"'{path}' holds no results of a finished task")
+
+    def told(self) -> dict[str, Any]:
+        tasks = [{"id": id, "episodes": episodes} for id, episodes in self._tasks]
+        return {
+            "name": self._path.name,
+            "kind": "results",
+            "policy": self._policy[:100],
+            "tasks": tasks,
+        }
+
+    def film(self, task: int, episode: int, player: Callable[[str], tuple[Player, str]]) -> Film:
+        id, episodes = _at(self._tasks, task, "task")
+        seed = int(_at(episodes, episode, "episode")["seed"])
+        if not self._plain:
+            raise SourceError("these results have other rules, options or constants than the task")
+        own = self._policy in OWN
+        try:
+            plays, obs = player(self._policy if own else PROCESS)
+        except SourceError:
+            raise SourceError(
+                f"the policy '{self._policy}' has to be given again: --policy-command"
+            ) from None
+        return Film(Setting(id, seed), plays, obs_mode=obs)
+
+
+def _folder(path: Path) -> _Demonstrations | _Results:
+    try:
+        if (path / "data_npz").is_dir():
+            return _Demonstrations(path)
+        if (path / "settings.json").is_file():
+            return _Results(path)
+    except DatasetError as error:
+        raise SourceError(str(error)) from error
+    raise SourceError(
+        f"--folder: '{path}' given; a folder with data_npz (of `engram collect`) or settings.json "
+        "(results of `engram eval`) needed"
+    )
+
+
+def _document(path: Path) -> dict[str, Any]:
+    with checks.reading(path):
+        if path.stat().st_size > _LARGEST_RESULT:
+            raise DatasetError(f"more than {_LARGEST_RESULT >> 20} MB")
+        document = json.loads(path.read_bytes())
+        if not isinstance(document, dict):
+            raise DatasetError("an object needed")
+        return document
+
+
+def _episodes(path: Path) -> list[dict[str, Any]]:
+    document = _document(path)
+    with checks.reading(path):
+        columns = [document[name] for name in ("episode_seeds", "episode_lengths", "successes")]
+        if len({len(column) for column in columns}) != 1 or len(columns[0]) > _MOST_EPISODES:
+            raise DatasetError("lists of seeds, lengths and successes that do not fit one another")
+        return [
+            {
+                "seed": str(checks.whole_number("seed", seed, 0, 2**64 - 1)),
+                "steps": checks.whole_number("length", steps, 0, checks.MAX_STEPS),
+                "success": bool(success),
+            }
+            for seed, steps, success in zip(*columns)
+        ]
+
+
+def _index(values: Any, index: int, what: str) -> int:
+    if index >= len(values):
+        raise SourceError(f"no {what} {index}; there are {len(values)}")
+    return index
+
+
+def _at(values: Any, index: int, what: str) -> Any:
+    return values[_index(values, index, what)]

@@ -1,0 +1,280 @@
+"""The page in a real browser: chosen, played, kept, looked at, by keyboard alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from played import SECONDS, Server, serving
+
+from engram.play.setting import Setting
+
+playwright = pytest.importorskip("playwright.sync_api")
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+
+TASK = "RememberColor3-VLA-v0"
+SEED = 12
+# What keys do, as seen over the table; the same stands in page/input.js.
+AWAY, RIGHT = np.array([-0.63, -0.77]), np.array([-0.77, 0.63])
+PICTURES = os.environ.get("ENGRAM_PLAY_PICTURES")  # a folder for pictures of the page, to look at
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as starter:
+        sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
+        running = starter.chromium.launch(executable_path=CHROMIUM, args=sandbox)
+        yield running
+        running.close()
+
+
+@pytest.fixture
+def opened(browser, server: Server) -> Iterator[Callable[..., Any]]:
+    """Opens the page; it may say nothing on its console, and load nothing from elsewhere."""
+    wrong: list[str] = []
+    contexts = []
+
+    def open_page(**context: Any) -> Any:
+        contexts.append(
+            browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **context})
+        )
+        page = contexts[-1].new_page()
+        page.set_default_timeout(SECONDS * 1000)
+        page.on("console", lambda message: wrong.append(message.text))
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on("request", lambda request: _check_address(request.url, server, wrong))
+        page.goto(server.link)
+        page.wait_for_selector("body[data-ready]")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert wrong == []
+
+
+def _check_address(url: str, server: Server, wrong: list[str]) -> None:
+    if not url.startswith((server.link, "blob:", "data:")):
+        wrong.append(f"asked for {url}")
+
+
+def until(page: Any, condition: str) -> None:
+    """Waits until an expression is true. What Playwright has for it, the page forbids: eval."""
+    end = time.monotonic() + SECONDS
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, condition
+        time.sleep(0.02)
+
+
+def look(page: Any, name: str) -> None:
+    if PICTURES:
+        page.screenshot(path=f"{PICTURES}/{name}.png", full_page=True)
+
+
+def tab_to(page: Any, wanted: str, back: bool = False) -> None:
+    """Presses Tab until the element is reached that a person would look for."""
+    for _ in range(300):
+        found = page.evaluate("wanted => document.activeElement.matches(wanted)", wanted)
+        if found:
+            return
+        page.keyboard.press("Shift+Tab" if back else "Tab")
+    raise AssertionError(f"{wanted} cannot be reached by keyboard")
+
+
+def keys_for(action: np.ndarray) -> list[str]:
+    """The keys that come nearest to where the oracle wants to go."""
+    right, away = action[:2] @ RIGHT, action[:2] @ AWAY
+    wishes = {"d": right, "a": -right, "w": away, "s": -away, "r": action[2], "f": -action[2]}
+    return [key for key, wish in wishes.items() if wish > 0.15]
+
+
+def test_an_episode_is_chosen_played_and_kept_by_keyboard_alone(opened, server: Server):
+    page = opened()
+    sent: list[dict[str, Any]] = []
+    # The socket is older than this listener: what the page sends is told by the page.
+    page.evaluate(
+        "() => { const send = WebSocket.prototype.send; globalThis.said = [];"
+        "WebSocket.prototype.send = function (text) { said.push(text); send.call(this, text); }; }"
+    )
+    tab_to(page, "input[name=words]")
+    page.keyboard.type(f"{TASK[:14]}")
+    until(page, "document.querySelectorAll('.card').length < 5")
+    tab_to(page, f"button[aria-label='Play {TASK}']")
+    page.keyboard.press("Enter")
+    until(page, "document.activeElement.id === 'stage'")
+    tab_to(page, "#seed")
+    page.keyboard.type(str(SEED))
+    tab_to(page, "#again", back=True)
+    page.keyboard.press("Enter")
+    until(page, "document.activeElement.id === 'stage'")
+    until(page, "engramPlay.play.last === 0")
+
+    mirror = Setting(TASK, SEED).batch(terminate_on_success=True)
+    mirror.reset(seed=SEED)
+    page.keyboard.press("Space")  # closes the gripper
+    held: set[str] = set()
+    ended = False
+    steps = 0
+    while not ended:
+        wanted = set(keys_for(mirror.act("oracle")[0]))
+        for key in held - wanted:
+            page.keyboard.up(key)
+        for key in wanted - held:
+            page.keyboard.down(key)
+        held = wanted
+        page.keyboard.press(".")
+        steps += 1
+        until(page, f"engramPlay.play.last === {steps}")
+        sent = [json.loads(text) for text in page.evaluate("said")]
+        action = np.array([m["a"] for m in sent if m["do"] == "step"][-1], np.float32)
+        _, _, terminated, truncated, info = mirror.step(action[None])
+        ended = bool(terminated[0] or truncated[0])
+    assert info["success"][0]
+    mirror.close()
+    page.wait_for_selector("#after:not([hidden])")
+    assert "Success" in page.inner_text("#result")
+    assert "first answer was right" in page.inner_text("#result")
+    assert "1 of 1" in page.inner_text("#score")
+    look(page, "played")
+
+    tab_to(page, "#save")
+    page.keyboard.press("Enter")
+    until(page, "document.getElementById('result').textContent.includes('Kept:')")
+    assert (server.out / "data_npz" / TASK / "train_data_0.npz").is_file()
+    command = [sys.executable, "-m", "engram.datasets", "replay", "--json", str(server.out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)[0]["equal"]
+
+    tab_to(page, "#review", back=True)
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#film-human[data-frame='0']")
+    tab_to(page, "#film-scrub")
+    page.keyboard.press("End")
+    page.wait_for_selector(f"#film-human[data-frame='{steps}']")
+    for _ in range(3):
+        page.keyboard.press("ArrowLeft")
+    page.wait_for_selector(f"#film-human[data-frame='{steps - 3}']")
+    assert f"step {steps - 3} of {steps}" in page.inner_text("#film-told")
+    assert page.locator("#plots svg[role=img]").count() == 4
+    look(page, "looked_at")
+
+
+def test_keys_move_the_tool_while_time_runs(opened):
+    page = opened()
+    page.fill("input[name=words]", "TakeItBack")
+    page.click("button[aria-label='Play TakeItBack-VLA-v0']")
+    until(page, "document.activeElement.id === 'stage'")
+    before = page.evaluate("document.getElementById('human').toDataURL()")
+    page.select_option("#speed", "1")
+    page.focus("#stage")
+    page.keyboard.press("Enter")
+    page.keyboard.down("d")
+    until(page, "engramPlay.play.last >= 10")
+    page.keyboard.up("d")
+    page.keyboard.press("Enter")
+    until(page, "document.getElementById('run').textContent === 'Go on'")
+    assert page.evaluate("document.getElementById('human').toDataURL()") != before
+    assert page.evaluate("engramPlay.play.latencies.length") > 0
+    # The mouse: a drag is an action too.
+    last = page.evaluate("engramPlay.play.last")
+    page.select_option("#speed", "turns")
+    page.click("#run")
+    box = page.locator("#stage").bounding_box()
+    page.mouse.move(box["x"] + 200, box["y"] + 200)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 260, box["y"] + 180, steps=4)
+    until(page, f"engramPlay.play.last >= {last + 3}")
+    page.mouse.up()
+
+
+def test_a_wall_of_sixteen(opened):
+    page = opened()
+    page.click("a[href='#wall']")
+    page.select_option("#wall-task", "ShellGameTouch-VLA-v0")
+    page.click("#wall-form button[type=submit]")
+    until(page, "engramPlay.wall.frames > 5")
+    until(page, "document.getElementById('wall-told').textContent.includes('16 of 16')")
+    look(page, "wall")
+
+
+def test_policies_and_their_curves(opened):
+    page = opened()
+    page.fill("input[name=words]", "GatherAndRecall3")
+    page.click("button[aria-label='Watch GatherAndRecall3-VLA-v0']")
+    page.wait_for_selector("#film-human[data-frame='0']")
+    assert "Success" in page.inner_text("#film-result")
+    page.locator("#film-scrub").fill("60")
+    page.wait_for_selector("#film-human[data-frame='60']")
+    page.select_option("#film-speed", "4")
+    page.click("#film-run")
+    until(page, "Number(document.getElementById('film-human').dataset.frame) > 80")
+    look(page, "watched")
+
+
+def test_a_second_tab_is_told(opened, browser, server: Server):
+    first = opened()
+    second = browser.new_page()
+    second.goto(server.link)
+    second.wait_for_selector("#away:not([hidden])")
+    assert "another tab" in second.inner_text("#away")
+    second.click("#away button")
+    second.wait_for_selector("body[data-ready]")
+    until(first, "document.getElementById('away').textContent.includes('taken over')")
+    second.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_phones_see_it_whole_and_every_control_has_a_name(opened, scheme):
+    page = opened(
+        viewport={"width": 360, "height": 740},
+        color_scheme=scheme,
+        is_mobile=True,
+        has_touch=True,
+        device_scale_factor=2,
+    )
+    page.wait_for_selector(".card img[src]")
+    look(page, f"choose_{scheme}")
+    page.fill("input[name=words]", TASK)
+    page.tap(f"button[aria-label='Play {TASK}']")
+    until(page, "engramPlay.play.last === 0")
+    look(page, f"play_{scheme}")
+    for view in ("play", "watch", "wall", "choose"):
+        page.evaluate("view => { location.hash = view; }", view)
+        page.wait_for_selector(f"#{view}:not([hidden])")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 360
+        nameless = page.evaluate(
+            "() => [...document.querySelectorAll('button, input, select, canvas, summary, a')]"
+            ".filter(e => e.offsetParent && !(e.ariaLabel || e.getAttribute('aria-label')"
+            " || e.labels?.length || e.textContent.trim())).map(e => e.outerHTML)"
+        )
+        assert nameless == []
+    background, ink = page.evaluate(
+        "() => [getComputedStyle(document.body).backgroundColor,"
+        " getComputedStyle(document.body).color]"
+    )
+    light = [sum(map(int, c.strip("rgb()").split(","))) for c in (background, ink)]
+    assert (light[0] > light[1]) == (scheme == "light")
+
+
+def test_the_page_ends_its_server(browser, tmp_path):
+    with serving(tmp_path / "out", stay=False) as server:
+        page = browser.new_page()
+        page.goto(server.link)
+        page.wait_for_selector("body[data-ready]")
+        page.reload()
+        page.wait_for_selector("body[data-ready]")
+        assert page.is_hidden("#away")
+        assert server.process.poll() is None
+        page.close()
+        assert server.process.wait(SECONDS) == 0
