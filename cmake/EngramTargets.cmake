@@ -16,6 +16,10 @@ function(engram_configure_target target)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -ffp-contract=off)
+  if(CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64)
+    # Or whether Eigen writes one itself, which it does where this is defined.
+    target_compile_options(${target} PRIVATE -U__ARM_FEATURE_FMA)
+  endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     # False alarms about std::string (GCC bug 105329).
     target_compile_options(${target} PRIVATE -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow)

@@ -5,6 +5,7 @@
 #   python:PREFIX           a Python that lies in a folder of this machine, moved into bare bookworm
 #   aarch64                 the wheel for 64-bit ARM, on an emulated processor; after wheel.sh aarch64
 #   sdist                   the sources, built by pip in a bookworm with nothing but what they need
+#   older:SUITE             a Debian whose C library is too old (bullseye), where pip has to say no
 # What all of them show has to be the same to the bit. Needs root, debootstrap and a Debian mirror.
 # ROOTS names a folder that holds the clean roots afterwards.
 set -euo pipefail
@@ -129,18 +130,45 @@ try_aarch64() {
     --platform manylinux_2_34_aarch64 --platform manylinux_2_28_aarch64 \
     --platform manylinux_2_27_aarch64 --platform manylinux_2_17_aarch64 \
     --target "$target" engram pytest
-  emulated() {
+  emulated_program() {
     env -i PYTHONHOME="$sysroot/usr" PYTHONPATH="$target" PATH=/usr/bin:/bin \
       LD_LIBRARY_PATH="$sysroot/usr/lib/aarch64-linux-gnu" \
-      qemu-aarch64-static -L "$sysroot" "$sysroot/usr/bin/$python" "$@"
+      FONTCONFIG_FILE="$target/engram/command/fonts.conf" qemu-aarch64-static -L "$sysroot" "$@"
   }
+  emulated() { emulated_program "$sysroot/usr/bin/$python" "$@"; }
   version=$(emulated -V)
   note aarch64 "${version#Python }" "$seconds" \
     "$(du -sbc "$target"/engram* | tail -n 1 | cut -f 1)" \
     "$(emulated tests/packaging/first_rollout.py)"
-  emulated -m engram rollout RememberColor3-VLA-v0 --num-envs 16 --steps 25 --policy oracle >&2
+  # Python would start the command itself, which this kernel cannot.
+  local command=$target/engram/command/engram
+  emulated_program "$command" rollout RememberColor3-VLA-v0 --num-envs 16 --steps 25 --policy oracle >&2
+  emulated_program "$command" record RememberColor3-VLA-v0 --overlays --at 1,5 \
+    --out "$target/sheet.png" >&2
   emulated -m pytest -q -p no:cacheprovider python/tests/test_errors.py python/tests/test_spaces.py \
     python/tests/test_vector_env.py python/tests/test_autoreset.py >&2
+}
+
+# A C library older than the wheel asks for: pip refuses the wheel and installs nothing.
+try_older() {  # ROW SUITE
+  local root name message own
+  new_root "$2" "$2-older"
+  inside "$root" apt-get install -y -q --no-install-recommends python3-venv >&2
+  inside "$root" python3 -m venv /env
+  name=$(basename "$dist"/engram-*manylinux*"_$(uname -m)".whl)
+  # That the suite's Python is too old, too, is not to be the reason.
+  local fetch=(pip download -q --no-index --no-deps --only-binary ":all:" --python-version 3.11 -d /got)
+  if message=$(inside "$root" "${fetch[@]}" "/dist/$name" 2>&1); then
+    echo "$1: pip takes $name" >&2
+    exit 1
+  fi
+  grep -F "$name is not a supported wheel on this platform" <<<"$message" >&2
+  # Nor anything else but the system's age: with a tag that its own C library fits, pip takes the file.
+  own=$(inside "$root" python -c 'import os; print(os.confstr("CS_GNU_LIBC_VERSION").split()[1])')
+  own=$(sed -E "s/manylinux_[0-9]+_[0-9]+/manylinux_${own/./_}/" <<<"$name")
+  cp "$dist/$name" "$root/dist/$own"
+  inside "$root" "${fetch[@]}" "/dist/$own" >&2
+  echo "| $1 | | refused | | | |"
 }
 
 try_sdist() {
@@ -170,14 +198,16 @@ for row in "${rows[@]}"; do
     python:*) try_python "$row" "${row#python:}" ;;
     aarch64) try_aarch64 ;;
     sdist) try_sdist ;;
+    older:*) try_older "$row" "${row#older:}" ;;
     *)
-      echo "check_wheels.sh: '$row' given; debian:SUITE[:PYTHON], python:PREFIX, aarch64 and sdist allowed" >&2
+      echo "check_wheels.sh: '$row' given; debian:SUITE[:PYTHON], python:PREFIX, aarch64, sdist and" \
+        "older:SUITE allowed" >&2
       exit 2
       ;;
   esac
 done
 
-if [ "$(printf '%s\n' "${fingerprints[@]}" | sort -u | wc -l)" -ne 1 ]; then
+if [ "$(printf '%s\n' "${fingerprints[@]}" | sort -u | wc -l)" -gt 1 ]; then
   echo "rows show different bits" >&2
   exit 1
 fi
