@@ -332,9 +332,10 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         if view is not None:
             return _observing.tensor(view, torch.int64 if view.dtype == np.int32 else None)
         if name in _BODIES:
+            told = ", ".join(_pose_fields(self._description))
             raise AttributeError(
                 f"{name!r} is a body of the original's scene; engram tells poses in the "
-                f"observation modes state and state_dict: {', '.join(_pose_fields(self._description))}"
+                f"observation modes state and state_dict: {told}"
             )
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
