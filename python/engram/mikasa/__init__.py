@@ -21,7 +21,7 @@ from engram.mikasa.apply_wrappers import (
     VLAWrapperConfig,
     apply_mikasa_vla_wrappers,
 )
-from engram.mikasa.classes import *
+from engram.mikasa.classes import *  # noqa: F403
 from engram.mikasa.classes import CLASSES
 from engram.mikasa.common import flatten_state_dict
 from engram.mikasa.dataset_naming import env_id_to_dataset_name, is_dataset_name
@@ -40,10 +40,10 @@ from engram.mikasa.ppo_memtasks import (
 from engram.mikasa.record import FlattenActionSpaceWrapper, RecordEpisode
 from engram.mikasa.registration import TimeLimitWrapper, register_env
 from engram.mikasa.vector import ManiSkillVectorEnv
-from engram.mikasa.wrappers import *
+from engram.mikasa.wrappers import *  # noqa: F403
 from engram.mikasa.wrappers import __all__ as _wrappers
 
-__all__ = [  # noqa: PLE0604
+__all__ = [
     "MIKASA_VLA_ENV_IDS",
     "VLA_WRAPPER_CONFIGS",
     "Agent",

@@ -195,7 +195,7 @@ def field_type(name: str, family: str) -> torch.dtype | None:
 
 
 def is_row(name: str, family: str) -> bool:
-    """Whether a field of width 1 keeps its second dimension: it is a list that happens to be short."""
+    """Whether a field of width 1 keeps its second dimension: a list that happens to be short."""
     if name == "oracle_info":
         return family in CAPACITY + BATTERIES
     return name == "cubes_on_disc"
@@ -205,7 +205,7 @@ def is_row(name: str, family: str) -> bool:
 
 # Constants of base classes that differ from those of the first task of the family.
 BASE_CONSTANTS: Mapping[str, Mapping[str, Any]] = {
-    **dict.fromkeys(CAPACITY, {"SEQUENCE_LENGTH": 5}),
+    **{family: {"SEQUENCE_LENGTH": 5} for family in CAPACITY},
     "GatherAndRecall": {"N_CUBES": 5},
     "BlinkCountButtonPress": {
         "BLINK_COUNT_RANGE": [1, 5],
@@ -213,7 +213,7 @@ BASE_CONSTANTS: Mapping[str, Mapping[str, Any]] = {
         "BLINK_ON_STEPS": [1, 2],
         "BLINK_OFF_STEPS": [2, 4],
     },
-    **dict.fromkeys(BATTERIES, {"ACTIVE_BATTERY_COUNT": 15, "WORKING_BATTERY_COUNT": 3}),
+    **{f: {"ACTIVE_BATTERY_COUNT": 15, "WORKING_BATTERY_COUNT": 3} for f in BATTERIES},
 }
 
 

@@ -84,7 +84,7 @@ def _warn_once(text: str) -> None:
 def _name(what: str, value: Any, default: str | None, allowed: tuple[str, ...]) -> Any:
     if value is None:
         return default
-    one_of(what, value, {name: 0 for name in allowed})
+    one_of(what, value, dict.fromkeys(allowed, 0))
     return value
 
 
@@ -192,8 +192,8 @@ def _check_backend(value: Any, num_envs: int) -> None:
     elif word in ("cpu", "physx_cpu"):
         if num_envs > 1:  # scripts that ask for this are stopped by the original, too
             raise InvalidArgumentError(
-                f"sim_backend: {value!r} given with num_envs {num_envs}; the original's CPU backend "
-                "has one environment; allowed: auto, gpu (both compute on the CPU here)"
+                f"sim_backend: {value!r} given with num_envs {num_envs}; the original's CPU "
+                "backend has one environment; allowed: auto, gpu (both compute on the CPU here)"
             )
     elif word != "auto":
         raise InvalidArgumentError(f"sim_backend: {value!r} given; allowed: auto, cpu, gpu, cuda:N")

@@ -112,7 +112,7 @@ class Agent:
         """Whether no joint of the arm moves faster than this, rad/s; bool (B)."""
         return self.robot.get_qvel()[:, :_ARM_JOINTS].abs().amax(1) <= threshold
 
-    def is_grasping(self, object: Any = None, **_: Any) -> torch.Tensor:
+    def is_grasping(self, actor: Any = None, **_: Any) -> torch.Tensor:
         """Whether it holds the task's own object; bool (B).
 
         Raises:

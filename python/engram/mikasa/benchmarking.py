@@ -227,7 +227,7 @@ def _actions(chunk: Any, shape: tuple[int, ...]) -> Iterable[torch.Tensor]:
 def run_episode(
     env: Any, policy: ChunkPolicy, episode_seed: int, *, collect_video: bool = False
 ) -> tuple[EpisodeResult, list[np.ndarray] | None]:
-    """One episode: its result and, if asked for, its pictures, one before every step and the last."""
+    """One episode: its result and, if asked for, pictures before every step and after the last."""
     observation, _ = env.reset(seed=episode_seed)
     steps = getattr(env, "max_episode_steps", None)
     if steps is None:

@@ -61,4 +61,4 @@ def _make() -> dict[str, TaskMeta]:
 
 CLASSES = _make()
 globals().update(CLASSES)
-__all__ += list(CLASSES)  # noqa: PLE0605
+__all__ += list(CLASSES)

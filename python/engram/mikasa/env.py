@@ -21,8 +21,28 @@ _NO_LIMIT = (
 _FIRST_SEED = 2022
 # Attributes of the original's that are bodies in its scene.
 _BODIES = frozenset(
-    "scene cubes shape_actors mugs batteries mug_left mug_center mug_right red_ball goal_site disc "
-    "blue_cube red_cube green_cube peg ball goal_region table_scene green_disc red_disc".split()
+    [
+        "scene",
+        "cubes",
+        "shape_actors",
+        "mugs",
+        "batteries",
+        "mug_left",
+        "mug_center",
+        "mug_right",
+        "red_ball",
+        "goal_site",
+        "disc",
+        "blue_cube",
+        "red_cube",
+        "green_cube",
+        "peg",
+        "ball",
+        "goal_region",
+        "table_scene",
+        "green_disc",
+        "red_disc",
+    ]
 )
 
 
@@ -37,7 +57,10 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         **keywords: Those of ``gym.make``; docs/mikasa.md has them all.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array", "sensors", "all"], "render_fps": 20}
+    metadata: ClassVar[dict[str, Any]] = {
+        "render_modes": ["rgb_array", "sensors", "all"],
+        "render_fps": 20,
+    }
     SUPPORTED_ROBOTS: ClassVar[list[str]] = ["panda", "panda_wristcam"]
     SUPPORTED_REWARD_MODES: ClassVar[tuple[str, ...]] = (
         "normalized_dense",
@@ -174,7 +197,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     def _actions(self, action: Any) -> np.ndarray:
         if action is None:
             raise InvalidArgumentError(
-                "action: None given; every step needs actions; zeros hold the arm in the delta modes"
+                "action: None given; every step needs actions; "
+                "zeros hold the arm in the delta modes"
             )
         if isinstance(action, torch.Tensor):
             action = action.detach().cpu().numpy()
@@ -193,7 +217,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         return ended
 
     def _unstable(self) -> torch.Tensor:
-        """Where physics diverged: the one reason to cut an episode off that is not the wrapper's."""
+        """Where physics diverged: the one reason to truncate that is not the wrapper's."""
         return _observing.tensor(self._env._views["unstable"])
 
     # --- what a step tells ---
@@ -308,9 +332,10 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         if view is not None:
             return _observing.tensor(view, torch.int64 if view.dtype == np.int32 else None)
         if name in _BODIES:
+            told = ", ".join(_pose_fields(self._description))
             raise AttributeError(
-                f"{name!r} is a body of the original's scene; engram tells poses in the observation "
-                f"modes state and state_dict: {', '.join(_pose_fields(self._description))}"
+                f"{name!r} is a body of the original's scene; engram tells poses in the "
+                f"observation modes state and state_dict: {told}"
             )
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 

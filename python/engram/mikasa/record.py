@@ -86,13 +86,13 @@ class RecordEpisode(Wrapper):
     ) -> None:
         if save_trajectory:
             raise InvalidArgumentError(
-                "save_trajectory: True given; trajectories hold states of the original's simulator; "
-                "allowed: False (`engram collect` writes demonstrations)"
+                "save_trajectory: True given; trajectories hold states of the original's "
+                "simulator; allowed: False (`engram collect` writes demonstrations)"
             )
         if info_on_video:
             raise InvalidArgumentError(
-                "info_on_video: True given; allowed: False (RenderStepInfoWrapper and its kin write "
-                "over pictures)"
+                "info_on_video: True given; allowed: False (RenderStepInfoWrapper and its kin "
+                "write over pictures)"
             )
         if save_video and env.render_mode is None:
             raise InvalidArgumentError(

@@ -193,7 +193,7 @@ class CurriculumPhaseNoopActionWrapper(ActionWrapper):
 
 
 class CurriculumPhaseNoopActionWrapperPdJointPos(CurriculumPhaseNoopActionWrapper):
-    """The same for pd_joint_pos, where zeros are a pose: frozen environments hold the one they have."""
+    """The same for pd_joint_pos, where zeros are a pose: the frozen hold the one they have."""
 
     GRIPPER_LOW = -0.01
     GRIPPER_HIGH = 0.04

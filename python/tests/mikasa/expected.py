@@ -89,14 +89,28 @@ CUES = {
     "TraceShapeSeq": ("int64", 5),
 }
 # Families with both phase lengths, with that of the cue alone; all others have neither.
-CUE_AND_EMPTY = (
-    "RememberColor RememberShape RememberShapeAndColor FindImposterColor FindImposterShape "
-    "FindImposterShapeAndColor BunchOfColors SeqOfColors ChainOfColors ShellGameShuffleTouch "
-    "ShellGameShuffleColorLampTouch BlinkCountButtonPress"
-).split()
-CUE_ALONE = (
-    "ShellGameTouch ShellGamePush ShellGamePick ShellGameColorLampTouch TraceShape TraceShapeSeq"
-).split()
+CUE_AND_EMPTY = [
+    "RememberColor",
+    "RememberShape",
+    "RememberShapeAndColor",
+    "FindImposterColor",
+    "FindImposterShape",
+    "FindImposterShapeAndColor",
+    "BunchOfColors",
+    "SeqOfColors",
+    "ChainOfColors",
+    "ShellGameShuffleTouch",
+    "ShellGameShuffleColorLampTouch",
+    "BlinkCountButtonPress",
+]
+CUE_ALONE = [
+    "ShellGameTouch",
+    "ShellGamePush",
+    "ShellGamePick",
+    "ShellGameColorLampTouch",
+    "TraceShape",
+    "TraceShapeSeq",
+]
 
 
 def own_infos(family: str) -> Iterator[tuple[str, str]]:

@@ -36,14 +36,14 @@ def _imitate(envs: Any, agent: Any, id: str, rounds: int = 12) -> None:
     optimizer = torch.optim.Adam(agent.parameters(), lr=1e-3)
     oracle: Any = envs.base_env._env
     states, answers = [], []
-    for round in range(rounds):
-        obs, _ = envs.reset(seed=round * _ENVS + 1_000_000)
+    for turn in range(rounds):
+        obs, _ = envs.reset(seed=turn * _ENVS + 1_000_000)
         for _ in range(envs.max_episode_steps - 1):
             states.append(obs["state"])
             answers.append(torch.from_numpy(oracle.act("oracle")).clamp(-1, 1))
             with torch.no_grad():
                 action = agent.get_action(obs, deterministic=True)
-            led = (torch.rand(_ENVS, 1) < 1 - round / 4).float()
+            led = (torch.rand(_ENVS, 1) < 1 - turn / 4).float()
             obs, *_ = envs.step(led * answers[-1] + (1 - led) * action)
         seen, said = torch.cat(states), torch.cat(answers)
         for _ in range(150):

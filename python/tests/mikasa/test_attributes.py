@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-torch = pytest.importorskip("torch")
+pytest.importorskip("torch")
 
+import torch
 from helpers import made, shapes
 
 import engram
@@ -74,9 +75,11 @@ def test_rewards_can_be_asked_for():
         assert torch.equal(base.compute_normalized_dense_reward(**given), reward)
         torch.testing.assert_close(base.compute_dense_reward(**given), reward * 3)
         assert torch.equal(base.compute_sparse_reward(**given), info["success"])
-    with made(ID, reward_mode="sparse") as env:
-        with pytest.raises(engram.BadStateError, match="dense rewards are not computed"):
-            env.unwrapped.compute_dense_reward(None, None, {})
+    with (
+        made(ID, reward_mode="sparse") as env,
+        pytest.raises(engram.BadStateError, match="dense rewards are not computed"),
+    ):
+        env.unwrapped.compute_dense_reward(None, None, {})
 
 
 def test_states_go_on_where_they_were():

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+pytest.importorskip("torch")
 
+import torch
 from conftest import registered_ids
 from helpers import made
 
@@ -51,7 +52,7 @@ def test_constants_are_class_attributes(id):
     for name, value in told["constants"].items():
         assert listed(getattr(cls, name)) == value
     if "LANGUAGE_INSTRUCTION" in dir(cls):
-        assert cls.LANGUAGE_INSTRUCTION == told["instruction"]
+        assert told["instruction"] == cls.LANGUAGE_INSTRUCTION
     else:
         assert told["family"] in ("RotateLenient", "RotateStrict", "TimedTransfer")
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-torch = pytest.importorskip("torch")
+pytest.importorskip("torch")
 
 import gymnasium as gym
+import torch
 from conftest import registered_ids
 from expected import CUE_ALONE, CUE_AND_EMPTY, CUES, ORACLES, SHARED, own_infos
 from helpers import as_arrays, made, shapes, tasks

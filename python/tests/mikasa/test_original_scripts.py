@@ -10,8 +10,9 @@ import zipfile
 
 import pytest
 
-torch = pytest.importorskip("torch")
+pytest.importorskip("torch")
 
+import torch
 from policies import Looking, as_engram
 from teacher import trained
 

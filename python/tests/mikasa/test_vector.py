@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-torch = pytest.importorskip("torch")
+pytest.importorskip("torch")
 
 import gymnasium as gym
+import torch
 from helpers import made, shapes
 
 import engram

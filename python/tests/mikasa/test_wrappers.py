@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+pytest.importorskip("torch")
 
+import torch
 from conftest import registered_ids
 from helpers import as_arrays, made, shapes, tasks
 
