@@ -19,6 +19,7 @@ shared=(
   "$run_time" pytest numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
   stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
+  aiohttp playwright websockets  # engram[play], and what its tests talk to it with
 )
 
 [ -x "$env/bin/python" ] || python3 -m venv "$env"
