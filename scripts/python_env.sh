@@ -20,6 +20,7 @@ shared=(
   stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
   tyro tqdm rich  # of the original's scripts, which engram.mikasa runs
+  aiohttp playwright websockets  # engram[play], and what its tests talk to it with
 )
 
 [ -x "$env/bin/python" ] || python3 -m venv "$env"

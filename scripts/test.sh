@@ -25,7 +25,7 @@ env=build/python-env
 # What these run with has an environment of its own.
 data=python/tests/clients/data
 elsewhere=(--ignore "$data" --ignore python/tests/clients/apart)
-if scripts/python_env.sh "$env"; then
+if scripts/install_dependencies.sh chromium && scripts/python_env.sh "$env"; then  # for engram play
   "$env/bin/ruff" check python && "$env/bin/ruff" format --check python || failed+=("Python style")
   python_tests "$env-0.29" "Gymnasium 0.29" python "${elsewhere[@]}"
   python_tests "$env" nothing python "${elsewhere[@]}"

@@ -32,7 +32,7 @@ TEST_CASE("play: Python gets the words of the command line", "[apps]") {
   INFO(result.err);
   CHECK(result.code == 0);
   CHECK(result.out == "--variants=" + variants +
-                          "\n--no-open\n--port=8080\n--folder=one\n--folder=two words\n"
+                          "\n--port=8080\n--no-open\n--folder=one\n--folder=two words\n"
                           "--policy-command=a; b \"c\"\n--stay\n");
 }
 
