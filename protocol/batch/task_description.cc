@@ -241,7 +241,10 @@ int canonical_state_dim(const TaskInfo& info) {
 
 // What policies achieve, by measurement; nothing for tasks that differ from the benchmark's.
 Constant describe_ceilings(const TaskInfo& info) {
-  const Ceiling* ceiling = info.changed.empty() ? find_ceiling(info.id) : nullptr;
+  const RegistryEntry* entry = find_entry(info.id);
+  const bool as_measured =
+      info.changed.empty() && entry != nullptr && entry->horizon == info.horizon;
+  const Ceiling* ceiling = as_measured ? find_ceiling(info.id) : nullptr;
   if (ceiling == nullptr) return {};
   const auto share = [](double value) { return value < 0 ? Constant() : Constant(value); };
   const auto rates = [&share](double success, double answer) {
