@@ -319,6 +319,45 @@ engram_status engram_render(engram_env* env, int32_t index, const char* camera, 
   });
 }
 
+// ---- on demand ----
+
+namespace {
+
+// A caller's array of `width` floats for each environment; empty if there is none.
+std::span<float> rows(const VectorEnv& batch, float* values, size_t width) {
+  if (values == nullptr) return {};
+  return {values, static_cast<size_t>(batch.num_envs()) * width};
+}
+
+}  // namespace
+
+engram_status engram_robot_state(engram_env* env, float* qpos, float* qvel, float* tcp_pose) {
+  return with_batch(env, [&](VectorEnv& batch) {
+    batch.robot_state(rows(batch, qpos, 9), rows(batch, qvel, 9), rows(batch, tcp_pose, 7));
+  });
+}
+
+engram_status engram_camera_params(engram_env* env, const char* camera, int32_t width,
+                                   int32_t height, float* extrinsic_cv, float* cam2world_gl,
+                                   float* intrinsic_cv) {
+  if (camera == nullptr) return refuse_null("camera");
+  return with_batch(env, [&](VectorEnv& batch) {
+    batch.camera_params(camera, width, height,
+                        {.extrinsic_cv = rows(batch, extrinsic_cv, 12),
+                         .cam2world_gl = rows(batch, cam2world_gl, 16),
+                         .intrinsic_cv = rows(batch, intrinsic_cv, 9)});
+  });
+}
+
+int32_t engram_drawn_dim(const engram_env* env) {
+  return fact(env, 0, [](const VectorEnv& batch) { return batch.drawn_dim(); });
+}
+
+engram_status engram_drawn(engram_env* env, float* values, size_t count) {
+  if (values == nullptr && count > 0) return refuse_null("values");
+  return with_batch(env, [&](VectorEnv& batch) { batch.drawn({values, count}); });
+}
+
 // ---- snapshots ----
 
 engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t capacity,

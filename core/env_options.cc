@@ -39,8 +39,7 @@ void check_ranges(const EnvOptions& options) {
   require("robot_init_qpos_noise", options.robot_init_qpos_noise, 0, 1, "0 to 1 rad");
   require("lanes", options.lanes, {0, 1, 2, 4, 8}, "0, 1, 2, 4 or 8");
   require("substeps", options.substeps, 0, 1000, "0 to 1000");
-  require("max_episode_steps", options.max_episode_steps, 0, 1'000'000,
-          "0 (the task's horizon) to 1000000 control steps");
+  require("max_episode_steps", options.max_episode_steps, 0, 1'000'000, "0 (unset) to 1000000");
   // end options
 }
 

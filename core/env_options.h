@@ -159,8 +159,8 @@ struct EnvOptions {
   bool terminate_on_failure = true;
   // Auto-reset off: what a step does with an environment whose episode has ended.
   AfterEnd after_end = AfterEnd::kHold;
-  // When episodes are truncated, be it too early to succeed. 0 (the task's horizon) to 1,000,000
-  // control steps.
+  // Control steps after which episodes are truncated, be it too early to succeed, instead of the
+  // task's horizon. 0 (unset) to 1,000,000.
   int max_episode_steps = 0;
   // end options
   ImageShape images = {};                 // of rgb observations

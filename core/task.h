@@ -64,6 +64,7 @@ struct TaskInfo {
   std::vector<Field> reward_terms;                          // columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
   std::vector<Field> state_fields;  // of the state observation, after tcp_pose
+  std::vector<Field> drawn;         // what Task::drawn tells: float32, or whole numbers (int32)
 
   // The success rate of guessing.
   double chance() const { return guess_rate > 0 ? guess_rate : 1.0 / candidates; }
@@ -145,6 +146,9 @@ class Task {
 
   // The value of elapsed from which on nothing shows the hidden draw any more.
   virtual int cue_end(int env) const = 0;
+
+  // Writes what the episode of one environment has drawn, info().drawn in order. Privileged.
+  virtual void drawn(int /*env*/, float* /*out*/) const {}
 
   // The instruction of one environment's episode.
   virtual std::string instruction(int /*env*/) const { return info().instruction; }

@@ -14,6 +14,7 @@
 #include "core/object_view.h"
 #include "core/physics/controller.h"
 #include "core/physics/simulator.h"
+#include "core/picture/camera_poses.h"
 #include "core/picture/image_batch.h"
 #include "core/picture/overlay.h"
 #include "core/task.h"
@@ -86,6 +87,16 @@ class VectorEnv {
   // sides 1 to 4096 pixels; rgb: (height, width, 3). Throws Error for anything else, or before the
   // first reset.
   void render(int env, std::string_view camera, int width, int height, std::span<std::uint8_t> rgb);
+
+  // The robot in all environments, in every observation mode: (N, 9) rad and m, (N, 9), and the
+  // TCP's position and quaternion (w, x, y, z) in the world (N, 7). Empty spans are left out. These
+  // three throw Error for other lengths, or before the first reset.
+  void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
+  // A camera of the scene in all environments, for pictures of that size.
+  void camera_params(std::string_view camera, int width, int height, const CameraSpans& out);
+  // What the episodes have drawn, (N, drawn_dim), info().drawn in order. Privileged.
+  void drawn(std::span<float> values) const;
+  int drawn_dim() const;
 
   // Outputs of the last step or reset; N = num_envs.
   std::span<const float> observation() const;  // (N, state_dim)
@@ -195,8 +206,9 @@ class VectorEnv {
   ImageSourceFactory renderers_;
   std::unique_ptr<ImageBatch> images_;  // rgb mode only
   ObjectTokens tokens_;
-  std::unique_ptr<ObjectView> objects_;  // objects modes only
-  std::unique_ptr<SceneViews> views_;    // what render() draws, from its first call on
+  std::unique_ptr<ObjectView> objects_;   // objects modes only
+  std::unique_ptr<CameraPoses> cameras_;  // from the first call for them on
+  std::unique_ptr<SceneViews> views_;     // what render() draws, from its first call on
   std::unique_ptr<ImageSource> sensor_source_;
   std::unique_ptr<ImageSource> render_source_;
 

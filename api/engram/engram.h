@@ -233,8 +233,8 @@ struct EnvOptions {
   bool terminate_on_failure = true;
   /// Auto-reset off: what a step does with an environment whose episode has ended.
   AfterEnd after_end = AfterEnd::kHold;
-  /// When episodes are truncated, be it too early to succeed. 0 (the task's horizon) to 1,000,000
-  /// control steps.
+  /// Control steps after which episodes are truncated, be it too early to succeed, instead of the
+  /// task's horizon. 0 (unset) to 1,000,000.
   int max_episode_steps = 0;
   // end options
   ImageOptions images = {};
@@ -287,6 +287,16 @@ struct Image {
   int width = 0;  ///< pixels
   int height = 0;
   std::vector<std::uint8_t> rgb;  ///< (height, width, 3)
+};
+
+/// Where the matrices of a camera go; empty spans are left out.
+struct CameraParams {
+  /// (N, 3, 4) from the world to the camera: x right, y down, z forward.
+  std::span<float> extrinsic_cv = {};
+  /// (N, 4, 4) from the camera to the world: x right, y up, z backward.
+  std::span<float> cam2world_gl = {};
+  /// (N, 3, 3) in pixels; pixel (0, 0) covers 0 to 1.
+  std::span<float> intrinsic_cv = {};
 };
 
 /// One environment or a whole batch as bytes, bit-exactly.
@@ -376,6 +386,19 @@ class VectorEnv {
   Image render(int env, const std::string& camera = "render_camera", int width = 512,
                int height = 512) const;
 
+  // --- on demand: no part of observations ---
+  /// The robot in every observation mode: qpos (N, 9) and qvel (N, 9), arm joints and fingers, rad
+  /// and m; tcp_pose (N, 7), position in m and quaternion (w, x, y, z) in the world. Empty spans
+  /// are left out. Throws Error for other lengths, and before the first reset; so do the next two.
+  void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
+  /// A camera of the scene, for pictures of that size.
+  void camera_params(const std::string& camera, int width, int height,
+                     const CameraParams& out) const;
+  /// Values that episodes have drawn, (N, drawn_dim): "drawn" of describe() names them, in order.
+  /// They tell what policies must not know.
+  void drawn(std::span<float> values) const;
+  int drawn_dim() const { return engram_drawn_dim(handle_.get()); }
+
   // --- snapshots ---
   /// The whole batch.
   Snapshot save() const;
@@ -397,6 +420,7 @@ class VectorEnv {
   };
   template <class T>
   std::span<const T> all_of(const char* name) const;
+  float* rows(const char* what, std::span<float> out, std::size_t width) const;
   Snapshot save_index(int index) const;
   int slot(int env) const;
 

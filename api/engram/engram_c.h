@@ -226,8 +226,8 @@ typedef struct engram_options {
   /** Auto-reset off: what a step does with an environment whose episode has ended. An
    * engram_after_end; default ENGRAM_AFTER_END_HOLD. */
   int32_t after_end;
-  /** When episodes are truncated, be it too early to succeed. 0 (the task's horizon) to 1,000,000
-   * control steps; default 0. */
+  /** Control steps after which episodes are truncated, be it too early to succeed, instead of the
+   * task's horizon. 0 (unset) to 1,000,000; default 0. */
   int32_t max_episode_steps;
   /* end options */
 } engram_options;
@@ -372,6 +372,26 @@ ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char
  * (docs/cameras.md); sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
 ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const char* camera,
                                        int32_t width, int32_t height, uint8_t* rgb, size_t size);
+
+/* ---- on demand: no part of observations ---- */
+
+/** The robot in all environments, in every observation mode: qpos (N, 9) and qvel (N, 9), arm
+ * joints and fingers, rad and m; tcp_pose (N, 7), position in m and quaternion (w, x, y, z) in the
+ * world. NULL: not wanted. Refused with ENGRAM_BAD_STATE before the first reset. */
+ENGRAM_API engram_status engram_robot_state(engram_env* env, float* qpos, float* qvel,
+                                            float* tcp_pose);
+/** A camera of the scene in all environments, for pictures of that size: extrinsic_cv (N, 3, 4),
+ * from the world to the camera (x right, y down, z forward); cam2world_gl (N, 4, 4), from the
+ * camera (x right, y up, z backward) to the world; intrinsic_cv (N, 3, 3), in pixels, where pixel
+ * (0, 0) covers 0 to 1. NULL: not wanted. */
+ENGRAM_API engram_status engram_camera_params(engram_env* env, const char* camera, int32_t width,
+                                              int32_t height, float* extrinsic_cv,
+                                              float* cam2world_gl, float* intrinsic_cv);
+/** Values that an episode has drawn, such as the lengths of its phases: how many of them there are
+ * ("drawn" of engram_describe_json names them, in order), and those of all environments, row by
+ * row; count: N * engram_drawn_dim. They tell what policies must not know. */
+ENGRAM_API int32_t engram_drawn_dim(const engram_env* env);
+ENGRAM_API engram_status engram_drawn(engram_env* env, float* values, size_t count);
 
 /* ---- snapshots ---- */
 

@@ -292,6 +292,33 @@ inline Image VectorEnv::render(int env, const std::string& camera, int width, in
   return image;
 }
 
+// The address of N rows of `width` floats, or null for none.
+inline float* VectorEnv::rows(const char* what, std::span<float> out, std::size_t width) const {
+  const std::size_t needed = static_cast<std::size_t>(num_envs_) * width;
+  if (!out.empty() && out.size() != needed) {
+    detail::refuse(std::string(what) + ": " + std::to_string(out.size()) + " values given, " +
+                   std::to_string(needed) + " needed");
+  }
+  return out.empty() ? nullptr : out.data();
+}
+
+inline void VectorEnv::robot_state(std::span<float> qpos, std::span<float> qvel,
+                                   std::span<float> tcp_pose) const {
+  detail::check(engram_robot_state(handle(), rows("qpos", qpos, 9), rows("qvel", qvel, 9),
+                                   rows("tcp_pose", tcp_pose, 7)));
+}
+
+inline void VectorEnv::camera_params(const std::string& camera, int width, int height,
+                                     const CameraParams& out) const {
+  detail::check(engram_camera_params(
+      handle(), detail::c_text(camera), width, height, rows("extrinsic_cv", out.extrinsic_cv, 12),
+      rows("cam2world_gl", out.cam2world_gl, 16), rows("intrinsic_cv", out.intrinsic_cv, 9)));
+}
+
+inline void VectorEnv::drawn(std::span<float> values) const {
+  detail::check(engram_drawn(handle(), values.data(), values.size()));
+}
+
 // `index` as the C door counts, where -1 is the whole batch, from one that must be an environment.
 inline int VectorEnv::slot(int env) const { return env == ENGRAM_WHOLE_BATCH ? num_envs_ : env; }
 

@@ -85,6 +85,19 @@ ConstantList describe_draws(const std::vector<Draw>& draws) {
   return list;
 }
 
+// Whole numbers are int64 in Python.
+ConstantList describe_drawn(const TaskInfo& info) {
+  ConstantList list;
+  for (const Field& field : info.drawn) {
+    list.emplace_back(ConstantTable{{"name", field.name},
+                                    {"width", field.width},
+                                    {"integer", field.dtype == DType::kInt32},
+                                    {"unit", field.unit},
+                                    {"description", field.description}});
+  }
+  return list;
+}
+
 // With the value that this batch has, and the one that the original's code has.
 ConstantList describe_options(const VectorEnv& env) {
   ConstantList list;
@@ -282,6 +295,7 @@ ConstantTable describe_task(const VectorEnv& env) {
                               {"control_mode", name_of(env.options().control_mode)},
                               {"action_spaces", describe_actions(env)},
                               {"draws", describe_draws(env.draws())},
+                              {"drawn", describe_drawn(info)},
                               {"rules", name_of(env.options().rules)},
                               {"options", describe_options(env)},
                               {"changeable", describe_changeable(info)},

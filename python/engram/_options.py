@@ -22,6 +22,9 @@ _AUTORESET_NAMES = {
 }
 
 
+# Cameras of rgb observations unless others are chosen.
+SENSORS = ("base_camera", "hand_camera")
+
 # Keywords that the library does not know.
 _PYTHONS_OWN = ("copy", "language_in_info", "privileged")
 

@@ -91,6 +91,20 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         """An action for the next step, (action_dim,). See ``VectorEnv.act``."""
         return self.batch.act(policy)[0]
 
+    def robot_state(self) -> dict[str, np.ndarray]:
+        """The robot: qpos (9,), qvel (9,) and tcp_pose (7,). See ``VectorEnv.robot_state``."""
+        return _first(self.batch.robot_state())
+
+    def camera_params(
+        self, size: int | tuple[int, int] | None = None
+    ) -> dict[str, dict[str, np.ndarray]]:
+        """Matrices by camera, such as extrinsic_cv (3, 4). See ``VectorEnv.camera_params``."""
+        return {name: _first(camera) for name, camera in self.batch.camera_params(size).items()}
+
+    def drawn(self) -> dict[str, Any]:
+        """What the episode has drawn, numbers or arrays by name. See ``VectorEnv.drawn``."""
+        return _first(self.batch.drawn())
+
     def render(self) -> Any:
         """A picture, uint8 (height, width, 3), in mode "rgb_array"; None otherwise."""
         return self.batch.frame(0) if self.render_mode == "rgb_array" else None
@@ -145,6 +159,11 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         if self._window is not None:
             self._window.show(self.batch.frame(0))
         return take(self.batch._observation, 0), self.batch._infos.row(0)
+
+
+def _first(values: dict[str, Any]) -> dict[str, Any]:
+    """The only row of each array."""
+    return {name: value[0] for name, value in values.items()}
 
 
 def _remake(arguments: dict[str, Any]) -> Env[Any]:

@@ -21,6 +21,7 @@ __all__ = [
     "BatchOptions",
     "Constant",
     "Draw",
+    "Drawn",
     "EnvOptions",
     "Field",
     "ObjectsDict",
@@ -187,6 +188,13 @@ class Draw(Quantity):
     high: float
 
 
+class Drawn(Quantity):
+    """What ``drawn`` tells of an episode."""
+
+    width: int
+    integer: bool
+
+
 class Option(Quantity):
     """One of ``task_options``."""
 
@@ -269,6 +277,7 @@ class TaskDescription(TaskSummary):
     control_mode: str
     action_spaces: dict[str, ActionSpace]
     draws: list[Draw]
+    drawn: list[Drawn]
     rules: str
     options: list[Option]
     changeable: list[Constant]

@@ -286,6 +286,66 @@ nb::object Batch::render(int index, const std::string& camera, int width, int he
       nb::ndarray<nb::numpy, std::uint8_t>(data, {side(height), side(width), 3}, owner));
 }
 
+// --- on demand ---
+
+namespace {
+
+// A new array of floats, of a size that may be none.
+struct Floats {
+  explicit Floats(std::initializer_list<std::size_t> sides) : shape(sides) {
+    for (const std::size_t side : shape) size *= side;
+    values = std::make_unique<float[]>(std::max<std::size_t>(size, 1));
+  }
+  float* data() const { return values.get(); }
+  nb::object array() {
+    const nb::capsule owner(values.get(),
+                            [](void* floats) noexcept { delete[] static_cast<float*>(floats); });
+    float* held = values.release();
+    return nb::cast(nb::ndarray<nb::numpy, float>(held, shape.size(), shape.data(), owner));
+  }
+
+  std::vector<std::size_t> shape;
+  std::size_t size = 1;
+  std::unique_ptr<float[]> values;
+};
+
+}  // namespace
+
+nb::tuple Batch::robot_state() const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  const auto count = static_cast<std::size_t>(engram_num_envs(env));
+  Floats qpos({count, 9});
+  Floats qvel({count, 9});
+  Floats tcp_pose({count, 7});
+  run([&] { return engram_robot_state(env, qpos.data(), qvel.data(), tcp_pose.data()); });
+  return nb::make_tuple(qpos.array(), qvel.array(), tcp_pose.array());
+}
+
+nb::tuple Batch::camera_params(const std::string& camera, int width, int height) const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  const auto count = static_cast<std::size_t>(engram_num_envs(env));
+  Floats extrinsic({count, 3, 4});
+  Floats pose({count, 4, 4});
+  Floats intrinsic({count, 3, 3});
+  const char* name = c_text(camera);
+  run([&] {
+    return engram_camera_params(env, name, width, height, extrinsic.data(), pose.data(),
+                                intrinsic.data());
+  });
+  return nb::make_tuple(extrinsic.array(), pose.array(), intrinsic.array());
+}
+
+nb::object Batch::drawn() const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  Floats values({static_cast<std::size_t>(engram_num_envs(env)),
+                 static_cast<std::size_t>(engram_drawn_dim(env))});
+  run([&] { return engram_drawn(env, values.data(), values.size); });
+  return values.array();
+}
+
 // --- snapshots ---
 
 nb::bytes Batch::save(int index) const {

@@ -162,6 +162,38 @@ def test_ended_environments_stand_still_on_request(make):
     assert after[3].all()
 
 
+def test_ended_environments_go_on_on_request(make):
+    env = make(num_envs=2, autoreset_mode="DISABLED", after_end="continue")
+    horizon = env.description["horizon"]
+    played_to_the_end(env)
+    for i in range(1, 6):
+        _, reward, _, truncated, info = env.step(np.full((2, 7), 0.5, np.float32))
+        assert truncated.all()
+        assert (info["elapsed_steps"] == horizon + i).all()
+        assert (reward != 0).all()
+    env.reset()
+    assert not env.step(env.act("zero"))[3].any()
+
+
+def test_a_single_environment_goes_on_on_request():
+    env = engram.make(TASK, after_end="continue", max_episode_steps=3)
+    env.reset(seed=1)
+    ends = [env.step(env.act("random"))[3] for _ in range(6)]
+    assert ends == [False, False, True, True, True, True]
+    env.close()
+
+
+@pytest.mark.parametrize("on", [True, False])
+def test_only_the_horizon_ends_an_episode_on_request(on):
+    options = {} if on else {"terminate_on_success": False, "terminate_on_failure": False}
+    id = "TimedTransfer-Easy-VLA-v0"
+    env = engram.make_vec(id, 1, autoreset_mode="DISABLED", after_end="hold", **options)
+    env.reset(seed=0)
+    ended = [bool(env.step(env.act("oracle"))[2][0]) for _ in range(env.description["horizon"])]
+    assert any(ended) == on
+    env.close()
+
+
 @pytest.mark.parametrize(
     ("given", "mode"),
     [

@@ -82,7 +82,10 @@ def test_an_unknown_id_names_the_nearest():
         ({"pins": {"target": 10**9}}, "1000000000 given"),
         ({"robot_init_qpos_noise": 7}, "noise"),
         ({"rotation_sign": 2}, "rotation_sign"),
-        ({"max_episode_steps": 7}, "no time to act"),
+        ({"constants": {"max_episode_steps": 7}}, "no time to act"),
+        ({"max_episode_steps": 1_000_001}, "max_episode_steps: 1000001 given, 0 .* to 1000000"),
+        ({"after_end": "stop"}, "hold, continue, refuse"),
+        ({"after_end": "continue", "autoreset_mode": "NEXT_STEP"}, "next-step given, off needed"),
         ({"max_episode_steps": 0}, "max_episode_steps"),
     ],
 )
@@ -96,7 +99,7 @@ def test_bad_options_are_refused(options, words):
     [
         (lambda: engram.make(TASK, num_env=4), "^make\\(\\) .*'num_env'"),
         (lambda: engram.make(TASK, num_envs=4), "num_envs: 4 given to make; engram.make_vec"),
-        (lambda: engram.make(TASK, after_end="hold"), "after_end"),
+        (lambda: engram.make(TASK, copy=False), "copy: False given to make; engram.make_vec"),
         (lambda: engram.make(TASK, obsmode="rgb"), "Did you mean 'obs_mode'"),
         (lambda: engram.Env(TASK, colour=4), "^Env\\(\\) .*'colour'$"),
         (lambda: engram.make_vec(TASK, num_env=4), "^make_vec\\(\\) .*Did you mean 'num_envs'"),

@@ -114,12 +114,19 @@ def test_max_episode_steps_means_what_it_says(steps):
     env = gymnasium.make(f"engram/{TASK}", max_episode_steps=steps)
     assert steps_of_episode(env) == steps
     env.close()
-    with closing(engram.make_vec(TASK, 2, max_episode_steps=max(steps, 25))) as batch:
-        assert batch.description["horizon"] == max(steps, 25)
-        assert batch.spec.max_episode_steps == max(steps, 25)
+    single = engram.make(TASK, max_episode_steps=steps)
+    assert steps_of_episode(single) == steps
+    single.close()
+    with closing(engram.make_vec(TASK, 2, max_episode_steps=steps)) as batch:
+        assert batch.description["horizon"] == steps
+        assert batch.spec.max_episode_steps == steps
+        batch.reset()
+        for i in range(1, steps + 1):
+            truncated = batch.step(np.zeros((2, 7), np.float32))[3]
+            assert truncated.tolist() == [i == steps] * 2
     if GYMNASIUM_1:
-        made = gymnasium.make_vec(f"engram/{TASK}", num_envs=2, max_episode_steps=max(steps, 25))
-        assert made.unwrapped.description["horizon"] == max(steps, 25)
+        made = gymnasium.make_vec(f"engram/{TASK}", num_envs=2, max_episode_steps=steps)
+        assert made.unwrapped.description["horizon"] == steps
         made.close()
 
 

@@ -45,6 +45,7 @@ class ColorRecall final : public FamilyBase {
     info_.reward_terms =
         reward_terms_of([&](auto& row) { list_color_terms(row, params.rule, {}, {}); });
     declare_state(*this);
+    declare_drawn(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -68,6 +69,11 @@ class ColorRecall final : public FamilyBase {
   }
 
   int cue_end(int env) const override { return clock_.cue_end(env); }
+  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    clock_.drawn_row(row, env);
+  }
 
   // --- sampling ---
 

@@ -35,6 +35,7 @@ class GatherAndRecall final : public FamilyBase {
     describe_gather(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
+    declare_drawn(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -60,6 +61,16 @@ class GatherAndRecall final : public FamilyBase {
   int cue_end(int env) const override {
     if (flash_triggered_[env] == 0) return info_.horizon;
     return flash_start_[env] + duration_[env];
+  }
+
+  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    row.field("flash_trigger_count", 1, "", "cubes on the disc at which the lamp flashes",
+              [&] { return trigger_count_[env]; });
+    row.field("flash_duration", 1, "control steps", "length of the flash",
+              [&] { return duration_[env]; });
+    row.field("flash_color", 1, "", "colour of the flash", [&] { return flash_color_[env]; });
   }
 
   // --- sampling ---

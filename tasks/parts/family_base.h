@@ -43,6 +43,24 @@ class FamilyBase : public Task {
     }
   }
 
+  // In the same way it lists what episodes draw and scripts read, in drawn_row. Angles, lengths and
+  // speeds are real, all else are whole numbers.
+  template <class Family>
+  void declare_drawn(const Family& family) {
+    FieldLister lister;
+    family.drawn_row(lister, 0);
+    info_.drawn = lister.take();
+    for (Field& field : info_.drawn) {
+      field.privileged = true;
+      if (field.unit.empty() || field.unit == "control steps") field.dtype = DType::kInt32;
+    }
+  }
+  template <class Family>
+  static void write_drawn(const Family& family, int env, float* out) {
+    RowWriter row(out);
+    family.drawn_row(row, env);
+  }
+
   // What families ask the state for again and again (tasks/parts/poses.h).
   Eigen::Vector3d tcp_pos(int env) const { return tasks::tcp_pos(*engine_.state, env); }
   Eigen::Vector3d prop_pos(int env, int prop) const {

@@ -33,6 +33,15 @@ class PhaseClock {
   int cue_end(int env) const { return cue_steps_[env]; }
   int manipulation_start(int env) const { return cue_steps_[env] + empty_steps_[env]; }
 
+  // The lengths of the phases, as scripts for the original benchmark name them.
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    row.field("cue_steps_per_env", 1, "control steps", "length of the cue phase",
+              [&] { return cue_steps_[env]; });
+    row.field("empty_steps_per_env", 1, "control steps", "length of the empty phase",
+              [&] { return empty_steps_[env]; });
+  }
+
  private:
   Column<std::int32_t> cue_steps_;
   Column<std::int32_t> empty_steps_;

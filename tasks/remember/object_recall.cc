@@ -109,6 +109,7 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
   describe_constants();
   info_.oracle_dim = static_cast<int>(objects_.identity(0).size());
   declare_state(*this);
+  declare_drawn(*this);
   for (int key = 0; key < count(); ++key) {
     mjcf::Prop prop = objects_.prop(key);
     const Vec2& slot = slots_[static_cast<std::size_t>(key)];

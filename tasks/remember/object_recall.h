@@ -41,6 +41,7 @@ class ObjectRecall : public FamilyBase {
  public:
   void bind(const Bindings& bindings) override;
   int cue_end(int env) const override { return clock_.cue_end(env); }
+  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
   void observe(Range envs, FloatRows out) override;
@@ -97,6 +98,10 @@ class ObjectRecall : public FamilyBase {
   friend class FamilyBase;
   template <class Row>
   void state_row(Row& row, int env) const;
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    clock_.drawn_row(row, env);
+  }
   int guess(int env) const;
   void note_answer(int env) const;
   void touch(int env, int key, float* action) const;

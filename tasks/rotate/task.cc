@@ -132,6 +132,7 @@ class Rotate final : public FamilyBase {
     info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"manipulation", "always"}};
     declare_state(*this);
+    declare_drawn(*this);
     scene_.props = {
         mjcf::peg("peg", params.PEG_HALF_LENGTH, params.PEG_HALF_WIDTH, kPegBlue, kPegBlue)};
     scene_.render_camera = mjcf::RenderCamera::kC;
@@ -155,6 +156,11 @@ class Rotate final : public FamilyBase {
 
   // The target is in the instruction and in task_cue all the time.
   int cue_end(int /*env*/) const override { return 0; }
+  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    row.field("target_angle", 1, "rad", "by which to turn the peg", [&] { return target_[env]; });
+  }
 
   std::string instruction(int env) const override {
     return rotate_instruction(info_.instruction, target_[env]);

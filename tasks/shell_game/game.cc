@@ -19,6 +19,7 @@ ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, 
   info_.frozen_cue = setup.frozen;
   info_.success_reward = setup.success_reward;
   info_.oracle_dim = 1;
+  declare_drawn(*this);
   info_.hidden_draw = setup.target;
   info_.draws = {
       {setup.target, 1, true, 0, kCups - 1, "", setup.target_description},

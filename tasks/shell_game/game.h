@@ -21,6 +21,15 @@ class ShellGame : public FamilyBase {
   void bind(const Bindings& bindings) override;
   void reset(const Episode& episode) override;
   int cue_end(int env) const override { return cue_steps_[env]; }
+  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    row.field("cue_steps_per_env", 1, "control steps", "length of the cue phase",
+              [&] { return cue_steps_[env]; });
+    if (!setup_.shuffles) return;
+    row.field("empty_steps_per_env", 1, "control steps", "length of the shuffle",
+              [&] { return manipulation_start_[env] - cue_steps_[env]; });
+  }
   void overlay(int env, Overlay& out) const override;
 
   // --- what the parts of a game ask ---
@@ -73,6 +82,7 @@ class ShellGame : public FamilyBase {
     bool frozen = true;  // the canonical wrapper zeroes actions before the manipulation phase
     double success_reward = 3;
     const MugStance* stance = &kUpsideDown;
+    bool shuffles = false;  // between cue and manipulation
   };
   // What every episode samples; games go on from kFirstOwnDraw.
   enum DrawIndex { kTarget, kBase, kCueSteps, kFirstOwnDraw };

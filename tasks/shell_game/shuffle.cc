@@ -32,7 +32,8 @@ class ShuffleTouch final : public ShellGame {
   ShuffleTouch(const RegistryEntry& entry, const ShuffleParams& params)
       : ShellGame(entry, params,
                   {.target_description = "first slot of the mug that hides the ball",
-                   .frozen = params.frozen}),
+                   .frozen = params.frozen,
+                   .shuffles = true}),
         rule_(params, params.latest_end(), /*shoving=*/true),
         shuffle_(params, kFirstOwnDraw),
         ball_(add_red_ball()) {
@@ -136,7 +137,8 @@ class ShuffleColorLamp final : public ShellGame {
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget,
                    .target_description = LampCue::kTargetDescription,
-                   .frozen = params.frozen}),
+                   .frozen = params.frozen,
+                   .shuffles = true}),
         rule_(params, params.latest_end(), /*shoving=*/false),
         cue_(scene_, params.BALL_RADIUS, kMapping),
         shuffle_(params, kFirstOwnDraw) {

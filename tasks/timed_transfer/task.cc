@@ -207,6 +207,7 @@ class TimedTransfer final : public FamilyBase {
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = phases(window);
     declare_state(*this);
+    declare_drawn(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -227,6 +228,16 @@ class TimedTransfer final : public FamilyBase {
 
   // Whatever the draw, the lamp is green from there on.
   int cue_end(int /*env*/) const override { return params_.PRE_SIGNAL_STEPS.high; }
+  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    row.field("signal_step", 1, "control steps", "when the lamp turns green",
+              [&] { return signal_step_[env]; });
+    row.field("window_start", 1, "control steps", "first step in which the cube may arrive",
+              [&] { return window(env).start; });
+    row.field("window_end", 1, "control steps", "last step in which the cube may arrive",
+              [&] { return window(env).end; });
+  }
 
   // --- sampling ---
 

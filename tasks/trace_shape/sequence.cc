@@ -65,6 +65,7 @@ class TraceShapeSeq final : public FamilyBase {
         reward_terms_of([](auto& row) { list_terms(row, TraceSeqRewardInputs{}, {}); });
     info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS) + " L");
     declare_state(*this);
+    declare_drawn(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -90,6 +91,15 @@ class TraceShapeSeq final : public FamilyBase {
   }
 
   int cue_end(int env) const override { return demo_.demo_end(env); }
+  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    row.field("cue_steps_per_env", 1, "control steps", "until the demonstration is over",
+              [&] { return demo_.demo_end(env); });
+    row.field("sequence_len", 1, "", "number of shapes", [&] { return demo_.length(env); });
+    row.field("shape_sequence", params_.MAX_SEQUENCE_LENGTH, "", "ids of the shapes, then -1",
+              [&] { return demo_.shapes(env); });
+  }
 
   // --- sampling ---
 

@@ -39,6 +39,7 @@ class TraceShape final : public FamilyBase {
         reward_terms_of([](auto& row) { list_terms(row, TraceRewardInputs{}, {}); });
     info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS));
     declare_state(*this);
+    declare_drawn(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -63,6 +64,13 @@ class TraceShape final : public FamilyBase {
   }
 
   int cue_end(int env) const override { return demo_.demo_end(env); }
+  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  template <class Row>
+  void drawn_row(Row& row, int env) const {
+    row.field("cue_steps_per_env", 1, "control steps", "until the demonstration is over",
+              [&] { return demo_.demo_end(env); });
+    row.field("shape_type", 1, "", "id of the shape", [&] { return *demo_.shapes(env); });
+  }
 
   // --- sampling ---
 

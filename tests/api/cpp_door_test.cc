@@ -7,6 +7,7 @@
 
 namespace {
 
+using Catch::Matchers::Contains;
 using engram::AutoReset;
 using engram::EnvOptions;
 using engram::Error;
@@ -209,6 +210,31 @@ TEST_CASE("Pictures for people and of sensors", "[cpp_door]") {
   CHECK(env.render(0, "hand_camera", 20, 10).rgb != picture.rgb);
   CHECK(kind_of([&] { (void)env.render(0, "base_camera", -1, 10); }, "4096") ==
         Error::Kind::kInvalidArgument);
+}
+
+TEST_CASE("Robot, cameras and drawn values on demand", "[cpp_door][tell]") {
+  VectorEnv env =
+      engram::make("TimedTransfer-Easy-VLA-v0", {.num_envs = 2, .pins = {{"signal_step", {12}}}});
+  std::vector<float> qpos(18);
+  std::vector<float> tcp(14);
+  CHECK_THROWS_WITH(env.robot_state(qpos, {}, tcp), Contains("before the first reset"));
+  env.reset();
+  env.robot_state(qpos, {}, tcp);
+  CHECK(tcp[7] == env.proprio()[7]);
+  CHECK(qpos[17] == Approx(0.04));
+  CHECK_THROWS_WITH(env.robot_state(tcp, {}, {}), Contains("qpos: 14 values given, 18 needed"));
+
+  std::vector<float> pose(32);
+  env.camera_params("base_camera", 64, 64, {.cam2world_gl = pose});
+  CHECK(pose[16 + 11] == Approx(0.6));  // its height
+  CHECK_THROWS_WITH(env.camera_params("top", 64, 64, {}), Contains("base_camera"));
+
+  REQUIRE(env.drawn_dim() == 3);
+  std::vector<float> drawn(6);
+  env.drawn(drawn);
+  CHECK(drawn[3] == 12);
+  drawn.pop_back();
+  CHECK_THROWS_WITH(env.drawn(drawn), Contains("5 given"));
 }
 
 TEST_CASE("Shadows in pictures for people are an option", "[cpp_door]") {
