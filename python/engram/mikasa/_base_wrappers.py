@@ -16,7 +16,7 @@ class Wrapper(gym.Wrapper[Any, Any, Any, Any]):
         return getattr(self.env, name)
 
     @property
-    def spec(self) -> Any:
+    def spec(self) -> Any:  # type: ignore[override]
         """That of the environment within."""
         return self.env.spec
 

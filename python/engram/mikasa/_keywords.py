@@ -12,7 +12,7 @@ import numpy as np
 from engram._values import integer, nearest, one_of, real
 from engram.errors import InvalidArgumentError, UnavailableError
 from engram.mikasa._torch import torch
-from engram.typing import ControlMode, RewardMode, Rules
+from engram.typing import RewardMode, Rules
 
 _OBS_MODES = (
     "state",
@@ -48,7 +48,7 @@ class Settings:
 
     num_envs: int
     obs_mode: str
-    control_mode: ControlMode
+    control_mode: Any
     reward_mode: RewardMode
     render_mode: str | None
     reconfiguration_freq: int

@@ -230,7 +230,7 @@ def space_of(sample: Any) -> spaces.Space[Any]:
     if array.dtype == np.uint8 and array.ndim >= 3:
         return ImageBox(array.shape)
     if array.dtype == np.bool_:
-        return spaces.Box(0, 1, array.shape, np.bool_)  # type: ignore[arg-type]
+        return spaces.Box(0, 1, array.shape, np.bool_)
     if np.issubdtype(array.dtype, np.integer):
         limits = np.iinfo(array.dtype)
         return spaces.Box(limits.min, limits.max, array.shape, array.dtype.type)

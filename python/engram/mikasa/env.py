@@ -57,7 +57,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         **keywords: Those of ``gym.make``; docs/mikasa.md has them all.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012
         "render_modes": ["rgb_array", "sensors", "all"],
         "render_fps": 20,
     }

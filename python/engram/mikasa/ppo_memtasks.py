@@ -75,7 +75,7 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         if not (self.include_rgb or self.include_depth):
             return {**{k: v for k, v in observation.items() if k not in _PRIVATE}, **private}
         result: dict[str, torch.Tensor] = private
-        told = {k: observation[k] for k in ("agent", "extra") if k in observation}
+        told: dict[str, Any] = {k: observation[k] for k in ("agent", "extra") if k in observation}
         if self.include_joints:
             tool_first = {k: told[k] for k in ("extra", "agent") if k in told}
             result["proprio"] = flatten_state_dict(tool_first, use_torch=True)

@@ -50,7 +50,7 @@ class TimeLimitWrapper(Wrapper):
         self._max_episode_steps = steps
 
     @property
-    def spec(self) -> Any:
+    def spec(self) -> Any:  # type: ignore[override]
         """The specification that gym.make was given, with the limit."""
         spec = copy(self.env.unwrapped.spec)
         if spec is not None:

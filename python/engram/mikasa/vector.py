@@ -108,7 +108,7 @@ class ManiSkillVectorEnv(gym.vector.VectorEnv):  # type: ignore[type-arg, unused
         self.returns[chosen] = 0
         return observation, info
 
-    def step(  # type: ignore[override]
+    def step(
         self, actions: Any
     ) -> tuple[Any, torch.Tensor, torch.Tensor, torch.Tensor, dict[str, Any]]:
         """One control step of all environments."""
