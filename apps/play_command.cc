@@ -36,6 +36,7 @@ struct PlayOptions {
   for (const std::string& file : variants) words.push_back("--variants=" + file);
   words.insert(words.end(), options.words.begin(), options.words.end());
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   ::execvp(arguments[0], arguments.data());

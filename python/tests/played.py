@@ -10,7 +10,7 @@ import struct
 import subprocess
 import sys
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -114,11 +114,13 @@ class Page:
 
 
 @contextlib.contextmanager
-def serving(out: Path, *arguments: Any, stay: bool = True) -> Iterator[Server]:
-    """A server until the block ends."""
-    command = [sys.executable, "-m", "engram.play", "--no-open", "--out", out, *arguments]
+def serving(
+    out: Path, *arguments: Any, stay: bool = True, command: Sequence[str] = ("engram.play",)
+) -> Iterator[Server]:
+    """A server until the block ends. command: the module that is run, and its first words."""
+    words = [sys.executable, "-m", *command, "--no-open", "--out", out, *arguments]
     with subprocess.Popen(
-        [str(word) for word in [*command, *(["--stay"] if stay else [])]],
+        [str(word) for word in [*words, *(["--stay"] if stay else [])]],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.client
+import json
 import random
 import socket
 import subprocess
@@ -242,6 +243,18 @@ def test_ctrl_c_ends_it_and_tells_what_was_refused(tmp_path):
         assert server.process.returncode == 130
         assert "refused: 1 token" in said
         assert "Traceback" not in said
+
+
+def test_the_engram_command_becomes_the_server(tmp_path):
+    variants = tmp_path / "variants.json"
+    one = {"id": "RememberColor4-v0", "base": "RememberColor9-VLA-v0", "constants": {"COLORS": 4}}
+    variants.write_text(json.dumps({"variants": [one]}))
+    words = ("engram", "--variants", str(variants), "play")
+    with serving(tmp_path / "out", command=words) as server, server.page() as page:
+        assert server.get("tasks.json")[-1]["id"] == "RememberColor4-v0"
+        assert page.play("RememberColor4-v0", 3)["score"]["sweep"] is None
+        assert "Traceback" not in server.end()
+        assert server.process.returncode == 130
 
 
 def test_it_listens_on_this_machine_alone(server):
