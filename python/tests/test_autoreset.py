@@ -186,7 +186,7 @@ def test_a_single_environment_goes_on_on_request():
 @pytest.mark.parametrize("on", [True, False])
 def test_only_the_horizon_ends_an_episode_on_request(on):
     options = {} if on else {"terminate_on_success": False, "terminate_on_failure": False}
-    id = "TimedTransfer-Easy-VLA-v0"
+    id = "TimedTransferEasy-VLA-v0"
     env = engram.make_vec(id, 1, autoreset_mode="DISABLED", after_end="hold", **options)
     env.reset(seed=0)
     ended = [bool(env.step(env.act("oracle"))[2][0]) for _ in range(env.description["horizon"])]

@@ -214,7 +214,7 @@ TEST_CASE("Pictures for people and of sensors", "[cpp_door]") {
 
 TEST_CASE("Robot, cameras and drawn values on demand", "[cpp_door][tell]") {
   VectorEnv env =
-      engram::make("TimedTransfer-Easy-VLA-v0", {.num_envs = 2, .pins = {{"signal_step", {12}}}});
+      engram::make("TimedTransferEasy-VLA-v0", {.num_envs = 2, .pins = {{"signal_step", {3}}}});
   std::vector<float> qpos(18);
   std::vector<float> tcp(14);
   CHECK_THROWS_WITH(env.robot_state(qpos, {}, tcp), Contains("before the first reset"));
@@ -232,9 +232,9 @@ TEST_CASE("Robot, cameras and drawn values on demand", "[cpp_door][tell]") {
   REQUIRE(env.drawn_dim() == 3);
   std::vector<float> drawn(6);
   env.drawn(drawn);
-  CHECK(drawn[3] == 12);
+  CHECK(drawn[3] == 3);
   drawn.pop_back();
-  CHECK_THROWS_WITH(env.drawn(drawn), Contains("5 given"));
+  CHECK_THROWS_WITH(env.drawn(drawn), Contains("5 values given, 6 needed"));
 }
 
 TEST_CASE("Shadows in pictures for people are an option", "[cpp_door]") {
