@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "core/base/error.h"
+#include "protocol/batch/make.h"  // Error
 
 namespace engram::apps {
 namespace {

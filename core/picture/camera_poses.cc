@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/join.h"
+#include "core/base/real_functions.h"
 #include "core/physics/mujoco_handle.h"
 
 namespace engram {
@@ -58,7 +59,7 @@ Eigen::Isometry3d CameraPoses::pose(int camera, const double* qpos) {
 }
 
 double CameraPoses::focal_length(int camera, int height) const {
-  return height / 2.0 / std::tan(cameras_[static_cast<std::size_t>(camera)].fovy / 2);
+  return height / 2.0 / real::tan(cameras_[static_cast<std::size_t>(camera)].fovy / 2);
 }
 
 }  // namespace engram

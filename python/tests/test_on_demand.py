@@ -67,7 +67,7 @@ def test_the_tip_is_seen_by_the_hand():
 
 
 def test_single_environments_tell_rows():
-    env = engram.make("TraceShapeSeq-Easy-VLA-v0")
+    env = engram.make("TraceShapeSeqEasy-VLA-v0")
     env.reset(seed=2)
     assert env.robot_state()["tcp_pose"].shape == (7,)
     assert env.camera_params()["hand_camera"]["extrinsic_cv"].shape == (3, 4)

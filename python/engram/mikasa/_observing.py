@@ -150,10 +150,14 @@ class Evaluation:
     Args:
         batch: What is evaluated.
         description: Of the batch.
+        instruction: In place of the batch's.
     """
 
-    def __init__(self, batch: VectorEnv[Any], description: TaskDescription) -> None:
+    def __init__(
+        self, batch: VectorEnv[Any], description: TaskDescription, instruction: str | None
+    ) -> None:
         family = description["family"]
+        self._instruction = instruction
         views = batch._views
         self._batch = batch
         self._by_episode = family in _families.ROTATE
@@ -172,8 +176,12 @@ class Evaluation:
 
     def restart(self) -> None:
         """Asks for instructions anew: episodes have begun."""
-        texts = self._batch.instructions if self._by_episode else self._batch._batch.instruction(0)
-        self._texts = texts
+        if self._instruction is not None:
+            self._texts = self._instruction
+        elif self._by_episode:
+            self._texts = self._batch.instructions
+        else:
+            self._texts = self._batch._batch.instruction(0)
 
     def oracle_info(self) -> torch.Tensor:
         """The answer."""

@@ -92,6 +92,15 @@ def own_constants(cls: type) -> dict[str, Any]:
     return given
 
 
+def own_instruction(cls: type) -> str | None:
+    """The instruction that the user's classes give, if they do."""
+    for one in cls.__mro__:
+        if "LANGUAGE_INSTRUCTION" in vars(one):
+            generated = vars(one).get("_generated", False)
+            return None if generated else vars(one)["LANGUAGE_INSTRUCTION"]
+    return None
+
+
 def changed_constants(cls: Any) -> dict[str, Any]:
     """Constants that a class changes, as ``engram.make_vec`` takes them.
 

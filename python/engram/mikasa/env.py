@@ -11,7 +11,7 @@ import numpy as np
 from engram.errors import BadStateError, InvalidArgumentError
 from engram.mikasa import _families, _keywords, _observing, _rendering
 from engram.mikasa._torch import CPU, torch
-from engram.mikasa._variants import TaskMeta, changed_constants
+from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.agent import Agent
 from engram.vector_env import VectorEnv
 
@@ -113,7 +113,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._observations = _observing.Observations(
             self._env, self._description, self.obs_mode, chosen.textures, chosen.cameras
         )
-        self._evaluation = _observing.Evaluation(self._env, self._description)
+        self._evaluation = _observing.Evaluation(self._env, self._description, own_instruction(cls))
         self.agent = Agent(self)
         self.single_action_space: Any = self._env.single_action_space
         self.action_space: Any = (

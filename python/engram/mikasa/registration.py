@@ -15,7 +15,7 @@ from gymnasium.envs.registration import WrapperSpec
 from engram._values import text
 from engram.errors import InvalidArgumentError
 from engram.mikasa._base_wrappers import Wrapper
-from engram.mikasa._variants import TaskMeta, changed_constants
+from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.env import BaseEnv
 from engram.mikasa.gym_utils import find_max_episode_steps_value
 from engram.registration import register as register_variant
@@ -137,14 +137,7 @@ def _make_known(
     """Registers a class with other constants as a variant, for all of engram's doors."""
     if steps is not None:
         constants = {**constants, "max_episode_steps": steps}
-    instruction = next(
-        (
-            vars(one)["LANGUAGE_INSTRUCTION"]
-            for one in cls.__mro__
-            if "LANGUAGE_INSTRUCTION" in vars(one) and not vars(one).get("_generated", False)
-        ),
-        None,
-    )
+    instruction = own_instruction(cls)
     try:
         register_variant(uid, base=cls._task, constants=constants, instruction=instruction)
     except InvalidArgumentError:

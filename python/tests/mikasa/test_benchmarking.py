@@ -14,7 +14,8 @@ from policies import Looking, as_engram
 import engram
 from engram.mikasa import benchmarking
 
-IDS = ["RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0", "RotateLenientPos-VLA-v0"]
+# In the order of engram's list, which its evaluation follows.
+IDS = ["ShellGameTouch-VLA-v0", "RememberColor3-VLA-v0", "RotateLenientPos-VLA-v0"]
 CONFIG = benchmarking.BenchmarkConfig(n_episodes=2, sim_backend="auto")
 # What the original says otherwise, or engram alone.
 OTHERS = ("benchmark_commit", "action_chunk_size")
@@ -84,7 +85,7 @@ def test_answers(shape):
             return np.zeros(shape, np.float32)
 
     config = benchmarking.BenchmarkConfig(n_episodes=1, obs_mode="rgb")
-    env = benchmarking.make_benchmark_env(IDS[0], config)
+    env = benchmarking.make_benchmark_env(IDS[1], config)
     if shape in [(7,), (4, 7), (1, 4, 7)]:
         result, frames = benchmarking.run_episode(env, Policy(), 1)
         assert result.n_steps == 25
@@ -98,10 +99,10 @@ def test_answers(shape):
 def test_films(tmp_path):
     pytest.importorskip("av")
     config = benchmarking.BenchmarkConfig(n_episodes=1, save_videos=True)
-    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[:1])
+    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[1:2])
     benchmarking.evaluate_benchmark(tasks, Looking(25), config, output_dir=tmp_path)
-    assert (tmp_path / "videos" / IDS[0] / "episode_0000.mp4").stat().st_size > 1000
-    env = benchmarking.make_benchmark_env(IDS[0], config)
+    assert (tmp_path / "videos" / IDS[1] / "episode_0000.mp4").stat().st_size > 1000
+    env = benchmarking.make_benchmark_env(IDS[1], config)
     _, frames = benchmarking.run_episode(env, Looking(25), 1, collect_video=True)
     assert len(frames) == 26
     assert frames[0].shape == (512, 768, 3)
@@ -110,7 +111,7 @@ def test_films(tmp_path):
 
 def test_a_table_in_the_terminal():
     pytest.importorskip("rich")
-    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[:1])
+    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[1:2])
     with benchmarking.RichBenchmarkUI(tasks, 1) as ui:
         benchmarking.evaluate_benchmark(
             tasks, Looking(5), benchmarking.BenchmarkConfig(n_episodes=1),

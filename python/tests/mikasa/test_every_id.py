@@ -72,7 +72,7 @@ def assert_phases(env, family):
 
 def test_there_are_97():
     assert len(IDS) == 97
-    assert sorted(tasks()) == sorted(IDS)
+    assert set(IDS) <= set(tasks())  # besides, what other tests have registered
 
 
 @pytest.mark.parametrize("id", IDS)

@@ -25,7 +25,8 @@ SED = [
     r"s/mikasa_robo_suite\.vla(\.utils)?\b/engram.mikasa/",
     r"s/^from (mani_skill[a-z_.]*|baselines\.ppo\.ppo_memtasks) import/from engram.mikasa import/",
 ]
-IDS = ["RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0", "RotateLenientPos-VLA-v0"]
+# In the order of engram's list, which its evaluation follows.
+IDS = ["ShellGameTouch-VLA-v0", "RememberColor3-VLA-v0", "RotateLenientPos-VLA-v0"]
 
 
 @pytest.fixture(scope="module")
