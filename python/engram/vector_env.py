@@ -365,8 +365,8 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         """The robot, in every observation mode, as new float32 arrays.
 
         Returns:
-            {"qpos": (N, 9) rad, m; "qvel": (N, 9) rad/s, m/s: arm joints, fingers; "tcp_pose":
-            (N, 7) position in m and quaternion (w, x, y, z), in the world}.
+            "qpos", (N, 9) in rad and m, arm joints and fingers; "qvel", (N, 9) in rad/s and m/s;
+            "tcp_pose", (N, 7), position in m and quaternion (w, x, y, z), in the world.
 
         Raises:
             BadStateError: Nothing was reset.
@@ -383,9 +383,9 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
                 the constructor.
 
         Returns:
-            For each camera {"extrinsic_cv": (N, 3, 4) from the world to the camera (x right, y
-            down, z forward); "cam2world_gl": (N, 4, 4) from the camera (x right, y up, z backward)
-            to the world; "intrinsic_cv": (N, 3, 3) in pixels, where pixel (0, 0) covers 0 to 1}.
+            For each camera "extrinsic_cv", (N, 3, 4) from the world to the camera (x right, y
+            down, z forward); "cam2world_gl", (N, 4, 4) from the camera (x right, y up, z backward)
+            to the world; "intrinsic_cv", (N, 3, 3) in pixels, where pixel (0, 0) covers 0 to 1.
             hand_camera moves with the arm.
 
         Raises:
@@ -406,7 +406,7 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         policies must not know. ``description["drawn"]`` says what they mean.
 
         Returns:
-            By name: (N,), or (N, width); int64, or float32 where the values are no whole numbers.
+            Arrays by name, (N,) or (N, width), int64, or float32 where values are no whole numbers.
 
         Raises:
             BadStateError: Nothing was reset.

@@ -90,8 +90,8 @@ def test_a_page_keeps_its_words(tmp_path: Path) -> None:
     assert text.startswith("# Who remembers\n")
     assert text.endswith("\n\nThe end.\n")
     assert "old" not in text
-    answers = text.split("### The first answer is right")[1]
-    assert INTERCEPT not in answers.split("###")[0]  # it asks for no answer
+    answers = text.split("## The first answer is right")[1]
+    assert INTERCEPT not in answers.split("##")[0]  # it asks for no answer
 
 
 def test_runs_beside_the_page_are_not_run_again(tmp_path: Path, learners: Path) -> None:
