@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import importlib.metadata
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from demonstrated import demonstrations, folder  # noqa: F401 (fixtures)
 
 import engram
+
+if TYPE_CHECKING:
+    from played import Server
 
 TASK = "RememberColor3-VLA-v0"  # 25 steps; never ends before
 ENDING_TASK = "ShellGameTouch-VLA-v0"  # ends at success
@@ -95,3 +99,12 @@ def noisy_oracle(env: engram.VectorEnv, rng: np.random.Generator) -> np.ndarray:
     actions = env.act("oracle")
     actions[:, 3:6] += rng.normal(0, 0.02, (env.num_envs, 3)).astype(np.float32)
     return actions
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory) -> Iterator[Server]:
+    """`engram play`, one for all tests of a file; tabs come and go."""
+    from played import serving  # needs libraries that not all environments have
+
+    with serving(tmp_path_factory.mktemp("play") / "played") as running:
+        yield running
