@@ -33,20 +33,41 @@ engram_array column_array(const ColumnView& column, int num_envs) {
   return array;
 }
 
-engram_array image_array(const VectorEnv& env, std::span<const std::uint8_t> images) {
+// Values of each pixel, cameras one behind the other.
+engram_array image_array(const VectorEnv& env, const void* data, std::int32_t dtype, int channels) {
   const ImageShape& shape = env.options().images;
   engram_array array{};
-  array.name = "rgb";
   array.unit = "";
-  array.description = "images, row 0 on top, cameras one behind the other in each pixel";
-  array.data = images.data();
-  array.dtype = ENGRAM_UINT8;
+  array.data = data;
+  array.dtype = dtype;
   array.ndim = 4;
   array.shape[0] = env.num_envs();
   array.shape[1] = shape.height;
   array.shape[2] = shape.width;
-  array.shape[3] = 3 * static_cast<std::int64_t>(shape.cameras.size());
+  array.shape[3] = channels * static_cast<std::int64_t>(shape.cameras.size());
   return array;
+}
+
+void add_images(const VectorEnv& env, bool finals, std::vector<engram_array>& arrays) {
+  if (!env.rgb().empty()) {
+    const auto data = finals ? env.final_rgb() : env.rgb();
+    arrays.push_back(image_array(env, data.data(), ENGRAM_UINT8, 3));
+    arrays.back().name = "rgb";
+    arrays.back().description = "images, row 0 on top, cameras one behind the other in each pixel";
+  }
+  if (!env.depth().empty()) {
+    const auto data = finals ? env.final_depth() : env.depth();
+    arrays.push_back(image_array(env, data.data(), ENGRAM_INT16, 1));
+    arrays.back().name = "depth";
+    arrays.back().unit = "mm";
+    arrays.back().description = "along the axis of each camera; 0: nothing there";
+  }
+  if (!env.segmentation().empty()) {
+    const auto data = finals ? env.final_segmentation() : env.segmentation();
+    arrays.push_back(image_array(env, data.data(), ENGRAM_INT16, 1));
+    arrays.back().name = "segmentation";
+    arrays.back().description = "what each camera sees: index into segmentation_names";
+  }
 }
 
 engram_array mask_array(const VectorEnv& env) {
@@ -83,7 +104,7 @@ std::vector<engram_array> list_outputs(const VectorEnv& env) {
   std::vector<engram_array> arrays = list_columns(
       env, [&env](const ColumnView& column) { return env.output(column.field->name); });
   arrays.push_back(mask_array(env));
-  if (!env.rgb().empty()) arrays.push_back(image_array(env, env.rgb()));
+  add_images(env, false, arrays);
   return arrays;
 }
 
@@ -91,7 +112,7 @@ std::vector<engram_array> list_final_outputs(const VectorEnv& env) {
   if (env.options().auto_reset != AutoReset::kSameStep) return {};
   std::vector<engram_array> arrays = list_columns(
       env, [&env](const ColumnView& column) { return env.final_output(column.field->name); });
-  if (!env.rgb().empty()) arrays.push_back(image_array(env, env.final_rgb()));
+  add_images(env, true, arrays);
   return arrays;
 }
 

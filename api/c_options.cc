@@ -196,6 +196,10 @@ static_assert(static_cast<int>(ObsMode::kStateDict) == ENGRAM_OBS_STATE_DICT);
 static_assert(static_cast<int>(ObsMode::kRgb) == ENGRAM_OBS_RGB);
 static_assert(static_cast<int>(ObsMode::kObjects) == ENGRAM_OBS_OBJECTS);
 static_assert(static_cast<int>(ObsMode::kObjectsDict) == ENGRAM_OBS_OBJECTS_DICT);
+static_assert(static_cast<int>(ObsMode::kRgbDepth) == ENGRAM_OBS_RGB_DEPTH);
+static_assert(static_cast<int>(ObsMode::kRgbSegmentation) == ENGRAM_OBS_RGB_SEGMENTATION);
+static_assert(static_cast<int>(ObsMode::kRgbDepthSegmentation) ==
+              ENGRAM_OBS_RGB_DEPTH_SEGMENTATION);
 static_assert(static_cast<int>(RewardMode::kNone) == ENGRAM_REWARD_NONE);
 static_assert(static_cast<int>(RewardMode::kSparse) == ENGRAM_REWARD_SPARSE);
 static_assert(static_cast<int>(RewardMode::kDense) == ENGRAM_REWARD_DENSE);

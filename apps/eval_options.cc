@@ -111,7 +111,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   add_seed(command, options.protocol.start_seed, "Episode i has seed + i");
   add_num_envs(command, options.protocol.num_envs)
       .description("Episodes that a thread plays together");
-  add_obs(command, options.protocol.environment);
+  add_obs(command, options.protocol.environment, kObsModes);
   add_rules(command, options.protocol.environment.rules);
   add_constants(command, options.protocol.environment.constants);
   add_task_options(

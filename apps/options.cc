@@ -228,9 +228,16 @@ Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode) {
       .default_str("all");
 }
 
+Option add_any_obs_mode(const Command& command, std::optional<ObsMode>& mode,
+                        const std::string& default_text) {
+  return add_choice(command, "--obs", mode, named<ObsMode>(kAllObsModes), "This observation only")
+      .default_str(default_text);
+}
+
 Option add_layout(const Command& command, ObsMode& mode) {
-  static constexpr std::array kRows = {ObsMode::kState, ObsMode::kObjects};
-  return add_choice(command, "--obs", mode, named<ObsMode>(kRows),
+  static constexpr std::array kListed = {ObsMode::kState, ObsMode::kObjects,
+                                         ObsMode::kRgbSegmentation};
+  return add_choice(command, "--obs", mode, named<ObsMode>(kListed),
                     "Observation whose values are listed", " or ");
 }
 
@@ -255,8 +262,8 @@ Option add_json(const Command& command, bool& json) {
                           "One JSON document on standard output, nothing else there");
 }
 
-void add_obs(const Command& command, EnvOptions& options) {
-  add_choice(command, "--obs", options.obs_mode, named<ObsMode>(kObsModes),
+void add_obs(const Command& command, EnvOptions& options, std::span<const ObsMode> modes) {
+  add_choice(command, "--obs", options.obs_mode, named<ObsMode>(modes),
              "Observation; rgb: base and wrist camera, 128 x 128; objects: what they could tell of "
              "the scene, as numbers",
              " or ");
@@ -274,7 +281,7 @@ void add_renderer(const Command& command, ImageSourceOptions& options) {
 }
 
 std::string renderer_name(const EnvOptions& options) {
-  return options.obs_mode == ObsMode::kRgb ? options.image_options.renderer : "none";
+  return observes_pictures(options.obs_mode) ? options.image_options.renderer : "none";
 }
 
 void add_env_options(const Command& command, EnvOptions& options) {

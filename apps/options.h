@@ -35,6 +35,11 @@ Option add_seed(const Command& command, std::uint64_t& seed, const std::string& 
 
 // What --obs can ask for.
 inline constexpr std::array kObsModes = {ObsMode::kState, ObsMode::kRgb, ObsMode::kObjects};
+// Those of commands that give observations to no policy of the user's.
+inline constexpr std::array kAllObsModes = {
+    ObsMode::kState,           ObsMode::kRgb,
+    ObsMode::kObjects,         ObsMode::kRgbDepth,
+    ObsMode::kRgbSegmentation, ObsMode::kRgbDepthSegmentation};
 
 // Who may play a single task.
 inline constexpr std::array kPlayers = {Policy::kZero, Policy::kRandom, Policy::kOracle,
@@ -49,7 +54,10 @@ Option add_rules(const Command& command, Rules& rules);
 Option add_split(const Command& command, std::optional<Split>& split);
 // --obs, where both observations are meant unless one is named.
 Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode);
-// --obs of descriptions: of an observation that is a row of values.
+// The same with kAllObsModes; the help says what the default is.
+Option add_any_obs_mode(const Command& command, std::optional<ObsMode>& mode,
+                        const std::string& default_text);
+// --obs of descriptions: of an observation whose values are listed.
 Option add_layout(const Command& command, ObsMode& mode);
 
 // --- groups ---
@@ -60,7 +68,7 @@ Option add_lanes(const Command& command, int& lanes);
 Option add_json(const Command& command, bool& json);
 
 // --obs and --renderer: what is observed, and who draws it.
-void add_obs(const Command& command, EnvOptions& options);
+void add_obs(const Command& command, EnvOptions& options, std::span<const ObsMode> modes);
 void add_renderer(const Command& command, ImageSourceOptions& options);
 // The renderer's name, or "none" without images.
 std::string renderer_name(const EnvOptions& options);

@@ -78,8 +78,8 @@ Report roll_out(VectorEnv& env, const RolloutOptions& options, EpisodeLog& log) 
 }
 
 double images_per_step(const EnvOptions& options) {
-  return options.obs_mode == ObsMode::kRgb ? static_cast<double>(options.images.cameras.size())
-                                           : 0.0;
+  return observes_pictures(options.obs_mode) ? static_cast<double>(options.images.cameras.size())
+                                             : 0.0;
 }
 
 double rate(double count, double time) { return time > 0 ? count / time : 0; }
@@ -186,7 +186,7 @@ void add_rollout_command(const Command& program) {
   add_seed(command, options->env.seed, "Environment i begins with seed + i");
   add_threads(command, options->env.threads);
   add_lanes(command, options->env.lanes);
-  add_obs(command, options->env);
+  add_obs(command, options->env, kAllObsModes);
   add_policy(command, options->policy, kPlayers);
   add_env_options(command, options->env);
   command.add_flag("--hash", options->hash,

@@ -86,6 +86,14 @@ std::string constant_section(const Document& constants) {
   return table(constants).empty() ? "" : text;
 }
 
+std::string segmentation_section(const Document& names) {
+  Table rows({{"value", true}, {"name"}});
+  for (std::size_t i = 0; i < list(names).size(); ++i) {
+    rows.add({std::to_string(i), plain(list(names)[i])});
+  }
+  return list(names).empty() ? "" : "\nSegmentation\n" + rows.text("  ");
+}
+
 std::string reward_section(const Document& task) {
   std::string text = fmt::format("\nReward\n  dense reward of a success step: {}\n",
                                  plain(task, "success_reward"));
@@ -129,6 +137,7 @@ std::string describe_in_words(const Document& task) {
          section(fmt::format("Observation, {} values", plain(task, "state_dim")),
                  part(task, "state_fields"), {name, offset, width, unit, description}) +
          section("Proprio", part(task, "proprio"), {name, offset, width, unit, description}) +
+         segmentation_section(part(task, "segmentation_names")) +
          section("Outputs", part(task, "outputs"),
                  {name, {"dtype"}, width, {"privileged"}, unit, description}) +
          reward_section(task) + constant_section(part(task, "constants"));

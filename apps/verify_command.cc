@@ -21,7 +21,7 @@ constexpr int kMaxSteps = 10'000;
 struct VerifyOptions {
   std::vector<std::string> ids;
   TaskFilter filter;
-  std::optional<ObsMode> obs_mode;  // none: all of them
+  std::optional<ObsMode> obs_mode;  // none: kObsModes
   bench::IdentityOptions identity;
   ConstantTable constants;
   bool json = false;
@@ -119,7 +119,7 @@ void add_verify_command(const Command& program) {
   command.add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0; default: all")
       .type_name("ID");
   add_filter(command, options->filter);
-  add_obs_mode(command, options->obs_mode);
+  add_any_obs_mode(command, options->obs_mode, "state, rgb and objects");
   add_int(command, "--steps", options->identity.steps, 1, kMaxSteps,
           "Control steps of each stretch")
       .type_name("T");

@@ -219,6 +219,8 @@ class Checker {
       Trace& trace = traces[i];
       trace.shown = chain(trace.shown, env.outputs(), i);
       trace.shown = chain_row(trace.shown, env.rgb(), traces.size(), i);
+      trace.shown = chain_row(trace.shown, env.depth(), traces.size(), i);
+      trace.shown = chain_row(trace.shown, env.segmentation(), traces.size(), i);
       if (observes_objects(options_.obs_mode)) {
         trace.shown = chain_row(trace.shown, env.observation(), traces.size(), i);
       }

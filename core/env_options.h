@@ -32,9 +32,24 @@ enum class ObsMode {
   kObjects,
   // The same row; the description of the batch names its parts.
   kObjectsDict,
+  // As rgb, and "depth": mm along the axis of the camera to what each pixel shows.
+  kRgbDepth,
+  // As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+  // values.
+  kRgbSegmentation,
+  // As rgb, and both.
+  kRgbDepthSegmentation,
 };
 inline constexpr std::array kObsModeNames = {
-    "none", "state", "state_dict", "rgb", "objects", "objects_dict",
+    "none",
+    "state",
+    "state_dict",
+    "rgb",
+    "objects",
+    "objects_dict",
+    "rgb+depth",
+    "rgb+segmentation",
+    "rgb+depth+segmentation",
 };
 constexpr const auto& names_of(ObsMode) { return kObsModeNames; }
 
@@ -100,6 +115,17 @@ constexpr bool observes_state(ObsMode mode) {
 // Whether observations have a row of what cameras could tell.
 constexpr bool observes_objects(ObsMode mode) {
   return mode == ObsMode::kObjects || mode == ObsMode::kObjectsDict;
+}
+
+// Whether observations have pictures, and which beside colours.
+constexpr bool observes_depth(ObsMode mode) {
+  return mode == ObsMode::kRgbDepth || mode == ObsMode::kRgbDepthSegmentation;
+}
+constexpr bool observes_segmentation(ObsMode mode) {
+  return mode == ObsMode::kRgbSegmentation || mode == ObsMode::kRgbDepthSegmentation;
+}
+constexpr bool observes_pictures(ObsMode mode) {
+  return mode == ObsMode::kRgb || observes_depth(mode) || observes_segmentation(mode);
 }
 
 // begin options: limits

@@ -151,13 +151,15 @@ void VectorEnv::allocate() {
   }
   if (!info.answer.empty()) bindings_.answers.bind(outputs_);
   task_->bind(bindings_);
-  if (options_.obs_mode == ObsMode::kRgb) {
+  const ObsMode mode = options_.obs_mode;
+  if (observes_pictures(mode)) {
     if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
-    images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, renderers_,
+    const ImageKinds kinds = {observes_depth(mode), observes_segmentation(mode)};
+    images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, kinds, renderers_,
                                            options_.image_options, num_envs(), options_.threads,
                                            options_.auto_reset == AutoReset::kSameStep);
   }
-  if (observes_objects(options_.obs_mode)) {
+  if (observes_objects(mode)) {
     objects_ = std::make_unique<ObjectView>(
         info, tokens_,
         ObjectViewOptions{.num_envs = num_envs(),

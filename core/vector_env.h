@@ -100,10 +100,19 @@ class VectorEnv {
 
   // Outputs of the last step or reset; N = num_envs.
   std::span<const float> observation() const;  // (N, state_dim)
-  // (N, height, width, 3 * cameras): each pixel has the cameras' colours in order. rgb mode only.
+  // (N, height, width, 3 * cameras): each pixel has the cameras' colours in order. rgb modes only.
   std::span<const std::uint8_t> rgb() const;
+  // (N, height, width, cameras), in the modes that have them: mm along the camera's axis, 32767 at
+  // most, 0 where nothing is; and what is seen, an index into segmentation_names().
+  std::span<const std::int16_t> depth() const;
+  std::span<const std::int16_t> segmentation() const;
   // The last images of the episodes that final_mask marks (same-step mode).
   std::span<const std::uint8_t> final_rgb() const;
+  std::span<const std::int16_t> final_depth() const;
+  std::span<const std::int16_t> final_segmentation() const;
+  // The same in all episodes: "background", then the scene's things in their order. Empty unless
+  // segmentation is observed.
+  std::span<const std::string> segmentation_names() const;
   std::span<const float> proprio() const;            // (N, 7): see docs/robot.md
   std::span<const float> reward() const;             // (N)
   std::span<const std::uint8_t> terminated() const;  // (N)
@@ -148,7 +157,7 @@ class VectorEnv {
   const ColumnStore& memory() const { return memory_; }
   // Bytes that every further environment adds.
   std::size_t bytes_per_env() const {
-    return (images_ ? options_.images.bytes() : 0) + object_bytes() + memory_.row_bytes() +
+    return (images_ ? images_->bytes() : 0) + object_bytes() + memory_.row_bytes() +
            pin_memory_.row_bytes() + 2 * outputs_.row_bytes();
   }
 
@@ -204,7 +213,7 @@ class VectorEnv {
   ThreadPool pool_;
   std::unique_ptr<Simulator> simulator_;
   ImageSourceFactory renderers_;
-  std::unique_ptr<ImageBatch> images_;  // rgb mode only
+  std::unique_ptr<ImageBatch> images_;  // rgb modes only
   ObjectTokens tokens_;
   std::unique_ptr<ObjectView> objects_;   // objects modes only
   std::unique_ptr<CameraPoses> cameras_;  // from the first call for them on

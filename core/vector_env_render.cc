@@ -11,12 +11,23 @@ constexpr std::string_view kRenderCamera = "render_camera";
 
 }  // namespace
 
-std::span<const std::uint8_t> VectorEnv::rgb() const {
-  return images_ ? images_->images() : std::span<const std::uint8_t>{};
+using Bytes = std::span<const std::uint8_t>;
+using Cells = std::span<const std::int16_t>;
+
+Bytes VectorEnv::rgb() const { return images_ ? images_->rgb().now.span() : Bytes(); }
+Cells VectorEnv::depth() const { return images_ ? images_->depth().now.span() : Cells(); }
+Cells VectorEnv::segmentation() const {
+  return images_ ? images_->segmentation().now.span() : Cells();
 }
 
-std::span<const std::uint8_t> VectorEnv::final_rgb() const {
-  return images_ ? images_->finals() : std::span<const std::uint8_t>{};
+Bytes VectorEnv::final_rgb() const { return images_ ? images_->rgb().finals.span() : Bytes(); }
+Cells VectorEnv::final_depth() const { return images_ ? images_->depth().finals.span() : Cells(); }
+Cells VectorEnv::final_segmentation() const {
+  return images_ ? images_->segmentation().finals.span() : Cells();
+}
+
+std::span<const std::string> VectorEnv::segmentation_names() const {
+  return segmentation().empty() ? std::span<const std::string>() : images_->segments();
 }
 
 void VectorEnv::overlay(int env, Overlay& out) const {

@@ -32,8 +32,10 @@ void draw(const Frame& frame, const Kernel& kernel, TileRow& row, int stride, fl
 
 }  // namespace
 
-Backdrops::Backdrops(const PreparedScene& prepared, std::int64_t most_pixels)
-    : capacity_(std::min(most_pixels, kMostPixels)), slots_(prepared.scene.cameras.size()) {
+Backdrops::Backdrops(const PreparedScene& prepared, std::int64_t most_pixels, bool segments)
+    : capacity_(std::min(most_pixels, kMostPixels)),
+      segments_(segments),
+      slots_(prepared.scene.cameras.size()) {
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     if (!prepared.scene.cameras[i].still || capacity_ == 0) continue;
     // Pages that no picture needs are never touched.
@@ -54,8 +56,9 @@ const Backdrop* Backdrops::find(const RenderInstances& instances, int camera, in
     slot.height = height;
     constexpr float kNone = -std::numeric_limits<float>::infinity();
     slot.backdrop = {slot.w.get(), slot.color.get(), padded(width), {kNone, 0, 0}};
-    draw(view.look(instances, camera, width, height, Shown::kStill), kernel, row,
-         slot.backdrop.stride, slot.w.get(), slot.color.get());
+    const Frame& frame = view.look(instances, camera, width, height, Shown::kStill);
+    draw(segments_ ? view.segmented() : frame, kernel, row, slot.backdrop.stride, slot.w.get(),
+         slot.color.get());
     if (!view.ranks().empty()) slot.backdrop.last = view.ranks().back();
     slot.state.store(State::kReady, std::memory_order_release);
     state = State::kReady;

@@ -16,8 +16,8 @@ namespace engram::cpu {
 // asks first draws it; until it is there, others draw without, which gives the same pixels.
 class Backdrops {
  public:
-  // `most_pixels`: of the largest picture.
-  Backdrops(const PreparedScene& prepared, std::int64_t most_pixels);
+  // `most_pixels`: of the largest picture. `segments`: they have those for colours.
+  Backdrops(const PreparedScene& prepared, std::int64_t most_pixels, bool segments = false);
 
   // Null if there is none (yet) of that size. `view` and `row` are working memory; does not
   // allocate.
@@ -36,6 +36,7 @@ class Backdrops {
   };
 
   std::int64_t capacity_;
+  bool segments_;
   std::vector<Slot> slots_;  // one per camera
 };
 

@@ -200,8 +200,9 @@ struct TileRow {
   std::int32_t* code;  // codes, then colours
   Sieved* sieved;      // as many as the frame has primitives
   int sieved_count;
-  // The colours of each tile: where they begin, and from row to row.
+  // The colours of each tile and, if kept, its depths: where they begin, and from row to row.
   const std::uint32_t* source[kPanelTiles];
+  const float* w_source[kPanelTiles];
   int stride[kPanelTiles];
 };
 
@@ -225,6 +226,16 @@ struct Kernel {
   // Writes a row of pixels of two cameras' tiles, `y` rows below the tiles' first one.
   void (*store_both)(const TileRow& first, const TileRow& second, int y, int count,
                      std::uint8_t* out);
+  // Rows of depths as observations have them, or of segments, where the frame's codes are those: of
+  // one camera, a value every `step`, or of two, side by side.
+  void (*store_depths)(const TileRow& row, float far_w, int y, int count, std::ptrdiff_t step,
+                       std::int16_t* out);
+  void (*store_segments)(const TileRow& row, int y, int count, std::ptrdiff_t step,
+                         std::int16_t* out);
+  void (*store_both_depths)(const TileRow& first, const TileRow& second, const float* far_w, int y,
+                            int count, std::int16_t* out);
+  void (*store_both_segments)(const TileRow& first, const TileRow& second, int y, int count,
+                              std::int16_t* out);
   const EightsKernel* eights;
 };
 

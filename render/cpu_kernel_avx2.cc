@@ -1,6 +1,7 @@
 // The ray caster's inner loops for AVX2; compiled with -mavx2.
 #if defined(__AVX2__) && !defined(__AVX512F__)
 
+#include "render/cpu_cells_body.h"
 #include "render/cpu_eights_body.h"
 #include "render/cpu_shade_body.h"
 #include "render/cpu_store_body.h"
@@ -10,8 +11,9 @@
 namespace engram::cpu {
 
 const Kernel* avx2_kernel() {
-  static constexpr Kernel kKernel = {&trace,      &shade,      &store_pairs,
-                                     &draw_tiles, &store_both, &kEights};
+  static constexpr Kernel kKernel = {
+      &trace,        &shade,          &store_pairs,       &draw_tiles,          &store_both,
+      &store_depths, &store_segments, &store_both_depths, &store_both_segments, &kEights};
   return &kKernel;
 }
 

@@ -2,6 +2,7 @@
 // -mavx512vl.
 #if defined(__AVX512F__) && defined(__AVX512BW__)
 
+#include "render/cpu_cells_body.h"
 #include "render/cpu_eights_body.h"
 #include "render/cpu_shade_body.h"
 #include "render/cpu_store_body.h"
@@ -11,8 +12,9 @@
 namespace engram::cpu {
 
 const Kernel* avx512_kernel() {
-  static constexpr Kernel kKernel = {&trace,      &shade,      &store_pairs,
-                                     &draw_tiles, &store_both, &kEights};
+  static constexpr Kernel kKernel = {
+      &trace,        &shade,          &store_pairs,       &draw_tiles,          &store_both,
+      &store_depths, &store_segments, &store_both_depths, &store_both_segments, &kEights};
   return &kKernel;
 }
 

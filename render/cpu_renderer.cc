@@ -1,6 +1,7 @@
 #include "render/cpu_renderer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -105,11 +106,32 @@ void store_means(const std::uint32_t* upper, const std::uint32_t* lower, int cou
   }
 }
 
-// Two images of one size that share their pixels: three bytes of each.
+bool has_cells(const RenderImage& image) {
+  return image.depth_mm != nullptr || image.segment_id != nullptr;
+}
+
+// Side by side, or neither.
+bool are_neighbours(const std::int16_t* first, const std::int16_t* second) {
+  return first == nullptr || second == nullptr ? first == second : second == first + 1;
+}
+
+// Two images of one size that share their pixels: three bytes of each, or two.
 bool are_woven(const RenderImage& first, const RenderImage& second) {
-  return first.width == second.width && first.height == second.height && first.pixel_stride == 6 &&
+  if (first.width != second.width || first.height != second.height) return false;
+  if (has_cells(first) &&
+      !(first.cell_step == 2 && second.cell_step == 2 && first.cell_row == second.cell_row)) {
+    return false;
+  }
+  return are_neighbours(first.depth_mm, second.depth_mm) &&
+         are_neighbours(first.segment_id, second.segment_id) && first.pixel_stride == 6 &&
          second.pixel_stride == 6 && first.row_stride == second.row_stride &&
-         second.rgb == first.rgb + 3;
+         first.rgb != nullptr && second.rgb == first.rgb + 3;
+}
+
+// As kernels do it: from w = 1 / depth.
+std::int16_t millimetres(float w) {
+  constexpr float kMost = 32767;
+  return static_cast<std::int16_t>(std::lrint(std::min(1000 / w, kMost)));
 }
 
 class CpuRenderer final : public Renderer {
@@ -118,7 +140,8 @@ class CpuRenderer final : public Renderer {
       : prepared_(scene, options),
         options_(options),
         kernel_(find_kernel(options.instruction_set)),
-        backdrops_(prepared_, draws_tiles() ? most_samples() : 0) {
+        backdrops_(prepared_, draws_tiles() ? most_pixels(samples()) : 0),
+        segmented_(prepared_, draws_tiles() ? most_pixels(1) : 0, true) {
     for (int i = 0; i < workers; ++i) workbenches_.push_back(std::make_unique<Workbench>(*this));
   }
 
@@ -153,16 +176,24 @@ class CpuRenderer final : public Renderer {
           w(owner.band_size()),
           id(w.size()),
           color(w.size()),
-          tile_w(owner.tiles_size()),
-          tile_codes(2 * tile_w.size()),
+          tile_w(2 * owner.tiles_size()),
+          tile_codes(tile_w.size()),
           sieved(owner.prepared_.scene.geoms.size()) {
       for (std::size_t i = 0; i < 2; ++i) {
-        rows[i].pitch = static_cast<int>(tile_w.size()) / kBlock;
-        rows[i].w = tile_w.data();
-        rows[i].code = tile_codes.data() + i * tile_w.size();
+        rows[i].pitch = static_cast<int>(owner.tiles_size()) / kBlock;
+        rows[i].code = tile_codes.data() + i * owner.tiles_size();
         rows[i].sieved = sieved.data();
       }
+      keep_depths(false);
       if (owner.draws_pairs()) other_view.emplace(owner.make_view());
+    }
+
+    // Cameras of a pair share the memory for depths unless those are wanted.
+    void keep_depths(bool wanted) {
+      for (std::size_t i = 0; i < 2; ++i) {
+        rows[i].keeps_depth = wanted;
+        rows[i].w = tile_w.data() + (wanted ? i * tile_w.size() / 2 : 0);
+      }
     }
 
     cpu::View view;
@@ -182,6 +213,19 @@ class CpuRenderer final : public Renderer {
     const Backdrop* backdrop;
   };
 
+  // Which pictures of a camera are drawn from one frame.
+  struct Wish {
+    bool colors;
+    bool depth;
+    bool segments;
+  };
+
+  // The same in colours, and with segments for colours.
+  struct Sight {
+    Scenery colors;
+    Scenery segments;
+  };
+
   cpu::View make_view() const {
     return {prepared_, kernel_->eights, samples() * options_.max_width,
             samples() * options_.max_height};
@@ -189,8 +233,8 @@ class CpuRenderer final : public Renderer {
 
   int samples() const { return options_.antialias ? 2 : 1; }
 
-  std::int64_t most_samples() const {
-    return std::int64_t{padded(samples() * options_.max_width)} * samples() * options_.max_height;
+  std::int64_t most_pixels(int scale) const {
+    return std::int64_t{padded(scale * options_.max_width)} * scale * options_.max_height;
   }
 
   // Of a row of tiles.
@@ -211,33 +255,44 @@ class CpuRenderer final : public Renderer {
            image.height <= options_.max_height;
   }
 
-  // Tiles are for colours alone, without shadows: most pictures.
+  // Tiles are for pictures without shadows that observations can have: most pictures.
   bool draws_tiles() const { return !prepared_.casts_shadows(); }
   // Two cameras whose pixels lie side by side, at once.
   bool draws_pairs() const { return draws_tiles() && !options_.antialias; }
   bool is_plain(const RenderImage& image) const {
-    return draws_tiles() && image.rgb != nullptr && image.depth == nullptr &&
-           image.segment == nullptr;
+    return draws_tiles() && image.depth == nullptr && image.segment == nullptr &&
+           (image.rgb != nullptr || has_cells(image));
   }
 
-  Scenery look(Workbench& workbench, cpu::View& view, const RenderInstances& instances,
-               const RenderImage& image) {
-    const int width = samples() * image.width;
-    const int height = samples() * image.height;
-    const Backdrop* backdrop =
-        backdrops_.find(instances, image.camera, width, height, *kernel_, view, workbench.rows[0]);
-    if (backdrop != nullptr) {
-      const Frame& frame = view.look(instances, image.camera, width, height, cpu::Shown::kMoving);
+  Sight look(Workbench& workbench, cpu::View& view, const RenderInstances& instances,
+             const RenderImage& image, int scale, const Wish& wish) {
+    const int width = scale * image.width;
+    const int height = scale * image.height;
+    const auto find = [&](cpu::Backdrops& backdrops, bool wanted) {
+      return wanted ? backdrops.find(instances, image.camera, width, height, *kernel_, view,
+                                     workbench.rows[0])
+                    : nullptr;
+    };
+    const Backdrop* colors = find(backdrops_, wish.colors);
+    const Backdrop* segments = find(segmented_, wish.segments);
+    const Frame* frame = nullptr;
+    if ((colors != nullptr) == wish.colors && (segments != nullptr) == wish.segments) {
+      frame = &view.look(instances, image.camera, width, height, cpu::Shown::kMoving);
       // What is drawn first wins where two are equally near: the backdrop must come first.
-      if (view.ranks().empty() || backdrop->last < view.ranks().front()) return {&frame, backdrop};
+      const cpu::Rank& last = (wish.colors ? colors : segments)->last;
+      if (!view.ranks().empty() && !(last < view.ranks().front())) frame = nullptr;
     }
-    return {&view.look(instances, image.camera, width, height), nullptr};
+    if (frame == nullptr) {
+      frame = &view.look(instances, image.camera, width, height);
+      colors = segments = nullptr;
+    }
+    return {{frame, colors}, {wish.segments ? &view.segmented() : nullptr, segments}};
   }
 
   // Draws rows of tiles, part by part, and calls store(k, count) for `count` samples in each of
-  // their rows k that begins a row of pixels.
+  // their rows k that begins a row of pixels: every `step` of them.
   template <typename Store>
-  void draw_rows(const Scenery* sceneries, TileRow* rows, int count, Store store) const {
+  void draw_rows(const Scenery* sceneries, TileRow* rows, int count, int step, Store store) const {
     const int width = sceneries->frame->width;
     const int height = sceneries->frame->height;
     for (int y = 0; y < height; y += kBlock) {
@@ -249,7 +304,7 @@ class CpuRenderer final : public Renderer {
           rows[i].rows = std::min(kBlock, height - y);
           kernel_->draw_tiles(*sceneries[i].frame, sceneries[i].backdrop, rows[i]);
         }
-        for (int k = 0; k < rows->rows; k += samples()) {
+        for (int k = 0; k < rows->rows; k += step) {
           store(k, std::min(kPanelTiles * kBlock, width - x));
         }
       }
@@ -258,33 +313,87 @@ class CpuRenderer final : public Renderer {
 
   void draw_both(Workbench& workbench, const RenderInstances& instances, const RenderImage& image,
                  const RenderImage& other) {
-    const Scenery sceneries[2] = {look(workbench, workbench.view, instances, image),
-                                  look(workbench, *workbench.other_view, instances, other)};
+    const Wish wish = {true, image.depth_mm != nullptr, image.segment_id != nullptr};
+    const Sight sights[2] = {look(workbench, workbench.view, instances, image, 1, wish),
+                             look(workbench, *workbench.other_view, instances, other, 1, wish)};
     TileRow* rows = workbench.rows;
-    draw_rows(sceneries, rows, 2, [&](int k, int count) {
+    const auto cells = [&](std::int16_t* first, int k) {
+      return first + (rows->y + k) * image.cell_row + 2 * rows->x;
+    };
+    const Scenery colors[2] = {sights[0].colors, sights[1].colors};
+    const float far_w[2] = {colors[0].frame->far_w, colors[1].frame->far_w};
+    workbench.keep_depths(wish.depth);
+    draw_rows(colors, rows, 2, 1, [&](int k, int count) {
       kernel_->store_both(rows[0], rows[1], k, count,
                           image.rgb + (rows->y + k) * image.row_stride + 6 * rows->x);
+      if (!wish.depth) return;
+      kernel_->store_both_depths(rows[0], rows[1], far_w, k, count, cells(image.depth_mm, k));
+    });
+    workbench.keep_depths(false);
+    if (!wish.segments) return;
+    const Scenery segments[2] = {sights[0].segments, sights[1].segments};
+    draw_rows(segments, rows, 2, 1, [&](int k, int count) {
+      kernel_->store_both_segments(rows[0], rows[1], k, count, cells(image.segment_id, k));
     });
   }
 
   void draw_tiles(Workbench& workbench, const RenderInstances& instances,
                   const RenderImage& image) {
-    const Scenery scenery = look(workbench, workbench.view, instances, image);
+    const Wish all = {image.rgb != nullptr, image.depth_mm != nullptr, image.segment_id != nullptr};
+    if (!options_.antialias || !all.colors || !has_cells(image)) {
+      draw_tiles(workbench, instances, image, all.colors ? samples() : 1, all);
+      return;
+    }
+    draw_tiles(workbench, instances, image, samples(), {true, false, false});
+    draw_tiles(workbench, instances, image, 1, {false, all.depth, all.segments});
+  }
+
+  // With colours or segments. Depth comes with either.
+  void draw_tiles(Workbench& workbench, const RenderInstances& instances, const RenderImage& image,
+                  int scale, Wish wish) {
+    const bool stores_segments = wish.segments;
+    wish.segments |= !wish.colors;
+    const Sight sight = look(workbench, workbench.view, instances, image, scale, wish);
     TileRow& row = workbench.rows[0];
-    draw_rows(&scenery, &row, 1, [&](int k, int count) {
-      std::uint8_t* out = image.rgb + (row.y + k) / samples() * image.row_stride +
-                          row.x / samples() * image.pixel_stride;
-      for (int x = 0; x < count; x += kBlock) {
-        const int tile = x / kBlock;
-        const std::uint32_t* colors = row.source[tile] + k * row.stride[tile];
-        store(colors, colors + row.stride[tile], std::min(kBlock, count - x) / samples(), image,
-              out + x / samples() * image.pixel_stride);
-      }
-    });
+    const auto cells = [&](std::int16_t* first, int k) {
+      return first + (row.y + k) * image.cell_row + row.x * image.cell_step;
+    };
+    const auto store_depths = [&](int k, int count) {
+      kernel_->store_depths(row, sight.colors.frame->far_w, k, count, image.cell_step,
+                            cells(image.depth_mm, k));
+    };
+    workbench.keep_depths(wish.depth);
+    if (wish.colors) {
+      draw_rows(&sight.colors, &row, 1, scale, [&](int k, int count) {
+        store_tiles(row, k, count, image);
+        if (wish.depth) store_depths(k, count);
+      });
+    }
+    workbench.keep_depths(wish.depth && !wish.colors);
+    if (wish.segments) {
+      draw_rows(&sight.segments, &row, 1, 1, [&](int k, int count) {
+        if (stores_segments) {
+          kernel_->store_segments(row, k, count, image.cell_step, cells(image.segment_id, k));
+        }
+        if (row.keeps_depth) store_depths(k, count);
+      });
+    }
+    workbench.keep_depths(false);
+  }
+
+  void store_tiles(const TileRow& row, int k, int count, const RenderImage& image) const {
+    std::uint8_t* out = image.rgb + (row.y + k) / samples() * image.row_stride +
+                        row.x / samples() * image.pixel_stride;
+    for (int x = 0; x < count; x += kBlock) {
+      const int tile = x / kBlock;
+      const std::uint32_t* colors = row.source[tile] + k * row.stride[tile];
+      store(colors, colors + row.stride[tile], std::min(kBlock, count - x) / samples(), image,
+            out + x / samples() * image.pixel_stride);
+    }
   }
 
   void render(Workbench& workbench, const RenderInstances& instances, const RenderImage& image) {
-    const bool wants_other = image.depth != nullptr || image.segment != nullptr;
+    const bool wants_other = image.depth != nullptr || image.segment != nullptr || has_cells(image);
     if (options_.antialias) {
       if (image.rgb != nullptr) draw(workbench, instances, image, 2, true, false);
       if (wants_other) draw(workbench, instances, image, 1, false, true);
@@ -339,7 +448,15 @@ class CpuRenderer final : public Renderer {
       for (int x = 0; x < image.width; ++x) {
         const std::int32_t id = band.id[row + x];
         if (image.depth != nullptr) image.depth[out + x] = id == 0 ? 0 : 1 / band.w[row + x];
-        if (image.segment != nullptr) image.segment[out + x] = frame.surfaces[id].segment;
+        const std::int32_t segment = frame.surfaces[id].segment;
+        if (image.segment != nullptr) image.segment[out + x] = segment;
+        const std::ptrdiff_t cell = y * image.cell_row + x * image.cell_step;
+        if (image.depth_mm != nullptr) {
+          image.depth_mm[cell] = id == 0 ? std::int16_t{0} : millimetres(band.w[row + x]);
+        }
+        if (image.segment_id != nullptr) {
+          image.segment_id[cell] = static_cast<std::int16_t>(segment);
+        }
       }
     }
   }
@@ -348,6 +465,7 @@ class CpuRenderer final : public Renderer {
   CpuRendererOptions options_;
   const Kernel* kernel_;
   cpu::Backdrops backdrops_;
+  cpu::Backdrops segmented_;
   std::vector<std::unique_ptr<Workbench>> workbenches_;
 };
 

@@ -173,12 +173,14 @@ Tiles fill_covered(const Scan& s, TileRow& row, const Edges& edges, int index, T
     const int tile = first_tile(left);
     const int surface = body.primitive->surface + cover.face[tile];
     const bool alone = (others >> tile & 1) == 0;
-    if (alone && !row.keeps_depth && is_even_wood(s.frame->surfaces[surface])) {
+    const bool patterned = (s.frame->codes[surface] & kShaded) != 0;
+    if (alone && patterned && is_even_wood(s.frame->surfaces[surface])) {
+      if (row.keeps_depth) fill_tile(s, row, tile, body.primitive, cover.face[tile]);
       paint_wood<true>(s, row, tile * kBlock, surface, (1U << row.rows) - 1);
       continue;
     }
     fill_tile(s, row, tile, body.primitive, cover.face[tile]);
-    if ((s.frame->codes[surface] & kShaded) != 0) shaded |= Tiles{1} << tile;
+    if (patterned) shaded |= Tiles{1} << tile;
   }
   return covered;
 }
@@ -207,6 +209,7 @@ void copy_tiles(const Scan& s, const Backdrop& backdrop, TileRow& row) {
     const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(row.y) * backdrop.stride + row.x + x;
     if ((touched >> tile & 1) == 0) {
       row.source[tile] = backdrop.color + from;
+      row.w_source[tile] = backdrop.w + from;
       row.stride[tile] = backdrop.stride;
       continue;
     }
@@ -295,6 +298,7 @@ void draw_tiles(const Frame& frame, const Backdrop* backdrop, TileRow& row) {
   const Scan s = {&frame, frame.u + row.x, frame.v + row.y, row.w, row.code, row.pitch};
   for (int tile = 0; tile < row.tiles; ++tile) {
     row.source[tile] = reinterpret_cast<const std::uint32_t*>(row.code) + tile * kBlock;
+    row.w_source[tile] = row.w + tile * kBlock;
     row.stride[tile] = row.pitch;
   }
   sieve(frame, row);

@@ -32,6 +32,7 @@ View::View(const PreparedScene& prepared, const EightsKernel* eights, int max_wi
       nearer_(depths_.size()),
       surfaces_(prepared.max_surfaces),
       codes_(prepared.max_surfaces),
+      segments_(prepared.max_surfaces),
       glosses_(prepared.max_glosses),
       gloss_rows_(4 * prepared.max_glosses * u_.size()),
       planes_(prepared.max_planes),

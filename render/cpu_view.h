@@ -46,6 +46,8 @@ class View {
   // Does not allocate.
   const Frame& look(const RenderInstances& instances, int camera, int width, int height,
                     Shown shown = Shown::kAll);
+  // The same frame with segments for colours: nothing of it is shaded. Valid until the next look.
+  const Frame& segmented();
   // Of the primitives that it looked at, from near to far.
   std::span<const Rank> ranks() const {
     return {ranks_.data(), static_cast<std::size_t>(primitive_count_)};
@@ -132,6 +134,8 @@ class View {
   AlignedArray<std::int32_t> nearer_;
   std::vector<Surface> surfaces_;
   std::vector<std::uint32_t> codes_;
+  std::vector<std::uint32_t> segments_;
+  Frame segmented_ = {};
   std::vector<Gloss> glosses_;
   AlignedArray<float> gloss_rows_;
   AlignedArray<float> caster_rows_;  // of Casters, one after the other

@@ -117,4 +117,13 @@ void View::add_ellipsoid(const Placed& placed, const Matrix3d& form) {
   for (int k = 0; k < 3; ++k) surface.axes[k] = form_of(form.col(k), placed.center);
 }
 
+const Frame& View::segmented() {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(surface_count_); ++i) {
+    segments_[i] = static_cast<std::uint32_t>(surfaces_[i].segment);
+  }
+  segmented_ = frame_;
+  segmented_.codes = segments_.data();
+  return segmented_;
+}
+
 }  // namespace engram::cpu

@@ -54,11 +54,13 @@ class DocumentSource final : public ImageSource {
       bodies_.push_back(static_cast<std::size_t>(body));
     }
     mark_still();
+    name_segments(*model);
     prepare_workbenches(*model, workers);
     renderer_ = make_renderer(scene_.scene, options, workers, set);
   }
 
   const std::vector<std::string>& cameras() const override { return cameras_; }
+  const std::vector<std::string>& segments() const override { return segments_; }
 
   void render(int worker, std::span<const BodyView> bodies,
               std::span<const RenderImage> images) override {
@@ -106,6 +108,19 @@ class DocumentSource final : public ImageSource {
     }
   }
 
+  // One for each body in the document's order; what belongs to none goes by its own name.
+  void name_segments(const mjModel& model) {
+    segments_ = {"background"};
+    for (std::size_t i = 0; i < scene_.geom_body.size(); ++i) {
+      const int body = scene_.geom_body[i];
+      const std::string name = model.names + (body == 0 ? model.name_geomadr[scene_.model_geom[i]]
+                                                        : model.name_bodyadr[body]);
+      const auto found = std::find(segments_.begin(), segments_.end(), name);
+      scene_.scene.geoms[i].segment = static_cast<std::int32_t>(found - segments_.begin());
+      if (found == segments_.end()) segments_.push_back(name);
+    }
+  }
+
   void prepare_workbenches(const mjModel& model, int workers) {
     const DataPtr data = make_data(model);
     mj_kinematics(&model, data.get());
@@ -140,6 +155,7 @@ class DocumentSource final : public ImageSource {
 
   ModelScene scene_;
   std::vector<std::string> cameras_;
+  std::vector<std::string> segments_;
   std::vector<std::size_t> bodies_;  // the model's body of each BodyView
   std::vector<Workbench> workbenches_;
   std::unique_ptr<Renderer> renderer_;

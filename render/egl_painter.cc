@@ -264,7 +264,8 @@ void Painter::paint_image(const RenderInstances& rows, const RenderImage& image)
     }
     to->read_color(image);
   }
-  if (image.depth != nullptr || image.segment != nullptr) {
+  if (image.depth != nullptr || image.segment != nullptr || image.depth_mm != nullptr ||
+      image.segment_id != nullptr) {
     to->begin_data();
     gl_.UseProgram(data_.id);
     gl_.UniformMatrix4fv(data_.clip_from_world, 1, GL_FALSE, view.clip_from_world.data());

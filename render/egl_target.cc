@@ -1,5 +1,7 @@
 #include "render/egl_target.h"
 
+#include <cstring>
+
 namespace engram::gl {
 
 Target::Target(const Gl& gl, int width, int height, int samples)
@@ -105,6 +107,32 @@ void Target::read_data(const RenderImage& image) {
   if (image.segment != nullptr) {
     gl_->ReadBuffer(GL_COLOR_ATTACHMENT1);
     gl_->ReadPixels(0, 0, width_, height_, GL_RED_INTEGER, GL_INT, image.segment);
+  }
+  if (image.depth_mm != nullptr) {
+    gl_->ReadBuffer(GL_COLOR_ATTACHMENT0);
+    gl_->ReadPixels(0, 0, width_, height_, GL_RED, GL_FLOAT, pixels_.data());
+    store_cells<float>(image, image.depth_mm, to_millimetres);
+  }
+  if (image.segment_id != nullptr) {
+    gl_->ReadBuffer(GL_COLOR_ATTACHMENT1);
+    gl_->ReadPixels(0, 0, width_, height_, GL_RED_INTEGER, GL_INT, pixels_.data());
+    store_cells<std::int32_t>(image, image.segment_id, [](std::int32_t segment) {
+      return static_cast<std::int16_t>(segment);
+    });
+  }
+}
+
+// From `pixels_`, which holds four bytes for each pixel.
+template <class From, class Convert>
+void Target::store_cells(const RenderImage& image, std::int16_t* out, Convert convert) const {
+  const std::uint8_t* from = pixels_.data();
+  for (int y = 0; y < height_; ++y) {
+    std::int16_t* to = out + y * image.cell_row;
+    for (int x = 0; x < width_; ++x, from += sizeof(From), to += image.cell_step) {
+      From value;
+      std::memcpy(&value, from, sizeof value);
+      *to = convert(value);
+    }
   }
 }
 

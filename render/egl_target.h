@@ -31,6 +31,8 @@ class Target {
   GLuint make_framebuffer();
   void attach(GLenum where, GLuint buffer);
   bool complete();
+  template <class From, class Convert>
+  void store_cells(const RenderImage& image, std::int16_t* out, Convert convert) const;
 
   const Gl* gl_;
   int width_, height_;
@@ -39,7 +41,7 @@ class Target {
   GLuint resolved_ = 0;  // without multisampling, `color_` itself
   GLuint data_ = 0;      // made on first use
   std::vector<GLuint> buffers_;
-  std::vector<std::uint8_t> pixels_;  // RGBA
+  std::vector<std::uint8_t> pixels_;  // RGBA, or a word each
 };
 
 }  // namespace engram::gl

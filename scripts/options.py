@@ -28,7 +28,7 @@ TYPES = {
 
 
 def camel(name):
-    return "".join(part.capitalize() for part in re.split("[_-]", name))
+    return "".join(part.capitalize() for part in re.split("[_+-]", name))
 
 
 for enum in LIST["enum"]:
@@ -144,7 +144,7 @@ def enumerator(name):
 
 def constant(enum, name):
     prefix = re.sub("_MODE$", "", enum["name"].upper())
-    return f"ENGRAM_{prefix}_{name.upper().replace('-', '_')}"
+    return f"ENGRAM_{prefix}_{re.sub('[+-]', '_', name.upper())}"
 
 
 def enum_in_c(name):
@@ -222,7 +222,10 @@ def asserts(indent):
         for value in [] if enum.get("text") else enum["values"]:
             core = f"{camel(enum['name'])}::{enumerator(value['name'])}"
             c = constant(enum, value["name"])
-            result.append(f"static_assert(static_cast<int>({core}) == {c});")
+            line = f"static_assert(static_cast<int>({core}) == {c});"
+            if len(line) > WIDTH:
+                line = line.replace(" == ", " ==\n              ")
+            result += line.split("\n")
     return result
 
 
@@ -391,7 +394,11 @@ def python_lists(indent):
         if enum.get("text"):
             continue
         pairs = [f'"{value["name"]}": {i}' for i, value in enumerate(enum["values"])]
-        result.append(f"{enum['name'].upper()} = {{{', '.join(pairs)}}}")
+        line = f"{enum['name'].upper()} = {{{', '.join(pairs)}}}"
+        if len(line) > WIDTH:
+            result += [line.split("{")[0] + "{", *[f"    {pair}," for pair in pairs], "}"]
+        else:
+            result.append(line)
     cameras = ", ".join(f'"{name}"' for name in LIST["names"]["camera"])
     result.append(f"CAMERAS = ({cameras})")
     side = next(option for option in OPTIONS if option["name"] == "image_width")

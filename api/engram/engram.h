@@ -82,6 +82,13 @@ enum class ObsMode {
   kObjects = ENGRAM_OBS_OBJECTS,
   /// The same row; the description of the batch names its parts.
   kObjectsDict = ENGRAM_OBS_OBJECTS_DICT,
+  /// As rgb, and "depth": mm along the axis of the camera to what each pixel shows.
+  kRgbDepth = ENGRAM_OBS_RGB_DEPTH,
+  /// As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+  /// values.
+  kRgbSegmentation = ENGRAM_OBS_RGB_SEGMENTATION,
+  /// As rgb, and both.
+  kRgbDepthSegmentation = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION,
 };
 
 enum class RewardMode {
@@ -259,6 +266,7 @@ enum class DType {
   kFloat32 = ENGRAM_FLOAT32,
   kFloat64 = ENGRAM_FLOAT64,
   kUInt8 = ENGRAM_UINT8,
+  kInt16 = ENGRAM_INT16,
 };
 
 /// An output of a batch; cheap to copy, valid for the life of the batch.
@@ -272,8 +280,9 @@ struct Output {
 
   /// Elements of one environment.
   std::size_t width() const;
-  /// All elements. T: std::uint8_t (for kBool and kUInt8), std::int32_t, std::uint64_t, float or
-  /// double. Throws Error (kInvalidArgument) if that is not the output's type.
+  /// All elements. T: std::uint8_t (for kBool and kUInt8), std::int16_t, std::int32_t,
+  /// std::uint64_t, float or double. Throws Error (kInvalidArgument) if that is not the output's
+  /// type.
   template <class T>
   std::span<const T> values() const;
   /// Those of one environment. Throws Error (kInvalidArgument) also if there is no such
@@ -347,8 +356,14 @@ class VectorEnv {
   // --- outputs of the last reset or step ---
   /// (N, state_dim); state and objects modes, else empty.
   std::span<const float> observation() const { return observation_; }
-  /// (N, height, width, 3 * cameras); rgb mode, else empty.
+  /// (N, height, width, 3 * cameras); rgb modes, else empty.
   std::span<const std::uint8_t> rgb() const { return rgb_; }
+  /// (N, height, width, cameras); modes with depth, else empty. Millimetres along the camera's
+  /// axis, 32767 at most; 0 where nothing is.
+  std::span<const std::int16_t> depth() const { return depth_; }
+  /// (N, height, width, cameras); modes with segmentation, else empty. What is seen: an index into
+  /// "segmentation_names" of describe(), where 0 is the background.
+  std::span<const std::int16_t> segmentation() const { return segmentation_; }
   /// (N, 7) position, angles, opening of the gripper.
   std::span<const float> proprio() const { return proprio_; }
   /// (N) of this step.
@@ -435,6 +450,8 @@ class VectorEnv {
   std::span<const float> action_high_;
   std::span<const float> observation_;
   std::span<const std::uint8_t> rgb_;
+  std::span<const std::int16_t> depth_;
+  std::span<const std::int16_t> segmentation_;
   std::span<const float> proprio_;
   std::span<const float> reward_;
   std::span<const std::uint8_t> terminated_;

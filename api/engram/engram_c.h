@@ -100,7 +100,14 @@ typedef enum engram_obs_mode {
    * nothing that is hidden. */
   ENGRAM_OBS_OBJECTS = 4,
   /** The same row; the description of the batch names its parts. */
-  ENGRAM_OBS_OBJECTS_DICT = 5
+  ENGRAM_OBS_OBJECTS_DICT = 5,
+  /** As rgb, and "depth": mm along the axis of the camera to what each pixel shows. */
+  ENGRAM_OBS_RGB_DEPTH = 6,
+  /** As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+   * values. */
+  ENGRAM_OBS_RGB_SEGMENTATION = 7,
+  /** As rgb, and both. */
+  ENGRAM_OBS_RGB_DEPTH_SEGMENTATION = 8
 } engram_obs_mode;
 /* end options */
 
@@ -335,7 +342,8 @@ typedef enum engram_dtype {
   ENGRAM_UINT64 = 2,
   ENGRAM_FLOAT32 = 3,
   ENGRAM_FLOAT64 = 4,
-  ENGRAM_UINT8 = 5
+  ENGRAM_UINT8 = 5,
+  ENGRAM_INT16 = 6
 } engram_dtype;
 
 /** An array of the batch, row by row without gaps. */
@@ -350,9 +358,12 @@ typedef struct engram_array {
 } engram_array;
 
 /** An output by name: observation (N, state_dim; N, 0 where obs_mode is none or rgb), rgb (N,
- * height, width, 3 * cameras; rgb mode only), proprio (N, 7), reward, terminated, truncated,
- * success, failed, unstable, elapsed_steps, success_once, episode_return, final_mask, and the
- * task's own info fields. Fields of width 1 have shape (N). */
+ * height, width, 3 * cameras; rgb modes only), depth and segmentation (N, height, width, cameras;
+ * int16; in the modes that have them: millimetres along the camera's axis, 32767 at most, 0 where
+ * nothing is; and what is seen, an index into "segmentation_names" of engram_describe_json),
+ * proprio (N, 7), reward, terminated, truncated, success, failed, unstable, elapsed_steps,
+ * success_once, episode_return, final_mask, and the task's own info fields. Fields of width 1 have
+ * shape (N). */
 ENGRAM_API engram_status engram_output(engram_env* env, const char* name, engram_array* array);
 /** The same at the end of the episode that ended last in each environment; the output "final_mask"
  * (N) tells for which environments that was in this step. All but final_mask are kept. Refused with

@@ -138,6 +138,8 @@ template <class T>
 constexpr bool holds(DType dtype) {
   if constexpr (std::is_same_v<T, std::uint8_t>) {
     return dtype == DType::kBool || dtype == DType::kUInt8;
+  } else if constexpr (std::is_same_v<T, std::int16_t>) {
+    return dtype == DType::kInt16;
   } else if constexpr (std::is_same_v<T, std::int32_t>) {
     return dtype == DType::kInt32;
   } else if constexpr (std::is_same_v<T, std::uint64_t>) {
@@ -197,7 +199,13 @@ inline VectorEnv::VectorEnv(const std::string& id, const EnvOptions& options)
       elapsed_steps_(all_of<std::int32_t>("elapsed_steps")),
       unstable_(all_of<std::uint8_t>("unstable")),
       final_mask_(all_of<std::uint8_t>("final_mask")) {
-  if (options.obs_mode == ObsMode::kRgb) rgb_ = all_of<std::uint8_t>("rgb");
+  const ObsMode mode = options.obs_mode;
+  const bool both = mode == ObsMode::kRgbDepthSegmentation;
+  const bool depth = both || mode == ObsMode::kRgbDepth;
+  const bool segmentation = both || mode == ObsMode::kRgbSegmentation;
+  if (depth || segmentation || mode == ObsMode::kRgb) rgb_ = all_of<std::uint8_t>("rgb");
+  if (depth) depth_ = all_of<std::int16_t>("depth");
+  if (segmentation) segmentation_ = all_of<std::int16_t>("segmentation");
 }
 
 template <class T>

@@ -7,6 +7,24 @@
 #include "core/base/join.h"
 
 namespace engram {
+namespace {
+
+template <class T>
+void allocate(ImageBatch::Pictures<T>& pictures, std::size_t size, int num_envs, bool finals) {
+  pictures.size = size;
+  const std::size_t all = size * static_cast<std::size_t>(num_envs);
+  pictures.now = AlignedArray<T>(all);
+  if (finals) pictures.finals = AlignedArray<T>(all);
+}
+
+template <class T>
+void keep(ImageBatch::Pictures<T>& pictures, int env) {
+  const std::size_t offset = pictures.size * static_cast<std::size_t>(env);
+  std::copy_n(pictures.now.data() + offset, pictures.size, pictures.finals.data() + offset);
+}
+
+}  // namespace
+
 void check_image_size(int width, int height) {
   if (std::min(width, height) >= 1 && std::max(width, height) <= kMaxImageSize) return;
   throw Error(Error::kInvalidArgument, "image size: " + std::to_string(width) + " x " +
@@ -54,10 +72,10 @@ std::span<const BodyView> SceneViews::view(int worker, const State& state, int e
 }
 
 ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
-                       const ImageShape& shape, const ImageSourceFactory& factory,
+                       const ImageShape& shape, ImageKinds kinds, const ImageSourceFactory& factory,
                        const ImageSourceOptions& options, int num_envs, int workers,
                        bool keeps_finals)
-    : shape_(shape), views_(model, workers) {
+    : views_(model, workers) {
   check_image_size(shape.width, shape.height);
   if (shape.cameras.empty()) {
     throw Error(Error::kInvalidArgument, "image observations: no camera given, 1 or more needed");
@@ -71,30 +89,35 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
   request.height = shape.height;
   request.pixel_stride = 3 * static_cast<std::ptrdiff_t>(shape.cameras.size());
   request.row_stride = request.pixel_stride * shape.width;
+  request.cell_step = static_cast<std::ptrdiff_t>(shape.cameras.size());
+  request.cell_row = request.cell_step * shape.width;
   std::vector<RenderImage> one;
   for (const std::string& name : shape.cameras) {
     request.camera = find_camera(*source_, name);
     one.push_back(request);
   }
   requests_.assign(static_cast<std::size_t>(workers), one);
-  const std::size_t bytes = shape.bytes() * static_cast<std::size_t>(num_envs);
-  images_ = AlignedArray<std::uint8_t>(bytes);
-  if (keeps_finals) finals_ = AlignedArray<std::uint8_t>(bytes);
+  const std::size_t cells = shape.cells();
+  allocate(rgb_, 3 * cells, num_envs, keeps_finals);
+  if (kinds.depth) allocate(depth_, cells, num_envs, keeps_finals);
+  if (kinds.segmentation) allocate(segmentation_, cells, num_envs, keeps_finals);
 }
 
 void ImageBatch::render(int worker, const State& state, int env) {
   std::vector<RenderImage>& requests = requests_[static_cast<std::size_t>(worker)];
-  std::uint8_t* first = images_.data() + shape_.bytes() * static_cast<std::size_t>(env);
   for (std::size_t camera = 0; camera < requests.size(); ++camera) {
-    requests[camera].rgb = first + 3 * camera;
+    RenderImage& request = requests[camera];
+    request.rgb = rgb_.of(env) + 3 * camera;
+    if (depth_.size > 0) request.depth_mm = depth_.of(env) + camera;
+    if (segmentation_.size > 0) request.segment_id = segmentation_.of(env) + camera;
   }
   source_->render(worker, views_.view(worker, state, env), requests);
 }
 
 void ImageBatch::keep_final(int env) {
-  const std::size_t bytes = shape_.bytes();
-  const std::size_t offset = bytes * static_cast<std::size_t>(env);
-  std::copy_n(images_.data() + offset, bytes, finals_.data() + offset);
+  keep(rgb_, env);
+  keep(depth_, env);
+  keep(segmentation_, env);
 }
 
 }  // namespace engram

@@ -30,16 +30,39 @@ class SceneViews {
   std::vector<std::vector<BodyView>> views_;  // one per worker
 };
 
+// Which pictures observations have.
+struct ImageKinds {
+  bool depth = false;  // beside colours
+  bool segmentation = false;
+};
+
 class ImageBatch {
  public:
   // Throws Error for sizes out of range, unknown cameras or a renderer that cannot work here.
   ImageBatch(const PhysicsModel& model, const std::string& document, const ImageShape& shape,
-             const ImageSourceFactory& factory, const ImageSourceOptions& options, int num_envs,
-             int workers, bool keeps_finals);
+             ImageKinds kinds, const ImageSourceFactory& factory, const ImageSourceOptions& options,
+             int num_envs, int workers, bool keeps_finals);
 
-  // (num_envs, height, width, 3 * cameras), and the same at the end of the last episodes.
-  std::span<const std::uint8_t> images() const { return images_.span(); }
-  std::span<const std::uint8_t> finals() const { return finals_.span(); }
+  // A picture of each environment, and the last ones of the episodes that ended last.
+  template <class T>
+  struct Pictures {
+    AlignedArray<T> now;
+    AlignedArray<T> finals;
+    std::size_t size = 0;  // of one environment
+
+    T* of(int env) { return now.data() + size * static_cast<std::size_t>(env); }
+  };
+  // (num_envs, height, width, 3 * cameras)
+  const Pictures<std::uint8_t>& rgb() const { return rgb_; }
+  // (num_envs, height, width, cameras); empty unless asked for.
+  const Pictures<std::int16_t>& depth() const { return depth_; }
+  const Pictures<std::int16_t>& segmentation() const { return segmentation_; }
+  // Index -> name.
+  const std::vector<std::string>& segments() const { return source_->segments(); }
+  // Of one environment, without finals.
+  std::size_t bytes() const {
+    return rgb_.size + sizeof(std::int16_t) * (depth_.size + segmentation_.size);
+  }
 
   // Draws one environment as it is now.
   void render(int worker, const State& state, int env);
@@ -47,13 +70,12 @@ class ImageBatch {
   void keep_final(int env);
 
  private:
-  ImageShape shape_;
   SceneViews views_;
   std::unique_ptr<ImageSource> source_;
-  std::vector<int> cameras_;
   std::vector<std::vector<RenderImage>> requests_;  // one per worker
-  AlignedArray<std::uint8_t> images_;
-  AlignedArray<std::uint8_t> finals_;
+  Pictures<std::uint8_t> rgb_;
+  Pictures<std::int16_t> depth_;
+  Pictures<std::int16_t> segmentation_;
 };
 
 // Index of a camera. Throws Error naming those that exist.

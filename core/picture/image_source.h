@@ -29,6 +29,8 @@ class ImageSource {
   virtual ~ImageSource() = default;
   // Names, in the order in which RenderImage::camera counts them.
   virtual const std::vector<std::string>& cameras() const = 0;
+  // What values of segmentation images stand for: index -> name. 0 is the background.
+  virtual const std::vector<std::string>& segments() const = 0;
   // `bodies` in the order that the source was made for. Does not allocate, lock or throw.
   virtual void render(int worker, std::span<const BodyView> bodies,
                       std::span<const RenderImage> images) = 0;
@@ -45,8 +47,9 @@ struct ImageShape {
   std::vector<std::string> cameras = {"base_camera", "hand_camera"};
   // end options
 
-  std::size_t bytes() const {
-    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3 * cameras.size();
+  // Of one environment: values of a picture with one value for each pixel and camera.
+  std::size_t cells() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * cameras.size();
   }
 };
 

@@ -1,6 +1,7 @@
 // What a renderer is to the engine: flat arrays in, pixels out.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -81,7 +82,20 @@ struct RenderImage {
   std::ptrdiff_t row_stride = 384;  // bytes from row to row
   float* depth = nullptr;           // (height, width) m along the view axis; 0: nothing there
   std::int32_t* segment = nullptr;  // (height, width)
+  // Both once more, as observations have them: at row y and column x, element y * cell_row + x *
+  // cell_step. Depth to the nearest millimetre, 32767 at most.
+  std::int16_t* depth_mm = nullptr;
+  std::int16_t* segment_id = nullptr;
+  std::ptrdiff_t cell_step = 1;
+  std::ptrdiff_t cell_row = 128;
 };
+
+// Depth as observations have it, from metres.
+inline std::int16_t to_millimetres(float depth) {
+  constexpr float kMost = 32767;
+  const float exact = 1000 * depth;
+  return static_cast<std::int16_t>(exact < kMost ? std::lrint(exact) : 32767);
+}
 
 // Renders environments one at a time; different workers may render at the same time. The scene is
 // given when a renderer is made.

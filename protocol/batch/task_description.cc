@@ -210,6 +210,8 @@ ConstantList describe_outputs(const VectorEnv& env) {
   return list;
 }
 
+ConstantList list_of(std::span<const std::string> names) { return {names.begin(), names.end()}; }
+
 ConstantList describe_phases(const TaskInfo& info) {
   ConstantList list;
   for (const auto& [name, condition] : info.phases) {
@@ -307,6 +309,7 @@ ConstantTable describe_task(const VectorEnv& env) {
                               {"state_dim", env.state_dim()},
                               {"state_fields", describe_observation(env)},
                               {"proprio", describe_layout(proprio_fields())},
+                              {"segmentation_names", list_of(env.segmentation_names())},
                               {"task_cue_dim", info.task_cue_dim},
                               {"oracle_dim", info.oracle_dim},
                               {"outputs", describe_outputs(env)},

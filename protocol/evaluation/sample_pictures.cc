@@ -25,7 +25,8 @@ void SamplePictures::take(VectorEnv& env, int index) {
                   std::vector<std::uint8_t>(std::size_t{kSide} * kSide * 3)};
   const ImageShape& shape = env.options().images;
   if (env.options().obs_mode == ObsMode::kRgb && shape.width == kSide && shape.height == kSide) {
-    const std::uint8_t* pixel = env.rgb().data() + static_cast<std::size_t>(index) * shape.bytes();
+    const std::uint8_t* pixel =
+        env.rgb().data() + static_cast<std::size_t>(index) * 3 * shape.cells();
     const std::size_t stride = 3 * shape.cameras.size();
     for (std::size_t i = 0; i < picture.rgb.size(); i += 3, pixel += stride) {
       std::copy_n(pixel, 3, picture.rgb.begin() + static_cast<std::ptrdiff_t>(i));

@@ -3,7 +3,17 @@
 from __future__ import annotations
 
 # begin options: lists (scripts/options.py writes this from api/options.toml)
-OBS_MODE = {"none": 0, "state": 1, "state_dict": 2, "rgb": 3, "objects": 4, "objects_dict": 5}
+OBS_MODE = {
+    "none": 0,
+    "state": 1,
+    "state_dict": 2,
+    "rgb": 3,
+    "objects": 4,
+    "objects_dict": 5,
+    "rgb+depth": 6,
+    "rgb+segmentation": 7,
+    "rgb+depth+segmentation": 8,
+}
 REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
 AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
 AFTER_END = {"hold": 0, "continue": 1, "refuse": 2}

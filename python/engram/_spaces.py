@@ -18,48 +18,56 @@ FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict; those before it are "agent"
 
 
 class ImageBox(spaces.Box):
-    """Space of images: all bytes. Its bounds are one byte each, seen as arrays of its shape.
+    """Space of images: whole numbers from 0 on, by default all bytes.
 
-    Gymnasium's own would fill four arrays as large as the images, for a whole batch hundreds of
-    megabytes. Everything else is as in a Box: equality, samples, copies and pickles.
+    Its bounds are one number each, seen as arrays of its shape. Gymnasium's own would fill four
+    arrays as large as the images, for a whole batch hundreds of megabytes. Everything else is as in
+    a Box: equality, samples, copies and pickles.
     """
 
-    def __init__(self, shape: Sequence[int], seed: Any = None):
+    def __init__(
+        self, shape: Sequence[int], seed: Any = None, dtype: Any = np.uint8, most: int | None = None
+    ):
         shape = tuple(int(size) for size in shape)
-        super().__init__(0, 255, (1,), np.uint8, seed)
+        self._most = int(np.iinfo(dtype).max) if most is None else most
+        super().__init__(0, self._most, (1,), dtype, seed)
         self._set_shape(shape)
 
     def _set_shape(self, shape: tuple[int, ...]) -> None:
         self._shape = shape
-        self.low_repr, self.high_repr = "0", "255"
+        self.low_repr, self.high_repr = "0", str(self._most)
         for name in ("low", "high", "bounded_below", "bounded_above"):
             one = getattr(self, name).reshape(-1)[:1].copy()
             setattr(self, name, np.broadcast_to(one, shape))
 
     def contains(self, x: Any) -> bool:
-        """Whether these are images of this shape: every byte is within the bounds."""
-        if isinstance(x, np.ndarray):
+        """Whether these are images of this shape, within the bounds: every byte is."""
+        if isinstance(x, np.ndarray) and self.dtype == np.uint8 and self._most == 255:
             return np.can_cast(x.dtype, np.uint8) and x.shape == self.shape
         return super().contains(x)
 
     def __eq__(self, other: Any) -> bool:
         if isinstance(other, ImageBox):
-            return self.shape == other.shape
+            return (self.shape, self.dtype, self._most) == (other.shape, other.dtype, other._most)
         return super().__eq__(other)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return ImageBox, (self.shape, self.np_random)
+        return ImageBox, (self.shape, self.np_random, self.dtype, self._most)
 
     def __copy__(self) -> ImageBox:
-        return ImageBox(self.shape, self.np_random)
+        return self.of_shape(self.shape, self.np_random)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> ImageBox:
-        return ImageBox(self.shape, deepcopy(self.np_random, memo))
+        return self.of_shape(self.shape, deepcopy(self.np_random, memo))
+
+    def of_shape(self, shape: Sequence[int], seed: Any) -> ImageBox:
+        """The same numbers in another shape."""
+        return ImageBox(shape, seed, self.dtype, self._most)
 
 
 @batch_space.register(ImageBox)
 def _batch_image_box(space: ImageBox, n: int = 1) -> ImageBox:
-    return ImageBox((n, *space.shape), deepcopy(space.np_random))
+    return space.of_shape((n, *space.shape), deepcopy(space.np_random))
 
 
 class Layout:
@@ -73,16 +81,21 @@ class Layout:
     def __init__(self, obs_mode: str, description: TaskDescription, outputs: dict[str, np.ndarray]):
         self.obs_mode = obs_mode
         self._fields = description["state_fields"]
-        self._keys = ["rgb", "proprio"]
-        if description["family"].startswith("Rotate"):  # only they show a cue
-            self._keys.append("task_cue")
+        self._segments = description["segmentation_names"]
+        self._keys = []  # of pictures and what comes with them
+        kinds = obs_mode.split("+")
+        if kinds[0] == "rgb":
+            self._keys = ["rgb", "proprio"]
+            if description["family"].startswith("Rotate"):  # only they show a cue
+                self._keys.append("task_cue")
+            self._keys += kinds[1:]
         self.single = self._space(outputs)
         num_envs = len(outputs["reward"])
         self.batched = batch_space(self.single, num_envs)
 
     def _space(self, outputs: dict[str, np.ndarray]) -> spaces.Space[Any]:
-        if self.obs_mode == "rgb":
-            return _dict({key: _box_like(_rows(outputs[key])) for key in self._keys})
+        if self._keys:
+            return _dict({key: self._box(key, _rows(outputs[key])) for key in self._keys})
         if self.obs_mode == "state_dict":
             parts: dict[str, dict[str, spaces.Space[Any]]] = {"agent": {}, "extra": {}}
             for group, field in self._grouped():
@@ -102,6 +115,12 @@ class Layout:
         if self.obs_mode == "state":
             return _unbounded(outputs["observation"].shape[1])
         return _unbounded(0)
+
+    def _box(self, key: str, array: np.ndarray) -> spaces.Box:
+        shape = array.shape[1:]
+        if key == "segmentation":
+            return ImageBox(shape, dtype=array.dtype, most=len(self._segments) - 1)
+        return ImageBox(shape, dtype=array.dtype) if array.ndim == 4 else _unbounded(shape[0])
 
     @property
     def tokens(self) -> int:
@@ -123,7 +142,7 @@ class Layout:
 
     def views(self, outputs: dict[str, np.ndarray]) -> Any:
         """The batched observation: views of the outputs, in the shape of the space."""
-        if self.obs_mode == "rgb":
+        if self._keys:
             return {key: _rows(outputs[key]) for key in self._keys}
         if self.obs_mode == "state_dict":
             row = outputs["observation"]
@@ -154,7 +173,7 @@ class Layout:
     @property
     def keys(self) -> tuple[str, ...]:
         """Outputs that observations are made of."""
-        if self.obs_mode == "rgb":
+        if self._keys:
             return tuple(self._keys)
         return () if self.obs_mode == "none" else ("observation",)
 
@@ -191,9 +210,3 @@ def _bounded(field: Field, shape: tuple[int, ...]) -> spaces.Box:
 def _said(field: Field) -> str:
     """What a field of the first token says: position, color, ..."""
     return field["name"].removeprefix(TOKEN + "0_")
-
-
-def _box_like(array: np.ndarray) -> spaces.Box:
-    if array.dtype == np.uint8:
-        return ImageBox(array.shape[1:])
-    return _unbounded(array.shape[1])

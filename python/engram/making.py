@@ -15,7 +15,10 @@ if TYPE_CHECKING:
         EnvOptions,
         ObjectsDict,
         ObsMode,
+        RgbDepthObservation,
+        RgbDepthSegmentationObservation,
         RgbObservation,
+        RgbSegmentationObservation,
         Row,
         RowMode,
         StateDict,
@@ -29,6 +32,18 @@ def make(id: str, *, obs_mode: RowMode = ..., **options: Unpack[EnvOptions]) -> 
 def make(
     id: str, *, obs_mode: Literal["rgb"], **options: Unpack[EnvOptions]
 ) -> Env[RgbObservation]: ...
+@overload
+def make(
+    id: str, *, obs_mode: Literal["rgb+depth"], **options: Unpack[EnvOptions]
+) -> Env[RgbDepthObservation]: ...
+@overload
+def make(
+    id: str, *, obs_mode: Literal["rgb+segmentation"], **options: Unpack[EnvOptions]
+) -> Env[RgbSegmentationObservation]: ...
+@overload
+def make(
+    id: str, *, obs_mode: Literal["rgb+depth+segmentation"], **options: Unpack[EnvOptions]
+) -> Env[RgbDepthSegmentationObservation]: ...
 @overload
 def make(
     id: str, *, obs_mode: Literal["state_dict"], **options: Unpack[EnvOptions]
@@ -55,6 +70,30 @@ def make_vec(
 def make_vec(
     id: str, num_envs: int = ..., *, obs_mode: Literal["rgb"], **options: Unpack[BatchOptions]
 ) -> VectorEnv[RgbObservation]: ...
+@overload
+def make_vec(
+    id: str,
+    num_envs: int = ...,
+    *,
+    obs_mode: Literal["rgb+depth"],
+    **options: Unpack[BatchOptions],
+) -> VectorEnv[RgbDepthObservation]: ...
+@overload
+def make_vec(
+    id: str,
+    num_envs: int = ...,
+    *,
+    obs_mode: Literal["rgb+segmentation"],
+    **options: Unpack[BatchOptions],
+) -> VectorEnv[RgbSegmentationObservation]: ...
+@overload
+def make_vec(
+    id: str,
+    num_envs: int = ...,
+    *,
+    obs_mode: Literal["rgb+depth+segmentation"],
+    **options: Unpack[BatchOptions],
+) -> VectorEnv[RgbDepthSegmentationObservation]: ...
 @overload
 def make_vec(
     id: str,

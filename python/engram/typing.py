@@ -40,7 +40,17 @@ __all__ = [
 ]
 
 # begin options: types (scripts/options.py writes this from api/options.toml)
-ObsMode = Literal["none", "state", "state_dict", "rgb", "objects", "objects_dict"]
+ObsMode = Literal[
+    "none",
+    "state",
+    "state_dict",
+    "rgb",
+    "objects",
+    "objects_dict",
+    "rgb+depth",
+    "rgb+segmentation",
+    "rgb+depth+segmentation",
+]
 RewardMode = Literal["none", "sparse", "dense", "normalized_dense"]
 AfterEnd = Literal["hold", "continue", "refuse"]
 Policy = Literal["zero", "random", "oracle", "blind", "sweep"]
@@ -135,6 +145,24 @@ class RgbObservation(_Rgb, total=False):
     """Of obs_mode "rgb"."""
 
     task_cue: Row  # (1,), Rotate families only
+
+
+class RgbDepthObservation(RgbObservation):
+    """Of obs_mode "rgb+depth"."""
+
+    depth: NDArray[np.int16]  # (height, width, cameras) mm along the camera's axis; 0: nothing
+
+
+class RgbSegmentationObservation(RgbObservation):
+    """Of obs_mode "rgb+segmentation"."""
+
+    segmentation: NDArray[np.int16]  # (height, width, cameras) index into segmentation_names
+
+
+class RgbDepthSegmentationObservation(RgbDepthObservation):
+    """Of obs_mode "rgb+depth+segmentation"."""
+
+    segmentation: NDArray[np.int16]  # (height, width, cameras) index into segmentation_names
 
 
 class StateDict(TypedDict):
@@ -285,6 +313,7 @@ class TaskDescription(TaskSummary):
     phases: list[Phase]
     state_fields: list[Field]
     proprio: list[Field]
+    segmentation_names: list[str]  # by value, of obs_modes with segmentation; else empty
     task_cue_dim: int
     oracle_dim: int
     outputs: list[Output]

@@ -66,9 +66,10 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         obs_mode: "state": one float32 row (N, state_dim) that includes privileged fields;
             "state_dict": the same row by name, {"agent": ..., "extra": ...}; "rgb": {"rgb": uint8
             (N, height, width, 3 per camera), "proprio": float32 (N, 7)} and, for the Rotate
-            families, "task_cue"; "objects": one float32 row of what cameras could tell;
-            "objects_dict": the same by name, {"agent": ..., "objects": (N, tokens, values)};
-            "none".
+            families, "task_cue"; "rgb+depth", "rgb+segmentation" and "rgb+depth+segmentation": the
+            same, and "depth" (mm) or "segmentation", int16 (N, height, width, cameras); "objects":
+            one float32 row of what cameras could tell; "objects_dict": the same by name, {"agent":
+            ..., "objects": (N, tokens, values)}; "none".
         seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system.
         threads: Threads that work on a step, the caller's included; results do not depend on it. 0
             (one per core) to 1024.

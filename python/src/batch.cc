@@ -48,8 +48,9 @@ std::vector<engram_pin> as_pins(const NamedValues& pins) {
 // Outputs that frameworks take over without a copy and may write to; what is written there has no
 // effect on the simulation. All others are read-only, because tasks may read them again.
 bool is_writable(std::string_view name) {
-  static constexpr std::string_view kWritable[] = {
-      "observation", "rgb", "proprio", "task_cue", "reward", "terminated", "truncated"};
+  static constexpr std::string_view kWritable[] = {"observation",  "rgb",        "depth",
+                                                   "segmentation", "proprio",    "task_cue",
+                                                   "reward",       "terminated", "truncated"};
   return std::find(std::begin(kWritable), std::end(kWritable), name) != std::end(kWritable);
 }
 
@@ -67,6 +68,8 @@ nb::dlpack::dtype dtype_of(int32_t dtype) {
       return nb::dtype<double>();
     case ENGRAM_UINT8:
       return nb::dtype<std::uint8_t>();
+    case ENGRAM_INT16:
+      return nb::dtype<std::int16_t>();
     default:
       raise(ENGRAM_INTERNAL, "output of an unknown type");
   }

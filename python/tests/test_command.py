@@ -34,6 +34,14 @@ def pictures(path: Path) -> list[np.ndarray]:
         return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
 
 
+def test_lists_what_segmentation_shows():
+    done = run("info", TASK, "--obs", "rgb+segmentation", "--json")
+    assert done.returncode == 0, done.stderr
+    names = json.loads(done.stdout)["segmentation_names"]
+    assert names == engram.describe(TASK, obs_mode="rgb+segmentation")["segmentation_names"]
+    assert len(names) == len(set(names)) > 12
+
+
 def test_knows_the_same_tasks_as_the_package():
     done = run("list", "--json")
     assert done.returncode == 0, done.stderr

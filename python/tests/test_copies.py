@@ -14,7 +14,7 @@ import engram
 from engram import _core
 from engram._compat import GYMNASIUM_1
 
-MODES = ["state", "state_dict", "rgb", "objects", "objects_dict"]
+MODES = ["state", "state_dict", "rgb", "rgb+depth+segmentation", "objects", "objects_dict"]
 
 
 def copied(tree):

@@ -10,11 +10,10 @@ from conftest import TASK, assert_same
 
 import engram
 from engram._compat import GYMNASIUM_1
+from engram._option_list import OBS_MODE
 
 
-@pytest.mark.parametrize(
-    "obs_mode", ["none", "state", "state_dict", "rgb", "objects", "objects_dict"]
-)
+@pytest.mark.parametrize("obs_mode", OBS_MODE)
 def test_observations_lie_in_their_space(make, obs_mode):
     env = make(obs_mode=obs_mode, num_envs=3)
     obs, _ = env.reset(seed=1)

@@ -117,6 +117,51 @@ TEST_CASE("Images replace the state, and the last ones of an episode are kept", 
   }
 }
 
+TEST_CASE("Depth and segmentation come beside images, and their last ones are kept", "[c_door]") {
+  engram_options options = same_step(2);
+  options.obs_mode = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION;
+  options.image_width = 16;
+  options.image_height = 12;
+  const Batch batch = make_running(options);
+  engram::EnvOptions same;
+  same.num_envs = 2;
+  same.seed = options.seed;
+  same.obs_mode = engram::ObsMode::kRgbDepthSegmentation;
+  same.auto_reset = engram::AutoReset::kSameStep;
+  same.images.width = 16;
+  same.images.height = 12;
+  const std::unique_ptr<engram::VectorEnv> engine = engram::make(kId, same);
+  engine->reset();
+  const auto equal = [](const engram_array& array, std::span<const std::int16_t> cells) {
+    return std::ranges::equal(
+        std::span(static_cast<const std::int16_t*>(array.data), 2 * 12 * 16 * 2), cells);
+  };
+  engram_array final_depth{};
+  engram_array final_segmentation{};
+  REQUIRE(engram_final_output(batch.get(), "depth", &final_depth) == ENGRAM_OK);
+  REQUIRE(engram_final_output(batch.get(), "segmentation", &final_segmentation) == ENGRAM_OK);
+  for (const char* name : {"depth", "segmentation"}) {
+    const engram_array array = output(batch, name);
+    CHECK(array.dtype == ENGRAM_INT16);
+    REQUIRE(array.ndim == 4);
+    CHECK(std::vector<std::int64_t>(array.shape, array.shape + 4) ==
+          std::vector<std::int64_t>{2, 12, 16, 2});
+  }
+  CHECK(output(batch, "depth").unit == std::string("mm"));
+  for (int i = 0; i < 26; ++i) {
+    REQUIRE(equal(output(batch, "depth"), engine->depth()));
+    REQUIRE(equal(output(batch, "segmentation"), engine->segmentation()));
+    REQUIRE(equal(final_depth, engine->final_depth()));
+    REQUIRE(equal(final_segmentation, engine->final_segmentation()));
+    step_by(batch, ENGRAM_POLICY_ZERO);
+    engine->step(std::vector<float>(14));
+  }
+  CHECK(std::ranges::any_of(engine->final_depth(), [](std::int16_t value) { return value > 0; }));
+  CHECK(std::string(engram_describe_json(batch.get()))
+            .find("\"segmentation_names\": [\"background\", \"table\", \"ground\", ") !=
+        std::string::npos);
+}
+
 TEST_CASE("A reset takes masks, seeds and pins", "[c_door]") {
   const Batch batch = make_running(3);
   const double target = 2;

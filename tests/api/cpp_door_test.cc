@@ -117,6 +117,35 @@ TEST_CASE("Options arrive", "[cpp_door]") {
   CHECK(kind_of([] { engram::make("RememberColor"); }, "did you mean") == Error::Kind::kUnknownId);
 }
 
+TEST_CASE("Depth and segmentation lie beside colours", "[cpp_door]") {
+  const engram::ImageOptions images = {.width = 8, .height = 6};
+  const auto seeing = [&](ObsMode mode) {
+    return make_running({.num_envs = 2, .obs_mode = mode, .images = images});
+  };
+  const VectorEnv rgb = seeing(ObsMode::kRgb);
+  const VectorEnv depth = seeing(ObsMode::kRgbDepth);
+  const VectorEnv segmentation = seeing(ObsMode::kRgbSegmentation);
+  const VectorEnv both = seeing(ObsMode::kRgbDepthSegmentation);
+  for (const VectorEnv* env : {&depth, &segmentation, &both}) {
+    CHECK(std::ranges::equal(env->rgb(), rgb.rgb()));
+    CHECK(env->observation().empty());
+  }
+  CHECK(rgb.depth().empty());
+  CHECK(rgb.segmentation().empty());
+  CHECK(depth.segmentation().empty());
+  CHECK(segmentation.depth().empty());
+  CHECK(both.depth().size() == 2 * 6 * 8 * 2);
+  CHECK(std::ranges::equal(both.depth(), depth.depth()));
+  CHECK(std::ranges::equal(both.segmentation(), segmentation.segmentation()));
+  const engram::Output output = both.output("depth");
+  CHECK(output.dtype == engram::DType::kInt16);
+  CHECK(output.shape == std::vector<std::int64_t>{2, 6, 8, 2});
+  CHECK(output.values<std::int16_t>().data() == both.depth().data());
+  CHECK(kind_of([&] { output.values<std::uint8_t>(); }, "depth") == Error::Kind::kInvalidArgument);
+  CHECK(both.describe().find("\"segmentation_names\": [\"background\"") != std::string_view::npos);
+  CHECK(depth.describe().find("\"segmentation_names\": []") != std::string_view::npos);
+}
+
 TEST_CASE("Objects are rows of what the description names", "[cpp_door][objects]") {
   VectorEnv env = make_running({.num_envs = 2, .obs_mode = ObsMode::kObjects});
   VectorEnv named = make_running({.num_envs = 2, .obs_mode = ObsMode::kObjectsDict});

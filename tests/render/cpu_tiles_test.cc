@@ -10,7 +10,7 @@
 #include "render/cpu_backdrop.h"
 #include "render/document_source.h"
 #include "tests/env_helpers.h"
-#include "tests/render/render_rig.h"
+#include "tests/render/still_life.h"
 
 namespace engram::test {
 namespace {
@@ -46,37 +46,6 @@ CpuRendererOptions with(InstructionSet set, bool antialias = false) {
   options.max_width = 1300;
   options.max_height = 300;
   return options;
-}
-
-std::vector<InstructionSet> sets() {
-  std::vector<InstructionSet> all;
-  for (const InstructionSet set :
-       {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
-    if (is_supported(set)) all.push_back(set);
-  }
-  return all;
-}
-
-// Two cameras, the first of which never moves, nor do floor, table and every fifth geom.
-RenderRig still_life(unsigned seed) {
-  RenderRig rig = crowd(seed);
-  for (std::size_t i = 0; i < rig.scene.geoms.size(); ++i) {
-    rig.scene.geoms[i].still = i < 2 || i % 5 == 0;
-  }
-  rig.scene.cameras[0].still = true;
-  rig.scene.cameras.push_back(rig.scene.cameras[0]);
-  rig.scene.cameras[1].still = false;
-  return rig;
-}
-
-RenderInstances two_cameras(const RenderRig& rig, std::vector<float>& poses) {
-  poses.assign(rig.camera_pose.begin(), rig.camera_pose.end());
-  poses.insert(poses.end(), rig.camera_pose.begin(), rig.camera_pose.end());
-  poses[12 + 9] += 0.1F;
-  poses[12 + 11] -= 0.15F;
-  RenderInstances instances = rig.instances();
-  instances.camera_pose = poses.data();
-  return instances;
 }
 
 TEST_CASE("tiles have the colours of pixels drawn one by one", "[render]") {

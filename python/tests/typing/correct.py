@@ -43,6 +43,8 @@ def parts() -> NDArray[np.float32]:
     rows, _ = engram.make_vec(TASK, 2).reset()
     state, _ = engram.make_vec(TASK, 2, obs_mode="state_dict").reset()
     objects, _ = engram.make(TASK, obs_mode="objects_dict").reset()
+    seen, _ = engram.make_vec(TASK, 2, obs_mode="rgb+depth+segmentation").reset()
+    print((seen["depth"] * (seen["segmentation"] > 0)).mean(), seen["rgb"].shape)
     return np.concatenate([rows, state["agent"]["qpos"], objects["objects"]["seen"]])
 
 
