@@ -5,7 +5,7 @@ from __future__ import annotations
 import gymnasium
 import numpy as np
 import pytest
-from conftest import TASK, one_id_per_family
+from conftest import TASK
 
 import engram
 from engram._spaces import ImageBox
@@ -25,7 +25,7 @@ def test_shapes_types_and_spaces(make, mode):
     rgb, _ = plain.reset(seed=2)
     for _ in range(6):
         assert list(obs) == ["rgb", "proprio", *MODES[mode]]
-        assert list(env.observation_space) == list(obs)
+        assert list(env.single_observation_space) == list(obs)
         np.testing.assert_array_equal(obs["rgb"], rgb["rgb"])
         for name in MODES[mode]:
             assert (obs[name].dtype, obs[name].shape) == (np.int16, (3, 128, 128, 2))
@@ -42,20 +42,6 @@ def test_shapes_types_and_spaces(make, mode):
     else:
         assert names == []
         assert env.single_observation_space["depth"].high.max() == 32767
-
-
-@pytest.mark.parametrize("id", one_id_per_family())
-def test_every_family(make, id):
-    env = make(id, 2, obs_mode="rgb+depth+segmentation")
-    obs, _ = env.reset(seed=5)
-    cue = ["task_cue"] * (env.description["task_cue_dim"] > 0 and id.startswith("Rotate"))
-    assert list(obs) == ["rgb", "proprio", *cue, "depth", "segmentation"]
-    for _ in range(3):
-        assert env.observation_space.contains(obs)
-        np.testing.assert_array_equal(obs["depth"] == 0, obs["segmentation"] == 0)
-        table = env.description["segmentation_names"].index("table")
-        assert (obs["segmentation"] == table).mean() > 0.1
-        obs = env.step(env.act("oracle"))[0]
 
 
 def test_a_single_environment_and_gymnasium_have_the_same(make):

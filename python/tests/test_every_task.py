@@ -100,6 +100,20 @@ def test_rgb_observations_and_infos(make, id):
 
 
 @pytest.mark.parametrize("id", one_id_per_family())
+def test_depth_and_segmentation(make, id):
+    env = make(id, 2, obs_mode="rgb+depth+segmentation")
+    obs, _ = env.reset(seed=5)
+    cue = ["task_cue"] * (env.description["task_cue_dim"] > 0 and id.startswith("Rotate"))
+    assert list(obs) == ["rgb", "proprio", *cue, "depth", "segmentation"]
+    for _ in range(3):
+        check_in_space(env, obs)
+        np.testing.assert_array_equal(obs["depth"] == 0, obs["segmentation"] == 0)
+        table = env.description["segmentation_names"].index("table")
+        assert (obs["segmentation"] == table).mean() > 0.1
+        obs = env.step(env.act("oracle"))[0]
+
+
+@pytest.mark.parametrize("id", one_id_per_family())
 def test_a_single_environment_has_the_infos_of_a_batch(make, id):
     batch = make(id, 1)
     env = engram.make(id)
