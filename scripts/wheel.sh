@@ -30,15 +30,19 @@ build() {  # CMAKE_DEFINITION... -> the only wheel in $plain
 }
 
 # Takes libraries into the wheel, and names the oldest system that all of it runs on.
-finish() {  # PLATFORM
-  auditwheel repair --plat "$1" --wheel-dir "$dist" "$plain"/engram-*.whl
-  abi3audit --strict --summary "$dist"/engram-*"$1".whl
+finish() {  # GLIBC MACHINE
+  # auditwheel takes the names of its own machine's platforms only, though it knows all.
+  python -c "import platform, sys; platform.machine = lambda: '$2'
+from auditwheel.main import main
+sys.exit(main())" repair --plat "manylinux_$1_$2" --wheel-dir "$dist" "$plain"/engram-*.whl
+  abi3audit --strict --summary "$dist"/engram-*"manylinux_$1_$2".whl
 }
 
 native() {
   scripts/install_dependencies.sh
   build
-  finish "manylinux_2_34_$(uname -m)"
+  if [ "$(uname -m)" = aarch64 ]; then libccd cc; fi
+  AUDITWHEEL_LD_LIBRARY_PATH=${ccd:-} finish 2_34 "$(uname -m)"
 }
 
 # The arm64 packages are unpacked in a folder and not installed, so nothing of them has to run.
@@ -52,17 +56,48 @@ unpack_sysroot() {
   mv "$sysroot.new" "$sysroot"
 }
 
+# Debian's libccd for ARM has fused multiply-adds, from which cylinders that touch boxes get other
+# contacts than on x86-64. This one, of the same sources with Debian's settings, has none.
+libccd() {  # COMPILER... -> $ccd/libccd.so.2
+  ccd=$PWD/build/libccd-aarch64
+  [ ! -e "$ccd/libccd.so.2" ] || return 0
+  local mirror name=libccd_2.1.orig.tar.gz
+  mirror=$(scripts/debian_mirror.sh)
+  rm -rf "$ccd"
+  mkdir -p "$ccd/config/ccd"
+  python -c 'import sys, urllib.request; urllib.request.urlretrieve(*sys.argv[1:])' \
+    "${mirror%/}/pool/main/libc/libccd/$name" "$ccd/$name"
+  echo "3543093486a8bdb7129e18d69d8f2b42e3056877521425210f9fe560789ebba5  $ccd/$name" |
+    sha256sum --check --quiet
+  tar -xzf "$ccd/$name" -C "$ccd" --strip-components=1
+  echo '#define CCD_DOUBLE' >"$ccd/config/ccd/config.h"
+  "$@" -O2 -DNDEBUG -Dccd_EXPORTS -ffp-contract=off \
+    -fstack-protector-strong -fvisibility=hidden -fPIC -shared -s -Wl,-soname,libccd.so.2 \
+    -Wl,-z,relro,-z,now -I"$ccd/src" -I"$ccd/config" "$ccd"/src/{ccd,mpr,polytope,support,vec3}.c -lm \
+    -o "$ccd/libccd.so.new"
+  mv "$ccd/libccd.so.new" "$ccd/libccd.so.2"
+}
+
 aarch64() {
   unpack_sysroot
-  local stub=$PWD/build/wheel-stub
+  libccd aarch64-linux-gnu-gcc --sysroot="$sysroot"
+  local stub=$PWD/build/wheel-stub native
+  # The newest: earlier versions may lie beside it.
+  native=$(find "$dist" -name "engram-*manylinux*_$(uname -m).whl" -printf '%T@ %p\n' | sort -n |
+    tail -n 1 | cut -d ' ' -f 2-)
+  if [ -z "$native" ]; then
+    echo "wheel.sh: no wheel for $(uname -m) in $dist, which aarch64 takes the stub from; run" \
+      "wheel.sh native first" >&2
+    exit 1
+  fi
   rm -rf "$stub"
-  python -m zipfile -e "$dist"/engram-*"_$(uname -m)".whl "$stub"
+  python -m zipfile -e "$native" "$stub"
   CC=aarch64-linux-gnu-gcc CXX=aarch64-linux-gnu-g++ _PYTHON_HOST_PLATFORM=linux-aarch64 build \
     CMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/aarch64.cmake" ENGRAM_SYSROOT="$sysroot" \
     Python_INCLUDE_DIR="$sysroot/usr/include/python3.11" \
     ENGRAM_PYTHON_STUB="$stub/engram/_core.pyi"
-  LD_LIBRARY_PATH="$sysroot/usr/lib/aarch64-linux-gnu:$sysroot/lib/aarch64-linux-gnu" \
-    finish manylinux_2_34_aarch64
+  AUDITWHEEL_LD_LIBRARY_PATH="$ccd:$sysroot/usr/lib/aarch64-linux-gnu:$sysroot/lib/aarch64-linux-gnu" \
+    finish 2_34 aarch64
 }
 
 sdist() { python -m build --sdist --no-isolation --outdir "$dist" .; }

@@ -1,5 +1,6 @@
 #include "tasks/parts/smoothness.h"
 
+#include "core/base/float_sums.h"
 #include "core/base/real_functions.h"
 #include "tasks/parts/task_info.h"
 
@@ -17,14 +18,15 @@ void SmoothnessParams::constants(Changes& list) {
 
 Haste measure_haste(const Bindings& engine, int env, FirstChange first) {
   const State& state = *engine.state;
-  using Vector = Eigen::Map<const Eigen::VectorXf>;
   const int dim = engine.action.width();
-  const Vector action(engine.action.row(env), dim);
-  const Vector previous(engine.previous_action.row(env), dim);
+  const float* action = engine.action.row(env);
+  const float* previous = engine.previous_action.row(env);
   Haste haste;
-  haste.action_norm = static_cast<double>(action.norm());
-  const bool change = state.elapsed[env] > 1 || first == FirstChange::kFromZero;
-  haste.action_delta_norm = change ? static_cast<double>((action - previous).norm()) : 0.0;
+  haste.action_norm = static_cast<double>(length_of(dim, [&](int i) { return action[i]; }));
+  if (state.elapsed[env] > 1 || first == FirstChange::kFromZero) {
+    haste.action_delta_norm =
+        static_cast<double>(length_of(dim, [&](int i) { return action[i] - previous[i]; }));
+  }
   haste.arm_speed = Eigen::Map<const ArmVector>(state.qvel.row(env)).norm();
   return haste;
 }

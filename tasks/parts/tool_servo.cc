@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/float_sums.h"
 #include "core/base/real_functions.h"
 #include "core/base/rotations.h"
 #include "core/physics/arm.h"
@@ -58,9 +59,11 @@ void slow_down(const State& state, int env, double height, float* action) {
   constexpr double kPerMetre = 8;
   const double above = state.tcp_pos.row(env)[2] - height;
   const double most = std::clamp(kLeast + kPerMetre * above, kLeast, 1.0);
-  Eigen::Map<Eigen::Vector3f> translation(action);
-  const auto norm = static_cast<double>(translation.norm());
-  if (norm > most) translation *= static_cast<float>(most / norm);
+  const auto length = static_cast<double>(length_of_three(action));
+  if (length > most) {
+    const auto slower = static_cast<float>(most / length);
+    for (int i = 0; i < 3; ++i) action[i] *= slower;
+  }
 }
 
 Eigen::Quaterniond tool_down(double yaw) { return turn_about(Vector3d::UnitZ(), yaw) * kToolDown; }

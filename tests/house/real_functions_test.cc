@@ -17,6 +17,12 @@ bool is_inexact(const std::string& line) {
   return std::regex_search(line, inexact);
 }
 
+// Eigen adds floats in an order that depends on the processor: core/base/float_sums.h has lengths.
+bool has_floats_of_eigen(const std::string& line) {
+  static const std::regex floats(R"(\b(Row)?(Vector|Matrix|Array)[0-9X]+f\b)");
+  return std::regex_search(line, floats);
+}
+
 // OpenGL's pictures depend on the driver anyway.
 bool may_be_inexact(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
@@ -32,6 +38,19 @@ TEST_CASE("Nothing inexact is computed with what the C library and Eigen have", 
       }
     }
   }
+}
+
+TEST_CASE("Eigen adds up no floats of states, actions and rewards", "[house]") {
+  for (const char* folder : {"core", "tasks"}) {
+    for (const auto& file : test::files_in(folder, {".h", ".cc"})) {
+      for (const std::string& line : test::lines_of(test::kRoot / file)) {
+        if (has_floats_of_eigen(line)) FAIL_CHECK(file.string() << ": " << line);
+      }
+    }
+  }
+  CHECK(has_floats_of_eigen("using Vector = Eigen::Map<const Eigen::VectorXf>;"));
+  CHECK(has_floats_of_eigen("Eigen::Map<Eigen::Vector3f> translation(action);"));
+  CHECK_FALSE(has_floats_of_eigen("Eigen::Vector3d offset;"));
 }
 
 TEST_CASE("Inexact functions are found", "[house]") {
