@@ -117,6 +117,7 @@ def main() -> None:
                 args=["--no-sandbox"] if os.geteuid() == 0 else [],
             )
             page = browser.new_page(viewport={"width": 1280, "height": 900})
+            page.set_default_timeout(300_000)  # milliseconds; of busy machines
             page.goto(link)
             page.wait_for_selector("body[data-ready]")
             page.fill("input[name=words]", TASK)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -62,23 +61,22 @@ class Film:
         self._successes = [False]
         self._answered: int | None = None
         proprio = [info_row(env, "proprio")]
-        with contextlib.closing(PhaseTrack(self.setting, description)) as phases:
-            phases.begin(info)
-            ended = False
-            while not ended and (most_steps is None or len(self.actions) < most_steps):
-                if len(self.actions) % _KEPT == 0:
-                    self._snapshots.append(env.save(0))
-                action = np.asarray(player(env, not self.actions), np.float32).copy()
-                _, reward, terminated, truncated, info = env.step(action)
-                self.actions.append(action[0])
-                self._rewards.append(float(reward[0]))
-                self._successes.append(bool(info["success"][0]))
-                proprio.append(info_row(env, "proprio"))
-                phases.step(info, action)
-                if self._answered is None and "answered" in info and info["answered"][0]:
-                    self._answered = len(self.actions)
-                ended = bool(terminated[0] or truncated[0])
-            self._phases = phases.track
+        phases = PhaseTrack(env, info)
+        ended = False
+        while not ended and (most_steps is None or len(self.actions) < most_steps):
+            if len(self.actions) % _KEPT == 0:
+                self._snapshots.append(env.save(0))
+            action = np.asarray(player(env, not self.actions), np.float32).copy()
+            _, reward, terminated, truncated, info = env.step(action)
+            self.actions.append(action[0])
+            self._rewards.append(float(reward[0]))
+            self._successes.append(bool(info["success"][0]))
+            proprio.append(info_row(env, "proprio"))
+            phases.add(info)
+            if self._answered is None and "answered" in info and info["answered"][0]:
+                self._answered = len(self.actions)
+            ended = bool(terminated[0] or truncated[0])
+        self._phases = phases.track
         self._proprio = np.array(proprio)
         self._last = {name: info[name][0] for name in _TOLD if name in info}
 

@@ -1,4 +1,4 @@
-"""What an episode is made of: task, seed, pins, constants, options of the task."""
+"""What an episode is made of: task, seed, pins, constants, options of the task, rules."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _RANDOM_SEEDS = 2**31  # short enough to be read out
 
 @dataclasses.dataclass(frozen=True)
 class Setting:
-    """All that the page may choose of an episode."""
+    """All that the page may choose of an episode; rules are those of a folder that is watched."""
 
     id: str
     seed: int
@@ -23,6 +23,7 @@ class Setting:
     pins: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     constants: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    rules: str = "reference"
 
     @classmethod
     def of(cls, message: Mapping[str, Any]) -> Setting:
@@ -52,6 +53,7 @@ class Setting:
         given: Any = {
             "constants": dict(self.constants) or None,
             "task_options": dict(self.options) or None,
+            "rules": self.rules,
             "autoreset_mode": "DISABLED",
             "after_end": "hold",
             "threads": 1,

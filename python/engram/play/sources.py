@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+import engram
 from engram.datasets import DemonstrationFolder, checks, find_folders
 from engram.datasets.checks import DatasetError
 from engram.play.film import Film, Player, recorded
@@ -18,6 +19,7 @@ from engram.play.setting import Setting
 
 OWN = ("oracle", "sweep", "blind", "random", "zero")
 PROCESS = "process"
+_SETTINGS = "settings.json"
 _LARGEST_RESULT = 64 << 20  # bytes
 _MOST_EPISODES = 100_000
 
@@ -106,10 +108,8 @@ class _Demonstrations:
         folder = _at(self._folders, task, "data set")
         stored = folder[_index(folder, episode, "episode")]
         rules = folder.metadata.get("engram", {}).get("rules", "reference")
-        if rules != "reference":
-            raise SourceError(f"collected under the rules '{rules}'; those of reference needed")
         return Film(
-            Setting(folder.env_id, stored.episode_seed),
+            Setting(folder.env_id, stored.episode_seed, rules=str(rules)),
             recorded(list(stored.action)),
             most_steps=len(stored),
         )
@@ -120,11 +120,12 @@ class _Results:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        settings = _document(path / "settings.json")
+        settings = _document(path / _SETTINGS)
         self._policy = str(settings.get("policy"))
-        self._plain = settings.get("rules", "reference") == "reference" and not (
-            settings.get("task_options") or settings.get("constants")
-        )
+        self._rules = str(settings.get("rules", "reference"))
+        self._options = _table(path, settings, "task_options")
+        self._constants = _table(path, settings, "constants")
+        _register(path, settings)
         self._tasks = []
         ids = settings.get("tasks")
         for id in ids if isinstance(ids, list) else []:
@@ -146,8 +147,6 @@ class _Results:
     def film(self, task: int, episode: int, player: Callable[[str], tuple[Player, str]]) -> Film:
         id, episodes = _at(self._tasks, task, "task")
         seed = int(_at(episodes, episode, "episode")["seed"])
-        if not self._plain:
-            raise SourceError("these results have other rules, options or constants than the task")
         own = self._policy in OWN
         try:
             plays, obs = player(self._policy if own else PROCESS)
@@ -155,14 +154,17 @@ class _Results:
             raise SourceError(
                 f"the policy '{self._policy}' has to be given again: --policy-command"
             ) from None
-        return Film(Setting(id, seed), plays, obs_mode=obs)
+        setting = Setting(
+            id, seed, constants=self._constants, options=self._options, rules=self._rules
+        )
+        return Film(setting, plays, obs_mode=obs)
 
 
 def _folder(path: Path) -> _Demonstrations | _Results:
     try:
         if (path / "data_npz").is_dir():
             return _Demonstrations(path)
-        if (path / "settings.json").is_file():
+        if (path / _SETTINGS).is_file():
             return _Results(path)
     except DatasetError as error:
         raise SourceError(str(error)) from error
@@ -170,6 +172,28 @@ def _folder(path: Path) -> _Demonstrations | _Results:
         f"--folder: '{path}' given; a folder with data_npz (of `engram collect`) or settings.json "
         "(results of `engram eval`) needed"
     )
+
+
+def _table(path: Path, settings: dict[str, Any], name: str) -> dict[str, Any]:
+    """Names and values of settings.json; what they mean the simulator checks."""
+    table = settings.get(name) or {}
+    if not isinstance(table, dict):
+        raise SourceError(f"'{path / _SETTINGS}': {name}: an object needed")
+    return table
+
+
+def _register(path: Path, settings: dict[str, Any]) -> None:
+    """Registers the variants that were evaluated; the same one twice is one."""
+    variants = settings.get("variants") or []
+    for one in variants if isinstance(variants, list) else []:
+        if not isinstance(one, dict) or not isinstance(one.get("id"), str):
+            raise SourceError(f"'{path / _SETTINGS}': variants: objects with an id needed")
+        engram.register(
+            one["id"],
+            base=one.get("base"),
+            constants=one.get("constants") or {},
+            instruction=one.get("instruction"),
+        )
 
 
 def _document(path: Path) -> dict[str, Any]:

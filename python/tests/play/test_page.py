@@ -45,9 +45,12 @@ def opened(browser, server: Server) -> Iterator[Callable[..., Any]]:
     contexts = []
 
     def open_page(**context: Any) -> Any:
+        script = context.pop("script", None)
         contexts.append(
             browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **context})
         )
+        if script:
+            contexts[-1].add_init_script(script)
         page = contexts[-1].new_page()
         page.set_default_timeout(SECONDS * 1000)
         page.on("console", lambda message: wrong.append(message.text))
@@ -198,10 +201,65 @@ def test_keys_move_the_tool_while_time_runs(opened):
     page.mouse.up()
 
 
+# What a gamepad would say; browsers without one can be told nothing else.
+GAMEPAD = """
+globalThis.pad = { axes: [0, 0, 0, 0], buttons: [...Array(16)].map(() => ({ pressed: false })) };
+navigator.getGamepads = () => [null, globalThis.pad];
+"""
+
+
+def test_a_gamepad_moves_the_tool(opened):
+    page = opened(script=GAMEPAD)
+    page.fill("input[name=words]", "TakeItBack")
+    page.click("button[aria-label='Play TakeItBack-VLA-v0']")
+    until(page, "document.activeElement.id === 'stage'")
+    until(page, "engramPlay.play.last === 0")
+    page.evaluate(
+        "() => { const send = WebSocket.prototype.send; globalThis.said = [];"
+        "WebSocket.prototype.send = function (text) { said.push(text); send.call(this, text); }; }"
+    )
+
+    def action(axes: list[float]) -> np.ndarray:
+        """What the page sends once the sticks stand so."""
+        page.evaluate("axes => { said.length = 0; pad.axes = axes; }", axes)
+        until(page, "said.some((text) => text.includes('act'))")
+        said = [json.loads(text) for text in page.evaluate("said")]
+        return np.array([m["a"] for m in said if m["do"] == "act"][-1])
+
+    right = action([1.0, 0, 0, 0])
+    assert right[:2] @ RIGHT > 0.5
+    assert abs(right[:2] @ AWAY) < 0.01
+    away = action([0, -1.0, 0, 0])
+    assert away[:2] @ AWAY > 0.5
+    turned_up = action([0, 0, 0.5, -1.0])
+    assert turned_up[2] > 0.5
+    assert turned_up[5] != 0
+    still = action([0.02, 0, 0, 0])  # worn sticks do not come back to the middle
+    assert not still[:6].any()
+
+    def press(button: int) -> None:
+        page.evaluate("button => { pad.buttons[button].pressed = true; }", button)
+        time.sleep(0.1)
+        page.evaluate("button => { pad.buttons[button].pressed = false; }", button)
+
+    page.evaluate("said.length = 0")
+    press(0)
+    until(page, "said.some((text) => text.includes('act'))")
+    gripper = [json.loads(text) for text in page.evaluate("said")][-1]["a"][6]
+    assert gripper == -still[6]
+    press(9)
+    until(page, "engramPlay.play.last >= 5")
+    press(9)
+    until(page, "document.getElementById('run').textContent === 'Go on'")
+    press(1)
+    until(page, "engramPlay.play.last === 0")
+
+
 def test_a_wall_of_sixteen(opened):
     page = opened()
     page.click("a[href='#wall']")
     page.select_option("#wall-task", "ShellGameTouch-VLA-v0")
+    page.wait_for_selector("#wall-values details")
     page.click("#wall-form button[type=submit]")
     until(page, "engramPlay.wall.frames > 5")
     until(page, "document.getElementById('wall-told').textContent.includes('16 of 16')")
@@ -220,6 +278,30 @@ def test_policies_and_their_curves(opened):
     page.click("#film-run")
     until(page, "Number(document.getElementById('film-human').dataset.frame) > 80")
     look(page, "watched")
+
+
+def test_pins_and_constants_can_be_watched(opened):
+    page = opened()
+    page.click("a[href='#watch']")
+    page.wait_for_selector("#watch-values details")
+    page.select_option("#watch-task", "RememberColor9-VLA-v0")
+    page.wait_for_selector("#watch-values-pins-cue_steps", state="attached")
+    for summary in page.locator("#watch-values summary").all():
+        summary.click()
+    page.fill("#watch-values-pins-cue_steps", "4")
+    page.fill("#watch-values-constants-COLORS", "4")
+    page.fill("#watch-values-constants-CUE_PHASE_STEPS", "40, 50")
+    page.click("#watch-form button[type=submit]")
+    page.wait_for_selector("#notice:not([hidden])")
+    assert "no time to act" in page.inner_text("#notice")
+    assert page.inner_text("#film-result") == ""
+    page.fill("#watch-values-constants-CUE_PHASE_STEPS", "4, 5")
+    page.click("#watch-form button[type=submit]")
+    page.wait_for_selector("#film-human[data-frame='0']")
+    look(page, "watched_with_pins")
+    for frame, phase in ((3, "cue"), (4, "empty")):
+        page.locator("#film-scrub").fill(str(frame))
+        until(page, f"document.getElementById('film-told').textContent.includes('phase {phase}')")
 
 
 def test_a_second_tab_is_told(opened, browser, server: Server):

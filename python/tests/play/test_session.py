@@ -21,6 +21,7 @@ from engram.play.setting import Setting
 from engram.play.sources import own_player
 
 TASK = "RememberColor3-VLA-v0"
+IDS = [task["id"] for task in engram.list()][:97]  # other tests register more
 PIPE_POLICY = Path(__file__).parents[2] / "examples" / "pipe_policy.py"
 
 
@@ -258,19 +259,26 @@ def test_a_film_is_the_episode_of_the_library():
 )
 def test_phases_are_as_long_as_pins_say(id):
     described = engram.describe(id)
-    pins = {d["name"]: d["high"] for d in described["draws"] if d["name"].endswith("_steps")}
+    pins = {d["name"]: d["high"] for d in described["draws"] if "_step" in d["name"]}
     film = Film(Setting(id, 5, pins=pins), own_player("oracle"))
     phases = film.told()["phase"]
-    assert sorted(set(phases)) == [0, 1, 2]
     assert phases == sorted(phases)
-    lengths = [phases.count(0), phases.count(1)]
-    if "cue_steps" in pins:
-        assert lengths[0] == pins["cue_steps"]
-    if "empty_steps" in pins:
-        assert lengths[1] == pins["empty_steps"]
-    else:  # it is over when the cups stand still
-        assert abs(lengths[1] - pins["shuffle_steps"]) <= 3
+    gap = "empty_steps" if "empty_steps" in pins else "shuffle_steps"
+    cue = pins.get("cue_steps", 3 * pins.get("cue_step_duration", 0))  # three colours
+    assert [phases.count(0), phases.count(1)] == [cue, pins[gap]]
+    assert set(phases) == {0, 1, 2}
     film.close()
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_every_moment_of_every_task_has_a_phase(id):
+    film = Film(Setting(id, 3), own_player("oracle"), most_steps=400)
+    told = film.told()
+    film.close()
+    names = [told["phases"][phase] for phase in told["phase"] if phase is not None]
+    over = len(told["phase"]) - len(names)  # a window that has passed
+    assert over == 0 or "window" in told["phases"]
+    assert names[0] == told["phases"][0]
 
 
 def test_policies_can_be_watched_picture_by_picture(server: Server):
@@ -349,6 +357,39 @@ def test_folders_and_processes_of_the_command_line_can_be_watched(tmp_path):
     subprocess.run([*command, "--out", outside], check=True, capture_output=True, timeout=SECONDS)
     result = json.loads(next(outside.rglob(f"{TASK}.json")).read_text())
     assert film["result"]["return"] == pytest.approx(result["returns"][0])
+
+
+def test_results_with_other_rules_options_and_constants_play_as_they_did(tmp_path):
+    engram_command = [sys.executable, "-m", "engram"]
+    variants = tmp_path / "variants.json"
+    variant = {
+        "id": "RememberColor4-Played-v0",
+        "base": "RememberColor9-VLA-v0",
+        "constants": {"COLORS": 4},
+    }
+    variants.write_text(json.dumps({"variants": [variant]}))
+    runs = []
+    for name, arguments in {
+        "rules": [TASK, "--policy=sweep", "--rules=original"],
+        "constants": [TASK, "--policy=sweep", "--set", "GOAL_THRESH=0.03"],
+        "variant": [variant["id"], "--policy=blind", "--variants", variants],
+    }.items():
+        command = [*engram_command, "eval", *arguments, "--obs=state", "--episodes=3"]
+        command += ["--out", tmp_path / name]
+        subprocess.run([*map(str, command)], check=True, capture_output=True, timeout=SECONDS)
+        runs.extend(path.parent for path in (tmp_path / name).rglob("settings.json"))
+    arguments = [word for run in runs for word in ("--folder", run)]
+    with serving(tmp_path / "out", *arguments) as server, server.page() as page:
+        for folder, told in enumerate(page.hear("hello")["folders"]):
+            (file,) = runs[folder].glob("*-v0.json")
+            result = json.loads(file.read_text())
+            assert len(told["tasks"][0]["episodes"]) == 3
+            for episode in range(3):
+                page.say("stored", folder=folder, task=0, episode=episode)
+                film = page.hear("film")
+                assert film["result"]["success"] == bool(result["successes"][episode])
+                assert film["result"]["steps"] == result["episode_lengths"][episode]
+                assert film["result"]["return"] == pytest.approx(result["returns"][episode])
 
 
 def test_a_policy_that_fails_is_told_and_started_again(tmp_path):

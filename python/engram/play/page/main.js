@@ -17,6 +17,8 @@ function show() {
   if (view === 'watch' && next !== 'watch') watch.stop();
   if (view === 'wall' && next !== 'wall') say({ do: 'leave' });
   if (view !== next) window.scrollTo(0, 0);
+  if (next === 'watch') watch.enter();
+  if (next === 'wall') wall.enter();
   view = next;
   for (const name of VIEWS) find(name).hidden = name !== view;
   for (const link of document.querySelectorAll('nav a')) {
@@ -60,7 +62,10 @@ on('wall', (message) => {
   play.leave();
   find('task-shown').textContent = message.id;
 });
-on('error', (message) => tell(message.message));
+on('error', (message) => {
+  watch.failed();
+  tell(message.message);
+});
 on('busy', () => away('engram is being played in another tab.', true));
 on('taken', () => away('Another tab has taken over. Close this one, or', true));
 on('closed', (code) => {

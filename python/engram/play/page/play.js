@@ -23,7 +23,7 @@ export const playing = () => id;
 export async function choose(task) {
   id = task;
   const description = await described(task);
-  showFields(description);
+  await showFields('play-values', task);
   if (!speedChosen) find('speed').value = description.horizon < SLOW_BELOW ? '0.25' : '1';
   fresh();
 }
@@ -45,7 +45,7 @@ function fresh() {
     return;
   }
   last = '';
-  say({ do: 'play', id, seed, ...readValues() });
+  say({ do: 'play', id, seed, ...readValues('play-values') });
   tellSpeed();
 }
 

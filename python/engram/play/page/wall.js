@@ -1,6 +1,7 @@
 // Sixteen environments in one picture; frames tell how each of them goes.
 import { all } from './choose.js';
 import { find, options, paint, seedIn } from './draw.js';
+import { readValues, showFields } from './fields.js';
 import { on, say } from './link.js';
 
 let columns = 4;
@@ -14,10 +15,13 @@ function submit() {
     find('wall-seed').reportValidity();
     return;
   }
-  say({ do: 'wall', id: find('wall-task').value, source: find('wall-source').value, seed });
+  const id = find('wall-task').value;
+  say({ do: 'wall', id, source: find('wall-source').value, seed, ...readValues('wall-values') });
   say({ do: 'speed', of: 1, turns: false });
   say({ do: 'run', on: true });
 }
+
+export function enter() { showFields('wall-values', find('wall-task').value); }
 
 export function choose(id) { find('wall-task').value = id; }
 
@@ -42,6 +46,7 @@ async function picture(header, files) {
 
 export function begin() {
   options(find('wall-task'), all().map((task) => [task.id, task.id]));
+  find('wall-task').addEventListener('change', enter);
   find('wall-form').addEventListener('submit', (event) => {
     event.preventDefault();
     submit();

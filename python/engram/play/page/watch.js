@@ -1,6 +1,7 @@
 // An episode of somebody else's, or the one just played: forwards, backwards, picture by picture.
 import { all } from './choose.js';
 import { find, make, options, paint, seedIn } from './draw.js';
+import { readValues, showFields } from './fields.js';
 import { on, say } from './link.js';
 import * as plots from './plots.js';
 
@@ -14,6 +15,7 @@ let running = false;
 let due = 0;
 let move = () => {};
 let folders = [];
+let waits = false; // for an episode to be played
 
 // One picture is on its way at a time; then the newest wish is the next.
 function ask() {
@@ -83,11 +85,12 @@ async function picture(header, files) {
 }
 
 export function opened(message) {
+  waits = false;
   film = message;
   asked = null;
   shown = -1;
   location.hash = '#watch';
-  find('watch-task').value = message.id;
+  showTask(message.id);
   find('film-instruction').textContent = message.instruction;
   find('task-shown').textContent = message.id;
   for (const id of ['film-back', 'film-run', 'film-on', 'film-scrub']) find(id).disabled = false;
@@ -106,9 +109,22 @@ export function opened(message) {
   go(0);
 }
 
-export function watch(id) {
+export function enter() { showFields('watch-values', find('watch-task').value); }
+
+function showTask(id) {
   find('watch-task').value = id;
+  enter();
+}
+
+export function watch(id) {
+  showTask(id);
   submit();
+}
+
+// Nothing comes of what was asked for.
+export function failed() {
+  if (waits) find('film-result').textContent = '';
+  waits = false;
 }
 
 function submit() {
@@ -119,7 +135,9 @@ function submit() {
   }
   stop();
   find('film-result').textContent = 'Playing …';
-  say({ do: 'watch', id: find('watch-task').value, source: find('watch-source').value, seed });
+  waits = true;
+  const id = find('watch-task').value;
+  say({ do: 'watch', id, source: find('watch-source').value, seed, ...readValues('watch-values') });
 }
 
 function showStored() {
@@ -147,6 +165,7 @@ export function sources(message) {
 
 export function begin() {
   options(find('watch-task'), all().map((task) => [task.id, task.id]));
+  find('watch-task').addEventListener('change', enter);
   find('watch-form').addEventListener('submit', (event) => {
     event.preventDefault();
     submit();
