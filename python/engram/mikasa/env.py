@@ -111,7 +111,12 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._description = self._env.description
         self.angle_threshold = options["constants"].get("angle_threshold", 0.1)
         self._observations = _observing.Observations(
-            self._env, self._description, self.obs_mode, chosen.textures, chosen.cameras
+            self._env,
+            self._description,
+            self.obs_mode,
+            chosen.textures,
+            chosen.cameras,
+            chosen.image_size,
         )
         self._evaluation = _observing.Evaluation(self._env, self._description, own_instruction(cls))
         self.agent = Agent(self)
@@ -188,7 +193,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         Args:
             action: (B, D), or (D) for all of them; numbers that are finite.
         """
-        self._env.step(self._actions(action))
+        self._env._advance(self._actions(action))
+        self._most_steps += 1
         info = self.get_info()
         observation = self.get_obs(info)
         reward = self.get_reward(obs=observation, action=action, info=info)
@@ -210,11 +216,11 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     def _terminated(self, info: Mapping[str, Any]) -> torch.Tensor:
         rule = self._description["termination"]
         if rule == "never":
-            return torch.zeros(self.num_envs, dtype=torch.bool)
-        ended: torch.Tensor = info["success"].clone()
+            return torch.from_numpy(np.zeros(self.num_envs, np.bool_))
+        ended = info["success"].numpy().copy()
         if rule != "success":
-            ended |= info["submitted" if "submitted" in info else "failed"]
-        return ended
+            ended |= info["submitted" if "submitted" in info else "failed"].numpy()
+        return torch.from_numpy(ended)
 
     def _unstable(self) -> torch.Tensor:
         """Where physics diverged: the one reason to truncate that is not the wrapper's."""
@@ -238,12 +244,9 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         """The reward of the last step, in the environment's mode."""
         if self.reward_mode == "none":
             return torch.zeros(self.num_envs)
-        compute = {
-            "sparse": self.compute_sparse_reward,
-            "dense": self.compute_dense_reward,
-            "normalized_dense": self.compute_normalized_dense_reward,
-        }[self.reward_mode]
-        return compute(obs=obs, action=action, info=info)
+        compute = getattr(self, f"compute_{self.reward_mode}_reward")
+        reward: torch.Tensor = compute(obs=obs, action=action, info=info)
+        return reward
 
     def compute_sparse_reward(self, obs: Any, action: Any, info: dict[str, Any]) -> torch.Tensor:
         """Success, bool (B)."""
@@ -315,6 +318,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     def _begun(self) -> None:
         """Episodes have begun: what they have drawn is asked for anew."""
         self._drawn = None
+        self._most_steps = int(self._env._views["elapsed_steps"].max())  # no episode has had more
         self._evaluation.restart()
 
     def _robot_part(self, name: str) -> torch.Tensor:

@@ -38,6 +38,8 @@ _CONTOURS = ("Circle", "Square", "Triangle")
 class OverlayWrapper(Wrapper):
     """Draws over each environment's picture what the last step told."""
 
+    _passes_parts = True
+
     def __init__(self, env: gym.Env[Any, Any]) -> None:
         super().__init__(env)
         self.info: dict[str, Any] = {}
