@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from engram.errors import BadStateError, InvalidArgumentError
-from engram.mikasa import _families, _keywords, _observing, _rendering
+from engram.mikasa import _families, _keywords, _observing, _rendering, _told
 from engram.mikasa._torch import CPU, torch
 from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.agent import Agent
@@ -19,31 +19,6 @@ _NO_LIMIT = (
     1_000_000  # control steps: episodes end where the time limit around the environment says
 )
 _FIRST_SEED = 2022
-# Attributes of the original's that are bodies in its scene.
-_BODIES = frozenset(
-    [
-        "scene",
-        "cubes",
-        "shape_actors",
-        "mugs",
-        "batteries",
-        "mug_left",
-        "mug_center",
-        "mug_right",
-        "red_ball",
-        "goal_site",
-        "disc",
-        "blue_cube",
-        "red_cube",
-        "green_cube",
-        "peg",
-        "ball",
-        "goal_region",
-        "table_scene",
-        "green_disc",
-        "red_disc",
-    ]
-)
 
 
 class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
@@ -332,15 +307,12 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             return getattr(type(self), name)
         if name == "shuffle_steps_per_env" and "Shuffle" in self._family:
             name = "empty_steps_per_env"
+        told = _told.attribute(self, name)
+        if told is not None:
+            return told
         view = self._view(name)
         if view is not None:
             return _observing.tensor(view, torch.int64 if view.dtype == np.int32 else None)
-        if name in _BODIES:
-            told = ", ".join(_pose_fields(self._description))
-            raise AttributeError(
-                f"{name!r} is a body of the original's scene; engram tells poses in the "
-                f"observation modes state and state_dict: {told}"
-            )
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -391,7 +363,3 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         """Ends the batch."""
         if "_env" in self.__dict__:
             self._env.close()
-
-
-def _pose_fields(description: Any) -> list[str]:
-    return [f["name"] for f in description["state_fields"] if f["name"].endswith(("pose", "pos"))]
