@@ -14,12 +14,13 @@ from engram.mikasa.agent import Pose
 if TYPE_CHECKING:
     from engram.mikasa.env import BaseEnv
 
-# Bodies in the original's scene.
+# Bodies in the original's scene, and places that it keeps of them.
 _BODIES = frozenset(
     [
         *("scene", "table_scene", "cubes", "shape_actors", "mugs", "batteries", "mug_left"),
         *("mug_center", "mug_right", "red_ball", "goal_site", "disc", "cube", "blue_cube"),
         *("red_cube", "green_cube", "peg", "ball", "goal_region", "green_disc", "red_disc"),
+        *("button_xy", "button_top_z", "initial_poses", "tray_slot_positions", "socket_slot_pos"),
     ]
 )
 _STATES = ("state", "state_dict")
@@ -39,22 +40,31 @@ class Actor:
 
 
 def attribute(base: BaseEnv, name: str) -> Any:
-    """The attribute; None if there is none.
+    """What is made of several things that the core tells; None if it is no such attribute.
 
     Raises:
         AttributeError: The original has it, and here it cannot be told; the message says why.
     """
     families, make = _MAKERS.get(name, ((), _nothing))
-    if base._family in families:
-        return make(base)
+    return make(base) if base._family in families else None
+
+
+def of_state(base: BaseEnv, name: str) -> Any:
+    """A field of the state row, or a body whose pose is one; None if it is neither.
+
+    Raises:
+        AttributeError: The original has it, and here it cannot be told; the message says why.
+    """
+    if base.obs_mode in _STATES and name in _fields(base):
+        return torch.from_numpy(_field(base, name).copy())
     if name not in _BODIES:
         return None
     if base.obs_mode in _STATES and f"{name}_pose" in _fields(base):
         return Actor(base, name)
-    poses = ", ".join(one for one in _fields(base) if one.endswith(("pose", "pos")))
+    poses = ", ".join(one for one in _fields(base) if one.endswith(("_pose", "_pos", "_xy")))
     raise AttributeError(
-        f"{name!r} is a body of the original's scene; engram tells poses in the observation modes "
-        f"state and state_dict: {poses}"
+        f"{name!r} is a body of the original's scene, or a place of one; engram tells poses in the "
+        f"observation modes state and state_dict: {poses}"
     )
 
 
@@ -115,6 +125,12 @@ def _touched_cubes(base: BaseEnv) -> torch.Tensor:
     return torch.from_numpy(np.concatenate([_field(base, name) > 0 for name in names], axis=1))
 
 
+def _colors(base: BaseEnv) -> dict[int, np.ndarray]:
+    """Colours by number, red, green, blue and alpha from 0 to 1."""
+    mapping = base.COLOR_MAPPING
+    return {key: np.array(mapping[key][1]) / 255 for key in list(mapping)[: base.COLORS]}
+
+
 def _nothing(base: BaseEnv) -> None:
     return None
 
@@ -125,4 +141,5 @@ _MAKERS: dict[str, tuple[tuple[str, ...], Callable[[BaseEnv], Any]]] = {
     "checkpoint_visited": (_families.TRACE, _visited),
     "shape_closed": (("TraceShapeSeq",), _shape_closed),
     "touched_cubes": (_families.CAPACITY, _touched_cubes),
+    "color_dict": ((*_families.COLORS, *_families.CAPACITY), _colors),
 }

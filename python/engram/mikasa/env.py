@@ -313,6 +313,9 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         view = self._view(name)
         if view is not None:
             return _observing.tensor(view, torch.int64 if view.dtype == np.int32 else None)
+        told = _told.of_state(self, name)
+        if told is not None:
+            return told
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def __setattr__(self, name: str, value: Any) -> None:
