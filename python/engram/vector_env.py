@@ -305,7 +305,7 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
             BadStateError: Nothing was reset, a step is under way, the batch is closed, or, in the
                 mode DISABLED, an episode has ended that was not reset (see ``after_end``).
         """
-        self._batch.step(self._checked(actions))
+        self._advance(actions)
         return self._results()
 
     def step_async(self, actions: Any) -> None:
@@ -573,6 +573,10 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         ):
             return actions
         return _arguments.checked_actions(actions, self._action_shape)
+
+    def _advance(self, actions: Any) -> None:
+        """A step of which nothing is told: views have it."""
+        self._batch.step(self._checked(actions))
 
     def _shown(self, which: np.ndarray) -> tuple[ObsT, dict[str, Any]]:
         """Observations and infos."""

@@ -9,6 +9,7 @@
 #include "mjcf/scene.h"
 #include "tasks/parts/lamp.h"
 #include "tasks/parts/poses.h"
+#include "tasks/parts/state_row.h"
 #include "tasks/trace_shape/contour.h"
 #include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
@@ -65,6 +66,21 @@ class TraceDemo {
   SweepRings rings(int env) const;
 
   int green_cube() const { return green_; }
+  // Declares the waypoints of the demonstration in a row of what was drawn.
+  template <class Row>
+  void list_waypoints(Row& row, int env) const {
+    row.field("waypoints", params_.MAX_SEQUENCE_LENGTH * contours_.waypoints() * 2, "m",
+              "x and y of each, shape after shape, then 0", [&](RowWriter& out) {
+                for (int element = 0; element < params_.MAX_SEQUENCE_LENGTH; ++element) {
+                  const bool shown = element < length(env);
+                  const Contour shape = contour(env, element);
+                  for (int i = 0; i < contours_.waypoints(); ++i) {
+                    const Vec2 at = shown ? shape.waypoint(i) : Vec2(0, 0);
+                    out.add(at.data(), 2);
+                  }
+                }
+              });
+  }
   // The first fields of the state observation.
   template <class Row>
   void list_cubes(Row& row, int env) const {

@@ -99,6 +99,7 @@ class TraceShapeSeq final : public FamilyBase {
     row.field("sequence_len", 1, "", "number of shapes", [&] { return demo_.length(env); });
     row.field("shape_sequence", params_.MAX_SEQUENCE_LENGTH, "", "ids of the shapes, then -1",
               [&] { return demo_.shapes(env); });
+    demo_.list_waypoints(row, env);
   }
 
   // --- sampling ---

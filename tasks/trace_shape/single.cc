@@ -70,6 +70,7 @@ class TraceShape final : public FamilyBase {
     row.field("cue_steps_per_env", 1, "control steps", "until the demonstration is over",
               [&] { return demo_.demo_end(env); });
     row.field("shape_type", 1, "", "id of the shape", [&] { return *demo_.shapes(env); });
+    demo_.list_waypoints(row, env);
   }
 
   // --- sampling ---

@@ -176,6 +176,32 @@ TEST_CASE("Drawn values are those of the episode", "[tell]") {
   CHECK(drawn_with("BatteriesCheckerEasy-3-VLA-v0", {}).empty());
 }
 
+TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last", "[tell]") {
+  EnvOptions options;
+  options.pins = {{"shapes", {0, 0, 0, 0, 0}},    {"radii", {0.08, 0.09, 0.1, 0.11, 0.12}},
+                  {"center_x", {-0.1}},           {"center_y", {0.05}},
+                  {"rotations", {0, 1, 2, 3, 4}}, {"sequence_length", {3}}};
+  const auto env = test::make_env("TraceShapeSeqEasy-VLA-v0", options);
+  env->reset();
+  const std::vector<Field>& fields = env->info().drawn;
+  REQUIRE(fields.back().name == "waypoints");
+  REQUIRE(fields.back().width == 5 * 64 * 2);
+  std::vector<float> values = floats(*env, env->drawn_dim());
+  env->drawn(values);
+  const float* next = values.data() + values.size() - 5 * 64 * 2;
+  for (int shape = 0; shape < 5; ++shape) {
+    for (int i = 0; i < 64; ++i, next += 2) {
+      CAPTURE(shape, i);
+      if (shape < 3) {
+        CHECK(std::hypot(next[0] + 0.1F, next[1] - 0.05F) == Approx(0.08 + 0.01 * shape));
+      } else {
+        CHECK(next[0] == 0);
+        CHECK(next[1] == 0);
+      }
+    }
+  }
+}
+
 // Whether actions are frozen ends where these say, in the tasks that freeze them.
 TEST_CASE("Every task tells the lengths of its phases", "[tell]") {
   for (const std::string& id : test::implemented_ids()) {

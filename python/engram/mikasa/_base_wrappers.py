@@ -6,9 +6,14 @@ from typing import Any
 
 import gymnasium as gym
 
+from engram.mikasa._observing import Observations, Wanted
+
 
 class Wrapper(gym.Wrapper[Any, Any, Any, Any]):
     """Asked for what it has not, it asks the environment within."""
+
+    # Whether Wanted.POLICY is enough for it.
+    _passes_parts = False
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or name == "env":
@@ -19,6 +24,21 @@ class Wrapper(gym.Wrapper[Any, Any, Any, Any]):
     def spec(self) -> Any:  # type: ignore[override]
         """That of the environment within."""
         return self.env.spec
+
+
+def source(env: Any, part: Wanted) -> Observations | None:
+    """What makes the observations that reach a wrapper around ``env``, if it may make this part.
+
+    None if somebody on the way, a wrapper of the user's or a class of theirs, could miss the rest.
+    """
+    while env is not env.unwrapped:
+        kind = type(env)
+        own = kind.__module__.startswith("engram.mikasa.")
+        if not own or (part is Wanted.POLICY and not kind._passes_parts):
+            return None
+        env = env.env
+    made: Observations = env._observations
+    return made if "_generated" in vars(type(env)) else None
 
 
 class ObservationWrapper(Wrapper, gym.ObservationWrapper[Any, Any, Any]):
@@ -42,6 +62,8 @@ class ObservationWrapper(Wrapper, gym.ObservationWrapper[Any, Any, Any]):
 
 class ActionWrapper(Wrapper, gym.ActionWrapper[Any, Any, Any]):
     """Changes actions; knows how many steps episodes have had."""
+
+    _passes_parts = True
 
     def __init__(self, env: gym.Env[Any, Any]) -> None:
         super().__init__(env)

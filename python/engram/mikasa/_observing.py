@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -17,12 +18,45 @@ from engram.typing import TaskDescription
 from engram.vector_env import VectorEnv
 
 _AGENT = ("qpos", "qvel")
+_MATRICES = ("extrinsic_cv", "cam2world_gl", "intrinsic_cv")
+
+
+# NumPy converts and compares small arrays in a fraction of the time that torch takes.
+_NUMPY_TYPES: dict[torch.dtype, Any] = {
+    torch.bool: np.bool_,
+    torch.uint8: np.uint8,
+    torch.int64: np.int64,
+    torch.float16: np.float16,
+    torch.float32: np.float32,
+}
 
 
 def tensor(view: np.ndarray, dtype: torch.dtype | None = None) -> torch.Tensor:
     """A copy of a buffer of engram's."""
-    value = torch.from_numpy(view.copy())
-    return value if dtype is None else value.to(dtype)
+    return torch.from_numpy(view.copy() if dtype is None else view.astype(_NUMPY_TYPES[dtype]))
+
+
+class Wanted(enum.Enum):
+    """How much of an observation with pictures anybody will look at."""
+
+    ALL = 0
+    NO_MATRICES = 1
+    POLICY = 2  # pictures of all cameras in one, and the seven numbers of proprio
+
+
+class Only:
+    """A context in which only a part is wanted; see ``Observations.only``."""
+
+    def __init__(self, observations: Observations, part: Wanted) -> None:
+        self._observations = observations
+        self._part = part
+        self._before = observations.wanted
+
+    def __enter__(self) -> None:
+        self._observations.wanted = self._part
+
+    def __exit__(self, *_: object) -> None:
+        self._observations.wanted = self._before
 
 
 class Observations:
@@ -34,6 +68,10 @@ class Observations:
         mode: As given to gym.make.
         textures: What cameras tell; none in state modes.
         cameras: In channel order.
+        size: Of their pictures.
+
+    Attributes:
+        wanted: What of observations with pictures is made.
     """
 
     def __init__(
@@ -43,10 +81,14 @@ class Observations:
         mode: str,
         textures: Sequence[str],
         cameras: Sequence[str],
+        size: tuple[int, int],
     ) -> None:
         self._batch = batch
-        self._textures = textures
+        self.textures = textures
         self._cameras = cameras
+        self.wanted = Wanted.ALL
+        self._fixed: dict[str, dict[str, np.ndarray]] = {}
+        self._size = size
         self._copied: dict[str, Callable[[], Any]] = {}
         if textures:
             copied = Copied()
@@ -60,6 +102,10 @@ class Observations:
     def __call__(self) -> Any:
         """What is observed now; the caller's to keep."""
         return self._make()
+
+    def only(self, part: Wanted) -> Only:
+        """While it lasts, this is made and no more; the outermost of several says what."""
+        return Only(self, part if self.wanted is Wanted.ALL else self.wanted)
 
     def _state(self) -> torch.Tensor:
         return torch.from_numpy(self._row())
@@ -78,21 +124,33 @@ class Observations:
         return result
 
     def _pictures(self) -> dict[str, Any]:
-        state = self._batch.robot_state()
-        cameras = self._batch.camera_params()
+        if self.wanted is Wanted.POLICY:
+            proprio = tensor(self._batch._views["proprio"])
+            return {"proprio": proprio, "rgb": torch.from_numpy(self._copied["rgb"]())}
+        state = {k: torch.from_numpy(v) for k, v in self._batch.robot_state().items()}
         pictures = {name: torch.from_numpy(copy()) for name, copy in self._copied.items()}
-        return {
-            "agent": {name: tensor(state[name]) for name in _AGENT},
-            "extra": {FIRST_EXTRA_FIELD: tensor(state[FIRST_EXTRA_FIELD])},
-            "sensor_param": {
-                camera: {name: tensor(value) for name, value in cameras[camera].items()}
-                for camera in self._cameras
-            },
-            "sensor_data": {
-                camera: {name: self._of(picture, i) for name, picture in pictures.items()}
-                for i, camera in enumerate(self._cameras)
-            },
+        result: dict[str, Any] = {
+            "agent": {name: state[name] for name in _AGENT},
+            "extra": {FIRST_EXTRA_FIELD: state[FIRST_EXTRA_FIELD]},
         }
+        if self.wanted is Wanted.ALL:
+            result["sensor_param"] = {camera: self._matrices(camera) for camera in self._cameras}
+        result["sensor_data"] = {
+            camera: {name: self._of(picture, i) for name, picture in pictures.items()}
+            for i, camera in enumerate(self._cameras)
+        }
+        return result
+
+    def _matrices(self, camera: str) -> dict[str, torch.Tensor]:
+        """Those of one camera; only the wrist's change."""
+        if camera in self._fixed:
+            return {name: tensor(value) for name, value in self._fixed[camera].items()}
+        values = self._batch._batch.camera_params(camera, *self._size)
+        named = dict(zip(_MATRICES, values))
+        if camera == "base_camera":
+            self._fixed[camera] = named
+            return self._matrices(camera)
+        return {name: torch.from_numpy(value) for name, value in named.items()}
 
     def _of(self, pictures: torch.Tensor, camera: int) -> torch.Tensor:
         """One camera's channels: a view, from which `joined` gets the whole without a copy."""
@@ -193,10 +251,13 @@ class Evaluation:
 
     def reward_dict(self) -> dict[str, torch.Tensor] | None:
         """Terms of the reward of the step before; None where no environment has any."""
-        if np.isnan(self._rewards).all():
+        if not self._terms:
             return None
-        terms = torch.from_numpy(self._rewards.copy()).unbind(1)
-        return dict(zip(self._terms, terms))
+        first = self._rewards.item(0)
+        if first != first and np.isnan(self._rewards).all():
+            return None
+        terms = np.array(self._rewards.T, order="C")
+        return dict(zip(self._terms, map(torch.from_numpy, terms)))
 
     def __call__(self) -> dict[str, Any]:
         """The infos but for elapsed_steps."""
@@ -226,7 +287,12 @@ def _column(
     """
     if keep and view.ndim == 1:
         view = view[:, np.newaxis]
-    return lambda: tensor(view, dtype)
+    from_numpy = torch.from_numpy
+    if dtype is None:
+        copy = view.copy
+        return lambda: from_numpy(copy())
+    converted, kind = view.astype, _NUMPY_TYPES[dtype]
+    return lambda: from_numpy(converted(kind))
 
 
 def space_of(sample: Any) -> spaces.Space[Any]:

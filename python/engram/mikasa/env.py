@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from engram.errors import BadStateError, InvalidArgumentError
-from engram.mikasa import _families, _keywords, _observing, _rendering
+from engram.mikasa import _families, _keywords, _observing, _rendering, _told
 from engram.mikasa._torch import CPU, torch
 from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.agent import Agent
@@ -19,31 +19,6 @@ _NO_LIMIT = (
     1_000_000  # control steps: episodes end where the time limit around the environment says
 )
 _FIRST_SEED = 2022
-# Attributes of the original's that are bodies in its scene.
-_BODIES = frozenset(
-    [
-        "scene",
-        "cubes",
-        "shape_actors",
-        "mugs",
-        "batteries",
-        "mug_left",
-        "mug_center",
-        "mug_right",
-        "red_ball",
-        "goal_site",
-        "disc",
-        "blue_cube",
-        "red_cube",
-        "green_cube",
-        "peg",
-        "ball",
-        "goal_region",
-        "table_scene",
-        "green_disc",
-        "red_disc",
-    ]
-)
 
 
 class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
@@ -111,7 +86,12 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._description = self._env.description
         self.angle_threshold = options["constants"].get("angle_threshold", 0.1)
         self._observations = _observing.Observations(
-            self._env, self._description, self.obs_mode, chosen.textures, chosen.cameras
+            self._env,
+            self._description,
+            self.obs_mode,
+            chosen.textures,
+            chosen.cameras,
+            chosen.image_size,
         )
         self._evaluation = _observing.Evaluation(self._env, self._description, own_instruction(cls))
         self.agent = Agent(self)
@@ -188,7 +168,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         Args:
             action: (B, D), or (D) for all of them; numbers that are finite.
         """
-        self._env.step(self._actions(action))
+        self._env._advance(self._actions(action))
+        self._most_steps += 1
         info = self.get_info()
         observation = self.get_obs(info)
         reward = self.get_reward(obs=observation, action=action, info=info)
@@ -210,11 +191,11 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     def _terminated(self, info: Mapping[str, Any]) -> torch.Tensor:
         rule = self._description["termination"]
         if rule == "never":
-            return torch.zeros(self.num_envs, dtype=torch.bool)
-        ended: torch.Tensor = info["success"].clone()
+            return torch.from_numpy(np.zeros(self.num_envs, np.bool_))
+        ended = info["success"].numpy().copy()
         if rule != "success":
-            ended |= info["submitted" if "submitted" in info else "failed"]
-        return ended
+            ended |= info["submitted" if "submitted" in info else "failed"].numpy()
+        return torch.from_numpy(ended)
 
     def _unstable(self) -> torch.Tensor:
         """Where physics diverged: the one reason to truncate that is not the wrapper's."""
@@ -238,12 +219,9 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         """The reward of the last step, in the environment's mode."""
         if self.reward_mode == "none":
             return torch.zeros(self.num_envs)
-        compute = {
-            "sparse": self.compute_sparse_reward,
-            "dense": self.compute_dense_reward,
-            "normalized_dense": self.compute_normalized_dense_reward,
-        }[self.reward_mode]
-        return compute(obs=obs, action=action, info=info)
+        compute = getattr(self, f"compute_{self.reward_mode}_reward")
+        reward: torch.Tensor = compute(obs=obs, action=action, info=info)
+        return reward
 
     def compute_sparse_reward(self, obs: Any, action: Any, info: dict[str, Any]) -> torch.Tensor:
         """Success, bool (B)."""
@@ -315,6 +293,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     def _begun(self) -> None:
         """Episodes have begun: what they have drawn is asked for anew."""
         self._drawn = None
+        self._most_steps = int(self._env._views["elapsed_steps"].max())  # no episode has had more
         self._evaluation.restart()
 
     def _robot_part(self, name: str) -> torch.Tensor:
@@ -328,15 +307,15 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             return getattr(type(self), name)
         if name == "shuffle_steps_per_env" and "Shuffle" in self._family:
             name = "empty_steps_per_env"
+        told = _told.attribute(self, name)
+        if told is not None:
+            return told
         view = self._view(name)
         if view is not None:
             return _observing.tensor(view, torch.int64 if view.dtype == np.int32 else None)
-        if name in _BODIES:
-            told = ", ".join(_pose_fields(self._description))
-            raise AttributeError(
-                f"{name!r} is a body of the original's scene; engram tells poses in the "
-                f"observation modes state and state_dict: {told}"
-            )
+        told = _told.of_state(self, name)
+        if told is not None:
+            return told
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -387,7 +366,3 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         """Ends the batch."""
         if "_env" in self.__dict__:
             self._env.close()
-
-
-def _pose_fields(description: Any) -> list[str]:
-    return [f["name"] for f in description["state_fields"] if f["name"].endswith(("pose", "pos"))]

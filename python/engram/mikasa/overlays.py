@@ -38,6 +38,8 @@ _CONTOURS = ("Circle", "Square", "Triangle")
 class OverlayWrapper(Wrapper):
     """Draws over each environment's picture what the last step told."""
 
+    _passes_parts = True
+
     def __init__(self, env: gym.Env[Any, Any]) -> None:
         super().__init__(env)
         self.info: dict[str, Any] = {}
@@ -281,14 +283,19 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
                 )
 
             drawing.line(picture, pixels([*waypoints, waypoints[0]]), _WHITE)
-            points = self._part("checkpoints", index, active)
-            if points is not None and visited is not None:
-                for (x, y), seen in zip(pixels(points), visited):
-                    drawing.dot(picture, x, y, 3, _GREEN if seen else _YELLOW)
+            points = pixels(self._part("checkpoints", index, active))
+            # Of sequences it is known how many have been visited, and not which.
+            colors = [_GREEN if seen else _YELLOW for seen in visited or ()]
+            for (x, y), color in zip(points, colors or [_WHITE] * len(points)):
+                drawing.dot(picture, x, y, 3, color)
         name = _CONTOURS[number] if number is not None and 0 <= number < 3 else f"Shape {number}"
         below = top + size + 18
         if visited is not None:
             name = f"{name} [{sum(visited)}/{len(visited)}]"
+        elif length is not None:
+            checkpoints = self.unwrapped.NUM_CHECKPOINTS  # type: ignore[attr-defined]
+            seen = round((self._told("active_visit_fraction", index) or 0) * checkpoints)
+            name = f"{name} [{seen}/{checkpoints}]"
         drawing.put_text(picture, name, (left, below), 0.5)
         masks = (("pre_demo_mask", "PRE-DEMO"), ("demo_mask", "DEMO"), ("action_mask", "ACTION"))
         phase = next((text for mask, text in masks if self._told(mask, index)), "")

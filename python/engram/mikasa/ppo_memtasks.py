@@ -6,14 +6,15 @@ The networks have the original's layers under the original's names, so that its 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
-from engram.mikasa._base_wrappers import ObservationWrapper
-from engram.mikasa._observing import joined
+from engram.mikasa._base_wrappers import ObservationWrapper, source
+from engram.mikasa._observing import Wanted, joined
 from engram.mikasa._torch import torch
 from engram.mikasa.common import flatten_state_dict
 from engram.mikasa.wrappers import NOTHING
@@ -63,15 +64,34 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         self.include_state = state
         self.include_oracle = oracle
         self.include_joints = joints
-        observation, _ = env.reset()
-        self._update_space(self.observation(observation))
+        self._source = source(env, Wanted.NO_MATRICES) if rgb or depth else None
+        # Whether ConvertJointsToEEFXyzRpyGripperWrapper makes of it what policies see.
+        self._of_policies = rgb and joints and not (depth or state or oracle)
+        observation, _ = self.reset()
+        self._update_space(observation)
+
+    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
+        """As of the environment within."""
+        with self._asked():
+            return super().reset(**kwargs)
+
+    def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """As of the environment within."""
+        with self._asked():
+            return super().step(action)
+
+    def _asked(self) -> Any:
+        """While it lasts, what would be thrown away is not made."""
+        return nullcontext() if self._source is None else self._source.only(Wanted.NO_MATRICES)
 
     def observation(self, observation: Mapping[str, Any]) -> dict[str, torch.Tensor]:
         """The flat observation."""
+        if self._source is not None and self._source.wanted is Wanted.POLICY:
+            return dict(observation)
         private = {name: observation[name] for name in _PRIVATE if name in observation}
         if not self.include_oracle:
             private.pop("oracle_info", None)
-        private = {name: v for name, v in private.items() if not bool((v == NOTHING).any())}
+        private = {name: value for name, value in private.items() if _tells(value)}
         if not (self.include_rgb or self.include_depth):
             return {**{k: v for k, v in observation.items() if k not in _PRIVATE}, **private}
         result: dict[str, torch.Tensor] = private
@@ -87,6 +107,10 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         ]
         result["rgbd" if len(kinds) == 2 else kinds[0]] = joined(pictures)
         return result
+
+
+def _tells(value: torch.Tensor) -> bool:
+    return not (value.is_floating_point() and (value.numpy() == np.float32(NOTHING)).any())
 
 
 def layer_init(layer: Any, std: float = np.sqrt(2), bias_const: float = 0.0) -> Any:

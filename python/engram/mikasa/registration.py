@@ -44,6 +44,8 @@ class TimeLimitWrapper(Wrapper):
         max_episode_steps: The limit; None: that of Gymnasium's wrapper.
     """
 
+    _passes_parts = True
+
     def __init__(self, env: gym.Env[Any, Any], max_episode_steps: int | None = None) -> None:
         steps = max_episode_steps or find_max_episode_steps_value(env)
         super().__init__(env.unwrapped if max_episode_steps is None else env)
@@ -60,8 +62,12 @@ class TimeLimitWrapper(Wrapper):
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """As of the environment; truncated where the limit is reached."""
         observation, reward, terminated, truncated, info = self.env.step(action)
-        if self._max_episode_steps is not None:
-            truncated = truncated | (info["elapsed_steps"] >= self._max_episode_steps)
+        limit = self._max_episode_steps
+        base: Any = self.unwrapped
+        if limit is not None and base._most_steps >= limit:
+            elapsed = info["elapsed_steps"]
+            base._most_steps = int(elapsed.max())
+            truncated = truncated | (elapsed >= limit)
         return observation, reward, terminated, truncated, info
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Any
 
 import gymnasium as gym
@@ -9,7 +10,8 @@ import numpy as np
 
 from engram.errors import InvalidArgumentError
 from engram.mikasa import _families
-from engram.mikasa._base_wrappers import ActionWrapper, ObservationWrapper, Wrapper
+from engram.mikasa._base_wrappers import ActionWrapper, ObservationWrapper, Wrapper, source
+from engram.mikasa._observing import Wanted
 from engram.mikasa._torch import torch
 from engram.mikasa.overlays import (
     DebugRewardWrapper,
@@ -52,6 +54,7 @@ __all__ = [
 NOTHING = 4242424242  # in place of a cue or an answer that there is not
 _TCP = 7
 _JOINTS = 9
+_FINGERS = 2
 _LEAST_NORM = 1e-8
 
 
@@ -62,11 +65,16 @@ class StateOnlyTensorToDictWrapper(ObservationWrapper):
     TraceShapeSeq have, which is the answer, pictures come without.
     """
 
+    _passes_parts = True
+
     def observation(self, observation: Any) -> dict[str, Any]:
         """The dict; that of obs_mode "state" holds the row as "state"."""
-        result = observation if isinstance(observation, dict) else {"state": observation}
         base: Any = self.unwrapped
         cue = base.task_cue if _may_tell_cue(base) else None
+        if base._observations.wanted is Wanted.POLICY:
+            told = {} if cue is None else {"task_cue": _column(cue, base.num_envs)}
+            return {**told, **observation}
+        result = observation if isinstance(observation, dict) else {"state": observation}
         result["task_cue"] = _column(cue, base.num_envs)
         result["oracle_info"] = _column(base.oracle_info, base.num_envs)
         return result
@@ -78,7 +86,7 @@ def _may_tell_cue(base: Any) -> bool:
 
 def _column(value: torch.Tensor | None, count: int) -> torch.Tensor:
     if value is None:
-        return torch.full((count, 1), float(NOTHING))
+        return torch.from_numpy(np.full((count, 1), NOTHING, np.float32))
     return value.unsqueeze(-1) if value.ndim == 1 else value
 
 
@@ -105,6 +113,33 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
         self.qpos_dim = qpos_dim
         if isinstance(base._init_raw_obs, dict) and "proprio" in base._init_raw_obs:
             self._update_space(self.observation(base._init_raw_obs))
+        self._source = self._policy_source()
+
+    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
+        """As of the environment within."""
+        with self._asked():
+            return super().reset(**kwargs)
+
+    def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """As of the environment within."""
+        with self._asked():
+            return super().step(action)
+
+    def _asked(self) -> Any:
+        """While it lasts, what would be thrown away is not made."""
+        return nullcontext() if self._source is None else self._source.only(Wanted.POLICY)
+
+    def _policy_source(self) -> Any:
+        """What makes observations, if between it and here are the benchmark's own wrappers alone.
+
+        Then it can make at once what all of them would make together.
+        """
+        flat: Any = self.env
+        own = type(self) is ConvertJointsToEEFXyzRpyGripperWrapper and self._usual
+        if not (own and vars(flat).get("_of_policies") and source(flat, Wanted.NO_MATRICES)):
+            return None
+        found = source(flat.env, Wanted.POLICY)
+        return found if found is not None and tuple(found.textures) == ("rgb",) else None
 
     def observation(self, observation: Any) -> Any:
         """The observation with the shorter proprio; one of 7 numbers stays."""
@@ -125,6 +160,10 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
         changed = result if isinstance(proprio, torch.Tensor) else result.numpy()
         return {**observation, "proprio": changed}
 
+    @property
+    def _usual(self) -> bool:
+        return self.qpos_dim == _JOINTS and self.gripper_finger_dims == _FINGERS
+
     def _own(self, joints: torch.Tensor) -> torch.Tensor | None:
         """What the core made of these joints, if they are the present ones.
 
@@ -133,12 +172,11 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
         """
         base: Any = self.unwrapped
         view = base._view("proprio")
-        if self.qpos_dim != _JOINTS or self.gripper_finger_dims != 2 or view is None:
+        if not self._usual or view is None:
             return None
-        core = torch.from_numpy(view)
-        if not torch.equal(core[:, :3], joints[..., :3]):
+        if not np.array_equal(view[:, :3], joints.numpy()[..., :3]):
             return None
-        return core.clone()
+        return torch.from_numpy(view.copy())
 
 
 def end_effector(pose: torch.Tensor, fingers: torch.Tensor) -> torch.Tensor:
@@ -158,38 +196,42 @@ class CurriculumPhaseNoopActionWrapper(ActionWrapper):
     It does nothing where a task has no cue.
     """
 
+    _past: Any = None  # what episodes had drawn whose cue is over
+
     def action(self, action: Any) -> Any:
         """The action, or a copy with rows replaced."""
         frozen = self._frozen()
-        if frozen is None or not bool(frozen.any()):
+        if frozen is None or action is None:
             return action
-        count = len(frozen)
-        if isinstance(action, torch.Tensor):
-            given = action.expand(count, -1) if action.ndim == 1 else action
-            changed = given.clone()
-            changed[frozen.to(changed.device)] = self._held(changed)[frozen].to(changed)
-            return changed
-        array = np.array(action)
+        given = action.detach().cpu().numpy() if isinstance(action, torch.Tensor) else action
+        array = np.array(given)
         if array.ndim == 1:
-            array = np.repeat(array[np.newaxis], count, axis=0)
-        rows = frozen.numpy()
-        array[rows] = self._held(torch.as_tensor(array)).numpy()[rows]
+            array = np.repeat(array[np.newaxis], len(frozen), axis=0)
+        array[frozen] = self._held(array)[frozen]
+        if isinstance(action, torch.Tensor):
+            return torch.from_numpy(array).to(action.device)
         return array
 
-    def _frozen(self) -> torch.Tensor | None:
+    def _frozen(self) -> np.ndarray | None:
+        """Which environments are; None if none is."""
         base: Any = self.unwrapped
+        episodes = base._drawn
+        if self.current_steps is None or (episodes is not None and episodes is self._past):
+            return None
         until = getattr(base, "cue_steps_per_env", None)
-        if until is None or self.current_steps is None:
+        if until is None:
             return None
         empty = getattr(base, "empty_steps_per_env", None)
-        if empty is not None:
-            until = until + empty
-        frozen: torch.Tensor = self.current_steps < until
-        return frozen
+        last = until.numpy() if empty is None else until.numpy() + empty.numpy()
+        frozen: np.ndarray = self.current_steps.numpy() < last
+        if frozen.any():
+            return frozen
+        self._past = base._drawn  # until episodes begin, this stays so
+        return None
 
-    def _held(self, actions: torch.Tensor) -> torch.Tensor:
+    def _held(self, actions: np.ndarray) -> np.ndarray:
         """What frozen environments do, of the shape of these actions."""
-        return torch.zeros_like(actions)
+        return np.zeros_like(actions)
 
 
 class CurriculumPhaseNoopActionWrapperPdJointPos(CurriculumPhaseNoopActionWrapper):
@@ -198,13 +240,13 @@ class CurriculumPhaseNoopActionWrapperPdJointPos(CurriculumPhaseNoopActionWrappe
     GRIPPER_LOW = -0.01
     GRIPPER_HIGH = 0.04
 
-    def _held(self, actions: torch.Tensor) -> torch.Tensor:
+    def _held(self, actions: np.ndarray) -> np.ndarray:
         base: Any = self.unwrapped
-        qpos = base.agent.robot.get_qpos()
+        qpos = base.agent.robot.get_qpos().numpy()
         middle = (self.GRIPPER_HIGH + self.GRIPPER_LOW) / 2
         half = (self.GRIPPER_HIGH - self.GRIPPER_LOW) / 2
-        gripper = ((qpos[:, -2:-1] - middle) / half).clamp(-1, 1)
-        return torch.cat([qpos[:, :-2], gripper], dim=1).to(actions.dtype)
+        gripper = np.clip((qpos[:, -2:-1] - middle) / half, -1, 1)
+        return np.concatenate([qpos[:, :-2], gripper], axis=1).astype(actions.dtype)
 
 
 class InitialZeroActionWrapper(ActionWrapper):

@@ -222,6 +222,33 @@ def test_overlays_draw_over_pictures_only(id, monkeypatch):
         assert isinstance(observation, torch.Tensor)
 
 
+@pytest.mark.parametrize(
+    ("id", "colors"),
+    [("TraceShapeHard-VLA-v0", ([240, 210, 60], [80, 220, 80])),
+     ("TraceShapeSeqEasy-VLA-v0", ([255, 255, 255],))],
+)  # fmt: skip
+def test_the_map_shows_contour_and_checkpoints(id, colors):
+    with made(id, num_envs=1, render_mode="rgb_array") as env:
+        env = mikasa.RenderTraceShapeDebugWrapper(env)
+        env.reset(seed=3)
+        base = env.unwrapped
+        while id == "TraceShapeHard-VLA-v0" and not 0.2 < env.info["visit_fraction"] < 0.9:
+            env.step(base._env.act("oracle"))
+        picture = env.render()[0][130:290, 10:170].astype(int)
+        points = base.checkpoints[0].reshape(-1, 12, 2)[0].numpy()
+        ways = base.waypoints[0].reshape(-1, 64, 2)[0].numpy()
+        middle, extent = (ways.max(0) + ways.min(0)) / 2, np.ptp(ways, axis=0).max()
+        at = np.rint(80 - (points - middle) * 128 / extent).astype(int)
+        seen = [picture[row, column].tolist() for row, column in at]
+        assert {tuple(one) for one in seen} == {tuple(one) for one in colors}
+        if id == "TraceShapeHard-VLA-v0":
+            visited = env.info["checkpoint_visited"][0].tolist()
+            assert [one == colors[1] for one in seen] == visited
+        on_line = np.rint(80 - (ways - middle) * 128 / extent).astype(int)
+        white = [(picture[r - 1 : r + 2, c - 1 : c + 2] > 200).all(-1).any() for r, c in on_line]
+        assert sum(white) > 40
+
+
 def test_the_reward_overlay_can_be_switched_off(monkeypatch):
     with made(ID, render_mode="rgb_array") as env:
         env.reset(seed=1)
