@@ -28,7 +28,7 @@ import engram
 import engram.mikasa as mikasa
 
 
-def own_door(args: argparse.Namespace, mode: str) -> engram.VectorEnv:
+def own_door(args: argparse.Namespace, mode: Any) -> engram.VectorEnv:
     """The house's own, with the episodes that the original's interface has."""
     return engram.make_vec(
         args.id,

@@ -412,7 +412,7 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         Raises:
             BadStateError: Nothing was reset.
         """
-        values = self._batch.drawn()
+        values: Any = self._batch.drawn()
         result: dict[str, np.ndarray] = {}
         at = 0
         for field in self.description["drawn"]:

@@ -85,7 +85,7 @@ def _waypoints(base: BaseEnv) -> torch.Tensor:
     """(B, W, 2); of sequences (B, shapes, W, 2), 0 after the last shape."""
     drawn = base._view("waypoints")
     assert drawn is not None
-    shape = (-1, base.NUM_WAYPOINTS, 2)
+    shape: tuple[int, ...] = (-1, base.NUM_WAYPOINTS, 2)
     if base._family == "TraceShapeSeq":
         shape = (-1, base.MAX_SEQUENCE_LENGTH, *shape[1:])
     return torch.from_numpy(drawn.reshape(shape).copy())

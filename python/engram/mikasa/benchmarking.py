@@ -221,7 +221,7 @@ def _actions(chunk: Any, shape: tuple[int, ...]) -> Iterable[torch.Tensor]:
             f"forward returned shape {tuple(given.shape)}; allowed: {shape}, (K, *{shape}) and "
             f"(1, K, *{shape}) with K of 1 or more"
         )
-    return given.to(device="cpu", dtype=torch.float32).split(1)
+    return torch.split(given.to(device="cpu", dtype=torch.float32), 1)
 
 
 def run_episode(

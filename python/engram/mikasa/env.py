@@ -160,7 +160,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         info["reconfigure"] = again
         return observation, info
 
-    def step(
+    def step(  # type: ignore[override, unused-ignore]
         self, action: Any
     ) -> tuple[Any, torch.Tensor, torch.Tensor, torch.Tensor, dict[str, Any]]:
         """One control step (0.05 s) of all environments.
@@ -329,7 +329,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
 
     # --- pictures, states, life ---
 
-    def render(self) -> torch.Tensor:
+    def render(self) -> torch.Tensor:  # type: ignore[override, unused-ignore]
         """Pictures, uint8 (B, height, width, 3), as render_mode says."""
         if self.render_mode is None:
             raise RuntimeError(

@@ -97,7 +97,7 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         result: dict[str, torch.Tensor] = private
         told: dict[str, Any] = {k: observation[k] for k in ("agent", "extra") if k in observation}
         if self.include_joints:
-            tool_first = {k: told[k] for k in ("extra", "agent") if k in told}
+            tool_first: dict[str, Any] = {k: told[k] for k in ("extra", "agent") if k in told}
             result["proprio"] = flatten_state_dict(tool_first, use_torch=True)
         if self.include_state:
             result["state"] = flatten_state_dict(told, use_torch=True)
