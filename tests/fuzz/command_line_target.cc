@@ -26,7 +26,7 @@ bool parse(const std::vector<std::string>& words, Words& out) {
   apps::add_threads(command, out.env.threads);
   apps::add_seed(command, out.env.seed, "");
   apps::add_policy(command, out.policy, kPolicies);
-  apps::add_obs(command, out.env);
+  apps::add_obs(command, out.env, apps::kAllObsModes);
   apps::add_env_options(command, out.env);
   apps::add_filter(command, out.filter);
   apps::add_json(command, out.json);

@@ -296,6 +296,28 @@ TEST_CASE("OpenGL pictures obey strides, visibility and sizes", "[render][egl]")
   CHECK(std::all_of(wide.rgb.begin(), wide.rgb.end(), [](int x) { return x == 9; }));
 }
 
+TEST_CASE("OpenGL has depth and segments as observations have them", "[render][egl][cells]") {
+  if (!has_egl()) return;
+  const Stage stage = random_stage(2, false);
+  const auto egl = make_egl_renderer(stage.scene, {}, 1);
+  Picture plain(48, 32);
+  RenderImage image = plain.image(1);
+  std::vector<std::int16_t> depth(2 * 48 * 32, 77);
+  std::vector<std::int16_t> segment(depth);
+  image.depth_mm = depth.data() + 1;
+  image.segment_id = segment.data() + 1;
+  image.cell_step = 2;
+  image.cell_row = 96;
+  egl->render(0, stage.rows(), {&image, 1});
+  for (std::size_t i = 0; i < plain.depth.size(); ++i) {
+    REQUIRE(segment[2 * i + 1] == plain.segment[i]);
+    REQUIRE(depth[2 * i + 1] == std::min(std::lrint(1000 * plain.depth[i]), 32767L));
+    REQUIRE(depth[2 * i] == 77);
+    REQUIRE(segment[2 * i] == 77);
+  }
+  CHECK(*std::max_element(depth.begin(), depth.end()) > 500);
+}
+
 TEST_CASE("OpenGL workers draw the same on any thread", "[render][egl]") {
   if (!has_egl()) return;
   const Stage stage = random_stage(6, true);
