@@ -196,7 +196,8 @@ class CurriculumPhaseNoopActionWrapper(ActionWrapper):
     It does nothing where a task has no cue.
     """
 
-    _past: Any = None  # what episodes had drawn whose cue is over
+    _episodes: Any = None  # what they have drawn
+    _until: np.ndarray | None = None  # when their cue ends; None if that is over
 
     def action(self, action: Any) -> Any:
         """The action, or a copy with rows replaced."""
@@ -214,24 +215,33 @@ class CurriculumPhaseNoopActionWrapper(ActionWrapper):
 
     def _frozen(self) -> np.ndarray | None:
         """Which environments are; None if none is."""
+        if self.current_steps is None:
+            return None
         base: Any = self.unwrapped
-        episodes = base._drawn
-        if self.current_steps is None or (episodes is not None and episodes is self._past):
+        if base._drawn is None or base._drawn is not self._episodes:
+            self._until = _end_of_cue(base)
+            self._episodes = base._drawn
+        if self._until is None:
             return None
-        until = getattr(base, "cue_steps_per_env", None)
-        if until is None:
-            return None
-        empty = getattr(base, "empty_steps_per_env", None)
-        last = until.numpy() if empty is None else until.numpy() + empty.numpy()
-        frozen: np.ndarray = self.current_steps.numpy() < last
+        frozen: np.ndarray = self.current_steps.numpy() < self._until
         if frozen.any():
             return frozen
-        self._past = base._drawn  # until episodes begin, this stays so
+        self._until = None  # until episodes begin, this stays so
         return None
 
     def _held(self, actions: np.ndarray) -> np.ndarray:
         """What frozen environments do, of the shape of these actions."""
         return np.zeros_like(actions)
+
+
+def _end_of_cue(base: Any) -> np.ndarray | None:
+    """The step from which on robots may act; None where a task has no cue."""
+    cue = getattr(base, "cue_steps_per_env", None)
+    if cue is None:
+        return None
+    empty = getattr(base, "empty_steps_per_env", None)
+    end: np.ndarray = cue.numpy() if empty is None else cue.numpy() + empty.numpy()
+    return end
 
 
 class CurriculumPhaseNoopActionWrapperPdJointPos(CurriculumPhaseNoopActionWrapper):
