@@ -223,15 +223,9 @@ Option add_split(const Command& command, std::optional<Split>& split) {
   return add_choice(command, "--split", split, std::move(choices), "Tasks of this split only");
 }
 
-Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode) {
-  return add_choice(command, "--obs", mode, named<ObsMode>(kObsModes), "This observation only")
-      .default_str("all");
-}
-
-Option add_any_obs_mode(const Command& command, std::optional<ObsMode>& mode,
-                        const std::string& default_text) {
-  return add_choice(command, "--obs", mode, named<ObsMode>(kAllObsModes), "This observation only")
-      .default_str(default_text);
+Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode,
+                    std::span<const ObsMode> modes) {
+  return add_choice(command, "--obs", mode, named<ObsMode>(modes), "This observation only");
 }
 
 Option add_layout(const Command& command, ObsMode& mode) {

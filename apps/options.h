@@ -52,11 +52,9 @@ Option add_reward(const Command& command, RewardMode& mode);
 Option add_auto_reset(const Command& command, AutoReset& mode);
 Option add_rules(const Command& command, Rules& rules);
 Option add_split(const Command& command, std::optional<Split>& split);
-// --obs, where both observations are meant unless one is named.
-Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode);
-// The same with kAllObsModes; the help says what the default is.
-Option add_any_obs_mode(const Command& command, std::optional<ObsMode>& mode,
-                        const std::string& default_text);
+// --obs, where the command has its own way unless one is named, which default_str says.
+Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode,
+                    std::span<const ObsMode> modes);
 // --obs of descriptions: of an observation whose values are listed.
 Option add_layout(const Command& command, ObsMode& mode);
 

@@ -298,7 +298,7 @@ void add_record_command(const Command& program) {
       .default_str("to the end of the episode");
   add_seed(command, episode.env.seed, "Of the episode");
   add_policy_command(command, add_policy(command, episode.policy, kPlayers), episode.command);
-  add_obs_mode(command, episode.obs)
+  add_obs_mode(command, episode.obs, kObsModes)
       .description("What --policy-command sees")
       .default_str(std::string(name_of(ObsMode::kRgb)));
   add_env_options(command, episode.env);

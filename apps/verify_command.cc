@@ -119,7 +119,7 @@ void add_verify_command(const Command& program) {
   command.add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0; default: all")
       .type_name("ID");
   add_filter(command, options->filter);
-  add_any_obs_mode(command, options->obs_mode, "state, rgb and objects");
+  add_obs_mode(command, options->obs_mode, kAllObsModes).default_str("state, rgb and objects");
   add_int(command, "--steps", options->identity.steps, 1, kMaxSteps,
           "Control steps of each stretch")
       .type_name("T");

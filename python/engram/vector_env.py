@@ -37,6 +37,8 @@ if TYPE_CHECKING:
         TaskDescription,
     )
 
+CAMERA_MATRICES = ("extrinsic_cv", "cam2world_gl", "intrinsic_cv")
+
 _open_batches: weakref.WeakSet[VectorEnv[Any]] = weakref.WeakSet()
 
 
@@ -394,9 +396,8 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         """
         given = self._arguments
         width, height = _options.size_pair(given["image_size"] if size is None else size)
-        names = ("extrinsic_cv", "cam2world_gl", "intrinsic_cv")
         return {
-            camera: dict(zip(names, self._batch.camera_params(camera, width, height)))
+            camera: dict(zip(CAMERA_MATRICES, self._batch.camera_params(camera, width, height)))
             for camera in given["cameras"] or _options.SENSORS
         }
 

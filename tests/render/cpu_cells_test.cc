@@ -63,15 +63,6 @@ Drawn draw(Renderer& renderer, const RenderInstances& instances, const std::vect
   return drawn;
 }
 
-CpuRendererOptions with(InstructionSet set, bool antialias) {
-  CpuRendererOptions options;
-  options.instruction_set = set;
-  options.antialias = antialias;
-  options.max_width = 1300;
-  options.max_height = 300;
-  return options;
-}
-
 constexpr Kinds kSome[] = {{true, true, false}, {true, false, true},  {true, true, true},
                            {false, true, true}, {false, true, false}, {false, false, true}};
 

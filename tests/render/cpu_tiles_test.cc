@@ -39,15 +39,6 @@ Rgb draw(Source& source, const std::vector<int>& cameras, int width, int height,
   return rgb;
 }
 
-CpuRendererOptions with(InstructionSet set, bool antialias = false) {
-  CpuRendererOptions options;
-  options.instruction_set = set;
-  options.antialias = antialias;
-  options.max_width = 1300;
-  options.max_height = 300;
-  return options;
-}
-
 TEST_CASE("tiles have the colours of pixels drawn one by one", "[render]") {
   const std::vector<std::vector<int>> cameras = {{0}, {1}, {0, 1}, {1, 0, 1}};
   const bool antialias = GENERATE(false, true);

@@ -16,6 +16,16 @@ inline std::vector<InstructionSet> sets() {
   return all;
 }
 
+// Of renderers that draw all sizes of these tests.
+inline CpuRendererOptions with(InstructionSet set, bool antialias = false) {
+  CpuRendererOptions options;
+  options.instruction_set = set;
+  options.antialias = antialias;
+  options.max_width = 1300;
+  options.max_height = 300;
+  return options;
+}
+
 // Two cameras, the first of which never moves, nor do floor, table and every fifth geom.
 inline RenderRig still_life(unsigned seed) {
   RenderRig rig = crowd(seed);

@@ -40,15 +40,9 @@ bool same_cells(const VectorEnv& one, const VectorEnv& other) {
          std::ranges::equal(one.segmentation(), other.segmentation());
 }
 
-// Two episodes that differ in what is hidden alone, until the robot has answered.
 void compare(VectorEnv& one, VectorEnv& other, Policy policy, Count& count) {
-  const std::vector<float> rest = test::zeros(one);
-  bool cue_over = false;
-  while (one.state().finished[0] == 0 && other.state().finished[0] == 0) {
-    if (test::has_answered(one) || test::has_answered(other)) return;
-    const bool shows = test::shows(one) || test::shows(other);
-    cue_over |= !shows;
-    if (shows) {
+  test::play_unanswered(one, other, policy, [&](bool shown) {
+    if (shown) {
       count.shown += std::ranges::equal(one.rgb(), other.rgb()) ? 0 : 1;
       count.shaped += same_cells(one, other) ? 0 : 1;
     } else if (!std::ranges::equal(one.rgb(), other.rgb())) {
@@ -58,11 +52,7 @@ void compare(VectorEnv& one, VectorEnv& other, Policy policy, Count& count) {
       REQUIRE(std::ranges::equal(one.segmentation(), other.segmentation()));
       ++count.steps;
     }
-    const bool rests = policy == Policy::kZero || !cue_over;
-    const std::vector<float> actions = rests ? rest : test::act(one, policy);
-    one.step(actions);
-    other.step(actions);
-  }
+  });
 }
 
 Count check(const std::string& id, Policy policy, std::uint64_t seed) {

@@ -98,6 +98,25 @@ inline bool has_answered(const VectorEnv& env) {
   return view.field != nullptr && *row<std::uint8_t>(view, 0) != 0;
 }
 
+// Plays two episodes that differ in what is hidden alone, until the robot has answered. It rests
+// while the cue shows; then `policy` moves it, and `one` decides for both. look(shown): called in
+// every step before the robot acts; whether what is hidden shows in it.
+template <class Look>
+void play_unanswered(VectorEnv& one, VectorEnv& other, Policy policy, Look&& look) {
+  const std::vector<float> rest = zeros(one);
+  bool cue_over = false;
+  while (one.state().finished[0] == 0 && other.state().finished[0] == 0) {
+    if (has_answered(one) || has_answered(other)) return;
+    const bool shown = shows(one) || shows(other);
+    cue_over |= !shown;
+    look(shown);
+    const bool rests = policy == Policy::kZero || !cue_over;
+    const std::vector<float> actions = rests ? rest : act(one, policy);
+    one.step(actions);
+    other.step(actions);
+  }
+}
+
 // Plays two episodes that differ in what is hidden alone. Outside the moments that show it, no
 // camera sees a difference, and no info tells one, until the robot has answered. People may be
 // shown where the goal is.

@@ -69,28 +69,19 @@ void compare_outputs(const VectorEnv& one, const VectorEnv& other, Count& count)
 }
 
 // Until the robot has answered, observations, infos and rewards differ in the moments that show the
-// cue alone. `one` decides for both. change: is applied to `one` before it is compared.
+// cue alone. change: is applied to `one` before it is compared.
 template <class Change>
 void compare(const Pair& pair, Policy policy, Count& count, Change&& change) {
   VectorEnv& one = *pair.one;
   VectorEnv& other = *pair.other;
-  const std::vector<float> rest = test::zeros(one);
-  bool cue_over = false;
-  while (one.state().finished[0] == 0 && other.state().finished[0] == 0) {
-    if (test::has_answered(one) || test::has_answered(other)) return;
-    const bool shown = test::shows(one) || test::shows(other);
-    cue_over |= !shown;
+  test::play_unanswered(one, other, policy, [&](bool shown) {
     if (shown) {
       count.shown += std::ranges::equal(one.observation(), other.observation()) ? 0 : 1;
     } else {
       change(one);
       compare_outputs(one, other, count);
     }
-    const bool rests = policy == Policy::kZero || !cue_over;
-    const std::vector<float> actions = rests ? rest : test::act(one, policy);
-    one.step(actions);
-    other.step(actions);
-  }
+  });
 }
 
 void compare(const Pair& pair, Policy policy, Count& count) {

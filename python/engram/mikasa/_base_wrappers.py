@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Any
 
 import gymnasium as gym
@@ -44,15 +45,25 @@ def source(env: Any, part: Wanted) -> Observations | None:
 class ObservationWrapper(Wrapper, gym.ObservationWrapper[Any, Any, Any]):
     """Changes observations."""
 
+    # What makes them, if it can make at once the part that this wrapper needs.
+    _source: Observations | None = None
+    _needs = Wanted.ALL
+
     def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
         """As of the environment within."""
-        observation, info = self.env.reset(**kwargs)
-        return self.observation(observation), info
+        with self._asked():
+            observation, info = self.env.reset(**kwargs)
+            return self.observation(observation), info
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """As of the environment within."""
-        observation, reward, terminated, truncated, info = self.env.step(action)
-        return self.observation(observation), reward, terminated, truncated, info
+        with self._asked():
+            observation, reward, terminated, truncated, info = self.env.step(action)
+            return self.observation(observation), reward, terminated, truncated, info
+
+    def _asked(self) -> Any:
+        """While it lasts, what would be thrown away is not made."""
+        return nullcontext() if self._source is None else self._source.only(self._needs)
 
     def _update_space(self, observation: Any) -> None:
         """Takes the spaces, here and of the environment itself, from an observation."""

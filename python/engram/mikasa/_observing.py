@@ -15,10 +15,10 @@ from engram._spaces import FIRST_EXTRA_FIELD, ImageBox
 from engram.mikasa import _families
 from engram.mikasa._torch import torch
 from engram.typing import TaskDescription
-from engram.vector_env import VectorEnv
+from engram.vector_env import CAMERA_MATRICES, VectorEnv
 
 _AGENT = ("qpos", "qvel")
-_MATRICES = ("extrinsic_cv", "cam2world_gl", "intrinsic_cv")
+_FIXED = "base_camera"
 
 
 # NumPy converts and compares small arrays in a fraction of the time that torch takes.
@@ -87,7 +87,7 @@ class Observations:
         self.textures = textures
         self._cameras = cameras
         self.wanted = Wanted.ALL
-        self._fixed: dict[str, dict[str, np.ndarray]] = {}
+        self._fixed: Any = None  # matrices of the camera that stands still
         self._size = size
         self._copied: dict[str, Callable[[], Any]] = {}
         if textures:
@@ -143,14 +143,12 @@ class Observations:
 
     def _matrices(self, camera: str) -> dict[str, torch.Tensor]:
         """Those of one camera; only the wrist's change."""
-        if camera in self._fixed:
-            return {name: tensor(value) for name, value in self._fixed[camera].items()}
-        values = self._batch._batch.camera_params(camera, *self._size)
-        named = dict(zip(_MATRICES, values))
-        if camera == "base_camera":
-            self._fixed[camera] = named
-            return self._matrices(camera)
-        return {name: torch.from_numpy(value) for name, value in named.items()}
+        values = self._fixed
+        if camera != _FIXED or values is None:
+            values = self._batch._batch.camera_params(camera, *self._size)
+        if camera == _FIXED:
+            self._fixed = values
+        return {name: tensor(value) for name, value in zip(CAMERA_MATRICES, values)}
 
     def _of(self, pictures: torch.Tensor, camera: int) -> torch.Tensor:
         """One camera's channels: a view, from which `joined` gets the whole without a copy."""
@@ -287,12 +285,7 @@ def _column(
     """
     if keep and view.ndim == 1:
         view = view[:, np.newaxis]
-    from_numpy = torch.from_numpy
-    if dtype is None:
-        copy = view.copy
-        return lambda: from_numpy(copy())
-    converted, kind = view.astype, _NUMPY_TYPES[dtype]
-    return lambda: from_numpy(converted(kind))
+    return lambda: tensor(view, dtype)
 
 
 def space_of(sample: Any) -> spaces.Space[Any]:

@@ -6,7 +6,6 @@ The networks have the original's layers under the original's names, so that its 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,6 +47,8 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         joints: With pictures: "proprio", tool pose 7, joint positions 9, velocities 9.
     """
 
+    _needs = Wanted.NO_MATRICES
+
     def __init__(
         self,
         env: gym.Env[Any, Any],
@@ -64,25 +65,11 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         self.include_state = state
         self.include_oracle = oracle
         self.include_joints = joints
-        self._source = source(env, Wanted.NO_MATRICES) if rgb or depth else None
+        self._source = source(env, self._needs) if rgb or depth else None
         # Whether ConvertJointsToEEFXyzRpyGripperWrapper makes of it what policies see.
         self._of_policies = rgb and joints and not (depth or state or oracle)
         observation, _ = self.reset()
         self._update_space(observation)
-
-    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        """As of the environment within."""
-        with self._asked():
-            return super().reset(**kwargs)
-
-    def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment within."""
-        with self._asked():
-            return super().step(action)
-
-    def _asked(self) -> Any:
-        """While it lasts, what would be thrown away is not made."""
-        return nullcontext() if self._source is None else self._source.only(Wanted.NO_MATRICES)
 
     def observation(self, observation: Mapping[str, Any]) -> dict[str, torch.Tensor]:
         """The flat observation."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from typing import Any
 
 import gymnasium as gym
@@ -99,6 +98,8 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
         gripper_finger_dims: How many of them are fingers: the last ones.
     """
 
+    _needs = Wanted.POLICY
+
     def __init__(
         self,
         env: gym.Env[Any, Any],
@@ -114,20 +115,6 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
         if isinstance(base._init_raw_obs, dict) and "proprio" in base._init_raw_obs:
             self._update_space(self.observation(base._init_raw_obs))
         self._source = self._policy_source()
-
-    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        """As of the environment within."""
-        with self._asked():
-            return super().reset(**kwargs)
-
-    def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment within."""
-        with self._asked():
-            return super().step(action)
-
-    def _asked(self) -> Any:
-        """While it lasts, what would be thrown away is not made."""
-        return nullcontext() if self._source is None else self._source.only(Wanted.POLICY)
 
     def _policy_source(self) -> Any:
         """What makes observations, if between it and here are the benchmark's own wrappers alone.
