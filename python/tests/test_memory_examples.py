@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
 import json
 import subprocess
 import sys
@@ -177,6 +178,19 @@ def test_a_new_hand_goes_to_the_object_that_is_picked(learners: SimpleNamespace)
     assert (mean.abs() > 0.9)[far].all()
 
 
+def test_a_new_policy_without_memory_goes_to_what_is_near(learners: SimpleNamespace) -> None:
+    """So it guesses an object, rather than to stay between them."""
+    rows, sight = episodes(learners, COLOR3)
+    with torch.no_grad():
+        weights = fitted(learners, rows, sight, memory=False)(rows)[0].weights
+    agent, tokens = sight.split(rows)
+    away = (tokens[..., sight.place] - agent[..., None, sight.tcp])[..., :2].norm(dim=-1)
+    ordered, which = away.masked_fill(tokens[..., 0] == 0, 9).sort(-1)
+    clear = (ordered[..., 1] - ordered[..., 0] > 0.1) & (tokens[..., 0].sum(-1) == 3)  # by 0.05 m
+    assert clear.sum() > 10
+    assert (weights.argmax(-1) == which[..., 0])[clear].all()
+
+
 # --- distillation ---
 
 
@@ -293,6 +307,8 @@ def test_a_learner_runs_and_resumes(
     with (tmp_path / "log.csv").open(newline="") as file:
         assert len(list(csv.DictReader(file))) == 2
     assert (tmp_path / "curve.png").stat().st_size > 0
+    logged = list(tmp_path.glob("events.out.tfevents.*"))
+    assert logged or not importlib.util.find_spec("tensorboard")
     policy, eye, task = learners.play.load_policy(tmp_path / "agent.pt")
     assert (policy.memory, eye is not None, task) == (remembers, "rgb" in command, COLOR3)
     run(*command, "--out", str(tmp_path), "--resume")

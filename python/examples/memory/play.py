@@ -15,6 +15,9 @@ import engram
 EVALUATION_SEED = 1_000_000
 FINAL_SEED = 2_000_000
 
+# The first optimiser imports most of torch, which is not the learner's time.
+torch.optim.Adam([torch.zeros(1, requires_grad=True)])
+
 
 def make_batch(task, num_envs, seed, obs_mode):
     """A batch whose episodes all last to the horizon."""

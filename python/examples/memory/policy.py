@@ -132,14 +132,15 @@ class Policy(nn.Module):
             self.tell = nn.Linear(hidden, slot)
             self.about = nn.Linear(token + len(sight.look) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + PLACES) * LOOKS)
-            # Inborn: it looks at what was shown and is not yet touched, and at what hides such.
-            self.liking = nn.Parameter(torch.tensor([0.0, 0, 0, 4, 0, 4, 0]))
             self.slots = nn.GRU(token + slot + 5 + LOOKS, slot)
             self.recall = nn.Linear(slot, Recollection.WIDTH)
             # Answers that differ from the first are sooner learnt to be right.
             with torch.no_grad():
                 self.shown.weight *= 5
                 self.recall.weight *= 3
+        # Inborn: memory looks at what was shown and is not yet touched, and at what hides such.
+        # Without any, it looks at what is near: so it gets to one of them, not between them.
+        self.liking = nn.Parameter(torch.tensor([0.0, 0, 0, 4, 0, 4, 0] if memory else [-8.0]))
         self.question = nn.Linear(seen + kept, token)
         thing = token + (slot + LIKES if memory else 0)
         self.key = nn.Linear(thing, token)
@@ -178,16 +179,16 @@ class Policy(nn.Module):
         offset = 5 * (tokens[..., sight.place] - agent[..., None, sight.tcp]) * seen
         read = self.read(torch.cat([tokens, offset], -1)) * seen
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
-        parts, things, liked, recalled = [scaled, read.sum(-2)], read, 0.0, None
+        likes = offset[..., :2].norm(dim=-1, keepdim=True)
+        parts, things, recalled = [scaled, read.sum(-2)], read, None
         if self.memory:
             known, slots, familiar, recalled, state = self.remember(rows, scaled, read, state)
-            likes = self.likes(tokens, offset, familiar, recalled)
+            likes = self.likes(tokens, familiar, recalled, likes)
             parts += [known, slots.sum(-2), (likes * seen).sum(-2)]
             things = torch.cat([read, 4 * likes, slots], -1)
-            liked = likes @ self.liking
         known = torch.cat(parts, -1)
         match = (self.key(things) * self.question(known)[..., None, :]).sum(-1)
-        match = match / math.sqrt(read.shape[-1]) + liked
+        match = match / math.sqrt(read.shape[-1]) + likes @ self.liking
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
         # The hand knows neither looks nor which object is meant: it learns to reach all alike.
         here = torch.cat([offset, tokens[..., sight.body]], -1)
@@ -231,8 +232,11 @@ class Policy(nn.Module):
         recalled = (shown[..., :3, :], stood, self.recall(slots))
         return known, slots, familiar, recalled, (seen[-1, ..., 0], state, slot_state)
 
-    def likes(self, tokens, offset, familiar, recalled):
-        """What the memory says of every object in a word (T, N, tokens, LIKES)."""
+    def likes(self, tokens, familiar, recalled, away):
+        """What the memory says of every object in a word, and how far the tool is.
+
+        -> (T, N, tokens, LIKES)
+        """
         of_objects = recalled[2].detach()
         # Whether what stood there has the colour of something else that is in sight now.
         colors = tokens[..., self.sight.part["color"]]
@@ -240,9 +244,7 @@ class Policy(nn.Module):
         meant = (stood_colors * (colors.sum(-2, keepdim=True) - colors)).sum(-1, keepdim=True)
         touched = torch.sigmoid(of_objects[..., -1:])
         left = familiar[..., 1:2] * (1 - touched)
-        return torch.cat(
-            [familiar, meant, touched, left, offset[..., :2].norm(dim=-1, keepdim=True)], -1
-        )
+        return torch.cat([familiar, meant, touched, left, away], -1)
 
     def wipe(self, state, which):
         """The state with the memory of some environments (N,) as in an episode's first step."""
