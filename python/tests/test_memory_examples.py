@@ -322,6 +322,16 @@ def test_distilling_learns(tmp_path: Path) -> None:
     assert result["wiped"]["success_once"] < 0.6
 
 
+def test_reinforcement_learns_with_memory_alone(tmp_path: Path) -> None:
+    """Half of the steps that ppo_recurrent.py takes by itself; without memory it is luck."""
+    arguments = ["--steps", "100000", "--evaluate-every", "1000", "--out", str(tmp_path)]
+    result = json.loads(run("ppo_recurrent.py", *arguments)[-1])
+    assert result["success_once"] > 0.8
+    assert result["wiped"]["success_once"] < 0.6
+    control = json.loads(run("memoryless.py", *arguments)[-1])
+    assert control["first_answer_correct"] < 0.5
+
+
 def test_processes_learn_together() -> None:
     command = [sys.executable, "-m", "torch.distributed.run", "--nproc-per-node", "2"]
     script = [str(EXAMPLES / "ppo_recurrent.py"), *PPO, "--envs", "32"]

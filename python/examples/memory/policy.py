@@ -179,11 +179,11 @@ class Policy(nn.Module):
         offset = 5 * (tokens[..., sight.place] - agent[..., None, sight.tcp]) * seen
         read = self.read(torch.cat([tokens, offset], -1)) * seen
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
-        likes = offset[..., :2].norm(dim=-1, keepdim=True)
+        likes = away = offset[..., :2].norm(dim=-1, keepdim=True)
         parts, things, recalled = [scaled, read.sum(-2)], read, None
         if self.memory:
             known, slots, familiar, recalled, state = self.remember(rows, scaled, read, state)
-            likes = self.likes(tokens, familiar, recalled, likes)
+            likes = self.likes(tokens, familiar, recalled, away)
             parts += [known, slots.sum(-2), (likes * seen).sum(-2)]
             things = torch.cat([read, 4 * likes, slots], -1)
         known = torch.cat(parts, -1)
