@@ -15,9 +15,6 @@ import engram
 EVALUATION_SEED = 1_000_000
 FINAL_SEED = 2_000_000
 
-# The first optimiser imports most of torch, which is not the learner's time.
-torch.optim.Adam([torch.zeros(1, requires_grad=True)])
-
 
 def make_batch(task, num_envs, seed, obs_mode):
     """A batch whose episodes all last to the horizon."""
@@ -68,6 +65,8 @@ class Clock:
     """Processor seconds of collecting and learning; evaluations are left out."""
 
     def __init__(self):
+        # The first optimiser imports most of torch, which is not the learner's time.
+        torch.optim.Adam([torch.zeros(1, requires_grad=True)])
         self.start, self.out = time.process_time(), 0.0
 
     def __call__(self):
