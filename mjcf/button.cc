@@ -12,7 +12,7 @@ Prop button_base(const std::string& name, const ButtonShape& shape) {
   return base;
 }
 
-Prop button_cap(const std::string& name, const ButtonShape& shape) {
+Prop button_cap(const std::string& name, const ButtonShape& shape, double travel) {
   Prop cap;
   cap.name = name;
   cap.motion = Motion::kKinematic;
@@ -22,7 +22,7 @@ Prop button_cap(const std::string& name, const ButtonShape& shape) {
                             .quat = {kCapQuat[0], -kCapQuat[1], -kCapQuat[2], -kCapQuat[3]},
                             .rgba = shape.cap_rgba});
   cap.kind = ObjectKind::kButton;
-  cap.travel = 2 * shape.BUTTON_CAP_HALF_HEIGHT;
+  cap.travel = travel;
   cap.pos = {0, 0, shape.cap_height()};
   cap.quat = kCapQuat;
   return cap;

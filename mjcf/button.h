@@ -26,6 +26,7 @@ struct ButtonShape {
 inline constexpr Quat kCapQuat{0.7071067811865476, 0, 0.7071067811865476, 0};
 
 Prop button_base(const std::string& name, const ButtonShape& shape);
-Prop button_cap(const std::string& name, const ButtonShape& shape);
+// travel: how far the cap sinks at most, m.
+Prop button_cap(const std::string& name, const ButtonShape& shape, double travel);
 
 }  // namespace engram::mjcf

@@ -112,7 +112,7 @@ PressButton::PressButton(mjcf::Scene& scene, const std::string& name,
                          const PressButtonParams& params)
     : name_(name), params_(params), base_(static_cast<int>(scene.props.size())), cap_(base_ + 1) {
   scene.props.push_back(mjcf::button_base(name + "_base", params.shape));
-  scene.props.push_back(mjcf::button_cap(name + "_cap", params.shape));
+  scene.props.push_back(mjcf::button_cap(name + "_cap", params.shape, params.BUTTON_CAP_TRAVEL));
 }
 
 void PressButton::bind(const Bindings& bindings) {

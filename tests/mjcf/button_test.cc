@@ -13,7 +13,7 @@ TEST_CASE("A button is a square base and an upright cap, both firm", "[mjcf][but
   shape.BUTTON_BASE_HALF_SIZE = {0.04, 0.05, 0.015};
   shape.BUTTON_CAP_RADIUS = 0.025;
   Scene scene;
-  scene.props = {button_base("b_base", shape), button_cap("b_cap", shape)};
+  scene.props = {button_base("b_base", shape), button_cap("b_cap", shape, 0.01)};
   const Model model = compile(scene, Detail::kFull);
   const Data data = make_data(model, kMikasa);
   const int base = id(model, mjOBJ_GEOM, "b_base_0");
