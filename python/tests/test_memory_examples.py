@@ -102,10 +102,52 @@ def test_recollection_counts_what_a_lamp_did(learners: SimpleNamespace) -> None:
     rows, sight = episodes(learners, task)
     policy = fitted(learners, rows, sight)
     counts = learners.policy.Recollection.labels(policy, rows)[2][..., learners.policy.LOOKS :]
-    lit = sight.split(rows)[1][..., sight.part["state"]][..., 0] > 0.5
-    rises = (lit[1:] & ~lit[:-1]).sum(0)
+    tokens = sight.split(rows)[1]
+    lamps = tokens[0, ..., sight.part["kind"]].argmax(-1) == 8
+    lit = tokens[..., sight.part["state"]][..., 0] > 0.5
+    rises = (lit[1:] & ~lit[:-1]).sum(0)[lamps]
     assert rises.amax() >= 2
-    assert (counts[-1].argmax(-1) == rises).all()
+    assert (counts[-1][lamps].argmax(-1) == rises).all()
+
+
+def test_recollection_counts_shallow_presses(learners: SimpleNamespace) -> None:
+    """A button takes it for a press when its cap is down by 0.35 of the way."""
+    scenes = learners.play.Objects("BlinkCountButtonPressEasy-VLA-v0", 32, 3)
+    rows = [scenes.reset(seed=3)]
+    for _ in range(scenes.horizon - 1):
+        action = scenes.oracle()
+        action[:, 2] *= 0.6  # it comes down by less than the oracle wants
+        rows.append(scenes.step(action)[0])
+    rows, sight = torch.stack(rows), scenes.sight
+    tokens = sight.split(rows)[1]
+    red = tokens[0, ..., sight.part["color"]][..., 0] > 0
+    red &= tokens[0, ..., sight.part["kind"]].argmax(-1) == 7  # a button
+    depth = tokens[..., sight.part["state"]][..., 0].amax(0)[red]
+    assert (depth < 0.5).sum() > 5  # or nothing is tested
+    policy = fitted(learners, rows, sight)
+    counts = learners.policy.Recollection.labels(policy, rows)[2][-1, ..., learners.policy.LOOKS :]
+    presses = torch.from_numpy(scenes.infos["raw_press_count"]).long()
+    assert presses.amax() == 3
+    assert (counts[red].argmax(-1) == presses).all()
+
+
+def test_what_takes_the_place_of_another_comes_into_sight(learners: SimpleNamespace) -> None:
+    """Every cube of the cue has a view of its own, even if it gets the token of the one before."""
+    scenes = learners.play.Objects("ChainOfColors3-VLA-v0", 128, 3)
+    rows = [scenes.reset(seed=3)]
+    for _ in range(15):  # the longest cue, and a step after it
+        rows.append(scenes.step(torch.zeros(128, 7))[0])
+    rows = torch.stack(rows)
+    tokens = scenes.sight.split(rows)[1]
+    seen, pairs = tokens[..., 0] > 0, scenes.sight.pairs(tokens)
+    in_place = (seen[1:] == seen[:-1]).all(-1) & (pairs[1:] != pairs[:-1]).any(-1)
+    assert in_place.any()  # or nothing is tested
+    policy = fitted(learners, rows, scenes.sight)
+    first = learners.policy.Recollection.labels(policy, rows)[0][-1, :, 2]
+    views = learners.policy.Recollection.VIEWS * first
+    button = policy.code(tokens[0])[tokens[0, ..., scenes.sight.part["kind"]].argmax(-1) == 7]
+    views = views.masked_fill(button > 0, 9).sort(-1).values
+    assert (views[:, :3] == torch.arange(3)).all()
 
 
 def test_recollection_keeps_what_the_tool_has_touched(learners: SimpleNamespace) -> None:

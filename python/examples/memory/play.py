@@ -92,12 +92,12 @@ def success_of(policy, scenes, seed, forget=False):
     forget: the memory is wiped whenever something comes into sight.
     """
     rows, state = scenes.reset(seed=seed), None
-    before = torch.zeros(scenes.num_envs, policy.sight.tokens)
+    before = None
     for _ in range(scenes.horizon):
         if forget and policy.memory:
-            seen = policy.sight.split(rows)[1][..., 0]
-            state = policy.wipe(state, arrivals(seen[None], before)[0, :, 0] > 0)
-            before = seen
+            bodies = policy.sight.bodies(policy.sight.split(rows)[1])
+            state = policy.wipe(state, arrivals(bodies[None], before)[0, :, 0] > 0)
+            before = bodies
         choice, _, state, _ = policy(rows[None], state)
         rows, _ = scenes.step(choice.best()[0])
     answers = scenes.infos.get("first_answer_correct")

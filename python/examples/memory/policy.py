@@ -18,6 +18,7 @@ PLACES = 4 + 7  # marks of the table
 TOUCH = 0.1  # of the tool at an object's top: within 0.05 m
 STILL = 0.2 / math.pi  # no joint of the arm is faster: 0.2 rad/s
 NEAR = 0.1  # of the same place: within 0.05 m
+ON, OFF = 0.35, 0.2  # a lamp is lit, a button pressed, from ON until OFF
 LIKES = 7  # what the memory says of an object in a word, and how far the tool is
 
 
@@ -73,6 +74,11 @@ class Sight:
         shape = torch.where(shape.sum(-1) > 0, shape.argmax(-1), self.shapes)
         return torch.where(tokens[..., 0] > 0, color * (self.shapes + 1) + shape, -1)
 
+    def bodies(self, tokens):
+        """The same, but a lamp has one number whatever its colour, because that may change."""
+        lamp = tokens[..., self.part["kind"].stop - 1] > 0
+        return torch.where(lamp, self.colors * (self.shapes + 1), self.pairs(tokens))
+
 
 def indices(part):
     return range(part.start, part.stop)
@@ -86,14 +92,16 @@ def at_places(where):
     return torch.exp(-((away / 0.2) ** 2))
 
 
-def arrivals(seen, before):
+def arrivals(bodies, before=None):
     """Steps (T, N, 1) in which something comes into sight.
 
-    Then a new view begins, in which every object keeps its token. before: what was seen (N, tokens)
-    before the first step.
+    Then a new view begins, in which every object keeps its token. bodies (T, N, tokens): as of
+    `Sight.bodies`; what has another one is another object. before: those (N, tokens) before the
+    first step, None for nothing.
     """
-    earlier = torch.cat([before[None], seen[:-1]])
-    return ((seen > 0) & (earlier == 0)).any(-1, keepdim=True).float()
+    earlier = torch.full_like(bodies[:1], -1) if before is None else before[None]
+    earlier = torch.cat([earlier, bodies[:-1]])
+    return ((bodies >= 0) & (bodies != earlier)).any(-1, keepdim=True).float()
 
 
 def mlp(*sizes, gain=1.0):
@@ -209,9 +217,9 @@ class Policy(nn.Module):
         """
         sight = self.sight
         tokens = sight.split(rows)[1]
-        seen = tokens[..., :1]
-        before, state, slot_state = state or (torch.zeros_like(seen[0, ..., 0]), None, None)
-        new = arrivals(seen[..., 0], before)
+        seen, bodies = tokens[..., :1], sight.bodies(tokens)
+        before, state, slot_state = state or (None, None, None)
+        new = arrivals(bodies, before)
         code = self.code(tokens)
         plain = torch.cat([tokens[..., sight.look], tokens[..., sight.place]], -1)
         marks = at_places(tokens[..., sight.place])
@@ -230,7 +238,7 @@ class Policy(nn.Module):
         slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
         slots = slots.unflatten(1, tokens.shape[1:3]) * seen
         recalled = (shown[..., :3, :], stood, self.recall(slots))
-        return known, slots, familiar, recalled, (seen[-1, ..., 0], state, slot_state)
+        return known, slots, familiar, recalled, (bodies[-1], state, slot_state)
 
     def likes(self, tokens, familiar, recalled, away):
         """What the memory says of every object in a word, and how far the tool is.
@@ -253,7 +261,7 @@ class Policy(nn.Module):
         keep = (~which).float()
         before, known, slots = state
         return (
-            before * keep[:, None],
+            before.masked_fill(which[:, None], -1),
             known * keep[None, :, None],
             slots * keep.repeat_interleave(self.sight.tokens)[None, :, None],
         )
@@ -305,7 +313,7 @@ class Recollection:
       in which first.
     * stood: of every object in sight, the looks of what stood in its place at first, carried along
       as it moves.
-    * changed: of every object in sight, how often its state (a lamp's, a button's) has gone up.
+    * changed: of every object in sight, how often it (a lamp, a button) has gone on.
     * touched: of every object in sight, whether the tool has rested at its top.
     """
 
@@ -320,8 +328,7 @@ class Recollection:
         what is known of every object (T, N, tokens, WIDTH).
         """
         tokens = policy.sight.split(rows)[1]
-        seen = tokens[..., 0]
-        new = arrivals(seen, torch.zeros_like(seen[0]))[..., 0]
+        new = arrivals(policy.sight.bodies(tokens))[..., 0]
         view = new.cumsum(0)[..., None] - 1
         code = policy.code(tokens)
         first = torch.where(code.amax(-2) > 0, view, cls.VIEWS).cummin(0).values
@@ -363,9 +370,9 @@ def followed(sight, tokens, looks, new, touched_now):
     """
     where = tokens[..., sight.place][..., :2]
     seen = tokens[..., 0] > 0
-    up = tokens[..., sight.part["state"]][..., 0] > 0.5
+    state = tokens[..., sight.part["state"]][..., 0]
     known = torch.cat([looks[0], torch.zeros_like(looks[0, ..., :2])], -1)  # looks, changes, touch
-    result = []
+    result, on = [], state[0] >= ON
     for t in range(len(tokens)):
         if t > 0 and new[t].any():
             moved = carried(
@@ -373,8 +380,8 @@ def followed(sight, tokens, looks, new, touched_now):
             )
             known = torch.where(new[t][:, None, None] > 0, moved * seen[t][..., None], known)
         known = known.clone()
-        if t > 0:
-            known[..., -2] += up[t] & ~up[t - 1] & (new[t] == 0)[:, None]
+        was_on, on = on, (state[t] >= ON) | (on & (state[t] > OFF) & (new[t] == 0)[:, None])
+        known[..., -2] += on & ~was_on & (new[t] == 0)[:, None]
         known[..., -1] = torch.maximum(known[..., -1], touched_now[t].float())
         result.append(known)
     stood, changes, touched = torch.stack(result).split([looks.shape[-1], 1, 1], -1)
