@@ -131,6 +131,24 @@ def test_recollection_counts_shallow_presses(learners: SimpleNamespace) -> None:
     assert (counts[red].argmax(-1) == presses).all()
 
 
+def test_recollection_knows_that_a_press_has_to_be_lifted(learners: SimpleNamespace) -> None:
+    """A press counts when the tool is up again. Until then the button is held to be touched."""
+    scenes = learners.play.Objects("BlinkCountButtonPressEasy-VLA-v0", 32, 3)
+    rows, pending = [scenes.reset(seed=3)], [torch.zeros(32)]
+    for _ in range(scenes.horizon - 1):
+        rows.append(scenes.step(scenes.oracle())[0])
+        pending.append(torch.from_numpy(np.array(scenes.infos["pending_press"])).float())
+    rows, sight = torch.stack(rows), scenes.sight
+    policy = fitted(learners, rows, sight)
+    tokens = sight.split(rows)[1]
+    red = tokens[0, ..., sight.part["color"]][..., 0] > 0
+    red &= tokens[0, ..., sight.part["kind"]].argmax(-1) == 7  # a button
+    touched = learners.policy.Recollection.labels(policy, rows)[2][:, red][..., -1]
+    begins = (pending := torch.stack(pending)).diff(dim=0).clamp(min=0).sum(0)
+    assert begins.amax() == 3
+    assert (touched == pending).all()
+
+
 def test_what_takes_the_place_of_another_comes_into_sight(learners: SimpleNamespace) -> None:
     """Every cube of the cue has a view of its own, even if it gets the token of the one before."""
     scenes = learners.play.Objects("ChainOfColors3-VLA-v0", 128, 3)

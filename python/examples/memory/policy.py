@@ -19,6 +19,7 @@ TOUCH = 0.1  # of the tool at an object's top: within 0.05 m
 STILL = 0.2 / math.pi  # no joint of the arm is faster: 0.2 rad/s
 NEAR = 0.1  # of the same place: within 0.05 m
 ON, OFF = 0.35, 0.2  # a lamp is lit, a button pressed, from ON until OFF
+LIFTED = 0.17  # a press is over when the tool is 0.085 m above where it began
 LIKES = 7  # what the memory says of an object in a word, and how far the tool is
 
 
@@ -314,7 +315,8 @@ class Recollection:
     * stood: of every object in sight, the looks of what stood in its place at first, carried along
       as it moves.
     * changed: of every object in sight, how often it (a lamp, a button) has gone on.
-    * touched: of every object in sight, whether the tool has rested at its top.
+    * touched: of every object in sight, whether the tool has rested at its top; of a button,
+      whether it has been pressed and the tool has not been lifted since.
     """
 
     VIEWS = 8  # later ones are told like the eighth
@@ -334,8 +336,7 @@ class Recollection:
         first = torch.where(code.amax(-2) > 0, view, cls.VIEWS).cummin(0).values
         shown = torch.stack([first == 0, first < view, first.clamp(max=cls.VIEWS) / cls.VIEWS], -2)
         here = stood_here(policy.sight, tokens, code)
-        touched = policy.sight.touched(rows)
-        return shown, here, torch.cat(followed(policy.sight, tokens, code, new, touched), -1)
+        return shown, here, torch.cat(followed(policy.sight, rows, code, new), -1)
 
     @staticmethod
     def loss(policy, rows, recalled, labels):
@@ -363,15 +364,20 @@ def stood_here(sight, tokens, looks):
     return stood * (near < NEAR)[..., None] * tokens[..., :1]
 
 
-def followed(sight, tokens, looks, new, touched_now):
+def followed(sight, rows, looks, new):
     """What is known of every object, followed from view to view by its place.
 
     -> looks of what stood there at first, number of changes (one-hot), touched.
     """
+    agent, tokens = sight.split(rows)
     where = tokens[..., sight.place][..., :2]
     seen = tokens[..., 0] > 0
     state = tokens[..., sight.part["state"]][..., 0]
-    known = torch.cat([looks[0], torch.zeros_like(looks[0, ..., :2])], -1)  # looks, changes, touch
+    button = tokens[..., sight.part["kind"].stop - 2] > 0
+    height = agent[..., sight.tcp][..., 2:].expand_as(state)
+    touched_now = sight.touched(rows).float()
+    # Of every object: looks, changes, touched, the tool's height when it went on.
+    known = torch.cat([looks[0], torch.zeros_like(looks[0, ..., :3])], -1)
     result, on = [], state[0] >= ON
     for t in range(len(tokens)):
         if t > 0 and new[t].any():
@@ -379,12 +385,17 @@ def followed(sight, tokens, looks, new, touched_now):
                 known, (where[t - 1], seen[t - 1]), looks[0], (where[0], seen[0]), where[t]
             )
             known = torch.where(new[t][:, None, None] > 0, moved * seen[t][..., None], known)
-        known = known.clone()
-        was_on, on = on, (state[t] >= ON) | (on & (state[t] > OFF) & (new[t] == 0)[:, None])
-        known[..., -2] += on & ~was_on & (new[t] == 0)[:, None]
-        known[..., -1] = torch.maximum(known[..., -1], touched_now[t].float())
+        same_view = (new[t] == 0)[:, None]
+        was_on, on = on, (state[t] >= ON) | (on & (state[t] > OFF) & same_view)
+        goes_on = on & ~was_on & same_view
+        changes, touched, began = known[..., -3:].unbind(-1)
+        began = torch.where(goes_on, height[t], began)
+        pressed = goes_on | (touched > 0) & (height[t] < began + LIFTED)
+        touched = torch.where(button[t], pressed.float(), torch.maximum(touched, touched_now[t]))
+        kept = torch.stack([changes + goes_on, touched, began], -1)
+        known = torch.cat([known[..., :-3], kept], -1)
         result.append(known)
-    stood, changes, touched = torch.stack(result).split([looks.shape[-1], 1, 1], -1)
+    stood, changes, touched, _ = torch.stack(result).split([looks.shape[-1], 1, 1, 1], -1)
     counts = changes[..., 0].long().clamp(max=COUNTS - 1)
     return stood, nn.functional.one_hot(counts, COUNTS).float(), touched
 
@@ -398,7 +409,7 @@ def carried(known, last, looks, first, where):
     away = away.masked_fill(~torch.cat([last[1], first[1]], 1)[:, None], 9)
     away[..., known.shape[1] :] += NEAR
     away, which = away.min(-1)
-    blank = torch.zeros_like(known[..., -2:])
+    blank = torch.zeros_like(known[..., -3:])
     source = torch.cat([known, torch.cat([looks, blank], -1)], 1)
     return source.gather(1, which[..., None].expand_as(known)) * (away < 2 * NEAR)[..., None]
 
