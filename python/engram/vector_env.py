@@ -16,6 +16,7 @@ from engram import _arguments, _core, _options, _values
 from engram._compat import GYMNASIUM_1, AutoresetMode, ObsT, VectorBase
 from engram._copies import Copied, as_it_is
 from engram._infos import Infos
+from engram._on_demand import OnDemand
 from engram._option_list import POLICY
 from engram._spaces import Layout, action_spaces
 from engram._spec import spec_of
@@ -37,8 +38,6 @@ if TYPE_CHECKING:
         TaskDescription,
     )
 
-CAMERA_MATRICES = ("extrinsic_cv", "cam2world_gl", "intrinsic_cv")
-
 _open_batches: weakref.WeakSet[VectorEnv[Any]] = weakref.WeakSet()
 
 
@@ -49,7 +48,7 @@ def _close_all() -> None:
         env.close()
 
 
-class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
+class VectorEnv(OnDemand, VectorBase[ObsT], Generic[ObsT]):
     """A batch of environments of one task, stepped in lockstep on all cores.
 
     N stands for the number of environments. What ``reset`` and ``step`` return are copies. With
@@ -362,67 +361,6 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         self._batch.act(number, out)
         return out
 
-    # --- on demand: no part of observations ---
-
-    def robot_state(self) -> dict[str, np.ndarray]:
-        """The robot, in every observation mode, as new float32 arrays.
-
-        Returns:
-            "qpos", (N, 9) in rad and m, arm joints and fingers; "qvel", (N, 9) in rad/s and m/s;
-            "tcp_pose", (N, 7), position in m and quaternion (w, x, y, z), in the world.
-
-        Raises:
-            BadStateError: Nothing was reset.
-        """
-        return dict(zip(("qpos", "qvel", "tcp_pose"), self._batch.robot_state()))
-
-    def camera_params(
-        self, size: int | tuple[int, int] | None = None
-    ) -> dict[str, dict[str, np.ndarray]]:
-        """The cameras of rgb observations as matrices, by name, as new float32 arrays.
-
-        Args:
-            size: Of the pictures, in pixels: a side or (width, height); default: ``image_size`` of
-                the constructor.
-
-        Returns:
-            For each camera "extrinsic_cv", (N, 3, 4) from the world to the camera (x right, y
-            down, z forward); "cam2world_gl", (N, 4, 4) from the camera (x right, y up, z backward)
-            to the world; "intrinsic_cv", (N, 3, 3) in pixels, where pixel (0, 0) covers 0 to 1.
-            hand_camera moves with the arm.
-
-        Raises:
-            BadStateError: Nothing was reset.
-        """
-        given = self._arguments
-        width, height = _options.size_pair(given["image_size"] if size is None else size)
-        return {
-            camera: dict(zip(CAMERA_MATRICES, self._batch.camera_params(camera, width, height)))
-            for camera in given["cameras"] or _options.SENSORS
-        }
-
-    def drawn(self) -> dict[str, np.ndarray]:
-        """What the episodes have drawn, such as the lengths of their phases, as new arrays.
-
-        For analysis, and for scripts that read them in the original benchmark: they tell what
-        policies must not know. ``description["drawn"]`` says what they mean.
-
-        Returns:
-            Arrays by name, (N,) or (N, width), int64, or float32 where values are no whole numbers.
-
-        Raises:
-            BadStateError: Nothing was reset.
-        """
-        values: Any = self._batch.drawn()
-        result: dict[str, np.ndarray] = {}
-        at = 0
-        for field in self.description["drawn"]:
-            width = field["width"]
-            part = values[:, at] if width == 1 else values[:, at : at + width]
-            result[field["name"]] = part.astype(np.int64 if field["integer"] else np.float32)
-            at += width
-        return result
-
     # --- pictures, snapshots ---
 
     def render(self) -> tuple[np.ndarray, ...] | None:
@@ -430,27 +368,6 @@ class VectorEnv(VectorBase[ObsT], Generic[ObsT]):
         if self.render_mode is None:
             return None
         return tuple(self.frame(i) for i in range(self.num_envs))
-
-    def frame(
-        self,
-        index: int = 0,
-        camera: Camera | None = None,
-        size: int | tuple[int, int] | None = None,
-    ) -> np.ndarray:
-        """One environment as it is now, uint8 (height, width, 3), row 0 on top.
-
-        Args:
-            index: Which environment.
-            camera: One of those in docs/cameras.md; default: ``render_camera`` of the constructor.
-            size: Side in pixels or (width, height), 1 to 4096; default: ``render_size``.
-        """
-        name, width, height = self._render
-        if size is not None:
-            width, height = _options.size_pair(size)
-        if camera is not None:
-            name = _values.text("camera", camera)
-        picture: Any = self._batch.render(_values.integer("index", index), name, width, height)
-        return picture
 
     def save(self, index: int | None = None) -> bytes:
         """One environment, or the whole batch, bit-exactly: physics, task and random stream."""

@@ -11,11 +11,12 @@ import numpy as np
 from gymnasium import spaces
 
 from engram._copies import Copied
+from engram._on_demand import CAMERA_MATRICES
 from engram._spaces import FIRST_EXTRA_FIELD, ImageBox
 from engram.mikasa import _families
 from engram.mikasa._torch import torch
 from engram.typing import TaskDescription
-from engram.vector_env import CAMERA_MATRICES, VectorEnv
+from engram.vector_env import VectorEnv
 
 _AGENT = ("qpos", "qvel")
 _FIXED = "base_camera"
