@@ -30,6 +30,7 @@ class Sight:
         fields = description["state_fields"]
         self.agent = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN))
         first = [f for f in fields if f["name"].startswith(f"{TOKEN}0_")]
+        kinds = next(f["names"] for f in first if f["name"] == f"{TOKEN}0_kind")
         self.width = sum(f["width"] for f in first)
         self.tokens = sum(f["name"].endswith("_seen") for f in fields)
         begin = first[0]["offset"]
@@ -43,6 +44,9 @@ class Sight:
         self.tcp = slice(place["tcp_pose"].start, place["tcp_pose"].start + 3)
         self.arm_speed = slice(place["qvel"].start, place["qvel"].start + 7)
         self.place = self.part["position"]
+        self.lamp, self.button = (
+            self.part["kind"].start + kinds.index(kind) for kind in ("lamp", "button")
+        )
         self.colors = self.part["color"].stop - self.part["color"].start
         self.shapes = self.part["shape"].stop - self.part["shape"].start
         self.look = [i for name in ("color", "shape", "kind") for i in indices(self.part[name])]
@@ -77,7 +81,7 @@ class Sight:
 
     def bodies(self, tokens):
         """The same, but a lamp has one number whatever its colour, because that may change."""
-        lamp = tokens[..., self.part["kind"].stop - 1] > 0
+        lamp = tokens[..., self.lamp] > 0
         return torch.where(lamp, self.colors * (self.shapes + 1), self.pairs(tokens))
 
 
@@ -373,7 +377,7 @@ def followed(sight, rows, looks, new):
     where = tokens[..., sight.place][..., :2]
     seen = tokens[..., 0] > 0
     state = tokens[..., sight.part["state"]][..., 0]
-    button = tokens[..., sight.part["kind"].stop - 2] > 0
+    button = tokens[..., sight.button] > 0
     height = agent[..., sight.tcp][..., 2:].expand_as(state)
     touched_now = sight.touched(rows).float()
     # Of every object: looks, changes, touched, the tool's height when it went on.
