@@ -72,7 +72,7 @@ def test_recollection_names_the_look_that_the_cue_showed(learners: SimpleNamespa
     policy = fitted(learners, rows, sight)
     shown, _, _ = learners.policy.Recollection.labels(policy, rows)
     tokens = sight.split(rows)[1]
-    of_cue = policy.code(tokens)[0].amax(-2)
+    of_cue = policy.code(sight.pairs(tokens))[0].amax(-2)
     assert (of_cue.sum(-1) == 1).all()
     assert (shown[:, :, 0] == of_cue).all()  # in all steps, whatever is in sight
     last = shown[-1, :, 1]
@@ -103,50 +103,49 @@ def test_recollection_counts_what_a_lamp_did(learners: SimpleNamespace) -> None:
     policy = fitted(learners, rows, sight)
     counts = learners.policy.Recollection.labels(policy, rows)[2][..., learners.policy.LOOKS :]
     tokens = sight.split(rows)[1]
-    lamps = tokens[0, ..., sight.part["kind"]].argmax(-1) == 8
+    lamps = tokens[0, ..., sight.lamp] > 0
     lit = tokens[..., sight.part["state"]][..., 0] > 0.5
     rises = (lit[1:] & ~lit[:-1]).sum(0)[lamps]
     assert rises.amax() >= 2
     assert (counts[-1][lamps].argmax(-1) == rises).all()
 
 
-def test_recollection_counts_shallow_presses(learners: SimpleNamespace) -> None:
-    """A button takes it for a press when its cap is down by 0.35 of the way."""
+def presses(learners: SimpleNamespace, reach: float) -> tuple[Any, Any, Any, dict[str, Any]]:
+    """The oracle's episodes of BlinkCount, who comes down and goes up by that share of the way.
+
+    -> of the counting button: how far it was pressed (T, N), how often (T, N), whether the tool has
+    to be lifted (T, N); and the engine's infos of the same, by name.
+    """
     scenes = learners.play.Objects("BlinkCountButtonPressEasy-VLA-v0", 32, 3)
-    rows = [scenes.reset(seed=3)]
+    rows, infos = [scenes.reset(seed=3)], {"raw_press_count": [], "pending_press": []}
     for _ in range(scenes.horizon - 1):
         action = scenes.oracle()
-        action[:, 2] *= 0.6  # it comes down by less than the oracle wants
+        action[:, 2] *= reach
         rows.append(scenes.step(action)[0])
+        for name, steps in infos.items():
+            steps.append(torch.from_numpy(np.array(scenes.infos[name])))
     rows, sight = torch.stack(rows), scenes.sight
     tokens = sight.split(rows)[1]
-    red = tokens[0, ..., sight.part["color"]][..., 0] > 0
-    red &= tokens[0, ..., sight.part["kind"]].argmax(-1) == 7  # a button
-    depth = tokens[..., sight.part["state"]][..., 0].amax(0)[red]
-    assert (depth < 0.5).sum() > 5  # or nothing is tested
-    policy = fitted(learners, rows, sight)
-    counts = learners.policy.Recollection.labels(policy, rows)[2][-1, ..., learners.policy.LOOKS :]
-    presses = torch.from_numpy(scenes.infos["raw_press_count"]).long()
-    assert presses.amax() == 3
-    assert (counts[red].argmax(-1) == presses).all()
+    red = (tokens[0, ..., sight.part["color"]][..., 0] > 0) & (tokens[0, ..., sight.button] > 0)
+    known = learners.policy.Recollection.labels(fitted(learners, rows, sight), rows)[2][1:, red]
+    depth = tokens[1:, red][..., sight.part["state"]][..., 0]
+    counts = known[..., learners.policy.LOOKS : -1].argmax(-1)
+    return depth, counts, known[..., -1], {k: torch.stack(v) for k, v in infos.items()}
+
+
+def test_recollection_counts_shallow_presses(learners: SimpleNamespace) -> None:
+    """A button takes it for a press when its cap is down by 0.35 of the way."""
+    depth, counts, _, infos = presses(learners, 0.6)
+    assert (depth.amax(0) < 0.5).sum() > 5  # or nothing is tested
+    assert counts[-1].amax() == 3
+    assert (counts[-1] == infos["raw_press_count"][-1]).all()
 
 
 def test_recollection_knows_that_a_press_has_to_be_lifted(learners: SimpleNamespace) -> None:
     """A press counts when the tool is up again. Until then the button is held to be touched."""
-    scenes = learners.play.Objects("BlinkCountButtonPressEasy-VLA-v0", 32, 3)
-    rows, pending = [scenes.reset(seed=3)], [torch.zeros(32)]
-    for _ in range(scenes.horizon - 1):
-        rows.append(scenes.step(scenes.oracle())[0])
-        pending.append(torch.from_numpy(np.array(scenes.infos["pending_press"])).float())
-    rows, sight = torch.stack(rows), scenes.sight
-    policy = fitted(learners, rows, sight)
-    tokens = sight.split(rows)[1]
-    red = tokens[0, ..., sight.part["color"]][..., 0] > 0
-    red &= tokens[0, ..., sight.part["kind"]].argmax(-1) == 7  # a button
-    touched = learners.policy.Recollection.labels(policy, rows)[2][:, red][..., -1]
-    begins = (pending := torch.stack(pending)).diff(dim=0).clamp(min=0).sum(0)
-    assert begins.amax() == 3
-    assert (touched == pending).all()
+    _, counts, touched, infos = presses(learners, 1.0)
+    assert counts[-1].amax() == 3
+    assert (touched == infos["pending_press"].float()).all()
 
 
 def test_what_takes_the_place_of_another_comes_into_sight(learners: SimpleNamespace) -> None:
@@ -156,14 +155,14 @@ def test_what_takes_the_place_of_another_comes_into_sight(learners: SimpleNamesp
     for _ in range(15):  # the longest cue, and a step after it
         rows.append(scenes.step(torch.zeros(128, 7))[0])
     rows = torch.stack(rows)
-    tokens = scenes.sight.split(rows)[1]
-    seen, pairs = tokens[..., 0] > 0, scenes.sight.pairs(tokens)
+    sight, tokens = scenes.sight, scenes.sight.split(rows)[1]
+    seen, pairs = tokens[..., 0] > 0, sight.pairs(tokens)
     in_place = (seen[1:] == seen[:-1]).all(-1) & (pairs[1:] != pairs[:-1]).any(-1)
     assert in_place.any()  # or nothing is tested
-    policy = fitted(learners, rows, scenes.sight)
+    policy = fitted(learners, rows, sight)
     first = learners.policy.Recollection.labels(policy, rows)[0][-1, :, 2]
     views = learners.policy.Recollection.VIEWS * first
-    button = policy.code(tokens[0])[tokens[0, ..., scenes.sight.part["kind"]].argmax(-1) == 7]
+    button = policy.code(pairs[0])[tokens[0, ..., sight.button] > 0]
     views = views.masked_fill(button > 0, 9).sort(-1).values
     assert (views[:, :3] == torch.arange(3)).all()
 
@@ -173,8 +172,8 @@ def test_recollection_keeps_what_the_tool_has_touched(learners: SimpleNamespace)
     policy = fitted(learners, rows, sight)
     tokens = sight.split(rows)[1]
     touched = learners.policy.Recollection.labels(policy, rows)[2][-1, ..., -1] > 0
-    cue = policy.code(tokens)[0].amax(-2)  # three cubes to touch, and the button
-    touched_looks = (policy.code(tokens)[-1] * touched[..., None]).amax(-2)
+    cue = policy.code(sight.pairs(tokens))[0].amax(-2)  # three cubes to touch, and the button
+    touched_looks = (policy.code(sight.pairs(tokens))[-1] * touched[..., None]).amax(-2)
     assert (touched.sum(-1) == 3).all()
     assert (touched_looks <= cue).all()
 

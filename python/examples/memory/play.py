@@ -91,13 +91,12 @@ def success_of(policy, scenes, seed, forget=False):
 
     forget: the memory is wiped whenever something comes into sight.
     """
-    rows, state = scenes.reset(seed=seed), None
-    before = None
+    sight, rows, state = policy.sight, scenes.reset(seed=seed), None
     for _ in range(scenes.horizon):
-        if forget and policy.memory:
-            bodies = policy.sight.bodies(policy.sight.split(rows)[1])
-            state = policy.wipe(state, arrivals(bodies[None], before)[0, :, 0] > 0)
-            before = bodies
+        if forget and state is not None:
+            tokens = sight.split(rows)[1]
+            bodies = sight.bodies(tokens, sight.pairs(tokens))
+            state = policy.wipe(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
         choice, _, state, _ = policy(rows[None], state)
         rows, _ = scenes.step(choice.best()[0])
     answers = scenes.infos.get("first_answer_correct")

@@ -79,10 +79,10 @@ class Sight:
         shape = torch.where(shape.sum(-1) > 0, shape.argmax(-1), self.shapes)
         return torch.where(tokens[..., 0] > 0, color * (self.shapes + 1) + shape, -1)
 
-    def bodies(self, tokens):
-        """The same, but a lamp has one number whatever its colour, because that may change."""
+    def bodies(self, tokens, pairs):
+        """The pairs, but a lamp has one number whatever its colour, because that may change."""
         lamp = tokens[..., self.lamp] > 0
-        return torch.where(lamp, self.colors * (self.shapes + 1), self.pairs(tokens))
+        return torch.where(lamp, self.colors * (self.shapes + 1), pairs)
 
 
 def indices(part):
@@ -176,9 +176,9 @@ class Policy(nn.Module):
         color = self.vocabulary.div(self.sight.shapes + 1, rounding_mode="floor")
         return (color[:, None] == torch.arange(self.sight.colors, device=color.device)).float()
 
-    def code(self, tokens):
-        """One-hot looks (..., LOOKS) of every object."""
-        return (self.sight.pairs(tokens)[..., None] == self.vocabulary).float()
+    def code(self, pairs):
+        """One-hot looks (..., LOOKS) of every object, from its pair."""
+        return (pairs[..., None] == self.vocabulary).float()
 
     def forward(self, rows, state=None):
         """Goes on from a state; None begins an episode.
@@ -222,10 +222,11 @@ class Policy(nn.Module):
         """
         sight = self.sight
         tokens = sight.split(rows)[1]
-        seen, bodies = tokens[..., :1], sight.bodies(tokens)
+        seen, pairs = tokens[..., :1], sight.pairs(tokens)
+        bodies = sight.bodies(tokens, pairs)
         before, state, slot_state = state or (None, None, None)
         new = arrivals(bodies, before)
-        code = self.code(tokens)
+        code = self.code(pairs)
         plain = torch.cat([tokens[..., sight.look], tokens[..., sight.place]], -1)
         marks = at_places(tokens[..., sight.place])
         put = torch.einsum("tnkp,tnkc->tnpc", marks, code).flatten(-2)
@@ -334,9 +335,10 @@ class Recollection:
         what is known of every object (T, N, tokens, WIDTH).
         """
         tokens = policy.sight.split(rows)[1]
-        new = arrivals(policy.sight.bodies(tokens))[..., 0]
+        pairs = policy.sight.pairs(tokens)
+        new = arrivals(policy.sight.bodies(tokens, pairs))[..., 0]
         view = new.cumsum(0)[..., None] - 1
-        code = policy.code(tokens)
+        code = policy.code(pairs)
         first = torch.where(code.amax(-2) > 0, view, cls.VIEWS).cummin(0).values
         shown = torch.stack([first == 0, first < view, first.clamp(max=cls.VIEWS) / cls.VIEWS], -2)
         here = stood_here(policy.sight, tokens, code)
@@ -381,12 +383,12 @@ def followed(sight, rows, looks, new):
     height = agent[..., sight.tcp][..., 2:].expand_as(state)
     touched_now = sight.touched(rows).float()
     # Of every object: looks, changes, touched, the tool's height when it went on.
-    known = torch.cat([looks[0], torch.zeros_like(looks[0, ..., :3])], -1)
+    at_first = known = nn.functional.pad(looks[0], (0, 3))
     result, on = [], state[0] >= ON
     for t in range(len(tokens)):
         if t > 0 and new[t].any():
             moved = carried(
-                known, (where[t - 1], seen[t - 1]), looks[0], (where[0], seen[0]), where[t]
+                known, (where[t - 1], seen[t - 1]), at_first, (where[0], seen[0]), where[t]
             )
             known = torch.where(new[t][:, None, None] > 0, moved * seen[t][..., None], known)
         same_view = (new[t] == 0)[:, None]
@@ -404,17 +406,16 @@ def followed(sight, rows, looks, new):
     return stood, nn.functional.one_hot(counts, COUNTS).float(), touched
 
 
-def carried(known, last, looks, first, where):
+def carried(known, last, at_first, first, where):
     """What is known of the objects at these places in a new view.
 
-    It is what was known of what stood there last, else the looks of what stood there at first.
+    It is what was known of what stood there last, else of what stood there at first.
     """
     away = torch.cdist(where, torch.cat([last[0], first[0]], 1))
     away = away.masked_fill(~torch.cat([last[1], first[1]], 1)[:, None], 9)
     away[..., known.shape[1] :] += NEAR
     away, which = away.min(-1)
-    blank = torch.zeros_like(known[..., -3:])
-    source = torch.cat([known, torch.cat([looks, blank], -1)], 1)
+    source = torch.cat([known, at_first], 1)
     return source.gather(1, which[..., None].expand_as(known)) * (away < 2 * NEAR)[..., None]
 
 
