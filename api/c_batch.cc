@@ -34,7 +34,7 @@ engram_array column_array(const ColumnView& column, int num_envs) {
 }
 
 // Values of each pixel, cameras one behind the other.
-engram_array image_array(const VectorEnv& env, const void* data, std::int32_t dtype, int channels) {
+engram_array image_array(const Batch& env, const void* data, std::int32_t dtype, int channels) {
   const ImageShape& shape = env.options().images;
   engram_array array{};
   array.unit = "";
@@ -48,7 +48,7 @@ engram_array image_array(const VectorEnv& env, const void* data, std::int32_t dt
   return array;
 }
 
-void add_images(const VectorEnv& env, bool finals, std::vector<engram_array>& arrays) {
+void add_images(const Batch& env, bool finals, std::vector<engram_array>& arrays) {
   if (!env.rgb().empty()) {
     const auto data = finals ? env.final_rgb() : env.rgb();
     arrays.push_back(image_array(env, data.data(), ENGRAM_UINT8, 3));
@@ -70,7 +70,7 @@ void add_images(const VectorEnv& env, bool finals, std::vector<engram_array>& ar
   }
 }
 
-engram_array mask_array(const VectorEnv& env) {
+engram_array mask_array(const Batch& env) {
   engram_array array{};
   array.name = "final_mask";
   array.unit = "";
@@ -84,7 +84,7 @@ engram_array mask_array(const VectorEnv& env) {
 
 // `at` tells where a column's values are kept.
 template <class At>
-std::vector<engram_array> list_columns(const VectorEnv& env, At&& at) {
+std::vector<engram_array> list_columns(const Batch& env, At&& at) {
   std::vector<engram_array> arrays;
   for (std::size_t i = 0; i < env.outputs().size(); ++i) {
     const ColumnView column = env.outputs()[i];
@@ -100,7 +100,7 @@ std::vector<engram_array> list_columns(const VectorEnv& env, At&& at) {
 
 }  // namespace
 
-std::vector<engram_array> list_outputs(const VectorEnv& env) {
+std::vector<engram_array> list_outputs(const Batch& env) {
   std::vector<engram_array> arrays = list_columns(
       env, [&env](const ColumnView& column) { return env.output(column.field->name); });
   arrays.push_back(mask_array(env));
@@ -108,7 +108,7 @@ std::vector<engram_array> list_outputs(const VectorEnv& env) {
   return arrays;
 }
 
-std::vector<engram_array> list_final_outputs(const VectorEnv& env) {
+std::vector<engram_array> list_final_outputs(const Batch& env) {
   if (env.options().auto_reset != AutoReset::kSameStep) return {};
   std::vector<engram_array> arrays = list_columns(
       env, [&env](const ColumnView& column) { return env.final_output(column.field->name); });
@@ -140,7 +140,7 @@ engram_status refuse_forked(const engram_env& env) noexcept {
 
 }  // namespace engram::c
 
-engram_env::engram_env(std::unique_ptr<engram::VectorEnv> made)
+engram_env::engram_env(std::unique_ptr<engram::Batch> made)
     : batch(std::move(made)),
       outputs(engram::c::list_outputs(*batch)),
       final_outputs(engram::c::list_final_outputs(*batch)) {}

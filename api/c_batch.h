@@ -24,17 +24,17 @@ enum class Use : int {
 };
 
 // The outputs of a batch as the C door shows them, in the order of engram_output_at.
-std::vector<engram_array> list_outputs(const VectorEnv& env);
+std::vector<engram_array> list_outputs(const Batch& env);
 // Those that final outputs have; empty unless the batch keeps any.
-std::vector<engram_array> list_final_outputs(const VectorEnv& env);
+std::vector<engram_array> list_final_outputs(const Batch& env);
 
 }  // namespace engram::c
 
 // NOLINTNEXTLINE(readability-identifier-naming): the name is of the C door
 struct engram_env {
-  explicit engram_env(std::unique_ptr<engram::VectorEnv> made);
+  explicit engram_env(std::unique_ptr<engram::Batch> made);
 
-  std::unique_ptr<engram::VectorEnv> batch;
+  std::unique_ptr<engram::Batch> batch;
   std::vector<engram_array> outputs;  // their names and memory are the batch's
   std::vector<engram_array> final_outputs;
   std::string description;                        // from the first call for it on

@@ -160,8 +160,8 @@ Rules to_rules(std::int32_t rules) {
   return converted;
 }
 
-std::vector<OptionChoice> to_choices(const engram_task_option* choices, std::size_t count) {
-  std::vector<OptionChoice> all;
+std::vector<TaskOptionValue> to_choices(const engram_task_option* choices, std::size_t count) {
+  std::vector<TaskOptionValue> all;
   for (const engram_task_option& choice : array("task_options", choices, count)) {
     all.push_back({text("name of a task option", choice.name), choice.value});
   }

@@ -11,11 +11,11 @@ namespace engram::c {
 
 engram_options default_options() noexcept;
 
-// Throws Error for anything that VectorEnv could not be asked for; VectorEnv checks the rest.
+// Throws Error for anything that Batch could not be asked for; Batch checks the rest.
 EnvOptions to_env_options(const engram_options& options);
 
 Rules to_rules(std::int32_t rules);
-std::vector<OptionChoice> to_choices(const engram_task_option* choices, std::size_t count);
+std::vector<TaskOptionValue> to_choices(const engram_task_option* choices, std::size_t count);
 
 std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count);
 

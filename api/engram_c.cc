@@ -1,4 +1,4 @@
-// The C door: nothing but checks and translation in front of VectorEnv.
+// The C door: nothing but checks and translation in front of Batch.
 #include "engram/engram_c.h"
 
 #include <algorithm>
@@ -12,14 +12,14 @@
 #include "api/c_error.h"
 #include "api/c_options.h"
 #include "core/base/join.h"
-#include "core/base/shared_lock.h"
+#include "core/base/process_mutex.h"
 #include "protocol/batch/task_description.h"
 #include "protocol/batch/variants.h"
 
 namespace {
 
+using engram::Batch;
 using engram::Error;
-using engram::VectorEnv;
 using engram::c::Claim;
 using engram::c::fail;
 using engram::c::guarded;
@@ -52,7 +52,7 @@ const engram_array& named(const std::vector<engram_array>& arrays, const char* n
 // tasks.
 const char* list_of_tasks() {
   static std::map<size_t, std::string> lists;  // by number of tasks
-  const std::lock_guard lock(engram::shared_lock(engram::Shared::kTaskTexts));
+  const std::lock_guard lock(engram::process_mutex(engram::ProcessLock::kTaskTexts));
   const std::vector<const engram::RegistryEntry*> entries = engram::all_entries();
   const auto found = lists.find(entries.size());
   if (found != lists.end()) return found->second.c_str();
@@ -165,33 +165,33 @@ void engram_close(engram_env* env) {
 // ---- what a batch is ----
 
 int32_t engram_num_envs(const engram_env* env) {
-  return fact(env, 0, [](const VectorEnv& batch) { return batch.num_envs(); });
+  return fact(env, 0, [](const Batch& batch) { return batch.num_envs(); });
 }
 
 int32_t engram_num_threads(const engram_env* env) {
-  return fact(env, 0, [](const VectorEnv& batch) { return batch.threads(); });
+  return fact(env, 0, [](const Batch& batch) { return batch.threads(); });
 }
 
 int32_t engram_action_dim(const engram_env* env) {
-  return fact(env, 0, [](const VectorEnv& batch) { return batch.action_dim(); });
+  return fact(env, 0, [](const Batch& batch) { return batch.action_dim(); });
 }
 
 int32_t engram_state_dim(const engram_env* env) {
-  return fact(env, 0, [](const VectorEnv& batch) { return batch.state_dim(); });
+  return fact(env, 0, [](const Batch& batch) { return batch.state_dim(); });
 }
 
 int32_t engram_horizon(const engram_env* env) {
-  return fact(env, 0, [](const VectorEnv& batch) { return batch.info().horizon; });
+  return fact(env, 0, [](const Batch& batch) { return batch.info().horizon; });
 }
 
 const float* engram_action_low(const engram_env* env) {
   const float* none = nullptr;
-  return fact(env, none, [](const VectorEnv& batch) { return batch.action_space().low.data(); });
+  return fact(env, none, [](const Batch& batch) { return batch.action_space().low.data(); });
 }
 
 const float* engram_action_high(const engram_env* env) {
   const float* none = nullptr;
-  return fact(env, none, [](const VectorEnv& batch) { return batch.action_space().high.data(); });
+  return fact(env, none, [](const Batch& batch) { return batch.action_space().high.data(); });
 }
 
 const char* engram_describe_json(engram_env* env) {
@@ -206,13 +206,13 @@ const char* engram_describe_json(engram_env* env) {
 }
 
 uint64_t engram_unstable_count(const engram_env* env) {
-  return fact(env, uint64_t{0}, [](const VectorEnv& batch) { return batch.unstable_count(); });
+  return fact(env, uint64_t{0}, [](const Batch& batch) { return batch.unstable_count(); });
 }
 
 // ---- running it ----
 
 engram_status engram_reset(engram_env* env, const engram_reset_request* request) {
-  return with_batch(env, [request](VectorEnv& batch) {
+  return with_batch(env, [request](Batch& batch) {
     engram::ResetRequest wanted;
     std::vector<engram::Pin> pins;
     engram::ConstantTable ranges;
@@ -235,7 +235,7 @@ engram_status engram_reset(engram_env* env, const engram_reset_request* request)
 
 engram_status engram_step(engram_env* env, const float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
-  return with_batch(env, [&](VectorEnv& batch) { batch.step({actions, count}); });
+  return with_batch(env, [&](Batch& batch) { batch.step({actions, count}); });
 }
 
 engram_status engram_step_async(engram_env* env, const float* actions, size_t count) {
@@ -258,7 +258,7 @@ engram_status engram_step_wait(engram_env* env) {
 
 engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
-  return with_batch(env, [&](VectorEnv& batch) {
+  return with_batch(env, [&](Batch& batch) {
     batch.act(engram::c::to_policy(policy), {actions, count});
   });
 }
@@ -303,7 +303,7 @@ engram_status engram_output_at(engram_env* env, size_t index, engram_array* arra
 engram_status engram_instruction(engram_env* env, int32_t index, char* text, size_t capacity,
                                  size_t* length) {
   if (text == nullptr && capacity > 0) return refuse_null("text");
-  return with_batch(env, [&](VectorEnv& batch) {
+  return with_batch(env, [&](Batch& batch) {
     const std::string instruction = batch.instruction(index);
     copy_text(instruction, text, capacity);
     if (length != nullptr) *length = instruction.size();
@@ -314,7 +314,7 @@ engram_status engram_render(engram_env* env, int32_t index, const char* camera, 
                             int32_t height, uint8_t* rgb, size_t size) {
   if (camera == nullptr) return refuse_null("camera");
   if (rgb == nullptr) return refuse_null("rgb");
-  return with_batch(env, [&](VectorEnv& batch) {
+  return with_batch(env, [&](Batch& batch) {
     batch.render(index, camera, width, height, {rgb, size});
   });
 }
@@ -324,7 +324,7 @@ engram_status engram_render(engram_env* env, int32_t index, const char* camera, 
 namespace {
 
 // A caller's array of `width` floats for each environment; empty if there is none.
-std::span<float> rows(const VectorEnv& batch, float* values, size_t width) {
+std::span<float> rows(const Batch& batch, float* values, size_t width) {
   if (values == nullptr) return {};
   return {values, static_cast<size_t>(batch.num_envs()) * width};
 }
@@ -332,7 +332,7 @@ std::span<float> rows(const VectorEnv& batch, float* values, size_t width) {
 }  // namespace
 
 engram_status engram_robot_state(engram_env* env, float* qpos, float* qvel, float* tcp_pose) {
-  return with_batch(env, [&](VectorEnv& batch) {
+  return with_batch(env, [&](Batch& batch) {
     batch.robot_state(rows(batch, qpos, 9), rows(batch, qvel, 9), rows(batch, tcp_pose, 7));
   });
 }
@@ -341,7 +341,7 @@ engram_status engram_camera_params(engram_env* env, const char* camera, int32_t 
                                    int32_t height, float* extrinsic_cv, float* cam2world_gl,
                                    float* intrinsic_cv) {
   if (camera == nullptr) return refuse_null("camera");
-  return with_batch(env, [&](VectorEnv& batch) {
+  return with_batch(env, [&](Batch& batch) {
     batch.camera_params(camera, width, height,
                         {.extrinsic_cv = rows(batch, extrinsic_cv, 12),
                          .cam2world_gl = rows(batch, cam2world_gl, 16),
@@ -350,12 +350,12 @@ engram_status engram_camera_params(engram_env* env, const char* camera, int32_t 
 }
 
 int32_t engram_drawn_dim(const engram_env* env) {
-  return fact(env, 0, [](const VectorEnv& batch) { return batch.drawn_dim(); });
+  return fact(env, 0, [](const Batch& batch) { return batch.drawn_dim(); });
 }
 
 engram_status engram_drawn(engram_env* env, float* values, size_t count) {
   if (values == nullptr && count > 0) return refuse_null("values");
-  return with_batch(env, [&](VectorEnv& batch) { batch.drawn({values, count}); });
+  return with_batch(env, [&](Batch& batch) { batch.drawn({values, count}); });
 }
 
 // ---- snapshots ----
@@ -364,7 +364,7 @@ engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t ca
                           size_t* size) {
   if (bytes == nullptr && capacity > 0) return refuse_null("bytes");
   if (size == nullptr) return refuse_null("size");
-  return with_batch(env, [&](VectorEnv& batch) {
+  return with_batch(env, [&](Batch& batch) {
     const bool whole = index == ENGRAM_WHOLE_BATCH;
     *size = whole ? batch.save_size() : batch.save_size(index);
     if (capacity == 0) return;
@@ -380,7 +380,7 @@ engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t ca
 
 engram_status engram_restore(engram_env* env, int32_t index, const void* bytes, size_t size) {
   if (bytes == nullptr) return refuse_null("bytes");
-  return with_batch(env, [&](VectorEnv& batch) {
+  return with_batch(env, [&](Batch& batch) {
     const std::span<const std::byte> saved(static_cast<const std::byte*>(bytes), size);
     if (index == ENGRAM_WHOLE_BATCH) {
       batch.restore(saved);

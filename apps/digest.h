@@ -21,7 +21,7 @@ class Digest {
   explicit Digest(int num_envs) : hashes_(static_cast<std::size_t>(num_envs)) {}
 
   // Takes in the outputs of the last reset or step.
-  void update(const VectorEnv& env) {
+  void update(const Batch& env) {
     for (std::size_t i = 0; i < hashes_.size(); ++i) {
       std::uint64_t& hash = hashes_[i];
       hash = bench::chain_row(hash, env.observation(), hashes_.size(), i);

@@ -66,7 +66,7 @@ std::int64_t resident_bytes() {
 }
 
 // A batch whose memory is all in use: it has been reset and stepped.
-std::unique_ptr<VectorEnv> touched_batch(int num_envs) {
+std::unique_ptr<Batch> touched_batch(int num_envs) {
   auto env = make(kMeasuredTask, batch_options(num_envs, 1));
   env->reset();
   const std::vector<float> actions(

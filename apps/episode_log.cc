@@ -4,7 +4,7 @@
 
 namespace engram::apps {
 
-EpisodeLog::EpisodeLog(const VectorEnv& env, int episodes)
+EpisodeLog::EpisodeLog(const Batch& env, int episodes)
     : wanted_(episodes),
       finished_(static_cast<std::size_t>(env.num_envs()), 0),
       quota_(static_cast<std::size_t>(env.num_envs()), std::numeric_limits<std::int32_t>::max()),
@@ -16,7 +16,7 @@ EpisodeLog::EpisodeLog(const VectorEnv& env, int episodes)
   }
 }
 
-void EpisodeLog::update(const VectorEnv& env) {
+void EpisodeLog::update(const Batch& env) {
   const AutoReset mode = env.options().auto_reset;
   for (int i = 0; i < env.num_envs(); ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -33,7 +33,7 @@ void EpisodeLog::update(const VectorEnv& env) {
   }
 }
 
-void EpisodeLog::finish_episode(const VectorEnv& env, int index) {
+void EpisodeLog::finish_episode(const Batch& env, int index) {
   std::int32_t& quota = quota_[static_cast<std::size_t>(index)];
   if (quota == 0) return;
   --quota;

@@ -136,7 +136,7 @@ Pin parse_pin(const std::string& text) {
   return pin;
 }
 
-OptionChoice parse_option(const std::string& text) {
+TaskOptionValue parse_option(const std::string& text) {
   Setting setting = split_setting("--option", text, kOptionForm);
   const auto value = parse_number<double>(setting.values.front());
   if (setting.values.size() != 1 || !value || !std::isfinite(*value)) {
@@ -319,7 +319,7 @@ void add_env_options(const Command& command, EnvOptions& options) {
   // end options
 }
 
-void add_task_options(const Command& command, std::vector<OptionChoice>& choices,
+void add_task_options(const Command& command, std::vector<TaskOptionValue>& choices,
                       const std::string& help) {
   const auto take = [&choices](const std::string& text) { choices.push_back(parse_option(text)); };
   command.add_repeatable("--option", take, help).type_name("NAME=VALUE");

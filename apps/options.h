@@ -25,7 +25,7 @@ int parse_int(std::string_view option, const std::string& text, int low, int hig
 Pin parse_pin(const std::string& text);
 // "touch_radius=0.02"
 std::pair<std::string, Constant> parse_constant(const std::string& text);  // of --set
-OptionChoice parse_option(const std::string& text);
+TaskOptionValue parse_option(const std::string& text);
 
 Option add_int(const Command& command, const std::string& option, int& value, int low, int high,
                const std::string& help);
@@ -76,7 +76,7 @@ void add_env_options(const Command& command, EnvOptions& options);
 
 // --option NAME=VALUE, which may be given several times.
 void add_constants(const Command& command, ConstantTable& constants);
-void add_task_options(const Command& command, std::vector<OptionChoice>& choices,
+void add_task_options(const Command& command, std::vector<TaskOptionValue>& choices,
                       const std::string& help);
 
 // The library's defaults for a batch of that size.

@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kSize = 512;
 constexpr int kSheetSize = 320;  // of a picture in a sheet, as in the published previews
-constexpr int kMaxSize = 4096;   // of VectorEnv::render
+constexpr int kMaxSize = 4096;   // of Batch::render
 constexpr int kMaxSheet = 60;
 constexpr int kSheetColumns = 3;
 constexpr int kFramesPerSecond = 30;

@@ -41,7 +41,7 @@ class OutsidePlayer {
  private:
   std::atomic<std::uint64_t> env_steps_ = 0;
   WorkContext context_;
-  std::unique_ptr<VectorEnv> env_;
+  std::unique_ptr<Batch> env_;
   PolicyProcess process_;
   ChunkedPolicy queue_;
 };
@@ -51,7 +51,7 @@ class Episode {
   // Steps end with an Error once there is an interruption.
   Episode(const EpisodeOptions& options, const Interruption& interruption);
 
-  VectorEnv& env() { return *env_; }
+  Batch& env() { return *env_; }
   int steps() const { return env_->state().elapsed[0]; }
   int max_steps() const { return max_steps_; }
   bool over() const;
@@ -68,7 +68,7 @@ class Episode {
   const Interruption& interruption_;
   Policy policy_;
   int max_steps_;
-  std::unique_ptr<VectorEnv> env_;
+  std::unique_ptr<Batch> env_;
   std::optional<OutsidePlayer> outside_;
   std::vector<std::vector<float>> actions_;  // of all steps so far
 };

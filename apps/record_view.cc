@@ -9,7 +9,7 @@ std::string camera_name(const std::string& camera) { return camera + "_camera"; 
 
 }  // namespace
 
-View::View(VectorEnv& env, const ViewOptions& options) : env_(&env), options_(options) {}
+View::View(Batch& env, const ViewOptions& options) : env_(&env), options_(options) {}
 
 std::vector<std::uint8_t> View::draw() {
   const bool all = options_.camera == "all";

@@ -23,7 +23,7 @@ struct ViewOptions {
 class View {
  public:
   // The batch outlives the view.
-  View(VectorEnv& env, const ViewOptions& options);
+  View(Batch& env, const ViewOptions& options);
 
   int width() const { return options_.width; }
   int height() const { return options_.height; }
@@ -40,7 +40,7 @@ class View {
   void draw_panel(const std::string& camera, const std::string& label, const Panel& panel,
                   Canvas& canvas);
 
-  VectorEnv* env_;
+  Batch* env_;
   ViewOptions options_;
   std::vector<std::uint8_t> rgb_;  // of the last camera
 };

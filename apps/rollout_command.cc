@@ -45,7 +45,7 @@ using Clock = std::chrono::steady_clock;
 double seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
 // Steps the batch until the log is complete or the steps are used up.
-Report roll_out(VectorEnv& env, const RolloutOptions& options, EpisodeLog& log) {
+Report roll_out(Batch& env, const RolloutOptions& options, EpisodeLog& log) {
   Report report;
   std::vector<float> actions(static_cast<std::size_t>(env.num_envs()) *
                              static_cast<std::size_t>(env.action_dim()));
@@ -84,8 +84,8 @@ double images_per_step(const EnvOptions& options) {
 
 double rate(double count, double time) { return time > 0 ? count / time : 0; }
 
-DocumentTable to_document(const VectorEnv& env, const RolloutOptions& options,
-                          const EpisodeLog& log, const Report& report) {
+DocumentTable to_document(const Batch& env, const RolloutOptions& options, const EpisodeLog& log,
+                          const Report& report) {
   const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
   const Document hash = report.hash ? Document(fmt::format("{:016x}", *report.hash)) : Document();
   return {{"id", env.info().id},
@@ -107,7 +107,7 @@ DocumentTable to_document(const VectorEnv& env, const RolloutOptions& options,
           {"wall_seconds", report.wall_seconds}};
 }
 
-std::string to_words(const VectorEnv& env, const RolloutOptions& options, const EpisodeLog& log,
+std::string to_words(const Batch& env, const RolloutOptions& options, const EpisodeLog& log,
                      const Report& report) {
   const auto env_steps = static_cast<double>(log.env_steps());
   const double env_rate = rate(env_steps, report.wall_seconds);

@@ -8,7 +8,7 @@
 
 #include "bench/mixed_actions.h"
 #include "bench/row_hash.h"
-#include "core/physics/lane_kernel.h"
+#include "core/robot/lane_kernel.h"
 #include "render/document_source.h"
 
 namespace engram::bench {
@@ -166,7 +166,7 @@ class Checker {
     return record;
   }
 
-  std::unique_ptr<VectorEnv> batch(const Play& play, ObsMode obs_mode) const {
+  std::unique_ptr<Batch> batch(const Play& play, ObsMode obs_mode) const {
     EnvOptions options;
     options.num_envs = play.num_envs;
     options.threads = play.threads;
@@ -185,7 +185,7 @@ class Checker {
   }
 
   // Puts one stretch into each slot.
-  void begin(VectorEnv& env, std::span<const int> stretches) const {
+  void begin(Batch& env, std::span<const int> stretches) const {
     std::vector<std::uint64_t> seeds;
     for (const int stretch : stretches) seeds.push_back(beginning(stretch).seed);
     env.reset({.mask = {}, .seeds = seeds});
@@ -200,7 +200,7 @@ class Checker {
   }
 
   // Random actions for even seeds, the oracle's for odd ones.
-  void advance(VectorEnv& env, MixedActions& actions, std::vector<Trace>& traces) {
+  void advance(Batch& env, MixedActions& actions, std::vector<Trace>& traces) {
     env.step(actions.choose(env, [&env](int i) { return env.state().seed[i] % 2 == 1; }));
     note(env, traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
@@ -209,7 +209,7 @@ class Checker {
     }
   }
 
-  void note(const VectorEnv& env, std::vector<Trace>& traces) {
+  void note(const Batch& env, std::vector<Trace>& traces) {
     row_.resize(std::max(env.outputs().row_bytes(), env.memory().row_bytes()));
     const auto chain = [&](std::uint64_t hash, const ColumnStore& store, std::size_t slot) {
       store.save_row(static_cast<int>(slot), row_);
@@ -243,9 +243,9 @@ class Checker {
 
 }  // namespace
 
-std::unique_ptr<VectorEnv> make_on(InstructionSet set, const std::string& id,
-                                   const EnvOptions& options) {
-  return std::make_unique<VectorEnv>(
+std::unique_ptr<Batch> make_on(InstructionSet set, const std::string& id,
+                               const EnvOptions& options) {
+  return std::make_unique<Batch>(
       make_task(id, options.constants), options,
       [set](const std::string& document, const std::vector<std::string>& bodies,
             const ImageSourceOptions& image_options, int workers) {

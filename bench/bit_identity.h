@@ -34,16 +34,16 @@ std::span<const Play> plays();
 inline constexpr int kStretches = 128;
 
 // Makes a batch that runs on that instruction set.
-std::unique_ptr<VectorEnv> make_on(InstructionSet set, const std::string& id,
-                                   const EnvOptions& options);
+std::unique_ptr<Batch> make_on(InstructionSet set, const std::string& id,
+                               const EnvOptions& options);
 
 struct IdentityOptions {
   ObsMode obs_mode = ObsMode::kState;
   int steps = 15;          // control steps of each stretch
   std::uint64_t seed = 0;  // the first of 64
   // Makes the batches.
-  std::function<std::unique_ptr<VectorEnv>(InstructionSet set, const std::string& id,
-                                           const EnvOptions& options)>
+  std::function<std::unique_ptr<Batch>(InstructionSet set, const std::string& id,
+                                       const EnvOptions& options)>
       make_batch = make_on;
   std::function<void(double fraction)> progress = [](double) {};  // called between plays
 };

@@ -6,13 +6,13 @@
 #include <span>
 #include <vector>
 
-#include "core/vector_env.h"
+#include "core/env/batch.h"
 
 namespace engram::bench {
 
 class MixedActions {
  public:
-  explicit MixedActions(const VectorEnv& env)
+  explicit MixedActions(const Batch& env)
       : actions_(static_cast<std::size_t>(env.num_envs()) *
                  static_cast<std::size_t>(env.action_dim())),
         scripted_(actions_.size()) {}
@@ -20,7 +20,7 @@ class MixedActions {
   // Actions for the batch's next step: the oracle's where `solved(i)` says so of environment i,
   // random ones elsewhere. Valid until the next call.
   template <class Solved>
-  std::span<const float> choose(VectorEnv& env, Solved&& solved) {
+  std::span<const float> choose(Batch& env, Solved&& solved) {
     env.act(Policy::kRandom, actions_);
     env.act(Policy::kOracle, scripted_);
     const std::ptrdiff_t dim = env.action_dim();

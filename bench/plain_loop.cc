@@ -7,7 +7,7 @@ namespace {
 
 // Drives as a user of MuJoCo would write them: explicit springs, the damping in the inertia, and a
 // kilogram for the fingers, which makes them stable at this time step. Limits are constraints.
-ModelPtr drive_plainly(const mjModel& engine_model, const RobotLaw& law) {
+ModelPtr drive_plainly(const mjModel& engine_model, const RobotParams& law) {
   ModelPtr model(mj_copyModel(nullptr, &engine_model));
   for (int i = 0; i < kRobotJoints; ++i) {
     const double rotor = i < kArmJoints ? 0.005 : 1.0;
@@ -21,7 +21,7 @@ ModelPtr drive_plainly(const mjModel& engine_model, const RobotLaw& law) {
   return model;
 }
 
-void apply_drive(const DriveLaw& law, const Drive& drive, mjData& data) {
+void apply_drive(const DriveParams& law, const Drive& drive, mjData& data) {
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     const double force =
         law.stiffness * (drive.target[i] - data.qpos[i]) - law.damping * data.qvel[i];
@@ -31,11 +31,11 @@ void apply_drive(const DriveLaw& law, const Drive& drive, mjData& data) {
 
 }  // namespace
 
-PlainLoop::PlainLoop(const VectorEnv& twin, SceneKind kind)
+PlainLoop::PlainLoop(const Batch& twin, SceneKind kind)
     : twin_(twin),
       model_(drive_plainly(
           kind == SceneKind::kFull ? twin.physics_model().full() : twin.physics_model().robot(),
-          twin.physics_model().robot_law())),
+          twin.physics_model().robot_params())),
       full_(kind == SceneKind::kFull),
       controller_(twin.options().control_mode, twin.physics_model().arm(),
                   twin.physics_model().joint_ranges(), twin.options().rotation_sign),
@@ -101,7 +101,7 @@ void PlainLoop::follow() {
 
 void PlainLoop::step(std::span<const float> actions) {
   const MujocoScope scope;
-  const DriveLaw& law = twin_.physics_model().robot_law().drive;
+  const DriveParams& law = twin_.physics_model().robot_params().drive;
   const int dim = controller_.action_space().dim();
   for (int env = 0; env < twin_.num_envs(); ++env) {
     mjData* data = data_[static_cast<std::size_t>(env)].get();

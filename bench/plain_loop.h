@@ -3,18 +3,18 @@
 
 #include <vector>
 
-#include "core/physics/mujoco_handle.h"
-#include "core/vector_env.h"
+#include "core/env/batch.h"
+#include "core/scene/mujoco_handle.h"
 
 namespace engram::bench {
 
-// Runs the same episodes as a VectorEnv, with the same actions and controller, on the same compiled
+// Runs the same episodes as a Batch, with the same actions and controller, on the same compiled
 // model with drives of MuJoCo's own, and simulates every present prop in every substep. One thread.
 class PlainLoop {
  public:
   enum class SceneKind { kFull, kRobotAlone };
 
-  PlainLoop(const VectorEnv& twin, SceneKind kind);
+  PlainLoop(const Batch& twin, SceneKind kind);
 
   // Copies what the twin's task changed in the scene since the last step: new episodes, hidden and
   // revealed props. Not timed.
@@ -26,7 +26,7 @@ class PlainLoop {
   void load_robot(int env);
   void load_prop(int env, int prop);
 
-  const VectorEnv& twin_;
+  const Batch& twin_;
   ModelPtr model_;
   bool full_;
   Controller controller_;

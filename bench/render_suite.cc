@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "bench/rollout.h"
-#include "core/picture/image_batch.h"
+#include "core/image/image_batch.h"
 #include "render/document_source.h"
 #include "render/mujoco_reference.h"
 
@@ -21,7 +21,7 @@ class Gallery {
     rollout_.rate(kSteps);
   }
 
-  VectorEnv& env() { return *rollout_.env; }
+  Batch& env() { return *rollout_.env; }
   const State& state() { return rollout_.env->state(); }
 
  private:

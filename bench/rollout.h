@@ -37,7 +37,7 @@ inline Row make_row(std::string name, std::string unit, std::string baseline,
 
 // A batch with actions of a policy at hand.
 struct Rollout {
-  std::unique_ptr<VectorEnv> env;
+  std::unique_ptr<Batch> env;
   std::vector<float> actions;
   Policy policy;
 

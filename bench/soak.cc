@@ -101,14 +101,14 @@ struct Probe {
 };
 
 // Environment i begins episode 0 of seed + i.
-void reset_from(VectorEnv& env, std::uint64_t seed) {
+void reset_from(Batch& env, std::uint64_t seed) {
   std::vector<std::uint64_t> seeds(static_cast<std::size_t>(env.num_envs()));
   std::iota(seeds.begin(), seeds.end(), seed);
   env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
 }
 
 Probe probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
-  VectorEnv& env = *rollout.env;
+  Batch& env = *rollout.env;
   reset_from(env, seed);
   Probe result;
   for (int step = 0; step < kProbeSteps; ++step) {
@@ -140,7 +140,7 @@ class Walker {
     EnvOptions batch_options = batch(kEnvs, reference.threads());
     batch_options.seed = options_.seed;
     Rollout rollout(task_.id, batch_options, Policy::kRandom);
-    VectorEnv& env = *rollout.env;
+    Batch& env = *rollout.env;
     SoakVisit visit;
     measure(rollout, reference, visit);
     resume(env);
@@ -180,7 +180,7 @@ class Walker {
   }
 
   // Restores the end of the last visit; the first visit begins with episode 0 of its seeds.
-  void resume(VectorEnv& env) const {
+  void resume(Batch& env) const {
     if (snapshot_.empty()) {
       reset_from(env, options_.seed);
     } else {
@@ -188,7 +188,7 @@ class Walker {
     }
   }
 
-  static void count_episodes(const VectorEnv& env, SoakVisit& visit) {
+  static void count_episodes(const Batch& env, SoakVisit& visit) {
     const ColumnView succeeded = env.final_output("success_once");
     for (int i = 0; i < kEnvs; ++i) {
       if (env.final_mask()[static_cast<std::size_t>(i)] == 0) continue;
@@ -199,7 +199,7 @@ class Walker {
   }
 
   // The episode that diverged has ended; its successor has begun.
-  void note_unstable(const VectorEnv& env, std::vector<UnstableEpisode>& unstable) const {
+  void note_unstable(const Batch& env, std::vector<UnstableEpisode>& unstable) const {
     const ColumnView elapsed = env.final_output("elapsed_steps");
     for (int i = 0; i < kEnvs; ++i) {
       if (env.unstable()[static_cast<std::size_t>(i)] == 0) continue;

@@ -210,7 +210,7 @@ std::vector<Row> run_reset(const Options& options) {
 std::vector<Row> run_create(const Options& options) {
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
-  const SceneSource scene = make_task(id)->scene();
+  const SceneSpec scene = make_task(id)->scene();
   std::vector<int> all(scene.props.size());
   std::iota(all.begin(), all.end(), 0);
   const Comparison result = interleave(

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/env_options.h"
+#include "core/env/env_options.h"
 
 namespace engram::bench {
 

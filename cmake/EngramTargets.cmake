@@ -33,7 +33,7 @@ set(ENGRAM_COMMON_HEADERS
   <utility> <variant> <vector>
   <Eigen/Dense> <mujoco/mujoco.h>
   # Ours that nearly all files see anyway: a change to one compiles everything anew as it is.
-  "${PROJECT_SOURCE_DIR}/core/vector_env.h" "${PROJECT_SOURCE_DIR}/mjcf/scene.h"
+  "${PROJECT_SOURCE_DIR}/core/env/batch.h" "${PROJECT_SOURCE_DIR}/mjcf/scene.h"
   "${PROJECT_SOURCE_DIR}/protocol/formats/document.h")
 
 # engram_precompile(<target> <header>...): compiles those headers once for the whole target. Files

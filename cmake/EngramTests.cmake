@@ -23,7 +23,7 @@ engram_configure_target(engram_tests)
 engram_precompile(engram_tests ${ENGRAM_COMMON_HEADERS} <filesystem> <catch2/catch.hpp>)
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/main.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # has Catch2 compiled, and says so before it includes it
-set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/api/cpp_door_test.cc"
+set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/api/cpp_api_test.cc"
   "${PROJECT_SOURCE_DIR}/tests/api/variants_test.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # sees the public header alone, whose names the engine has too
 # Clang's and clang-tidy's -Wconversion minds signs too, unlike GCC's, by which the tests go.

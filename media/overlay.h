@@ -1,7 +1,7 @@
-// Overlays (core/picture/overlay.h) on pictures.
+// Overlays (core/image/overlay.h) on pictures.
 #pragma once
 
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
 #include "media/canvas.h"
 
 namespace engram {

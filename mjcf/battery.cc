@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 
 namespace engram::mjcf {
 namespace {

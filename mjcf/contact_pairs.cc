@@ -38,7 +38,7 @@ constexpr std::array<double, 3> kGripImpedance = {0.99, 0.999, 0.0002};
 constexpr std::array<double, 3> kStandingImpedance = {0.99, 0.999, 0.0007};
 
 // Where a contact begins, m above the surface: where it pushes, and how far above that it is
-// foreseen (core/physics/contacts.h). MuJoCo's own step knows nothing of the latter.
+// foreseen (core/contact/contact_filter.h). MuJoCo's own step knows nothing of the latter.
 struct Onset {
   double push = 0;
   double foresight = 0;

@@ -25,8 +25,8 @@ Eigen::Vector3d half_sides(const Primitive& primitive) {
 
 }  // namespace
 
-ObjectLook look_of(const Prop& prop) {
-  ObjectLook look{prop.kind, prop.object_shape};
+ObjectDescriptor look_of(const Prop& prop) {
+  ObjectDescriptor look{prop.kind, prop.object_shape};
   look.rest_height = prop.pos[2];
   look.travel = prop.travel;
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/object_look.h"
+#include "core/env/object_descriptor.h"
 
 namespace engram::mjcf {
 
@@ -59,7 +59,7 @@ Prop cube(const std::string& name, double half_size, const Rgba& rgba);
 Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba);
 
 // What can be seen of a prop: kind and shape, and size and colour of its visible primitives.
-ObjectLook look_of(const Prop& prop);
+ObjectDescriptor look_of(const Prop& prop);
 
 // True if the two differ in name, look and place only.
 bool same_physics(const Prop& a, const Prop& b);

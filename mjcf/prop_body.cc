@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <span>
 
-#include "core/base/display_color.h"
+#include "core/math/display_color.h"
 #include "mjcf/shape.h"
 
 namespace engram::mjcf {

@@ -1,6 +1,6 @@
 #include "mjcf/scenery.h"
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 #include "mjcf/contact_pairs.h"
 #include "mjcf/shape.h"
 

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 #include "mjcf/footing.h"
 #include "mjcf/inertia.h"
 

@@ -142,36 +142,36 @@ class CpuRenderer final : public Renderer {
         kernel_(find_kernel(options.instruction_set)),
         backdrops_(prepared_, draws_tiles() ? most_pixels(samples()) : 0),
         segmented_(prepared_, draws_tiles() ? most_pixels(1) : 0, true) {
-    for (int i = 0; i < workers; ++i) workbenches_.push_back(std::make_unique<Workbench>(*this));
+    for (int i = 0; i < workers; ++i) workbenches_.push_back(std::make_unique<Workspace>(*this));
   }
 
   const char* name() const override { return "cpu"; }
 
   void render(int worker, const RenderInstances& instances,
               std::span<const RenderImage> images) override {
-    Workbench& workbench = *workbenches_[static_cast<std::size_t>(worker)];
+    Workspace& workspace = *workbenches_[static_cast<std::size_t>(worker)];
     for (std::size_t i = 0; i < images.size(); ++i) {
       const RenderImage& image = images[i];
       if (!fits(image)) continue;
       if (!is_plain(image)) {
-        render(workbench, instances, image);
+        render(workspace, instances, image);
         continue;
       }
       const RenderImage* other = i + 1 < images.size() ? &images[i + 1] : nullptr;
       if (other != nullptr && fits(*other) && is_plain(*other) && draws_pairs() &&
           are_woven(image, *other)) {
-        draw_both(workbench, instances, image, *other);
+        draw_both(workspace, instances, image, *other);
         ++i;
       } else {
-        draw_tiles(workbench, instances, image);
+        draw_tiles(workspace, instances, image);
       }
     }
   }
 
  private:
   // Working memory of one thread.
-  struct Workbench {
-    explicit Workbench(const CpuRenderer& owner)
+  struct Workspace {
+    explicit Workspace(const CpuRenderer& owner)
         : view(owner.make_view()),
           w(owner.band_size()),
           id(w.size()),
@@ -264,13 +264,13 @@ class CpuRenderer final : public Renderer {
            (image.rgb != nullptr || has_cells(image));
   }
 
-  Sight look(Workbench& workbench, cpu::View& view, const RenderInstances& instances,
+  Sight look(Workspace& workspace, cpu::View& view, const RenderInstances& instances,
              const RenderImage& image, int scale, const Wish& wish) {
     const int width = scale * image.width;
     const int height = scale * image.height;
     const auto find = [&](cpu::Backdrops& backdrops, bool wanted) {
       return wanted ? backdrops.find(instances, image.camera, width, height, *kernel_, view,
-                                     workbench.rows[0])
+                                     workspace.rows[0])
                     : nullptr;
     };
     const Backdrop* colors = find(backdrops_, wish.colors);
@@ -311,25 +311,25 @@ class CpuRenderer final : public Renderer {
     }
   }
 
-  void draw_both(Workbench& workbench, const RenderInstances& instances, const RenderImage& image,
+  void draw_both(Workspace& workspace, const RenderInstances& instances, const RenderImage& image,
                  const RenderImage& other) {
     const Wish wish = {true, image.depth_mm != nullptr, image.segment_id != nullptr};
-    const Sight sights[2] = {look(workbench, workbench.view, instances, image, 1, wish),
-                             look(workbench, *workbench.other_view, instances, other, 1, wish)};
-    TileRow* rows = workbench.rows;
+    const Sight sights[2] = {look(workspace, workspace.view, instances, image, 1, wish),
+                             look(workspace, *workspace.other_view, instances, other, 1, wish)};
+    TileRow* rows = workspace.rows;
     const auto cells = [&](std::int16_t* first, int k) {
       return first + (rows->y + k) * image.cell_row + 2 * rows->x;
     };
     const Scenery colors[2] = {sights[0].colors, sights[1].colors};
     const float far_w[2] = {colors[0].frame->far_w, colors[1].frame->far_w};
-    workbench.keep_depths(wish.depth);
+    workspace.keep_depths(wish.depth);
     draw_rows(colors, rows, 2, 1, [&](int k, int count) {
       kernel_->store_both(rows[0], rows[1], k, count,
                           image.rgb + (rows->y + k) * image.row_stride + 6 * rows->x);
       if (!wish.depth) return;
       kernel_->store_both_depths(rows[0], rows[1], far_w, k, count, cells(image.depth_mm, k));
     });
-    workbench.keep_depths(false);
+    workspace.keep_depths(false);
     if (!wish.segments) return;
     const Scenery segments[2] = {sights[0].segments, sights[1].segments};
     draw_rows(segments, rows, 2, 1, [&](int k, int count) {
@@ -337,24 +337,24 @@ class CpuRenderer final : public Renderer {
     });
   }
 
-  void draw_tiles(Workbench& workbench, const RenderInstances& instances,
+  void draw_tiles(Workspace& workspace, const RenderInstances& instances,
                   const RenderImage& image) {
     const Wish all = {image.rgb != nullptr, image.depth_mm != nullptr, image.segment_id != nullptr};
     if (!options_.antialias || !all.colors || !has_cells(image)) {
-      draw_tiles(workbench, instances, image, all.colors ? samples() : 1, all);
+      draw_tiles(workspace, instances, image, all.colors ? samples() : 1, all);
       return;
     }
-    draw_tiles(workbench, instances, image, samples(), {true, false, false});
-    draw_tiles(workbench, instances, image, 1, {false, all.depth, all.segments});
+    draw_tiles(workspace, instances, image, samples(), {true, false, false});
+    draw_tiles(workspace, instances, image, 1, {false, all.depth, all.segments});
   }
 
   // With colours or segments. Depth comes with either.
-  void draw_tiles(Workbench& workbench, const RenderInstances& instances, const RenderImage& image,
+  void draw_tiles(Workspace& workspace, const RenderInstances& instances, const RenderImage& image,
                   int scale, Wish wish) {
     const bool stores_segments = wish.segments;
     wish.segments |= !wish.colors;
-    const Sight sight = look(workbench, workbench.view, instances, image, scale, wish);
-    TileRow& row = workbench.rows[0];
+    const Sight sight = look(workspace, workspace.view, instances, image, scale, wish);
+    TileRow& row = workspace.rows[0];
     const auto cells = [&](std::int16_t* first, int k) {
       return first + (row.y + k) * image.cell_row + row.x * image.cell_step;
     };
@@ -362,14 +362,14 @@ class CpuRenderer final : public Renderer {
       kernel_->store_depths(row, sight.colors.frame->far_w, k, count, image.cell_step,
                             cells(image.depth_mm, k));
     };
-    workbench.keep_depths(wish.depth);
+    workspace.keep_depths(wish.depth);
     if (wish.colors) {
       draw_rows(&sight.colors, &row, 1, scale, [&](int k, int count) {
         store_tiles(row, k, count, image);
         if (wish.depth) store_depths(k, count);
       });
     }
-    workbench.keep_depths(wish.depth && !wish.colors);
+    workspace.keep_depths(wish.depth && !wish.colors);
     if (wish.segments) {
       draw_rows(&sight.segments, &row, 1, 1, [&](int k, int count) {
         if (stores_segments) {
@@ -378,7 +378,7 @@ class CpuRenderer final : public Renderer {
         if (row.keeps_depth) store_depths(k, count);
       });
     }
-    workbench.keep_depths(false);
+    workspace.keep_depths(false);
   }
 
   void store_tiles(const TileRow& row, int k, int count, const RenderImage& image) const {
@@ -392,24 +392,24 @@ class CpuRenderer final : public Renderer {
     }
   }
 
-  void render(Workbench& workbench, const RenderInstances& instances, const RenderImage& image) {
+  void render(Workspace& workspace, const RenderInstances& instances, const RenderImage& image) {
     const bool wants_other = image.depth != nullptr || image.segment != nullptr || has_cells(image);
     if (options_.antialias) {
-      if (image.rgb != nullptr) draw(workbench, instances, image, 2, true, false);
-      if (wants_other) draw(workbench, instances, image, 1, false, true);
+      if (image.rgb != nullptr) draw(workspace, instances, image, 2, true, false);
+      if (wants_other) draw(workspace, instances, image, 1, false, true);
     } else {
-      draw(workbench, instances, image, 1, image.rgb != nullptr, wants_other);
+      draw(workspace, instances, image, 1, image.rgb != nullptr, wants_other);
     }
   }
 
-  void draw(Workbench& workbench, const RenderInstances& instances, const RenderImage& image,
+  void draw(Workspace& workspace, const RenderInstances& instances, const RenderImage& image,
             int scale, bool colors, bool other) {
     const int width = scale * image.width;
     const int height = scale * image.height;
-    const Frame& frame = workbench.view.look(instances, image.camera, width, height);
+    const Frame& frame = workspace.view.look(instances, image.camera, width, height);
     Band band = {
-        0, 0, padded(width), workbench.w.data(), workbench.id.data(), workbench.color.data()};
-    const int rows = static_cast<int>(workbench.w.size()) / band.width / scale * scale;
+        0, 0, padded(width), workspace.w.data(), workspace.id.data(), workspace.color.data()};
+    const int rows = static_cast<int>(workspace.w.size()) / band.width / scale * scale;
     for (band.y0 = 0; band.y0 < height; band.y0 = band.y1) {
       band.y1 = std::min(band.y0 + rows, height);
       kernel_->trace(frame, band);
@@ -466,7 +466,7 @@ class CpuRenderer final : public Renderer {
   const Kernel* kernel_;
   cpu::Backdrops backdrops_;
   cpu::Backdrops segmented_;
-  std::vector<std::unique_ptr<Workbench>> workbenches_;
+  std::vector<std::unique_ptr<Workspace>> workbenches_;
 };
 
 }  // namespace

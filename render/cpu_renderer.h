@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "core/picture/renderer.h"
+#include "core/image/renderer.h"
 
 namespace engram {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 
 namespace engram::cpu {
 namespace {

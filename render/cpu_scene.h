@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/picture/renderer.h"
+#include "core/image/renderer.h"
 #include "render/cpu_frame.h"
 #include "render/cpu_renderer.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 
 namespace engram::cpu {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/aligned_array.h"
-#include "core/picture/renderer.h"
+#include "core/image/renderer.h"
 #include "render/cpu_eights.h"
 #include "render/cpu_frame.h"
 #include "render/cpu_scene.h"
@@ -36,7 +36,7 @@ inline bool operator<(const Rank& a, const Rank& b) {
 // Which geoms a view shows: those that never move, the others, or all.
 enum class Shown { kAll, kStill, kMoving };
 
-// Part of one thread's Workbench (cpu_renderer.cc): the frame, and the memory that it points to.
+// Part of one thread's Workspace (cpu_renderer.cc): the frame, and the memory that it points to.
 class View {
  public:
   // `max_width` and `max_height` are those of frames, in samples.

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 #include "render/cpu_view.h"
 
 namespace engram::cpu {

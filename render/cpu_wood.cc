@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/base/shared_lock.h"
+#include "core/base/process_mutex.h"
 #include "render/cpu_scene.h"
 
 namespace engram::cpu {
@@ -211,7 +211,7 @@ WoodTexture wood_texture() {
   }
   constexpr int kSlack = 16;  // kernels read whole words
   static std::vector<std::uint8_t> texels;
-  const std::lock_guard lock(shared_lock(Shared::kTextures));
+  const std::lock_guard lock(process_mutex(ProcessLock::kTextures));
   if (texels.empty()) texels = paint_all(texture, static_cast<std::size_t>(size + kSlack));
   texture.texels = texels.data();
   return texture;

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
-#include "core/physics/mujoco_handle.h"
+#include "core/scene/mujoco_handle.h"
 #include "render/egl_renderer.h"
 #include "render/scene_from_model.h"
 
@@ -64,27 +64,27 @@ class DocumentSource final : public ImageSource {
 
   void render(int worker, std::span<const BodyView> bodies,
               std::span<const RenderImage> images) override {
-    Workbench& workbench = workbenches_[static_cast<std::size_t>(worker)];
+    Workspace& workspace = workbenches_[static_cast<std::size_t>(worker)];
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      double* pose = workbench.poses.data() + kPoseSize * bodies_[i];
+      double* pose = workspace.poses.data() + kPoseSize * bodies_[i];
       std::copy_n(bodies[i].pos, 3, pose);
       std::copy_n(bodies[i].quat, 4, pose + 3);
-      workbench.view_of_body[bodies_[i]] = &bodies[i];
+      workspace.view_of_body[bodies_[i]] = &bodies[i];
     }
-    const BodyPoses<double> poses{workbench.poses.data(), kPoseSize, workbench.poses.data() + 3,
+    const BodyPoses<double> poses{workspace.poses.data(), kPoseSize, workspace.poses.data() + 3,
                                   kPoseSize};
-    dress_geoms(workbench);
-    pose_geoms(scene_, poses, workbench.geom_pose.data(), workbench.visible.data());
-    pose_cameras(scene_, poses, workbench.camera_pose.data());
+    dress_geoms(workspace);
+    pose_geoms(scene_, poses, workspace.geom_pose.data(), workspace.visible.data());
+    pose_cameras(scene_, poses, workspace.camera_pose.data());
     renderer_->render(worker,
-                      {workbench.geom_pose.data(), workbench.rgba.data(), workbench.emission.data(),
-                       workbench.visible.data(), workbench.camera_pose.data()},
+                      {workspace.geom_pose.data(), workspace.rgba.data(), workspace.emission.data(),
+                       workspace.visible.data(), workspace.camera_pose.data()},
                       images);
   }
 
  private:
   // Working memory of one thread: an environment's rows, filled anew for every picture.
-  struct Workbench {
+  struct Workspace {
     std::vector<double> poses;                  // (bodies of the model, 7)
     std::vector<const BodyView*> view_of_body;  // or null
     std::vector<float> geom_pose;
@@ -124,32 +124,32 @@ class DocumentSource final : public ImageSource {
   void prepare_workbenches(const mjModel& model, int workers) {
     const DataPtr data = make_data(model);
     mj_kinematics(&model, data.get());
-    Workbench workbench;
-    std::vector<double>& poses = workbench.poses;
+    Workspace workspace;
+    std::vector<double>& poses = workspace.poses;
     for (int body = 0; body < model.nbody; ++body) {
       poses.insert(poses.end(), data->xpos + 3 * body, data->xpos + 3 * body + 3);
       poses.insert(poses.end(), data->xquat + 4 * body, data->xquat + 4 * body + 4);
     }
-    workbench.view_of_body.assign(static_cast<std::size_t>(model.nbody), nullptr);
-    workbench.geom_pose.resize(12 * scene_.scene.geoms.size());
-    workbench.rgba = scene_.rgba;
-    workbench.emission = scene_.emission;
-    workbench.visible.assign(scene_.scene.geoms.size(), 1);
-    workbench.camera_pose.resize(12 * scene_.scene.cameras.size());
-    workbenches_.assign(static_cast<std::size_t>(workers), workbench);
+    workspace.view_of_body.assign(static_cast<std::size_t>(model.nbody), nullptr);
+    workspace.geom_pose.resize(12 * scene_.scene.geoms.size());
+    workspace.rgba = scene_.rgba;
+    workspace.emission = scene_.emission;
+    workspace.visible.assign(scene_.scene.geoms.size(), 1);
+    workspace.camera_pose.resize(12 * scene_.scene.cameras.size());
+    workbenches_.assign(static_cast<std::size_t>(workers), workspace);
   }
 
   // Visibility and colours of one environment.
-  void dress_geoms(Workbench& workbench) const {
+  void dress_geoms(Workspace& workspace) const {
     for (std::size_t geom = 0; geom < scene_.geom_body.size(); ++geom) {
       const BodyView* view =
-          workbench.view_of_body[static_cast<std::size_t>(scene_.geom_body[geom])];
+          workspace.view_of_body[static_cast<std::size_t>(scene_.geom_body[geom])];
       if (view == nullptr) continue;
-      workbench.visible[geom] = view->visible ? 1 : 0;
+      workspace.visible[geom] = view->visible ? 1 : 0;
       const bool painted = view->rgba[3] > 0;
       std::copy_n(painted ? view->rgba : scene_.rgba.data() + 4 * geom, 4,
-                  workbench.rgba.data() + 4 * geom);
-      workbench.emission[geom] = scene_.emission[geom] + view->emission;
+                  workspace.rgba.data() + 4 * geom);
+      workspace.emission[geom] = scene_.emission[geom] + view->emission;
     }
   }
 
@@ -157,7 +157,7 @@ class DocumentSource final : public ImageSource {
   std::vector<std::string> cameras_;
   std::vector<std::string> segments_;
   std::vector<std::size_t> bodies_;  // the model's body of each BodyView
-  std::vector<Workbench> workbenches_;
+  std::vector<Workspace> workbenches_;
   std::unique_ptr<Renderer> renderer_;
 };
 

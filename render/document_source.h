@@ -1,7 +1,7 @@
 // Pictures of MJCF documents: how the engine reaches the renderers.
 #pragma once
 
-#include "core/picture/image_source.h"
+#include "core/image/image_source.h"
 #include "render/cpu_renderer.h"
 
 namespace engram {

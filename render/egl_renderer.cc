@@ -113,12 +113,12 @@ class EglRenderer final : public Renderer {
   EglRenderer(const RenderScene& scene, const EglRendererOptions& options, int workers)
       : scene_(scene), shapes_(scene_.meshes) {
     for (int i = 0; i < workers; ++i) {
-      auto workbench = std::make_unique<Workbench>();
-      const EglContext::Current current(workbench->context);
+      auto workspace = std::make_unique<Workspace>();
+      const EglContext::Current current(workspace->context);
       if (!current.ok()) throw Error(Error::kUnavailable, "egl renderer: EGL lost its context");
-      workbench->painter =
-          std::make_unique<gl::Painter>(workbench->context.gl(), scene_, shapes_, options);
-      workbenches_.push_back(std::move(workbench));
+      workspace->painter =
+          std::make_unique<gl::Painter>(workspace->context.gl(), scene_, shapes_, options);
+      workbenches_.push_back(std::move(workspace));
     }
   }
 
@@ -126,21 +126,21 @@ class EglRenderer final : public Renderer {
 
   void render(int worker, const RenderInstances& instances,
               std::span<const RenderImage> images) override {
-    Workbench& workbench = *workbenches_[static_cast<std::size_t>(worker)];
-    const EglContext::Current current(workbench.context);
-    if (current.ok()) workbench.painter->paint(instances, images);
+    Workspace& workspace = *workbenches_[static_cast<std::size_t>(worker)];
+    const EglContext::Current current(workspace.context);
+    if (current.ok()) workspace.painter->paint(instances, images);
   }
 
  private:
   // Working memory of one thread.
-  struct Workbench {
+  struct Workspace {
     EglContext context{GlProfile::kCore};
     std::unique_ptr<gl::Painter> painter;
   };
 
   RenderScene scene_;
   gl::Shapes shapes_;
-  std::vector<std::unique_ptr<Workbench>> workbenches_;
+  std::vector<std::unique_ptr<Workspace>> workbenches_;
 };
 
 }  // namespace

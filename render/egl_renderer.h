@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "core/picture/renderer.h"
+#include "core/image/renderer.h"
 
 namespace engram {
 

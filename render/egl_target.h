@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/picture/renderer.h"
+#include "core/image/renderer.h"
 #include "render/gl_functions.h"
 
 namespace engram::gl {

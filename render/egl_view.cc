@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 #include "render/gl_shaders.h"
 
 namespace engram::gl {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/picture/renderer.h"
+#include "core/image/renderer.h"
 #include "render/gl_shapes.h"
 
 namespace engram::gl {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/picture/renderer.h"
+#include "core/image/renderer.h"
 
 namespace engram::gl {
 

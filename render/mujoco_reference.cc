@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/physics/mujoco_handle.h"
+#include "core/scene/mujoco_handle.h"
 #include "render/egl_context.h"
 
 namespace engram {

@@ -440,10 +440,10 @@ def table(indent):
 # --- files ---
 
 BLOCKS = {
-    "core/env_options.h": {"enums": core_enums, "limits": limits, "fields": cpp_fields("core")},
-    "core/env_options.cc": {"ranges": ranges},
-    "core/physics/control_mode.h": {"enum": core_enum("control_mode")},
-    "core/picture/image_source.h": {
+    "core/env/env_options.h": {"enums": core_enums, "limits": limits, "fields": cpp_fields("core")},
+    "core/env/env_options.cc": {"ranges": ranges},
+    "core/sim/control_mode.h": {"enum": core_enum("control_mode")},
+    "core/image/image_source.h": {
         "shape": cpp_fields("core", "images"),
         "source": cpp_fields("core", "image_options"),
     },

@@ -12,7 +12,7 @@
 
 namespace engram {
 
-class Task;            // core/task.h
+class Task;            // core/env/task.h
 struct RegistryEntry;  // tasks/registry.h
 
 // By length of an episode: up to 200 control steps, up to 601, and more. The tasks outside the

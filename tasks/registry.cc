@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
 #include "core/base/nearest.h"
-#include "core/task.h"
+#include "core/env/task.h"
 #include "tasks/variants.h"
 
 // The families, in the benchmark's order. A new one is one line here and its own files.

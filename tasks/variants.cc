@@ -8,8 +8,8 @@
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
-#include "core/base/shared_lock.h"
-#include "core/task.h"
+#include "core/base/process_mutex.h"
+#include "core/env/task.h"
 
 namespace engram {
 namespace {
@@ -24,7 +24,7 @@ struct Variant {
 // Variants never move: entries and texts are pointed to. Empty, the list needs no memory.
 using List = std::vector<std::unique_ptr<Variant>>;
 
-// Used under Shared::kVariants.
+// Used under ProcessLock::kVariants.
 List& variants() {
   static List all;
   return all;
@@ -78,7 +78,7 @@ ConstantTable overridden(const ConstantTable& constants, const ConstantTable& ch
 namespace {
 
 // Variants that are about to be registered, all of them or none.
-class Batch {
+class VariantBatch {
  public:
   void add(const VariantDefinition& definition) {
     const std::string& id = definition.id;
@@ -141,17 +141,17 @@ class Batch {
 
 void register_variants(std::span<const VariantDefinition> definitions) {
   // Held from the look whether an id is free to its registration.
-  const std::scoped_lock one_at_a_time(shared_lock(Shared::kRegistering));
+  const std::scoped_lock one_at_a_time(process_mutex(ProcessLock::kRegistering));
   const IeeeScope scope;
-  Batch batch;
+  VariantBatch batch;
   for (const VariantDefinition& definition : definitions) batch.add(definition);
-  const std::scoped_lock lock(shared_lock(Shared::kVariants));
+  const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
   batch.commit(variants());
 }
 
 const RegistryEntry* find_variant_entry(std::string_view id) noexcept {
   const List& all = variants();
-  const std::scoped_lock lock(shared_lock(Shared::kVariants));
+  const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
   const auto found = std::ranges::find(all, id, [](const auto& one) { return one->entry.id; });
   return found == all.end() ? nullptr : &(*found)->entry;
 }
@@ -160,7 +160,7 @@ std::vector<const RegistryEntry*> all_entries() {
   std::vector<const RegistryEntry*> entries;
   for (const RegistryEntry& entry : registry()) entries.push_back(&entry);
   const List& all = variants();
-  const std::scoped_lock lock(shared_lock(Shared::kVariants));
+  const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
   for (const auto& variant : all) entries.push_back(&variant->entry);
   return entries;
 }
@@ -169,7 +169,7 @@ const RegistryEntry& entry_at(int index) {
   const auto place = static_cast<std::size_t>(index);
   if (place < registry().size()) return registry()[place];
   const List& all = variants();
-  const std::scoped_lock lock(shared_lock(Shared::kVariants));
+  const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
   return all.at(place - registry().size())->entry;
 }
 

@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/vector_env.h"
+#include "core/env/batch.h"
 
 namespace engram::test {
 
 // Pixels in which a camera's pictures of two batches' first environments differ.
-inline int differing_pixels(VectorEnv& a, VectorEnv& b, const char* camera) {
+inline int differing_pixels(Batch& a, Batch& b, const char* camera) {
   std::vector<std::uint8_t> first(128 * 128 * 3);
   std::vector<std::uint8_t> second(first.size());
   a.render(0, camera, 128, 128, first);

@@ -6,14 +6,14 @@
 #include <string_view>
 #include <vector>
 
-#include "core/vector_env.h"
+#include "core/env/batch.h"
 #include "tasks/registry.h"
 
 namespace engram::test {
 
-inline std::unique_ptr<VectorEnv> make_env(std::string_view id, const EnvOptions& options = {}) {
-  return std::make_unique<VectorEnv>(make_task(id, options.constants, options.max_episode_steps),
-                                     options);
+inline std::unique_ptr<Batch> make_env(std::string_view id, const EnvOptions& options = {}) {
+  return std::make_unique<Batch>(make_task(id, options.constants, options.max_episode_steps),
+                                 options);
 }
 
 // The ids of all tasks, or of those of one family.
@@ -34,7 +34,7 @@ inline void append_row(const ColumnStore& store, int env, Bytes& bytes) {
 }
 
 // Everything that one environment remembers and shows.
-inline Bytes env_bytes(const VectorEnv& env, int index) {
+inline Bytes env_bytes(const Batch& env, int index) {
   Bytes bytes;
   append_row(env.memory(), index, bytes);
   append_row(env.outputs(), index, bytes);
@@ -42,7 +42,7 @@ inline Bytes env_bytes(const VectorEnv& env, int index) {
 }
 
 // The same for all environments, one after another.
-inline Bytes batch_bytes(const VectorEnv& env) {
+inline Bytes batch_bytes(const Batch& env) {
   Bytes bytes;
   for (int i = 0; i < env.num_envs(); ++i) {
     append_row(env.memory(), i, bytes);
@@ -57,17 +57,17 @@ const T* row(const ColumnView& view, int env) {
   return reinterpret_cast<const T*>(view.row(env));
 }
 
-inline std::vector<float> zeros(const VectorEnv& env) {
+inline std::vector<float> zeros(const Batch& env) {
   return std::vector<float>(static_cast<std::size_t>(env.num_envs()) *
                             static_cast<std::size_t>(env.action_dim()));
 }
 
-inline std::vector<float> act(VectorEnv& env, Policy policy) {
+inline std::vector<float> act(Batch& env, Policy policy) {
   std::vector<float> actions = zeros(env);
   env.act(policy, actions);
   return actions;
 }
 
-inline void step(VectorEnv& env, Policy policy) { env.step(act(env, policy)); }
+inline void step(Batch& env, Policy policy) { env.step(act(env, policy)); }
 
 }  // namespace engram::test

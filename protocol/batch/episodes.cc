@@ -2,8 +2,7 @@
 
 namespace engram {
 
-VectorEnv& EpisodeBatch::of(std::string_view id, int count, int num_envs,
-                            const EnvOptions& options) {
+Batch& EpisodeBatch::of(std::string_view id, int count, int num_envs, const EnvOptions& options) {
   // A batch that has been played with may be larger than needed: the rest of it stands still.
   if (env_ == nullptr || id_ != id || env_->num_envs() < std::min(count, num_envs)) {
     env_.reset();

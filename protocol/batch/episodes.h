@@ -26,7 +26,7 @@ namespace engram {
 // - after_step(slot): for the same ones, when the step is done
 // - finish(slot, i): when episode i has ended
 template <class Act, class Watcher>
-bool play_episodes(VectorEnv& env, std::uint64_t first_seed, int count, const WorkContext& context,
+bool play_episodes(Batch& env, std::uint64_t first_seed, int count, const WorkContext& context,
                    Act&& act, Watcher&& watcher) {
   const int slots = env.num_envs();
   const auto dim = static_cast<std::size_t>(env.action_dim());
@@ -81,12 +81,12 @@ class EpisodeBatch {
  public:
   // A single-threaded batch that can play `count` episodes, with at most `num_envs` at a time.
   // options: of every batch; auto_reset, threads and num_envs are set here.
-  VectorEnv& of(std::string_view id, int count, int num_envs, const EnvOptions& options);
+  Batch& of(std::string_view id, int count, int num_envs, const EnvOptions& options);
   void clear() { env_.reset(); }
 
  private:
   std::string id_;
-  std::unique_ptr<VectorEnv> env_;
+  std::unique_ptr<Batch> env_;
 };
 
 }  // namespace engram

@@ -5,14 +5,14 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/vector_env.h"
+#include "core/env/batch.h"
 #include "tasks/registry.h"
 
 namespace engram {
 
 // A batch of environments of the task with that id. Throws Error: kUnknownId (with the nearest
 // id), kUnavailable if its family is not part of this version, kInvalidArgument for a bad option.
-std::unique_ptr<VectorEnv> make(std::string_view id, const EnvOptions& options = {});
+std::unique_ptr<Batch> make(std::string_view id, const EnvOptions& options = {});
 
 // Version of the library, "0.4.0".
 const char* version();

@@ -4,13 +4,13 @@
 #include <cstddef>
 #include <span>
 
-#include "core/vector_env.h"
+#include "core/env/batch.h"
 
 namespace engram {
 
 // Its row of an array that has one for every environment.
 template <class T>
-std::span<const T> row_of(std::span<const T> all, const VectorEnv& env, int index) {
+std::span<const T> row_of(std::span<const T> all, const Batch& env, int index) {
   const std::size_t width = all.size() / static_cast<std::size_t>(env.num_envs());
   return all.subspan(static_cast<std::size_t>(index) * width, width);
 }

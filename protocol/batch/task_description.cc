@@ -44,7 +44,7 @@ ConstantList bounds(const std::vector<float>& values) {
 }
 
 // Per control mode; a bound of null is none.
-ConstantTable describe_actions(const VectorEnv& env) {
+ConstantTable describe_actions(const Batch& env) {
   const PhysicsModel& model = env.physics_model();
   ConstantTable modes;
   for (int i = 0; i < kControlModes; ++i) {
@@ -64,7 +64,7 @@ Constant number(bool integer, double value) {
   return integer ? Constant(static_cast<int>(value)) : Constant(value);
 }
 
-// A Draw or a TaskOption; `property` is what the other of them has not.
+// A Draw or a TaskOptionSpec; `property` is what the other of them has not.
 template <class Quantity>
 ConstantTable describe_quantity(const Quantity& about, const char* property,
                                 const Constant& value) {
@@ -99,10 +99,10 @@ ConstantList describe_drawn(const TaskInfo& info) {
 }
 
 // With the value that this batch has, and the one that the original's code has.
-ConstantList describe_options(const VectorEnv& env) {
+ConstantList describe_options(const Batch& env) {
   ConstantList list;
   for (std::size_t i = 0; i < env.option_values().size(); ++i) {
-    const TaskOption& option = env.info().options[i];
+    const TaskOptionSpec& option = env.info().options[i];
     const auto as_number = [&](double value) { return number(option.integer, value); };
     ConstantTable about = describe_quantity(option, "default", as_number(option.value));
     about.emplace_back("original", as_number(option.value_under(Rules::kOriginal)));
@@ -182,7 +182,7 @@ ConstantList describe_layout(std::span<const RangedField> parts) {
   return list;
 }
 
-ConstantList describe_observation(const VectorEnv& env) {
+ConstantList describe_observation(const Batch& env) {
   return env.ranged_fields().empty() ? describe_layout(env.state_fields())
                                      : describe_layout(env.ranged_fields());
 }
@@ -196,7 +196,7 @@ std::vector<Field> proprio_fields() {
           {"gripper_opening", 1, DType::kFloat32, "m", "sum of both fingers, 0 to 0.08"}};
 }
 
-ConstantList describe_outputs(const VectorEnv& env) {
+ConstantList describe_outputs(const Batch& env) {
   ConstantList list;
   for (std::size_t i = 0; i < env.outputs().size(); ++i) {
     const Field& field = *env.output(env.outputs()[i].field->name).field;
@@ -293,7 +293,7 @@ ConstantTable describe_entry(const RegistryEntry& entry) {
   return listed;
 }
 
-ConstantTable describe_task(const VectorEnv& env) {
+ConstantTable describe_task(const Batch& env) {
   const TaskInfo& info = env.info();
   ConstantTable description = describe_rules(info);
   const ConstantTable rest = {{"action_dim", env.action_dim()},

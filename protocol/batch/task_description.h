@@ -7,7 +7,7 @@
 namespace engram {
 
 // One table: registry, actions, draws, observation, outputs, constants, rewards, phases, props.
-ConstantTable describe_task(const VectorEnv& env);
+ConstantTable describe_task(const Batch& env);
 
 // The part of it that lists show: registry, sizes in the canonical configuration, candidates. Needs
 // no batch, so that a list of all tasks is quick.

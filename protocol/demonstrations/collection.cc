@@ -13,7 +13,7 @@ using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
 
 // Records the episodes of one item, as play_episodes plays them.
 struct Watcher {
-  const VectorEnv& env;
+  const Batch& env;
   std::vector<DemonstrationRecorder> recorders;  // one per environment
   std::vector<Demonstration> demonstrations;     // one per episode
 
@@ -130,7 +130,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
   const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {
     const RegistryEntry& task = *tasks[static_cast<std::size_t>(item.task)];
     EpisodeBatch& batch = batches[static_cast<std::size_t>(context.worker())];
-    VectorEnv& env = batch.of(task.id, item.count, options.num_envs, env_options);
+    Batch& env = batch.of(task.id, item.count, options.num_envs, env_options);
     Watcher watcher{env,
                     std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs())),
                     std::vector<Demonstration>(static_cast<std::size_t>(item.count))};

@@ -43,7 +43,7 @@ EnvOptions demonstration_options() {
 
 // --- one episode ---
 
-void DemonstrationRecorder::start(const VectorEnv& env, int index) {
+void DemonstrationRecorder::start(const Batch& env, int index) {
   seed_ = static_cast<std::int64_t>(env.state().seed[index]);
   instruction_ = env.instruction(index);
   height_ = env.options().images.height;
@@ -56,14 +56,14 @@ void DemonstrationRecorder::start(const VectorEnv& env, int index) {
   dones_.clear();
 }
 
-void DemonstrationRecorder::before_step(const VectorEnv& env, int index, std::span<float> action) {
+void DemonstrationRecorder::before_step(const Batch& env, int index, std::span<float> action) {
   for (float& component : action) component = std::clamp(component, -1.0F, 1.0F);
   append(rgb_, row_of(env.rgb(), env, index));
   append(proprio_, row_of(env.proprio(), env, index));
   append(actions_, std::span<const float>(action));
 }
 
-void DemonstrationRecorder::after_step(const VectorEnv& env, int index) {
+void DemonstrationRecorder::after_step(const Batch& env, int index) {
   const auto i = static_cast<std::size_t>(index);
   const bool success = env.success()[i] != 0;
   const bool ended = (env.terminated()[i] | env.truncated()[i]) != 0;

@@ -47,11 +47,11 @@ struct Demonstration {
 class DemonstrationRecorder {
  public:
   // After the environment's reset.
-  void start(const VectorEnv& env, int index);
+  void start(const Batch& env, int index);
   // Before a step: limits the environment's action to [-1, 1] and keeps it with the observation.
-  void before_step(const VectorEnv& env, int index, std::span<float> action);
+  void before_step(const Batch& env, int index, std::span<float> action);
   // After it.
-  void after_step(const VectorEnv& env, int index);
+  void after_step(const Batch& env, int index);
   // The result, once the episode has ended.
   Demonstration finish() const;
 

@@ -79,8 +79,7 @@ struct ItemResult {
 // Notes how the episodes of an item end, and takes pictures of the task's first one.
 class Watcher {
  public:
-  Watcher(VectorEnv& env, ItemResult& result, ChunkedPolicy* policy, int first_episode,
-          bool samples)
+  Watcher(Batch& env, ItemResult& result, ChunkedPolicy* policy, int first_episode, bool samples)
       : env_(env),
         result_(result),
         policy_(policy),
@@ -115,7 +114,7 @@ class Watcher {
   }
 
  private:
-  VectorEnv& env_;
+  Batch& env_;
   ItemResult& result_;
   ChunkedPolicy* policy_;
   int first_episode_;
@@ -145,11 +144,11 @@ class Player {
  private:
   Bytes play_item(const WorkItem& item, const WorkContext& context) {
     const auto start = std::chrono::steady_clock::now();
-    Workbench& workbench = workbenches_[static_cast<std::size_t>(context.worker())];
-    if (protocol_.external && !workbench.policy) workbench.policy = protocol_.external(context);
+    Workspace& workspace = workbenches_[static_cast<std::size_t>(context.worker())];
+    if (protocol_.external && !workspace.policy) workspace.policy = protocol_.external(context);
     const RegistryEntry& entry = entry_at(item.task);
-    VectorEnv& env =
-        workbench.batch.of(entry.id, item.count, protocol_.num_envs, protocol_.environment);
+    Batch& env =
+        workspace.batch.of(entry.id, item.count, protocol_.num_envs, protocol_.environment);
 
     ItemResult result;
     result.chance = env.info().chance();
@@ -158,7 +157,7 @@ class Player {
     result.episodes.resize(static_cast<std::size_t>(item.count));
     const std::uint64_t unstable = env.unstable_count();
     std::optional<ChunkedPolicy> chunked;
-    if (workbench.policy) chunked.emplace(env, *workbench.policy, context);
+    if (workspace.policy) chunked.emplace(env, *workspace.policy, context);
     Watcher watcher(env, result, chunked ? &*chunked : nullptr,
                     static_cast<int>(item.first_seed - protocol_.start_seed), protocol_.samples);
     const auto act = [&](std::span<float> actions) {
@@ -169,11 +168,11 @@ class Player {
       }
     };
     if (!play_episodes(env, item.first_seed, item.count, context, act, watcher)) {
-      workbench.batch.clear();
+      workspace.batch.clear();
       return {};
     }
     if (chunked) result.chunk_size = chunked->longest_chunk();
-    if (workbench.policy) workbench.policy->settle();
+    if (workspace.policy) workspace.policy->settle();
     result.unstable = env.unstable_count() - unstable;
     result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -181,13 +180,13 @@ class Player {
   }
 
   // Working memory of one thread.
-  struct Workbench {
+  struct Workspace {
     EpisodeBatch batch;
     std::unique_ptr<ExternalPolicy> policy;
   };
 
   const Protocol& protocol_;
-  std::vector<Workbench> workbenches_;
+  std::vector<Workspace> workbenches_;
 };
 
 // --- rank 0's part ---

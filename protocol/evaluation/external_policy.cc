@@ -66,8 +66,7 @@ std::span<const float> PolicyReply::chunk(int row) const {
 
 // --- queues ---
 
-ChunkedPolicy::ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy,
-                             const WorkContext& context)
+ChunkedPolicy::ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context)
     : env_(env),
       policy_(policy),
       context_(context),

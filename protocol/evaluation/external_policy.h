@@ -68,7 +68,7 @@ class ExternalPolicy {
 // is empty and dropped at the end of the episode.
 class ChunkedPolicy {
  public:
-  ChunkedPolicy(const VectorEnv& env, ExternalPolicy& policy, const WorkContext& context);
+  ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context);
 
   // An episode begins in the environment `slot`.
   void start(int slot, int episode);
@@ -87,7 +87,7 @@ class ChunkedPolicy {
 
   void request();
 
-  const VectorEnv& env_;
+  const Batch& env_;
   ExternalPolicy& policy_;
   const WorkContext& context_;
   int longest_chunk_ = 1;

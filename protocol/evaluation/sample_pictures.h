@@ -15,7 +15,7 @@ class SamplePictures {
   static constexpr int kPictures = 5;  // in the strip
 
   // After the reset and after every step.
-  void look(VectorEnv& env, int index);
+  void look(Batch& env, int index);
   // The strip: base camera from the first to the last look.
   Bytes png() const;
 
@@ -25,7 +25,7 @@ class SamplePictures {
     std::vector<std::uint8_t> rgb;
   };
 
-  void take(VectorEnv& env, int index);
+  void take(Batch& env, int index);
 
   std::vector<Picture> pictures_;
   int stride_ = 1;  // steps between two of them

@@ -60,7 +60,7 @@ void EvaluationSettings::set_environment(const EnvOptions& environment) {
   renderer = obs_mode == ObsMode::kRgb ? environment.image_options.renderer : "none";
   rules = environment.rules;
   task_options.clear();
-  for (const OptionChoice& choice : environment.task_options) {
+  for (const TaskOptionValue& choice : environment.task_options) {
     task_options[choice.name] = choice.value;
   }
   constants = environment.constants;

@@ -1,7 +1,7 @@
 // What BatteriesChecker remembers of its checks, and what its info fields show of them.
 #pragma once
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "tasks/batteries_checker/rules.h"
 
 namespace engram::tasks {

@@ -4,19 +4,19 @@
 #include <array>
 #include <string>
 
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
 #include "mjcf/scene.h"
 #include "tasks/batteries_checker/check_columns.h"
 #include "tasks/batteries_checker/oracle.h"
 #include "tasks/batteries_checker/params.h"
 #include "tasks/batteries_checker/rack.h"
 #include "tasks/batteries_checker/rules.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/lamp.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/lamp.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/variant.h"
 
 namespace engram::tasks {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tasks/parts/grasp_servo.h"
-#include "tasks/parts/poses.h"
+#include "tasks/common/grasp_servo.h"
+#include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {

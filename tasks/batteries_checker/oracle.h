@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tasks/batteries_checker/rack.h"
-#include "tasks/parts/press_button.h"
+#include "tasks/common/press_button.h"
 
 namespace engram::tasks {
 

@@ -7,9 +7,9 @@
 #include "core/base/error.h"
 #include "core/base/join.h"
 #include "tasks/batteries_checker/rules.h"
-#include "tasks/parts/colors.h"
-#include "tasks/parts/lamp.h"
-#include "tasks/parts/task_info.h"
+#include "tasks/common/colors.h"
+#include "tasks/common/lamp.h"
+#include "tasks/common/task_info.h"
 
 namespace engram::tasks {
 namespace {

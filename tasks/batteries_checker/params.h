@@ -3,11 +3,11 @@
 
 #include <array>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "mjcf/battery.h"
+#include "tasks/common/press_button.h"
+#include "tasks/common/smoothness.h"
 #include "tasks/family.h"
-#include "tasks/parts/press_button.h"
-#include "tasks/parts/smoothness.h"
 
 namespace engram::tasks {
 

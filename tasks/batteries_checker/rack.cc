@@ -5,10 +5,10 @@
 #include <numbers>
 #include <string>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 #include "mjcf/battery.h"
 #include "tasks/batteries_checker/params.h"
-#include "tasks/parts/poses.h"
+#include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {

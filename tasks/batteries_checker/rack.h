@@ -2,11 +2,11 @@
 // two teleports. Batteries are named by their slots.
 #pragma once
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "mjcf/scene.h"
 #include "tasks/batteries_checker/params.h"
 #include "tasks/batteries_checker/rules.h"
-#include "tasks/parts/layout.h"
+#include "tasks/common/layout.h"
 
 namespace engram::tasks {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 
 namespace engram::tasks {
 

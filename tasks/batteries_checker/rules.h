@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "tasks/parts/smoothness.h"
+#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 

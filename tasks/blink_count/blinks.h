@@ -1,7 +1,7 @@
 // The blinks of an episode: when the lamp is lit, and when it is dark.
 #pragma once
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "tasks/blink_count/params.h"
 
 namespace engram::tasks {

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/join.h"
 #include "tasks/blink_count/reward.h"
-#include "tasks/parts/lamp.h"
+#include "tasks/common/lamp.h"
 
 namespace engram::tasks {
 namespace {
@@ -65,15 +65,15 @@ ConstantTable constants_of(const BlinkCountParams& params) {
   return table;
 }
 
-std::vector<TaskOption> options() {
+std::vector<TaskOptionSpec> options() {
   const auto component = [](const char* name, double value) {
-    return TaskOption{name,
-                      value,
-                      false,
-                      0,
-                      255,
-                      "",
-                      "colour of the blinking lamp; 0 to 1, or 0 to 255 if one is above 1"};
+    return TaskOptionSpec{name,
+                          value,
+                          false,
+                          0,
+                          255,
+                          "",
+                          "colour of the blinking lamp; 0 to 1, or 0 to 255 if one is above 1"};
   };
   return {component("blink_red", 0), component("blink_green", 0), component("blink_blue", 1)};
 }

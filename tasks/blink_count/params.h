@@ -3,12 +3,12 @@
 
 #include <array>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "mjcf/scene.h"
+#include "tasks/common/phase_clock.h"
+#include "tasks/common/press_button.h"
+#include "tasks/common/smoothness.h"
 #include "tasks/family.h"
-#include "tasks/parts/phase_clock.h"
-#include "tasks/parts/press_button.h"
-#include "tasks/parts/smoothness.h"
 
 namespace engram::tasks {
 

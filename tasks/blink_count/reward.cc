@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 
 namespace engram::tasks {
 namespace {

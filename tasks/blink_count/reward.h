@@ -2,8 +2,8 @@
 #pragma once
 
 #include "tasks/blink_count/params.h"
-#include "tasks/parts/press_button.h"
-#include "tasks/parts/smoothness.h"
+#include "tasks/common/press_button.h"
+#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 

@@ -4,19 +4,19 @@
 #include <span>
 #include <string>
 
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
 #include "tasks/blink_count/blinks.h"
 #include "tasks/blink_count/dial.h"
 #include "tasks/blink_count/params.h"
 #include "tasks/blink_count/reward.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/lamp.h"
-#include "tasks/parts/phase_clock.h"
-#include "tasks/parts/press_button.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/lamp.h"
+#include "tasks/common/phase_clock.h"
+#include "tasks/common/press_button.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/variant.h"
 
 namespace engram::tasks {
 namespace {

@@ -7,10 +7,10 @@
 
 #include "core/base/error.h"
 #include "core/base/join.h"
-#include "core/base/real_functions.h"
-#include "tasks/parts/colors.h"
-#include "tasks/parts/overlap_guard.h"
-#include "tasks/parts/poses.h"
+#include "core/math/real_functions.h"
+#include "tasks/common/colors.h"
+#include "tasks/common/overlap_guard.h"
+#include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <span>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "mjcf/scene.h"
 #include "tasks/colors/params.h"
-#include "tasks/parts/layout.h"
+#include "tasks/common/layout.h"
 
 namespace engram::tasks {
 

@@ -4,7 +4,7 @@
 
 #include "core/base/error.h"
 #include "tasks/colors/cubes.h"
-#include "tasks/parts/colors.h"
+#include "tasks/common/colors.h"
 
 namespace engram::tasks {
 namespace {

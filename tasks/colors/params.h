@@ -4,11 +4,11 @@
 
 #include <array>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "tasks/colors/rules.h"
+#include "tasks/common/changes.h"
+#include "tasks/common/press_button.h"
 #include "tasks/family.h"
-#include "tasks/parts/changes.h"
-#include "tasks/parts/press_button.h"
 
 namespace engram::tasks {
 

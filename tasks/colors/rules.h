@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "tasks/parts/smoothness.h"
+#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 

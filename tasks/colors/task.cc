@@ -4,18 +4,18 @@
 #include <array>
 #include <span>
 
-#include "core/base/real_functions.h"
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
+#include "core/math/real_functions.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/params.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/colors.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/phase_clock.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/touch_latch.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/colors.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/phase_clock.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/touch_latch.h"
+#include "tasks/common/variant.h"
 
 namespace engram::tasks {
 namespace {

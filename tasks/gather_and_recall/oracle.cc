@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tasks/common/poses.h"
 #include "tasks/gather_and_recall/rules.h"
-#include "tasks/parts/poses.h"
 
 namespace engram::tasks {
 namespace {

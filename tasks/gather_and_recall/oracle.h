@@ -3,10 +3,10 @@
 
 #include <array>
 
+#include "tasks/common/grasp_servo.h"
+#include "tasks/common/layout.h"
+#include "tasks/common/press_button.h"
 #include "tasks/gather_and_recall/params.h"
-#include "tasks/parts/grasp_servo.h"
-#include "tasks/parts/layout.h"
-#include "tasks/parts/press_button.h"
 
 namespace engram::tasks {
 

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "tasks/parts/colors.h"
-#include "tasks/parts/lamp.h"
-#include "tasks/parts/task_info.h"
+#include "tasks/common/colors.h"
+#include "tasks/common/lamp.h"
+#include "tasks/common/task_info.h"
 
 namespace engram::tasks {
 namespace {

@@ -3,15 +3,15 @@
 
 #include <array>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "mjcf/prop.h"
+#include "tasks/common/changes.h"
+#include "tasks/common/layout.h"
+#include "tasks/common/press_button.h"
+#include "tasks/common/smoothness.h"
+#include "tasks/common/step_range.h"
 #include "tasks/family.h"
 #include "tasks/gather_and_recall/rules.h"
-#include "tasks/parts/changes.h"
-#include "tasks/parts/layout.h"
-#include "tasks/parts/press_button.h"
-#include "tasks/parts/smoothness.h"
-#include "tasks/parts/step_range.h"
 
 namespace engram::tasks {
 

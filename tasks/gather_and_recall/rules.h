@@ -4,8 +4,8 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "tasks/parts/layout.h"
-#include "tasks/parts/smoothness.h"
+#include "tasks/common/layout.h"
+#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 

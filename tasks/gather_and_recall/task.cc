@@ -6,15 +6,15 @@
 
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/lamp.h"
+#include "tasks/common/press_button.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/variant.h"
 #include "tasks/gather_and_recall/oracle.h"
 #include "tasks/gather_and_recall/params.h"
 #include "tasks/gather_and_recall/rules.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/lamp.h"
-#include "tasks/parts/press_button.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {

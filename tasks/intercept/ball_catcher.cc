@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/real_functions.h"
-#include "tasks/parts/tool_servo.h"
+#include "core/math/real_functions.h"
+#include "tasks/common/tool_servo.h"
 
 namespace engram::tasks {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "mjcf/ball.h"
-#include "tasks/parts/poses.h"
+#include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {

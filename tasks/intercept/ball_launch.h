@@ -2,11 +2,11 @@
 // (docs/tasks/intercept.md).
 #pragma once
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "mjcf/prop.h"
-#include "tasks/parts/changes.h"
-#include "tasks/parts/smoothness.h"
-#include "tasks/parts/state_row.h"
+#include "tasks/common/changes.h"
+#include "tasks/common/smoothness.h"
+#include "tasks/common/state_row.h"
 
 namespace engram::tasks {
 

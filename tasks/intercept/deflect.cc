@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <array>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 #include "mjcf/target_disc.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/poses.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/variant.h"
 #include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/poses.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {

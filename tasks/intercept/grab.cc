@@ -4,13 +4,13 @@
 #include <array>
 #include <cmath>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/variant.h"
 #include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/variant.h"
 
 namespace engram::tasks {
 namespace {

@@ -4,8 +4,8 @@
 #include <array>
 #include <span>
 
-#include "tasks/parts/overlap_guard.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/overlap_guard.h"
+#include "tasks/common/variant.h"
 #include "tasks/remember/object_recall.h"
 
 namespace engram::tasks {

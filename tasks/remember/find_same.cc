@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "tasks/parts/variant.h"
+#include "tasks/common/variant.h"
 #include "tasks/remember/object_recall.h"
 
 namespace engram::tasks {

@@ -5,13 +5,13 @@
 
 #include "core/base/error.h"
 #include "core/base/join.h"
-#include "core/base/real_functions.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/overlap_guard.h"
-#include "tasks/parts/task_info.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/touch_latch.h"
-#include "tasks/parts/tour.h"
+#include "core/math/real_functions.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/overlap_guard.h"
+#include "tasks/common/task_info.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/touch_latch.h"
+#include "tasks/common/tour.h"
 
 namespace engram::tasks {
 namespace {

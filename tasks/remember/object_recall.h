@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
-#include "core/task.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/layout.h"
-#include "tasks/parts/phase_clock.h"
-#include "tasks/parts/touch_target.h"
+#include "core/env/task.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/layout.h"
+#include "tasks/common/phase_clock.h"
+#include "tasks/common/touch_target.h"
 #include "tasks/registry.h"
 #include "tasks/remember/object_set.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "tasks/parts/colors.h"
-#include "tasks/parts/layout.h"
+#include "tasks/common/colors.h"
+#include "tasks/common/layout.h"
 
 namespace engram::tasks {
 namespace {

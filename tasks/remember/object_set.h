@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "core/base/constant.h"
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
 #include "mjcf/prop.h"
 #include "mjcf/shapes.h"
-#include "tasks/parts/changes.h"
-#include "tasks/parts/footprint.h"
+#include "tasks/common/changes.h"
+#include "tasks/common/footprint.h"
 
 namespace engram::tasks {
 

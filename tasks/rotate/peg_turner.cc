@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
-#include "core/base/real_functions.h"
-#include "tasks/parts/poses.h"
-#include "tasks/parts/tool_servo.h"
+#include "core/math/real_functions.h"
+#include "tasks/common/poses.h"
+#include "tasks/common/tool_servo.h"
 #include "tasks/rotate/peg_angle.h"
 
 namespace engram::tasks {

@@ -1,7 +1,7 @@
 // How oracles turn the peg.
 #pragma once
 
-#include "core/physics/state.h"
+#include "core/sim/state.h"
 
 namespace engram::tasks {
 

@@ -7,14 +7,14 @@
 #include <numbers>
 
 #include "core/base/join.h"
-#include "core/base/real_functions.h"
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
+#include "core/math/real_functions.h"
 #include "mjcf/peg.h"
 #include "mjcf/scene.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/variant.h"
 #include "tasks/rotate/peg_angle.h"
 #include "tasks/rotate/peg_turner.h"
 

@@ -2,8 +2,8 @@
 // keeps its centre in place (docs/tasks/rotate.md).
 #pragma once
 
+#include "tasks/common/smoothness.h"
 #include "tasks/family.h"
-#include "tasks/parts/smoothness.h"
 
 namespace engram::tasks {
 

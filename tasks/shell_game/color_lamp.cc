@@ -1,6 +1,6 @@
 #include "tasks/shell_game/color_lamp.h"
 
-#include "tasks/parts/variant.h"
+#include "tasks/common/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/touch_rule.h"
 

@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "core/picture/overlay.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/poses.h"
+#include "core/image/overlay.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {

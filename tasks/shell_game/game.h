@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/task.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/phase_clock.h"
-#include "tasks/parts/reward_dict.h"
+#include "core/env/task.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/phase_clock.h"
+#include "tasks/common/reward_dict.h"
 #include "tasks/registry.h"
 #include "tasks/shell_game/mugs.h"
 

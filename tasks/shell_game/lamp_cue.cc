@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "tasks/parts/poses.h"
+#include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {

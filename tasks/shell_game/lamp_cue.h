@@ -2,7 +2,7 @@
 // later names a colour.
 #pragma once
 
-#include "tasks/parts/lamp.h"
+#include "tasks/common/lamp.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/join.h"
 #include "mjcf/mug.h"
-#include "tasks/parts/footprint.h"
+#include "tasks/common/footprint.h"
 
 namespace engram::tasks {
 namespace {

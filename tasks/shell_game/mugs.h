@@ -4,7 +4,7 @@
 #include <Eigen/Dense>
 #include <array>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "mjcf/scene.h"
 #include "tasks/shell_game/params.h"
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "mjcf/mug.h"
+#include "tasks/common/changes.h"
 #include "tasks/family.h"
-#include "tasks/parts/changes.h"
 
 namespace engram::tasks {
 

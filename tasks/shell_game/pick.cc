@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "core/base/error.h"
-#include "core/base/real_functions.h"
-#include "core/base/rotations.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/variant.h"
+#include "core/math/real_functions.h"
+#include "core/math/rotations.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/variant.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {

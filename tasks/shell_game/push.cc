@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/base/real_functions.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/variant.h"
+#include "core/math/real_functions.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/variant.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {

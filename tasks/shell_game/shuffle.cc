@@ -1,6 +1,6 @@
 #include "tasks/shell_game/shuffle.h"
 
-#include "tasks/parts/variant.h"
+#include "tasks/common/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/shuffle_phase.h"
 #include "tasks/shell_game/touch_rule.h"

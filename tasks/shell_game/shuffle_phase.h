@@ -3,7 +3,7 @@
 // but it cannot carry anything away.
 #pragma once
 
-#include "tasks/parts/phase_clock.h"
+#include "tasks/common/phase_clock.h"
 #include "tasks/shell_game/mugs.h"
 #include "tasks/shell_game/swaps.h"
 

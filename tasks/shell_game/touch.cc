@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tasks/parts/variant.h"
+#include "tasks/common/variant.h"
 #include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/real_functions.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/touch_latch.h"
-#include "tasks/parts/tour.h"
+#include "core/math/real_functions.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/touch_latch.h"
+#include "tasks/common/tour.h"
 
 namespace engram::tasks {
 namespace {

@@ -4,14 +4,14 @@
 #include <array>
 #include <limits>
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 #include "mjcf/scene.h"
 #include "mjcf/target_disc.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/tool_servo.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/tool_servo.h"
+#include "tasks/common/variant.h"
 
 namespace engram::tasks {
 namespace {

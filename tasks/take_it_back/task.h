@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
+#include "tasks/common/smoothness.h"
 #include "tasks/family.h"
-#include "tasks/parts/smoothness.h"
 
 namespace engram::tasks {
 

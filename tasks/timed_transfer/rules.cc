@@ -1,6 +1,6 @@
 #include "tasks/timed_transfer/rules.h"
 
-#include "core/base/real_functions.h"
+#include "core/math/real_functions.h"
 
 namespace engram::tasks {
 

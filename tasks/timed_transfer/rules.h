@@ -1,7 +1,7 @@
 // When TimedTransfer counts, and what it is worth.
 #pragma once
 
-#include "tasks/parts/smoothness.h"
+#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 

@@ -5,18 +5,18 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
-#include "tasks/parts/blind_guess.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/grasp_servo.h"
-#include "tasks/parts/lamp.h"
-#include "tasks/parts/layout.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/step_range.h"
-#include "tasks/parts/task_info.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/blind_guess.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/grasp_servo.h"
+#include "tasks/common/lamp.h"
+#include "tasks/common/layout.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/step_range.h"
+#include "tasks/common/task_info.h"
+#include "tasks/common/variant.h"
 #include "tasks/timed_transfer/rules.h"
 
 namespace engram::tasks {

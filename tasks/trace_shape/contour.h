@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "tasks/parts/layout.h"
+#include "tasks/common/layout.h"
 
 namespace engram::tasks {
 

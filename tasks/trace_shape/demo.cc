@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "tasks/parts/blind_guess.h"
+#include "tasks/common/blind_guess.h"
 
 namespace engram::tasks {
 namespace {
@@ -127,7 +127,7 @@ std::vector<Draw> TraceDemo::draws() const {
   return draws;
 }
 
-std::vector<TaskOption> TraceDemo::options() {
+std::vector<TaskOptionSpec> TraceDemo::options() {
   return {{"red_pushes_green", 0, true, 0, 1, "",
            "1: the red cube pushes the green one, whose place then tells of the shapes", 1}};
 }
@@ -217,7 +217,7 @@ void TraceDemo::before_physics(int env) const {
   if (to.waypoint == 0) return;
   const Vec2 at = contour(env, to.element).waypoint(to.waypoint);
   const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
-  engine_.state->glide_prop(env, red_body_, pos);
+  engine_.state->move_kinematic(env, red_body_, pos);
 }
 
 void TraceDemo::advance(int env) const {

@@ -5,11 +5,11 @@
 
 #include <vector>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "mjcf/scene.h"
-#include "tasks/parts/lamp.h"
-#include "tasks/parts/poses.h"
-#include "tasks/parts/state_row.h"
+#include "tasks/common/lamp.h"
+#include "tasks/common/poses.h"
+#include "tasks/common/state_row.h"
 #include "tasks/trace_shape/contour.h"
 #include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
@@ -28,7 +28,7 @@ class TraceDemo {
   // What an episode samples, in the order of TraceDraw. The sequence's length is drawn
   // only where it varies.
   std::vector<Draw> draws() const;
-  static std::vector<TaskOption> options();
+  static std::vector<TaskOptionSpec> options();
   // The class constants that both families have.
   ConstantTable constants() const;
 

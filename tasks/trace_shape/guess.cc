@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "core/base/random.h"
+#include "core/math/random.h"
 #include "tasks/trace_shape/oracle.h"
 
 namespace engram::tasks {

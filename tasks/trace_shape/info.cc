@@ -1,7 +1,7 @@
 #include "tasks/trace_shape/info.h"
 
-#include "tasks/parts/lamp.h"
-#include "tasks/parts/smoothness.h"
+#include "tasks/common/lamp.h"
+#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "tasks/trace_shape/demo.h"
 
 namespace engram::tasks {

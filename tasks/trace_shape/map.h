@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/base/column.h"
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
 #include "tasks/trace_shape/contour.h"
 #include "tasks/trace_shape/demo.h"
 

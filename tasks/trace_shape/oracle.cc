@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/base/real_functions.h"
-#include "tasks/parts/grasp_servo.h"
-#include "tasks/parts/poses.h"
+#include "core/math/real_functions.h"
+#include "tasks/common/grasp_servo.h"
+#include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {

@@ -2,8 +2,8 @@
 // low over the table, from one checkpoint to the next.
 #pragma once
 
-#include "core/task.h"
-#include "tasks/parts/press_button.h"
+#include "core/env/task.h"
+#include "tasks/common/press_button.h"
 #include "tasks/trace_shape/contour.h"
 
 namespace engram::tasks {

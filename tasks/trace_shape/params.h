@@ -3,9 +3,9 @@
 
 #include <array>
 
+#include "tasks/common/changes.h"
+#include "tasks/common/smoothness.h"
 #include "tasks/family.h"
-#include "tasks/parts/changes.h"
-#include "tasks/parts/smoothness.h"
 #include "tasks/trace_shape/contour.h"
 
 namespace engram::tasks {

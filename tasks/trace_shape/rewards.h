@@ -1,7 +1,7 @@
 // What tracing is worth in TraceShape and TraceShapeSeq.
 #pragma once
 
-#include "tasks/parts/smoothness.h"
+#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 

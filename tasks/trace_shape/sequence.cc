@@ -4,12 +4,12 @@
 #include <array>
 #include <string>
 
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
 #include "mjcf/scene.h"
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/press_button.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/press_button.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/variant.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/guess.h"
 #include "tasks/trace_shape/info.h"

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "tasks/parts/family_base.h"
-#include "tasks/parts/reward_dict.h"
-#include "tasks/parts/variant.h"
+#include "tasks/common/family_base.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/variant.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/guess.h"
 #include "tasks/trace_shape/info.h"

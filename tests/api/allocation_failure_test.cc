@@ -8,7 +8,7 @@
 #include "tasks/family_samples.h"
 #include "tasks/registry.h"
 #include "tests/allocation_counter.h"
-#include "tests/api/door.h"
+#include "tests/api/c_api_fixture.h"
 #include "tests/failing_allocations.h"
 #include "tests/sanitizers.h"
 #include "tests/temporary_folder.h"
@@ -16,7 +16,7 @@
 namespace engram {
 namespace {
 
-using test::Batch;
+using test::BatchHandle;
 using test::FailingAllocation;
 using test::fails_well_everywhere;
 using test::make_running;
@@ -30,7 +30,7 @@ engram_options small_options() {
   return options;
 }
 
-std::vector<std::uint8_t> saved(const Batch& batch) {
+std::vector<std::uint8_t> saved(const BatchHandle& batch) {
   std::size_t size = 0;
   REQUIRE(engram_save(batch.get(), ENGRAM_WHOLE_BATCH, nullptr, 0, &size) == ENGRAM_OK);
   std::vector<std::uint8_t> bytes(size);
@@ -49,7 +49,7 @@ bool fails_well(const Call& call, std::int64_t number) {
   const std::int64_t before = test::outstanding_allocations();
   bool happened = false;
   {
-    const Batch batch = make_running(small_options());
+    const BatchHandle batch = make_running(small_options());
     const std::vector<std::uint8_t> state = saved(batch);
     engram_status status = ENGRAM_OK;
     {
@@ -76,7 +76,7 @@ bool fails_well(const Call& call, std::int64_t number) {
 }
 
 TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][allocation]") {
-  const Batch keeper = make_running(small_options());  // the scenes stay compiled
+  const BatchHandle keeper = make_running(small_options());  // the scenes stay compiled
   const test::MujocoMemory counted;
   const std::vector<std::uint8_t> state = saved(keeper);
   const std::vector<float> actions(14);
@@ -117,7 +117,7 @@ TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][alloc
   for (const Call& call : calls) {
     {
       INFO(call.name << ", with what is made once for the whole process");  // so is INFO's buffer
-      const Batch warm = make_running(small_options());
+      const BatchHandle warm = make_running(small_options());
       CHECK(call.run(warm.get()) == ENGRAM_OK);
     }
     std::int64_t number = 1;
@@ -144,7 +144,7 @@ Attempt try_to_make(const engram_options& options, std::int64_t number) {
       status = engram_make(test::kId, &options, &env);
       attempt.happened = FailingAllocation::happened();
     }
-    const Batch batch(env);
+    const BatchHandle batch(env);
     const char* error = status == ENGRAM_OK ? "" : engram_last_error();
     // MuJoCo's parser may take the failure for one of the scene's text.
     const bool misread = std::strstr(error, "refused by MuJoCo") != nullptr;
@@ -177,8 +177,8 @@ std::int64_t all_fail_well(F&& attempt_with) {
 }
 
 TEST_CASE("A batch that there is no memory for is not made", "[api][allocation]") {
-  const test::ForgivenLeaks forgiven;                  // counted below
-  const Batch keeper = make_running(small_options());  // the scenes stay compiled
+  const test::ForgivenLeaks forgiven;                        // counted below
+  const BatchHandle keeper = make_running(small_options());  // the scenes stay compiled
   const test::MujocoMemory counted;
   const engram_options options = test::default_options(4);
   const auto attempt = [&](std::int64_t number) { return try_to_make(options, number); };
@@ -216,7 +216,7 @@ TEST_CASE("Tasks that there is no memory for are not made", "[api][allocation]")
 }
 
 TEST_CASE("Descriptions that there is no memory for are not made", "[api][allocation]") {
-  const std::unique_ptr<VectorEnv> env = make(test::kId, {});
+  const std::unique_ptr<Batch> env = make(test::kId, {});
   CHECK(fails_well_everywhere([&env] { (void)to_text(describe_task(*env)); }) > 500);
 }
 
@@ -286,7 +286,7 @@ std::int64_t all_fail_well(const Evaluation& evaluation, const std::string& expe
 }
 
 TEST_CASE("C door: evaluations that there is no memory for", "[api][allocation]") {
-  const Batch keeper = make_running(small_options());  // the scenes stay compiled
+  const BatchHandle keeper = make_running(small_options());  // the scenes stay compiled
   engram_status status = ENGRAM_OK;
   const std::string expected = Evaluation{}.run(status).get();
   const test::MujocoMemory counted;
@@ -307,7 +307,7 @@ TEST_CASE("C door: evaluations into a folder that there is no memory for end no 
           "[api][allocation]") {
   // A thread of the evaluation compiles the scene: what MuJoCo leaks there cannot be forgiven.
   if (test::kSanitized) return;
-  const Batch keeper = make_running(small_options());
+  const BatchHandle keeper = make_running(small_options());
   engram_status status = ENGRAM_OK;
   const std::string expected = Evaluation{}.run(status).get();
   const test::MujocoMemory counted;

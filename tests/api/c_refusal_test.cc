@@ -4,12 +4,12 @@
 #include <functional>
 #include <limits>
 
-#include "tests/api/door.h"
+#include "tests/api/c_api_fixture.h"
 
 namespace engram {
 namespace {
 
-using test::Batch;
+using test::BatchHandle;
 using test::check_refused;
 using test::default_options;
 using test::kId;
@@ -149,7 +149,7 @@ TEST_CASE("No function crashes on a NULL batch", "[c_door]") {
 }
 
 TEST_CASE("No function crashes on a NULL buffer", "[c_door]") {
-  const Batch batch = make_running(1);
+  const BatchHandle batch = make_running(1);
   engram_env* env = batch.get();
   engram_array array{};
   std::size_t size = 0;
@@ -177,7 +177,7 @@ TEST_CASE("No function crashes on a NULL buffer", "[c_door]") {
 }
 
 TEST_CASE("C: nothing runs before the first reset", "[c_door]") {
-  const Batch batch = make_batch(1);
+  const BatchHandle batch = make_batch(1);
   engram_env* env = batch.get();
   std::array<float, 7> actions{};
   std::array<std::uint8_t, 12> picture{};
@@ -194,7 +194,7 @@ TEST_CASE("C: nothing runs before the first reset", "[c_door]") {
 }
 
 TEST_CASE("Wrong actions, indices, names and sizes are refused and change nothing", "[c_door]") {
-  const Batch batch = make_running(2);
+  const BatchHandle batch = make_running(2);
   engram_env* env = batch.get();
   const std::vector<std::byte> before = test::outputs_of(batch);
   std::vector<float> actions(14);

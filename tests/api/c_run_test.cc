@@ -5,13 +5,13 @@
 
 #include "protocol/batch/make.h"
 #include "tests/allocation_counter.h"
-#include "tests/api/door.h"
+#include "tests/api/c_api_fixture.h"
 
 namespace engram {
 namespace {
 
 using test::actions_of;
-using test::Batch;
+using test::BatchHandle;
 using test::bytes_of;
 using test::check_refused;
 using test::default_options;
@@ -30,13 +30,13 @@ engram_options same_step(int num_envs) {
 }
 
 TEST_CASE("The door shows the engine's bits, step by step and across resets", "[c_door]") {
-  const Batch batch = make_running(same_step(6));
+  const BatchHandle batch = make_running(same_step(6));
   EnvOptions options;
   options.num_envs = 6;
   options.threads = 1;
   options.seed = 11;
   options.auto_reset = AutoReset::kSameStep;
-  const std::unique_ptr<VectorEnv> engine = make(kId, options);
+  const std::unique_ptr<Batch> engine = make(kId, options);
   engine->reset();
   std::vector<float> actions(42);
   int ended = 0;
@@ -62,7 +62,7 @@ TEST_CASE("The door shows the engine's bits, step by step and across resets", "[
 }
 
 TEST_CASE("Outputs have names, units, types and shapes, and stay where they are", "[c_door]") {
-  const Batch batch = make_running(3);
+  const BatchHandle batch = make_running(3);
   const engram_array observation = output(batch, "observation");
   CHECK(observation.dtype == ENGRAM_FLOAT32);
   CHECK(observation.ndim == 2);
@@ -91,7 +91,7 @@ TEST_CASE("Images replace the state, and the last ones of an episode are kept", 
   options.obs_mode = ENGRAM_OBS_RGB;
   options.image_width = 16;
   options.image_height = 12;
-  const Batch batch = make_running(options);
+  const BatchHandle batch = make_running(options);
   const engram_array rgb = output(batch, "rgb");
   CHECK(rgb.dtype == ENGRAM_UINT8);
   REQUIRE(rgb.ndim == 4);
@@ -122,7 +122,7 @@ TEST_CASE("Depth and segmentation come beside images, and their last ones are ke
   options.obs_mode = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION;
   options.image_width = 16;
   options.image_height = 12;
-  const Batch batch = make_running(options);
+  const BatchHandle batch = make_running(options);
   engram::EnvOptions same;
   same.num_envs = 2;
   same.seed = options.seed;
@@ -130,7 +130,7 @@ TEST_CASE("Depth and segmentation come beside images, and their last ones are ke
   same.auto_reset = engram::AutoReset::kSameStep;
   same.images.width = 16;
   same.images.height = 12;
-  const std::unique_ptr<engram::VectorEnv> engine = engram::make(kId, same);
+  const std::unique_ptr<engram::Batch> engine = engram::make(kId, same);
   engine->reset();
   const auto equal = [](const engram_array& array, std::span<const std::int16_t> cells) {
     return std::ranges::equal(
@@ -162,7 +162,7 @@ TEST_CASE("Depth and segmentation come beside images, and their last ones are ke
 }
 
 TEST_CASE("A reset takes masks, seeds and pins", "[c_door]") {
-  const Batch batch = make_running(3);
+  const BatchHandle batch = make_running(3);
   const double target = 2;
   const engram_pin pin = {"target", &target, 1};
   const std::uint8_t mask[] = {0, 7, 0};
@@ -190,8 +190,8 @@ TEST_CASE("A reset takes masks, seeds and pins", "[c_door]") {
 }
 
 TEST_CASE("Two halves of a step do what a whole one does", "[c_door][async]") {
-  const Batch whole = make_running(same_step(6));
-  const Batch halves = make_running(same_step(6));
+  const BatchHandle whole = make_running(same_step(6));
+  const BatchHandle halves = make_running(same_step(6));
   for (int i = 0; i < 40; ++i) {
     std::vector<float> actions = actions_of(whole, ENGRAM_POLICY_ORACLE);
     REQUIRE(engram_step(whole.get(), actions.data(), actions.size()) == ENGRAM_OK);
@@ -207,7 +207,7 @@ TEST_CASE("Two halves of a step do what a whole one does", "[c_door][async]") {
 }
 
 TEST_CASE("Between the halves of a step everything else is refused", "[c_door][async]") {
-  const Batch batch = make_running(2);
+  const BatchHandle batch = make_running(2);
   engram_env* env = batch.get();
   std::vector<float> actions(14);
   std::vector<std::uint8_t> bytes(12);
@@ -237,7 +237,7 @@ TEST_CASE("Between the halves of a step everything else is refused", "[c_door][a
 }
 
 TEST_CASE("A refused first half leaves no step under way", "[c_door][async]") {
-  const Batch batch = make_running(1);
+  const BatchHandle batch = make_running(1);
   float actions[7] = {0, 0, 0, 0, 0, 0, NAN};
   check_refused(engram_step_async(batch.get(), actions, 7), ENGRAM_INVALID_ARGUMENT, "component 6");
   check_refused(engram_step_async(batch.get(), actions, 6), ENGRAM_INVALID_ARGUMENT, "7 needed");
@@ -247,7 +247,7 @@ TEST_CASE("A refused first half leaves no step under way", "[c_door][async]") {
 
 TEST_CASE("Closing waits for a step, and another thread may wait too", "[c_door][async]") {
   for (int i = 0; i < 5; ++i) {
-    Batch batch = make_running(16);
+    BatchHandle batch = make_running(16);
     const std::vector<float> actions = actions_of(batch, ENGRAM_POLICY_RANDOM);
     REQUIRE(engram_step_async(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
     engram_status waited = ENGRAM_INTERNAL;
@@ -259,7 +259,7 @@ TEST_CASE("Closing waits for a step, and another thread may wait too", "[c_door]
 }
 
 TEST_CASE("A batch at work in one thread refuses another", "[c_door]") {
-  const Batch batch = make_running(32);
+  const BatchHandle batch = make_running(32);
   const std::vector<float> actions(test::action_count(batch));
   std::atomic<bool> refused = false;
   std::atomic<bool> wrong = false;
@@ -285,8 +285,8 @@ TEST_CASE("A batch at work in one thread refuses another", "[c_door]") {
 }
 
 TEST_CASE("Snapshots travel between slots and batches", "[c_door]") {
-  const Batch from = make_running(2);
-  const Batch to = make_running(default_options(5));
+  const BatchHandle from = make_running(2);
+  const BatchHandle to = make_running(default_options(5));
   for (int i = 0; i < 8; ++i) step_by(from, ENGRAM_POLICY_ORACLE);
   std::size_t size = 0;
   REQUIRE(engram_save(from.get(), 1, nullptr, 0, &size) == ENGRAM_OK);
@@ -311,7 +311,7 @@ TEST_CASE("Snapshots travel between slots and batches", "[c_door]") {
 }
 
 TEST_CASE("Instructions are cut to the room that there is", "[c_door]") {
-  const Batch batch = make_running(1);
+  const BatchHandle batch = make_running(1);
   std::size_t length = 0;
   REQUIRE(engram_instruction(batch.get(), 0, nullptr, 0, &length) == ENGRAM_OK);
   CHECK(length > 20);
@@ -325,7 +325,7 @@ TEST_CASE("Descriptions are JSON and stay where they are", "[c_door]") {
   REQUIRE(list.size() == engram_num_tasks());
   CHECK(list[0]["id"] == engram_task_id(0));
   CHECK(engram_list_json() == engram_list_json());
-  const Batch batch = make_batch(1);
+  const BatchHandle batch = make_batch(1);
   const char* text = engram_describe_json(batch.get());
   REQUIRE(text != nullptr);
   CHECK(engram_describe_json(batch.get()) == text);
@@ -335,7 +335,7 @@ TEST_CASE("Descriptions are JSON and stay where they are", "[c_door]") {
 }
 
 TEST_CASE("Steps do not allocate, in one piece or two", "[c_door]") {
-  const Batch batch = make_running(same_step(4));
+  const BatchHandle batch = make_running(same_step(4));
   std::vector<float> actions(28);
   const auto run = [&] {
     return engram_act(batch.get(), ENGRAM_POLICY_RANDOM, actions.data(), 28) == ENGRAM_OK &&

@@ -5,12 +5,12 @@
 #include <array>
 #include <functional>
 
-#include "tests/api/door.h"
+#include "tests/api/c_api_fixture.h"
 
 namespace engram {
 namespace {
 
-using test::Batch;
+using test::BatchHandle;
 using test::make_running;
 
 // Whether f holds in a forked process.
@@ -32,7 +32,7 @@ bool is_told(engram_status status) {
 }
 
 TEST_CASE("A forked process is told that the batch is not its own", "[c_door]") {
-  const Batch batch = make_running();
+  const BatchHandle batch = make_running();
   engram_env* env = batch.get();
   std::vector<float> actions(test::action_count(batch));
   std::array<std::uint8_t, 12> bytes{};
@@ -59,7 +59,7 @@ TEST_CASE("A forked process is told that the batch is not its own", "[c_door]") 
 }
 
 TEST_CASE("A forked process is told while a step is under way in the parent", "[c_door]") {
-  const Batch batch = make_running();
+  const BatchHandle batch = make_running();
   const std::vector<float> actions(test::action_count(batch));
   REQUIRE(engram_step_async(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
   CHECK(in_child([&] { return is_told(engram_step_wait(batch.get())); }));

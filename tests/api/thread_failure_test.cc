@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <thread>
 
-#include "tests/api/door.h"
+#include "tests/api/c_api_fixture.h"
 
 namespace engram {
 namespace {
 
-using test::Batch;
+using test::BatchHandle;
 using test::FailingThread;
 
 std::ptrdiff_t threads_of_this_process() {
@@ -28,7 +28,7 @@ bool threads_fall_to(std::ptrdiff_t number) {
 TEST_CASE("C door: a batch whose threads are refused is not made", "[api][fault]") {
   engram_options options = test::default_options(8);
   options.threads = 4;
-  const Batch keeper = test::make_batch(options);
+  const BatchHandle keeper = test::make_batch(options);
   const std::ptrdiff_t before = threads_of_this_process();
   for (int number = 1; number <= 3; ++number) {
     engram_env* env = nullptr;
@@ -46,7 +46,7 @@ TEST_CASE("C door: a batch whose threads are refused is not made", "[api][fault]
 }
 
 TEST_CASE("C door: without a thread of its own a batch still steps", "[api][fault]") {
-  const Batch batch = test::make_running(test::default_options(1));
+  const BatchHandle batch = test::make_running(test::default_options(1));
   const std::vector<float> actions(7);
   {
     const FailingThread failing(1);

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "engram/engram.h"
-#include "tests/api/door.h"
+#include "tests/api/c_api_fixture.h"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "tests/core/scene_task.h"
+#include "tests/core/env/scene_task.h"
 
 namespace engram::bench {
 namespace {
@@ -52,7 +52,7 @@ IdentityResult check_changed(const Change& change, std::uint64_t seed = 0) {
     } else {
       change(*task);
     }
-    return std::make_unique<VectorEnv>(std::move(task), env_options);
+    return std::make_unique<Batch>(std::move(task), env_options);
   };
   return check_identity("SceneTask", options);
 }

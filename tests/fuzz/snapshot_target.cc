@@ -26,7 +26,7 @@ const std::vector<std::string>& ids() {
 }
 
 struct Saved {
-  std::unique_ptr<VectorEnv> env;
+  std::unique_ptr<Batch> env;
   std::vector<std::byte> early;
   std::vector<std::byte> late;
 };
@@ -69,7 +69,7 @@ void fix_checksum(std::vector<std::byte>& bytes) {
 }
 
 // Values in the place of others: anywhere, or in an element of one of the columns.
-void edit(const VectorEnv& env, Input& input, std::vector<std::byte>& bytes) {
+void edit(const Batch& env, Input& input, std::vector<std::byte>& bytes) {
   const std::size_t outputs_at = bytes.size() - env.outputs().row_bytes();
   std::uint64_t label_bytes = 0;
   std::memcpy(&label_bytes, bytes.data() + kLabelBytesAt, sizeof label_bytes);
@@ -96,7 +96,7 @@ void edit(const VectorEnv& env, Input& input, std::vector<std::byte>& bytes) {
 }
 
 // Everything that reads what was restored.
-void use(VectorEnv& env) {
+void use(Batch& env) {
   std::vector<float> actions(7);
   Overlay overlay;
   env.overlay(0, overlay);
@@ -115,7 +115,7 @@ void fuzz_snapshot(Data data) {
   Input input(data);
   const int flags = input.take<std::uint8_t>();
   Saved& saved = batch(input.choice(ids().size()), (flags & 7) == 7);
-  VectorEnv& env = *saved.env;
+  Batch& env = *saved.env;
   env.restore(saved.late);
   std::vector<std::byte> bytes = (flags & 8) != 0 ? saved.early : saved.late;
   if ((flags & 48) == 48) {  // any bytes at all

@@ -13,7 +13,7 @@ Overlay overlay_of(const char* id, double target) {
   EnvOptions options;
   options.threads = 1;
   options.pins = {{make_task(id)->info().hidden_draw, {target}}};
-  VectorEnv env(make_task(id), options);
+  Batch env(make_task(id), options);
   env.reset();
   Overlay overlay = make_overlay(512, 512);
   env.overlay(0, overlay);

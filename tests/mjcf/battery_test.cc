@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "tests/core/physics/rig.h"
+#include "tests/core/sim/physics_fixture.h"
 
 namespace engram {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "mjcf/scene.h"
-#include "tests/core/physics/rig.h"
+#include "tests/core/sim/physics_fixture.h"
 
 namespace engram {
 namespace {

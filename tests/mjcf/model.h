@@ -43,7 +43,7 @@ inline Model compile(const std::string& xml) {
 
 inline Model compile(const Scene& scene, Detail detail) { return compile(compose(scene, detail)); }
 
-// A scene as the engine moves it (core/physics/scene_model.cc): no gravity in the model, and the
+// A scene as the engine moves it (core/scene/scene_model.cc): no gravity in the model, and the
 // drives' damping as armature and force, so that contacts are solved with the accelerations that
 // happen.
 inline Model compile_driven(const Scene& scene, Detail detail) {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/core/physics/rig.h"
+#include "tests/core/sim/physics_fixture.h"
 
 namespace engram {
 namespace {

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/picture/image_batch.h"
+#include "core/image/image_batch.h"
 #include "render/cpu_backdrop.h"
 #include "render/document_source.h"
 #include "tests/env_helpers.h"

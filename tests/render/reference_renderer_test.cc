@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/physics/mujoco_handle.h"
-#include "core/task.h"
+#include "core/env/task.h"
+#include "core/scene/mujoco_handle.h"
 #include "render/cpu_renderer.h"
 #include "render/egl_context.h"
 #include "render/egl_renderer.h"

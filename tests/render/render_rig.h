@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "core/picture/renderer.h"
+#include "core/image/renderer.h"
 #include "render/cpu_renderer.h"
 
 namespace engram::test {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/physics/mujoco_handle.h"
+#include "core/scene/mujoco_handle.h"
 #include "render/cpu_renderer.h"
 #include "tests/allocation_counter.h"
 

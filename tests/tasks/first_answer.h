@@ -13,7 +13,7 @@ struct FirstAnswer {
   friend bool operator==(const FirstAnswer&, const FirstAnswer&) = default;
 };
 
-inline FirstAnswer first_answer(const VectorEnv& env) {
+inline FirstAnswer first_answer(const Batch& env) {
   return {*row<std::uint8_t>(env.output("answered"), 0) != 0,
           *row<std::int32_t>(env.output("first_answer"), 0),
           *row<std::uint8_t>(env.output("first_answer_correct"), 0) != 0};

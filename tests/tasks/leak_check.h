@@ -27,8 +27,8 @@ inline std::vector<double> hidden_values(const Draw& draw, bool other) {
 
 // A batch of one environment in which that draw has the one or the other values. All else is drawn
 // as ever.
-inline std::unique_ptr<VectorEnv> make_hiding(const std::string& id, const ConstantTable& constants,
-                                              std::uint64_t seed, const Draw& draw, bool second) {
+inline std::unique_ptr<Batch> make_hiding(const std::string& id, const ConstantTable& constants,
+                                          std::uint64_t seed, const Draw& draw, bool second) {
   EnvOptions options;
   options.seed = seed;
   options.threads = 1;
@@ -49,12 +49,12 @@ inline std::optional<Draw> draw_named(const TaskInfo& info, std::string_view nam
 }
 
 // Whether an output may tell what is hidden: docs/protocol.md names those infos.
-inline bool is_closed(const VectorEnv& env, const std::string& output) {
+inline bool is_closed(const Batch& env, const std::string& output) {
   return output != "instruction" && env.output(output).field->privileged;
 }
 
 // The outputs of the first environment that differ between two batches, in a bit.
-inline std::vector<std::string> differing_outputs(const VectorEnv& one, const VectorEnv& other) {
+inline std::vector<std::string> differing_outputs(const Batch& one, const Batch& other) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < one.outputs().size(); ++i) {
     const std::string& name = one.outputs()[i].field->name;
@@ -67,7 +67,7 @@ inline std::vector<std::string> differing_outputs(const VectorEnv& one, const Ve
 }
 
 // Those of them that nothing may tell.
-inline std::vector<std::string> leaking_outputs(const VectorEnv& one, const VectorEnv& other) {
+inline std::vector<std::string> leaking_outputs(const Batch& one, const Batch& other) {
   std::vector<std::string> names = differing_outputs(one, other);
   std::erase_if(names, [&one](const std::string& name) { return is_closed(one, name); });
   return names;
@@ -83,7 +83,7 @@ struct LeakCheck {
 
 // A moment in which what is hidden shows: the cue, and the flashes of tasks that show it at a time
 // of the robot's choosing.
-inline bool shows(const VectorEnv& env) {
+inline bool shows(const Batch& env) {
   for (const char* name : {"flash_active", "lit"}) {
     for (const ColumnStore* store : {&env.outputs(), &env.memory()}) {
       const ColumnView view = store->find(name);
@@ -93,7 +93,7 @@ inline bool shows(const VectorEnv& env) {
   return env.state().elapsed[0] < env.cue_end(0);
 }
 
-inline bool has_answered(const VectorEnv& env) {
+inline bool has_answered(const Batch& env) {
   const ColumnView view = env.outputs().find("answered");
   return view.field != nullptr && *row<std::uint8_t>(view, 0) != 0;
 }
@@ -102,7 +102,7 @@ inline bool has_answered(const VectorEnv& env) {
 // while the cue shows; then `policy` moves it, and `one` decides for both. look(shown): called in
 // every step before the robot acts; whether what is hidden shows in it.
 template <class Look>
-void play_unanswered(VectorEnv& one, VectorEnv& other, Policy policy, Look&& look) {
+void play_unanswered(Batch& one, Batch& other, Policy policy, Look&& look) {
   const std::vector<float> rest = zeros(one);
   bool cue_over = false;
   while (one.state().finished[0] == 0 && other.state().finished[0] == 0) {
@@ -120,7 +120,7 @@ void play_unanswered(VectorEnv& one, VectorEnv& other, Policy policy, Look&& loo
 // Plays two episodes that differ in what is hidden alone. Outside the moments that show it, no
 // camera sees a difference, and no info tells one, until the robot has answered. People may be
 // shown where the goal is.
-inline void compare_pictures(const std::string& id, VectorEnv& one, VectorEnv& other,
+inline void compare_pictures(const std::string& id, Batch& one, Batch& other,
                              const LeakCheck& check) {
   const bool goal_for_people = require_entry(id).definition->expectations.goal_for_people;
   std::vector<float> rest = zeros(one);

@@ -22,8 +22,8 @@ enum class Drawing {
   kDefault,   // one batch draws as ever, the other has a value
 };
 
-std::unique_ptr<VectorEnv> make_seeing(const std::string& id, std::uint64_t seed,
-                                       const std::vector<Pin>& pins) {
+std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
+                                   const std::vector<Pin>& pins) {
   EnvOptions options;
   options.seed = seed;
   options.threads = 1;
@@ -39,8 +39,8 @@ std::unique_ptr<VectorEnv> make_seeing(const std::string& id, std::uint64_t seed
 
 // Two batches of one environment with the same seed, and something else to be remembered.
 struct Pair {
-  std::unique_ptr<VectorEnv> one;
-  std::unique_ptr<VectorEnv> other;
+  std::unique_ptr<Batch> one;
+  std::unique_ptr<Batch> other;
 };
 
 Pair make_pair(const std::string& id, std::uint64_t seed, const Draw& draw, Drawing drawing) {
@@ -61,7 +61,7 @@ struct Count {
   std::set<std::string> closed;   // the others that differ there
 };
 
-void compare_outputs(const VectorEnv& one, const VectorEnv& other, Count& count) {
+void compare_outputs(const Batch& one, const Batch& other, Count& count) {
   ++count.steps;
   for (const std::string& name : test::differing_outputs(one, other)) {
     (test::is_closed(one, name) ? count.closed : count.leaking).insert(name);
@@ -72,8 +72,8 @@ void compare_outputs(const VectorEnv& one, const VectorEnv& other, Count& count)
 // cue alone. change: is applied to `one` before it is compared.
 template <class Change>
 void compare(const Pair& pair, Policy policy, Count& count, Change&& change) {
-  VectorEnv& one = *pair.one;
-  VectorEnv& other = *pair.other;
+  Batch& one = *pair.one;
+  Batch& other = *pair.other;
   test::play_unanswered(one, other, policy, [&](bool shown) {
     if (shown) {
       count.shown += std::ranges::equal(one.observation(), other.observation()) ? 0 : 1;
@@ -85,7 +85,7 @@ void compare(const Pair& pair, Policy policy, Count& count, Change&& change) {
 }
 
 void compare(const Pair& pair, Policy policy, Count& count) {
-  compare(pair, policy, count, [](VectorEnv& /*one*/) {});
+  compare(pair, policy, count, [](Batch& /*one*/) {});
 }
 
 // All ids that hide something behind a cue. The others have tests of their own below.
@@ -159,15 +159,15 @@ TEST_CASE("A token or an info that told the hidden quantity would be noticed", "
     CHECK(count.steps > 5);
     return count.leaking;
   };
-  const auto hidden = [](const VectorEnv& env) {
+  const auto hidden = [](const Batch& env) {
     return static_cast<float>(*test::row<std::int32_t>(env.output("oracle_info"), 0));
   };
-  CHECK(leaking([](VectorEnv& /*one*/) {}) == std::set<std::string>{});
-  CHECK(leaking([&](VectorEnv& one) {
+  CHECK(leaking([](Batch& /*one*/) {}) == std::set<std::string>{});
+  CHECK(leaking([&](Batch& one) {
           auto* row = reinterpret_cast<float*>(one.output("observation").row(0));
           row[one.state_dim() - 1] = hidden(one) + 0.25F;
         }) == std::set<std::string>{"observation"});
-  CHECK(leaking([&](VectorEnv& one) {
+  CHECK(leaking([&](Batch& one) {
           *reinterpret_cast<float*>(one.output("reward").row(0)) = hidden(one) + 0.25F;
         }) == std::set<std::string>{"reward"});
 }
@@ -271,7 +271,7 @@ TEST_CASE("Objects of TakeItBack do not tell the start once the cube is on its t
 
 // Pixels of the sensors' pictures that change when props are taken out of the scene. bare: a batch
 // of the same task, for that.
-int pixels_of(VectorEnv& env, VectorEnv& bare, std::uint64_t props) {
+int pixels_of(Batch& env, Batch& bare, std::uint64_t props) {
   bare.restore(env.save());
   for (int prop = 0; prop < env.state().num_props; ++prop) {
     if ((props >> prop & 1) == 0) continue;
@@ -294,7 +294,7 @@ TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothin
     bare->reset();
     // Parts of other props have no token.
     std::uint64_t objects = 0;
-    const std::vector<ObjectLook> looks = make_task(id)->looks();
+    const std::vector<ObjectDescriptor> looks = make_task(id)->looks();
     for (std::size_t prop = 0; prop < looks.size(); ++prop) {
       objects |= std::uint64_t{looks[prop].kind != ObjectKind::kPart} << prop;
     }

@@ -90,9 +90,9 @@ TEST_CASE("Oracles solve the long tasks, guesses sometimes and idlers never", "[
 // Where both rules are the same, there is nothing to see.
 void check_original_rules(const std::string& id) {
   const std::unique_ptr<Task> task = make_task(id);
-  const std::vector<TaskOption>& options = task->info().options;
+  const std::vector<TaskOptionSpec>& options = task->info().options;
   if (std::none_of(options.begin(), options.end(),
-                   [](const TaskOption& option) { return option.original.has_value(); })) {
+                   [](const TaskOptionSpec& option) { return option.original.has_value(); })) {
     return;
   }
   INFO(id);
@@ -120,7 +120,7 @@ TEST_CASE("Oracles succeed in the same episodes with and without sleep", "[oracl
 
 // Random motion that keeps the hand above the props. `closing`: the fingers meet their limit now
 // and then.
-std::vector<float> raised(VectorEnv& env, bool closing) {
+std::vector<float> raised(Batch& env, bool closing) {
   std::vector<float> actions = test::act(env, Policy::kRandom);
   for (int i = 0; i < env.num_envs(); ++i) {
     const double height = env.state().tcp_pos.row(i)[2];

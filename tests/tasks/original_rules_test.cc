@@ -51,14 +51,14 @@ const std::map<std::string, std::set<std::string>> kFamilies = {
     {"socket_battery_idx", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
 };
 
-EnvOptions under(Rules rules, std::vector<OptionChoice> choices = {}) {
+EnvOptions under(Rules rules, std::vector<TaskOptionValue> choices = {}) {
   EnvOptions options;
   options.rules = rules;
   options.task_options = std::move(choices);
   return options;
 }
 
-std::vector<double> values(const VectorEnv& env) {
+std::vector<double> values(const Batch& env) {
   return {env.option_values().begin(), env.option_values().end()};
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("Both rules set every option of every task as documented", "[rules]") 
   for (const std::string& id : test::implemented_ids()) {
     INFO(id);
     const std::unique_ptr<Task> task = make_task(id);
-    const std::vector<TaskOption>& options = task->info().options;
+    const std::vector<TaskOptionSpec>& options = task->info().options;
     if (options.empty()) continue;
     const std::vector<double> reference = values(*make_env(id, under(Rules::kReference)));
     const std::vector<double> original = values(*make_env(id, under(Rules::kOriginal)));
@@ -95,7 +95,7 @@ TEST_CASE("Rules without a word are the reference's", "[rules]") {
 }
 
 TEST_CASE("What a user says of an option wins over the rules", "[rules]") {
-  const auto chosen = [](Rules rules, const std::vector<OptionChoice>& choices) {
+  const auto chosen = [](Rules rules, const std::vector<TaskOptionValue>& choices) {
     return values(*make_env("SeqOfColors3-VLA-v0", under(rules, choices)));
   };
   CHECK(chosen(Rules::kOriginal, {}) == std::vector<double>{0.02, 1, 0});

@@ -22,7 +22,7 @@ EnvOptions going_on(int threads = 1) {
 }
 
 // Whether everything that the batch shows is as it must be after so many steps.
-bool is_in_order(const VectorEnv& env, int steps) {
+bool is_in_order(const Batch& env, int steps) {
   bool good = true;
   for (int i = 0; i < env.num_envs(); ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -33,7 +33,7 @@ bool is_in_order(const VectorEnv& env, int steps) {
   return good;
 }
 
-Bytes play(VectorEnv& env, Policy policy, int steps) {
+Bytes play(Batch& env, Policy policy, int steps) {
   env.reset();
   bool good = true;
   for (int i = 1; i <= steps; ++i) {

@@ -3,14 +3,14 @@
 
 #include <algorithm>
 
-#include "tasks/parts/tool_servo.h"
+#include "tasks/common/tool_servo.h"
 #include "tests/env_helpers.h"
 
 namespace engram::test {
 
 // Joint angles that bring the TCP there, pointing down, and no velocity. Without physics
 // (EnvOptions::substeps 0) the tool stays there, and the next step measures it there.
-inline void pose_tool(const VectorEnv& env, const Eigen::Vector3d& pos, int index = 0) {
+inline void pose_tool(const Batch& env, const Eigen::Vector3d& pos, int index = 0) {
   constexpr double kLongest = 0.1;  // step, m and rad: longer ones may lead anywhere
   const Arm& arm = env.physics_model().arm();
   const State& state = env.state();
@@ -29,7 +29,7 @@ inline void pose_tool(const VectorEnv& env, const Eigen::Vector3d& pos, int inde
 }
 
 // One step of an environment without physics, with the tool there.
-inline void step_at(VectorEnv& env, const Eigen::Vector3d& pos) {
+inline void step_at(Batch& env, const Eigen::Vector3d& pos) {
   pose_tool(env, pos);
   step(env, Policy::kZero);
 }

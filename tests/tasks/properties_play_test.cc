@@ -54,7 +54,7 @@ Timing timing_of(const TaskInfo& info) {
   return timing;
 }
 
-std::unique_ptr<VectorEnv> make_play(const std::string& id) {
+std::unique_ptr<Batch> make_play(const std::string& id) {
   EnvOptions options;
   options.num_envs = kEnvs;
   options.seed = kSeed;
@@ -64,7 +64,7 @@ std::unique_ptr<VectorEnv> make_play(const std::string& id) {
 }
 
 // Even environments are played by the oracle, odd ones at random.
-void step_mixed(VectorEnv& env) {
+void step_mixed(Batch& env) {
   std::vector<float> actions = test::act(env, Policy::kRandom);
   const std::vector<float> oracle = test::act(env, Policy::kOracle);
   for (int i = 0; i < env.num_envs(); i += 2) {
@@ -114,7 +114,7 @@ const Expectations& expectations_of(const std::string& id) {
 }
 
 struct RewardWatch : Watch {
-  RewardWatch(const VectorEnv& batch) : env(batch), range(expectations_of(batch.info().id)) {}
+  RewardWatch(const Batch& batch) : env(batch), range(expectations_of(batch.info().id)) {}
   void look(const Spectator& scene) override {
     const float reward = env.reward()[static_cast<std::size_t>(scene.index())];
     if (scene.elapsed() > 0) sum += static_cast<double>(reward);
@@ -126,7 +126,7 @@ struct RewardWatch : Watch {
     if (!good) complain(scene, "reward " + std::to_string(reward));
     if (scene.info("episode_return") != sum) complain(scene, "return is not the sum of rewards");
   }
-  const VectorEnv& env;
+  const Batch& env;
   const Expectations& range;
   double sum = 0;
 };
@@ -152,13 +152,13 @@ constexpr std::array kConstant = {"target_blinks", "flash_color", "active_batter
                                   "target_working_count"};
 
 struct OrderWatch : Watch {
-  OrderWatch(const VectorEnv& env) {
+  OrderWatch(const Batch& env) {
     add(env, kGrowing, 1);
     add(env, kShrinking, -1);
     add(env, kConstant, 0);
   }
   template <class Names>
-  void add(const VectorEnv& env, const Names& names, int direction) {
+  void add(const Batch& env, const Names& names, int direction) {
     for (const char* name : names) {
       if (env.outputs().find(name).field != nullptr) fields.push_back({name, direction, {}});
     }
@@ -329,7 +329,7 @@ void compare_modes(const std::string& id, int steps) {
   options.num_envs = 2;
   options.seed = kSeed;
   options.auto_reset = AutoReset::kOff;
-  std::array<std::unique_ptr<VectorEnv>, 4> envs;
+  std::array<std::unique_ptr<Batch>, 4> envs;
   for (std::size_t i = 0; i < envs.size(); ++i) {
     options.reward_mode = static_cast<RewardMode>(i);
     envs[i] = make_env(id, options);

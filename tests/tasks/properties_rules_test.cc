@@ -13,7 +13,7 @@
 #include "engram/engram_c.h"
 #include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
-#include "tests/api/door.h"
+#include "tests/api/c_api_fixture.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/spectator.h"
 
@@ -30,7 +30,7 @@ constexpr std::array kAutoResets = {AutoReset::kNextStep, AutoReset::kSameStep, 
 
 // The step that ends an episode in which nobody does anything: TimedTransfer fails when its window
 // is over, all others run to the horizon.
-int last_step_of_idlers(VectorEnv& env) {
+int last_step_of_idlers(Batch& env) {
   if (!env.info().family.starts_with("TimedTransfer")) return env.info().horizon;
   const float delay = *row<float>(env.output("oracle_info"), 0);
   return 2 + static_cast<int>(static_cast<double>(delay) * 1.05) + 1;  // signal_step is pinned
@@ -97,7 +97,7 @@ int drag_hidden_props_into_view(const State& state, int env) {
   return dragged;
 }
 
-std::vector<std::uint8_t> picture(VectorEnv& env, const char* camera) {
+std::vector<std::uint8_t> picture(Batch& env, const char* camera) {
   constexpr int kSide = 48;
   std::vector<std::uint8_t> rgb(kSide * kSide * 3);
   env.render(0, camera, kSide, kSide, rgb);
@@ -168,7 +168,7 @@ TEST_CASE("Hidden props of all tasks are neither felt nor seen, with and without
 
 // Rotate's instruction names the angle, rounded half to even; all others are those
 // of the registry, the same in every episode.
-std::string instruction_of(const VectorEnv& env, int index) {
+std::string instruction_of(const Batch& env, int index) {
   const RegistryEntry& entry = require_entry(env.info().id);
   std::string text(entry.instruction);
   const std::string gap = "{angle_deg}";
@@ -214,7 +214,7 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     const TaskInfo& info = env->info();
     const RegistryEntry& entry = require_entry(id);
     engram_options c_options = test::default_options(1);
-    const test::Batch batch = test::make_batch(c_options, id.c_str());
+    const test::BatchHandle batch = test::make_batch(c_options, id.c_str());
     const json task = json::parse(engram_describe_json(batch.get()));
 
     for (int i = 0; i < options.num_envs; ++i) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/task.h"
+#include "core/env/task.h"
 #include "tests/tasks/benchmark_table.h"
 
 namespace engram {

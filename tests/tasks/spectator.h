@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/vector_env.h"
+#include "core/env/batch.h"
 
 namespace engram::test {
 
@@ -21,7 +21,7 @@ inline double horizontal(const Point& a, const Point& b) { return (a - b).head<2
 
 class Spectator {
  public:
-  Spectator(const VectorEnv& env, int index) : env_(&env), index_(index) {}
+  Spectator(const Batch& env, int index) : env_(&env), index_(index) {}
 
   const State& state() const { return env_->state(); }
   int index() const { return index_; }
@@ -109,7 +109,7 @@ class Spectator {
     return Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]).toRotationMatrix();
   }
 
-  const VectorEnv* env_;
+  const Batch* env_;
   int index_;
 };
 

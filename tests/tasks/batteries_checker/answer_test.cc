@@ -23,7 +23,7 @@ const Vector3d kFarAway(-0.1, 0, 0.4);
 Vector3d slot(int battery) { return {-0.05 * battery, -0.084, 0.03}; }
 
 // Everything stays where a test puts it.
-std::unique_ptr<VectorEnv> start(const char* id, bool strict = false) {
+std::unique_ptr<Batch> start(const char* id, bool strict = false) {
   EnvOptions options;
   options.substeps = 0;
   options.auto_reset = AutoReset::kOff;
@@ -34,21 +34,21 @@ std::unique_ptr<VectorEnv> start(const char* id, bool strict = false) {
   return env;
 }
 
-void put(VectorEnv& env, int battery, const Vector3d& where) {
+void put(Batch& env, int battery, const Vector3d& where) {
   env.state().place_prop(0, battery, where.data(), mjcf::kBatteryQuat.data());
   step_at(env, kFarAway);
 }
-void press(VectorEnv& env) {
+void press(Batch& env) {
   step_at(env, kButton);
   step_at(env, kFarAway);
 }
-void check_off(VectorEnv& env, int battery) {
+void check_off(Batch& env, int battery) {
   put(env, battery, kSocket);
   put(env, battery, slot(battery));
   press(env);
 }
-int checked(const VectorEnv& env) { return *row<std::int32_t>(env.output("checked_count"), 0); }
-bool flag(const VectorEnv& env, const char* name) {
+int checked(const Batch& env) { return *row<std::int32_t>(env.output("checked_count"), 0); }
+bool flag(const Batch& env, const char* name) {
   return *row<std::uint8_t>(env.output(name), 0) != 0;
 }
 

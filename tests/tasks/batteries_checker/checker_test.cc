@@ -17,8 +17,8 @@ using test::row;
 const double* const kUpright = mjcf::kBatteryQuat.data();
 const std::vector<Pin> kLayout = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}};
 
-std::unique_ptr<VectorEnv> start(const std::string& id, std::vector<double> working,
-                                 std::vector<OptionChoice> choices = {}) {
+std::unique_ptr<Batch> start(const std::string& id, std::vector<double> working,
+                             std::vector<TaskOptionValue> choices = {}) {
   EnvOptions options;
   options.auto_reset = AutoReset::kOff;
   options.pins = kLayout;
@@ -29,24 +29,22 @@ std::unique_ptr<VectorEnv> start(const std::string& id, std::vector<double> work
   return env;
 }
 
-Eigen::Vector3d pos(const VectorEnv& env, int battery) {
+Eigen::Vector3d pos(const Batch& env, int battery) {
   return Eigen::Map<const Eigen::Vector3d>(env.state().prop_pos_of(0, battery));
 }
-bool flag(const VectorEnv& env, const char* name) {
+bool flag(const Batch& env, const char* name) {
   return *row<std::uint8_t>(env.output(name), 0) != 0;
 }
-int number(const VectorEnv& env, const char* name) {
-  return *row<std::int32_t>(env.output(name), 0);
-}
-void idle(VectorEnv& env, int steps = 1) {
+int number(const Batch& env, const char* name) { return *row<std::int32_t>(env.output(name), 0); }
+void idle(Batch& env, int steps = 1) {
   for (int i = 0; i < steps; ++i) test::step(env, Policy::kZero);
 }
-void put(const VectorEnv& env, int battery, const Eigen::Vector3d& where,
+void put(const Batch& env, int battery, const Eigen::Vector3d& where,
          PropStatus status = PropStatus::kAsleep) {
   env.state().place_prop(0, battery, where.data(), kUpright, status);
 }
 // The first value of a field of the state observation.
-const float* observed(const VectorEnv& env, const std::string& name) {
+const float* observed(const Batch& env, const std::string& name) {
   int offset = 0;
   for (const Field& field : env.state_fields()) {
     if (field.name == name) return env.observation().data() + offset;
@@ -202,7 +200,7 @@ TEST_CASE("The tray's neighbours sleep while a battery is handled", "[battery][s
 
 // Plays the oracle until `done`; false if that does not happen in time.
 template <class Done>
-bool play(VectorEnv& env, int most, const Done& done) {
+bool play(Batch& env, int most, const Done& done) {
   for (int i = 0; i < most; ++i) {
     if (done()) return true;
     test::step(env, Policy::kOracle);
@@ -266,7 +264,7 @@ TEST_CASE("Only the lamp tells which batteries work", "[battery]") {
     return equal(a.prop_rgba, b.prop_rgba) && equal(a.prop_emission, b.prop_emission) &&
            equal(a.prop_pos, b.prop_pos) && equal(a.qpos, b.qpos);
   };
-  const auto lit = [](const VectorEnv& env) { return observed(env, "lamp_on_pose")[2] == 0; };
+  const auto lit = [](const Batch& env) { return observed(env, "lamp_on_pose")[2] == 0; };
   int told = 0;
   for (int i = 0; i < 240; ++i) {
     const std::vector<float> actions = test::act(*one, Policy::kOracle);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tasks/blink_count/reward.h"
-#include "tasks/parts/reward_dict.h"
+#include "tasks/common/reward_dict.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/pose_tool.h"
 
@@ -31,11 +31,11 @@ Eigen::Vector3d over(const Eigen::Vector3d& button, double height) {
 }
 
 template <class T>
-T value(const VectorEnv& env, const char* name, int index = 0) {
+T value(const Batch& env, const char* name, int index = 0) {
   return *row<T>(env.output(name), index);
 }
-bool flag(const VectorEnv& env, const char* name) { return value<std::uint8_t>(env, name) != 0; }
-int count(const VectorEnv& env, const char* name) { return value<std::int32_t>(env, name); }
+bool flag(const Batch& env, const char* name) { return value<std::uint8_t>(env, name) != 0; }
+int count(const Batch& env, const char* name) { return value<std::int32_t>(env, name); }
 
 EnvOptions placed(double blinks) {
   EnvOptions options;
@@ -47,7 +47,7 @@ EnvOptions placed(double blinks) {
 }
 
 // An environment without physics after the last evaluation of the cue.
-std::unique_ptr<VectorEnv> after_cue(double blinks) {
+std::unique_ptr<Batch> after_cue(double blinks) {
   auto env = make_env(kEasy, placed(blinks));
   env->reset();
   while (env->state().elapsed[0] < env->cue_end(0) - 1) step_at(*env, kFarAway);
@@ -333,7 +333,7 @@ TEST_CASE("The first action is compared with zero", "[reward][blink_count]") {
 }
 
 // Presses red, and submits if `submit`.
-void answer(VectorEnv& env, int presses, bool submit) {
+void answer(Batch& env, int presses, bool submit) {
   for (int i = 0; i < presses; ++i) {
     for (const double height : {0.08, 0.09, 0.17}) step_at(env, over(kRed, height));
   }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tasks/parts/touch_latch.h"
+#include "tasks/common/touch_latch.h"
 
 namespace engram::tasks {
 namespace {

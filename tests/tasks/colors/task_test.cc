@@ -24,37 +24,37 @@ using test::step_at;
 
 const Eigen::Vector3d kFarAway(-0.1, 0, 0.4);
 
-Eigen::Vector3d cube(const VectorEnv& env, int color, int index = 0) {
+Eigen::Vector3d cube(const Batch& env, int color, int index = 0) {
   return Eigen::Map<Eigen::Vector3d>(env.state().prop_pos_of(index, color));
 }
 
-Eigen::Vector2d slot(const VectorEnv& env, int color, int index = 0) {
+Eigen::Vector2d slot(const Batch& env, int color, int index = 0) {
   return Eigen::Map<const Eigen::Vector2d>(row<double>(env.memory().find("positions"), index) +
                                            2 * color);
 }
 
-int target(const VectorEnv& env, int item, int index = 0) {
+int target(const Batch& env, int item, int index = 0) {
   return row<std::int32_t>(env.memory().find("sequence"), index)[item];
 }
 
 template <class T>
-T value(const VectorEnv& env, const char* name) {
+T value(const Batch& env, const char* name) {
   return *row<T>(env.output(name), 0);
 }
 
-bool flag(const VectorEnv& env, const char* name) { return value<std::uint8_t>(env, name) != 0; }
+bool flag(const Batch& env, const char* name) { return value<std::uint8_t>(env, name) != 0; }
 
-bool touched(const VectorEnv& env, int color) {
+bool touched(const Batch& env, int color) {
   return row<std::uint8_t>(env.memory().find("touched"), 0)[color] != 0;
 }
 
-Eigen::Vector2d button(const VectorEnv& env) {
+Eigen::Vector2d button(const Batch& env) {
   return Eigen::Map<const Eigen::Vector2d>(row<double>(env.memory().find("center_button_xy"), 0));
 }
 
 // An environment without physics in the first step of its action phase.
-std::unique_ptr<VectorEnv> acting(const std::string& id, std::vector<double> sequence = {4, 1, 7},
-                                  EnvOptions options = {}) {
+std::unique_ptr<Batch> acting(const std::string& id, std::vector<double> sequence = {4, 1, 7},
+                              EnvOptions options = {}) {
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   const char* cue = id.find("Bunch") == 0 ? "cue_steps" : "cue_step_duration";
@@ -67,17 +67,17 @@ std::unique_ptr<VectorEnv> acting(const std::string& id, std::vector<double> seq
   return env;
 }
 
-void touch(VectorEnv& env, int color) {
+void touch(Batch& env, int color) {
   step_at(env, cube(env, color) + Eigen::Vector3d(0, 0, 0.035));
   step_at(env, kFarAway);
 }
 
 // Positions over the button at some height.
-void step_over_button(VectorEnv& env, double height) {
+void step_over_button(Batch& env, double height) {
   step_at(env, {button(env).x(), button(env).y(), height});
 }
 
-void press_button(VectorEnv& env) {
+void press_button(Batch& env) {
   for (const double height : {0.1, 0.08, 0.09, 0.17}) step_over_button(env, height);
 }
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "tasks/common/tool_servo.h"
 #include "tasks/gather_and_recall/rules.h"
-#include "tasks/parts/tool_servo.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -16,7 +16,7 @@ using test::row;
 const Eigen::Vector3d kDisc(0.04, 0.14, 0.026);
 constexpr double kUpright[4] = {1, 0, 0, 0};
 
-std::unique_ptr<VectorEnv> start(int cubes, double color, double trigger, double duration = 8) {
+std::unique_ptr<Batch> start(int cubes, double color, double trigger, double duration = 8) {
   EnvOptions options;
   options.auto_reset = AutoReset::kOff;
   options.pins = {{"disc_x", {0.04}},
@@ -30,27 +30,25 @@ std::unique_ptr<VectorEnv> start(int cubes, double color, double trigger, double
   return env;
 }
 
-bool flag(const VectorEnv& env, const char* name) {
+bool flag(const Batch& env, const char* name) {
   return *row<std::uint8_t>(env.output(name), 0) != 0;
 }
-int number(const VectorEnv& env, const char* name) {
-  return *row<std::int32_t>(env.output(name), 0);
-}
-Eigen::Vector3d goal(const VectorEnv& env) {
+int number(const Batch& env, const char* name) { return *row<std::int32_t>(env.output(name), 0); }
+Eigen::Vector3d goal(const Batch& env) {
   return Eigen::Map<const Eigen::Vector3f>(row<float>(env.output("obj_to_goal_pos"), 0))
       .cast<double>();
 }
-Eigen::Vector3d tcp(const VectorEnv& env) {
+Eigen::Vector3d tcp(const Batch& env) {
   return Eigen::Map<const Eigen::Vector3d>(env.state().tcp_pos.row(0));
 }
-void idle(VectorEnv& env, int steps = 1) {
+void idle(Batch& env, int steps = 1) {
   for (int i = 0; i < steps; ++i) test::step(env, Policy::kZero);
 }
-void put_on_disc(const VectorEnv& env, int cube) {
+void put_on_disc(const Batch& env, int cube) {
   const Eigen::Vector3d place = kDisc + Eigen::Vector3d(0.06 * (cube - 1), 0, 0);
   env.state().place_prop(0, cube, place.data(), kUpright);
 }
-void move(VectorEnv& env, const Eigen::Vector3d& to, int steps) {
+void move(Batch& env, const Eigen::Vector3d& to, int steps) {
   std::vector<float> action(7);
   for (int i = 0; i < steps && env.state().finished[0] == 0; ++i) {
     tasks::servo_tool(env.state(), 0, to, tasks::kToolDown, tasks::kGripperClosed, action.data());

@@ -45,7 +45,7 @@ const Launches& measured() {
   return launches;
 }
 
-std::unique_ptr<VectorEnv> launch(const std::string& id, const Moment& start, bool sleep) {
+std::unique_ptr<Batch> launch(const std::string& id, const Moment& start, bool sleep) {
   EnvOptions options;
   options.auto_reset = AutoReset::kOff;
   options.sleep = sleep;

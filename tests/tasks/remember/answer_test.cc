@@ -20,7 +20,7 @@ constexpr int kTarget = 4;
 const Eigen::Vector3d kAbove(0, 0, 0.03);  // m
 
 // A posed environment whose objects have appeared.
-std::unique_ptr<VectorEnv> make_ready(bool strict) {
+std::unique_ptr<Batch> make_ready(bool strict) {
   EnvOptions options;
   options.substeps = 0;
   options.pins = {{"target", {kTarget}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
@@ -31,7 +31,7 @@ std::unique_ptr<VectorEnv> make_ready(bool strict) {
   return env;
 }
 
-bool succeeds(const VectorEnv& env) { return env.success()[0] != 0; }
+bool succeeds(const Batch& env) { return env.success()[0] != 0; }
 
 TEST_CASE("The first object touched is the answer, later ones are not", "[remember][answer]") {
   const auto env = make_ready(false);

@@ -20,13 +20,13 @@ using test::object_pos;
 using test::row;
 using test::stored_pos;
 
-Eigen::Vector3d cue_pos(const VectorEnv& env, int key, double z, int index = 0) {
+Eigen::Vector3d cue_pos(const Batch& env, int key, double z, int index = 0) {
   const double* pos = row<double>(env.memory().find("cue_positions"), index) + 2 * key;
   return {pos[0], pos[1], z};
 }
 
 // Checks who is where in the phase of the present step; nobody has touched anything.
-void check_phase(const VectorEnv& env) {
+void check_phase(const Batch& env) {
   const tasks::ObjectSet objects = test::objects_of(env);
   const int t = env.state().elapsed[0];
   const int since_appearance = t - test::appearance_of(env);
@@ -135,7 +135,7 @@ TEST_CASE("A pinned permutation deals the places as in the example", "[find_impo
 }
 
 // The place of the cue phase in which a key appears.
-int dealt(const VectorEnv& env, int key, int index) {
+int dealt(const Batch& env, int key, int index) {
   int place = 0;
   while (cue_pos(env, place, 0, index).head<2>() != stored_pos(env, key, index).head<2>()) ++place;
   return place;

@@ -20,10 +20,10 @@ using test::object_pos;
 using test::row;
 using test::stored_pos;
 
-bool settles(const VectorEnv& env) { return env.info().family != "RememberColor"; }
+bool settles(const Batch& env) { return env.info().family != "RememberColor"; }
 
 // Checks who is where in the phase of the present step; nobody has touched anything.
-void check_phase(const VectorEnv& env) {
+void check_phase(const Batch& env) {
   const tasks::ObjectSet objects = test::objects_of(env);
   const int t = env.state().elapsed[0];
   const int cue = memory_int(env, "cue_steps");
@@ -204,7 +204,7 @@ TEST_CASE("Success asks for phase, distance and stillness", "[remember]") {
 
 // A hand that comes to rest at the object of the cue. Returns in how many of 60 steps it rested
 // there.
-int rest_at_cue(VectorEnv& env, bool counts) {
+int rest_at_cue(Batch& env, bool counts) {
   env.reset();
   const State& state = env.state();
   const double above = object_pos(env, memory_int(env, "target")).z() + 0.035;

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "core/physics/mujoco_handle.h"
-#include "tasks/parts/overlap_guard.h"
+#include "core/scene/mujoco_handle.h"
+#include "tasks/common/overlap_guard.h"
 #include "tests/tasks/remember/recall_env.h"
 
 namespace engram {
@@ -34,7 +34,7 @@ TEST_CASE("State observations have the published lengths", "[object_recall]") {
 
 // The layouts of an episode by key: that of the cue where all objects have a place in it, and that
 // of the manipulation phase.
-Layout layout_of(const VectorEnv& env, const char* column, int width, int index) {
+Layout layout_of(const Batch& env, const char* column, int width, int index) {
   const double* pos = row<double>(env.memory().find(column), index);
   Layout layout;
   for (int key = 0; key < count_of(env); ++key) {
@@ -77,7 +77,7 @@ TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]"
 }
 
 // The depth to which props are inside one another, according to MuJoCo, m.
-double overlap(const mjModel& model, mjData& data, const VectorEnv& env, int index) {
+double overlap(const mjModel& model, mjData& data, const Batch& env, int index) {
   const State& state = env.state();
   int first_prop = model.nbody;
   for (int prop = 0; prop < state.num_props; ++prop) {

@@ -35,22 +35,22 @@ inline std::vector<std::string> recall_ids(Lengths lengths = Lengths::kAll) {
   return ids;
 }
 
-inline int count_of(const VectorEnv& env) { return env.info().candidates; }
+inline int count_of(const Batch& env) { return env.info().candidates; }
 
-inline int memory_int(const VectorEnv& env, const char* name, int index = 0) {
+inline int memory_int(const Batch& env, const char* name, int index = 0) {
   return *row<std::int32_t>(env.memory().find(name), index);
 }
 
-inline int appearance_of(const VectorEnv& env, int index = 0) {
+inline int appearance_of(const Batch& env, int index = 0) {
   return memory_int(env, "cue_steps", index) + memory_int(env, "empty_steps", index);
 }
 
-inline Eigen::Vector3d object_pos(const VectorEnv& env, int key, int index = 0) {
+inline Eigen::Vector3d object_pos(const Batch& env, int key, int index = 0) {
   return Eigen::Map<Eigen::Vector3d>(env.state().prop_pos_of(index, key));
 }
 
 // Where an object rests in the manipulation phase.
-inline Eigen::Vector3d stored_pos(const VectorEnv& env, int key, int index = 0) {
+inline Eigen::Vector3d stored_pos(const Batch& env, int key, int index = 0) {
   return Eigen::Map<const Eigen::Vector3d>(row<double>(env.memory().find("positions"), index) +
                                            3 * key);
 }
@@ -61,16 +61,16 @@ inline tasks::Vocabulary vocabulary_of(std::string_view id) {
                                                     : tasks::Vocabulary::kColor;
 }
 
-inline tasks::ObjectSet objects_of(const VectorEnv& env) {
+inline tasks::ObjectSet objects_of(const Batch& env) {
   return tasks::ObjectSet({vocabulary_of(env.info().id), count_of(env)});
 }
 
-inline bool is_visible(const VectorEnv& env, int key, int index = 0) {
+inline bool is_visible(const Batch& env, int key, int index = 0) {
   return env.state().status_of(index, key) != PropStatus::kHidden;
 }
 
 // Success, info and state observation tell of the target's present place and of no other.
-inline void check_outputs(const VectorEnv& env, const tasks::ObjectSet& objects) {
+inline void check_outputs(const Batch& env, const tasks::ObjectSet& objects) {
   const int target = memory_int(env, "target");
   const Eigen::Vector3d pos = object_pos(env, target);
   const float* offset = row<float>(env.output("obj_to_goal_pos"), 0);

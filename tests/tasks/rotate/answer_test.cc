@@ -43,7 +43,7 @@ class Peg {
   bool succeeds() const { return env_->success()[0] != 0; }
 
  private:
-  std::unique_ptr<VectorEnv> env_;
+  std::unique_ptr<Batch> env_;
 };
 
 TEST_CASE("The angle at which the turned peg first rests is the answer", "[rotate][answer]") {

@@ -189,7 +189,7 @@ TEST_CASE("Every environment is told its own angle", "[rotate]") {
 }
 
 // Puts the peg somewhere and lets one step pass without physics.
-bool succeeds(VectorEnv& env, double x, double y, double yaw, double joint_speed) {
+bool succeeds(Batch& env, double x, double y, double yaw, double joint_speed) {
   const State& state = env.state();
   double* pos = state.prop_pos_of(0, 0);
   pos[0] = x;

@@ -36,24 +36,24 @@ EnvOptions still(std::vector<Pin> pins, bool strict = false) {
   return options;
 }
 
-std::unique_ptr<VectorEnv> make(const char* id, std::vector<Pin> pins, bool strict = false) {
+std::unique_ptr<Batch> make(const char* id, std::vector<Pin> pins, bool strict = false) {
   auto env = make_env(id, still(std::move(pins), strict));
   env->reset();
   return env;
 }
 
 Vector3d slot(int place) { return {0, 0.2 * (place - 1), 0.0529462}; }
-void move(const VectorEnv& env, int cup, const Vector3d& way) {
+void move(const Batch& env, int cup, const Vector3d& way) {
   const Vector3d there = slot(cup) + way;
   std::copy_n(there.data(), 3, env.state().prop_pos_of(0, cup));
 }
 // Goes on until the robot may act.
-void wait(VectorEnv& env) {
+void wait(Batch& env) {
   const int start = *row<std::int32_t>(env.memory().find("manipulation_start"), 0);
   while (env.state().elapsed[0] < start) step_at(env, kAway);
 }
-bool succeeds(const VectorEnv& env) { return env.success()[0] != 0; }
-bool failed(const VectorEnv& env) { return *row<std::uint8_t>(env.output("failed"), 0) != 0; }
+bool succeeds(const Batch& env) { return env.success()[0] != 0; }
+bool failed(const Batch& env) { return *row<std::uint8_t>(env.output("failed"), 0) != 0; }
 
 TEST_CASE("The cup at which the robot first rests is its answer", "[shell][answer]") {
   for (const bool strict : {false, true}) {

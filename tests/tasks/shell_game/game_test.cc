@@ -28,16 +28,16 @@ constexpr const char* kShorts[] = {
 
 bool has(const std::string& id, const char* part) { return id.find(part) != std::string::npos; }
 
-int memory_int(const VectorEnv& env, const char* name, int index = 0) {
+int memory_int(const Batch& env, const char* name, int index = 0) {
   return *row<std::int32_t>(env.memory().find(name), index);
 }
-int oracle(const VectorEnv& env, int index = 0) {
+int oracle(const Batch& env, int index = 0) {
   return *row<std::int32_t>(env.output("oracle_info"), index);
 }
-Vector3d pos(const VectorEnv& env, int prop, int index = 0) {
+Vector3d pos(const Batch& env, int prop, int index = 0) {
   return Eigen::Map<Vector3d>(env.state().prop_pos_of(index, prop));
 }
-bool visible(const VectorEnv& env, int prop, int index = 0) {
+bool visible(const Batch& env, int prop, int index = 0) {
   return env.state().status_of(index, prop) != PropStatus::kHidden;
 }
 void check_near(const Vector3d& given, const Vector3d& expected, double margin = 1e-12) {

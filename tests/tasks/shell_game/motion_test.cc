@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mjcf/mug.h"
-#include "tasks/parts/tool_servo.h"
+#include "tasks/common/tool_servo.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -17,13 +17,13 @@ using Eigen::Vector3d;
 using test::make_env;
 using test::row;
 
-Vector3d pos(const VectorEnv& env, int prop, int index = 0) {
+Vector3d pos(const Batch& env, int prop, int index = 0) {
   return Eigen::Map<Vector3d>(env.state().prop_pos_of(index, prop));
 }
-Vector3d tcp(const VectorEnv& env) { return Eigen::Map<Vector3d>(env.state().tcp_pos.row(0)); }
+Vector3d tcp(const Batch& env) { return Eigen::Map<Vector3d>(env.state().tcp_pos.row(0)); }
 
 // One step of the tool towards a point.
-void move(VectorEnv& env, const Vector3d& goal, double gripper) {
+void move(Batch& env, const Vector3d& goal, double gripper) {
   std::vector<float> action(7);
   tasks::servo_tool(env.state(), 0, goal, tasks::kToolDown, gripper, action.data());
   env.step(action);
@@ -41,7 +41,7 @@ TEST_CASE("A snapshot of a shell game goes on bit for bit, in the middle of a sw
     const auto env = make_env(entry.id, options);
     env->reset();
     // Down to where the mugs pass, so that contacts are saved as well.
-    const auto disturb = [](VectorEnv& batch) {
+    const auto disturb = [](Batch& batch) {
       std::vector<float> actions(14);
       for (int i = 0; i < 2; ++i) {
         const Vector3d goal(-0.02, 0.1, 0.06);
@@ -60,7 +60,7 @@ TEST_CASE("A snapshot of a shell game goes on bit for bit, in the middle of a sw
         twin->restore(1, saved);
       }
       // The original and two copies, in other slots and batches.
-      for (VectorEnv* batch : {env.get(), other.get(), twin.get()}) disturb(*batch);
+      for (Batch* batch : {env.get(), other.get(), twin.get()}) disturb(*batch);
       REQUIRE(test::env_bytes(*other, 0) == test::env_bytes(*env, 1));
       REQUIRE(test::env_bytes(*twin, 1) == test::env_bytes(*env, 1));
     }

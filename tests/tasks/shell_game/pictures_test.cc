@@ -15,7 +15,7 @@ using namespace engram;
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-int count_pixels(VectorEnv& env, int index, const char* camera, const Rgb& color) {
+int count_pixels(Batch& env, int index, const char* camera, const Rgb& color) {
   std::vector<std::uint8_t> rgb(std::size_t{128} * 128 * 3);
   env.render(index, camera, 128, 128, rgb);
   int count = 0;

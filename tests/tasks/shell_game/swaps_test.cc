@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "core/base/random.h"
+#include "core/math/random.h"
 
 namespace engram::tasks {
 namespace {

@@ -46,7 +46,7 @@ class Cube {
   bool fails() const { return *test::row<std::uint8_t>(env_->output("failed"), 0) != 0; }
 
  private:
-  std::unique_ptr<VectorEnv> env_;
+  std::unique_ptr<Batch> env_;
 };
 
 TEST_CASE("The slot into which the cube comes after the target is the answer",

@@ -30,13 +30,13 @@ std::vector<Pin> pins(double slot = 0, double x = 0) {
           {"goal_y", {0}}};
 }
 
-void put_cube(const VectorEnv& env, double x, double y) {
+void put_cube(const Batch& env, double x, double y) {
   double* pos = env.state().prop_pos_of(0, kCube);
   pos[0] = x;
   pos[1] = y;
 }
 
-bool visible(const VectorEnv& env, int prop) {
+bool visible(const Batch& env, int prop) {
   return env.state().status_of(0, prop) != PropStatus::kHidden;
 }
 

@@ -17,7 +17,7 @@ constexpr int kCube = 2;
 constexpr int kBulb = 4;
 
 template <class T>
-T info(const VectorEnv& env, const char* name, int index = 0) {
+T info(const Batch& env, const char* name, int index = 0) {
   return *row<T>(env.output(name), index);
 }
 
@@ -71,7 +71,7 @@ TEST_CASE("The cube arrives in the window and ends the episode", "[timed]") {
 }
 
 // Puts the cube on the red disc before step `elapsed`, and goes on to there.
-std::unique_ptr<VectorEnv> put_on_red(int elapsed, double signal) {
+std::unique_ptr<Batch> put_on_red(int elapsed, double signal) {
   constexpr int kRedDisc = 1;
   auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
   env->reset();
@@ -128,7 +128,7 @@ TEST_CASE("A cube that arrives early fails at once", "[timed]") {
 }
 
 // What one environment shows and remembers over the next steps.
-std::vector<Bytes> future(VectorEnv& env, int index, int steps) {
+std::vector<Bytes> future(Batch& env, int index, int steps) {
   std::vector<Bytes> history;
   for (int i = 0; i < steps; ++i) {
     test::step(env, Policy::kOracle);

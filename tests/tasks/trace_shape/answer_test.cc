@@ -44,7 +44,7 @@ EnvOptions still(std::vector<Pin> pins, bool strict) {
   return options;
 }
 
-std::unique_ptr<VectorEnv> show(int shape, double radius, bool strict = false) {
+std::unique_ptr<Batch> show(int shape, double radius, bool strict = false) {
   auto env = make_env(
       kHard,
       still({{"shape", {static_cast<double>(shape)}}, {"radius", {radius}}, {"rotation", {0.3}}},
@@ -54,7 +54,7 @@ std::unique_ptr<VectorEnv> show(int shape, double radius, bool strict = false) {
 }
 
 // Of radius 0.1, unturned.
-std::unique_ptr<VectorEnv> show_sequence(std::array<double, 5> shapes, int length) {
+std::unique_ptr<Batch> show_sequence(std::array<double, 5> shapes, int length) {
   auto env = make_env(kSeq, still({{"shapes", {shapes.begin(), shapes.end()}},
                                    {"radii", std::vector<double>(5, 0.1)},
                                    {"rotations", std::vector<double>(5, 0.0)},
@@ -64,11 +64,11 @@ std::unique_ptr<VectorEnv> show_sequence(std::array<double, 5> shapes, int lengt
   return env;
 }
 
-void wait(VectorEnv& env) {
+void wait(Batch& env) {
   while (env.state().elapsed[0] < env.cue_end(0)) test::step(env, Policy::kZero);
 }
 
-void put_cube(VectorEnv& env, const Vec2& at) {
+void put_cube(Batch& env, const Vec2& at) {
   double* pos = env.state().prop_pos_of(0, kGreen);
   pos[0] = at.x();
   pos[1] = at.y();
@@ -76,7 +76,7 @@ void put_cube(VectorEnv& env, const Vec2& at) {
 }
 
 // Once around, until success if that comes first.
-void trace(VectorEnv& env, int shape, double radius, double rotation) {
+void trace(Batch& env, int shape, double radius, double rotation) {
   const Contour contour(kShapes, shape, radius, rotation, kCenter);
   for (int i = 0; i <= kShapes.waypoints(); ++i) {
     put_cube(env, contour.waypoint(i % kShapes.waypoints()));
@@ -85,7 +85,7 @@ void trace(VectorEnv& env, int shape, double radius, double rotation) {
 }
 
 // Presses the button of a sequence.
-void submit(VectorEnv& env) {
+void submit(Batch& env) {
   const double* button = row<double>(env.memory().find("trace_shape_seq_button_xy"), 0);
   test::step_at(env, {button[0], button[1], 0.07});
 }

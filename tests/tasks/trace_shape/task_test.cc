@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tasks/parts/tool_servo.h"
+#include "tasks/common/tool_servo.h"
 #include "tasks/trace_shape/demo.h"
 #include "tests/env_helpers.h"
 
@@ -24,16 +24,16 @@ constexpr int kGreen = 1;
 constexpr int kBulb = 3;
 
 template <class T>
-T info(const VectorEnv& env, const char* name, int index = 0) {
+T info(const Batch& env, const char* name, int index = 0) {
   return *row<T>(env.output(name), index);
 }
 
-Vec2 place(const VectorEnv& env, int prop, int index = 0) {
+Vec2 place(const Batch& env, int prop, int index = 0) {
   const double* pos = env.state().prop_pos_of(index, prop);
   return {pos[0], pos[1]};
 }
 
-std::string lamp(const VectorEnv& env, int index = 0) {
+std::string lamp(const Batch& env, int index = 0) {
   const float* rgba = env.state().prop_rgba.row(index) + 4 * kBulb;
   const float glow = env.state().prop_emission.row(index)[kBulb];
   if (glow == 0) return rgba[0] == rgba[1] ? "white" : "?";
@@ -49,7 +49,7 @@ EnvOptions pinned(std::vector<Pin> pins) {
 }
 
 // Steps without action to that step count.
-void wait_until(VectorEnv& env, int elapsed) {
+void wait_until(Batch& env, int elapsed) {
   const std::vector<float> rest = test::zeros(env);
   while (env.state().elapsed[0] < elapsed) env.step(rest);
 }
@@ -84,7 +84,7 @@ TEST_CASE("TraceShape keeps to the timeline of the example: P = 5, C = 69", "[tr
 }
 
 // As in the original.
-const std::vector<OptionChoice> kPushing = {{"red_pushes_green", 1}};
+const std::vector<TaskOptionValue> kPushing = {{"red_pushes_green", 1}};
 
 TEST_CASE("The demonstration pushes the green cube gently out of its way", "[trace]") {
   // A circle that passes through the green cube's place.
@@ -110,7 +110,7 @@ TEST_CASE("The demonstration pushes the green cube gently out of its way", "[tra
 }
 
 // How deep the green cube, turned about the vertical, is inside the red one, m.
-double overlap(const VectorEnv& env, int index) {
+double overlap(const Batch& env, int index) {
   constexpr double kHalf = 0.02;
   const double* q = env.state().prop_quat_of(index, kGreen);
   const double yaw = 2 * std::atan2(q[3], q[0]);
@@ -234,7 +234,7 @@ TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C =
 }
 
 // Moves the tool to `height` over the button, 50 mm nearer to the robot than its centre.
-void press_button(VectorEnv& env, double height) {
+void press_button(Batch& env, double height) {
   const double* center = row<double>(env.memory().find("trace_shape_seq_button_xy"), 0);
   const Vec2 base(tasks::kRobotBaseX, 0);
   const Vec2 outward = Vec2(center[0], center[1]) - base;

@@ -28,7 +28,7 @@ const Vector3d kButton(-0.05, 0.26, 0);
 const Vector3d kFarAway(-0.1, 0, 0.4);
 
 // Without physics; battery 0 works.
-std::unique_ptr<VectorEnv> make(const char* id, const ConstantTable& constants = {}) {
+std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants = {}) {
   EnvOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
@@ -41,17 +41,15 @@ std::unique_ptr<VectorEnv> make(const char* id, const ConstantTable& constants =
   return env;
 }
 
-void put(VectorEnv& env, int battery, const Vector3d& where) {
+void put(Batch& env, int battery, const Vector3d& where) {
   env.state().place_prop(0, battery, where.data(), mjcf::kBatteryQuat.data(), PropStatus::kAsleep);
   test::step_at(env, kFarAway);
 }
-bool flag(const VectorEnv& env, const char* name) {
+bool flag(const Batch& env, const char* name) {
   return *row<std::uint8_t>(env.output(name), 0) != 0;
 }
-int number(const VectorEnv& env, const char* name) {
-  return *row<std::int32_t>(env.output(name), 0);
-}
-void press(VectorEnv& env) {
+int number(const Batch& env, const char* name) { return *row<std::int32_t>(env.output(name), 0); }
+void press(Batch& env) {
   test::step_at(env, kButton + Vector3d(0, 0, 0.07));
   test::step_at(env, kFarAway);
 }

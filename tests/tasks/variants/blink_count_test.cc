@@ -27,7 +27,7 @@ const Vector3d kFarAway(-0.1, 0, 0.4);
 enum Prop { kRedBase, kRedCap, kBlackBase, kBlackCap };
 
 // Without physics, the red button at (-0.1, 0) and the black one at (-0.1, 0.16).
-std::unique_ptr<VectorEnv> make(const ConstantTable& constants, std::vector<Pin> pins = {}) {
+std::unique_ptr<Batch> make(const ConstantTable& constants, std::vector<Pin> pins = {}) {
   EnvOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
@@ -42,22 +42,20 @@ std::unique_ptr<VectorEnv> make(const ConstantTable& constants, std::vector<Pin>
 }
 
 // The same after the cue; `blinks` are to be counted.
-std::unique_ptr<VectorEnv> after_cue(const ConstantTable& constants, double blinks = 2) {
+std::unique_ptr<Batch> after_cue(const ConstantTable& constants, double blinks = 2) {
   auto env = make(constants, {{"target_blinks", {blinks}}});
   while (env->state().elapsed[0] < env->cue_end(0)) test::step_at(*env, kFarAway);
   return env;
 }
 
-void tool_at(VectorEnv& env, double height, double aside = 0) {
+void tool_at(Batch& env, double height, double aside = 0) {
   test::step_at(env, {-0.1 + aside, 0, height});
 }
-bool flag(const VectorEnv& env, const char* name) {
+bool flag(const Batch& env, const char* name) {
   return *row<std::uint8_t>(env.output(name), 0) != 0;
 }
-int count(const VectorEnv& env, const char* name) {
-  return *row<std::int32_t>(env.output(name), 0);
-}
-double prop_height(const VectorEnv& env, int prop) { return env.state().prop_pos_of(0, prop)[2]; }
+int count(const Batch& env, const char* name) { return *row<std::int32_t>(env.output(name), 0); }
+double prop_height(const Batch& env, int prop) { return env.state().prop_pos_of(0, prop)[2]; }
 
 TEST_CASE("BLINK_COUNT_RANGE is what is counted, guessed and drawn", "[variants][blink_count]") {
   const ConstantTable constants = {{"BLINK_COUNT_RANGE", ConstantList{2, 5}},

@@ -35,7 +35,7 @@ const char* cue_constant(const char* id) {
 const char* cue_draw(const char* id) { return id == kBunch ? "cue_steps" : "cue_step_duration"; }
 
 // Without physics, in the first step of the action phase; the cue shows the first colours.
-std::unique_ptr<VectorEnv> acting(const char* id, const ConstantTable& constants, int length = 3) {
+std::unique_ptr<Batch> acting(const char* id, const ConstantTable& constants, int length = 3) {
   EnvOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
@@ -48,16 +48,16 @@ std::unique_ptr<VectorEnv> acting(const char* id, const ConstantTable& constants
   return env;
 }
 
-Vector3d cube(const VectorEnv& env, int color) {
+Vector3d cube(const Batch& env, int color) {
   return Eigen::Map<Vector3d>(env.state().prop_pos_of(0, color));
 }
-bool shown(const VectorEnv& env, int color) {
+bool shown(const Batch& env, int color) {
   return env.state().status_of(0, color) != PropStatus::kHidden;
 }
-bool touched(const VectorEnv& env, int color) {
+bool touched(const Batch& env, int color) {
   return row<std::uint8_t>(env.memory().find("touched"), 0)[color] != 0;
 }
-void press_button(VectorEnv& env) {
+void press_button(Batch& env) {
   const double* at = row<double>(env.memory().find("center_button_xy"), 0);
   for (const double height : {0.1, 0.08, 0.09, 0.17}) step_at(env, {at[0], at[1], height});
 }
@@ -209,7 +209,7 @@ TEST_CASE("Cubes are as large and heavy as CUBE_HALFSIZE says", "[variants][colo
 TEST_CASE("Penalties on haste lower the reward", "[variants][color_recall]") {
   const auto usual = acting(kSeq, {});
   const auto costly = acting(kSeq, {{"ACTION_L2_COEF", 2.0}});
-  for (VectorEnv* env : {usual.get(), costly.get()}) {
+  for (Batch* env : {usual.get(), costly.get()}) {
     test::pose_tool(*env, kFarAway);
     env->step(std::vector<float>(7, 1.0F));
   }

@@ -13,9 +13,9 @@
 namespace engram::test {
 
 // At the beginning of an episode.
-inline std::unique_ptr<VectorEnv> make_reset(const char* id, const ConstantTable& constants,
-                                             const EnvOptions& options = {}) {
-  auto env = std::make_unique<VectorEnv>(make_task(id, constants), options);
+inline std::unique_ptr<Batch> make_reset(const char* id, const ConstantTable& constants,
+                                         const EnvOptions& options = {}) {
+  auto env = std::make_unique<Batch>(make_task(id, constants), options);
   env->reset();
   return env;
 }

@@ -13,7 +13,7 @@ using Catch::Contains;
 constexpr const char* kId = "RememberColor3-VLA-v0";
 constexpr int kEnvs = 32;
 
-std::unique_ptr<VectorEnv> make() {
+std::unique_ptr<Batch> make() {
   EnvOptions options;
   options.num_envs = kEnvs;
   options.threads = 1;
@@ -21,11 +21,11 @@ std::unique_ptr<VectorEnv> make() {
   return test::make_env(kId, options);
 }
 
-int empty_steps(const VectorEnv& env, int index) {
+int empty_steps(const Batch& env, int index) {
   return *test::row<std::int32_t>(env.memory().find("empty_steps"), index);
 }
 
-std::set<int> seen(const VectorEnv& env, int begin, int end) {
+std::set<int> seen(const Batch& env, int begin, int end) {
   std::set<int> values;
   for (int i = begin; i < end; ++i) values.insert(empty_steps(env, i));
   return values;

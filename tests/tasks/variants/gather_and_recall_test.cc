@@ -14,7 +14,7 @@ using Catch::Contains;
 constexpr const char* kOne = "GatherAndRecall1-VLA-v0";
 constexpr const char* kThree = "GatherAndRecall3-VLA-v0";
 
-bool flag(const VectorEnv& env, const char* name) {
+bool flag(const Batch& env, const char* name) {
   return *test::row<std::uint8_t>(env.output(name), 0) != 0;
 }
 

@@ -24,8 +24,8 @@ inline double mass_in(const std::string& document, const std::string& prop) {
 }
 
 // A batch of one without physics, with dense rewards.
-inline std::unique_ptr<VectorEnv> make_still(const char* id, const ConstantTable& constants,
-                                             std::vector<Pin> pins = {}) {
+inline std::unique_ptr<Batch> make_still(const char* id, const ConstantTable& constants,
+                                         std::vector<Pin> pins = {}) {
   EnvOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
@@ -38,7 +38,7 @@ inline std::unique_ptr<VectorEnv> make_still(const char* id, const ConstantTable
 }
 
 // One step with the origin of a prop there.
-inline void step_with(VectorEnv& env, int prop, double x, double y, double z) {
+inline void step_with(Batch& env, int prop, double x, double y, double z) {
   double* pos = env.state().prop_pos_of(0, prop);
   pos[0] = x;
   pos[1] = y;
@@ -46,7 +46,7 @@ inline void step_with(VectorEnv& env, int prop, double x, double y, double z) {
   step(env, Policy::kZero);
 }
 
-inline bool succeeds_with(VectorEnv& env, int prop, double x, double y, double z) {
+inline bool succeeds_with(Batch& env, int prop, double x, double y, double z) {
   step_with(env, prop, x, y, z);
   return env.success()[0] != 0;
 }

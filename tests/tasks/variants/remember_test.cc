@@ -11,8 +11,8 @@ namespace {
 
 using test::row;
 
-std::unique_ptr<VectorEnv> make(const std::string& id, const ConstantTable& constants,
-                                int num_envs = 1) {
+std::unique_ptr<Batch> make(const std::string& id, const ConstantTable& constants,
+                            int num_envs = 1) {
   EnvOptions options;
   options.num_envs = num_envs;
   options.threads = 1;
@@ -23,9 +23,9 @@ std::unique_ptr<VectorEnv> make(const std::string& id, const ConstantTable& cons
   return env;
 }
 
-const PropModel& first_prop(const VectorEnv& env) { return env.physics_model().props().front(); }
+const PropModel& first_prop(const Batch& env) { return env.physics_model().props().front(); }
 
-const Draw& draw(const VectorEnv& env, const std::string& name) {
+const Draw& draw(const Batch& env, const std::string& name) {
   for (const Draw& one : env.draws()) {
     if (one.name == name) return one;
   }
@@ -63,9 +63,7 @@ TEST_CASE("Objects of other sizes weigh, stand and are spaced accordingly", "[va
     CHECK(first_prop(*large).bounding_radius == Approx(1.5 * first_prop(*plain).bounding_radius));
   }
   // Jitter grows with the size: the same draw, 1.5 times as far.
-  const auto at = [](const VectorEnv& env) {
-    return row<double>(env.memory().find("positions"), 0);
-  };
+  const auto at = [](const Batch& env) { return row<double>(env.memory().find("positions"), 0); };
   const auto plain = make("RememberColor5-VLA-v0", {{"CUBE_HALFSIZE", 0.02}});
   const auto small = make("RememberColor5-VLA-v0", {{"CUBE_HALFSIZE", 0.01}});
   CHECK(at(*plain)[2] == 0.02);
@@ -128,7 +126,7 @@ TEST_CASE("GOAL_THRESH decides what is reached", "[variants]") {
 TEST_CASE("Shapes and colours are those that are named", "[variants]") {
   const auto shapes =
       make("RememberShape3-VLA-v0", {{"SHAPE_MAPPING", ConstantList{"star", "torus", "crescent"}}});
-  const auto name = [](const VectorEnv& env, std::size_t prop) {
+  const auto name = [](const Batch& env, std::size_t prop) {
     return env.physics_model().props()[prop].name;
   };
   CHECK(name(*shapes, 0) == "star_0");

@@ -26,13 +26,13 @@ using namespace test::shell_game;
 constexpr const char* kAll[] = {kTouch, kPush, kPick, kLamp, kShuffle, kShuffleLamp};
 constexpr double kRest = mjcf::kMugRestingHeight;
 
-Vector3d pos(const VectorEnv& env, int prop, int index = 0) {
+Vector3d pos(const Batch& env, int prop, int index = 0) {
   return Eigen::Map<Vector3d>(env.state().prop_pos_of(index, prop));
 }
-void put(const VectorEnv& env, int prop, const Vector3d& there) {
+void put(const Batch& env, int prop, const Vector3d& there) {
   std::copy_n(there.data(), 3, env.state().prop_pos_of(0, prop));
 }
-int memory_int(const VectorEnv& env, const char* name, int index = 0) {
+int memory_int(const Batch& env, const char* name, int index = 0) {
   return *row<std::int32_t>(env.memory().find(name), index);
 }
 
@@ -47,7 +47,7 @@ EnvOptions still(std::vector<Pin> pins) {
 }
 
 // Goes on until the robot may act.
-void wait(VectorEnv& env) {
+void wait(Batch& env) {
   const int start = memory_int(env, "manipulation_start");
   while (env.state().elapsed[0] < start) test::step(env, Policy::kZero);
 }
@@ -211,7 +211,7 @@ TEST_CASE("A touch is as near as GOAL_THRESH", "[variants][shell]") {
     int first[2] = {0, 0};
     for (int t = 1; t < 100; ++t) {
       int i = 0;
-      for (VectorEnv* one : {env.get(), near.get()}) {
+      for (Batch* one : {env.get(), near.get()}) {
         test::step(*one, Policy::kOracle);
         const float* offset = row<float>(one->output("obj_to_goal_pos"), 0);
         const double distance = Eigen::Map<const Eigen::Vector3f>(offset).cast<double>().norm();

@@ -15,7 +15,7 @@ constexpr const char* kId = "TimedTransferEasy-VLA-v0";
 constexpr int kRedDisc = 1;
 constexpr int kCube = 2;
 
-bool flag(const VectorEnv& env, const char* name) {
+bool flag(const Batch& env, const char* name) {
   return *test::row<std::uint8_t>(env.output(name), 0) != 0;
 }
 

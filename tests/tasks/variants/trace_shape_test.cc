@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/picture/overlay.h"
+#include "core/image/overlay.h"
 #include "tasks/trace_shape/contour.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/variants/constant_text.h"
@@ -33,8 +33,7 @@ constexpr int kGreen = 1;
 const Vec2 kCenter(-0.1, 0.05);
 
 // Without physics, shapes about kCenter.
-std::unique_ptr<VectorEnv> make(const char* id, const ConstantTable& constants,
-                                std::vector<Pin> pins) {
+std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants, std::vector<Pin> pins) {
   EnvOptions options;
   options.substeps = 0;
   options.terminate_on_success = false;
@@ -51,27 +50,27 @@ std::unique_ptr<VectorEnv> make(const char* id, const ConstantTable& constants,
 }
 
 // A circle of 10 cm.
-std::unique_ptr<VectorEnv> make_circle(const ConstantTable& constants) {
+std::unique_ptr<Batch> make_circle(const ConstantTable& constants) {
   return make(kHard, constants, {{"shape", {0}}, {"radius", {0.1}}, {"rotation", {0}}});
 }
 
-void rest(VectorEnv& env) { test::step(env, Policy::kZero); }
-void wait(VectorEnv& env) {
+void rest(Batch& env) { test::step(env, Policy::kZero); }
+void wait(Batch& env) {
   while (env.state().elapsed[0] < env.cue_end(0)) rest(env);
 }
-void put_green(VectorEnv& env, const Vec2& where) {
+void put_green(Batch& env, const Vec2& where) {
   const double pos[3] = {where.x(), where.y(), 0.02};
   const double upright[4] = {1, 0, 0, 0};
   env.state().place_prop(0, kGreen, pos, upright, PropStatus::kAsleep);
   rest(env);
 }
-Vec2 place(const VectorEnv& env, int prop) {
+Vec2 place(const Batch& env, int prop) {
   return {env.state().prop_pos_of(0, prop)[0], env.state().prop_pos_of(0, prop)[1]};
 }
-bool flag(const VectorEnv& env, const char* name) {
+bool flag(const Batch& env, const char* name) {
   return *row<std::uint8_t>(env.output(name), 0) != 0;
 }
-float number(const VectorEnv& env, const char* name) { return *row<float>(env.output(name), 0); }
+float number(const Batch& env, const char* name) { return *row<float>(env.output(name), 0); }
 
 TEST_CASE("AVAILABLE_SHAPES are drawn, and pinned by their place in the list",
           "[variants][trace]") {

@@ -1,0 +1,135 @@
+#include "core/contact/broad_phase.h"
+
+#include <algorithm>
+
+namespace engram {
+namespace {
+
+constexpr double kSlack = 1e-9;  // m, for rounding
+
+using Vec3 = Eigen::Vector3d;
+
+// Ball around all geoms of a body, in its frame.
+void enclose_body(const mjModel& model, int body, Vec3& center, double& radius) {
+  const int first = model.body_geomadr[body];
+  const int last = first + model.body_geomnum[body];
+  Vec3 low = Vec3::Constant(mjMAXVAL);
+  Vec3 high = Vec3::Constant(-mjMAXVAL);
+  for (int geom = first; geom < last; ++geom) {
+    if (model.geom_type[geom] == mjGEOM_PLANE) continue;
+    const Eigen::Map<const Vec3> pos(model.geom_pos + 3 * geom);
+    low = low.cwiseMin((pos.array() - model.geom_rbound[geom]).matrix());
+    high = high.cwiseMax((pos.array() + model.geom_rbound[geom]).matrix());
+  }
+  center = 0.5 * (low + high);
+  radius = 0;
+  for (int geom = first; geom < last; ++geom) {
+    if (model.geom_type[geom] == mjGEOM_PLANE) continue;
+    const Eigen::Map<const Vec3> pos(model.geom_pos + 3 * geom);
+    radius = std::max(radius, (pos - center).norm() + model.geom_rbound[geom]);
+  }
+  radius += kSlack;
+}
+
+}  // namespace
+
+BroadPhase::BroadPhase(const mjModel& model) : model_(&model), thinned_(model) {
+  for (int pair = 0; pair < model.npair; ++pair) add_pair(model, pair);
+  centers_.resize(members_.size());
+
+  const auto count = static_cast<std::size_t>(model.npair);
+  for (std::vector<int>* column : {&dim_, &geom1_, &geom2_, &signature_}) column->resize(count);
+  for (std::vector<mjtNum>* column : {&margin_, &gap_}) column->resize(count);
+  solref_.resize(count * mjNREF);
+  solimp_.resize(count * mjNIMP);
+  friction_.resize(count * 5);
+  thinned_.pair_dim = dim_.data();
+  thinned_.pair_geom1 = geom1_.data();
+  thinned_.pair_geom2 = geom2_.data();
+  thinned_.pair_signature = signature_.data();
+  thinned_.pair_solref = solref_.data();
+  thinned_.pair_solimp = solimp_.data();
+  thinned_.pair_margin = margin_.data();
+  thinned_.pair_gap = gap_.data();
+  thinned_.pair_friction = friction_.data();
+}
+
+int BroadPhase::member_of(const mjModel& model, int geom) {
+  const bool plane = model.geom_type[geom] == mjGEOM_PLANE;
+  const int body = model.geom_bodyid[geom];
+  const auto found = std::find_if(members_.begin(), members_.end(), [&](const Member& member) {
+    return plane ? member.plane == geom : member.plane < 0 && member.body == body;
+  });
+  if (found != members_.end()) return static_cast<int>(found - members_.begin());
+  Member member;
+  member.plane = plane ? geom : -1;
+  member.body = body;
+  if (!plane) enclose_body(model, body, member.center, member.radius);
+  members_.push_back(member);
+  return static_cast<int>(members_.size()) - 1;
+}
+
+void BroadPhase::add_pair(const mjModel& model, int pair) {
+  int first = member_of(model, model.pair_geom1[pair]);
+  int second = member_of(model, model.pair_geom2[pair]);
+  const auto is_plane = [&](int member) {
+    return members_[static_cast<std::size_t>(member)].plane >= 0;
+  };
+  if (is_plane(second)) std::swap(first, second);  // a plane comes first
+  const bool joins = !groups_.empty() && groups_.back().first_member == first &&
+                     groups_.back().second_member == second;
+  if (!joins) groups_.push_back({first, second, pair, 0, 0});
+  Group& group = groups_.back();
+  ++group.count;
+  group.margin = std::max(group.margin, model.pair_margin[pair]);
+}
+
+bool BroadPhase::is_near(const Group& group, const mjData& data) const {
+  const Member& first = members_[static_cast<std::size_t>(group.first_member)];
+  const Member& second = members_[static_cast<std::size_t>(group.second_member)];
+  const Vec3& center = centers_[static_cast<std::size_t>(group.second_member)];
+  const double reach = first.radius + second.radius + group.margin;
+  if (first.plane < 0) {
+    const Vec3& other = centers_[static_cast<std::size_t>(group.first_member)];
+    return (center - other).squaredNorm() <= reach * reach;
+  }
+  const mjtNum* pos = data.geom_xpos + 3 * first.plane;
+  const mjtNum* axes = data.geom_xmat + 9 * first.plane;
+  const Vec3 normal(axes[2], axes[5], axes[8]);
+  return normal.dot(center - Eigen::Map<const Vec3>(pos)) <= reach;
+}
+
+void BroadPhase::keep(const Group& group) {
+  const int at = thinned_.npair;
+  const auto copy = [&](const auto* from, auto& to, int width) {
+    std::copy_n(from + group.begin * width, group.count * width, to.data() + at * width);
+  };
+  copy(model_->pair_dim, dim_, 1);
+  copy(model_->pair_geom1, geom1_, 1);
+  copy(model_->pair_geom2, geom2_, 1);
+  copy(model_->pair_signature, signature_, 1);
+  copy(model_->pair_solref, solref_, mjNREF);
+  copy(model_->pair_solimp, solimp_, mjNIMP);
+  copy(model_->pair_margin, margin_, 1);
+  copy(model_->pair_gap, gap_, 1);
+  copy(model_->pair_friction, friction_, 5);
+  thinned_.npair += group.count;
+}
+
+const mjModel* BroadPhase::near_pairs(const mjData& data) {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const Member& member = members_[i];
+    if (member.plane >= 0) continue;
+    const Eigen::Map<const Vec3> pos(data.xpos + 3 * member.body);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.xmat +
+                                                                              9 * member.body);
+    centers_[i] = pos + axes * member.center;
+  }
+  thinned_.npair = 0;
+  for (const Group& group : groups_) {
+    if (is_near(group, data)) keep(group);
+  }
+  return &thinned_;
+}
+
+}  // namespace engram

@@ -1,0 +1,433 @@
+#include "core/env/batch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <thread>
+
+#include "core/base/error.h"
+#include "core/base/ieee_scope.h"
+#include "core/base/length.h"
+#include "core/robot/lane_kernel.h"
+#include "core/scene/model_cache.h"
+
+namespace engram {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// Start pose of all tasks: arm in rad, fingers in m.
+constexpr std::array<double, kRobotJoints> kStartQpos = {
+    0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
+
+constexpr int kProprioDim = 7;
+constexpr int kTcpPoseDim = 7;
+
+// Several claims per worker, since some environments take longer than others; several environments
+// per claim, since workers share the counter of claims, and whole blocks of lanes at best.
+int chosen_chunk(const EnvOptions& options) {
+  const int lanes = options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
+  const int share = (options.num_envs + options.threads - 1) / options.threads;
+  const int chunk = std::clamp(options.num_envs / (options.threads * 8), 1, 16);
+  return chunk < lanes ? std::min(lanes, share) : chunk - chunk % lanes;
+}
+
+EnvOptions checked(EnvOptions options) {
+  check_ranges(options);
+  if (options.threads == 0) {
+    options.threads =
+        std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxNumEnvs);
+  }
+  options.threads = std::min(options.threads, options.num_envs);
+  if (options.chunk == 0) options.chunk = chosen_chunk(options);
+  return options;
+}
+
+std::vector<Draw> all_draws(const TaskInfo& info) {
+  std::vector<Draw> draws = {{kRobotNoiseDraw, kArmJoints, false, -1, 1, "rad",
+                              "added to the seven arm joints of the start pose"}};
+  draws.insert(draws.end(), info.draws.begin(), info.draws.end());
+  return draws;
+}
+
+}  // namespace
+
+Batch::Batch(std::unique_ptr<Task> task, const EnvOptions& options, ImageSourceFactory renderers)
+    : Batch(IeeeScope{}, std::move(task), options, std::move(renderers)) {}
+
+Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const EnvOptions& options,
+             ImageSourceFactory renderers)
+    : task_(std::move(task)),
+      options_(checked(options)),
+      option_values_(
+          engram::option_values(task_->info().options, options_.task_options, options_.rules)),
+      model_(cached_model(task_->scene())),
+      controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
+                                               model_->joint_ranges(), options_.rotation_sign)),
+      pool_(options_.threads),
+      simulator_(std::make_unique<Simulator>(
+          *model_, SimulatorOptions{options_.substeps, options_.sleep, options_.lanes},
+          options_.threads, options_.num_envs)),
+      renderers_(std::move(renderers)),
+      tokens_(task_->looks()),
+      memory_(options_.num_envs),
+      pin_memory_(options_.num_envs),
+      outputs_(options_.num_envs),
+      final_outputs_(options_.num_envs) {
+  try {
+    allocate();
+  } catch (const std::bad_alloc&) {
+    throw Error(Error::kUnavailable, "no memory for " + std::to_string(options_.num_envs) +
+                                         " environments of " + task_->info().id);
+  }
+  pins_.check(options_.pins);
+  if (options_.after_end == AfterEnd::kContinue && options_.auto_reset != AutoReset::kOff) {
+    throw Error(Error::kInvalidArgument, std::string("after_end continue with auto_reset ") +
+                                             name_of(options_.auto_reset) + " given, off needed");
+  }
+  if (info().robot_init_qpos_noise) options_.robot_init_qpos_noise = *info().robot_init_qpos_noise;
+}
+
+Batch::~Batch() = default;
+
+// Adds all columns: the engine's memory and outputs, then the task's.
+void Batch::allocate() {
+  const TaskInfo& info = task_->info();
+  state_ = State(memory_, static_cast<int>(model_->props().size()));
+  const bool goes_on = options_.after_end == AfterEnd::kContinue;
+  memory_.limit("elapsed", 0, goes_on ? kMostElapsed : info.horizon);
+  pins_ = PinTable(pin_memory_, all_draws(info));
+  bindings_.state = &state_;
+  bindings_.options = option_values_;
+  bindings_.arm = &model_->arm();
+  bindings_.stream_salt = stream_salt(info.id);
+  for (std::size_t i = 0; i < option_values_.size(); ++i) {
+    bindings_.strict |= info.options[i].name == kStrictOption && option_values_[i] != 0;
+  }
+  bindings_.memory = &memory_;
+  bindings_.outputs = &outputs_;
+  bindings_.action = memory_.add<float>("action", action_dim());
+  bindings_.previous_action = memory_.add<float>("previous_action", action_dim());
+  tokens_.bind(memory_);
+  bindings_.freeze_steps = memory_.add<std::int32_t>("freeze_steps");
+
+  state_fields_ = {{"qpos", kRobotJoints, DType::kFloat32, "rad, m", "arm joints, fingers"},
+                   {"qvel", kRobotJoints, DType::kFloat32, "rad/s, m/s", "arm joints, fingers"}};
+  if (controller_->state_dim() > 0) {
+    state_fields_.push_back({controller_->state_name(), controller_->state_dim(), DType::kFloat32,
+                             "", "target that the controller tracks"});
+  }
+  state_fields_.push_back(
+      {"tcp_pose", kTcpPoseDim, DType::kFloat32, "m", "position, quaternion (w, x, y, z)"});
+  state_fields_.insert(state_fields_.end(), info.state_fields.begin(), info.state_fields.end());
+  int dim = 0;
+  for (const Field& field : state_fields_) dim += field.width;
+
+  observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation",
+                                     observes_state(options_.obs_mode));
+  proprio_ = outputs_.add<float>("proprio", kProprioDim, "m, rad",
+                                 "TCP position, roll, pitch, yaw, gripper opening");
+  reward_ = outputs_.add<float>("reward");
+  terminated_ = outputs_.add<std::uint8_t>("terminated");
+  truncated_ = outputs_.add<std::uint8_t>("truncated");
+  unstable_ = outputs_.add<std::uint8_t>("unstable", 1, "", "physics diverged in this step");
+  elapsed_steps_ = outputs_.add<std::int32_t>("elapsed_steps", 1, "control steps");
+  bindings_.success = outputs_.add<std::uint8_t>("success");
+  bindings_.failed = outputs_.add<std::uint8_t>("failed");
+  success_once_ =
+      outputs_.add<std::uint8_t>("success_once", 1, "", "success in any step of the episode");
+  episode_return_ = outputs_.add<double>("episode_return", 1, "", "sum of rewards");
+  if (info.oracle_dim > 0 && info.oracle_is_real) {
+    bindings_.oracle_values =
+        outputs_.add_privileged<float>("oracle_info", info.oracle_dim, "", "the hidden quantity");
+  } else if (info.oracle_dim > 0) {
+    bindings_.oracle_info = outputs_.add_privileged<std::int32_t>("oracle_info", info.oracle_dim,
+                                                                  "", "the hidden quantity");
+  }
+  if (info.task_cue_dim > 0) {
+    bindings_.task_cue = outputs_.add_privileged<float>("task_cue", info.task_cue_dim);
+  }
+  if (!info.answer.empty()) bindings_.answers.bind(outputs_);
+  task_->bind(bindings_);
+  const ObsMode mode = options_.obs_mode;
+  if (observes_pictures(mode)) {
+    if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
+    const ImageKinds kinds = {observes_depth(mode), observes_segmentation(mode)};
+    images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, kinds, renderers_,
+                                           options_.image_options, num_envs(), options_.threads,
+                                           options_.auto_reset == AutoReset::kSameStep);
+  }
+  if (observes_objects(mode)) {
+    objects_ = std::make_unique<ObjectView>(
+        info, tokens_,
+        ObjectViewOptions{.num_envs = num_envs(),
+                          .time = options_.observe_time,
+                          .keeps_final = options_.auto_reset == AutoReset::kSameStep});
+  }
+  final_outputs_.add_like(outputs_);
+  final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
+}
+
+// --- reset ---
+
+void Batch::reset(const ResetRequest& request) {
+  const IeeeScope scope;
+  const auto count = static_cast<std::size_t>(num_envs());
+  if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
+  if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
+  if (request.pins != nullptr) pins_.check(*request.pins);
+  const std::vector<Narrowing> ranges = request.constants != nullptr
+                                            ? pins_.narrowings(*request.constants)
+                                            : std::vector<Narrowing>();
+  const auto selected = [&request](int env) {
+    return request.mask.empty() || request.mask[static_cast<std::size_t>(env)] != 0;
+  };
+  if (!started_) {
+    for (int env = 0; env < num_envs(); ++env) {
+      if (!selected(env)) {
+        throw Error(Error::kBadState, "first reset with environment " + std::to_string(env) +
+                                          " masked out; the first one must reset all");
+      }
+    }
+  }
+  const std::vector<Pin>* pins = request.pins != nullptr ? request.pins
+                                 : started_              ? nullptr
+                                                         : &options_.pins;
+  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
+    if (clock_ != nullptr) clock(worker)->start();
+    for (int env = begin; env < end; ++env) {
+      if (!selected(env)) continue;
+      std::uint64_t seed = options_.seed + static_cast<std::uint64_t>(env);
+      std::uint64_t episode = 0;
+      if (!request.seeds.empty()) {
+        seed = request.seeds[static_cast<std::size_t>(env)];
+      } else if (started_) {
+        seed = state_.seed[env];
+        episode = state_.episode[env] + 1;
+      }
+      if (pins != nullptr) pins_.set(env, *pins);
+      if (request.constants != nullptr) pins_.narrow(env, ranges);
+      reset_env(worker, env, seed, episode);
+      mark(clock(worker), StepPart::kReset);
+      draw(worker, env);
+      final_mask_[static_cast<std::size_t>(env)] = 0;
+    }
+  });
+  started_ = true;
+}
+
+void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode_number) {
+  memory_.clear_row(env);
+  outputs_.clear_row(env);
+  state_.seed[env] = seed;
+  state_.episode[env] = episode_number;
+
+  const Episode episode(pins_, env, bindings_.stream_key(env), episode_number);
+  double* qpos = state_.qpos.row(env);
+  std::copy(kStartQpos.begin(), kStartQpos.end(), qpos);
+  const double* pinned_noise = pins_.values(env, 0);
+  RandomStream noise = episode.engine_stream(kPurposeRobotNoise);
+  for (int i = 0; i < kArmJoints; ++i) {
+    qpos[i] +=
+        pinned_noise != nullptr ? pinned_noise[i] : options_.robot_init_qpos_noise * noise.normal();
+  }
+  simulator_->update_tcp(state_, env, 1, worker);
+  controller_->reset(state_, env);
+
+  task_->reset(episode);
+  const Range self{env, env + 1};
+  task_->advance(self);
+  evaluate(self);
+  observe(self);
+}
+
+// --- step ---
+
+void Batch::check_actions(std::span<const float> actions) const {
+  if (!started_) throw Error(Error::kBadState, "step before the first reset; reset first");
+  const auto dim = static_cast<std::size_t>(action_dim());
+  require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
+  const auto bad = std::find_if_not(actions.begin(), actions.end(),
+                                    [](float value) { return std::isfinite(value); });
+  if (bad != actions.end()) {
+    const auto index = static_cast<std::size_t>(bad - actions.begin());
+    throw Error(Error::kInvalidArgument, "action of environment " + std::to_string(index / dim) +
+                                             ", component " + std::to_string(index % dim) + ": " +
+                                             std::to_string(*bad) +
+                                             " given, a finite number needed");
+  }
+  if (options_.after_end == AfterEnd::kRefuse) refuse_ended();
+}
+
+// Throws Error if an episode has ended that nothing resets but the user.
+void Batch::refuse_ended() const {
+  if (options_.auto_reset != AutoReset::kOff) return;
+  for (int env = 0; env < num_envs(); ++env) {
+    if (state_.finished[env] == 0) continue;
+    throw Error(Error::kBadState,
+                "the episode of environment " + std::to_string(env) +
+                    " has ended; reset it, or make the batch with after_end hold or continue");
+  }
+}
+
+void Batch::step(std::span<const float> actions) {
+  check_actions(actions);
+  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
+    step_range(worker, {begin, end}, actions.data());
+  });
+}
+
+// Environments whose episode has ended are reset or left alone, as the auto-reset mode says; the
+// others are stepped in runs of neighbours, so that tasks get whole ranges.
+void Batch::step_range(int worker, Range envs, const float* actions) {
+  if (clock_ != nullptr) clock(worker)->start();
+  int env = envs.begin;
+  while (env < envs.end) {
+    final_mask_[static_cast<std::size_t>(env)] = 0;
+    if (waits(env)) {
+      // With same-step resets, only an environment restored from another batch's snapshot can be
+      // finished here.
+      if (options_.auto_reset != AutoReset::kOff) {
+        reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
+        mark(clock(worker), StepPart::kReset);
+        draw(worker, env);
+      } else {
+        reward_[env] = 0;
+      }
+      ++env;
+      continue;
+    }
+    const int begin = env;
+    for (; env < envs.end && !waits(env); ++env) {
+      final_mask_[static_cast<std::size_t>(env)] = 0;
+    }
+    for (int first = begin; first < env; first += simulator_->lanes()) {
+      simulate(worker, {first, std::min(env, first + simulator_->lanes())}, actions);
+    }
+    finish_steps(worker, {begin, env});
+  }
+}
+
+// Action, controller and physics of environments that move side by side.
+void Batch::simulate(int worker, Range envs, const float* actions) {
+  StepClock::Worker* const time = clock(worker);
+  for (int env = envs.begin; env < envs.end; ++env) take_action(env, actions);
+  mark(time, StepPart::kController);
+  task_->before_physics(envs);
+  mark(time, StepPart::kTask);
+  std::array<Drive, kMostLanes> drives;
+  std::array<bool, kMostLanes> stable{};
+  const std::span<Drive> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
+  controller_->drive(state_, envs.begin, bindings_.action, simulator_->block(worker), used);
+  mark(time, StepPart::kController);
+  simulator_->step(state_, envs.begin, worker, used, stable.data(), time);
+  for (int env = envs.begin; env < envs.end; ++env) {
+    unstable_[env] = stable[static_cast<std::size_t>(env - envs.begin)] ? 0 : 1;
+    if (unstable_[env] != 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
+    if (state_.elapsed[env] < kMostElapsed) ++state_.elapsed[env];
+  }
+  mark(time, StepPart::kGather);
+  simulator_->update_tcp(state_, envs.begin, envs.end - envs.begin, worker);
+  mark(time, StepPart::kObservation);
+}
+
+// The action that an environment follows, and the one before.
+void Batch::take_action(int env, const float* actions) {
+  const auto dim = static_cast<std::size_t>(action_dim());
+  float* current = bindings_.action.row(env);
+  std::copy_n(current, dim, bindings_.previous_action.row(env));
+  if (options_.freeze_cue && state_.elapsed[env] < bindings_.freeze_steps[env]) {
+    controller_->hold_action(state_, env, current);
+  } else {
+    std::copy_n(actions + static_cast<std::ptrdiff_t>(env) * action_dim(), dim, current);
+  }
+}
+
+// Everything after physics: phases, info, observation, reward, endings.
+void Batch::finish_steps(int worker, Range envs) {
+  StepClock::Worker* const time = clock(worker);
+  task_->advance(envs);
+  evaluate(envs);
+  mark(time, StepPart::kTask);
+  observe(envs);
+  mark(time, StepPart::kObservation);
+  compute_rewards(envs);
+  for (int env = envs.begin; env < envs.end; ++env) {
+    mark(time, StepPart::kTask);
+    draw(worker, env);
+    finish_step(worker, env);
+  }
+  mark(time, StepPart::kTask);
+}
+
+// A wrong first answer fails the episode where users want that.
+void Batch::evaluate(Range envs) {
+  task_->evaluate(envs);
+  if (!bindings_.strict) return;
+  for (int env = envs.begin; env < envs.end; ++env) {
+    if (!bindings_.answers.wrong(env)) continue;
+    bindings_.success[env] = 0;
+    bindings_.failed[env] = 1;
+  }
+}
+
+// What policies and learners see.
+bool Batch::outputs_finite(int env) const {
+  const auto all_finite = [](std::span<const float> values) {
+    bool finite = true;
+    for (const float value : values) {
+      finite &= std::abs(value) <= std::numeric_limits<float>::max();  // false for NaN
+    }
+    return finite;
+  };
+  const auto row = [env](const Column<float>& column) {
+    return std::span<const float>(column.row(env), static_cast<std::size_t>(column.width()));
+  };
+  return std::isfinite(reward_[env]) && all_finite(row(proprio_)) &&
+         all_finite(objects_ ? objects_->robot_part(env) : row(observation_));
+}
+
+void Batch::finish_step(int worker, int env) {
+  // Physics has checked its own columns. A snapshot may also hold NaN or infinity in the task's.
+  if (!outputs_finite(env)) {
+    if (unstable_[env] == 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
+    unstable_[env] = 1;
+    reward_[env] = 0;
+  }
+  const bool success = bindings_.success[env] != 0;
+  success_once_[env] |= bindings_.success[env];
+  episode_return_[env] += static_cast<double>(reward_[env]);
+
+  const Termination rule = task_->info().termination;
+  const bool ends_at_success = options_.terminate_on_success.value_or(rule != Termination::kNever);
+  const bool ends_at_failure = options_.terminate_on_failure &&
+                               rule == Termination::kSuccessOrFailed && bindings_.failed[env] != 0;
+  terminated_[env] = ((success && ends_at_success) || ends_at_failure) ? 1 : 0;
+  truncated_[env] = (state_.elapsed[env] >= task_->info().horizon || unstable_[env] != 0) ? 1 : 0;
+  state_.finished[env] = terminated_[env] | truncated_[env];
+
+  if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return;
+  // The new episode's outputs replace the old ones, except for reward and endings of this step.
+  outputs_.copy_row_to(final_outputs_, env);
+  if (images_) images_->keep_final(env);
+  if (objects_) objects_->keep_final(env);
+  final_mask_[static_cast<std::size_t>(env)] = 1;
+  const float reward = reward_[env];
+  const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};
+  reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
+  mark(clock(worker), StepPart::kReset);
+  reward_[env] = reward;
+  terminated_[env] = flags[0];
+  truncated_[env] = flags[1];
+  unstable_[env] = flags[2];
+  draw(worker, env);
+}
+
+void Batch::draw(int worker, int env) {
+  if (!images_) return;
+  images_->render(worker, state_, env);
+  mark(clock(worker), StepPart::kRender);
+}
+
+}  // namespace engram

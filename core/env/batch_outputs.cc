@@ -1,0 +1,147 @@
+// What a batch shows: observations, rewards, and all outputs by name.
+#include <algorithm>
+
+#include "core/base/error.h"
+#include "core/base/ieee_scope.h"
+#include "core/base/join.h"
+#include "core/env/batch.h"
+
+namespace engram {
+
+void Batch::observe(Range envs) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    elapsed_steps_[env] = state_.elapsed[env];
+    const double* pos = state_.tcp_pos.row(env);
+    const double* quat = state_.tcp_quat.row(env);
+    const double* qpos = state_.qpos.row(env);
+    const Eigen::Vector3d angles =
+        roll_pitch_yaw(Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
+    float* proprio = proprio_.row(env);
+    for (int i = 0; i < 3; ++i) {
+      proprio[i] = static_cast<float>(pos[i]);
+      proprio[3 + i] = static_cast<float>(angles[i]);
+    }
+    proprio[6] = static_cast<float>(qpos[kArmJoints] + qpos[kArmJoints + 1]);
+  }
+  if (observes_state(options_.obs_mode)) observe_state(envs);
+  if (!objects_) return;
+  for (int env = envs.begin; env < envs.end; ++env) observe_objects(env);
+}
+
+void Batch::observe_objects(int env) {
+  const float* cue = info().task_cue_dim > 0 ? bindings_.task_cue.row(env) : nullptr;
+  objects_->write(state_, env, bindings_.stream_key(env), cue);
+}
+
+std::size_t Batch::object_bytes() const {
+  if (!objects_) return 0;
+  const std::size_t rows = options_.auto_reset == AutoReset::kSameStep ? 2 : 1;
+  return rows * sizeof(float) * static_cast<std::size_t>(objects_->width());
+}
+
+void Batch::observe_state(Range envs) {
+  int offset = 0;
+  for (int env = envs.begin; env < envs.end; ++env) {
+    float* out = observation_.row(env);
+    const auto append = [&out](const double* values, int count) {
+      out = std::transform(values, values + count, out,
+                           [](double value) { return static_cast<float>(value); });
+    };
+    append(state_.qpos.row(env), kRobotJoints);
+    append(state_.qvel.row(env), kRobotJoints);
+    append(controller_->state_row(state_, env), controller_->state_dim());
+    append(state_.tcp_pos.row(env), 3);
+    append(state_.tcp_quat.row(env), 4);
+    offset = static_cast<int>(out - observation_.row(env));
+  }
+  task_->observe(envs, {observation_.data() + offset, observation_.width()});
+}
+
+void Batch::compute_rewards(Range envs) {
+  const RewardMode mode = options_.reward_mode;
+  if (mode == RewardMode::kDense || mode == RewardMode::kNormalizedDense) {
+    task_->dense_reward(envs, {reward_.data(), 1});
+  }
+  for (int env = envs.begin; env < envs.end; ++env) {
+    switch (mode) {
+      case RewardMode::kNone:
+        reward_[env] = 0;
+        break;
+      case RewardMode::kSparse:
+        reward_[env] = bindings_.success[env] != 0 ? 1.0F : 0.0F;
+        break;
+      case RewardMode::kDense:
+        break;
+      case RewardMode::kNormalizedDense:
+        reward_[env] /= static_cast<float>(task_->info().success_reward);
+        break;
+    }
+  }
+}
+
+template <class T>
+std::span<const T> Batch::whole(const Column<T>& column) const {
+  return {column.data(),
+          static_cast<std::size_t>(num_envs()) * static_cast<std::size_t>(column.width())};
+}
+
+std::span<const float> Batch::observation() const {
+  if (objects_) return objects_->all();
+  if (!observes_state(options_.obs_mode)) return {};
+  return whole(observation_);
+}
+std::span<const float> Batch::proprio() const { return whole(proprio_); }
+std::span<const float> Batch::reward() const { return whole(reward_); }
+std::span<const std::uint8_t> Batch::terminated() const { return whole(terminated_); }
+std::span<const std::uint8_t> Batch::truncated() const { return whole(truncated_); }
+std::span<const std::uint8_t> Batch::success() const { return whole(bindings_.success); }
+std::span<const std::uint8_t> Batch::unstable() const { return whole(unstable_); }
+std::span<const std::uint8_t> Batch::final_mask() const { return final_mask_.span(); }
+
+namespace {
+
+ColumnView named(const ColumnStore& store, std::string_view name) {
+  const ColumnView view = store.find(name);
+  if (view.field != nullptr) return view;
+  std::vector<std::string_view> names;
+  names.reserve(store.size());
+  for (std::size_t i = 0; i < store.size(); ++i) names.push_back(store[i].field->name);
+  throw Error(Error::kUnknownId,
+              "no output named '" + std::string(name) + "'; this task has: " + join(names));
+}
+
+}  // namespace
+
+ColumnView Batch::output(std::string_view name) const {
+  if (objects_ && name == kObservation) return objects_->rows();
+  return named(outputs_, name);
+}
+ColumnView Batch::final_output(std::string_view name) const {
+  if (objects_ && name == kObservation) return objects_->final_rows();
+  return named(final_outputs_, name);
+}
+
+std::string Batch::document() const {
+  const IeeeScope scope;
+  return task_->document();
+}
+
+std::string Batch::instruction(int env) const {
+  const IeeeScope scope;
+  check_env(env);
+  return task_->instruction(env);
+}
+
+int Batch::cue_end(int env) const {
+  const IeeeScope scope;
+  check_env(env);
+  return task_->cue_end(env);
+}
+
+void Batch::check_env(int env) const {
+  if (env >= 0 && env < num_envs()) return;
+  throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
+                                           std::to_string(num_envs() - 1) + " allowed");
+}
+
+}  // namespace engram

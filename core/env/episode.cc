@@ -1,0 +1,215 @@
+#include "core/env/episode.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <string>
+
+#include "core/base/checksum.h"
+#include "core/base/error.h"
+#include "core/base/join.h"
+#include "core/base/nearest.h"
+#include "core/env/task_constant.h"
+
+namespace engram {
+namespace {
+
+void check_value(const Draw& draw, double value) {
+  const bool whole = !draw.integer || std::nearbyint(value) == value;
+  if (whole && value >= draw.low && value <= draw.high) return;
+  throw Error(Error::kInvalidArgument,
+              "pin '" + draw.name + "': value " + shortest(value) + " given, " +
+                  (draw.integer ? "a whole number" : "a number") + " from " + shortest(draw.low) +
+                  " to " + shortest(draw.high) + " allowed");
+}
+
+[[noreturn]] void refuse_range(const std::vector<Draw>& draws, const std::string& name) {
+  std::vector<std::string> names;
+  for (const Draw& draw : draws) {
+    const bool known = std::ranges::find(names, draw.constant) != names.end();
+    if (!draw.constant.empty() && !known) names.push_back(draw.constant);
+  }
+  throw Error(Error::kUnknownId, "no range '" + name + "' to narrow at reset; " +
+                                     (names.empty() ? std::string("this task has none")
+                                                    : "did you mean '" + nearest(names, name) +
+                                                          "'? This task has: " + join(names)));
+}
+
+// [least, greatest], or one number that is both; nothing for anything else.
+std::optional<std::pair<double, double>> read_range(const Constant& value) {
+  const auto* list = std::get_if<ConstantList>(&value.value);
+  const std::span<const Constant> bounds =
+      list != nullptr ? std::span<const Constant>(*list) : std::span<const Constant>(&value, 1);
+  if (bounds.empty() || bounds.size() > 2) return std::nullopt;
+  const std::optional<double> low = as_number(bounds.front());
+  const std::optional<double> high = as_number(bounds.back());
+  if (!low || !high) return std::nullopt;
+  return std::pair{*low, *high};
+}
+
+// Whether this is a range within that of the draw.
+bool is_within(const Draw& draw, double low, double high) {
+  const bool whole = std::trunc(low) == low && std::trunc(high) == high;
+  return draw.low <= low && low <= high && high <= draw.high && (whole || !draw.integer);
+}
+
+void check_distinct(const Pin& pin) {
+  for (std::size_t i = 1; i < pin.values.size(); ++i) {
+    const auto here = pin.values.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::find(pin.values.begin(), here, *here) == here) continue;
+    throw Error(Error::kInvalidArgument, "pin '" + pin.name + "': value " + shortest(*here) +
+                                             " given twice, different values allowed");
+  }
+}
+
+}  // namespace
+
+// Stafford's thirteenth mixer of 64 bits: ids that differ in one letter end up far apart.
+std::uint64_t stream_salt(std::string_view id) {
+  std::uint64_t bits = checksum(id);
+  bits = (bits ^ bits >> 30) * 0xbf58476d1ce4e5b9u;
+  bits = (bits ^ bits >> 27) * 0x94d049bb133111ebu;
+  return bits ^ bits >> 31;
+}
+
+PinTable::PinTable(ColumnStore& store, std::vector<Draw> draws) : draws_(std::move(draws)) {
+  if (draws_.size() > 64) throw Error(Error::kInternal, "more than 64 draws in a task");
+  int width = 0;
+  for (const Draw& draw : draws_) {
+    offsets_.push_back(width);
+    width += draw.width;
+  }
+  pinned_ = store.add<std::uint64_t>("pinned");
+  values_ = store.add<double>("pin_values", width);
+  narrowed_ = store.add<std::uint64_t>("narrowed");
+  ranges_ = store.add<double>("ranges", 2 * static_cast<int>(draws_.size()));
+}
+
+int PinTable::find(const std::string& name) const {
+  const auto found = std::find_if(draws_.begin(), draws_.end(),
+                                  [&name](const Draw& draw) { return draw.name == name; });
+  return found == draws_.end() ? -1 : static_cast<int>(found - draws_.begin());
+}
+
+void PinTable::check(const std::vector<Pin>& pins) const {
+  std::uint64_t seen = 0;
+  for (const Pin& pin : pins) {
+    const int index = find(pin.name);
+    if (index < 0) {
+      throw Error(Error::kUnknownId, "no draw named '" + pin.name +
+                                         "' to pin; this task has: " + join(draws_, &Draw::name));
+    }
+    if ((seen >> index & 1) != 0) {
+      throw Error(Error::kInvalidArgument, "pin '" + pin.name + "' given twice, once allowed");
+    }
+    seen |= std::uint64_t{1} << index;
+    const Draw& draw = draws_[static_cast<std::size_t>(index)];
+    if (pin.values.size() != static_cast<std::size_t>(draw.width)) {
+      throw Error(Error::kInvalidArgument,
+                  "pin '" + pin.name + "': " + std::to_string(pin.values.size()) +
+                      " values given, " + std::to_string(draw.width) + " needed");
+    }
+    for (const double value : pin.values) check_value(draw, value);
+    if (draw.distinct) check_distinct(pin);
+  }
+}
+
+void PinTable::check_saved(std::span<const std::byte> row) const {
+  std::uint64_t pinned = 0;
+  std::memcpy(&pinned, row.data(), sizeof pinned);
+  if (draws_.size() < 64 && pinned >> draws_.size() != 0) {
+    throw Error(Error::kInvalidArgument, "snapshot refused: it pins a draw that there is not");
+  }
+  std::vector<Pin> pins;
+  for (std::size_t draw = 0; draw < draws_.size(); ++draw) {
+    if ((pinned >> draw & 1) == 0) continue;
+    std::vector<double> values(static_cast<std::size_t>(draws_[draw].width));
+    std::memcpy(
+        values.data(),
+        row.data() + sizeof pinned + static_cast<std::size_t>(offsets_[draw]) * sizeof(double),
+        values.size() * sizeof(double));
+    pins.push_back({draws_[draw].name, std::move(values)});
+  }
+  check(pins);
+  check_saved_ranges(
+      row.subspan(sizeof pinned + static_cast<std::size_t>(values_.width()) * sizeof(double)));
+}
+
+void PinTable::check_saved_ranges(std::span<const std::byte> row) const {
+  std::uint64_t narrowed = 0;
+  std::memcpy(&narrowed, row.data(), sizeof narrowed);
+  std::vector<double> ranges(2 * draws_.size());
+  std::memcpy(ranges.data(), row.data() + sizeof narrowed, ranges.size() * sizeof(double));
+  for (std::size_t i = 0; i < 64; ++i) {
+    if ((narrowed >> i & 1) == 0) continue;
+    if (i < draws_.size() && !draws_[i].constant.empty()) {
+      if (is_within(draws_[i], ranges[2 * i], ranges[2 * i + 1])) continue;
+    }
+    throw Error(Error::kInvalidArgument, "snapshot refused: it narrows a range that there is not");
+  }
+}
+
+std::vector<Narrowing> PinTable::narrowings(const ConstantTable& ranges) const {
+  std::vector<Narrowing> result;
+  for (const auto& range : ranges) {
+    const std::string& name = range.first;
+    const auto of_this = [&name](const Draw& draw) { return draw.constant == name; };
+    auto draw = std::ranges::find_if(draws_, of_this);
+    if (draw == draws_.end() || name.empty()) refuse_range(draws_, name);
+    const std::optional<std::pair<double, double>> bounds = read_range(range.second);
+    if (!bounds || !is_within(*draw, bounds->first, bounds->second)) {
+      throw Error(Error::kInvalidArgument,
+                  "constant '" + name + "' at reset: " + in_words(range.second) + " given, least " +
+                      "and greatest" + (draw->integer ? ", whole numbers" : "") + " from " +
+                      shortest(draw->low) + " to " + shortest(draw->high) + ", allowed");
+    }
+    for (; draw != draws_.end(); draw = std::find_if(draw + 1, draws_.end(), of_this)) {
+      result.push_back({static_cast<int>(draw - draws_.begin()), bounds->first, bounds->second});
+    }
+  }
+  return result;
+}
+
+void PinTable::narrow(int env, std::span<const Narrowing> narrowings) const {
+  narrowed_[env] = 0;
+  for (const Narrowing& narrowing : narrowings) {
+    narrowed_[env] |= std::uint64_t{1} << narrowing.draw;
+    ranges_.row(env)[2 * narrowing.draw] = narrowing.low;
+    ranges_.row(env)[2 * narrowing.draw + 1] = narrowing.high;
+  }
+}
+
+const double* PinTable::range(int env, int draw) const {
+  if ((narrowed_[env] >> draw & 1) == 0) return nullptr;
+  return ranges_.row(env) + 2 * static_cast<std::ptrdiff_t>(draw);
+}
+
+void PinTable::set(int env, const std::vector<Pin>& pins) const {
+  pinned_[env] = 0;
+  for (const Pin& pin : pins) {
+    const int index = find(pin.name);
+    pinned_[env] |= std::uint64_t{1} << index;
+    std::copy(pin.values.begin(), pin.values.end(),
+              values_.row(env) + offsets_[static_cast<std::size_t>(index)]);
+  }
+}
+
+const double* PinTable::values(int env, int draw) const {
+  if ((pinned_[env] >> draw & 1) == 0) return nullptr;
+  return values_.row(env) + offsets_[static_cast<std::size_t>(draw)];
+}
+
+int Episode::integer(int draw, int low, int high) const {
+  if (const double* value = pinned(draw)) return static_cast<int>(*value);
+  narrow(draw, low, high);
+  return stream(draw).integer(low, high);
+}
+
+double Episode::real(int draw, double low, double high) const {
+  if (const double* value = pinned(draw)) return *value;
+  narrow(draw, low, high);
+  return stream(draw).uniform(low, high);
+}
+
+}  // namespace engram

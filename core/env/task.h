@@ -1,0 +1,160 @@
+// What a task is to the engine.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/column.h"
+#include "core/base/constant.h"
+#include "core/env/answers.h"
+#include "core/env/episode.h"
+#include "core/env/object_descriptor.h"
+#include "core/env/task_constant.h"
+#include "core/env/task_option.h"
+#include "core/scene/scene_spec.h"
+#include "core/sim/state.h"
+
+namespace engram {
+
+struct Overlay;  // core/image/overlay.h
+
+// Who acts, of those that know how to solve the task: one that knows all, one that has to guess
+// what is hidden, and one that does the best it can without memory. What the last does is a
+// function of what can be seen now, of where the robot is, and of the step count.
+enum class Script { kOracle, kBlind, kSweep };
+
+// When an episode ends before its horizon.
+enum class Termination { kNever, kSuccess, kSuccessOrFailed };
+
+// A task in words and numbers; everything here is constant.
+struct TaskInfo {
+  std::string id;
+  std::string family;
+  std::string split;  // short, medium, long or extended
+  std::string memory_type;
+  std::string instruction;
+  bool canonical = true;
+  int horizon = 0;     // control steps
+  int candidates = 1;  // equally likely answers: a guess is right with probability 1 / candidates
+  // How often a guess succeeds where answers are not equally likely, or where a wrong one may
+  // succeed; 0: 1 / candidates.
+  double guess_rate = 0;
+  // What counts as the robot's answer, and what its number means; empty: there is no such moment.
+  std::string answer;
+  // How often the first answer is right if it is a guess; 0: 1 / candidates.
+  double answer_rate = 0;
+  Termination termination = Termination::kNever;
+  // Whether the benchmark's canonical wrappers zero actions until the cue is over.
+  bool frozen_cue = false;
+  double success_reward = 1;    // dense reward at success; normalised rewards are divided by it
+  int task_cue_dim = 0;         // values of the cue that policies may see; 0: none
+  int oracle_dim = 0;           // values of oracle_info
+  bool oracle_is_real = false;  // they are float32 (Bindings::oracle_values), not int32
+  std::vector<Draw> draws;      // what an episode samples, and users may pin
+  std::string hidden_draw;      // the draw that an agent has to remember
+  std::vector<TaskOptionSpec> options;   // variants of the rules, for users to choose
+  ConstantTable constants;               // the class constants of the original benchmark
+  std::vector<TaskConstant> changeable;  // those that users may change, and a few more
+  ConstantTable changed;                 // those that users have changed, in that order
+  // Where that was changed: instead of the batch's option.
+  std::optional<double> robot_init_qpos_noise;
+  std::vector<Field> reward_terms;                          // columns of info "reward_dict"
+  std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
+  std::vector<Field> state_fields;  // of the state observation, after tcp_pose
+  std::vector<Field> drawn;         // what Task::drawn tells: float32, or whole numbers (int32)
+
+  // The success rate of guessing.
+  double chance() const { return guess_rate > 0 ? guess_rate : 1.0 / candidates; }
+  // The share of right first answers of guessing.
+  double answer_chance() const { return answer_rate > 0 ? answer_rate : 1.0 / candidates; }
+};
+
+// Environments begin, ..., end - 1 of a batch.
+struct Range {
+  int begin = 0;
+  int end = 0;
+};
+
+// Rows of a matrix of floats, one per environment of the batch.
+struct FloatRows {
+  float* data = nullptr;
+  int stride = 0;  // floats from row to row
+
+  float* row(int env) const { return data + static_cast<std::ptrdiff_t>(env) * stride; }
+};
+
+// What a task gets when a batch is made: stores for its own columns, and the columns of the engine
+// that it reads and fills in.
+struct Bindings {
+  const State* state = nullptr;       // outlives the task's use of it
+  std::span<const double> options;    // values of info().options, in order; outlive it too
+  const Arm* arm = nullptr;           // likewise
+  ColumnStore* memory = nullptr;      // for what the task remembers; zero when an episode begins
+  ColumnStore* outputs = nullptr;     // for info fields; zero when an episode begins
+  Column<std::uint8_t> success;       // out of evaluate
+  Column<std::uint8_t> failed;        // out of evaluate, where the family has it
+  Column<std::int32_t> freeze_steps;  // out of reset: actions are frozen before this step count
+  Column<std::int32_t> oracle_info;   // (oracle_dim) out of evaluate
+  Column<float> oracle_values;        // instead of oracle_info where it is real
+  Column<float> task_cue;             // (task_cue_dim) out of evaluate
+  std::uint64_t stream_salt = 0;      // of random streams (core/env/episode.h)
+  Answers answers;                    // out of evaluate, where there is info().answer
+  bool strict = false;                // whether a wrong first answer fails the episode
+  Column<float> action;               // the action of this step, after the curriculum's freeze
+  Column<float> previous_action;      // that of the step before; zeros at first
+
+  // Key of the random streams of an environment's episode.
+  std::uint64_t stream_key(int env) const { return state->seed[env] ^ stream_salt; }
+};
+
+// A task drives a batch through its phases. Calls get a range of environments, never one virtual
+// call per environment and step; environments do not know of one another. One object serves one
+// batch; different ranges may be worked on at the same time by different threads.
+class Task {
+ public:
+  virtual ~Task() = default;
+
+  virtual const TaskInfo& info() const = 0;
+  virtual SceneSpec scene() const = 0;
+  // The whole scene for tools and renderers, lights and visual geometry included.
+  virtual std::string document() const = 0;
+
+  // What the props of the scene are to who sees them, in their order.
+  virtual std::vector<ObjectDescriptor> looks() const { return {}; }
+
+  // Called once, before anything else below.
+  virtual void bind(const Bindings& bindings) = 0;
+
+  // Samples an episode for one environment. Its columns are zero, the robot is placed.
+  virtual void reset(const Episode& episode) = 0;
+  // Moves props before the physics of a step; `elapsed` is still that of the step before.
+  virtual void before_physics(Range /*envs*/) {}
+  // Brings the scene to the phase of `elapsed`: moves, parks, reveals and paints props. Called
+  // once per control step, and once at reset with elapsed = 0.
+  virtual void advance(Range envs) = 0;
+  // Computes success and info from the state; changes no prop.
+  virtual void evaluate(Range envs) = 0;
+  // Writes the task's part of the state observation, info().state_fields in order.
+  virtual void observe(Range envs, FloatRows out) = 0;
+  // Writes the dense reward; rows have one element.
+  virtual void dense_reward(Range envs, FloatRows out) = 0;
+  // Writes actions for pd_ee_delta_pose with rotation sign -1.
+  virtual void act(Range envs, Script script, FloatRows actions) = 0;
+
+  // The value of elapsed from which on nothing shows the hidden draw any more.
+  virtual int cue_end(int env) const = 0;
+
+  // Writes what the episode of one environment has drawn, info().drawn in order. Privileged.
+  virtual void drawn(int /*env*/, float* /*out*/) const {}
+
+  // The instruction of one environment's episode.
+  virtual std::string instruction(int /*env*/) const { return info().instruction; }
+  // Adds what is written over a picture of one environment, apart from step and reward. Called for
+  // people's views only, never for observations.
+  virtual void overlay(int /*env*/, Overlay& /*out*/) const {}
+};
+
+}  // namespace engram

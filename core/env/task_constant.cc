@@ -1,0 +1,36 @@
+#include "core/env/task_constant.h"
+
+#include "core/base/join.h"
+
+namespace engram {
+namespace {
+
+struct InWords {
+  std::string operator()(std::nullptr_t) const { return "null"; }
+  std::string operator()(bool value) const { return value ? "true" : "false"; }
+  std::string operator()(std::int64_t value) const { return std::to_string(value); }
+  std::string operator()(std::uint64_t value) const { return std::to_string(value); }
+  std::string operator()(double value) const { return shortest(value); }
+  std::string operator()(const std::string& value) const { return "'" + value + "'"; }
+  std::string operator()(const ConstantList& value) const {
+    return "[" + join(value, in_words) + "]";
+  }
+  std::string operator()(const ConstantTable& /*value*/) const { return "a table"; }
+};
+
+}  // namespace
+
+std::optional<double> as_number(const Constant& constant) {
+  if (const auto* value = std::get_if<std::int64_t>(&constant.value)) {
+    return static_cast<double>(*value);
+  }
+  if (const auto* value = std::get_if<std::uint64_t>(&constant.value)) {
+    return static_cast<double>(*value);
+  }
+  if (const auto* value = std::get_if<double>(&constant.value)) return *value;
+  return std::nullopt;
+}
+
+std::string in_words(const Constant& constant) { return std::visit(InWords{}, constant.value); }
+
+}  // namespace engram

@@ -1,0 +1,45 @@
+// Where the cameras of a scene are, as matrices, without a renderer.
+#pragma once
+
+#include <Eigen/Dense>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/image/robot_poses.h"
+
+namespace engram {
+
+// Where the matrices of a batch go, row by row; empty spans are left out.
+struct CameraSpans {
+  std::span<float> extrinsic_cv;  // (N, 3, 4) world to camera: x right, y down, z forward
+  std::span<float> cam2world_gl;  // (N, 4, 4) camera to world: x right, y up, z backward
+  std::span<float> intrinsic_cv;  // (N, 3, 3) pixels; pixel (0, 0) covers 0 to 1
+};
+
+class CameraPoses {
+ public:
+  // document: MJCF of the scene; robot: its robot.
+  CameraPoses(const std::string& document, const mjModel& robot);
+
+  // Index of a camera. Throws Error naming those that exist.
+  int find(std::string_view name) const;
+  // From the camera's frame (x right, y up, z backward) to the world.
+  Eigen::Isometry3d pose(int camera, const double* qpos);
+  // Pixels from the centre of a picture of that height, at unit distance and offset.
+  double focal_length(int camera, int height) const;
+
+ private:
+  struct Camera {
+    std::string name;
+    int body = -1;  // of the robot, or -1: fixed in the world
+    Eigen::Isometry3d local;
+    double fovy = 0;  // rad
+  };
+  std::vector<Camera> cameras_;
+  RobotPoses robot_;
+  std::vector<BodyView> bodies_;  // of one environment
+};
+
+}  // namespace engram

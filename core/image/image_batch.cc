@@ -1,0 +1,123 @@
+#include "core/image/image_batch.h"
+
+#include <algorithm>
+
+#include "core/base/error.h"
+#include "core/base/join.h"
+#include "core/math/display_color.h"
+
+namespace engram {
+namespace {
+
+template <class T>
+void allocate(ImageBatch::Pictures<T>& pictures, std::size_t size, int num_envs, bool finals) {
+  pictures.size = size;
+  const std::size_t all = size * static_cast<std::size_t>(num_envs);
+  pictures.now = AlignedArray<T>(all);
+  if (finals) pictures.finals = AlignedArray<T>(all);
+}
+
+template <class T>
+void keep(ImageBatch::Pictures<T>& pictures, int env) {
+  const std::size_t offset = pictures.size * static_cast<std::size_t>(env);
+  std::copy_n(pictures.now.data() + offset, pictures.size, pictures.finals.data() + offset);
+}
+
+}  // namespace
+
+void check_image_size(int width, int height) {
+  if (std::min(width, height) >= 1 && std::max(width, height) <= kMaxImageSize) return;
+  throw Error(Error::kInvalidArgument, "image size: " + std::to_string(width) + " x " +
+                                           std::to_string(height) +
+                                           " given, 1 to 4096 pixels on each side allowed");
+}
+
+int find_camera(const ImageSource& source, std::string_view name) {
+  const std::vector<std::string>& cameras = source.cameras();
+  const auto found = std::find(cameras.begin(), cameras.end(), name);
+  if (found != cameras.end()) return static_cast<int>(found - cameras.begin());
+  throw Error(Error::kUnknownId,
+              "no camera '" + std::string(name) + "'; this scene has: " + join(cameras));
+}
+
+SceneViews::SceneViews(const PhysicsModel& model, int workers)
+    : model_(model), robot_(model.robot()) {
+  const std::vector<BodyView> one(robot_.names().size() + model.props().size());
+  views_.assign(static_cast<std::size_t>(workers), one);
+}
+
+std::vector<std::string> SceneViews::body_names() const {
+  std::vector<std::string> names = robot_.names();
+  for (const PropModel& prop : model_.props()) names.push_back(prop.name);
+  return names;
+}
+
+std::span<const BodyView> SceneViews::view(int worker, const State& state, int env) {
+  std::vector<BodyView>& views = views_[static_cast<std::size_t>(worker)];
+  const std::size_t robot = robot_.names().size();
+  robot_.compute(state.qpos.row(env), std::span(views).first(robot));
+  for (int prop = 0; prop < state.num_props; ++prop) {
+    BodyView& view = views[robot + static_cast<std::size_t>(prop)];
+    view.visible = state.status_of(env, prop) != PropStatus::kHidden;
+    std::copy_n(state.prop_pos_of(env, prop), 3, view.pos);
+    std::copy_n(state.prop_quat_of(env, prop), 4, view.quat);
+    const float* painted = state.prop_rgba.row(env) + 4 * prop;
+    view.rgba[3] = painted[3];
+    for (int k = 0; k < 3 && painted[3] > 0; ++k) {
+      view.rgba[k] = static_cast<float>(display_level(painted[k]));
+    }
+    view.emission = state.prop_emission.row(env)[prop];
+  }
+  return views;
+}
+
+ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
+                       const ImageShape& shape, ImageKinds kinds, const ImageSourceFactory& factory,
+                       const ImageSourceOptions& options, int num_envs, int workers,
+                       bool keeps_finals)
+    : views_(model, workers) {
+  check_image_size(shape.width, shape.height);
+  if (shape.cameras.empty()) {
+    throw Error(Error::kInvalidArgument, "image observations: no camera given, 1 or more needed");
+  }
+  ImageSourceOptions fitted = options;
+  fitted.for_people = false;
+  fitted.max_size = std::max(shape.width, shape.height);
+  source_ = factory(document, views_.body_names(), fitted, workers);
+  RenderImage request;
+  request.width = shape.width;
+  request.height = shape.height;
+  request.pixel_stride = 3 * static_cast<std::ptrdiff_t>(shape.cameras.size());
+  request.row_stride = request.pixel_stride * shape.width;
+  request.cell_step = static_cast<std::ptrdiff_t>(shape.cameras.size());
+  request.cell_row = request.cell_step * shape.width;
+  std::vector<RenderImage> one;
+  for (const std::string& name : shape.cameras) {
+    request.camera = find_camera(*source_, name);
+    one.push_back(request);
+  }
+  requests_.assign(static_cast<std::size_t>(workers), one);
+  const std::size_t cells = shape.cells();
+  allocate(rgb_, 3 * cells, num_envs, keeps_finals);
+  if (kinds.depth) allocate(depth_, cells, num_envs, keeps_finals);
+  if (kinds.segmentation) allocate(segmentation_, cells, num_envs, keeps_finals);
+}
+
+void ImageBatch::render(int worker, const State& state, int env) {
+  std::vector<RenderImage>& requests = requests_[static_cast<std::size_t>(worker)];
+  for (std::size_t camera = 0; camera < requests.size(); ++camera) {
+    RenderImage& request = requests[camera];
+    request.rgb = rgb_.of(env) + 3 * camera;
+    if (depth_.size > 0) request.depth_mm = depth_.of(env) + camera;
+    if (segmentation_.size > 0) request.segment_id = segmentation_.of(env) + camera;
+  }
+  source_->render(worker, views_.view(worker, state, env), requests);
+}
+
+void ImageBatch::keep_final(int env) {
+  keep(rgb_, env);
+  keep(depth_, env);
+  keep(segmentation_, env);
+}
+
+}  // namespace engram

@@ -1,0 +1,89 @@
+// The image observations of a batch, and pictures of single environments for people.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/aligned_array.h"
+#include "core/image/image_source.h"
+#include "core/image/robot_poses.h"
+#include "core/scene/physics_model.h"
+#include "core/sim/state.h"
+
+namespace engram {
+
+// The bodies of an environment as an ImageSource needs them: the robot's, then the props.
+class SceneViews {
+ public:
+  SceneViews(const PhysicsModel& model, int workers);
+
+  std::vector<std::string> body_names() const;
+  // Where everything is in one environment; valid until the worker's next call.
+  std::span<const BodyView> view(int worker, const State& state, int env);
+
+ private:
+  const PhysicsModel& model_;
+  RobotPoses robot_;
+  std::vector<std::vector<BodyView>> views_;  // one per worker
+};
+
+// Which pictures observations have.
+struct ImageKinds {
+  bool depth = false;  // beside colours
+  bool segmentation = false;
+};
+
+class ImageBatch {
+ public:
+  // Throws Error for sizes out of range, unknown cameras or a renderer that cannot work here.
+  ImageBatch(const PhysicsModel& model, const std::string& document, const ImageShape& shape,
+             ImageKinds kinds, const ImageSourceFactory& factory, const ImageSourceOptions& options,
+             int num_envs, int workers, bool keeps_finals);
+
+  // A picture of each environment, and the last ones of the episodes that ended last.
+  template <class T>
+  struct Pictures {
+    AlignedArray<T> now;
+    AlignedArray<T> finals;
+    std::size_t size = 0;  // of one environment
+
+    T* of(int env) { return now.data() + size * static_cast<std::size_t>(env); }
+  };
+  // (num_envs, height, width, 3 * cameras)
+  const Pictures<std::uint8_t>& rgb() const { return rgb_; }
+  // (num_envs, height, width, cameras); empty unless asked for.
+  const Pictures<std::int16_t>& depth() const { return depth_; }
+  const Pictures<std::int16_t>& segmentation() const { return segmentation_; }
+  // Index -> name.
+  const std::vector<std::string>& segments() const { return source_->segments(); }
+  // Of one environment, without finals.
+  std::size_t bytes() const {
+    return rgb_.size + sizeof(std::int16_t) * (depth_.size + segmentation_.size);
+  }
+
+  // Draws one environment as it is now.
+  void render(int worker, const State& state, int env);
+  // Keeps the present image as the one at the episode's end.
+  void keep_final(int env);
+
+ private:
+  SceneViews views_;
+  std::unique_ptr<ImageSource> source_;
+  std::vector<std::vector<RenderImage>> requests_;  // one per worker
+  Pictures<std::uint8_t> rgb_;
+  Pictures<std::int16_t> depth_;
+  Pictures<std::int16_t> segmentation_;
+};
+
+// Index of a camera. Throws Error naming those that exist.
+int find_camera(const ImageSource& source, std::string_view name);
+
+inline constexpr int kMaxImageSize = 4096;  // pixels of either side
+
+// Throws Error unless both sides are 1 to kMaxImageSize pixels.
+void check_image_size(int width, int height);
+
+}  // namespace engram

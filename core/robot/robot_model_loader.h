@@ -1,0 +1,13 @@
+// From a compiled model to what the robot's kernels know.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include "core/robot/robot_model.h"
+
+namespace engram {
+
+// All but `arms`. Throws Error if the robot is not of that structure.
+RobotModel load_robot_model(const mjModel& model);
+
+}  // namespace engram

@@ -1,0 +1,65 @@
+#include "core/scene/model_cache.h"
+
+#include <map>
+#include <numeric>
+#include <string>
+
+#include "core/base/process_mutex.h"
+
+namespace engram {
+namespace {
+
+using Models = std::map<std::string, std::weak_ptr<const PhysicsModel>>;
+
+// Never destroyed: batches may outlive all static objects. Used under ProcessLock::kModels.
+Models& models() {
+  static Models* const all = new Models;
+  return *all;
+}
+
+// What distinguishes a source from others: the text of the whole scene, and how its props are used.
+std::string key_of(const SceneSpec& source) {
+  std::vector<int> all(source.props.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::string key = source.compose(all, RobotDetail::kCollision);
+  for (const std::string& prop : source.props) key += prop + '\n';
+  for (const int type : source.types) key += std::to_string(type) + '\n';
+  return key;
+}
+
+// Forgets a model when its last user is gone, unless another one has taken its place by then.
+struct Forget {
+  std::string key;
+  void operator()(const PhysicsModel* model) const noexcept {
+    {
+      const std::lock_guard lock(process_mutex(ProcessLock::kModels));
+      const auto found = models().find(key);
+      if (found != models().end() && found->second.expired()) models().erase(found);
+    }
+    delete model;
+  }
+};
+
+std::shared_ptr<const PhysicsModel> find(const std::string& key) {
+  const std::lock_guard lock(process_mutex(ProcessLock::kModels));
+  const auto found = models().find(key);
+  return found == models().end() ? nullptr : found->second.lock();
+}
+
+}  // namespace
+
+std::shared_ptr<const PhysicsModel> cached_model(const SceneSpec& source) {
+  const std::string key = key_of(source);
+  if (auto model = find(key)) return model;
+  // Other threads may compile the same meanwhile: the first one to finish is shared.
+  auto compiled = std::make_unique<const PhysicsModel>(source);
+  Forget forget{key};
+  std::shared_ptr<const PhysicsModel> made(compiled.release(), std::move(forget));
+  const std::lock_guard lock(process_mutex(ProcessLock::kModels));
+  std::weak_ptr<const PhysicsModel>& entry = models()[key];
+  if (auto model = entry.lock()) return model;
+  entry = made;
+  return made;
+}
+
+}  // namespace engram

@@ -1,0 +1,180 @@
+#include "core/scene/mujoco_handle.h"
+
+#include <mujoco/mjxmacro.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <string_view>
+#include <type_traits>
+
+#include "core/base/error.h"
+#include "core/base/process_mutex.h"
+
+namespace engram {
+namespace {
+
+thread_local int scope_depth = 0;
+
+using Handler = void (*)(const char*);
+Handler previous_error = nullptr;
+Handler previous_warning = nullptr;
+
+// MuJoCo is C: it must not continue after an error, so the handler leaves by an exception that
+// unwinds through its frames (Debian compiles them with unwind tables).
+void on_error(const char* message) {
+  if (scope_depth > 0) {
+    const bool memory = std::strstr(message, "allocate") != nullptr;
+    throw Error(memory ? Error::Kind::kUnavailable : Error::Kind::kInternal,
+                std::string("MuJoCo: ") + message);
+  }
+  if (previous_error != nullptr) {
+    previous_error(message);
+    return;
+  }
+  // A thread that is not ours and had no handler: what MuJoCo would do without one.
+  std::fprintf(stderr, "ERROR: %s\n\n", message);
+  std::exit(EXIT_FAILURE);
+}
+
+void on_warning(const char* message) {
+  if (scope_depth > 0) return;
+  if (previous_warning != nullptr) {
+    previous_warning(message);
+  } else {
+    std::fprintf(stderr, "WARNING: %s\n\n", message);
+  }
+}
+
+void install_handlers() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    previous_error = mju_user_error;
+    previous_warning = mju_user_warning;
+    mju_user_error = on_error;
+    mju_user_warning = on_warning;
+  });
+}
+
+}  // namespace
+
+MujocoScope::MujocoScope() {
+  install_handlers();
+  ++scope_depth;
+}
+
+MujocoScope::~MujocoScope() { --scope_depth; }
+
+void PageDeleter::operator()(std::byte* pages) const noexcept { munmap(pages, bytes); }
+
+namespace {
+
+// Zeros, each page of which takes up memory from when it is first written.
+std::unique_ptr<std::byte, PageDeleter> make_pages(std::size_t bytes) {
+  constexpr int kProtection = PROT_READ | PROT_WRITE;
+  void* pages = mmap(nullptr, bytes, kProtection, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (pages == MAP_FAILED) {
+    throw Error(Error::Kind::kUnavailable, "no memory for " + std::to_string(bytes) + " bytes");
+  }
+  return {static_cast<std::byte*>(pages), PageDeleter{bytes}};
+}
+
+// Gives pages that hold nothing but zeros back to the system, until they are written again.
+void give_back_zeros(void* memory, std::size_t bytes) {
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  void* next = memory;
+  while (std::align(page, page, next, bytes) != nullptr) {
+    auto* const begin = static_cast<std::byte*>(next);
+    const bool zeros =
+        std::all_of(begin, begin + page, [](std::byte byte) { return byte == std::byte{0}; });
+    if (zeros) madvise(begin, page, MADV_DONTNEED);
+    next = begin + page;
+    bytes -= page;
+  }
+}
+
+}  // namespace
+
+ModelPtr compile_model(const std::string& mjcf) {
+  const MujocoScope scope;
+  // The virtual file system is two megabytes. All zeros is an empty one; to clear it time and again
+  // would take a quarter of the time in which a scene is compiled.
+  const auto pages = make_pages(sizeof(mjVFS));
+  auto* const files = reinterpret_cast<mjVFS*>(pages.get());
+  const char* name = "scene.xml";
+  mj_makeEmptyFileVFS(files, name, static_cast<int>(mjcf.size()) + 1);
+  std::memcpy(files->filedata[0], mjcf.c_str(), mjcf.size() + 1);
+  char message[1000] = "";
+  ModelPtr model;
+  {
+    // MuJoCo has a lock of its own here, which a child of fork() might find taken.
+    const std::lock_guard lock(process_mutex(ProcessLock::kCompiler));
+    model.reset(mj_loadXML(name, files, message, sizeof message));
+  }
+  mj_deleteFileVFS(files, name);
+  if (model == nullptr) {
+    throw Error(Error::Kind::kInternal, std::string("scene refused by MuJoCo: ") + message);
+  }
+  return model;
+}
+
+namespace {
+
+// Calls f(array, bytes) for each array of mjData that has room for contacts or constraints.
+template <class F>
+void for_each_contact_array(const mjModel* model, mjData& data, F&& f) {
+  MJDATA_POINTERS_PREAMBLE(model)
+  const auto is_one = [](std::string_view rows, std::string_view columns) {
+    return rows == "njmax" || rows == "nconmax" || columns.find("njmax") != std::string_view::npos;
+  };
+#define X(type, name, rows, columns)                                                             \
+  if (is_one(#rows, #columns)) {                                                                 \
+    f(data.name,                                                                                 \
+      sizeof(type) * static_cast<std::size_t>(model->rows) * static_cast<std::size_t>(columns)); \
+  }
+  MJDATA_POINTERS
+#undef X
+}
+
+}  // namespace
+
+DataPtr make_data_lazy_contacts(const mjModel& model) {
+  constexpr std::size_t kAlignment = 64;
+  mjModel without_contacts = model;  // its arrays are the model's
+  without_contacts.njmax = 0;
+  without_contacts.nconmax = 0;
+  DataPtr data = make_data(without_contacts);
+
+  const auto rounded = [](std::size_t bytes) {
+    return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+  };
+  std::size_t total = kAlignment;  // never empty
+  for_each_contact_array(&model, *data,
+                         [&](auto* /*array*/, std::size_t bytes) { total += rounded(bytes); });
+  data.get_deleter().room = make_pages(total);
+  std::byte* next = data.get_deleter().room.get();
+  for_each_contact_array(&model, *data, [&](auto*& array, std::size_t bytes) {
+    array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(next);
+    next += rounded(bytes);
+  });
+  // Much of the rest stays zero as well: statistics of the solver, and what only other settings
+  // need.
+  give_back_zeros(data.get(), sizeof *data);
+  give_back_zeros(data->buffer, static_cast<std::size_t>(data->nbuffer));
+  return data;
+}
+
+DataPtr make_data(const mjModel& model) {
+  const MujocoScope scope;
+  DataPtr data(mj_makeData(&model));
+  if (data == nullptr) {
+    throw Error(Error::Kind::kUnavailable, "no memory for another mjData");
+  }
+  return data;
+}
+
+}  // namespace engram

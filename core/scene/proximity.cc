@@ -1,0 +1,123 @@
+#include "core/scene/proximity.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace engram {
+namespace {
+
+using Vec3 = Eigen::Vector3d;
+
+// How much farther apart than `gap` two boxes are, along the axis that separates them most: a face
+// normal, the cross product of two edges, or the line between their centres. `offset` and
+// `rotation` place the second in the frame of the first.
+double boxes_beyond(double gap, const RoundedBox& a, const RoundedBox& b, const Vec3& offset,
+                    const Eigen::Matrix3d& rotation) {
+  const Eigen::Matrix3d spread = (rotation.array().abs() + 1e-12).matrix();
+  const double reach = a.radius + b.radius + gap;
+  const Vec3 across_a = a.half + spread * b.half;
+  const Vec3 across_b = b.half + spread.transpose() * a.half;
+  const Vec3 seen_from_b = rotation.transpose() * offset;
+  const double faces = std::max((offset.cwiseAbs() - across_a).maxCoeff(),
+                                (seen_from_b.cwiseAbs() - across_b).maxCoeff()) -
+                       reach;
+  if (faces > 0) return faces;
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3;
+    const int i2 = (i + 2) % 3;
+    for (int j = 0; j < 3; ++j) {
+      const int j1 = (j + 1) % 3;
+      const int j2 = (j + 2) % 3;
+      // Times the sine of the angle between the edges.
+      const double apart = std::abs(offset[i2] * rotation(i1, j) - offset[i1] * rotation(i2, j));
+      const double across = a.half[i1] * spread(i2, j) + a.half[i2] * spread(i1, j) +
+                            b.half[j1] * spread(i, j2) + b.half[j2] * spread(i, j1);
+      if (apart > across + reach) return apart - across - reach;
+    }
+  }
+  const double apart = offset.norm();
+  const double across = offset.cwiseAbs().dot(a.half) + seen_from_b.cwiseAbs().dot(b.half);
+  return apart > 0 ? apart - across / apart - reach - 1e-15 : -reach;
+}
+
+}  // namespace
+
+double sphere_to_geom(const mjModel& model, const mjData& data, int geom,
+                      const Eigen::Vector3d& center, double radius) {
+  const Eigen::Map<const Eigen::Vector3d> pos(data.geom_xpos + 3 * geom);
+  const Eigen::Vector3d offset = center - pos;
+  const double around = model.geom_rbound[geom] + radius;
+  const double squared = offset.squaredNorm();
+  if (squared > around * around) return std::sqrt(squared) - around;
+
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.geom_xmat +
+                                                                            9 * geom);
+  const Eigen::Vector3d local = axes.transpose() * offset;
+  const mjtNum* size = model.geom_size + 3 * geom;
+  switch (model.geom_type[geom]) {
+    case mjGEOM_BOX: {
+      const Eigen::Vector3d half(size[0], size[1], size[2]);
+      return (local - local.cwiseMin(half).cwiseMax(-half)).norm() - radius;
+    }
+    case mjGEOM_CAPSULE: {
+      const double along = std::clamp(local.z(), -size[1], size[1]);
+      return (local - Eigen::Vector3d(0, 0, along)).norm() - size[0] - radius;
+    }
+    default:
+      return 0;  // inside the bounding sphere: take it as touching
+  }
+}
+
+Frame geom_frame(const mjData& data, int geom) {
+  return {
+      Eigen::Map<const Vec3>(data.geom_xpos + 3 * geom),
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom)};
+}
+
+RoundedBox enclose_geom(const mjModel& model, int geom) {
+  const mjtNum* size = model.geom_size + 3 * geom;
+  RoundedBox box;
+  box.frame = make_frame(model.geom_pos + 3 * geom, model.geom_quat + 4 * geom);
+  switch (model.geom_type[geom]) {
+    case mjGEOM_BOX:
+    case mjGEOM_ELLIPSOID:
+      box.half = Vec3(size[0], size[1], size[2]);
+      break;
+    case mjGEOM_CYLINDER:
+      box.half = Vec3(size[0], size[0], size[1]);
+      break;
+    case mjGEOM_CAPSULE:
+      box.half = Vec3(0, 0, size[1]);
+      box.radius = size[0];
+      break;
+    default:
+      box.radius = model.geom_rbound[geom];
+  }
+  return box;
+}
+
+double parts_beyond(double gap, std::span<const RoundedBox> a, const Frame& frame_a,
+                    std::span<const RoundedBox> b, const Frame& frame_b) {
+  double least = kFarAway;
+  for (const RoundedBox& first : a) {
+    const Vec3 center = frame_a.pos + frame_a.axes * first.frame.pos;
+    const Eigen::Matrix3d axes = frame_a.axes * first.frame.axes;
+    for (const RoundedBox& second : b) {
+      const Vec3 apart = frame_b.pos + frame_b.axes * second.frame.pos - center;
+      const double reach = first.ball_radius() + second.ball_radius() + gap;
+      const double squared = apart.squaredNorm();
+      double beyond = 0;
+      if (squared > reach * reach) {
+        beyond = std::sqrt(squared) - reach;
+      } else {
+        const Eigen::Matrix3d rotation = axes.transpose() * frame_b.axes * second.frame.axes;
+        beyond = boxes_beyond(gap, first, second, axes.transpose() * apart, rotation);
+      }
+      if (beyond <= 0) return beyond;
+      least = std::min(least, beyond);
+    }
+  }
+  return least;
+}
+
+}  // namespace engram

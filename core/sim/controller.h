@@ -1,0 +1,82 @@
+// The control modes: from an action row to what the drives follow. See docs/control_modes.md.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/robot/arm.h"
+#include "core/robot/drive.h"
+#include "core/robot/lane_block.h"
+#include "core/sim/control_mode.h"
+#include "core/sim/state.h"
+
+namespace engram {
+
+// Bounds of an action's components. Values beyond them are clipped where the mode is normalised
+// (the rotation of pd_ee_delta_pose by its norm), and taken as they are where it is not.
+struct ActionSpace {
+  std::vector<float> low;
+  std::vector<float> high;
+  bool normalized = true;
+
+  int dim() const { return static_cast<int>(low.size()); }
+};
+
+// Most components that an action of any mode has.
+inline constexpr int kMaxActionDim = 2 * kArmJoints + 1;
+
+class Controller {
+ public:
+  // rotation_sign: -1 turns the tool against the action's rotation, as the original benchmark does;
+  // +1 turns it along. joint_ranges: (9, 2). `arm` must outlive this object.
+  Controller(ControlMode mode, const Arm& arm, const double* joint_ranges, int rotation_sign);
+
+  ControlMode mode() const { return mode_; }
+  const ActionSpace& action_space() const { return action_space_; }
+
+  // Sets the controller's own targets to what is measured.
+  void reset(const State& state, int env) const;
+
+  // Works out one control step's drive targets from the measured state and an action row.
+  Drive drive(const State& state, int env, const float* action) const;
+  // The same for the environments from `first` on, one for each drive; at most as many as the block
+  // has lanes.
+  void drive(const State& state, int first, const Column<float>& actions, LaneBlock& block,
+             std::span<Drive> drives) const;
+
+  // The action that keeps the robot where it is: all zeros, or the measured position in the modes
+  // that take absolute ones. `action` has action_space().dim() elements.
+  void hold_action(const State& state, int env, float* action) const;
+
+  // The controller's part of the state observation: 0 or 7 values (target modes only).
+  int state_dim() const;
+  const char* state_name() const;
+  const double* state_row(const State& state, int env) const;
+
+ private:
+  // Poses that the controller takes, keeps and reports are in the root frame.
+  Pose measured_pose(const State& state, int env) const;
+  ArmVector delta_pose_target(const State& state, int env, const float* action) const;
+  ArmVector delta_position_target(const State& state, int env, const float* action) const;
+  ArmVector pose_target(const State& state, int env, const Pose& target) const;
+  ArmVector absolute_pose_target(const State& state, int env, const float* action) const;
+  ArmVector tracked_pose_target(const State& state, int env, const float* action,
+                                bool rotates) const;
+  Eigen::Vector3d scaled_rotation(const float* action) const;
+  Eigen::Matrix<double, 6, 1> scaled_twist(const float* action) const;
+  // In lanes: joint targets of pd_ee_delta_pose.
+  void delta_pose_targets(const State& state, int first, const Column<float>& actions,
+                          LaneBlock& block, std::span<Drive> drives) const;
+
+  ControlMode mode_;
+  const Arm& arm_;
+  double rotation_sign_;
+  ActionSpace action_space_;
+};
+
+// Finger target for a gripper action in [-1, 1], m: 0.015 + 0.025 a, clipped.
+double gripper_target(double action);
+// The action whose target is `opening` m per finger, clipped to [-1, 1].
+double gripper_action(double opening);
+
+}  // namespace engram

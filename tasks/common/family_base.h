@@ -1,0 +1,76 @@
+// What every family is built on: it owns the description, the scene and the engine's columns.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/env/task.h"
+#include "mjcf/scene.h"
+#include "tasks/common/poses.h"
+#include "tasks/common/state_row.h"
+#include "tasks/registry.h"
+
+namespace engram::tasks {
+
+class FamilyBase : public Task {
+ public:
+  const TaskInfo& info() const final { return info_; }
+  SceneSpec scene() const final;
+  std::string document() const final { return mjcf::compose(scene_, mjcf::Detail::kFull); }
+  std::vector<ObjectDescriptor> looks() const final;
+  void bind(const Bindings& bindings) override { engine_ = bindings; }
+  // What users may change, as it is here, and which of it they have changed.
+  void set_changeable(std::vector<TaskConstant> changeable, const ConstantTable& changed);
+
+ protected:
+  // The description begins with what the registry knows.
+  explicit FamilyBase(const RegistryEntry& entry);
+
+  // A family lists its state observation once, field beside value, in a member template
+  //   template <class Row> void state_row(Row& row, int env) const;
+  // (tasks/common/state_row.h). Its constructor declares the fields, its observe() writes them.
+  template <class Family>
+  void declare_state(const Family& family) {
+    FieldLister lister;
+    family.state_row(lister, 0);
+    info_.state_fields = lister.take();
+  }
+  template <class Family>
+  static void write_state(const Family& family, Range envs, FloatRows out) {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      RowWriter row(out.row(env));
+      family.state_row(row, env);
+    }
+  }
+
+  // In the same way it lists what episodes draw and scripts read, in drawn_row. Angles, lengths and
+  // speeds are real, all else are whole numbers.
+  template <class Family>
+  void declare_drawn(const Family& family) {
+    FieldLister lister;
+    family.drawn_row(lister, 0);
+    info_.drawn = lister.take();
+    for (Field& field : info_.drawn) {
+      field.privileged = true;
+      if (field.unit.empty() || field.unit == "control steps") field.dtype = DType::kInt32;
+    }
+  }
+  template <class Family>
+  static void write_drawn(const Family& family, int env, float* out) {
+    RowWriter row(out);
+    family.drawn_row(row, env);
+  }
+
+  // What families ask the state for again and again (tasks/common/poses.h).
+  Eigen::Vector3d tcp_pos(int env) const { return tasks::tcp_pos(*engine_.state, env); }
+  Eigen::Vector3d prop_pos(int env, int prop) const {
+    return tasks::prop_pos(*engine_.state, env, prop);
+  }
+  Pose prop_pose(int env, int prop) const { return tasks::prop_pose(*engine_.state, env, prop); }
+
+  TaskInfo info_;
+  mjcf::Scene scene_;
+  Bindings engine_;
+};
+
+}  // namespace engram::tasks

@@ -1,0 +1,51 @@
+#include "tasks/common/task_info.h"
+
+#include <algorithm>
+
+namespace engram::tasks {
+
+TaskInfo describe(const RegistryEntry& entry) {
+  TaskInfo info;
+  info.id = entry.id;
+  info.family = entry.family;
+  info.split = split_name(entry.split);
+  info.memory_type = entry.memory_type;
+  info.instruction = entry.instruction;
+  info.canonical = entry.canonical;
+  info.horizon = entry.horizon;
+  return info;
+}
+
+void append(ConstantTable& table, const ConstantTable& more) {
+  table.insert(table.end(), more.begin(), more.end());
+}
+
+SceneSpec scene_source(const mjcf::Scene& scene) {
+  SceneSpec source;
+  std::vector<const mjcf::Prop*> kinds;
+  for (const mjcf::Prop& prop : scene.props) {
+    source.props.push_back(prop.name);
+    const auto same = std::find_if(kinds.begin(), kinds.end(), [&prop](const mjcf::Prop* kind) {
+      return mjcf::same_physics(*kind, prop);
+    });
+    source.types.push_back(static_cast<int>(same - kinds.begin()));
+    if (same == kinds.end()) kinds.push_back(&prop);
+  }
+  source.compose = [scene](std::span<const int> props, RobotDetail detail) {
+    mjcf::Scene part;
+    part.render_camera = scene.render_camera;
+    part.table_ends = scene.table_ends;
+    for (const int prop : props) part.props.push_back(scene.props[static_cast<std::size_t>(prop)]);
+    return mjcf::compose(part, detail == RobotDetail::kDynamics ? mjcf::Detail::kRobotDynamics
+                                                                : mjcf::Detail::kPhysics);
+  };
+  return source;
+}
+
+std::vector<std::pair<std::string, std::string>> cue_empty_manipulation_phases() {
+  return {{"cue", "elapsed < cue_steps"},
+          {"empty", "cue_steps <= elapsed < cue_steps + empty_steps"},
+          {"manipulation", "elapsed >= cue_steps + empty_steps"}};
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,22 @@
+// Small helpers with which tasks describe themselves.
+#pragma once
+
+#include "core/env/task.h"
+#include "mjcf/scene.h"
+#include "tasks/registry.h"
+
+namespace engram::tasks {
+
+// A TaskInfo with what the registry knows.
+TaskInfo describe(const RegistryEntry& entry);
+
+// Adds rows to a table of constants.
+void append(ConstantTable& table, const ConstantTable& more);
+
+// The scene as the engine takes it.
+SceneSpec scene_source(const mjcf::Scene& scene);
+
+// TaskInfo::phases of the families with cue, empty and manipulation phase.
+std::vector<std::pair<std::string, std::string>> cue_empty_manipulation_phases();
+
+}  // namespace engram::tasks

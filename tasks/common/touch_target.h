@@ -1,0 +1,64 @@
+// Success, info and reward of the families in which the robot touches the right object: bring the
+// TCP within GOAL_THRESH of its origin and stand still (docs/tasks/remember.md).
+#pragma once
+
+#include <vector>
+
+#include "core/env/task.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/common/smoothness.h"
+
+namespace engram::tasks {
+
+inline constexpr double GOAL_THRESH = 0.05;         // m, unless a user changes it
+inline constexpr double kTouchSuccessReward = 3.0;  // dense reward of a success step
+
+// What the reward is made of.
+struct TouchRewardInputs {
+  double distance = 0;           // TCP to target, m
+  double arm_speed = 0;          // norm of the arm joint velocities, rad/s
+  double action_norm = 0;        // of the action as received
+  double action_delta_norm = 0;  // of its change; taken as 0 up to elapsed = 1
+  bool robot_static = false;
+  bool placed = false;
+  bool success = false;
+  double offset_x = 0;  // TCP to target along each axis, m; for reward_dict alone
+  double offset_y = 0;
+  double goal_thresh = 0;  // m, within which reward_dict says that it is reached
+};
+
+struct TouchRewardTerms {
+  double reaching = 0;
+  double stillness = 0;
+  SmoothnessTerms smooth;
+  double reward = 0;
+};
+
+// The dense reward; a success step is worth exactly 3.
+TouchRewardTerms touch_reward(const TouchRewardInputs& inputs, const SmoothnessParams& params);
+
+class TouchTarget {
+ public:
+  // The values in info "reward_dict".
+  static std::vector<Field> reward_terms();
+
+  TouchTarget(double goal_thresh, const SmoothnessParams& params)
+      : goal_thresh_(goal_thresh), params_(params) {}
+
+  void bind(const Bindings& bindings);
+  // `acting`: the manipulation phase has begun.
+  void evaluate(int env, const double* target_pos, bool acting) const;
+  double dense_reward(int env) const;
+
+ private:
+  double goal_thresh_;  // m
+  SmoothnessParams params_;
+  Bindings engine_;
+  Column<float> obj_to_goal_pos_;  // (3) m
+  Column<std::uint8_t> is_obj_placed_;
+  Column<std::uint8_t> is_robot_static_;
+  RewardDict reward_dict_;
+  Column<double> offset_;  // (3) obj_to_goal_pos in full precision
+};
+
+}  // namespace engram::tasks

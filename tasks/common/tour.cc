@@ -1,0 +1,72 @@
+#include "tasks/common/tour.h"
+
+#include "core/math/real_functions.h"
+#include "tasks/common/poses.h"
+#include "tasks/common/tool_servo.h"
+
+namespace engram::tasks {
+namespace {
+
+constexpr double kRowRadius = 0.6;  // m from the base's axis: makes angles lengths
+constexpr int kStepsPerStop = 12;   // control steps that a repeated tour has for every stop
+constexpr int kStepsToRise = 8;     // and for its beginning
+constexpr double kAbove = 0.05;     // m above the height at which a tour begins
+constexpr double kBefore = 0.012;   // m
+constexpr double kFunnel = 0.012;   // m: the way down to the first stop
+constexpr double kFunnelSlope = 2;
+constexpr double kPassed = 0.006;  // m: a tool that much beyond a stop has left it
+
+double along_row(const Eigen::Vector3d& point) {
+  return kRowRadius * real::atan2(point.y(), point.x() - kRobotBaseX);
+}
+
+// A point of the row a little before another, so that the tool does not come down beyond it.
+Eigen::Vector3d before(const Eigen::Vector3d& point, double sense) {
+  const Eigen::Vector2d outward(point.x() - kRobotBaseX, point.y());
+  return point - sense * kBefore * Eigen::Vector3d(-outward.y(), outward.x(), 0) / outward.norm();
+}
+
+}  // namespace
+
+void Tour::add(const Eigen::Vector3d& stop) {
+  const Stop added{stop, along_row(stop)};
+  int place = size_++;
+  for (; place > 0 && stops_[static_cast<std::size_t>(place) - 1].along > added.along; --place) {
+    stops_[static_cast<std::size_t>(place)] = stops_[static_cast<std::size_t>(place) - 1];
+  }
+  stops_[static_cast<std::size_t>(place)] = added;
+}
+
+Tour::Move Tour::next(const State& state, int env, const Way& way) const {
+  const Eigen::Vector3d tool = tcp_pos(state, env);
+  // Every other tour goes the other way.
+  const int steps = kStepsToRise + kStepsPerStop * (size_ + 1);
+  const double sense = way.again && state.elapsed[env] / steps % 2 != 0 ? -1 : 1;
+  const auto stop_at = [&](int place) -> const Stop& {
+    return stops_[static_cast<std::size_t>(sense > 0 ? place : size_ - 1 - place)];
+  };
+  if (way.again && state.elapsed[env] % steps < kStepsToRise) {
+    return {{tool.x(), tool.y(), way.start_height + kAbove}};
+  }
+  if (tool.z() > way.start_height) {
+    int first = 0;
+    for (int place = 1; place < size_ && !way.again; ++place) {
+      const auto away = [&](int at) { return (stop_at(at).point - tool).head<2>().norm(); };
+      if (away(place) < away(first)) first = place;
+    }
+    return {
+        approach_by_funnel(state, env, before(stop_at(first).point, sense), kFunnel, kFunnelSlope)};
+  }
+  const double along = sense * along_row(tool);
+  const bool still = robot_is_static(state, env);
+  for (int place = 0; place < size_ - 1; ++place) {
+    const Stop& stop = stop_at(place);
+    if (along > sense * stop.along + kPassed) continue;
+    const bool there = (tool - stop.point).norm() < way.reach;
+    if (!there || !still) return {stop.point, there};
+  }
+  const Stop& last = stop_at(size_ - 1);
+  return {last.point, (tool - last.point).norm() < way.reach};
+}
+
+}  // namespace engram::tasks

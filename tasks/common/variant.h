@@ -1,0 +1,50 @@
+// The variants of a family, as tables.
+#pragma once
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/env/task.h"
+#include "tasks/common/changes.h"
+#include "tasks/registry.h"
+
+namespace engram::tasks {
+
+// The row of a family's table that belongs to an id. Throws Error if the table has none.
+template <class Variants>
+const auto& find_variant(const Variants& variants, std::string_view id) {
+  const auto found = std::find_if(std::begin(variants), std::end(variants),
+                                  [id](const auto& params) { return params.task.id == id; });
+  if (found == std::end(variants)) {
+    throw Error(Error::kInternal, "no variant for " + std::string(id));
+  }
+  return *found;
+}
+
+// Lists what every family takes beside its own constants, and takes the horizon over.
+void list_common_constants(Changes& list, RegistryEntry& entry);
+
+// Family::make of a class whose constructor takes the registry's entry and the row of a table. A
+// row has
+//   void constants(Changes& list)    what users may change of it (tasks/common/changes.h)
+//   void check(int horizon) const    throws Error unless a task can be made of it
+template <class Made, const auto& kVariants>
+std::unique_ptr<Task> make_variant(const RegistryEntry& entry, const ConstantTable& constants) {
+  auto params = find_variant(kVariants, entry.base);
+  RegistryEntry own = entry;
+  Changes list(constants);
+  params.constants(list);
+  list_common_constants(list, own);
+  std::vector<TaskConstant> changeable = list.take();
+  params.check(own.horizon);
+  if (own.time_limit > 0) own.horizon = own.time_limit;
+  auto task = std::make_unique<Made>(own, params);
+  task->set_changeable(std::move(changeable), constants);
+  return task;
+}
+
+}  // namespace engram::tasks

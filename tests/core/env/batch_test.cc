@@ -1,0 +1,310 @@
+#include "core/env/batch.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::batch_bytes;
+using test::env_bytes;
+using test::make_env;
+using test::row;
+using test::step;
+using test::zeros;
+
+constexpr const char* kId = "RememberColor3-VLA-v0";
+constexpr double kPi = std::numbers::pi;
+
+ResetRequest with_seeds(std::span<const std::uint64_t> seeds) {
+  ResetRequest request;
+  request.seeds = seeds;
+  return request;
+}
+
+TEST_CASE("Proprio is the TCP pose and the gripper opening", "[vector_env]") {
+  EnvOptions options;
+  options.robot_init_qpos_noise = 0;
+  const auto env = make_env(kId, options);
+  env->reset();
+  const auto proprio = env->proprio();
+  REQUIRE(proprio.size() == 7);
+  CHECK(proprio[0] == Approx(-0.070696).margin(1e-6));
+  CHECK(proprio[1] == Approx(0).margin(1e-6));
+  CHECK(proprio[2] == Approx(0.318047).margin(1e-6));
+  CHECK(std::abs(proprio[3]) == Approx(kPi));
+  CHECK(proprio[4] == Approx(0).margin(1e-6));
+  CHECK(proprio[5] == Approx(0).margin(1e-6));
+  CHECK(proprio[6] == Approx(0.08));
+}
+
+TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[vector_env]") {
+  for (const int sign : {-1, 1}) {
+    EnvOptions options;
+    options.robot_init_qpos_noise = 0;
+    options.rotation_sign = sign;
+    options.freeze_cue = false;
+    const auto env = make_env(kId, options);
+    env->reset();
+    env->step(std::vector<float>{0, 0, 0, 0, 0, 1, 0});
+    CHECK(sign * static_cast<double>(env->proprio()[5]) == Approx(0.04).margin(0.006));
+  }
+}
+
+TEST_CASE("State fields name the parts of the state observation", "[vector_env]") {
+  const auto env = make_env(kId);
+  env->reset();
+  int offset = 0;
+  std::vector<std::string> names;
+  for (const Field& field : env->state_fields()) {
+    if (field.name == "tcp_pose") CHECK(offset == 18);
+    if (field.name == "oracle_info") CHECK(offset == 25);
+    if (field.name == "goal_0_pose") CHECK(offset == 26);
+    names.push_back(field.name);
+    offset += field.width;
+  }
+  CHECK(names == std::vector<std::string>{"qpos", "qvel", "tcp_pose", "oracle_info", "goal_0_pose",
+                                          "goal_1_pose", "goal_2_pose"});
+  CHECK(offset == env->state_dim());
+  CHECK(env->observation().size() == static_cast<std::size_t>(offset));
+  for (int i = 0; i < 9; ++i) {
+    CHECK(env->observation()[static_cast<std::size_t>(i)] ==
+          static_cast<float>(env->state().qpos.row(0)[i]));
+  }
+  CHECK(env->observation()[18] == static_cast<float>(env->state().tcp_pos.row(0)[0]));
+  CHECK(env->observation()[21] == static_cast<float>(env->state().tcp_quat.row(0)[0]));
+}
+
+TEST_CASE("Target modes add the controller state after qvel", "[vector_env]") {
+  EnvOptions options;
+  options.control_mode = ControlMode::kPdJointTargetDeltaPos;
+  const auto env = make_env(kId, options);
+  env->reset();
+  CHECK(env->state_dim() == 35 + 7);
+  CHECK(env->state_fields()[2].name == "target_qpos");
+  CHECK(env->observation()[18] == env->observation()[0]);
+  options.control_mode = ControlMode::kPdEeTargetDeltaPose;
+  const auto pose = make_env(kId, options);
+  pose->reset();
+  CHECK(pose->state_fields()[2].name == "target_pose");
+  // In the root frame; tcp_pose follows, in the world's.
+  CHECK(pose->observation()[18] == Approx(pose->observation()[25] + 0.615F));
+  CHECK(pose->observation()[19] == pose->observation()[26]);
+}
+
+TEST_CASE("Observation modes choose what is written", "[vector_env]") {
+  EnvOptions options;
+  const auto state = make_env(kId, options);
+  options.obs_mode = ObsMode::kStateDict;
+  const auto dict = make_env(kId, options);
+  options.obs_mode = ObsMode::kNone;
+  const auto none = make_env(kId, options);
+  for (Batch* env : {state.get(), dict.get(), none.get()}) {
+    env->reset();
+    step(*env, Policy::kRandom);
+  }
+  CHECK(none->observation().empty());
+  CHECK(state->observation().size() == 35);
+  CHECK(std::equal(state->observation().begin(), state->observation().end(),
+                   dict->observation().begin()));
+  CHECK(std::equal(state->proprio().begin(), state->proprio().end(), none->proprio().begin()));
+}
+
+TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[vector_env]") {
+  EnvOptions options;
+  options.num_envs = 2000;
+  const auto env = make_env(kId, options);
+  env->reset();
+  const double start[] = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4};
+  for (int joint = 0; joint < kArmJoints; ++joint) {
+    double sum = 0;
+    double squares = 0;
+    for (int i = 0; i < options.num_envs; ++i) {
+      const double noise = env->state().qpos.row(i)[joint] - start[joint];
+      sum += noise;
+      squares += noise * noise;
+    }
+    CHECK(std::abs(sum / options.num_envs) < 0.002);
+    CHECK(std::sqrt(squares / options.num_envs) == Approx(0.02).epsilon(0.1));
+  }
+  for (int i = 0; i < options.num_envs; ++i) {
+    REQUIRE(env->state().qpos.row(i)[7] == 0.04);
+    REQUIRE(env->state().qpos.row(i)[8] == 0.04);
+  }
+}
+
+TEST_CASE("Environment i has the seed of the batch plus i", "[vector_env]") {
+  EnvOptions options;
+  options.num_envs = 3;
+  options.seed = 4242424242;
+  const auto env = make_env(kId, options);
+  env->reset();
+  for (int i = 0; i < 3; ++i) {
+    CHECK(env->state().seed[i] == 4242424242u + static_cast<unsigned>(i));
+  }
+}
+
+TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[vector_env]") {
+  EnvOptions options;
+  options.num_envs = 2;
+  const auto env = make_env(kId, options);
+  env->reset();
+  const auto first = batch_bytes(*env);
+  env->reset();
+  const auto second = batch_bytes(*env);
+  CHECK(first != second);
+  CHECK(env->state().episode[1] == 1);
+  const std::uint64_t seeds[] = {0, 1};
+  env->reset(with_seeds(seeds));
+  CHECK(batch_bytes(*env) == first);
+  env->reset();
+  CHECK(batch_bytes(*env) == second);
+}
+
+TEST_CASE("Every environment can be given a seed of its own", "[vector_env]") {
+  EnvOptions options;
+  options.num_envs = 3;
+  const auto env = make_env(kId, options);
+  const std::uint64_t seeds[] = {77, 5, 77};
+  env->reset(with_seeds(seeds));
+  options.num_envs = 1;
+  options.seed = 77;
+  const auto single = make_env(kId, options);
+  single->reset();
+  CHECK(env_bytes(*env, 0) == env_bytes(*single, 0));
+  CHECK(env_bytes(*env, 2) == env_bytes(*single, 0));
+  CHECK(env_bytes(*env, 1) != env_bytes(*single, 0));
+}
+
+TEST_CASE("A reset by mask leaves all other environments byte for byte", "[vector_env]") {
+  EnvOptions options;
+  options.num_envs = 6;
+  const auto env = make_env(kId, options);
+  env->reset();
+  for (int i = 0; i < 12; ++i) step(*env, Policy::kOracle);
+  std::vector<test::Bytes> before;
+  before.reserve(6);
+  for (int i = 0; i < 6; ++i) before.push_back(env_bytes(*env, i));
+  const std::uint8_t mask[] = {0, 1, 0, 0, 1, 0};
+  const std::uint64_t seeds[] = {9, 9, 9, 9, 4, 9};
+  env->reset({.mask = mask, .seeds = seeds, .pins = nullptr});
+  for (int i = 0; i < 6; ++i) {
+    INFO("environment " << i);
+    CHECK((env_bytes(*env, i) == before[static_cast<std::size_t>(i)]) ==
+          (mask[static_cast<std::size_t>(i)] == 0));
+  }
+  CHECK(env->state().seed[1] == 9);
+  CHECK(env->state().seed[4] == 4);
+  CHECK(env->state().elapsed[1] == 0);
+  CHECK(env->state().elapsed[0] == 12);
+}
+
+TEST_CASE("The first reset must reset all environments", "[vector_env]") {
+  EnvOptions options;
+  options.num_envs = 2;
+  const auto env = make_env(kId, options);
+  const std::uint8_t mask[] = {1, 0};
+  CHECK_THROWS_WITH(env->reset({.mask = mask, .seeds = {}, .pins = nullptr}),
+                    Catch::Contains("environment 1 masked out"));
+  CHECK_THROWS_AS(env->step(zeros(*env)), Error);
+}
+
+TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[vector_env]") {
+  for (int mode = 0; mode < kControlModes; ++mode) {
+    EnvOptions options;
+    options.num_envs = 4;
+    options.control_mode = static_cast<ControlMode>(mode);
+    const auto env = make_env(kId, options);
+    env->reset();
+    CHECK(test::act(*env, Policy::kZero) == zeros(*env));
+    std::set<float> distinct;
+    for (int i = 0; i < 10; ++i) {
+      const std::vector<float> actions = test::act(*env, Policy::kRandom);
+      for (std::size_t k = 0; k < actions.size(); ++k) {
+        const std::size_t c = k % static_cast<std::size_t>(env->action_dim());
+        REQUIRE(actions[k] >= env->action_space().low[c]);
+        REQUIRE(actions[k] <= env->action_space().high[c]);
+        distinct.insert(actions[k]);
+      }
+      env->step(actions);
+    }
+    CHECK(distinct.size() > 100);
+    CHECK(env->unstable_count() == 0);
+  }
+}
+
+TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_env]") {
+  EnvOptions options;
+  options.num_envs = 5;
+  options.threads = 1;
+  const auto one = make_env(kId, options);
+  options.threads = 3;
+  const auto three = make_env(kId, options);
+  one->reset();
+  three->reset();
+  const std::vector<float> actions = test::act(*one, Policy::kRandom);
+  CHECK(actions == test::act(*three, Policy::kRandom));
+  CHECK(actions == test::act(*one, Policy::kRandom));  // asked twice, told the same
+  options.num_envs = 1;
+  options.seed = 3;
+  const auto single = make_env(kId, options);
+  single->reset();
+  const std::vector<float> alone = test::act(*single, Policy::kRandom);
+  CHECK(std::equal(alone.begin(), alone.end(), actions.begin() + 3 * 7));
+}
+
+TEST_CASE("Oracles speak the rotation sign of the environment", "[vector_env]") {
+  EnvOptions options;
+  options.seed = 3;
+  const auto upstream = make_env(kId, options);
+  options.rotation_sign = 1;
+  const auto positive = make_env(kId, options);
+  double turned = 0;
+  for (Batch* env : {upstream.get(), positive.get()}) env->reset();
+  for (int i = 0; i < 20; ++i) {
+    const std::vector<float> a = test::act(*upstream, Policy::kOracle);
+    const std::vector<float> b = test::act(*positive, Policy::kOracle);
+    for (std::size_t k = 0; k < 7; ++k) {
+      REQUIRE(a[k] == (k >= 3 && k < 6 ? -b[k] : b[k]));
+      if (k >= 3 && k < 6) turned += static_cast<double>(std::abs(a[k]));
+    }
+    upstream->step(a);
+    positive->step(b);
+    REQUIRE(std::equal(upstream->proprio().begin(), upstream->proprio().end(),
+                       positive->proprio().begin()));
+  }
+  CHECK(turned > 0);
+}
+
+TEST_CASE("Outputs are found by name", "[vector_env]") {
+  const auto env = make_env(kId);
+  env->reset();
+  for (const char* name :
+       {"observation", "proprio", "reward", "terminated", "truncated", "unstable", "elapsed_steps",
+        "success", "success_once", "episode_return", "oracle_info", "obj_to_goal_pos",
+        "is_obj_placed", "is_robot_static", "reward_dict"}) {
+    CHECK(env->output(name).field->name == name);
+    CHECK(env->final_output(name).field->name == name);
+  }
+  CHECK_THROWS_WITH(env->output("rewards"),
+                    Catch::Contains("no output named 'rewards'") && Catch::Contains("proprio"));
+  CHECK(env->instruction(0) == env->info().instruction);
+  CHECK_THROWS_AS(env->instruction(1), Error);
+  CHECK_THROWS_AS(env->instruction(-1), Error);
+}
+
+TEST_CASE("An additional environment costs a few kilobytes", "[vector_env]") {
+  CHECK(make_env("RememberColor9-VLA-v0")->bytes_per_env() < 10'000);
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,356 @@
+// Depth and segmentation in observations.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "protocol/batch/make.h"
+#include "tests/allocation_counter.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+constexpr const char* kId = "RememberColor9-VLA-v0";
+constexpr int kSide = 128;
+constexpr std::size_t kCells = std::size_t{kSide} * kSide * 2;
+constexpr const char* kCameras[2] = {"base_camera", "hand_camera"};
+constexpr double kTableTop = -0.0005;  // of the box that is seen
+constexpr double kHalfCube = 0.02;
+
+EnvOptions seeing(ObsMode mode, int num_envs, std::uint64_t seed = 11) {
+  EnvOptions options;
+  options.num_envs = num_envs;
+  options.seed = seed;
+  options.threads = 1;
+  options.obs_mode = mode;
+  return options;
+}
+
+using Cells = std::vector<std::int16_t>;
+
+Cells cells_of(std::span<const std::int16_t> all, int env) {
+  const auto row = all.subspan(kCells * static_cast<std::size_t>(env), kCells);
+  return {row.begin(), row.end()};
+}
+
+// Depth and segmentation, one after the other.
+Cells all_cells(const Batch& env) {
+  Cells cells(env.depth().begin(), env.depth().end());
+  cells.insert(cells.end(), env.segmentation().begin(), env.segmentation().end());
+  return cells;
+}
+
+int segment_named(const Batch& env, const std::string& name) {
+  const auto names = env.segmentation_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  REQUIRE(found != names.end());
+  return static_cast<int>(found - names.begin());
+}
+
+// One camera of one environment.
+class Eye {
+ public:
+  Eye(Batch& env, int index, int camera) : env_(env), index_(index), camera_(camera) {
+    const auto count = static_cast<std::size_t>(env.num_envs());
+    std::vector<float> extrinsic(12 * count);
+    std::vector<float> intrinsic(9 * count);
+    env.camera_params(kCameras[camera], kSide, kSide,
+                      {.extrinsic_cv = extrinsic, .cam2world_gl = {}, .intrinsic_cv = intrinsic});
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        pose_(row, column) =
+            static_cast<double>(extrinsic[static_cast<std::size_t>(12 * index + 4 * row + column)]);
+      }
+    }
+    focal_ = static_cast<double>(intrinsic[static_cast<std::size_t>(9 * index)]);
+  }
+
+  int depth(int x, int y) const { return env_.depth()[at(x, y)]; }
+  int segment(int x, int y) const { return env_.segmentation()[at(x, y)]; }
+
+  // Where the pixel's middle meets what it shows.
+  Eigen::Vector3d point(int x, int y) const {
+    const double z = depth(x, y) / 1000.0;
+    const Eigen::Vector3d seen((x + 0.5 - kSide / 2.0) / focal_ * z,
+                               (y + 0.5 - kSide / 2.0) / focal_ * z, z);
+    return pose_.leftCols<3>().transpose() * (seen - pose_.col(3));
+  }
+  // Where a point of the world shows.
+  Eigen::Vector2d project(const Eigen::Vector3d& point) const {
+    const Eigen::Vector3d seen = pose_.leftCols<3>() * point + pose_.col(3);
+    return {focal_ * seen.x() / seen.z() + kSide / 2.0, focal_ * seen.y() / seen.z() + kSide / 2.0};
+  }
+
+ private:
+  std::size_t at(int x, int y) const {
+    return kCells * static_cast<std::size_t>(index_) +
+           static_cast<std::size_t>(2 * (kSide * y + x) + camera_);
+  }
+
+  Batch& env_;
+  int index_;
+  int camera_;
+  Eigen::Matrix<double, 3, 4> pose_;
+  double focal_ = 0;
+};
+
+template <class Visit>
+void for_pixels(Visit&& visit) {
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) visit(x, y);
+  }
+}
+
+Eigen::Vector3d position_of(const Batch& env, int index, int prop) {
+  const double* pos = env.state().prop_pos_of(index, prop);
+  return {pos[0], pos[1], pos[2]};
+}
+
+Eigen::Quaterniond turn_of(const Batch& env, int index, int prop) {
+  const double* quat = env.state().prop_quat_of(index, prop);
+  return {quat[0], quat[1], quat[2], quat[3]};
+}
+
+}  // namespace
+
+TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][cells]") {
+  const auto rgb = make(kId, seeing(ObsMode::kRgb, 2));
+  const auto depth = make(kId, seeing(ObsMode::kRgbDepth, 2));
+  const auto segmentation = make(kId, seeing(ObsMode::kRgbSegmentation, 2));
+  const auto both = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2));
+  const std::array<Batch*, 4> all = {rgb.get(), depth.get(), segmentation.get(), both.get()};
+  for (Batch* env : all) env->reset();
+  for (int t = 0; t < 8; ++t) {
+    for (Batch* env : all) {
+      CHECK(std::ranges::equal(env->rgb(), rgb->rgb()));
+      CHECK(env->observation().empty());
+      CHECK(std::ranges::equal(env->proprio(), rgb->proprio()));
+    }
+    REQUIRE(both->depth().size() == 2 * kCells);
+    REQUIRE(both->segmentation().size() == 2 * kCells);
+    CHECK(std::ranges::equal(depth->depth(), both->depth()));
+    CHECK(std::ranges::equal(segmentation->segmentation(), both->segmentation()));
+    const std::vector<float> actions = test::act(*rgb, Policy::kOracle);
+    for (Batch* env : all) env->step(actions);
+  }
+  CHECK(rgb->depth().empty());
+  CHECK(rgb->segmentation().empty());
+  CHECK(rgb->segmentation_names().empty());
+  CHECK(depth->segmentation().empty());
+  CHECK(depth->segmentation_names().empty());
+  CHECK(segmentation->depth().empty());
+  CHECK(segmentation->segmentation_names().size() == both->segmentation_names().size());
+  CHECK(rgb->bytes_per_env() + sizeof(std::int16_t) * 2 * kCells == both->bytes_per_env());
+}
+
+TEST_CASE("Depth is the distance along the axis to what is there", "[render][cells]") {
+  const auto env = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2));
+  env->reset();
+  for (int t = 0; t < 30; ++t) test::step(*env, Policy::kOracle);
+  const int table = segment_named(*env, "table");
+  std::map<int, int> prop_of;
+  const std::vector<PropModel>& props = env->physics_model().props();
+  for (std::size_t i = 0; i < props.size(); ++i) {
+    if (props[i].name.starts_with("cube")) {
+      prop_of[segment_named(*env, props[i].name)] = static_cast<int>(i);
+    }
+  }
+  REQUIRE(prop_of.size() == 9);
+  int on_table = 0;
+  int on_cubes = 0;
+  double worst_table = 0;
+  double worst_cube = 0;
+  for (int index = 0; index < 2; ++index) {
+    for (int camera = 0; camera < 2; ++camera) {
+      const Eye eye(*env, index, camera);
+      for_pixels([&](int x, int y) {
+        const int segment = eye.segment(x, y);
+        CHECK((eye.depth(x, y) == 0) == (segment == 0));
+        const Eigen::Vector3d point = eye.point(x, y);
+        if (segment == table && point.z() > -0.1) {  // not its front
+          ++on_table;
+          worst_table = std::max(worst_table, std::abs(point.z() - kTableTop));
+        }
+        const auto found = prop_of.find(segment);
+        if (found == prop_of.end()) return;
+        ++on_cubes;
+        const Eigen::Vector3d local = turn_of(*env, index, found->second).conjugate() *
+                                      (point - position_of(*env, index, found->second));
+        worst_cube = std::max(worst_cube, std::abs(local.cwiseAbs().maxCoeff() - kHalfCube));
+      });
+    }
+  }
+  CHECK(on_table > 10000);
+  CHECK(on_cubes > 500);
+  CHECK(worst_table < 0.0007);
+  CHECK(worst_cube < 0.001);
+}
+
+TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[render][cells]") {
+  const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 4));
+  env->reset();
+  while (env->state().elapsed[0] < 16) test::step(*env, Policy::kZero);
+  const std::vector<PropModel>& props = env->physics_model().props();
+  int seen = 0;
+  for (int index = 0; index < 4; ++index) {
+    const Eye eye(*env, index, 0);
+    for (std::size_t i = 0; i < props.size(); ++i) {
+      if (!props[i].name.starts_with("cube")) continue;
+      const int prop = static_cast<int>(i);
+      if (env->state().status_of(index, prop) == PropStatus::kHidden) continue;
+      const int segment = segment_named(*env, props[i].name);
+      const Eigen::Vector2d middle = eye.project(position_of(*env, index, prop));
+      INFO(props[i].name << " of environment " << index);
+      CHECK(eye.segment(static_cast<int>(middle.x()), static_cast<int>(middle.y())) == segment);
+      double farthest = 0;
+      for_pixels([&](int x, int y) {
+        if (eye.segment(x, y) == segment) {
+          farthest = std::max(farthest, (Eigen::Vector2d(x + 0.5, y + 0.5) - middle).norm());
+        }
+      });
+      CHECK(farthest < 12);
+      ++seen;
+    }
+  }
+  CHECK(seen >= 27);
+}
+
+TEST_CASE("Segments are named in the scene's order, the same in all episodes", "[render][cells]") {
+  const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 1));
+  const std::vector<std::string> names(env->segmentation_names().begin(),
+                                       env->segmentation_names().end());
+  REQUIRE(names.size() > 12);
+  CHECK(names[0] == "background");
+  CHECK(names[1] == "table");
+  CHECK(names[2] == "ground");
+  CHECK(names[3] == "link0");
+  CHECK(std::set<std::string>(names.begin(), names.end()).size() == names.size());
+  const auto other = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2, 99));
+  CHECK(std::ranges::equal(names, other->segmentation_names()));
+}
+
+TEST_CASE("Values of segmentation are those that have names, in all tasks", "[render][cells]") {
+  for (const std::string& id : test::implemented_ids()) {
+    const auto env = make(id, seeing(ObsMode::kRgbDepthSegmentation, 1, 3));
+    env->reset();
+    const auto names = env->segmentation_names();
+    const std::vector<PropModel>& props = env->physics_model().props();
+    std::set<std::string> known(names.begin(), names.end());
+    INFO(id);
+    CHECK(known.size() == names.size());
+    CHECK(!known.contains(""));
+    for (const std::int16_t value : env->segmentation()) {
+      REQUIRE(value >= 0);
+      REQUIRE(static_cast<std::size_t>(value) < names.size());
+    }
+    const auto named = std::count_if(props.begin(), props.end(), [&](const PropModel& prop) {
+      return known.contains(prop.name);
+    });
+    CHECK(named > 0);
+    CHECK(std::ranges::count(env->segmentation(), segment_named(*env, "table")) > 2000);
+  }
+}
+
+TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch size and slot",
+          "[render][cells]") {
+  const auto run = [](EnvOptions options) {
+    const auto env = make(kId, options);
+    env->reset();
+    Cells cells = all_cells(*env);
+    for (int t = 0; t < 10; ++t) {
+      test::step(*env, Policy::kOracle);
+      const Cells now = all_cells(*env);
+      cells.insert(cells.end(), now.begin(), now.end());
+    }
+    return cells;
+  };
+  const EnvOptions one = seeing(ObsMode::kRgbDepthSegmentation, 5);
+  EnvOptions three = one;
+  three.threads = 3;
+  three.chunk = 2;
+  CHECK(run(one) == run(three));
+
+  const auto batch = make(kId, one);
+  const auto single = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 1, 11 + 3));
+  batch->reset();
+  single->reset();
+  for (int t = 0; t < 10; ++t) {
+    CHECK(cells_of(batch->depth(), 3) == cells_of(single->depth(), 0));
+    CHECK(cells_of(batch->segmentation(), 3) == cells_of(single->segmentation(), 0));
+    test::step(*batch, Policy::kOracle);
+    test::step(*single, Policy::kOracle);
+  }
+}
+
+TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours do",
+          "[render][cells]") {
+  EnvOptions same = seeing(ObsMode::kRgbDepthSegmentation, 1);
+  same.auto_reset = AutoReset::kSameStep;
+  EnvOptions off = same;
+  off.auto_reset = AutoReset::kOff;
+  const auto env = make(kId, same);
+  const auto twin = make(kId, off);
+  env->reset();
+  twin->reset();
+  std::vector<std::byte> snapshot;
+  Cells then;
+  for (int t = 0; t < env->info().horizon; ++t) {
+    if (t == 20) {
+      snapshot = twin->save();
+      then = all_cells(*twin);
+    }
+    test::step(*env, Policy::kOracle);
+    test::step(*twin, Policy::kOracle);
+  }
+  REQUIRE(env->final_mask()[0] == 1);
+  CHECK(std::ranges::equal(env->final_depth(), twin->depth()));
+  CHECK(std::ranges::equal(env->final_segmentation(), twin->segmentation()));
+  CHECK(twin->final_depth().empty());
+  CHECK(all_cells(*env) != all_cells(*twin));
+  twin->restore(snapshot);
+  CHECK(all_cells(*twin) == then);
+}
+
+TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][cells][allocation]") {
+  EnvOptions options = seeing(ObsMode::kRgbDepthSegmentation, 4);
+  options.threads = GENERATE(1, 2);
+  options.auto_reset = AutoReset::kSameStep;
+  const auto env = make(kId, options);
+  env->reset();
+  std::vector<float> actions = test::zeros(*env);
+  const std::int64_t before = test::allocation_count();
+  for (int t = 0; t < env->info().horizon + 5; ++t) {
+    env->act(Policy::kOracle, actions);
+    env->step(actions);
+  }
+  CHECK(test::allocation_count() == before);
+}
+
+TEST_CASE("Depth and segmentation can be had of other sizes and cameras", "[render][cells]") {
+  EnvOptions options = seeing(ObsMode::kRgbDepthSegmentation, 1);
+  options.images.width = 33;
+  options.images.height = 20;
+  options.images.cameras = {"render_camera", "base_camera", "hand_camera"};
+  options.image_options.antialias = GENERATE(false, true);
+  options.image_options.shadows = GENERATE(false, true);
+  const auto env = make(kId, options);
+  env->reset();
+  REQUIRE(env->depth().size() == 33 * 20 * 3);
+  REQUIRE(env->segmentation().size() == 33 * 20 * 3);
+  options.images.cameras = {"base_camera"};
+  options.image_options.antialias = options.image_options.shadows = false;
+  const auto alone = make(kId, options);
+  alone->reset();
+  for (std::size_t i = 0; i < 33 * 20; ++i) {
+    REQUIRE(env->depth()[3 * i + 1] == alone->depth()[i]);
+    REQUIRE(env->segmentation()[3 * i + 1] == alone->segmentation()[i]);
+  }
+}
+
+}  // namespace engram

@@ -1,0 +1,119 @@
+// Taking, carrying and leaving, on real physics.
+#include "tasks/common/grasp_servo.h"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "mjcf/disc.h"
+#include "tests/core/sim/physics_fixture.h"
+
+namespace engram {
+namespace {
+
+using test::Rig;
+using namespace tasks;
+
+constexpr double kOnDisc = 0.026;  // m
+
+// A cube on the table, and a disc.
+Rig make_rig(double cube_yaw = 0, const EnvOptions& options = {}) {
+  std::vector<mjcf::Prop> props = {mjcf::cube("cube", 0.02, {1, 0, 0, 1}),
+                                   mjcf::disc("disc", 0.07, 0.003, {0, 1, 0, 1})};
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(cube_yaw, Eigen::Vector3d::UnitZ()));
+  const mjcf::Quat& q = mjcf::kDiscQuat;
+  return Rig(
+      std::move(props),
+      {{{-0.1, -0.1, 0.02}, PropStatus::kAsleep, turned},
+       {{0.0, 0.15, 0.003}, PropStatus::kAsleep, Eigen::Quaterniond(q[0], q[1], q[2], q[3])}},
+      options);
+}
+
+Grip grip(const Rig& rig) { return {.prop = 0, .tool = tool_for_cube(rig.state(), 0, 0)}; }
+
+// Steps until the cube is held.
+int take_cube(Rig& rig) {
+  std::array<float, 7> action{};
+  for (int step = 0; step < 100; ++step) {
+    if (take(rig.state(), 0, grip(rig), action.data())) return step;
+    rig.env().step(action);
+  }
+  return -1;
+}
+
+TEST_CASE("A cube is taken however it is turned", "[grasp]") {
+  for (const double yaw : {0.0, 0.3, 0.75, 0.82, 1.5, -2.0}) {
+    Rig rig = make_rig(yaw);
+    INFO(yaw);
+    CHECK(take_cube(rig) > 0);
+    CHECK(is_held(rig.state(), 0, 0));
+  }
+}
+
+TEST_CASE("A cube in the oracle's grip slips less than 2 mm in 200 steps", "[grasp]") {
+  Rig rig = make_rig();
+  REQUIRE(take_cube(rig) > 0);
+  std::array<float, 7> action{};
+  const auto hold = [&] {
+    carry(rig.state(), 0, grip(rig), {-0.1, 0.1, 0.1}, action.data());
+    rig.env().step(action);
+  };
+  for (int i = 0; i < 40; ++i) hold();
+  REQUIRE(rig.pos(0).z() == Approx(0.1).margin(0.002));
+  const Eigen::Vector3d in_hand = rig.pos(0) - rig.tcp();
+  for (int i = 0; i < 200; ++i) hold();
+  CHECK(is_held(rig.state(), 0, 0));
+  CHECK((rig.pos(0) - rig.tcp() - in_hand).norm() < 0.002);
+}
+
+TEST_CASE("A cube is brought onto a disc, left there and rests", "[grasp]") {
+  EnvOptions options;
+  options.sleep = GENERATE(true, false);
+  Rig rig = make_rig(0.4, options);
+  const Eigen::Vector3d place(0.02, 0.14, kOnDisc);
+  std::array<float, 7> action{};
+  int steps = 0;
+  while (steps < 200 && !bring(rig.state(), 0, grip(rig), place, action.data())) {
+    rig.env().step(action);
+    ++steps;
+  }
+  CHECK(steps < 100);
+  CHECK(is_at(rig.state(), 0, 0, place));
+  CHECK(rig.tcp().z() > place.z() + 0.06);
+  const Eigen::Vector3d left = rig.pos(0);
+  INFO(left.transpose());
+  rig.rest(200);
+  INFO(rig.pos(0).transpose());
+  CHECK((rig.pos(0) - left).norm() < 0.001);
+  CHECK(rig.pos(0).z() == Approx(kOnDisc).margin(2e-4));
+}
+
+TEST_CASE("What was lost on the way is taken again", "[grasp]") {
+  Rig rig = make_rig();
+  REQUIRE(take_cube(rig) > 0);
+  std::array<float, 7> action{};
+  for (int i = 0; i < 10; ++i) {
+    carry(rig.state(), 0, grip(rig), {-0.1, 0.1, 0.05}, action.data());
+    rig.env().step(action);
+  }
+  rig.rest(15, kGripperOpen);
+  CHECK_FALSE(is_held(rig.state(), 0, 0));
+  CHECK(take_cube(rig) > 0);
+}
+
+TEST_CASE("The tool leans outwards where it must and not before", "[grasp]") {
+  const auto lean = [](double reach, const Lean& how = {}) {
+    const Eigen::Vector3d point(kRobotBaseX + reach, 0, 0);
+    const Eigen::Vector3d approach =
+        lean_outwards(kToolDown, point, how) * Eigen::Vector3d::UnitZ();
+    return std::atan2(approach.x(), -approach.z());  // positive: the tips point outwards
+  };
+  CHECK(lean(0.6) == 0);
+  CHECK(lean(0.78) == Approx(0.16));
+  CHECK(lean(1.0) == Approx(0.4));
+  CHECK(lean(0.28) == 0);
+  CHECK(lean(0.28, {.fold = 0.33}) == Approx(-0.2));
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,107 @@
+// Whole courses of touches and presses, for every task that has a button: the same bits again after
+// a reset, in another batch, and after a snapshot in the middle of a press.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::Bytes;
+using test::make_env;
+using test::row;
+
+// Every draw that makes an episode long at its least, so that the course begins soon.
+EnvOptions hurried(const std::string& id, int num_envs = 1) {
+  EnvOptions options;
+  options.num_envs = num_envs;
+  options.auto_reset = AutoReset::kOff;
+  const auto task = make_task(id);
+  for (const Draw& draw : task->info().draws) {
+    const bool waits = draw.unit == "control steps" || draw.name == "target_blinks";
+    if (waits) {
+      options.pins.push_back(
+          {draw.name, std::vector<double>(static_cast<std::size_t>(draw.width), draw.low)});
+    }
+  }
+  return options;
+}
+
+std::vector<std::string> ids_with_button() {
+  std::vector<std::string> ids;
+  for (const char* family :
+       {"BunchOfColors", "SeqOfColors", "ChainOfColors", "BlinkCountButtonPress"}) {
+    const std::vector<std::string> more = test::implemented_ids(family);
+    ids.insert(ids.end(), more.begin(), more.end());
+  }
+  return ids;
+}
+
+bool pending(const Batch& env) {
+  for (const char* name : {"center_button_pending", "button_pending"}) {
+    const ColumnView view = env.memory().find(name);
+    if (view.field != nullptr) return *row<std::uint8_t>(view, 0) != 0;
+  }
+  FAIL("no button");
+  return false;
+}
+
+// Bytes of the first environment after every further step of the oracle.
+std::vector<Bytes> course(Batch& env, int steps) {
+  std::vector<Bytes> history;
+  for (int i = 0; i < steps; ++i) {
+    test::step(env, Policy::kOracle);
+    history.push_back(test::env_bytes(env, 0));
+  }
+  return history;
+}
+
+TEST_CASE("A snapshot in the middle of a press goes on bit for bit", "[snapshot][button]") {
+  for (const std::string& id : ids_with_button()) {
+    INFO(id);
+    const auto env = make_env(id, hurried(id));
+    env->reset();
+    for (int i = 0; i < env->info().horizon && !pending(*env); ++i) {
+      test::step(*env, Policy::kOracle);
+    }
+    REQUIRE(pending(*env));
+    const std::vector<std::byte> saved = env->save();
+    const std::vector<Bytes> expected = course(*env, 12);
+    CHECK_FALSE(pending(*env));
+    const auto fresh = make_env(id, hurried(id));
+    fresh->restore(saved);
+    CHECK((course(*fresh, 12) == expected));
+    env->restore(saved);
+    CHECK((course(*env, 12) == expected));
+  }
+}
+
+TEST_CASE("Courses of presses repeat after a reset and in a batch", "[determinism][button]") {
+  for (const std::string& id : ids_with_button()) {
+    INFO(id);
+    const auto env = make_env(id, hurried(id));
+    env->reset();
+    std::vector<Bytes> expected;
+    while (env->success()[0] == 0 && env->state().finished[0] == 0) {
+      test::step(*env, Policy::kOracle);
+      expected.push_back(test::env_bytes(*env, 0));
+    }
+    CHECK(env->success()[0] == 1);
+    const int steps = static_cast<int>(expected.size());
+    const std::vector<std::uint64_t> seeds = {env->options().seed};
+    env->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+    CHECK((course(*env, steps) == expected));
+    EnvOptions options = hurried(id, 3);
+    options.threads = 3;
+    const auto batch = make_env(id, options);
+    batch->reset();
+    CHECK((course(*batch, steps) == expected));
+  }
+}
+
+}  // namespace
+}  // namespace engram

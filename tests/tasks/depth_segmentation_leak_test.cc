@@ -1,0 +1,119 @@
+// What the cue has shown must not be told by any later depth or segmentation: not by the order in
+// which segments are counted either.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "tests/tasks/leak_check.h"
+
+namespace engram {
+namespace {
+
+constexpr int kSide = 64;
+
+std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed, const Draw& draw,
+                                   bool second) {
+  EnvOptions options;
+  options.seed = seed;
+  options.threads = 1;
+  options.auto_reset = AutoReset::kOff;
+  options.obs_mode = ObsMode::kRgbDepthSegmentation;
+  options.images.width = options.images.height = kSide;
+  options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
+  options.pins = {{draw.name, test::hidden_values(draw, second)}};
+  auto env = make(id, options);
+  env->reset();
+  return env;
+}
+
+struct Count {
+  int steps = 0;      // that were compared
+  int uncovered = 0;  // others after the cue, in which colours tell what the robot has uncovered
+  int shown = 0;      // steps of the cue in which colours tell it
+  int shaped = 0;     // and those in which depth or segmentation do
+};
+
+bool same_cells(const Batch& one, const Batch& other) {
+  return std::ranges::equal(one.depth(), other.depth()) &&
+         std::ranges::equal(one.segmentation(), other.segmentation());
+}
+
+void compare(Batch& one, Batch& other, Policy policy, Count& count) {
+  test::play_unanswered(one, other, policy, [&](bool shown) {
+    if (shown) {
+      count.shown += std::ranges::equal(one.rgb(), other.rgb()) ? 0 : 1;
+      count.shaped += same_cells(one, other) ? 0 : 1;
+    } else if (!std::ranges::equal(one.rgb(), other.rgb())) {
+      ++count.uncovered;
+    } else {
+      REQUIRE(std::ranges::equal(one.depth(), other.depth()));
+      REQUIRE(std::ranges::equal(one.segmentation(), other.segmentation()));
+      ++count.steps;
+    }
+  });
+}
+
+Count check(const std::string& id, Policy policy, std::uint64_t seed) {
+  Count count;
+  const TaskInfo info = make_task(id)->info();
+  const std::optional<Draw> draw = test::draw_named(info, info.hidden_draw);
+  if (!draw) return count;
+  INFO(id << ", seed " << seed << ", " << name_of(policy));
+  compare(*make_seeing(id, seed, *draw, false), *make_seeing(id, seed, *draw, true), policy, count);
+  // A robot that moves about knocks cups over.
+  const bool may_uncover = policy == Policy::kRandom && id.starts_with("ShellGame");
+  if (!may_uncover) CHECK(count.uncovered == 0);
+  return count;
+}
+
+TEST_CASE("Depth and segmentation tell nothing after the cue", "[render][leak][cells][long]") {
+  const Policy policy = GENERATE(Policy::kZero, Policy::kRandom, Policy::kSweep);
+  int tasks = 0;
+  int steps = 0;
+  int uncovered = 0;
+  for (const std::string& id : test::implemented_ids()) {
+    for (std::uint64_t seed = 0; seed < (require_entry(id).horizon > 100 ? 1 : 2); ++seed) {
+      const Count count = check(id, policy, seed);
+      steps += count.steps;
+      uncovered += count.uncovered;
+      tasks += seed == 0 && count.steps + count.shown > 0 ? 1 : 0;
+    }
+  }
+  std::printf("depth and segmentation, %s: %d tasks, %d steps compared\n", name_of(policy), tasks,
+              steps);
+  CHECK(tasks == 86);
+  CHECK(uncovered < 50);
+  CHECK(steps > 30000);
+}
+
+// Where one thing changes its colour, its shape and its name stay.
+TEST_CASE("A cue of colour alone shows in colours alone", "[render][leak][cells]") {
+  for (const std::string& id : test::implemented_ids()) {
+    if (!id.starts_with("TimedTransfer") && !id.starts_with("BlinkCount")) continue;
+    INFO(id);
+    const Count count = check(id, Policy::kZero, 1);
+    CHECK(count.shown > 0);
+    CHECK(count.shaped == 0);
+  }
+}
+
+TEST_CASE("Depth and segmentation of Rotate never tell the angle", "[render][leak][cells]") {
+  for (const std::string& id : test::implemented_ids()) {
+    if (id.find("Rotate") != 0) continue;
+    INFO(id);
+    const Draw draw = *test::draw_named(make_task(id)->info(), "target_angle");
+    const auto one = make_seeing(id, 3, draw, false);
+    const auto other = make_seeing(id, 3, draw, true);
+    for (int t = 0; t < 30; ++t) {
+      REQUIRE(same_cells(*one, *other));
+      const std::vector<float> actions = test::act(*one, Policy::kSweep);
+      one->step(actions);
+      other->step(actions);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace engram
