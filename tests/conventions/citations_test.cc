@@ -87,7 +87,7 @@ bool cites_sections(const std::string& comment) {
   return digits && std::regex_search(comment, cited);
 }
 
-TEST_CASE("Every page that is named exists", "[house]") {
+TEST_CASE("Every page that is named exists", "[conventions]") {
   for (const char* folder : kFolders) {
     DYNAMIC_SECTION(folder) {
       for_each_line(folder, [](const fs::path& file, const std::string& line) {
@@ -99,7 +99,7 @@ TEST_CASE("Every page that is named exists", "[house]") {
   }
 }
 
-TEST_CASE("No comment cites sections of a text that is not here", "[house]") {
+TEST_CASE("No comment cites sections of a text that is not here", "[conventions]") {
   for (const char* folder : kFolders) {
     DYNAMIC_SECTION(folder) {
       for_each_line(folder, [](const fs::path& file, const std::string& line) {
@@ -110,7 +110,7 @@ TEST_CASE("No comment cites sections of a text that is not here", "[house]") {
   }
 }
 
-TEST_CASE("Citations are found", "[house]") {
+TEST_CASE("Citations are found", "[conventions]") {
   for (const char* comment :
        {"The step contract (common 5.3).", "// --- sampling (remember 6) ---", "shell 8.2",
         "// remember 9", "// shell 3, 4", "of procedural 0.9, as", "sections 3.5 and 4.2",
@@ -131,7 +131,7 @@ TEST_CASE("Citations are found", "[house]") {
   CHECK(comment_of("run  # common 4", "a.sh") == "# common 4");
 }
 
-TEST_CASE("Missing pages are found", "[house]") {
+TEST_CASE("Missing pages are found", "[conventions]") {
   const std::string gone =
       "docs/no_such"
       "_page.md";

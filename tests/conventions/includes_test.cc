@@ -1,5 +1,5 @@
-// The order of the rooms: includes point downwards only, and nowhere in a circle. Read from the
-// sources themselves.
+// Order of the modules: includes point downwards only, and units (a header with the source file of
+// the same name) include one another in no circle. Read from the sources themselves.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A room is a folder, or all folders in one ("tasks/*").
-struct Room {
+// A module is a folder, or all folders in one ("tasks/*").
+struct Module {
   std::string name;
   std::vector<std::string> below;  // what it may include
 };
 
-// From the ground up.
-const std::vector<Room> kRooms = {
+// From the leaves up.
+const std::vector<Module> kModules = {
     {"core/base", {}},
     {"core/math", {"core/base"}},
     {"core/robot", {"core/base", "core/math"}},
@@ -57,25 +57,26 @@ const std::vector<Room> kRooms = {
 // The one file that knows all families; its header lies below them.
 constexpr const char* kRegistry = "tasks/registry.cc";
 
-bool is_within(const std::string& room, const std::string& name) {
-  if (!name.ends_with("/*")) return room == name;
+bool is_within(const std::string& module, const std::string& name) {
+  if (!name.ends_with("/*")) return module == name;
   const std::string prefix = name.substr(0, name.size() - 1);
-  return room.starts_with(prefix) && room != kRegistry;
+  return module.starts_with(prefix) && module != kRegistry;
 }
 
-// Nullptr for a folder that is no room.
-const Room* find_room(const std::string& folder) {
+// Nullptr for a folder that is no module.
+const Module* find_module(const std::string& folder) {
   const auto named = [&](auto&& match) {
-    const auto found = std::find_if(kRooms.begin(), kRooms.end(), match);
-    return found == kRooms.end() ? nullptr : &*found;
+    const auto found = std::find_if(kModules.begin(), kModules.end(), match);
+    return found == kModules.end() ? nullptr : &*found;
   };
-  const Room* exact = named([&](const Room& room) { return room.name == folder; });
-  return exact != nullptr ? exact
-                          : named([&](const Room& room) { return is_within(folder, room.name); });
+  const Module* exact = named([&](const Module& module) { return module.name == folder; });
+  return exact != nullptr
+             ? exact
+             : named([&](const Module& module) { return is_within(folder, module.name); });
 }
 
-bool may_include(const Room& room, const std::string& other) {
-  return std::any_of(room.below.begin(), room.below.end(),
+bool may_include(const Module& module, const std::string& other) {
+  return std::any_of(module.below.begin(), module.below.end(),
                      [&](const std::string& name) { return is_within(other, name); });
 }
 
@@ -106,29 +107,43 @@ Graph read_includes() {
   return graph;
 }
 
-Graph rooms_of(const Graph& files) {
-  Graph rooms;
+std::string unit_of(const std::string& file) { return file.substr(0, file.rfind('.')); }
+
+// Headers joined with the source files of the same name.
+Graph units_of(const Graph& files) {
+  Graph units;
   for (const auto& [file, included] : files) {
-    std::set<std::string>& below = rooms[folder_of(file)];
+    std::set<std::string>& below = units[unit_of(file)];
+    for (const std::string& other : included) {
+      if (unit_of(other) != unit_of(file)) below.insert(unit_of(other));
+    }
+  }
+  return units;
+}
+
+Graph modules_of(const Graph& files) {
+  Graph modules;
+  for (const auto& [file, included] : files) {
+    std::set<std::string>& below = modules[folder_of(file)];
     for (const std::string& other : included) {
       if (folder_of(other) != folder_of(file)) below.insert(folder_of(other));
     }
   }
-  return rooms;
+  return modules;
 }
 
 // What is left when everything that includes nothing is taken away, again and again: the circles,
 // and what includes them.
-Graph without_ground(Graph graph) {
+Graph without_leaves(Graph graph) {
   while (true) {
-    std::vector<std::string> ground;
+    std::vector<std::string> leaves;
     for (const auto& [name, below] : graph) {
-      if (below.empty()) ground.push_back(name);
+      if (below.empty()) leaves.push_back(name);
     }
-    if (ground.empty()) return graph;
-    for (const std::string& name : ground) graph.erase(name);
+    if (leaves.empty()) return graph;
+    for (const std::string& name : leaves) graph.erase(name);
     for (auto& [name, below] : graph) {
-      for (const std::string& gone : ground) below.erase(gone);
+      for (const std::string& gone : leaves) below.erase(gone);
     }
   }
 }
@@ -136,41 +151,41 @@ Graph without_ground(Graph graph) {
 // The same from the other end too, which leaves circles and what lies between them.
 std::vector<std::string> circles_in(const Graph& graph) {
   Graph upwards;
-  for (const auto& [name, below] : without_ground(graph)) {
+  for (const auto& [name, below] : without_leaves(graph)) {
     upwards[name];
     for (const std::string& other : below) upwards[other].insert(name);
   }
   std::vector<std::string> names;
-  for (const auto& [name, above] : without_ground(std::move(upwards))) names.push_back(name);
+  for (const auto& [name, above] : without_leaves(std::move(upwards))) names.push_back(name);
   return names;
 }
 
-TEST_CASE("Every room includes only the rooms below it", "[conventions]") {
+TEST_CASE("Every module includes only the modules below it", "[conventions]") {
   int includes = 0;
   for (const auto& [file, included] : read_includes()) {
-    const Room* room = find_room(folder_of(file));
+    const Module* module = find_module(folder_of(file));
     INFO(file);
-    REQUIRE(room != nullptr);
+    REQUIRE(module != nullptr);
     for (const std::string& other : included) {
       if (folder_of(other) == folder_of(file)) continue;
       ++includes;
       INFO("includes " << other);
-      CHECK(may_include(*room, folder_of(other)));
+      CHECK(may_include(*module, folder_of(other)));
     }
   }
   CHECK(includes > 200);
 }
 
-TEST_CASE("The order of the rooms is an order", "[conventions]") {
+TEST_CASE("The order of the modules is an order", "[conventions]") {
   std::vector<std::string> built;
-  for (const Room& room : kRooms) {
-    for (const std::string& name : room.below) {
-      INFO(room.name << " on " << name);
+  for (const Module& module : kModules) {
+    for (const std::string& name : module.below) {
+      INFO(module.name << " on " << name);
       CHECK(std::any_of(built.begin(), built.end(), [&](const std::string& below) {
         return is_within(below, name) || below == name;
       }));
     }
-    built.push_back(room.name);
+    built.push_back(module.name);
   }
 }
 
@@ -180,19 +195,24 @@ TEST_CASE("No includes go in a circle", "[conventions]") {
   // The public header ends with its own implementation, for which it is included first.
   files["api/engram/engram_impl.h"].erase("api/engram/engram.h");
   CHECK(circles_in(files) == std::vector<std::string>{});
-  CHECK(circles_in(rooms_of(files)) == std::vector<std::string>{});
+  CHECK(circles_in(units_of(files)) == std::vector<std::string>{});
+  CHECK(circles_in(modules_of(files)) == std::vector<std::string>{});
 }
 
 TEST_CASE("Circles are found", "[conventions]") {
   CHECK(circles_in({{"a", {"b", "c"}}, {"b", {"c"}}, {"c", {}}}).empty());
   CHECK(circles_in({{"a", {"b"}}, {"b", {"c"}}, {"c", {"b", "d"}}, {"d", {}}}) ==
         std::vector<std::string>{"b", "c"});
-  CHECK(find_room("tasks/no_such_family")->name == "tasks/*");
-  CHECK(find_room("tasks/common")->name == "tasks/common");
-  CHECK(find_room("nowhere") == nullptr);
-  CHECK_FALSE(may_include(*find_room("tasks/rotate"), "tasks/remember"));
-  CHECK_FALSE(may_include(*find_room("tasks/rotate"), "tasks/registry.cc"));
-  CHECK_FALSE(may_include(*find_room("core/base"), "core/math"));
+  // a.h includes b.h, and b.cc includes a.h: no circle of files, but one of units.
+  const Graph crossed = {{"a.h", {"b.h"}}, {"a.cc", {"a.h"}}, {"b.h", {}}, {"b.cc", {"a.h"}}};
+  CHECK(circles_in(crossed).empty());
+  CHECK(circles_in(units_of(crossed)) == std::vector<std::string>{"a", "b"});
+  CHECK(find_module("tasks/no_such_family")->name == "tasks/*");
+  CHECK(find_module("tasks/common")->name == "tasks/common");
+  CHECK(find_module("nowhere") == nullptr);
+  CHECK_FALSE(may_include(*find_module("tasks/rotate"), "tasks/remember"));
+  CHECK_FALSE(may_include(*find_module("tasks/rotate"), "tasks/registry.cc"));
+  CHECK_FALSE(may_include(*find_module("core/base"), "core/math"));
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ bool may_be_inexact(const std::filesystem::path& file) {
   return name.starts_with("egl_") || name.starts_with("gl_");
 }
 
-TEST_CASE("Nothing inexact is computed with what the C library and Eigen have", "[house]") {
+TEST_CASE("Nothing inexact is computed with what the C library and Eigen have", "[conventions]") {
   for (const char* folder : {"core", "mjcf", "tasks", "render"}) {
     for (const auto& file : test::files_in(folder, {".h", ".cc"})) {
       if (may_be_inexact(file)) continue;
@@ -40,7 +40,7 @@ TEST_CASE("Nothing inexact is computed with what the C library and Eigen have", 
   }
 }
 
-TEST_CASE("Eigen adds up no floats of states, actions and rewards", "[house]") {
+TEST_CASE("Eigen adds up no floats of states, actions and rewards", "[conventions]") {
   for (const char* folder : {"core", "tasks"}) {
     for (const auto& file : test::files_in(folder, {".h", ".cc"})) {
       for (const std::string& line : test::lines_of(test::kRoot / file)) {
@@ -53,7 +53,7 @@ TEST_CASE("Eigen adds up no floats of states, actions and rewards", "[house]") {
   CHECK_FALSE(has_floats_of_eigen("Eigen::Vector3d offset;"));
 }
 
-TEST_CASE("Inexact functions are found", "[house]") {
+TEST_CASE("Inexact functions are found", "[conventions]") {
   for (const char* line :
        {"x = std::sin(y);", "1 - std::tanh(5 * d)", "std::atan2(a, b)", "std::hypot(x, y)",
         "std::exp(-x)", "Eigen::AngleAxisd(a, axis)", "q.angularDistance(p)", "std::log1p(x)",
