@@ -37,3 +37,10 @@ if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_installed.cmake")
   set_tests_properties(installed_package PROPERTIES TIMEOUT 900)
 endif()
+
+# A host project that adds this one sees the public headers, and none of the engine's own.
+get_target_property(public_folders engram_objects INTERFACE_INCLUDE_DIRECTORIES)
+list(FILTER public_folders INCLUDE REGEX "^${PROJECT_SOURCE_DIR}")
+if(NOT public_folders STREQUAL "${PROJECT_SOURCE_DIR}/api")
+  message(FATAL_ERROR "folders that a host project sees: '${public_folders}'; allowed: api")
+endif()

@@ -6,7 +6,6 @@ if(ENGRAM_BUILD_MPI)
   find_package(MPI REQUIRED COMPONENTS CXX)
   add_library(engram_mpi MODULE "${PROJECT_SOURCE_DIR}/protocol/work/mpi/mpi_ranks.cc")
   engram_configure_target(engram_mpi)
-  target_include_directories(engram_mpi PRIVATE "${PROJECT_SOURCE_DIR}")
   # MPI's C interface; its C++ one is deprecated and would be another library.
   target_compile_definitions(engram_mpi PRIVATE OMPI_SKIP_MPICXX MPICH_SKIP_MPICXX)
   target_include_directories(engram_mpi SYSTEM PRIVATE ${MPI_CXX_INCLUDE_DIRS})

@@ -9,9 +9,13 @@ function(engram_sources variable)
   set(${variable} ${sources} PARENT_SCOPE)
 endfunction()
 
-# engram_configure_target(<target>): language level, warnings as errors, and floating point whose
-# bits do not depend on whether the compiler finds a fused multiply-add.
+# engram_configure_target(<target> [PUBLIC_HEADERS_ONLY]): language level, warnings as errors, and
+# floating point whose bits do not depend on whether the compiler finds a fused multiply-add. The
+# project's folders are on the include path of its own targets alone: a host project sees api/.
 function(engram_configure_target target)
+  if(NOT "PUBLIC_HEADERS_ONLY" IN_LIST ARGN)
+    target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}")
+  endif()
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE
