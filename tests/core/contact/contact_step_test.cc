@@ -1,5 +1,5 @@
-// The composed step: free props against all of MuJoCo's stages; the robot among contacts; what does
-// not touch does not matter.
+// contact_step: free props against all of MuJoCo's stages; the robot among contacts; props that
+// touch nothing have no influence.
 #include "core/contact/contact_step.h"
 
 #include <algorithm>
@@ -86,8 +86,8 @@ RobotParams no_drives(const PhysicsModel& model) {
   return law;
 }
 
-// Lets balls slide: in MuJoCo's rows, the reference accelerations that are changed by it.
-void slide(const SceneModel& scene, mjData* d, ContactConstraints& rows) {
+// Applies Coulomb sliding to MuJoCo's own reference accelerations.
+void apply_sliding(const SceneModel& scene, mjData* d, ContactConstraints& rows) {
   const std::vector<double> theirs(d->efc_aref, d->efc_aref + d->nefc);
   rows.build(scene, *d, {});
   const std::vector<double> before(d->efc_aref, d->efc_aref + d->nefc);
@@ -114,7 +114,7 @@ void step_in_full(const SceneModel& scene, mjData* d, ContactConstraints& rows) 
   mj_fwdVelocity(m, d);
   mj_fwdActuation(m, d);
   mj_fwdAcceleration(m, d);
-  slide(scene, d, rows);
+  apply_sliding(scene, d, rows);
   mj_fwdConstraint(m, d);
   mj_Euler(m, d);
 }
@@ -128,17 +128,17 @@ SceneModel compile_exact(const Compiled& compiled) {
   return scene;
 }
 
-// Two data of a model, one stepped by MuJoCo's stages, the other by the composed step, from the
+// Two data of a model, one stepped by MuJoCo's stages, the other by contact_step, from the
 // same state every time: heaps are chaotic. The robot is at rest and out of reach.
 struct Twins {
   explicit Twins(const Compiled& compiled)
       : scene(compiled),
         exact(compile_exact(compiled)),
         model(*exact.model),
-        sieve(model),
+        broad_phase(model),
         law(no_drives(compiled.model)),
         robot(law, {}),
-        bench({&exact, 1}),
+        workspace({&exact, 1}),
         mine(make_data(model)),
         theirs(make_data(model)) {
     for (mjData* data : {mine.get(), theirs.get()}) {
@@ -149,12 +149,13 @@ struct Twins {
   void step() {
     scene.apply_weights(theirs.get());
     std::copy_n(theirs->qfrc_applied, model.nv, mine->qfrc_applied);
-    step_in_full(exact, theirs.get(), bench.rows);
+    step_in_full(exact, theirs.get(), workspace.rows);
     robot.begin(scene.model.robot_model(), mine->qpos, mine->qvel);
     robot.run({});
     // By MuJoCo, too: its contacts of curved shapes jump with the last digits of poses.
     mj_kinematics(&model, mine.get());
-    contact_step({&exact, sieve.near_pairs(*mine)}, mine.get(), robot, bench);
+    contact_step({&exact, broad_phase.near_pairs(*mine)}, mine.get(), robot, contact_force,
+                 workspace);
     contacts += mine->ncon;
   }
   // Of velocities, m/s, rad/s; positions are those times the timestep.
@@ -177,10 +178,11 @@ struct Twins {
   const Compiled& scene;
   SceneModel exact;
   const mjModel& model;
-  BroadPhase sieve;
+  BroadPhase broad_phase;
   RobotParams law;
   RobotStep robot;
-  ContactWorkspace bench;
+  ContactWorkspace workspace;
+  JointArray contact_force{};
   DataPtr mine;
   DataPtr theirs;
   long contacts = 0;
@@ -213,11 +215,11 @@ void check_heap(const Compiled& scene, int steps, int contacts_per_step = 5) {
   }
 }
 
-TEST_CASE("The composed step equals the full one with falling and colliding cubes", "[physics]") {
+TEST_CASE("The contact step equals the full one with falling and colliding cubes", "[physics]") {
   check_heap(Compiled(9), 1000);
 }
 
-TEST_CASE("The composed step equals the full one with falling and colliding shapes", "[physics]") {
+TEST_CASE("The contact step equals the full one with falling and colliding shapes", "[physics]") {
   check_heap(Compiled(nine_shapes()), 300);
 }
 
@@ -243,8 +245,7 @@ TEST_CASE("Cubes that slide and come to rest stay where MuJoCo's stages take the
   CHECK(twins.contacts > 10'000);
 }
 
-TEST_CASE("The composed step equals the full one with balls, whose rolling is damped",
-          "[physics]") {
+TEST_CASE("The contact step equals the full one with balls, whose rolling is damped", "[physics]") {
   mjcf::Scene scene;
   for (int i = 0; i < 3; ++i) {
     scene.props.push_back(mjcf::ball("ball_" + std::to_string(i), 0.03, {1, 0, 0, 1}));
@@ -257,7 +258,7 @@ struct Driven {
   Driven(const Compiled& compiled, int scene_index)
       : scene(compiled.model.scenes()[static_cast<std::size_t>(scene_index)]),
         chain(compiled.model.robot_model()),
-        bench(compiled.model.scenes()),
+        workspace(compiled.model.scenes()),
         data(make_data(*scene.model)) {
     scene.kinematics.pose_fixed(*data);
     std::copy(kStart.begin(), kStart.end(), data->qpos);
@@ -267,12 +268,13 @@ struct Driven {
     robot.begin(chain, data->qpos, data->qvel);
     robot.run({});
     scene.kinematics.pose(pose_at(chain, data->qpos), *data);
-    contact_step({&scene, scene.model.get()}, data.get(), robot, bench);
+    contact_step({&scene, scene.model.get()}, data.get(), robot, contact_force, workspace);
   }
 
   const SceneModel& scene;
   const RobotModel& chain;
-  ContactWorkspace bench;
+  ContactWorkspace workspace;
+  JointArray contact_force{};
   DataPtr data;
 };
 

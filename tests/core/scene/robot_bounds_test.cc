@@ -70,7 +70,7 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
       const RobotBounds::Obstacle obstacle{tcp + Eigen::Vector3d(x, y, z), 0.036};
       const bool reaches =
           std::any_of(physics.reach_geoms().begin(), physics.reach_geoms().end(), [&](int geom) {
-            return sphere_to_geom(model, *data, geom, obstacle.center, obstacle.radius) <= 0;
+            return sphere_geom_clearance(model, *data, geom, obstacle.center, obstacle.radius) <= 0;
           });
       const bool is_clear =
           physics.robot_bounds().clearance(pose_of(physics, *data), {&obstacle, 1}).is_clear();
