@@ -133,9 +133,9 @@ double ConeSolver::update() {
       for (int k = 0; k < contact.dim; ++k) force[k] = -stiffness[k] * residual[k];
     } else {
       const double curvature = cone_curvature(contact, stiffness[0]);
-      const double beyond = scaled.normal - contact.mu * scaled.tangent;
-      cost += 0.5 * curvature * beyond * beyond;
-      force[0] = -curvature * beyond * contact.mu;
+      const double distance = scaled.normal - contact.mu * scaled.tangent;
+      cost += 0.5 * curvature * distance * distance;
+      force[0] = -curvature * distance * contact.mu;
       const double share = -force[0] / scaled.tangent;
       for (int k = 1; k < contact.dim; ++k) {
         force[k] = share * scaled.u[k] * contact.friction[at(k - 1)];
@@ -278,11 +278,11 @@ ConeSolver::LineSearchPoint ConeSolver::evaluate(double alpha) const {
     const double over = 1 / tangent;
     const double slope = (line.uv + alpha * line.vv) * over;
     const double bend = (line.vv - slope * slope) * over;
-    const double beyond = normal - line.mu * tangent;
+    const double distance = normal - line.mu * tangent;
     const double change = line.v0 - line.mu * slope;
-    point.cost += 0.5 * line.curvature * beyond * beyond;
-    point.slope += line.curvature * beyond * change;
-    point.curvature += line.curvature * (change * change - beyond * line.mu * bend);
+    point.cost += 0.5 * line.curvature * distance * distance;
+    point.slope += line.curvature * distance * change;
+    point.curvature += line.curvature * (change * change - distance * line.mu * bend);
   }
   point.cost += alpha * alpha * quad[2] + alpha * quad[1] + quad[0];
   point.slope += 2 * alpha * quad[2] + quad[1];

@@ -58,8 +58,8 @@ inline double cost_of(const ConeContact& contact, const double* stiffness, const
   const ScaledResidual scaled = scale_residual(contact, residual);
   if (is_satisfied(contact, scaled)) return 0;
   if (is_quadratic(contact, scaled)) return quadratic_cost(contact, stiffness, residual);
-  const double beyond = scaled.normal - contact.mu * scaled.tangent;
-  return 0.5 * cone_curvature(contact, stiffness[0]) * beyond * beyond;
+  const double distance = scaled.normal - contact.mu * scaled.tangent;
+  return 0.5 * cone_curvature(contact, stiffness[0]) * distance * distance;
 }
 
 // Hessian of the cost of a sliding contact, kMaxConeRows numbers per row.

@@ -160,7 +160,7 @@ class Probe {
     jacobian.raise(out.jacobian);
   }
 
-  // Of the Jacobian, for one of MuJoCo's degrees of freedom.
+  // Entry of the Jacobian for one of MuJoCo's degrees of freedom.
   double entry(const ContactConstraints::Contact& contact, int row, int dof) const {
     const double* numbers = rows_.jacobian() + row * kRowWidth;
     for (std::size_t i = 0; i < 2; ++i) {

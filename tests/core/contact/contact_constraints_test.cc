@@ -98,7 +98,7 @@ TEST_CASE("Contacts meet a moving kinematic body at its velocity", "[contact_con
   CHECK(contacts > 0);
 }
 
-TEST_CASE("Contacts beyond the room for rows are left out, with MuJoCo's warning",
+TEST_CASE("Contacts that do not fit into the rows are left out, with MuJoCo's warning",
           "[contact_constraints]") {
   Probe probe;
   probe.scene.model->njmax = 7;

@@ -81,9 +81,9 @@ bool same(const mjtNum* a, const mjtNum* b, int count) {
 
 // Drives that do nothing.
 RobotParams no_drives(const PhysicsModel& model) {
-  RobotParams law = model.robot_params();
-  law.drive = {};
-  return law;
+  RobotParams params = model.robot_params();
+  params.drive = {};
+  return params;
 }
 
 // Applies Coulomb sliding to MuJoCo's own reference accelerations.
@@ -136,8 +136,8 @@ struct Twins {
         exact(compile_exact(compiled)),
         model(*exact.model),
         broad_phase(model),
-        law(no_drives(compiled.model)),
-        robot(law, {}),
+        params(no_drives(compiled.model)),
+        robot(params, {}),
         workspace({&exact, 1}),
         mine(make_data(model)),
         theirs(make_data(model)) {
@@ -158,7 +158,7 @@ struct Twins {
                  workspace);
     contacts += mine->ncon;
   }
-  // Of velocities, m/s, rad/s; positions are those times the timestep.
+  // Largest difference of velocities, m/s, rad/s, and of positions divided by the timestep.
   double difference() const {
     double most = 0;
     for (int i = kRobotJoints; i < model.nv; ++i) {
@@ -179,7 +179,7 @@ struct Twins {
   SceneModel exact;
   const mjModel& model;
   BroadPhase broad_phase;
-  RobotParams law;
+  RobotParams params;
   RobotStep robot;
   ContactWorkspace workspace;
   JointArray contact_force{};
@@ -223,7 +223,7 @@ TEST_CASE("The contact step equals the full one with falling and colliding shape
   check_heap(Compiled(nine_shapes()), 300);
 }
 
-// Nothing is chaotic here, so that the two may go their own ways.
+// Motion is not chaotic here, so that the two may diverge.
 TEST_CASE("Cubes that slide and come to rest stay where MuJoCo's stages take them", "[physics]") {
   const Compiled scene(9);
   Twins twins(scene);
@@ -263,8 +263,8 @@ struct Driven {
     scene.kinematics.pose_fixed(*data);
     std::copy(kStart.begin(), kStart.end(), data->qpos);
   }
-  void step(const RobotParams& law, const Drive& drive) {
-    RobotStep robot(law, drive);
+  void step(const RobotParams& params, const Drive& drive) {
+    RobotStep robot(params, drive);
     robot.begin(chain, data->qpos, data->qvel);
     robot.run({});
     scene.kinematics.pose(pose_at(chain, data->qpos), *data);
@@ -278,10 +278,10 @@ struct Driven {
   DataPtr data;
 };
 
-// What the shortcut of stepping the robot alone rests on. Joints meet their limits here.
+// Precondition of stepping the robot alone. Joints meet their limits here.
 TEST_CASE("The robot moves the same with resting cubes in the scene and without", "[physics]") {
   const Compiled scene(9);
-  const RobotParams& law = scene.model.robot_params();
+  const RobotParams& params = scene.model.robot_params();
   int at_limits = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     RandomStream random(seed, 2, 0);
@@ -297,9 +297,9 @@ TEST_CASE("The robot moves the same with resting cubes in the scene and without"
         drive.target[6] = 3.5;
       }
       scene.apply_weights(full.data.get());
-      alone.step(law, drive);
-      full.step(law, drive);
-      at_limits += alone.data->qpos[6] >= law.upper[6] ? 1 : 0;
+      alone.step(params, drive);
+      full.step(params, drive);
+      at_limits += alone.data->qpos[6] >= params.upper[6] ? 1 : 0;
       REQUIRE(alone.data->ncon == 0);
       REQUIRE(full.data->ncon >= 36);
       REQUIRE(same(alone.data->qpos, full.data->qpos, kRobotJoints));

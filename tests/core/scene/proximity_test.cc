@@ -1,4 +1,4 @@
-// The measures of nearness that wake props, against MuJoCo's own collision detection.
+// Lower bounds of distances, which wake props, against MuJoCo's own collision detection.
 #include "core/scene/proximity.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ void random_pose(RandomStream& random, double spread, mjtNum* pos, mjtNum* quat)
   mju_normalize4(quat);
 }
 
-// How often a probing sphere reaches a geom and how often it touches it.
+// Counts of a probing sphere that reaches a geom and that touches it.
 struct Counts {
   int rounds = 0;
   int touches = 0;
@@ -95,7 +95,7 @@ TEST_CASE("A sphere that touches any other shape is never missed", "[proximity]"
   }
 }
 
-// Where slots of a whole scene have a contact, as pairs of slots in order.
+// Pairs of slots of a whole scene that have a contact, in order.
 std::set<std::pair<int, int>> touching_slots(const SceneModel& whole, const mjData& data) {
   std::set<std::pair<int, int>> touches;
   for (int i = 0; i < data.ncon; ++i) {
@@ -158,7 +158,7 @@ TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity
   const SceneModel& whole = physics.scenes().back();
   const DataPtr data = make_data(*whole.model);
   RandomStream random(4, 0, 0);
-  const MujocoScope scope;  // a knot of nine has more contacts than there is room for
+  const MujocoScope scope;  // nine shapes in a knot may have more contacts than fit
   int touching = 0;
   int near = 0;
   int spheres = 0;

@@ -32,7 +32,7 @@ TEST_CASE("The robot is never called clear where it has a contact", "[proximity]
   const mjModel& model = physics.robot();
   const DataPtr data = make_data(model);
   RandomStream random(2, 0, 0);
-  const MujocoScope scope;  // a knotted robot has more contacts than there is room for
+  const MujocoScope scope;  // a knotted robot may have more contacts than fit
   int contacts = 0;
   int clear = 0;
   for (int round = 0; round < 20'000; ++round) {

@@ -33,7 +33,8 @@ std::vector<std::byte> bytes_of(const MixedColumns& columns, int env) {
 
 // Environments that differ in where the cube falls and in what the drives follow.
 struct Environments {
-  explicit Environments(const SimulatorOptions& options) : simulator(mixed_model(), options, 1, kEnvs) {
+  explicit Environments(const SimulatorOptions& options)
+      : simulator(mixed_model(), options, 1, kEnvs) {
     for (int env = 0; env < kEnvs; ++env) {
       columns.place(env, test::kCube0, {0.02 * env, 0.4, 0.03 + 0.02 * env}, PropStatus::kAwake);
       drives[static_cast<std::size_t>(env)] = hold();
