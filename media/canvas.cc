@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "core/base/error.h"
-#include "core/base/length.h"
 
 namespace engram {
 namespace {

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/base/length.h"
 #include "core/base/temporary_file.h"
 #include "media/video_encoder.h"
 

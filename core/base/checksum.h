@@ -1,4 +1,4 @@
-// FNV-1a, 64 bits: tells damaged or foreign byte buffers from good ones.
+// Checksum of byte buffers (FNV-1a, 64 bits), which detects damaged and foreign ones.
 #pragma once
 
 #include <cstddef>

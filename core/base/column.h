@@ -30,7 +30,7 @@ class Column {
   int width_ = 0;
 };
 
-// A column without its C++ type, as the doors to other languages need it.
+// A column without its C++ type, for bindings to other languages.
 struct ColumnView {
   const Field* field = nullptr;
   std::byte* data = nullptr;
@@ -41,8 +41,8 @@ struct ColumnView {
   }
 };
 
-// Owns columns. All that an environment remembers between steps is in a column, so saving the rows
-// of a store saves the environment.
+// Owns columns. Everything that an environment remembers between steps is in a column, so saving
+// the rows of a store saves the environment.
 class ColumnStore {
  public:
   explicit ColumnStore(int num_envs) : num_envs_(num_envs) {}
@@ -58,7 +58,7 @@ class ColumnStore {
     return Column<T>(reinterpret_cast<T*>(view.data), width);
   }
 
-  // Adds one that policies are not given: it tells what they have to remember.
+  // Adds a column that policies are not given: it holds what they have to remember.
   template <class T>
   Column<T> add_privileged(std::string_view name, int width = 1, std::string_view unit = "",
                            std::string_view description = "") {
@@ -72,8 +72,7 @@ class ColumnStore {
   // serve as indices. Snapshots with other values are refused. Without a limit, int32 may be
   // anything that can be added up without overflow.
   void limit(std::string_view name, std::int32_t low, std::int32_t high);
-  // The first column of a saved row that has a value beyond its limits. If there is none, its field
-  // is null.
+  // First column of a saved row with a value outside its limits; the field is null if there is none.
   ColumnView find_beyond_limits(std::span<const std::byte> row) const;
 
   int num_envs() const { return num_envs_; }
@@ -82,7 +81,7 @@ class ColumnStore {
   // The column of that name; its field is null where there is none.
   ColumnView find(std::string_view name) const;
 
-  // One environment's rows of all columns, in order, as bytes.
+  // Bytes of one environment's rows of all columns, in order.
   std::size_t row_bytes() const { return row_bytes_; }
   void save_row(int env, std::span<std::byte> out) const;
   void load_row(int env, std::span<const std::byte> in);

@@ -1,5 +1,5 @@
-// Constants as named data: the class constants of a task, which tests compare with the published
-// values, and all that `engram info` prints.
+// Named constants as data: the class constants of a task, which tests compare with the published
+// values, and everything that `engram info` prints.
 #pragma once
 
 #include <concepts>
@@ -17,7 +17,7 @@ struct Constant;
 using ConstantList = std::vector<Constant>;
 using ConstantTable = std::vector<std::pair<std::string, Constant>>;  // in order
 
-// Nothing, a truth, a number, a text, a list or a table of constants.
+// Null, a bool, a number, a string, a list or a table of constants.
 struct Constant {
   using Value = std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string,
                              ConstantList, ConstantTable>;

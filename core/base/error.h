@@ -1,12 +1,13 @@
 // The one exception type of the library.
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
 namespace engram {
 
-// Its message says what was wrong, what was given and what is allowed, in one line. A call that
+// The message says what was wrong, what was given and what is allowed, in one line. A call that
 // throws leaves everything as it was, unless its documentation says otherwise.
 class Error : public std::runtime_error {
  public:
@@ -33,5 +34,9 @@ class Error : public std::runtime_error {
  private:
   Kind kind_;
 };
+
+// Throws Error (kInvalidArgument) with both numbers unless they are equal: the length check of
+// everything that takes arrays.
+void require_length(const char* what, std::size_t given, std::size_t needed);
 
 }  // namespace engram

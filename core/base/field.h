@@ -34,7 +34,7 @@ struct Field {
   DType dtype = DType::kFloat32;
   std::string unit;         // "m", "rad", "" where the value has none
   std::string description;  // one phrase
-  bool privileged = false;  // tells what a policy has to remember, or how near it is to that
+  bool privileged = false;  // holds what a policy has to remember, or how near it is to that
 };
 
 template <class T>

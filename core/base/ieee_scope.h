@@ -1,4 +1,4 @@
-// Arithmetic as IEEE 754 has it by default, whatever mode the host program has set.
+// Default IEEE 754 arithmetic, whatever mode the host program has set.
 #pragma once
 
 #if defined(__SSE__)
@@ -9,8 +9,8 @@
 
 namespace engram {
 
-// While one lives, its thread rounds to nearest, keeps subnormal numbers and traps nothing. Then
-// the thread has back what it had, exception flags included.
+// RAII guard: while it lives, its thread rounds to nearest, keeps subnormal numbers and traps
+// nothing. Its end restores the thread's mode, exception flags included.
 class IeeeScope {
  public:
 #if defined(__SSE__)

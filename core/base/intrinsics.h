@@ -1,4 +1,4 @@
-// The compiler's functions for vector instructions, where the processor has them.
+// Vector intrinsics of the compiler, if the processor has them.
 #pragma once
 
 #if defined(__SSE2__)

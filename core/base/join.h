@@ -1,4 +1,4 @@
-// Texts of numbers, and texts in a row, as messages list the names that are allowed.
+// Strings of numbers, and joined strings, for messages that list the allowed names.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace engram {
 
-// The texts of all items, separated. text: gives an item's text; a member or a function.
+// Joins the strings of all items. text: returns an item's string; a member or a function.
 template <class Items, class Text = std::identity>
 std::string join(const Items& items, Text&& text = {}, std::string_view separator = ", ") {
   std::string joined;

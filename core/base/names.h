@@ -1,4 +1,4 @@
-// Names of an enum's values, which count from 0 on: names_of(Enum) has a name for each.
+// Names of enum values, which count from 0: names_of(Enum) has a name for each.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ constexpr const char* name_of(Enum value) {
   return names_of(Enum())[static_cast<std::size_t>(value)];
 }
 
-// nullopt for an unknown name.
+// Returns nullopt for an unknown name.
 template <class Enum>
 std::optional<Enum> find_named(std::string_view name) {
   const auto& names = names_of(Enum());

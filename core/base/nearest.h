@@ -1,4 +1,4 @@
-// Names that users may have meant.
+// Suggestions for misspelt names, by edit distance (Levenshtein, case-insensitive).
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@ namespace engram {
 // being alike.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-// The name, out of those of all items, with the fewest edits from `given`; the first of several, ""
-// where there is none. name: gives an item's name; a member or a function.
+// Name with the fewest edits from `given` among all items; the first of several, "" if there are no
+// items. name: returns an item's name; a member or a function.
 template <class Items, class Name = std::identity>
 std::string nearest(const Items& items, std::string_view given, Name name = {}) {
-  // No name is nearly this long: what follows tells nothing and would only cost time.
+  // No name is nearly this long: the rest would only cost time.
   given = given.substr(0, 100);
   const auto distance = [&](const auto& item) {
     return edit_distance(given, std::string_view(std::invoke(name, item)));

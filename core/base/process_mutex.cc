@@ -17,7 +17,7 @@ void unlock_all() {
   for (auto lock = locks.rbegin(); lock != locks.rend(); ++lock) lock->unlock();
 }
 
-// Without memory for this, children may wait as they would without it.
+// If memory for the handlers runs out, children may wait as they would without them.
 [[maybe_unused]] const int forks_wait = pthread_atfork(lock_all, unlock_all, unlock_all);
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Where the time of control steps goes. A clock is attached to a batch by tools that ask; without
-// one, a mark is a test of a null pointer.
+// Profile of control steps: time per part. Tools attach a clock to a batch; without one, a mark is a
+// test of a null pointer.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace engram {
 enum class StepPart {
   kController,   // joint targets from the action, and the drives' forces in every substep
   kDynamics,     // MuJoCo's stages of a physics step
-  kWake,         // finding what can touch, what wakes and what falls asleep
+  kWake,         // broad phase, waking and sleeping of props
   kGather,       // columns to mjData and back, checks for diverged states
   kTask,         // phases, success, rewards, endings
   kObservation,  // TCP pose, proprioception, state vector
@@ -28,12 +28,12 @@ class StepClock {
  public:
   using Ticks = std::array<std::uint64_t, kStepParts>;
 
-  // One worker's share, on cache lines of its own.
+  // Times of one worker, on cache lines of its own.
   class alignas(64) Worker {
    public:
-    // Time counts from now on.
+    // Begins to count time.
     void start() { last_ = now(); }
-    // Counts the time since the last call for that part.
+    // Adds the time since the last call to that part.
     void mark(StepPart part) {
       const std::uint64_t time = now();
       ticks_[static_cast<std::size_t>(part)] += time - last_;
@@ -41,7 +41,7 @@ class StepClock {
       last_ = time;
     }
     const Ticks& ticks() const { return ticks_; }
-    // How often each part was marked. A mark itself takes time, which is counted too.
+    // Number of marks per part. A mark itself takes time, which is counted too.
     const Ticks& marks() const { return marks_; }
 
    private:
@@ -50,12 +50,12 @@ class StepClock {
     Ticks marks_{};
   };
 
-  // One for each of the batch's threads.
+  // workers: number of the batch's threads.
   explicit StepClock(int workers) : workers_(static_cast<std::size_t>(workers)) {}
 
   Worker& worker(int index) { return workers_[static_cast<std::size_t>(index)]; }
 
-  // Over all workers since construction.
+  // Sums over all workers since construction.
   Ticks ticks() const { return sum(&Worker::ticks); }
   Ticks marks() const { return sum(&Worker::marks); }
 

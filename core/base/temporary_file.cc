@@ -36,7 +36,7 @@ std::string random_digits() {
   return digits;
 }
 
-// Whether that is the temporary name of the file `of`, or of any file if that is empty.
+// Tests for a temporary name of the file `of`, or of any file if that is empty.
 bool is_temporary(std::string_view name, std::string_view of) {
   if (!name.ends_with(kSuffix)) return false;
   name.remove_suffix(kSuffix.size());
@@ -46,7 +46,7 @@ bool is_temporary(std::string_view name, std::string_view of) {
   return of.empty() || name.substr(0, dot) == of;
 }
 
-// Whoever writes a temporary file holds its lock. False where another process has it.
+// Takes the lock that the writer of a temporary file holds. False if another process has it.
 bool lock(int descriptor) {
   return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
@@ -84,7 +84,7 @@ TemporaryFile::TemporaryFile(std::string path) : path_(std::move(path)) {
         ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor_ < 0 && errno == EEXIST) continue;
     if (descriptor_ < 0) fail(errno);
-    // Somebody who removes leftovers may have been faster than the lock.
+    // A process that removes leftovers may have been faster than the lock.
     struct stat status {};
     if (lock(descriptor_) && ::fstat(descriptor_, &status) == 0 && status.st_nlink > 0) return;
     ::unlink(temporary_.c_str());

@@ -1,4 +1,4 @@
-// Files that appear whole or not at all.
+// Files that appear complete or not at all (atomic replacement).
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@ int write_all(int descriptor, std::span<const std::byte> bytes);
 // cannot be foreseen; nothing that is there is written into, and no link is followed.
 class TemporaryFile {
  public:
-  // For the file of that path, beside it. Throws Error (kIo), as all of this class, with messages
-  // that name the path.
+  // Creates the temporary file beside `path`. Throws Error (kIo), as all functions of this class,
+  // with messages that name the path.
   explicit TemporaryFile(std::string path);
   // Removes the file unless it was kept.
   ~TemporaryFile();
@@ -24,10 +24,10 @@ class TemporaryFile {
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   void write(std::span<const std::byte> bytes);
-  // Another name of the open file, for libraries that open files themselves. Where there is /proc,
-  // it leads to this very file even if somebody has replaced the temporary name.
+  // Second name of the open file, for libraries that open files themselves. If there is /proc, it
+  // leads to this very file even if the temporary name has been replaced.
   std::string open_name() const;
-  // The file gets its own name, in place of an older one, once its bytes are on the disk.
+  // Renames the file to its own name, in place of an older one, once its bytes are on the disk.
   void keep();
 
  private:
@@ -39,10 +39,10 @@ class TemporaryFile {
   bool kept_ = false;
 };
 
-// Removes what processes that were killed have left of such files in a folder: of all of them, or
-// of the file of that name. Those that a living process writes stay.
+// Removes temporary files that killed processes have left in a folder: all of them, or those of the
+// file of that name. Files that a living process writes stay.
 void remove_temporary_files(const std::string& folder, std::string_view name = {});
-// The same for what is left of one file.
+// Removes those of one file.
 void remove_temporary_files_of(const std::string& path);
 
 }  // namespace engram

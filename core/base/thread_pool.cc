@@ -97,7 +97,7 @@ void ThreadPool::run_loop(const Loop& loop) {
   if (error) std::rethrow_exception(error);
 }
 
-// One range is not worth waking anybody.
+// A single range is not worth waking another thread.
 bool ThreadPool::is_shared(const Loop& loop) const noexcept {
   return !workers_.empty() && loop.items > loop.chunk;
 }
@@ -132,7 +132,7 @@ void ThreadPool::work(int worker) noexcept {
   }
 }
 
-// The life of a worker other than the caller.
+// Main loop of a worker other than the caller.
 void ThreadPool::serve(int worker) noexcept {
   const IeeeScope scope;  // a new thread has the mode of the one that starts it
   for (std::uint32_t seen = 0;; ++seen) {

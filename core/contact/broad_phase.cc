@@ -5,11 +5,11 @@
 namespace engram {
 namespace {
 
-constexpr double kSlack = 1e-9;  // m, for rounding
+constexpr double kRounding = 1e-9;  // m, margin for rounding errors
 
 using Vec3 = Eigen::Vector3d;
 
-// Ball around all geoms of a body, in its frame.
+// Bounding sphere of all geoms of a body but planes, in its frame.
 void enclose_body(const mjModel& model, int body, Vec3& center, double& radius) {
   const int first = model.body_geomadr[body];
   const int last = first + model.body_geomnum[body];
@@ -28,14 +28,14 @@ void enclose_body(const mjModel& model, int body, Vec3& center, double& radius) 
     const Eigen::Map<const Vec3> pos(model.geom_pos + 3 * geom);
     radius = std::max(radius, (pos - center).norm() + model.geom_rbound[geom]);
   }
-  radius += kSlack;
+  radius += kRounding;
 }
 
 }  // namespace
 
-BroadPhase::BroadPhase(const mjModel& model) : model_(&model), thinned_(model) {
+BroadPhase::BroadPhase(const mjModel& model) : model_(&model), filtered_model_(model) {
   for (int pair = 0; pair < model.npair; ++pair) add_pair(model, pair);
-  centers_.resize(members_.size());
+  centers_.resize(proxies_.size());
 
   const auto count = static_cast<std::size_t>(model.npair);
   for (std::vector<int>* column : {&dim_, &geom1_, &geom2_, &signature_}) column->resize(count);
@@ -43,54 +43,54 @@ BroadPhase::BroadPhase(const mjModel& model) : model_(&model), thinned_(model) {
   solref_.resize(count * mjNREF);
   solimp_.resize(count * mjNIMP);
   friction_.resize(count * 5);
-  thinned_.pair_dim = dim_.data();
-  thinned_.pair_geom1 = geom1_.data();
-  thinned_.pair_geom2 = geom2_.data();
-  thinned_.pair_signature = signature_.data();
-  thinned_.pair_solref = solref_.data();
-  thinned_.pair_solimp = solimp_.data();
-  thinned_.pair_margin = margin_.data();
-  thinned_.pair_gap = gap_.data();
-  thinned_.pair_friction = friction_.data();
+  filtered_model_.pair_dim = dim_.data();
+  filtered_model_.pair_geom1 = geom1_.data();
+  filtered_model_.pair_geom2 = geom2_.data();
+  filtered_model_.pair_signature = signature_.data();
+  filtered_model_.pair_solref = solref_.data();
+  filtered_model_.pair_solimp = solimp_.data();
+  filtered_model_.pair_margin = margin_.data();
+  filtered_model_.pair_gap = gap_.data();
+  filtered_model_.pair_friction = friction_.data();
 }
 
-int BroadPhase::member_of(const mjModel& model, int geom) {
+int BroadPhase::proxy_of(const mjModel& model, int geom) {
   const bool plane = model.geom_type[geom] == mjGEOM_PLANE;
   const int body = model.geom_bodyid[geom];
-  const auto found = std::find_if(members_.begin(), members_.end(), [&](const Member& member) {
-    return plane ? member.plane == geom : member.plane < 0 && member.body == body;
+  const auto found = std::find_if(proxies_.begin(), proxies_.end(), [&](const Proxy& proxy) {
+    return plane ? proxy.plane == geom : proxy.plane < 0 && proxy.body == body;
   });
-  if (found != members_.end()) return static_cast<int>(found - members_.begin());
-  Member member;
-  member.plane = plane ? geom : -1;
-  member.body = body;
-  if (!plane) enclose_body(model, body, member.center, member.radius);
-  members_.push_back(member);
-  return static_cast<int>(members_.size()) - 1;
+  if (found != proxies_.end()) return static_cast<int>(found - proxies_.begin());
+  Proxy proxy;
+  proxy.plane = plane ? geom : -1;
+  proxy.body = body;
+  if (!plane) enclose_body(model, body, proxy.center, proxy.radius);
+  proxies_.push_back(proxy);
+  return static_cast<int>(proxies_.size()) - 1;
 }
 
 void BroadPhase::add_pair(const mjModel& model, int pair) {
-  int first = member_of(model, model.pair_geom1[pair]);
-  int second = member_of(model, model.pair_geom2[pair]);
-  const auto is_plane = [&](int member) {
-    return members_[static_cast<std::size_t>(member)].plane >= 0;
+  int first = proxy_of(model, model.pair_geom1[pair]);
+  int second = proxy_of(model, model.pair_geom2[pair]);
+  const auto is_plane = [&](int proxy) {
+    return proxies_[static_cast<std::size_t>(proxy)].plane >= 0;
   };
   if (is_plane(second)) std::swap(first, second);  // a plane comes first
-  const bool joins = !groups_.empty() && groups_.back().first_member == first &&
-                     groups_.back().second_member == second;
-  if (!joins) groups_.push_back({first, second, pair, 0, 0});
-  Group& group = groups_.back();
+  const bool same_proxies = !groups_.empty() && groups_.back().first_proxy == first &&
+                            groups_.back().second_proxy == second;
+  if (!same_proxies) groups_.push_back({first, second, pair, 0, 0});
+  PairGroup& group = groups_.back();
   ++group.count;
   group.margin = std::max(group.margin, model.pair_margin[pair]);
 }
 
-bool BroadPhase::is_near(const Group& group, const mjData& data) const {
-  const Member& first = members_[static_cast<std::size_t>(group.first_member)];
-  const Member& second = members_[static_cast<std::size_t>(group.second_member)];
-  const Vec3& center = centers_[static_cast<std::size_t>(group.second_member)];
+bool BroadPhase::may_touch(const PairGroup& group, const mjData& data) const {
+  const Proxy& first = proxies_[static_cast<std::size_t>(group.first_proxy)];
+  const Proxy& second = proxies_[static_cast<std::size_t>(group.second_proxy)];
+  const Vec3& center = centers_[static_cast<std::size_t>(group.second_proxy)];
   const double reach = first.radius + second.radius + group.margin;
   if (first.plane < 0) {
-    const Vec3& other = centers_[static_cast<std::size_t>(group.first_member)];
+    const Vec3& other = centers_[static_cast<std::size_t>(group.first_proxy)];
     return (center - other).squaredNorm() <= reach * reach;
   }
   const mjtNum* pos = data.geom_xpos + 3 * first.plane;
@@ -99,8 +99,8 @@ bool BroadPhase::is_near(const Group& group, const mjData& data) const {
   return normal.dot(center - Eigen::Map<const Vec3>(pos)) <= reach;
 }
 
-void BroadPhase::keep(const Group& group) {
-  const int at = thinned_.npair;
+void BroadPhase::append_pairs(const PairGroup& group) {
+  const int at = filtered_model_.npair;
   const auto copy = [&](const auto* from, auto& to, int width) {
     std::copy_n(from + group.begin * width, group.count * width, to.data() + at * width);
   };
@@ -113,23 +113,23 @@ void BroadPhase::keep(const Group& group) {
   copy(model_->pair_margin, margin_, 1);
   copy(model_->pair_gap, gap_, 1);
   copy(model_->pair_friction, friction_, 5);
-  thinned_.npair += group.count;
+  filtered_model_.npair += group.count;
 }
 
 const mjModel* BroadPhase::near_pairs(const mjData& data) {
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    const Member& member = members_[i];
-    if (member.plane >= 0) continue;
-    const Eigen::Map<const Vec3> pos(data.xpos + 3 * member.body);
+  for (std::size_t i = 0; i < proxies_.size(); ++i) {
+    const Proxy& proxy = proxies_[i];
+    if (proxy.plane >= 0) continue;
+    const Eigen::Map<const Vec3> pos(data.xpos + 3 * proxy.body);
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.xmat +
-                                                                              9 * member.body);
-    centers_[i] = pos + axes * member.center;
+                                                                              9 * proxy.body);
+    centers_[i] = pos + axes * proxy.center;
   }
-  thinned_.npair = 0;
-  for (const Group& group : groups_) {
-    if (is_near(group, data)) keep(group);
+  filtered_model_.npair = 0;
+  for (const PairGroup& group : groups_) {
+    if (may_touch(group, data)) append_pairs(group);
   }
-  return &thinned_;
+  return &filtered_model_;
 }
 
 }  // namespace engram

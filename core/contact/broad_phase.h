@@ -1,5 +1,6 @@
-// Leaves collision detection only the pairs of bodies that are near one another. MuJoCo goes
-// through explicit contact pairs geom by geom; scenes have thousands of them, and few are near.
+// Broad phase of collision detection: bounding-sphere tests of body pairs. Only pairs that may
+// touch are left to MuJoCo, which tests explicit contact pairs geom by geom; scenes have thousands
+// of them, and few are near.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -11,7 +12,7 @@ namespace engram {
 
 class BroadPhase {
  public:
-  // `model` must outlive the sieve. Its explicit pairs are all that collides.
+  // `model` must outlive this object. Only its explicit pairs collide.
   explicit BroadPhase(const mjModel& model);
   BroadPhase(BroadPhase&&) = default;
   BroadPhase& operator=(BroadPhase&&) = default;
@@ -19,39 +20,39 @@ class BroadPhase {
   BroadPhase& operator=(const BroadPhase&) = delete;
   ~BroadPhase() = default;
 
-  // The model with fewer pairs: mj_collision finds the same contacts with it, in the same order.
-  // Needs bodies and geoms posed in `data`. Valid until the next call.
+  // Returns the model with fewer pairs: mj_collision finds the same contacts with it, in the same
+  // order. Bodies and geoms must be posed in `data`. Valid until the next call.
   const mjModel* near_pairs(const mjData& data);
 
  private:
-  // A plane, or a ball around the geoms of a body that take part in pairs.
-  struct Member {
+  // A plane, or the bounding sphere of a body's other geoms.
+  struct Proxy {
     int plane = -1;          // geom, or -1
-    int body = 0;            // of the ball
-    Eigen::Vector3d center;  // of the ball, body frame
+    int body = 0;            // of the sphere
+    Eigen::Vector3d center;  // of the sphere, body frame
     double radius = 0;
   };
-  // Consecutive pairs between the same two members.
-  struct Group {
-    int first_member = 0;
-    int second_member = 0;
+  // Consecutive pairs between the same two proxies.
+  struct PairGroup {
+    int first_proxy = 0;
+    int second_proxy = 0;
     int begin = 0;
     int count = 0;
     double margin = 0;
   };
 
-  int member_of(const mjModel& model, int geom);
+  int proxy_of(const mjModel& model, int geom);
   void add_pair(const mjModel& model, int pair);
-  bool is_near(const Group& group, const mjData& data) const;
-  void keep(const Group& group);
+  bool may_touch(const PairGroup& group, const mjData& data) const;
+  void append_pairs(const PairGroup& group);
 
   const mjModel* model_;
-  std::vector<Member> members_;
-  std::vector<Group> groups_;
-  std::vector<Eigen::Vector3d> centers_;  // of the members' balls, world
+  std::vector<Proxy> proxies_;
+  std::vector<PairGroup> groups_;
+  std::vector<Eigen::Vector3d> centers_;  // of the proxies' spheres, world
 
-  // The thinned model: a shallow copy with pairs of its own.
-  mjModel thinned_;
+  // Shallow copy of the model with pair arrays of its own.
+  mjModel filtered_model_;
   std::vector<int> dim_, geom1_, geom2_, signature_;
   std::vector<mjtNum> solref_, solimp_, margin_, gap_, friction_;
 };

@@ -1,79 +1,49 @@
-// Forces of contacts among some bodies: the optimum of MuJoCo's convex problem, found by Newton's
-// method, with MuJoCo's rules for when to stop.
+// Contact forces among some bodies: the optimum of MuJoCo's convex problem over elliptic friction
+// cones, by Newton's method with exact line search and MuJoCo's termination criteria.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
+#include "core/contact/cone_problem.h"
+
 namespace engram {
-
-// The bodies' velocities are one vector. Every part of it begins at an even place and has an even
-// length; a number to spare is always zero.
-struct ConeBody {
-  const double* mass = nullptr;  // matrix of width x width
-  int begin = 0;
-  int width = 0;  // kRobotWidth or kPropWidth
-};
-constexpr int kRobotWidth = 10;
-constexpr int kPropWidth = 6;
-constexpr int kRowWidth = kRobotWidth + kPropWidth;
-
-// A contact's rows are those of its directions: normal, two of friction, twist, two of rolling.
-constexpr int kMostRows = 6;
-struct ConeContact {
-  int dim = 0;  // 1: without friction; otherwise 3, 4 or 6
-  int row = 0;  // the first one
-  // Of its one or two bodies. Rows of the Jacobian have the first one's columns, then the second's.
-  std::array<int, 2> begin{};
-  std::array<int, 2> width{};
-  double mu = 0;  // of the cone in which normal and friction are equally soft
-  std::array<double, kMostRows - 1> friction{};
-};
-
-// Of all rows.
-struct ConeRows {
-  const double* jacobian = nullptr;  // kRowWidth numbers per row
-  const double* stiffness = nullptr;
-  const double* reference = nullptr;  // acceleration, m/s^2
-  double* force = nullptr;            // the result, N, N m
-};
 
 class ConeSolver {
  public:
-  struct Rules {
+  struct Options {
     double scale = 1;  // of cost and gradient
     double tolerance = 0;
     int iterations = 0;
   };
 
-  // Room for so many numbers of velocity, contacts, rows.
-  ConeSolver(int numbers, int contacts, int rows);
+  // Allocates for the largest problem: velocities, contacts, rows.
+  ConeSolver(int dofs, int contacts, int rows);
 
-  // One group of bodies, which begin one after the other, and all of its contacts. `smooth` and
-  // `smooth_force` are what there is without contacts; `start` is a guess. Finds the rows' forces,
-  // and:
+  // Solves one island: bodies, whose velocities follow one another, and all their contacts.
+  // `smooth` and `smooth_force` are accelerations and forces without contacts; `start` is the warm
+  // start. Writes the rows' forces, and:
   void solve(std::span<const ConeBody> bodies, std::span<const ConeContact* const> contacts,
-             const ConeRows& rows, const Rules& rules, const double* smooth_force,
+             const ConeRows& rows, const Options& options, const double* smooth_force,
              const double* smooth, const double* start);
   const double* acceleration() const { return acceleration_.data(); }
   const double* contact_force() const { return contact_force_.data(); }  // on the bodies
   int iterations() const { return iterations_; }
 
  private:
-  enum class Zone { kOpen, kSticking, kSliding };
+  enum class ConeState { kSatisfied, kQuadratic, kCone };
 
-  // A contact's cost along the line of a search.
-  struct Course {
-    double quad[3];  // polynomial in the way, if it sticks
+  // Cost of a contact along the search direction.
+  struct LineSearchContact {
+    double quad[3];  // polynomial in alpha, if it sticks
     double u0, v0;   // normal
     double uu, uv, vv;
     double curvature;
     double mu;
     int dim;
   };
-  struct Point {
-    double way, cost, slope, curvature;
+  struct LineSearchPoint {
+    double alpha, cost, slope, curvature;
   };
 
   void multiply_mass(const double* vector, double* product) const;
@@ -83,43 +53,43 @@ class ConeSolver {
   void begin(const double* start);
   double update();
   void find_gradient();
-  void build_base();
+  void build_quadratic_hessian();
   void find_direction();
   void add_cone(const ConeContact& contact);
-  void prepare_courses();
-  Point evaluate(double way) const;
-  double search(double cost);
+  void prepare_line_search();
+  LineSearchPoint evaluate(double alpha) const;
+  double line_search(double cost);
 
-  // --- of the present problem ---
+  // --- present problem ---
   std::span<const ConeBody> bodies_;
   std::span<const ConeContact* const> contacts_;
   ConeRows rows_;
-  Rules rules_;
+  Options options_;
   const double* smooth_force_ = nullptr;
   const double* smooth_ = nullptr;
   int size_ = 0;
   int iterations_ = 0;
 
-  // --- numbers of velocity ---
+  // --- per velocity ---
   std::vector<double> acceleration_;
   std::vector<double> contact_force_;
   std::vector<double> mass_acceleration_;
   std::vector<double> gradient_;
   std::vector<double> direction_;
   std::vector<double> mass_direction_;
-  std::vector<double> base_;     // matrix: mass, and what sticks
-  std::vector<double> hessian_;  // with what slides, then its factors
-  std::vector<double> inverse_;  // of its pivots
+  std::vector<double> quadratic_hessian_;  // mass, and contacts in the quadratic state
+  std::vector<double> hessian_;            // also contacts in the cone state; then its factors
+  std::vector<double> inverse_;            // inverse pivots
 
-  // --- rows ---
-  std::vector<double> residual_;  // acceleration less reference
-  std::vector<double> other_;     // of the guess that was not taken
+  // --- per row ---
+  std::vector<double> residual_;         // acceleration minus reference
+  std::vector<double> smooth_residual_;  // at the smooth acceleration; then spare
   std::vector<double> jacobian_direction_;
 
-  // --- contacts ---
-  std::vector<Zone> zone_;
-  bool sticking_changed_ = true;
-  std::vector<Course> courses_;
+  // --- per contact ---
+  std::vector<ConeState> states_;
+  bool quadratic_changed_ = true;
+  std::vector<LineSearchContact> line_search_contacts_;
   double gauss_[3] = {};
 };
 

@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/math/dense.h"
 #include "core/robot/drive.h"
 
@@ -17,12 +16,11 @@ namespace {
 using Axes = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Vec3 = Eigen::Vector3d;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-// One side of a contact: a body, and with which sign its velocity counts.
+// One side of a contact: a MuJoCo body, the dynamic body that it belongs to, and the sign of its
+// velocity.
 struct Side {
   int body = 0;
-  int mover = kNoBody;
+  int dynamic_body = kNoBody;
   double sign = 1;
 };
 
@@ -35,7 +33,7 @@ Side side_of(const SceneModel& scene, int geom, double sign) {
 
 // --- Jacobians ---
 
-// Rows of a free body: its velocity in world axes, and its spin in its own.
+// Writes the rows of a free body: linear velocity in world axes, angular velocity in body axes.
 void add_prop(const mjData& data, const mjContact& contact, const Side& side, double* rows) {
   const Eigen::Map<const Axes> frame(contact.frame);
   const Eigen::Map<const Axes> axes(data.xmat + 9 * side.body);
@@ -53,7 +51,8 @@ void add_prop(const mjData& data, const mjContact& contact, const Side& side, do
   }
 }
 
-// Rows of the robot's joints, each of which moves the first body, the second one, both or none.
+// Writes the rows of the robot's joints, each of which moves the first body, the second one, both
+// or none.
 void add_robot(const SceneModel& scene, const mjData& data, const mjContact& contact,
                const Side (&sides)[2], double* rows) {
   const Eigen::Map<const Axes> frame(contact.frame);
@@ -78,20 +77,21 @@ void add_robot(const SceneModel& scene, const mjData& data, const mjContact& con
   }
 }
 
-// What moves of a contact, in ascending order; the robot counts once. Returns how many there are.
-int movers_of(const Side (&sides)[2], Side (&movers)[2]) {
+// Selects the dynamic sides of a contact, in ascending order of bodies; the robot counts once.
+// Returns their number.
+int dynamic_sides(const Side (&sides)[2], Side (&dynamic)[2]) {
   int count = 0;
   for (const Side& side : sides) {
-    if (side.mover != kNoBody) movers[count++] = side;
+    if (side.dynamic_body != kNoBody) dynamic[count++] = side;
   }
   if (count < 2) return count;
-  if (movers[1].mover < movers[0].mover) std::swap(movers[0], movers[1]);
-  if (movers[0].mover != movers[1].mover) return 2;
-  movers[1] = {};
+  if (dynamic[1].dynamic_body < dynamic[0].dynamic_body) std::swap(dynamic[0], dynamic[1]);
+  if (dynamic[0].dynamic_body != dynamic[1].dynamic_body) return 2;
+  dynamic[1] = {};
   return 1;
 }
 
-// velocities of rows += rows * velocity of the mover
+// sums += rows * velocity of the dynamic body
 template <int kWidth>
 void add_velocity(const mjtNum* velocity, int count, const ConeContact& cone, const double* rows,
                   mjtNum* sums) {
@@ -100,20 +100,20 @@ void add_velocity(const mjtNum* velocity, int count, const ConeContact& cone, co
   for (int k = 0; k < cone.dim; ++k) sums[cone.row + k] += dot(rows + k * kRowWidth, local, kWidth);
 }
 
-// Velocity of the contact's second body less that of the first, as far as they glide.
-Vec3 gliding_velocity(const mjModel& model, const mjContact& contact,
-                      std::span<const KinematicBody> gliders) {
+// Velocity of the contact's second body minus that of the first, as far as they are kinematic.
+Vec3 kinematic_velocity(const mjModel& model, const mjContact& contact,
+                        std::span<const KinematicBody> kinematic_bodies) {
   Vec3 velocity = Vec3::Zero();
   const int first = model.body_mocapid[model.geom_bodyid[contact.geom1]];
   const int second = model.body_mocapid[model.geom_bodyid[contact.geom2]];
-  for (const KinematicBody& glider : gliders) {
-    if (glider.mocap == first) velocity -= glider.velocity;
-    if (glider.mocap == second) velocity += glider.velocity;
+  for (const KinematicBody& body : kinematic_bodies) {
+    if (body.mocap == first) velocity -= body.velocity;
+    if (body.mocap == second) velocity += body.velocity;
   }
   return velocity;
 }
 
-// --- MuJoCo's impedance: how much of a violation a row mends, by how deep it is ---
+// --- MuJoCo's impedance: share of a violation that a row corrects, as a function of depth ---
 
 double power(double base, double exponent) {
   double result = 1;
@@ -140,45 +140,46 @@ double impedance(const mjContact& contact) {
   return least + y * (most - least);
 }
 
-// Sets mu of the contact, and R, D and K, B, I of its rows.
-void describe_rows(const mjModel& model, mjData& data, mjContact& contact) {
+// Sets the contact's mu, and regularization R, its inverse D and K, B, I of its rows.
+void set_impedance(const mjModel& model, mjData& data, mjContact& contact) {
   const int row = contact.efc_address;
   const double time = std::max(contact.solref[0], 2 * model.opt.timestep);
   const double ratio = contact.solref[1];
   const double most = std::clamp(contact.solimp[1], mjMINIMP, mjMAXIMP);
   const double share = impedance(contact);
-  const double give = model.body_invweight0[2 * model.geom_bodyid[contact.geom1]] +
-                      model.body_invweight0[2 * model.geom_bodyid[contact.geom2]];
-  mjtNum* const softness = data.efc_R + row;
-  softness[0] = std::max(mjMINVAL, (1 - share) * give / share);
+  const double inv_weight = model.body_invweight0[2 * model.geom_bodyid[contact.geom1]] +
+                            model.body_invweight0[2 * model.geom_bodyid[contact.geom2]];
+  mjtNum* const regularization = data.efc_R + row;
+  regularization[0] = std::max(mjMINVAL, (1 - share) * inv_weight / share);
   if (contact.dim > 1) {
-    softness[1] = softness[0] / std::max(mjMINVAL, model.opt.impratio);
+    regularization[1] = regularization[0] / std::max(mjMINVAL, model.opt.impratio);
     const mjtNum* const friction = contact.friction;
-    contact.mu = friction[0] * std::sqrt(softness[1] / softness[0]);
+    contact.mu = friction[0] * std::sqrt(regularization[1] / regularization[0]);
     for (int k = 2; k < contact.dim; ++k) {
-      softness[k] = softness[1] * friction[0] * friction[0] / (friction[k - 1] * friction[k - 1]);
+      regularization[k] =
+          regularization[1] * friction[0] * friction[0] / (friction[k - 1] * friction[k - 1]);
     }
   }
   const double spring = 1 / std::max(mjMINVAL, most * most * time * time * ratio * ratio);
   const double damper = 2 / std::max(mjMINVAL, most * time);
   for (int k = 0; k < contact.dim; ++k) {
-    data.efc_D[row + k] = 1 / softness[k];
-    mjtNum* const law = data.efc_KBIP + 4 * (row + k);
-    law[0] = k == 0 ? spring : 0;
-    law[1] = damper;
-    law[2] = share;
+    data.efc_D[row + k] = 1 / regularization[k];
+    mjtNum* const kbip = data.efc_KBIP + 4 * (row + k);
+    kbip[0] = k == 0 ? spring : 0;
+    kbip[1] = damper;
+    kbip[2] = share;
   }
 }
 
-// Velocities, and the accelerations that they call for.
-void refer_rows(mjData& data, const mjContact& contact, const Vec3& gliding) {
-  const Vec3 velocity = Eigen::Map<const Axes>(contact.frame) * gliding;
+// Adds kinematic motion to the rows' velocities and sets their reference accelerations.
+void set_reference_acceleration(mjData& data, const mjContact& contact, const Vec3& kinematic) {
+  const Vec3 velocity = Eigen::Map<const Axes>(contact.frame) * kinematic;
   for (int k = 0; k < contact.dim; ++k) {
     const int row = contact.efc_address + k;
     if (k < 3) data.efc_vel[row] += velocity[k];
-    const mjtNum* const law = data.efc_KBIP + 4 * row;
+    const mjtNum* const kbip = data.efc_KBIP + 4 * row;
     const double depth = k == 0 ? contact.dist - contact.includemargin : 0;
-    data.efc_aref[row] = -law[1] * data.efc_vel[row] - law[0] * law[2] * depth;
+    data.efc_aref[row] = -kbip[1] * data.efc_vel[row] - kbip[0] * kbip[2] * depth;
   }
 }
 
@@ -187,26 +188,26 @@ void refer_rows(mjData& data, const mjContact& contact, const Vec3& gliding) {
 ContactConstraints::ContactConstraints(std::span<const SceneModel> scenes) {
   std::size_t contacts = 0;
   std::size_t rows = 0;
-  std::size_t movers = 1;
+  std::size_t bodies = 1;
   for (const SceneModel& scene : scenes) {
     contacts = std::max(contacts, at(scene.model->nconmax));
     rows = std::max(rows, at(scene.model->njmax));
-    movers = std::max(movers, scene.slots.size() + 1);
+    bodies = std::max(bodies, scene.slots.size() + 1);
   }
   contacts_.resize(contacts);
-  contacts_of_.resize(movers);
+  contacts_of_.resize(bodies);
   jacobian_.resize(rows * kRowWidth);
 }
 
 void ContactConstraints::add(const SceneModel& scene, mjData& data, int index) {
   mjContact& contact = data.contact[index];
   const Side sides[2] = {side_of(scene, contact.geom1, -1), side_of(scene, contact.geom2, 1)};
-  Side movers[2];
-  const int count = movers_of(sides, movers);
+  Side dynamic[2];
+  const int count = dynamic_sides(sides, dynamic);
   if (count == 0) return;
   contact.efc_address = data.nefc;
   data.nefc += contact.dim;
-  describe_rows(*scene.model, data, contact);
+  set_impedance(*scene.model, data, contact);
 
   Contact& entry = contacts_[count_++];
   entry.index = index;
@@ -218,19 +219,19 @@ void ContactConstraints::add(const SceneModel& scene, mjData& data, int index) {
   std::fill_n(data.efc_vel + cone.row, cone.dim, 0.0);
   double* rows = jacobian_.data() + at(cone.row) * kRowWidth;
   for (int i = 0; i < 2; ++i) {
-    const Side& mover = movers[i];
-    entry.movers[i] = mover.mover;
+    const Side& side = dynamic[i];
+    entry.bodies[i] = side.dynamic_body;
     cone.width[at(i)] = 0;
-    if (mover.mover == kNoBody) continue;
-    ++contacts_of_[at(mover.mover)];
-    if (mover.mover == kRobotBody) {
+    if (side.dynamic_body == kNoBody) continue;
+    ++contacts_of_[at(side.dynamic_body)];
+    if (side.dynamic_body == kRobotBody) {
       add_robot(scene, data, contact, sides, rows);
       add_velocity<kRobotWidth>(data.qvel, kRobotJoints, cone, rows, data.efc_vel);
       cone.width[at(i)] = kRobotWidth;
     } else {
-      add_prop(data, contact, mover, rows);
-      add_velocity<kPropWidth>(data.qvel + scene.slots[at(mover.mover - 1)].dof, kPropWidth, cone,
-                               rows, data.efc_vel);
+      add_prop(data, contact, side, rows);
+      add_velocity<kPropWidth>(data.qvel + scene.slots[at(side.dynamic_body - 1)].dof, kPropWidth,
+                               cone, rows, data.efc_vel);
       cone.width[at(i)] = kPropWidth;
     }
     rows += cone.width[at(i)];
@@ -238,7 +239,7 @@ void ContactConstraints::add(const SceneModel& scene, mjData& data, int index) {
 }
 
 void ContactConstraints::build(const SceneModel& scene, mjData& data,
-                               std::span<const KinematicBody> gliders) {
+                               std::span<const KinematicBody> kinematic_bodies) {
   count_ = 0;
   data.ne = data.nf = data.nefc = 0;
   std::fill_n(contacts_of_.begin(), scene.slots.size() + 1, 0);
@@ -252,7 +253,8 @@ void ContactConstraints::build(const SceneModel& scene, mjData& data,
   }
   for (const Contact& entry : contacts()) {
     const mjContact& contact = data.contact[entry.index];
-    refer_rows(data, contact, gliding_velocity(*scene.model, contact, gliders));
+    set_reference_acceleration(data, contact,
+                               kinematic_velocity(*scene.model, contact, kinematic_bodies));
   }
 }
 

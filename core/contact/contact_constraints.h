@@ -1,7 +1,7 @@
-// MuJoCo's contacts as rows of a solver: how bodies' velocities make points part or slip, how stiff
-// that is, and at which acceleration it should go on. The numbers are MuJoCo's; contacts, and what
-// is known of each row, stand where MuJoCo has them: efc_vel, efc_KBIP, efc_R, efc_D, efc_aref,
-// efc_force, and each contact's efc_address. Only the Jacobian has a form of our own.
+// Contact constraints: rows of the solver made of MuJoCo's contacts, with Jacobian, regularization
+// and reference acceleration. Values equal MuJoCo's and are stored in its arrays: efc_vel,
+// efc_KBIP, efc_R, efc_D, efc_aref, efc_force, and each contact's efc_address. Only the Jacobian
+// has a layout of its own: a dense block per dynamic body.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -15,33 +15,35 @@
 
 namespace engram {
 
-// What moves in a scene: the robot is 0; the prop in slot i is i + 1.
+// Dynamic bodies of a scene: the robot is 0; the prop in slot i is i + 1.
 constexpr int kRobotBody = 0;
 constexpr int kNoBody = -1;
 
 class ContactConstraints {
  public:
   struct Contact {
-    ConeContact cone;                    // where its movers begin is up to the islands
+    ConeContact cone;                    // Islands sets its velocity ranges
     int index = 0;                       // in MuJoCo's contacts
-    int movers[2] = {kNoBody, kNoBody};  // in ascending order; at least one
+    int bodies[2] = {kNoBody, kNoBody};  // dynamic ones, in ascending order; at least one
   };
 
-  // Room for what these scenes can have.
+  // Allocates for the largest of these scenes.
   explicit ContactConstraints(std::span<const SceneModel> scenes);
 
-  int most_movers() const { return static_cast<int>(contacts_of_.size()); }
-  int most_contacts() const { return static_cast<int>(contacts_.size()); }
-  int most_rows() const { return static_cast<int>(jacobian_.size()) / kRowWidth; }
+  int max_bodies() const { return static_cast<int>(contacts_of_.size()); }
+  int max_contacts() const { return static_cast<int>(contacts_.size()); }
+  int max_rows() const { return static_cast<int>(jacobian_.size()) / kRowWidth; }
 
-  // Makes rows of MuJoCo's contacts. Contacts with gliders meet them at their velocities; MuJoCo
-  // takes kinematic bodies to stand still. If there are too many rows, MuJoCo's warning is set.
-  void build(const SceneModel& scene, mjData& data, std::span<const KinematicBody> gliders);
+  // Makes rows of MuJoCo's contacts. Contacts with moving kinematic bodies meet them at their
+  // velocities; MuJoCo takes kinematic bodies to stand still. If there are too many rows, MuJoCo's
+  // warning is set.
+  void build(const SceneModel& scene, mjData& data,
+             std::span<const KinematicBody> kinematic_bodies);
 
   std::span<Contact> contacts() { return {contacts_.data(), count_}; }
   std::span<const Contact> contacts() const { return {contacts_.data(), count_}; }
-  // How many contacts a mover has.
-  int contacts_of(int mover) const { return contacts_of_[static_cast<std::size_t>(mover)]; }
+  // Number of contacts of a dynamic body.
+  int contacts_of(int body) const { return contacts_of_[static_cast<std::size_t>(body)]; }
   const double* jacobian() const { return jacobian_.data(); }  // kRowWidth numbers per row
 
  private:

@@ -1,5 +1,5 @@
-// What becomes of the contacts that MuJoCo finds, before and after it makes constraint rows of
-// them.
+// Contact filter between MuJoCo's collision detection and the contact constraints: false contacts,
+// speculative contacts and depenetration.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -11,17 +11,17 @@
 
 namespace engram {
 
-// A kinematic body on its way.
+// A kinematic body in motion.
 struct KinematicBody {
   int mocap = 0;
   Eigen::Vector3d velocity;  // m/s
 };
 
-// Between mj_collision and ContactConstraints::build:
-//  * Drops contacts that are none.
-//  * Lets those act that are still apart, within their pair's gap: they stop what comes just where
-//    it touches, without friction. Otherwise it would be inside before there is a contact at all.
-//  * Pushes objects out that have appeared around the fingers.
+// Called between mj_collision and ContactConstraints::build:
+//  * Drops false contacts.
+//  * Makes contacts within their pair's gap speculative: they stop an approaching body where it
+//    touches, without friction. Otherwise it would penetrate before there is any contact.
+//  * Depenetrates objects that have appeared around the fingers.
 void filter_contacts(const mjModel& model, mjData& data);
 
 }  // namespace engram

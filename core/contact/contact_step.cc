@@ -4,24 +4,22 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/contact/coulomb_sliding.h"
 #include "core/math/dense.h"
 
 namespace engram {
 namespace {
 
-// How near the law's answer has to be to the solver's to be taken.
+// Largest difference of the joint solver's velocities from the contact solver's with which the
+// former are taken.
 constexpr double kArmTolerance = 0.02;      // rad/s
 constexpr double kFingerTolerance = 0.005;  // m/s
-// Of a drive's limit: up to here it answers to a change of force as the solver takes it to.
-constexpr double kBearable = 0.9;
+// Share of a drive's limit up to which its response to a change of force is linear.
+constexpr double kLinearShare = 0.9;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-// --- what moves, as if nothing touched it ---
+// --- unconstrained accelerations ---
 
 void accelerate_props(const SceneModel& scene, mjData& data) {
   for (std::size_t slot = 0; slot < scene.slots.size(); ++slot) {
@@ -37,79 +35,69 @@ void accelerate_props(const SceneModel& scene, mjData& data) {
 
 // --- one island ---
 
-// Where MuJoCo has a mover's velocity, and how many numbers it has.
-struct Place {
+// Range of a dynamic body's velocities in MuJoCo's arrays.
+struct DofRange {
   int dof;
   int count;
 };
-Place place_of(const SceneModel& scene, int mover) {
-  if (mover == kRobotBody) return {0, kRobotJoints};
-  return {scene.slots[at(mover - 1)].dof, kPropWidth};
+DofRange dofs_of(const SceneModel& scene, int body) {
+  if (body == kRobotBody) return {0, kRobotJoints};
+  return {scene.slots[at(body - 1)].dof, kPropWidth};
 }
 
-// `resisting`: what contacts with the robot meet; null where the island does not hold it.
-void gather_island(const SceneModel& scene, const mjData& data, int island, const double* resisting,
-                   ContactWorkspace& bench) {
-  bench.bodies.clear();
-  double* mass = bench.masses.data();
-  for (const int mover : bench.islands.movers(island)) {
-    const int begin = bench.islands.begin_of(mover);
-    const int width = mover == kRobotBody ? kRobotWidth : kPropWidth;
-    const Place place = place_of(scene, mover);
+// `robot_mass`: effective inertia of the robot; null if it is not in the island.
+void gather_island(const SceneModel& scene, const mjData& data, int island,
+                   const double* robot_mass, ContactWorkspace& workspace) {
+  workspace.bodies.clear();
+  double* mass = workspace.masses.data();
+  for (const int body : workspace.islands.bodies(island)) {
+    const int begin = workspace.islands.begin_of(body);
+    const int width = body == kRobotBody ? kRobotWidth : kPropWidth;
+    const DofRange dofs = dofs_of(scene, body);
     const auto gather = [&](const mjtNum* from, std::vector<double>& to) {
-      std::copy_n(from + place.dof, place.count, &to[at(begin)]);
-      std::fill_n(&to[at(begin)] + place.count, width - place.count, 0.0);
+      std::copy_n(from + dofs.dof, dofs.count, &to[at(begin)]);
+      std::fill_n(&to[at(begin)] + dofs.count, width - dofs.count, 0.0);
     };
-    gather(data.qfrc_smooth, bench.smooth_force);
-    gather(data.qacc_smooth, bench.smooth);
-    gather(data.qacc_warmstart, bench.start);
-    if (mover == kRobotBody) {
-      bench.bodies.push_back({resisting, begin, width});
+    gather(data.qfrc_smooth, workspace.smooth_force);
+    gather(data.qacc_smooth, workspace.smooth);
+    gather(data.qacc_warmstart, workspace.start);
+    if (body == kRobotBody) {
+      workspace.bodies.push_back({robot_mass, begin, width});
     } else {
-      bench.bodies.push_back({mass, begin, width});
-      const FreeBody::MassMatrix matrix = scene.free_bodies[at(mover - 1)].mass_matrix(data);
+      workspace.bodies.push_back({mass, begin, width});
+      const FreeBody::MassMatrix matrix = scene.free_bodies[at(body - 1)].mass_matrix(data);
       mass = std::copy(matrix.begin(), matrix.end(), mass);
     }
   }
 }
 
-// Sets qacc, qfrc_constraint and the warm start of the island's movers.
-void solve_island(const SceneModel& scene, mjData& data, int island, const double* resisting,
-                  ContactWorkspace& bench) {
+// Sets qacc, qfrc_constraint and the warm start of the island's bodies.
+void solve_island(const SceneModel& scene, mjData& data, int island, const double* robot_mass,
+                  ContactWorkspace& workspace) {
   const mjModel& model = *scene.model;
-  gather_island(scene, data, island, resisting, bench);
-  // The same in all scenes, but for rounding.
+  gather_island(scene, data, island, robot_mass, workspace);
+  // The scale is the same in all scenes, except for rounding.
   const auto scale = static_cast<float>(model.stat.meaninertia * model.nv);
-  bench.solver.solve(bench.bodies, bench.islands.contacts(island),
-                     {bench.rows.jacobian(), data.efc_D, data.efc_aref, data.efc_force},
-                     {scale, model.opt.tolerance, model.opt.iterations}, bench.smooth_force.data(),
-                     bench.smooth.data(), bench.start.data());
-  for (const int mover : bench.islands.movers(island)) {
-    const int begin = bench.islands.begin_of(mover);
-    const Place place = place_of(scene, mover);
+  workspace.solver.solve(workspace.bodies, workspace.islands.contacts(island),
+                         {workspace.rows.jacobian(), data.efc_D, data.efc_aref, data.efc_force},
+                         {scale, model.opt.tolerance, model.opt.iterations},
+                         workspace.smooth_force.data(), workspace.smooth.data(),
+                         workspace.start.data());
+  for (const int body : workspace.islands.bodies(island)) {
+    const int begin = workspace.islands.begin_of(body);
+    const DofRange dofs = dofs_of(scene, body);
     const auto scatter = [&](const double* from, mjtNum* to) {
-      std::copy_n(from + begin, place.count, to + place.dof);
+      std::copy_n(from + begin, dofs.count, to + dofs.dof);
     };
-    scatter(bench.solver.acceleration(), data.qacc);
-    scatter(bench.solver.acceleration(), data.qacc_warmstart);
-    scatter(bench.solver.contact_force(), data.qfrc_constraint);
+    scatter(workspace.solver.acceleration(), data.qacc);
+    scatter(workspace.solver.acceleration(), data.qacc_warmstart);
+    scatter(workspace.solver.contact_force(), data.qfrc_constraint);
   }
 }
 
 // --- the robot among contacts ---
 
-// The forces of contacts on the robot's joints travel from substep to substep where MuJoCo has the
-// robot's part of its warm start.
-JointArray last_contact_force(const mjData& data) {
-  JointArray force;
-  std::copy_n(data.qacc_warmstart, kRobotJoints, force.begin());
-  return force;
-}
-void keep_contact_force(mjData& data, const JointArray& force) {
-  std::copy_n(force.begin(), kRobotJoints, data.qacc_warmstart);
-}
-
-// As the solver has it: with a number to spare.
+// Joint-space matrix in the solver's layout: padded to an even width.
 using RobotMatrix = std::array<double, kRobotWidth * kRobotWidth>;
 RobotMatrix robot_matrix(const JointMatrix& inertia) {
   RobotMatrix matrix{};
@@ -119,24 +107,24 @@ RobotMatrix robot_matrix(const JointMatrix& inertia) {
   return matrix;
 }
 
-// The acceleration that a force gives.
-JointArray answer(RobotMatrix resisting, const JointArray& force) {
+// Solves mass * acceleration = force.
+JointArray solve_acceleration(RobotMatrix mass, const JointArray& force) {
   JointArray acceleration{};
   if (force == JointArray{}) return acceleration;
   std::array<double, kRobotWidth> inverse;
   std::array<double, kRobotWidth> x{};
   std::copy(force.begin(), force.end(), x.begin());
-  factor(resisting.data(), inverse.data(), kRobotWidth);
-  solve(resisting.data(), inverse.data(), x.data(), kRobotWidth);
+  factor(mass.data(), inverse.data(), kRobotWidth);
+  solve(mass.data(), inverse.data(), x.data(), kRobotWidth);
   std::copy_n(x.begin(), kRobotJoints, acceleration.begin());
   return acceleration;
 }
 
-// Tells the solver how the robot would accelerate without contacts, by the last run of the robot,
-// which was with this force of contacts. `resisting`: what resists them.
-void describe_robot(const RobotStep& robot, const RobotMatrix& resisting, const JointArray& force,
-                    double timestep, mjData& data) {
-  const JointArray change = answer(resisting, force);
+// Sets the robot's acceleration without contacts and the warm start, from the last run of the joint
+// solver, which was with this contact force.
+void set_robot_acceleration(const RobotStep& robot, const RobotMatrix& mass,
+                            const JointArray& force, double timestep, mjData& data) {
+  const JointArray change = solve_acceleration(mass, force);
   std::array<double, kRobotWidth> free{};
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     free[i] = (robot.end_v()[i] - robot.v[i]) / timestep - change[i];
@@ -144,12 +132,12 @@ void describe_robot(const RobotStep& robot, const RobotMatrix& resisting, const 
     data.qacc_warmstart[i] = free[i] + change[i];
   }
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    data.qfrc_smooth[i] = dot(&resisting[i * kRobotWidth], free.data(), kRobotWidth);
+    data.qfrc_smooth[i] = dot(&mass[i * kRobotWidth], free.data(), kRobotWidth);
   }
 }
 
-// The velocities at the substep's end for which the solver found the forces.
-JointArray foreseen_velocity(const mjData& data, const RobotStep& robot, double timestep) {
+// Velocities at the substep's end for which the contact solver found the forces.
+JointArray solved_velocity(const mjData& data, const RobotStep& robot, double timestep) {
   JointArray velocity;
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     velocity[i] = robot.v[i] + timestep * data.qacc[i];
@@ -157,68 +145,67 @@ JointArray foreseen_velocity(const mjData& data, const RobotStep& robot, double 
   return velocity;
 }
 
-bool is_near(const JointArray& velocity, const JointArray& foreseen) {
+bool agrees(const JointArray& velocity, const JointArray& solved) {
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     const double tolerance = i < kArmJoints ? kArmTolerance : kFingerTolerance;
-    if (!(std::abs(velocity[i] - foreseen[i]) <= tolerance)) return false;
+    if (!(std::abs(velocity[i] - solved[i]) <= tolerance)) return false;
   }
   return true;
 }
 
-// The forces of contacts, and how they change the robot's way. The solver takes the robot's answer
-// to a change of force for linear, from the forces of the last substep on, as far as the drives can
-// bear them. Where the robot's law answers otherwise, because a drive or a joint comes to its
-// limit, the solver is right: nothing gets inside anything.
-JointArray solve_robot_island(const SceneModel& scene, mjData& data, int island, RobotStep& robot,
-                              ContactWorkspace& bench) {
+// Solves the robot's island and updates its contact force. The contact solver linearizes the
+// robot's response at the contact force of the last substep, within the linear range of the drives.
+// If the joint solver responds otherwise, because a drive or a joint comes to its limit, the
+// contact solver's velocities stand: no body penetrates another.
+void solve_robot_island(const SceneModel& scene, mjData& data, int island, RobotStep& robot,
+                        JointArray& force, ContactWorkspace& workspace) {
   const double timestep = scene.model->opt.timestep;
-  JointArray force = last_contact_force(data);
-  const double bearable = kBearable * robot.force_limit();
-  for (double& value : force) value = std::clamp(value, -bearable, bearable);
+  const double linear = kLinearShare * robot.force_limit();
+  for (double& value : force) value = std::clamp(value, -linear, linear);
   robot.run(force);
-  const RobotMatrix resisting = robot_matrix(robot.effective_inertia());
-  describe_robot(robot, resisting, force, timestep, data);
-  solve_island(scene, data, island, resisting.data(), bench);
+  const RobotMatrix mass = robot_matrix(robot.effective_inertia());
+  set_robot_acceleration(robot, mass, force, timestep, data);
+  solve_island(scene, data, island, mass.data(), workspace);
   std::copy_n(data.qfrc_constraint, kRobotJoints, force.begin());
   robot.run(force);
   if (force != JointArray{}) {
-    const JointArray foreseen = foreseen_velocity(data, robot, timestep);
-    robot.move_evenly(is_near(robot.end_v(), foreseen) ? robot.end_v() : foreseen);
+    const JointArray solved = solved_velocity(data, robot, timestep);
+    robot.move_evenly(agrees(robot.end_v(), solved) ? robot.end_v() : solved);
   }
-  return force;
 }
 
-// --- the stages ---
+// --- stages ---
 
-// Rows of all contacts, and who is solved with whom.
-void find_contacts(const StepModels& models, mjData& data, ContactWorkspace& bench,
-                   std::span<const KinematicBody> gliders) {
+// Collision detection, contact constraints and islands.
+void find_contacts(const StepModels& models, mjData& data, ContactWorkspace& workspace,
+                   std::span<const KinematicBody> kinematic_bodies) {
   const SceneModel& scene = *models.scene;
   mj_collision(models.colliding, &data);
   filter_contacts(*scene.model, data);
-  bench.rows.build(scene, data, gliders);
-  apply_coulomb_sliding(scene, data, bench.rows);
-  bench.islands.find(bench.rows, static_cast<int>(scene.slots.size()) + 1);
+  workspace.rows.build(scene, data, kinematic_bodies);
+  apply_coulomb_sliding(scene, data, workspace.rows);
+  workspace.islands.find(workspace.rows, static_cast<int>(scene.slots.size()) + 1);
 }
 
-// Sets the accelerations of all props, and the robot's way.
+// Sets the accelerations of all props, and the robot's motion and contact force.
 void solve_contacts(const SceneModel& scene, mjData& data, RobotStep& robot,
-                    ContactWorkspace& bench) {
-  JointArray force{};
-  for (int island = 0; island < bench.islands.count(); ++island) {
-    if (bench.islands.holds_robot(island)) {
-      force = solve_robot_island(scene, data, island, robot, bench);
+                    JointArray& contact_force, ContactWorkspace& workspace) {
+  bool robot_touches = false;
+  for (int island = 0; island < workspace.islands.count(); ++island) {
+    if (workspace.islands.holds_robot(island)) {
+      robot_touches = true;
+      solve_robot_island(scene, data, island, robot, contact_force, workspace);
     } else {
-      solve_island(scene, data, island, nullptr, bench);
+      solve_island(scene, data, island, nullptr, workspace);
     }
   }
-  keep_contact_force(data, force);
+  if (!robot_touches) contact_force = {};
 }
 
-void move_props(const SceneModel& scene, mjData& data, const ContactWorkspace& bench) {
+void move_props(const SceneModel& scene, mjData& data, const ContactWorkspace& workspace) {
   for (std::size_t slot = 0; slot < scene.slots.size(); ++slot) {
     const FreeBody& body = scene.free_bodies[slot];
-    if (bench.rows.contacts_of(static_cast<int>(slot) + 1) == 0) {
+    if (workspace.rows.contacts_of(static_cast<int>(slot) + 1) == 0) {
       const int dof = scene.slots[slot].dof;
       std::copy_n(data.qacc_smooth + dof, FreeBody::kSize, data.qacc + dof);
       std::copy_n(data.qacc_smooth + dof, FreeBody::kSize, data.qacc_warmstart + dof);
@@ -233,24 +220,24 @@ void move_props(const SceneModel& scene, mjData& data, const ContactWorkspace& b
 
 ContactWorkspace::ContactWorkspace(std::span<const SceneModel> scenes)
     : rows(scenes),
-      islands(rows.most_movers(), rows.most_contacts()),
-      solver(kRobotWidth + kPropWidth * (rows.most_movers() - 1), rows.most_contacts(),
-             rows.most_rows()) {
-  const int props = rows.most_movers() - 1;
-  bodies.reserve(at(rows.most_movers()));
+      islands(rows.max_bodies(), rows.max_contacts()),
+      solver(kRobotWidth + kPropWidth * (rows.max_bodies() - 1), rows.max_contacts(),
+             rows.max_rows()) {
+  const int props = rows.max_bodies() - 1;
+  bodies.reserve(at(rows.max_bodies()));
   masses.resize(at(props * kPropWidth * kPropWidth));
   for (std::vector<double>* vector : {&smooth_force, &smooth, &start}) {
     vector->resize(at(kRobotWidth + props * kPropWidth));
   }
 }
 
-void contact_step(const StepModels& models, mjData* d, RobotStep& robot, ContactWorkspace& bench,
-                  std::span<const KinematicBody> gliders) {
+void contact_step(const StepModels& models, mjData* d, RobotStep& robot, JointArray& contact_force,
+                  ContactWorkspace& workspace, std::span<const KinematicBody> kinematic_bodies) {
   const SceneModel& scene = *models.scene;
   accelerate_props(scene, *d);
-  find_contacts(models, *d, bench, gliders);
-  solve_contacts(scene, *d, robot, bench);
-  move_props(scene, *d, bench);
+  find_contacts(models, *d, workspace, kinematic_bodies);
+  solve_contacts(scene, *d, robot, contact_force, workspace);
+  move_props(scene, *d, workspace);
   std::copy_n(robot.end_q().begin(), kRobotJoints, d->qpos);
   std::copy_n(robot.end_v().begin(), kRobotJoints, d->qvel);
   d->time += scene.model->opt.timestep;

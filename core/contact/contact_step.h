@@ -1,11 +1,10 @@
-// One physics step: MuJoCo finds the contacts, and contacts are of its model (contact_rows.h,
-// cone_solver.h); what moves obeys laws of our own.
-//  * Free props move by the equations of Newton and Euler, as in mj_step (free_body.h).
-//  * The robot moves by RobotStep. Where nothing touches it, that is all. Where something does, the
-//    forces of contact are found for the acceleration that it would have without them, and for the
-//    inertia that they meet.
-//  * What touches one another is solved together, everything else apart (islands.h).
-// The checks of the state are SceneBinding's.
+// One physics substep: MuJoCo detects collisions, and contacts follow its model
+// (contact_constraints.h, cone_solver.h); integration is the engine's own.
+//  * Free props obey the Newton-Euler equations, as in mj_step (free_body.h).
+//  * The robot moves by RobotStep. If something touches it, contact forces are found for the
+//    acceleration that it would have without them and for its effective inertia.
+//  * Bodies that touch one another are solved together, by islands (islands.h).
+// SceneBinding checks the state.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -24,27 +23,29 @@ namespace engram {
 
 struct StepModels {
   const SceneModel* scene;
-  const mjModel* colliding;  // has the contact pairs to look at (see pair_sieve.h)
+  const mjModel* colliding;  // with the pairs that may touch (broad_phase.h)
 };
 
-// Working memory of one thread, with room for the largest of some scenes.
+// Working memory of one thread, allocated for the largest of some scenes.
 struct ContactWorkspace {
   explicit ContactWorkspace(std::span<const SceneModel> scenes);
 
   ContactConstraints rows;
   Islands islands;
   ConeSolver solver;
-  // Of the island that is being solved; numbers are those of its movers' velocities.
+  // Input of the solver for one island, in the order of its bodies' velocities.
   std::vector<ConeBody> bodies;
-  std::vector<double> masses;  // of the props, matrices
+  std::vector<double> masses;  // mass matrices of props
   std::vector<double> smooth_force;
   std::vector<double> smooth;
   std::vector<double> start;
 };
 
-// The rest of the step, from poses of bodies and geoms. `robot` knows how the robot moves if
-// nothing touches it, and is told what becomes of it.
-void contact_step(const StepModels& models, mjData* d, RobotStep& robot, ContactWorkspace& bench,
-                  std::span<const KinematicBody> gliders = {});
+// Steps robot and props, given the poses of bodies and geoms. `robot` holds the robot's motion
+// without contacts, and afterwards its motion with them. `contact_force`: on the robot's joints, N
+// m, N; from the last substep, and afterwards of this one.
+void contact_step(const StepModels& models, mjData* d, RobotStep& robot, JointArray& contact_force,
+                  ContactWorkspace& workspace,
+                  std::span<const KinematicBody> kinematic_bodies = {});
 
 }  // namespace engram

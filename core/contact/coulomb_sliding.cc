@@ -16,45 +16,48 @@ Matrix cross_matrix(const Vec3& v) {
   return m;
 }
 
-// A body's point at a contact, in the contact's axes: normal first; as the contact's second body
-// moves against the first.
-struct TouchingPoint {
+// Point of a body at a contact, in the contact's axes, normal first; signs are of the contact's
+// second body against the first.
+struct ContactPoint {
   Vec3 acceleration;  // unconstrained, m/s^2
   Matrix mobility;    // acceleration by a force there, 1/kg
 };
 
-TouchingPoint touching_point(const mjModel& model, const mjData& data, int body,
-                             const mjContact& contact) {
+ContactPoint contact_point(const mjModel& model, const mjData& data, int body,
+                           const mjContact& contact) {
   const Eigen::Map<const Matrix> axes(contact.frame);
   const Eigen::Map<const Vec3> pos(contact.pos);
   const Eigen::Map<const Matrix> body_axes(data.xmat + 9 * body);
   const Eigen::Map<const Matrix> inertia_axes(data.ximat + 9 * body);
   const Eigen::Map<const Vec3> inertia(model.body_inertia + 3 * body);
   const mjtNum* free = data.qacc_smooth + model.body_dofadr[body];
-  const Vec3 turning = body_axes * Eigen::Map<const Vec3>(free + 3);
+  const Vec3 angular_acceleration = body_axes * Eigen::Map<const Vec3>(free + 3);
   const Vec3 from_origin = pos - Eigen::Map<const Vec3>(data.xpos + 3 * body);
   const Matrix lever = cross_matrix(pos - Eigen::Map<const Vec3>(data.xipos + 3 * body));
   const Matrix turned =
       inertia_axes * inertia.cwiseInverse().asDiagonal() * inertia_axes.transpose();
-  TouchingPoint point;
+  ContactPoint point;
   const double sign = model.geom_bodyid[contact.geom2] == body ? 1 : -1;
-  point.acceleration = sign * axes * (Eigen::Map<const Vec3>(free) + turning.cross(from_origin));
+  point.acceleration =
+      sign * axes * (Eigen::Map<const Vec3>(free) + angular_acceleration.cross(from_origin));
   point.mobility = axes * (Matrix::Identity() / model.body_mass[body] - lever * turned * lever) *
                    axes.transpose();
   return point;
 }
 
-// The reference acceleration of the friction rows is what friction leaves of the slip, and a little
-// more where friction is at its limit, so that the solver finds it there.
-void slide(const mjModel& model, mjData& data, const mjContact& contact, int body) {
+// Sets the reference acceleration of the friction rows to the slip's under friction mu N, and a
+// little less, so that the solver finds friction at its limit.
+void set_friction_reference(const mjModel& model, mjData& data, const mjContact& contact,
+                            int body) {
   const int row = contact.efc_address;
-  const TouchingPoint point = touching_point(model, data, body, contact);
+  const ContactPoint point = contact_point(model, data, body, contact);
   const double timestep = model.opt.timestep;
-  const double give = point.mobility(0, 0) + data.efc_R[row];
-  const double normal = (data.efc_aref[row] - point.acceleration[0]) / give;
-  // Without what stops the fall.
-  const double landing = -data.efc_KBIP[4 * row + 1] * std::min(data.efc_vel[row], 0.0) / give;
-  const double pressing = normal - landing;
+  const double compliance = point.mobility(0, 0) + data.efc_R[row];
+  const double normal = (data.efc_aref[row] - point.acceleration[0]) / compliance;
+  // Normal force without the part that stops a fall.
+  const double arresting =
+      -data.efc_KBIP[4 * row + 1] * std::min(data.efc_vel[row], 0.0) / compliance;
+  const double pressing = normal - arresting;
   Vec3 slip(0, data.efc_vel[row + 1], data.efc_vel[row + 2]);
   slip.tail<2>() += timestep * point.acceleration.tail<2>();
   const double speed = slip.norm();
@@ -66,8 +69,8 @@ void slide(const mjModel& model, mjData& data, const mjContact& contact, int bod
   const Vec3 after(0, data.efc_vel[row + 1] + timestep * left[1],
                    data.efc_vel[row + 2] + timestep * left[2]);
   if (after.dot(direction) <= 0) return;  // it stops
-  const double little = (landing > 0 ? 1 : 2) * data.efc_R[row + 1] * friction;
-  for (int k = 1; k < 3; ++k) data.efc_aref[row + k] = left[k] - little * direction[k];
+  const double margin = (arresting > 0 ? 1 : 2) * data.efc_R[row + 1] * friction;
+  for (int k = 1; k < 3; ++k) data.efc_aref[row + k] = left[k] - margin * direction[k];
 }
 
 }  // namespace
@@ -76,12 +79,13 @@ void apply_coulomb_sliding(const SceneModel& scene, mjData& data, const ContactC
   const mjModel& model = *scene.model;
   for (const ContactConstraints::Contact& entry : rows.contacts()) {
     const mjContact& contact = data.contact[entry.index];
-    const int mover = entry.movers[0];
-    if (contact.dim < 3 || mover == kRobotBody || rows.contacts_of(mover) > 1) continue;
-    const int body = scene.slots[static_cast<std::size_t>(mover - 1)].body;
+    const int dynamic_body = entry.bodies[0];
+    if (contact.dim < 3 || dynamic_body == kRobotBody || rows.contacts_of(dynamic_body) > 1)
+      continue;
+    const int body = scene.slots[static_cast<std::size_t>(dynamic_body - 1)].body;
     const bool on_world =
         model.geom_bodyid[contact.geom1] == 0 || model.geom_bodyid[contact.geom2] == 0;
-    if (on_world) slide(model, data, contact, body);
+    if (on_world) set_friction_reference(model, data, contact, body);
   }
 }
 

@@ -4,78 +4,75 @@
 #include <cstddef>
 #include <numeric>
 
+#include "core/base/index.h"
+
 namespace engram {
-namespace {
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-}  // namespace
-
-Islands::Islands(int movers, int contacts)
-    : linked_(at(movers)),
-      island_(at(movers)),
-      begin_(at(movers)),
-      size_(at(movers)),
-      next_(at(movers)),
-      movers_(at(movers)),
-      mover_begin_(at(movers + 1)),
+Islands::Islands(int bodies, int contacts)
+    : parent_(at(bodies)),
+      island_(at(bodies)),
+      begin_(at(bodies)),
+      size_(at(bodies)),
+      next_(at(bodies)),
+      bodies_(at(bodies)),
+      body_begin_(at(bodies + 1)),
       contacts_(at(contacts)),
-      contact_begin_(at(movers + 1)) {}
+      contact_begin_(at(bodies + 1)) {}
 
-int Islands::first_of(int mover) {
-  while (linked_[at(mover)] != mover) mover = linked_[at(mover)] = linked_[at(linked_[at(mover)])];
-  return mover;
+// Finds the root with path halving.
+int Islands::find_root(int body) {
+  while (parent_[at(body)] != body) body = parent_[at(body)] = parent_[at(parent_[at(body)])];
+  return body;
 }
 
-void Islands::find(ContactConstraints& rows, int movers) {
-  link(rows, movers);
-  // An island gets its number when its first mover comes.
+void Islands::find(ContactConstraints& rows, int bodies) {
+  unite_touching(rows, bodies);
+  // Islands are numbered in the order of their first bodies.
   count_ = 0;
-  for (int mover = 0; mover < movers; ++mover) {
-    if (rows.contacts_of(mover) == 0) continue;
-    const int first = first_of(mover);
-    if (first == mover) {
+  for (int body = 0; body < bodies; ++body) {
+    if (rows.contacts_of(body) == 0) continue;
+    const int root = find_root(body);
+    if (root == body) {
       size_[at(count_)] = 0;
-      mover_begin_[at(count_ + 1)] = contact_begin_[at(count_ + 1)] = 0;
-      island_[at(mover)] = count_++;
+      body_begin_[at(count_ + 1)] = contact_begin_[at(count_ + 1)] = 0;
+      island_[at(body)] = count_++;
     }
-    const int island = island_[at(mover)] = island_[at(first)];
-    begin_[at(mover)] = size_[at(island)];
-    size_[at(island)] += mover == kRobotBody ? kRobotWidth : kPropWidth;
-    ++mover_begin_[at(island + 1)];
+    const int island = island_[at(body)] = island_[at(root)];
+    begin_[at(body)] = size_[at(island)];
+    size_[at(island)] += body == kRobotBody ? kRobotWidth : kPropWidth;
+    ++body_begin_[at(island + 1)];
   }
   for (ContactConstraints::Contact& contact : rows.contacts()) {
-    ++contact_begin_[at(island_[at(contact.movers[0])] + 1)];
-    for (std::size_t i = 0; i < 2 && contact.movers[i] != kNoBody; ++i) {
-      contact.cone.begin[i] = begin_[at(contact.movers[i])];
+    ++contact_begin_[at(island_[at(contact.bodies[0])] + 1)];
+    for (std::size_t i = 0; i < 2 && contact.bodies[i] != kNoBody; ++i) {
+      contact.cone.begin[i] = begin_[at(contact.bodies[i])];
     }
   }
-  sort(rows, movers);
+  sort(rows, bodies);
 }
 
-void Islands::link(const ContactConstraints& rows, int movers) {
-  std::iota(linked_.begin(), linked_.begin() + movers, 0);
+void Islands::unite_touching(const ContactConstraints& rows, int bodies) {
+  std::iota(parent_.begin(), parent_.begin() + bodies, 0);
   for (const ContactConstraints::Contact& contact : rows.contacts()) {
-    if (contact.movers[1] == kNoBody) continue;
-    const int first = first_of(contact.movers[0]);
-    const int second = first_of(contact.movers[1]);
-    linked_[at(std::max(first, second))] = std::min(first, second);
+    if (contact.bodies[1] == kNoBody) continue;
+    const int first = find_root(contact.bodies[0]);
+    const int second = find_root(contact.bodies[1]);
+    parent_[at(std::max(first, second))] = std::min(first, second);
   }
 }
 
-// By island, from how many there are of each.
-void Islands::sort(const ContactConstraints& rows, int movers) {
+// Counting sort of bodies and contacts by island.
+void Islands::sort(const ContactConstraints& rows, int bodies) {
   for (int island = 0; island < count_; ++island) {
-    mover_begin_[at(island + 1)] += mover_begin_[at(island)];
+    body_begin_[at(island + 1)] += body_begin_[at(island)];
     contact_begin_[at(island + 1)] += contact_begin_[at(island)];
   }
-  std::copy_n(mover_begin_.begin(), count_, next_.begin());
-  for (int mover = 0; mover < movers; ++mover) {
-    if (rows.contacts_of(mover) > 0) movers_[at(next_[at(island_[at(mover)])]++)] = mover;
+  std::copy_n(body_begin_.begin(), count_, next_.begin());
+  for (int body = 0; body < bodies; ++body) {
+    if (rows.contacts_of(body) > 0) bodies_[at(next_[at(island_[at(body)])]++)] = body;
   }
   std::copy_n(contact_begin_.begin(), count_, next_.begin());
   for (const ContactConstraints::Contact& contact : rows.contacts()) {
-    contacts_[at(next_[at(island_[at(contact.movers[0])])]++)] = &contact.cone;
+    contacts_[at(next_[at(island_[at(contact.bodies[0])])]++)] = &contact.cone;
   }
 }
 

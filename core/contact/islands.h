@@ -1,5 +1,5 @@
-// Which movers touch one another, and so have to be solved together. Every island is solved by
-// itself: what else is in the scene does not change a bit of it.
+// Islands: dynamic bodies that touch one another, directly or through others, found by union-find.
+// Every island is solved by itself, so the rest of the scene does not change a bit of its motion.
 #pragma once
 
 #include <span>
@@ -11,43 +11,43 @@ namespace engram {
 
 class Islands {
  public:
-  // Room for so many movers and contacts.
-  Islands(int movers, int contacts);
+  // Allocates for so many dynamic bodies and contacts.
+  Islands(int bodies, int contacts);
 
-  // Groups those that have contacts, of so many movers, and tells every contact where its movers'
-  // velocities are within their island.
-  void find(ContactConstraints& rows, int movers);
+  // Groups the bodies that have contacts, out of `bodies`, and sets every contact's velocity ranges
+  // within its island.
+  void find(ContactConstraints& rows, int bodies);
 
   int count() const { return count_; }
-  // In ascending order, and in MuJoCo's.
-  std::span<const int> movers(int island) const { return part(movers_, mover_begin_, island); }
+  // Bodies in ascending order; contacts in MuJoCo's order.
+  std::span<const int> bodies(int island) const { return range(bodies_, body_begin_, island); }
   std::span<const ConeContact* const> contacts(int island) const {
-    return part(contacts_, contact_begin_, island);
+    return range(contacts_, contact_begin_, island);
   }
-  // Where a mover's velocity begins within its island.
-  int begin_of(int mover) const { return begin_[static_cast<std::size_t>(mover)]; }
-  bool holds_robot(int island) const { return movers(island).front() == kRobotBody; }
+  // Index of a body's first velocity within its island.
+  int begin_of(int body) const { return begin_[static_cast<std::size_t>(body)]; }
+  bool holds_robot(int island) const { return bodies(island).front() == kRobotBody; }
 
  private:
   template <class T>
-  static std::span<const T> part(const std::vector<T>& all, const std::vector<int>& begin,
-                                 int island) {
+  static std::span<const T> range(const std::vector<T>& all, const std::vector<int>& begin,
+                                  int island) {
     const auto i = static_cast<std::size_t>(island);
     const auto from = static_cast<std::size_t>(begin[i]);
     return {all.data() + from, static_cast<std::size_t>(begin[i + 1]) - from};
   }
-  void link(const ContactConstraints& rows, int movers);
-  void sort(const ContactConstraints& rows, int movers);
-  int first_of(int mover);
+  void unite_touching(const ContactConstraints& rows, int bodies);
+  void sort(const ContactConstraints& rows, int bodies);
+  int find_root(int body);
 
   int count_ = 0;
-  std::vector<int> linked_;  // of each mover: one before it of the same island, or itself
+  std::vector<int> parent_;  // of each body in the union-find forest; roots are their own
   std::vector<int> island_;
   std::vector<int> begin_;
-  std::vector<int> size_;  // of each island's velocities
+  std::vector<int> size_;  // number of each island's velocities
   std::vector<int> next_;
-  std::vector<int> movers_;
-  std::vector<int> mover_begin_;
+  std::vector<int> bodies_;
+  std::vector<int> body_begin_;
   std::vector<const ConeContact*> contacts_;
   std::vector<int> contact_begin_;
 };

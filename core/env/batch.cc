@@ -8,7 +8,6 @@
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
-#include "core/base/length.h"
 #include "core/robot/lane_kernel.h"
 #include "core/scene/model_cache.h"
 

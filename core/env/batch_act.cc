@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "core/base/error.h"
-#include "core/base/length.h"
 #include "core/env/batch.h"
 
 namespace engram {

@@ -3,7 +3,6 @@
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
-#include "core/base/length.h"
 #include "core/env/batch.h"
 
 namespace engram {

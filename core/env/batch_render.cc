@@ -1,7 +1,6 @@
 // Pictures of a batch.
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
-#include "core/base/length.h"
 #include "core/env/batch.h"
 
 namespace engram {

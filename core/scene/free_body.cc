@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/base/index.h"
 #include "core/math/dense.h"
 #include "core/math/sine_cosine.h"
 
@@ -12,8 +13,6 @@ namespace {
 
 using Axes = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Vec3 = Eigen::Vector3d;
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 Eigen::Matrix3d cross_matrix(const Vec3& v) {
   Eigen::Matrix3d m;
@@ -54,11 +53,12 @@ bool FreeBody::is_idle(const mjData& data) const {
   return all_zero(data.qvel + dof_, kSize) && all_zero(data.qfrc_applied + dof_, kSize);
 }
 
-// Applied forces are on the body's origin. The centre of mass goes around it.
+// Newton's equation for the centre of mass and Euler's about it. Applied forces act on the body's
+// origin, around which the centre of mass revolves.
 void FreeBody::accelerate(mjData& data) const {
   const Eigen::Map<const Axes> axes(data.xmat + 9 * body_);
   const Eigen::Map<const Vec3> spin(data.qvel + dof_ + 3);
-  const Vec3 swing = spin.cross(spin.cross(center_));
+  const Vec3 centripetal = spin.cross(spin.cross(center_));
   std::array<double, kSize> applied;
   const mjtNum* const velocity = data.qvel + dof_;
   for (std::size_t i = 0; i < kSize; ++i) {
@@ -67,11 +67,11 @@ void FreeBody::accelerate(mjData& data) const {
   const Eigen::Map<const Vec3> force(applied.data());
   const Eigen::Map<const Vec3> torque(applied.data() + 3);
   const Vec3 about_center = torque - center_.cross(axes.transpose() * force);
-  const Vec3 turning = inverse_inertia_ * (about_center - spin.cross(inertia_ * spin));
-  const Vec3 around = axes * (turning.cross(center_) + swing);
+  const Vec3 angular_acceleration = inverse_inertia_ * (about_center - spin.cross(inertia_ * spin));
+  const Vec3 around = axes * (angular_acceleration.cross(center_) + centripetal);
   Eigen::Map<Vec3>(data.qacc_smooth + dof_) = force / mass_ - around;
-  Eigen::Map<Vec3>(data.qacc_smooth + dof_ + 3) = turning;
-  Eigen::Map<Vec3>(data.qfrc_smooth + dof_) = force - mass_ * (axes * swing);
+  Eigen::Map<Vec3>(data.qacc_smooth + dof_ + 3) = angular_acceleration;
+  Eigen::Map<Vec3>(data.qfrc_smooth + dof_) = force - mass_ * (axes * centripetal);
   Eigen::Map<Vec3>(data.qfrc_smooth + dof_ + 3) = torque - spin.cross(origin_inertia_ * spin);
 }
 
@@ -91,15 +91,15 @@ FreeBody::MassMatrix FreeBody::mass_matrix(const mjData& data) const {
 
 std::array<double, FreeBody::kSize> FreeBody::damped_acceleration(const mjData& data,
                                                                   double timestep) const {
-  MassMatrix resisting = mass_matrix(data);
+  MassMatrix damped_mass = mass_matrix(data);
   std::array<double, kSize> result;
   std::array<double, kSize> inverse;
   for (std::size_t i = 0; i < kSize; ++i) {
-    resisting[i * (kSize + 1)] += timestep * damping_[i];
+    damped_mass[i * (kSize + 1)] += timestep * damping_[i];
     result[i] = data.qfrc_smooth[at(dof_) + i] + data.qfrc_constraint[at(dof_) + i];
   }
-  factor(resisting.data(), inverse.data(), kSize);
-  solve(resisting.data(), inverse.data(), result.data(), kSize);
+  factor(damped_mass.data(), inverse.data(), kSize);
+  solve(damped_mass.data(), inverse.data(), result.data(), kSize);
   return result;
 }
 
@@ -113,26 +113,26 @@ void FreeBody::integrate(mjData& data, double timestep) const {
   double* const velocity = data.qvel + dof_;
   for (std::size_t i = 0; i < kSize; ++i) velocity[i] += timestep * acceleration[i];
   for (int i = 0; i < 3; ++i) data.qpos[qpos_ + i] += timestep * velocity[i];
-  turn(data.qpos + qpos_ + 3, Eigen::Map<const Vec3>(velocity + 3), timestep);
+  integrate_rotation(data.qpos + qpos_ + 3, Eigen::Map<const Vec3>(velocity + 3), timestep);
 }
 
-void turn(double* quat, const Eigen::Vector3d& velocity, double time) {
-  constexpr double kMost = 1e4;  // rad; more is a diverged state
+void integrate_rotation(double* quat, const Eigen::Vector3d& velocity, double time) {
+  constexpr double kMaxAngle = 1e4;  // rad; more is a diverged state
   const double speed = std::sqrt(velocity.x() * velocity.x() + velocity.y() * velocity.y() +
                                  velocity.z() * velocity.z());
   if (speed < mjMINVAL) return;
   double sine = 0;
   double cosine = 1;
-  sine_cosine(std::min(0.5 * (time * speed), kMost), sine, cosine);
+  sine_cosine(std::min(0.5 * (time * speed), kMaxAngle), sine, cosine);
   const Vec3 v = velocity * (sine / speed);
   const double w = quat[0];
   const Vec3 u(quat[1], quat[2], quat[3]);
-  double turned[4];
-  turned[0] = w * cosine - u.dot(v);
-  Eigen::Map<Vec3>(turned + 1) = w * v + cosine * u + u.cross(v);
-  const double norm = std::sqrt(turned[0] * turned[0] + turned[1] * turned[1] +
-                                turned[2] * turned[2] + turned[3] * turned[3]);
-  for (int i = 0; i < 4; ++i) quat[i] = turned[i] / norm;
+  double rotated[4];
+  rotated[0] = w * cosine - u.dot(v);
+  Eigen::Map<Vec3>(rotated + 1) = w * v + cosine * u + u.cross(v);
+  const double norm = std::sqrt(rotated[0] * rotated[0] + rotated[1] * rotated[1] +
+                                rotated[2] * rotated[2] + rotated[3] * rotated[3]);
+  for (int i = 0; i < 4; ++i) quat[i] = rotated[i] / norm;
 }
 
 }  // namespace engram

@@ -1,5 +1,6 @@
-// Motion of a free body: the equations of Newton and Euler. Velocities as MuJoCo has them: of the
-// body's origin, in world axes, then angular, in the body's axes.
+// Motion of a free rigid body: Newton-Euler equations, integrated by semi-implicit Euler steps with
+// damping implicit in velocity, as in mj_step. Velocities have MuJoCo's layout: of the body's
+// origin, in world axes, then angular, in the body's axes.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -9,10 +10,10 @@
 
 namespace engram {
 
-// Tells whether a body is moved by physics and by no joint of the robot.
+// Tests for a body with a free joint: physics moves it, and no joint of the robot.
 bool is_free_body(const mjModel& model, int body);
 
-// What is the same in every substep.
+// Constants of a free body, and the functions that move it.
 class FreeBody {
  public:
   static constexpr int kSize = 6;  // of its velocity
@@ -20,22 +21,22 @@ class FreeBody {
 
   FreeBody(const mjModel& model, int body);
 
-  // Whether it stands still and nothing pulls at it.
+  // Tests for a body at rest without applied forces.
   bool is_idle(const mjData& data) const;
 
-  // Sets qfrc_smooth and qacc_smooth, without contacts.
+  // Sets qfrc_smooth and qacc_smooth: forces and accelerations without contacts.
   void accelerate(mjData& data) const;
 
   MassMatrix mass_matrix(const mjData& data) const;
 
-  // Velocity first, then position with the new velocity; damping taken implicitly.
+  // Updates the velocity, then the position with the new velocity.
   void integrate(mjData& data, double timestep) const;
 
  private:
   using Matrix = Eigen::Matrix3d;
   using Vector = Eigen::Vector3d;
 
-  // Acceleration with damping, which resists with all the velocity that comes.
+  // Acceleration with damping at the new velocity: solves (M + h D) a = f.
   std::array<double, kSize> damped_acceleration(const mjData& data, double timestep) const;
 
   int body_ = 0;
@@ -50,7 +51,7 @@ class FreeBody {
   bool damped_ = false;
 };
 
-// Turns a unit quaternion (w, x, y, z) by an angular velocity in its own axes.
-void turn(double* quat, const Eigen::Vector3d& velocity, double time);
+// Rotates a unit quaternion (w, x, y, z) by an angular velocity in its own axes: exponential map.
+void integrate_rotation(double* quat, const Eigen::Vector3d& velocity, double time);
 
 }  // namespace engram

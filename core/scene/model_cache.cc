@@ -17,7 +17,7 @@ Models& models() {
   return *all;
 }
 
-// What distinguishes a source from others: the text of the whole scene, and how its props are used.
+// Cache key of a scene: the text of the whole scene, and names and types of its props.
 std::string key_of(const SceneSpec& source) {
   std::vector<int> all(source.props.size());
   std::iota(all.begin(), all.end(), 0);
@@ -27,8 +27,9 @@ std::string key_of(const SceneSpec& source) {
   return key;
 }
 
-// Forgets a model when its last user is gone, unless another one has taken its place by then.
-struct Forget {
+// Deleter of cached models: removes the entry when the last user is gone, unless a newer model has
+// replaced it.
+struct EvictAndDelete {
   std::string key;
   void operator()(const PhysicsModel* model) const noexcept {
     {
@@ -51,10 +52,10 @@ std::shared_ptr<const PhysicsModel> find(const std::string& key) {
 std::shared_ptr<const PhysicsModel> cached_model(const SceneSpec& source) {
   const std::string key = key_of(source);
   if (auto model = find(key)) return model;
-  // Other threads may compile the same meanwhile: the first one to finish is shared.
+  // Other threads may compile the same scene meanwhile: the first model to be finished is shared.
   auto compiled = std::make_unique<const PhysicsModel>(source);
-  Forget forget{key};
-  std::shared_ptr<const PhysicsModel> made(compiled.release(), std::move(forget));
+  EvictAndDelete deleter{key};
+  std::shared_ptr<const PhysicsModel> made(compiled.release(), std::move(deleter));
   const std::lock_guard lock(process_mutex(ProcessLock::kModels));
   std::weak_ptr<const PhysicsModel>& entry = models()[key];
   if (auto model = entry.lock()) return model;

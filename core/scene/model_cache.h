@@ -1,4 +1,4 @@
-// Compiled scenes, shared by all batches of the process that run the same task.
+// Cache of compiled scenes, shared by all batches of the process that run the same task.
 #pragma once
 
 #include <memory>
@@ -7,9 +7,8 @@
 
 namespace engram {
 
-// The model of a source: one that is in use already, or a new one. Compiling takes tens of
-// milliseconds, finding less than one. May be called from several threads at once. Throws Error as
-// PhysicsModel does.
+// Returns the model of a scene: one that is in use already, or a new one. Compilation takes tens of
+// milliseconds, a cache hit less than one. Thread-safe. Throws Error as PhysicsModel does.
 std::shared_ptr<const PhysicsModel> cached_model(const SceneSpec& source);
 
 }  // namespace engram

@@ -36,7 +36,7 @@ void on_error(const char* message) {
     previous_error(message);
     return;
   }
-  // A thread that is not ours and had no handler: what MuJoCo would do without one.
+  // A foreign thread without a handler: MuJoCo's own default.
   std::fprintf(stderr, "ERROR: %s\n\n", message);
   std::exit(EXIT_FAILURE);
 }
@@ -73,7 +73,7 @@ void PageDeleter::operator()(std::byte* pages) const noexcept { munmap(pages, by
 
 namespace {
 
-// Zeros, each page of which takes up memory from when it is first written.
+// Allocates zeros; a page takes up memory only once it is written.
 std::unique_ptr<std::byte, PageDeleter> make_pages(std::size_t bytes) {
   constexpr int kProtection = PROT_READ | PROT_WRITE;
   void* pages = mmap(nullptr, bytes, kProtection, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -83,8 +83,8 @@ std::unique_ptr<std::byte, PageDeleter> make_pages(std::size_t bytes) {
   return {static_cast<std::byte*>(pages), PageDeleter{bytes}};
 }
 
-// Gives pages that hold nothing but zeros back to the system, until they are written again.
-void give_back_zeros(void* memory, std::size_t bytes) {
+// Returns pages of zeros to the system until they are written again.
+void release_zero_pages(void* memory, std::size_t bytes) {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   void* next = memory;
   while (std::align(page, page, next, bytes) != nullptr) {
@@ -124,15 +124,15 @@ ModelPtr compile_model(const std::string& mjcf) {
 
 namespace {
 
-// Calls f(array, bytes) for each array of mjData that has room for contacts or constraints.
+// Calls f(array, bytes) for each array of mjData that holds contacts or constraints.
 template <class F>
 void for_each_contact_array(const mjModel* model, mjData& data, F&& f) {
   MJDATA_POINTERS_PREAMBLE(model)
-  const auto is_one = [](std::string_view rows, std::string_view columns) {
+  const auto is_contact_array = [](std::string_view rows, std::string_view columns) {
     return rows == "njmax" || rows == "nconmax" || columns.find("njmax") != std::string_view::npos;
   };
 #define X(type, name, rows, columns)                                                             \
-  if (is_one(#rows, #columns)) {                                                                 \
+  if (is_contact_array(#rows, #columns)) {                                                       \
     f(data.name,                                                                                 \
       sizeof(type) * static_cast<std::size_t>(model->rows) * static_cast<std::size_t>(columns)); \
   }
@@ -155,16 +155,15 @@ DataPtr make_data_lazy_contacts(const mjModel& model) {
   std::size_t total = kAlignment;  // never empty
   for_each_contact_array(&model, *data,
                          [&](auto* /*array*/, std::size_t bytes) { total += rounded(bytes); });
-  data.get_deleter().room = make_pages(total);
-  std::byte* next = data.get_deleter().room.get();
+  data.get_deleter().contact_memory = make_pages(total);
+  std::byte* next = data.get_deleter().contact_memory.get();
   for_each_contact_array(&model, *data, [&](auto*& array, std::size_t bytes) {
     array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(next);
     next += rounded(bytes);
   });
-  // Much of the rest stays zero as well: statistics of the solver, and what only other settings
-  // need.
-  give_back_zeros(data.get(), sizeof *data);
-  give_back_zeros(data->buffer, static_cast<std::size_t>(data->nbuffer));
+  // Much of the rest stays zero as well: statistics of the solver, and arrays of other settings.
+  release_zero_pages(data.get(), sizeof *data);
+  release_zero_pages(data->buffer, static_cast<std::size_t>(data->nbuffer));
   return data;
 }
 

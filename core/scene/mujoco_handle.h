@@ -1,4 +1,4 @@
-// Ownership of MuJoCo's objects; its process-wide handlers, kept from harming other users.
+// Owning handles of MuJoCo's objects, and a guard of its process-wide error handlers.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -12,13 +12,13 @@ namespace engram {
 struct ModelDeleter {
   void operator()(mjModel* model) const { mj_deleteModel(model); }
 };
-// Frees memory that came straight from the system.
+// Frees memory that mmap returned.
 struct PageDeleter {
   std::size_t bytes = 0;
   void operator()(std::byte* pages) const noexcept;
 };
 struct DataDeleter {
-  std::unique_ptr<std::byte, PageDeleter> room = nullptr;  // for contacts, if they lie apart
+  std::unique_ptr<std::byte, PageDeleter> contact_memory = nullptr;  // if contacts lie apart
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
 using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
@@ -30,13 +30,13 @@ ModelPtr compile_model(const std::string& mjcf);
 // Throws Error if memory runs out.
 DataPtr make_data(const mjModel& model);
 
-// The same, but what contacts and constraints need lies apart, in memory that takes up no room
-// before it is first written. MuJoCo makes and clears room for as many as there may ever be, the
-// square of their number included. Not for mj_copyData.
+// Makes mjData whose arrays of contacts and constraints lie apart, in pages that take up memory
+// only once they are written. MuJoCo allocates and clears arrays for the largest possible number of
+// constraints, and for its square. Not for mj_copyData.
 DataPtr make_data_lazy_contacts(const mjModel& model);
 
-// While one lives on a thread, errors of MuJoCo on that thread become exceptions of type Error and
-// its warnings are silent (they stay countable in mjData::warning). Other threads keep the
+// RAII guard: while it lives on a thread, MuJoCo's errors on that thread become exceptions of type
+// Error, and its warnings are silent (mjData::warning counts them). Other threads keep the
 // behaviour that their program has chosen, so that engram can live beside other users of MuJoCo.
 class MujocoScope {
  public:

@@ -9,9 +9,9 @@
 namespace engram {
 namespace {
 
-// How many scenes there may be between the robot alone and the whole: enough for any three of about
-// four types, few enough to compile in some tens of milliseconds.
-constexpr std::size_t kMaxSmallScenes = 20;
+// Most scenes between the robot alone and the whole: enough for any three of about four types, few
+// enough to compile in some tens of milliseconds.
+constexpr std::size_t kMaxSubsets = 20;
 
 [[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInternal, why); }
 
@@ -21,8 +21,8 @@ int body_named(const mjModel& model, const std::string& name) {
   return body;
 }
 
-// Around the colliding geoms of a body, in its frame: a sphere, whose centre is that of the box
-// around all of them, and a box for each of them.
+// Bounds the colliding geoms of a body, in its frame: by a sphere, whose centre is that of their
+// bounding box, and each geom by a box.
 void bound_prop(const mjModel& model, int body, PropModel& prop) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9);
   Eigen::Vector3d high = Eigen::Vector3d::Constant(-1e9);
@@ -43,22 +43,22 @@ void bound_prop(const mjModel& model, int body, PropModel& prop) {
   }
 }
 
-// The drive that all nine joints share, and their limits. Throws Error for scenes in which they
-// differ.
-RobotParams read_robot_law(const mjModel& model) {
-  RobotParams law;
-  law.drive = {model.actuator_gainprm[0], model.dof_damping[0], model.actuator_forcerange[1]};
-  law.timestep = model.opt.timestep;
+// Reads the drive that all nine joints share, and their limits. Throws Error for scenes in which
+// the drives differ.
+RobotParams read_robot_params(const mjModel& model) {
+  RobotParams params;
+  params.drive = {model.actuator_gainprm[0], model.dof_damping[0], model.actuator_forcerange[1]};
+  params.timestep = model.opt.timestep;
   for (int i = 0; i < kRobotJoints; ++i) {
-    const bool same = model.actuator_gainprm[i * mjNGAIN] == law.drive.stiffness &&
-                      model.dof_damping[i] == law.drive.damping &&
-                      model.actuator_forcerange[2 * i + 1] == law.drive.limit &&
+    const bool same = model.actuator_gainprm[i * mjNGAIN] == params.drive.stiffness &&
+                      model.dof_damping[i] == params.drive.damping &&
+                      model.actuator_forcerange[2 * i + 1] == params.drive.limit &&
                       model.actuator_trnid[2 * i] == i;
-    if (!same) refuse("the robot's joints need one drive law and actuators in joint order");
-    law.lower[i] = model.jnt_range[2 * i];
-    law.upper[i] = model.jnt_range[2 * i + 1];
+    if (!same) refuse("the robot's joints need the same drive and actuators in joint order");
+    params.lower[i] = model.jnt_range[2 * i];
+    params.upper[i] = model.jnt_range[2 * i + 1];
   }
-  return law;
+  return params;
 }
 
 std::vector<int> all_props(const SceneSpec& source) {
@@ -74,22 +74,22 @@ std::vector<SceneModel> compile_scenes(const SceneSpec& source, ModelPtr text_mo
   std::vector<int> free_props;
   std::vector<int> kinematic_props;
   for (const int prop : all) {
-    const PropModel& about = props[static_cast<std::size_t>(prop)];
-    if (about.tangible()) (about.free ? free_props : kinematic_props).push_back(prop);
+    const PropModel& model = props[static_cast<std::size_t>(prop)];
+    if (model.tangible()) (model.free ? free_props : kinematic_props).push_back(prop);
   }
   std::vector<SceneModel> scenes;
-  const auto add = [&](std::vector<int> cast, RobotDetail detail) {
-    std::sort(cast.begin(), cast.end());
-    scenes.push_back(compile_scene(source, cast, detail));
+  const auto add = [&](std::vector<int> subset, RobotDetail detail) {
+    std::sort(subset.begin(), subset.end());
+    scenes.push_back(compile_scene(source, subset, detail));
   };
   add({}, RobotDetail::kDynamics);
   add({}, RobotDetail::kCollision);
   if (!kinematic_props.empty() && !free_props.empty()) {
     add(kinematic_props, RobotDetail::kCollision);
   }
-  for (std::vector<int>& cast : scene_subsets(source, free_props, kMaxSmallScenes)) {
-    cast.insert(cast.end(), kinematic_props.begin(), kinematic_props.end());
-    add(std::move(cast), RobotDetail::kCollision);
+  for (std::vector<int>& subset : scene_subsets(source, free_props, kMaxSubsets)) {
+    subset.insert(subset.end(), kinematic_props.begin(), kinematic_props.end());
+    add(std::move(subset), RobotDetail::kCollision);
   }
   std::vector<int> whole = free_props;
   whole.insert(whole.end(), kinematic_props.begin(), kinematic_props.end());
@@ -111,22 +111,23 @@ PhysicsModel::PhysicsModel(const SceneSpec& source, ModelPtr whole) : arm_(*whol
   read_text_model(source, *whole);
   scenes_ = compile_scenes(source, std::move(whole), props_);
   robot_bounds_ = RobotBounds(robot(), full());
-  robot_chain_ = load_robot_model(robot());
-  std::copy(robot_bounds_.arms().begin(), robot_bounds_.arms().end(), robot_chain_.arms);
+  robot_model_ = load_robot_model(robot());
+  std::copy(robot_bounds_.lever_arms().begin(), robot_bounds_.lever_arms().end(),
+            robot_model_.arms);
 }
 
-// What is read before the engine makes the models its own.
+// Reads constants from the text's model, before release_robot() changes the compiled ones.
 void PhysicsModel::read_text_model(const SceneSpec& source, const mjModel& whole) {
   gravity_ = -whole.opt.gravity[2];
   if (whole.nu != kRobotJoints) refuse("scene without the nine driven joints of the robot");
-  robot_law_ = read_robot_law(whole);
-  describe_props(source, whole);
+  robot_params_ = read_robot_params(whole);
+  read_props(source, whole);
   find_reach_geoms(whole);
   finger_bodies_[0] = body_named(whole, "leftfinger");
   finger_bodies_[1] = body_named(whole, "rightfinger");
 }
 
-void PhysicsModel::describe_props(const SceneSpec& source, const mjModel& whole) {
+void PhysicsModel::read_props(const SceneSpec& source, const mjModel& whole) {
   if (source.types.size() != source.props.size()) refuse("one type for each prop needed");
   for (std::size_t i = 0; i < source.props.size(); ++i) {
     const int body = body_named(whole, source.props[i]);
@@ -171,7 +172,7 @@ int PhysicsModel::smallest_scene(std::span<const int> count_by_type, bool kinema
   for (int i = kRobotScene; i < full_scene(); ++i) {
     const SceneModel& scene = scenes_[static_cast<std::size_t>(i)];
     if (needs_kinematic && !scene.has_kinematic_props) continue;
-    if (scene.has_room(count_by_type)) return i;
+    if (scene.has_slots_for(count_by_type)) return i;
   }
   return full_scene();
 }

@@ -13,7 +13,7 @@
 
 namespace engram {
 
-// A prop, as far as physics is concerned.
+// Physical constants of a prop.
 struct PropModel {
   std::string name;
   int type = 0;
@@ -24,7 +24,7 @@ struct PropModel {
   double bounding_radius = 0;       // of a sphere around everything that collides; 0: nothing does
   std::vector<RoundedBox> parts;    // one around each geom that collides, body frame
 
-  // Whether physics has to know of it at all; other props are for pictures only.
+  // Tests for a prop that physics simulates; other props appear in pictures only.
   bool tangible() const { return free || bounding_radius > 0; }
 };
 
@@ -33,14 +33,14 @@ class PhysicsModel {
   // Throws Error if a text is refused or lacks what the engine needs.
   explicit PhysicsModel(const SceneSpec& source);
 
-  // From the smallest to the whole scene: the robot's dynamics without geometry; robot and table;
-  // then robot, table and more and more props.
+  // Scenes in ascending order: the robot's dynamics without geometry; robot and table; then robot,
+  // table and more and more props.
   const std::vector<SceneModel>& scenes() const { return scenes_; }
   static constexpr int kDynamicsScene = 0;
   static constexpr int kRobotScene = 1;
   int full_scene() const { return static_cast<int>(scenes_.size()) - 1; }
-  // The smallest scene, from kRobotScene on, with room for awake props, counted by type, and with
-  // the kinematic props if they are needed.
+  // Smallest scene, from kRobotScene on, with slots for awake props, counted by type, and with the
+  // kinematic props if they are needed.
   int smallest_scene(std::span<const int> count_by_type, bool kinematic_props) const;
 
   // Models of the whole scene and of robot and table alone.
@@ -59,21 +59,21 @@ class PhysicsModel {
   const int* finger_bodies() const { return finger_bodies_; }
   // Lower and upper limits of the nine robot joints, (9, 2).
   const double* joint_ranges() const { return full().jnt_range; }
-  // How the robot's joints move: its numbers are the text's.
-  const RobotParams& robot_params() const { return robot_law_; }
-  const RobotModel& robot_model() const { return robot_chain_; }
+  // Constants of the robot's joints and drives, from the text.
+  const RobotParams& robot_params() const { return robot_params_; }
+  const RobotModel& robot_model() const { return robot_model_; }
   // Weight of one kilogram, N.
   double gravity() const { return gravity_; }
 
  private:
-  // `whole`: the whole scene as its text has it.
+  // `whole`: the compiled text of the whole scene.
   PhysicsModel(const SceneSpec& source, ModelPtr whole);
   void read_text_model(const SceneSpec& source, const mjModel& whole);
-  void describe_props(const SceneSpec& source, const mjModel& whole);
+  void read_props(const SceneSpec& source, const mjModel& whole);
   void find_reach_geoms(const mjModel& whole);
 
-  RobotParams robot_law_;
-  RobotModel robot_chain_;
+  RobotParams robot_params_;
+  RobotModel robot_model_;
   double gravity_ = 0;
   std::vector<PropModel> props_;
   int num_types_ = 0;

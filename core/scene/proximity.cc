@@ -8,11 +8,11 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-// How much farther apart than `gap` two boxes are, along the axis that separates them most: a face
-// normal, the cross product of two edges, or the line between their centres. `offset` and
-// `rotation` place the second in the frame of the first.
-double boxes_beyond(double gap, const RoundedBox& a, const RoundedBox& b, const Vec3& offset,
-                    const Eigen::Matrix3d& rotation) {
+// Separating axis test of two boxes: how much farther apart than `gap` they are, along the axis
+// that separates them most: a face normal, the cross product of two edges, or the line between
+// their centres. `offset` and `rotation` place the second in the frame of the first.
+double box_clearance(double gap, const RoundedBox& a, const RoundedBox& b, const Vec3& offset,
+                     const Eigen::Matrix3d& rotation) {
   const Eigen::Matrix3d spread = (rotation.array().abs() + 1e-12).matrix();
   const double reach = a.radius + b.radius + gap;
   const Vec3 across_a = a.half + spread * b.half;
@@ -42,8 +42,8 @@ double boxes_beyond(double gap, const RoundedBox& a, const RoundedBox& b, const 
 
 }  // namespace
 
-double sphere_to_geom(const mjModel& model, const mjData& data, int geom,
-                      const Eigen::Vector3d& center, double radius) {
+double sphere_geom_clearance(const mjModel& model, const mjData& data, int geom,
+                             const Eigen::Vector3d& center, double radius) {
   const Eigen::Map<const Eigen::Vector3d> pos(data.geom_xpos + 3 * geom);
   const Eigen::Vector3d offset = center - pos;
   const double around = model.geom_rbound[geom] + radius;
@@ -96,25 +96,25 @@ RoundedBox enclose_geom(const mjModel& model, int geom) {
   return box;
 }
 
-double parts_beyond(double gap, std::span<const RoundedBox> a, const Frame& frame_a,
-                    std::span<const RoundedBox> b, const Frame& frame_b) {
+double parts_clearance(double gap, std::span<const RoundedBox> a, const Frame& frame_a,
+                       std::span<const RoundedBox> b, const Frame& frame_b) {
   double least = kFarAway;
   for (const RoundedBox& first : a) {
     const Vec3 center = frame_a.pos + frame_a.axes * first.frame.pos;
     const Eigen::Matrix3d axes = frame_a.axes * first.frame.axes;
     for (const RoundedBox& second : b) {
       const Vec3 apart = frame_b.pos + frame_b.axes * second.frame.pos - center;
-      const double reach = first.ball_radius() + second.ball_radius() + gap;
+      const double reach = first.bounding_radius() + second.bounding_radius() + gap;
       const double squared = apart.squaredNorm();
-      double beyond = 0;
+      double clearance = 0;
       if (squared > reach * reach) {
-        beyond = std::sqrt(squared) - reach;
+        clearance = std::sqrt(squared) - reach;
       } else {
         const Eigen::Matrix3d rotation = axes.transpose() * frame_b.axes * second.frame.axes;
-        beyond = boxes_beyond(gap, first, second, axes.transpose() * apart, rotation);
+        clearance = box_clearance(gap, first, second, axes.transpose() * apart, rotation);
       }
-      if (beyond <= 0) return beyond;
-      least = std::min(least, beyond);
+      if (clearance <= 0) return clearance;
+      least = std::min(least, clearance);
     }
   }
   return least;

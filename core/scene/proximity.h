@@ -1,4 +1,5 @@
-// How near things are to one another: decides when sleeping props wake.
+// Lower bounds of distances, which decide when sleeping props wake: sphere against geom, and
+// separating axis tests of bounding boxes.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -16,8 +17,8 @@ inline constexpr double kFarAway = 1e9;  // m
 // A lower bound of the distance between the sphere and the geom as posed in `data`, m. If it is
 // above zero, they do not touch. If it is not, they touch; for shapes other than boxes, capsules
 // and spheres, they may.
-double sphere_to_geom(const mjModel& model, const mjData& data, int geom,
-                      const Eigen::Vector3d& center, double radius);
+double sphere_geom_clearance(const mjModel& model, const mjData& data, int geom,
+                             const Eigen::Vector3d& center, double radius);
 
 // Pose of a geom in `data`, world.
 Frame geom_frame(const mjData& data, int geom);
@@ -29,14 +30,14 @@ struct RoundedBox {
   Eigen::Vector3d half = Eigen::Vector3d::Zero();
   double radius = 0;
 
-  // Of a ball around it.
-  double ball_radius() const { return half.norm() + radius; }
+  // Radius of the bounding sphere.
+  double bounding_radius() const { return half.norm() + radius; }
 };
 RoundedBox enclose_geom(const mjModel& model, int geom);
 
 // A lower bound of the distance between the parts of two bodies, less `gap`, m. If it is above
-// zero, no part of one is within `gap` of a part of the other.
-double parts_beyond(double gap, std::span<const RoundedBox> a, const Frame& frame_a,
-                    std::span<const RoundedBox> b, const Frame& frame_b);
+// zero, no part of one body is within `gap` of a part of the other.
+double parts_clearance(double gap, std::span<const RoundedBox> a, const Frame& frame_a,
+                       std::span<const RoundedBox> b, const Frame& frame_b);
 
 }  // namespace engram

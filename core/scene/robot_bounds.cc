@@ -15,9 +15,9 @@ using Vec3 = Eigen::Vector3d;
 
 // About as far as points of the robot move in two control steps. Larger distances need not be known
 // precisely.
-constexpr double kFarEnough = 0.1;  // m
+constexpr double kMaxSelfClearance = 0.1;  // m
 
-struct Ball {
+struct Sphere {
   Vec3 center;
   double radius;
 };
@@ -28,14 +28,14 @@ Vec3 geom_axis(const mjModel& model, int geom) {
 }
 
 // Balls whose convex hull contains a geom, in its body's frame.
-void append_balls(const mjModel& model, int geom, std::vector<Ball>& balls) {
+void append_spheres(const mjModel& model, int geom, std::vector<Sphere>& spheres) {
   const Vec3 pos(model.geom_pos[3 * geom], model.geom_pos[3 * geom + 1],
                  model.geom_pos[3 * geom + 2]);
   const mjtNum* size = model.geom_size + 3 * geom;
   if (model.geom_type[geom] == mjGEOM_CAPSULE) {
     const Vec3 half = size[1] * geom_axis(model, geom);
-    balls.push_back({pos - half, size[0]});
-    balls.push_back({pos + half, size[0]});
+    spheres.push_back({pos - half, size[0]});
+    spheres.push_back({pos + half, size[0]});
   } else if (model.geom_type[geom] == mjGEOM_BOX) {
     const mjtNum* q = model.geom_quat + 4 * geom;
     const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
@@ -43,10 +43,10 @@ void append_balls(const mjModel& model, int geom, std::vector<Ball>& balls) {
       const Vec3 local((corner & 1) != 0 ? size[0] : -size[0],
                        (corner & 2) != 0 ? size[1] : -size[1],
                        (corner & 4) != 0 ? size[2] : -size[2]);
-      balls.push_back({pos + rotation * local, 0});
+      spheres.push_back({pos + rotation * local, 0});
     }
   } else {
-    balls.push_back({pos, model.geom_rbound[geom]});
+    spheres.push_back({pos, model.geom_rbound[geom]});
   }
 }
 
@@ -56,30 +56,30 @@ struct Segment {
   double radius;
 };
 
-// The capsule along `axis` around all balls: as thick as it must be, then as short as it can be.
-Segment enclose(const std::vector<Ball>& balls, const Vec3& axis) {
+// The capsule along `axis` around all spheres: as thick as it must be, then as short as it can be.
+Segment fit_capsule(const std::vector<Sphere>& spheres, const Vec3& axis) {
   Vec3 low = Vec3::Constant(1e9);
   Vec3 high = Vec3::Constant(-1e9);
-  for (const Ball& ball : balls) {
-    const Vec3 across = ball.center - axis * axis.dot(ball.center);
-    low = low.cwiseMin((across.array() - ball.radius).matrix());
-    high = high.cwiseMax((across.array() + ball.radius).matrix());
+  for (const Sphere& sphere : spheres) {
+    const Vec3 across = sphere.center - axis * axis.dot(sphere.center);
+    low = low.cwiseMin((across.array() - sphere.radius).matrix());
+    high = high.cwiseMax((across.array() + sphere.radius).matrix());
   }
   const Vec3 middle = 0.5 * (low + high);
   const Vec3 line = middle - axis * axis.dot(middle);
   double radius = 0;
-  for (const Ball& ball : balls) {
-    const Vec3 across = ball.center - axis * axis.dot(ball.center) - line;
-    radius = std::max(radius, across.norm() + ball.radius);
+  for (const Sphere& sphere : spheres) {
+    const Vec3 across = sphere.center - axis * axis.dot(sphere.center) - line;
+    radius = std::max(radius, across.norm() + sphere.radius);
   }
   radius += 1e-9;
   double first = 1e9;
   double last = -1e9;
-  for (const Ball& ball : balls) {
-    const double along = axis.dot(ball.center);
-    const double across = (ball.center - axis * along - line).norm();
-    const double slack =
-        std::sqrt(std::max(0.0, (radius - ball.radius) * (radius - ball.radius) - across * across));
+  for (const Sphere& sphere : spheres) {
+    const double along = axis.dot(sphere.center);
+    const double across = (sphere.center - axis * along - line).norm();
+    const double slack = std::sqrt(
+        std::max(0.0, (radius - sphere.radius) * (radius - sphere.radius) - across * across));
     first = std::min(first, along + slack);
     last = std::max(last, along - slack);
   }
@@ -124,26 +124,26 @@ int RobotBounds::index_of_body(int body) const {
 }
 
 void RobotBounds::add_capsule(const mjModel& robot, int body) {
-  std::vector<Ball> balls;
+  std::vector<Sphere> spheres;
   std::vector<Vec3> axes = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
   const int first = robot.body_geomadr[body];
   for (int geom = first; geom < first + robot.body_geomnum[body]; ++geom) {
-    append_balls(robot, geom, balls);
+    append_spheres(robot, geom, spheres);
     axes.push_back(geom_axis(robot, geom));
   }
-  if (balls.empty()) return;
-  Segment best = enclose(balls, axes.front());
+  if (spheres.empty()) return;
+  Segment best = fit_capsule(spheres, axes.front());
   for (const Vec3& axis : axes) {
-    const Segment segment = enclose(balls, axis);
+    const Segment segment = fit_capsule(spheres, axis);
     if (volume(segment) < volume(best)) best = segment;
   }
-  const double ball_radius = 0.5 * (best.b - best.a).norm() + best.radius;
+  const double bounding_radius = 0.5 * (best.b - best.a).norm() + best.radius;
   const Attachment fixed = attachment_of(robot, body);
   const auto in_link = [&](const Vec3& point) {
     return Vec3(fixed.frame.pos + fixed.frame.axes * point);
   };
-  capsules_.push_back(
-      {body, fixed.link, in_link(best.a), in_link(best.b), best.radius, ball_radius, false, false});
+  capsules_.push_back({body, fixed.link, in_link(best.a), in_link(best.b), best.radius,
+                       bounding_radius, false, false});
 }
 
 RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
@@ -152,7 +152,7 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
     throw Error(Error::kInternal,
                 "robot of more than " + std::to_string(kMaxBodies) + " bodies with geometry");
   }
-  measure_arms(robot);
+  find_lever_arms(robot);
   for (int pair = 0; pair < whole.npair; ++pair) {
     const int body1 = whole.geom_bodyid[whole.pair_geom1[pair]];
     const int body2 = whole.geom_bodyid[whole.pair_geom2[pair]];
@@ -171,9 +171,9 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
 }
 
-// A joint's arm is the farthest that a point of its body, or of what the body carries, can be from
-// the body's origin.
-void RobotBounds::measure_arms(const mjModel& robot) {
+// A joint's lever arm is the largest distance of a point of its body, or of what the body carries,
+// from the body's origin.
+void RobotBounds::find_lever_arms(const mjModel& robot) {
   std::vector<double> extent(static_cast<std::size_t>(robot.nbody), 0.0);
   for (const Capsule& capsule : capsules_) {
     const int link = capsule.link < 0 ? 0 : robot.jnt_bodyid[capsule.link];
@@ -194,58 +194,59 @@ void RobotBounds::measure_arms(const mjModel& robot) {
   for (int joint = 0; joint < kRobotJoints; ++joint) {
     const double anchor = Eigen::Map<const Vec3>(robot.jnt_pos + 3 * joint).norm();
     const bool slides = robot.jnt_type[joint] == mjJNT_SLIDE;
-    arms_[static_cast<std::size_t>(joint)] =
+    lever_arms_[static_cast<std::size_t>(joint)] =
         slides ? 1.0 : anchor + extent[static_cast<std::size_t>(robot.jnt_bodyid[joint])];
   }
 }
 
 RobotBounds::Clearance RobotBounds::clearance(const RobotPose& pose,
                                               std::span<const Obstacle> obstacles) const {
-  Placed placed;
+  CapsulePositions positions;
   Clearance result;
   double table = kFarAway;
-  double lowest = kFarAway;  // of what can meet props
+  double lowest = kFarAway;  // of the capsules that can meet props
   for (std::size_t i = 0; i < capsules_.size(); ++i) {
     const Capsule& capsule = capsules_[i];
-    placed.a[i] = capsule.a;
-    placed.b[i] = capsule.b;
+    positions.a[i] = capsule.a;
+    positions.b[i] = capsule.b;
     if (capsule.link >= 0) {
       const Frame& link = pose.links[static_cast<std::size_t>(capsule.link)];
-      placed.a[i] = link.pos + link.axes * capsule.a;
-      placed.b[i] = link.pos + link.axes * capsule.b;
+      positions.a[i] = link.pos + link.axes * capsule.a;
+      positions.b[i] = link.pos + link.axes * capsule.b;
     }
-    placed.middle[i] = 0.5 * (placed.a[i] + placed.b[i]);
-    const double low = std::min(placed.a[i].z(), placed.b[i].z()) - capsule.radius;
+    positions.middle[i] = 0.5 * (positions.a[i] + positions.b[i]);
+    const double low = std::min(positions.a[i].z(), positions.b[i].z()) - capsule.radius;
     if (capsule.meets_table) table = std::min(table, low);
     if (capsule.meets_props) lowest = std::min(lowest, low);
   }
   if (table <= 0) return result;
-  result.own = self_clearance(placed);
-  if (result.own <= 0) return result;
-  result.own = std::min(result.own, table);
-  result.around = obstacle_clearance(placed, obstacles, lowest);
+  result.self = self_clearance(positions);
+  if (result.self <= 0) return result;
+  result.self = std::min(result.self, table);
+  result.obstacles = obstacle_clearance(positions, obstacles, lowest);
   result.lowest = lowest;
   result.qpos = pose.qpos;
   return result;
 }
 
-double RobotBounds::self_clearance(const Placed& placed) const {
-  double least = kFarEnough;
+double RobotBounds::self_clearance(const CapsulePositions& positions) const {
+  double least = kMaxSelfClearance;
   for (const auto& [first, second] : pairs_) {
     const auto i = static_cast<std::size_t>(first);
     const auto j = static_cast<std::size_t>(second);
-    // Most pairs are so far apart that the balls around the capsules show it.
-    const double apart = capsules_[i].ball_radius + capsules_[j].ball_radius + least;
-    if ((placed.middle[i] - placed.middle[j]).squaredNorm() > apart * apart) continue;
-    const double squared = segments_squared(placed.a[i], placed.b[i], placed.a[j], placed.b[j]);
+    // Most pairs are so far apart that the spheres around the capsules show it.
+    const double apart = capsules_[i].bounding_radius + capsules_[j].bounding_radius + least;
+    if ((positions.middle[i] - positions.middle[j]).squaredNorm() > apart * apart) continue;
+    const double squared =
+        segments_squared(positions.a[i], positions.b[i], positions.a[j], positions.b[j]);
     least = std::min(least, std::sqrt(squared) - capsules_[i].radius - capsules_[j].radius);
     if (least <= 0) break;
   }
   return least;
 }
 
-double RobotBounds::obstacle_clearance(const Placed& placed, std::span<const Obstacle> obstacles,
-                                       double lowest) const {
+double RobotBounds::obstacle_clearance(const CapsulePositions& positions,
+                                       std::span<const Obstacle> obstacles, double lowest) const {
   double least = kFarAway;
   for (const Obstacle& obstacle : obstacles) {
     const double below = lowest - obstacle.center.z() - obstacle.radius;
@@ -255,7 +256,7 @@ double RobotBounds::obstacle_clearance(const Placed& placed, std::span<const Obs
     }
     for (std::size_t i = 0; i < capsules_.size(); ++i) {
       if (!capsules_[i].meets_props) continue;
-      const double squared = point_segment_squared(obstacle.center, placed.a[i], placed.b[i]);
+      const double squared = point_segment_squared(obstacle.center, positions.a[i], positions.b[i]);
       least = std::min(least, std::sqrt(squared) - capsules_[i].radius - obstacle.radius);
     }
     if (least <= 0) break;
@@ -263,29 +264,29 @@ double RobotBounds::obstacle_clearance(const Placed& placed, std::span<const Obs
   return least;
 }
 
-RobotBounds::Clearance RobotBounds::among(const Clearance& before,
-                                          std::span<const Obstacle> obstacles) {
+RobotBounds::Clearance RobotBounds::with_obstacles(const Clearance& before,
+                                                   std::span<const Obstacle> obstacles) {
   Clearance result = before;
-  result.around = kFarAway;
+  result.obstacles = kFarAway;
   for (const Obstacle& obstacle : obstacles) {
     const double below = before.lowest - obstacle.center.z() - obstacle.radius;
-    result.around = std::min(result.around, below);
+    result.obstacles = std::min(result.obstacles, below);
   }
   return result;
 }
 
-double RobotBounds::way(const JointArray& from, const JointArray& to) const {
-  double way = 0;
-  for (std::size_t joint = 0; joint < arms_.size(); ++joint) {
-    way += arms_[joint] * std::abs(to[joint] - from[joint]);
+double RobotBounds::max_displacement(const JointArray& from, const JointArray& to) const {
+  double displacement = 0;
+  for (std::size_t joint = 0; joint < lever_arms_.size(); ++joint) {
+    displacement += lever_arms_[joint] * std::abs(to[joint] - from[joint]);
   }
-  return way;
+  return displacement;
 }
 
-// Two bodies of the robot move relative to one another only by the joints between them. So way()
-// bounds, too, how much nearer they can have come.
+// Two bodies of the robot move relative to one another only by the joints between them. So
+// max_displacement() is also a bound of how much nearer they can have come.
 bool RobotBounds::still_clear(const Clearance& before, const JointArray& qpos) const {
-  return way(before.qpos, qpos) < before.room();
+  return max_displacement(before.qpos, qpos) < before.clearance();
 }
 
 }  // namespace engram

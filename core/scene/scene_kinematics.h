@@ -1,5 +1,5 @@
-// Poses the bodies and geoms of a compiled scene: the robot's by the poses of its links, props by
-// their coordinates.
+// Forward kinematics of a compiled scene: poses bodies and geoms of the robot from the poses of its
+// links, and props from their coordinates.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -16,16 +16,16 @@ class SceneKinematics {
   // The model must outlive this object.
   explicit SceneKinematics(const mjModel& model);
 
-  // Poses everything that never moves, once for data that are new.
+  // Poses static bodies, once for new data.
   void pose_fixed(mjData& data) const;
-  // Poses everything else, as mj_kinematics does, but for joint frames of props, sites and lights.
+  // Poses all other bodies, as mj_kinematics does, except joint frames of props, sites and lights.
   void pose(const RobotPose& robot, mjData& data) const;
 
  private:
   struct RobotBody {
     int body = 0;
     Attachment attachment;
-    Frame center;  // of mass, and principal axes, in the body's frame
+    Frame center;  // centre of mass and principal axes, in the body's frame
   };
   struct Geom {
     int geom = 0;

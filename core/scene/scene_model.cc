@@ -17,8 +17,8 @@ namespace {
   throw Error(Error::kInternal, std::string("scene that cannot be stepped: ") + why);
 }
 
-// Throws Error unless constraints can be made of all pairs' contacts: elliptic cones, time
-// constants, and powers of impedance that are whole numbers.
+// Throws Error unless all pairs' contacts can become constraints: elliptic cones, time constants,
+// and integer powers of impedance.
 void validate_pairs(const mjModel& model) {
   if (model.opt.cone != mjCONE_ELLIPTIC) refuse_step("its friction cones are not elliptic");
   for (int pair = 0; pair < model.npair; ++pair) {
@@ -31,8 +31,8 @@ void validate_pairs(const mjModel& model) {
   }
 }
 
-// Throws Error unless the contact step can do the model: the robot's joints first, one coordinate
-// each; no constraints but contacts.
+// Throws Error unless contact_step can simulate the model: the robot's joints come first, with one
+// coordinate each, and there are no constraints except contacts.
 void validate_scene(const mjModel& model) {
   for (int i = 0; i < kRobotJoints; ++i) {
     const int type = model.jnt_type[i];
@@ -57,8 +57,8 @@ void validate_scene(const mjModel& model) {
   }
 }
 
-// Leaves the robot's joints to RobotStep: no drives, limits, coupling, damping or rotor inertia in
-// the model; no gravity.
+// Removes from the model what RobotStep simulates: drives, limits, coupling, damping and rotor
+// inertia of the robot's joints. Removes gravity.
 void release_robot(mjModel& model) {
   model.opt.gravity[2] = 0;
   for (int i = 0; i < kRobotJoints; ++i) {
@@ -71,8 +71,8 @@ void release_robot(mjModel& model) {
   std::fill_n(model.tendon_stiffness, model.ntendon, 0.0);
 }
 
-// The robot's joints that move a body, as bits; none for a free one.
-std::uint16_t joints_that_move(const mjModel& model, int body) {
+// Bit mask of the robot's joints that move a body; none for a free one.
+std::uint16_t moving_joints(const mjModel& model, int body) {
   while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
   int joint = body > 0 ? model.body_dofadr[body] + model.body_dofnum[body] - 1 : -1;
   if (joint >= kRobotJoints) return 0;
@@ -92,9 +92,10 @@ PropSlot find_slot(const mjModel& model, int body, int type) {
   return {type, body, model.jnt_qposadr[joint], model.jnt_dofadr[joint]};
 }
 
-// Appends every choice of `count` more props of the types from `type` on.
-void choose(const std::vector<std::vector<int>>& by_type, std::size_t type, std::size_t count,
-            std::vector<int>& chosen, std::vector<std::vector<int>>& out) {
+// Appends every choice of `count` more props of the types from `type` on (recursive enumeration).
+void append_choices(const std::vector<std::vector<int>>& by_type, std::size_t type,
+                    std::size_t count, std::vector<int>& chosen,
+                    std::vector<std::vector<int>>& out) {
   if (type == by_type.size()) {
     if (count == 0) out.push_back(chosen);
     return;
@@ -104,19 +105,19 @@ void choose(const std::vector<std::vector<int>>& by_type, std::size_t type, std:
     const std::size_t before = chosen.size();
     chosen.insert(chosen.end(), by_type[type].begin(),
                   by_type[type].begin() + static_cast<std::ptrdiff_t>(some));
-    choose(by_type, type + 1, count - some, chosen, out);
+    append_choices(by_type, type + 1, count - some, chosen, out);
     chosen.resize(before);
   }
 }
 
 }  // namespace
 
-bool SceneModel::has_room(std::span<const int> count_by_type) const {
+bool SceneModel::has_slots_for(std::span<const int> count_by_type) const {
   for (std::size_t type = 0; type < count_by_type.size(); ++type) {
-    const auto room = std::count_if(slots.begin(), slots.end(), [type](const PropSlot& slot) {
-      return slot.type == static_cast<int>(type);
-    });
-    if (room < count_by_type[type]) return false;
+    const auto slots_of_type =
+        std::count_if(slots.begin(), slots.end(),
+                      [type](const PropSlot& slot) { return slot.type == static_cast<int>(type); });
+    if (slots_of_type < count_by_type[type]) return false;
   }
   return true;
 }
@@ -155,7 +156,7 @@ SceneModel make_scene(ModelPtr compiled, const SceneSpec& source, std::span<cons
     scene.free_bodies.emplace_back(model, scene.slots[i].body);
   }
   for (int body = 0; body < model.nbody; ++body) {
-    scene.joints_of_body.push_back(joints_that_move(model, body));
+    scene.joints_of_body.push_back(moving_joints(model, body));
   }
   return scene;
 }
@@ -170,19 +171,19 @@ std::vector<std::vector<int>> scene_subsets(const SceneSpec& source,
   by_type.reserve(grouped.size());
   for (auto& [type, members] : grouped) by_type.push_back(std::move(members));
 
-  std::vector<std::vector<int>> casts;
+  std::vector<std::vector<int>> subsets;
   // Large scenes cost nearly the same, so their sizes may be further apart.
   for (std::size_t count = 1; count < free_props.size(); count += 1 + count / 4) {
     std::vector<std::vector<int>> more;
     std::vector<int> chosen;
-    choose(by_type, 0, count, chosen, more);
-    if (casts.size() + more.size() > limit) break;
-    for (std::vector<int>& cast : more) {
-      std::sort(cast.begin(), cast.end());
-      casts.push_back(std::move(cast));
+    append_choices(by_type, 0, count, chosen, more);
+    if (subsets.size() + more.size() > limit) break;
+    for (std::vector<int>& subset : more) {
+      std::sort(subset.begin(), subset.end());
+      subsets.push_back(std::move(subset));
     }
   }
-  return casts;
+  return subsets;
 }
 
 }  // namespace engram

@@ -1,4 +1,4 @@
-// A compiled scene with room for some of a task's props.
+// A compiled scene with slots for some of a task's props.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace engram {
 
-// Room for one free prop of a type.
+// Slot for one free prop of a type.
 struct PropSlot {
   int type = 0;
   int body = 0;
@@ -33,17 +33,18 @@ struct SceneModel {
   bool has_kinematic_props = false;
   SceneKinematics kinematics;
 
-  // Whether there is a slot for each of these awake props, counted by type.
-  bool has_room(std::span<const int> count_by_type) const;
+  // Tests for a slot for each of these awake props, counted by type.
+  bool has_slots_for(std::span<const int> count_by_type) const;
 };
 
-// A scene with the props of these indices. Throws Error if the text is refused.
+// Compiles a scene with the props of these indices. Throws Error if the text is refused or
+// contact_step cannot simulate it.
 SceneModel compile_scene(const SceneSpec& source, std::span<const int> props, RobotDetail detail);
-// The same from its text, compiled.
+// Makes it from its compiled text.
 SceneModel make_scene(ModelPtr compiled, const SceneSpec& source, std::span<const int> props);
 
-// Choices of free props, by index, for which smaller scenes are compiled: all combinations of types
-// with 1 to 4 props, then with some larger numbers of props, up to `limit` choices.
+// Subsets of free props, by index, for which smaller scenes are compiled: all combinations of types
+// with 1 to 4 props, then with some larger numbers of props, up to `limit` subsets.
 std::vector<std::vector<int>> scene_subsets(const SceneSpec& source,
                                             std::span<const int> free_props, std::size_t limit);
 

@@ -1,4 +1,4 @@
-// What a task tells the engine of its scene.
+// Scene specification that a task gives to the engine.
 #pragma once
 
 #include <functional>
@@ -8,20 +8,20 @@
 
 namespace engram {
 
-// How much of the robot a text describes.
+// Detail of the robot in a scene's text.
 enum class RobotDetail {
-  kDynamics,   // bodies, joints and drives, but nothing that collides
-  kCollision,  // the same with table, collision geometry and contact pairs
+  kDynamics,   // bodies, joints and drives, without collision geometry
+  kCollision,  // also table, collision geometry and contact pairs
 };
 
 // MJCF texts on demand. The robot's bodies, joints, collision geometry and drives come first and
-// are the same in all of them.
+// are the same in all texts.
 struct SceneSpec {
   std::vector<std::string> props;  // body names, in the order in which tasks index them
-  // Free props of the same type differ in name and looks only, so that they can stand in for one
-  // another in the physics of a scene. One number per prop.
+  // Free props of the same type differ in name and appearance only, so that they can share a slot
+  // of a scene. One number per prop.
   std::vector<int> types;
-  // The text for robot, table and the props of these indices (ascending).
+  // Composes the text of robot, table and the props of these indices (ascending).
   std::function<std::string(std::span<const int> props, RobotDetail detail)> compose;
 };
 

@@ -1,4 +1,4 @@
-// What actions can mean, and what the meanings are called.
+// Control modes: the meanings of actions, and their names.
 #pragma once
 
 #include <array>

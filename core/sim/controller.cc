@@ -127,22 +127,23 @@ Eigen::Vector3d Controller::scaled_rotation(const float* action) const {
 ArmVector Controller::delta_pose_target(const State& state, int env, const float* action) const {
   ArmJacobian jacobian;
   arm_.forward(state.qpos.row(env), jacobian);
-  return measured_joints(state, env) + Arm::pseudo_inverse_step(jacobian, scaled_twist(action));
+  return measured_joints(state, env) +
+         Arm::pseudo_inverse_step(jacobian, scaled_displacement(action));
 }
 
-Eigen::Matrix<double, 6, 1> Controller::scaled_twist(const float* action) const {
-  Eigen::Matrix<double, 6, 1> twist;
-  twist << clipped_translation(action), scaled_rotation(action);
-  return twist;
+Eigen::Matrix<double, 6, 1> Controller::scaled_displacement(const float* action) const {
+  Eigen::Matrix<double, 6, 1> displacement;
+  displacement << clipped_translation(action), scaled_rotation(action);
+  return displacement;
 }
 
 void Controller::delta_pose_targets(const State& state, int first, const Column<float>& actions,
                                     LaneBlock& block, std::span<Drive> drives) const {
   const int count = static_cast<int>(drives.size());
   for (int lane = 0; lane < count; ++lane) {
-    const auto twist = scaled_twist(actions.row(first + lane));
+    const auto displacement = scaled_displacement(actions.row(first + lane));
     block.put(LaneRows::kQ, lane, state.qpos.row(first + lane), kArmJoints);
-    block.put(LaneRows::kTwist, lane, twist.data(), 6);
+    block.put(LaneRows::kTwist, lane, displacement.data(), 6);
   }
   block.pad(LaneRows::kQ, kArmJoints, count);
   block.pad(LaneRows::kTwist, 6, count);
@@ -153,7 +154,7 @@ void Controller::delta_pose_targets(const State& state, int first, const Column<
     if ((ill >> lane & 1) != 0) {
       ArmJacobian jacobian;
       block.get(LaneRows::kJacobian, lane, jacobian.data(), 6 * kArmJoints);
-      step = Arm::pseudo_inverse_step(jacobian, scaled_twist(actions.row(first + lane)));
+      step = Arm::pseudo_inverse_step(jacobian, scaled_displacement(actions.row(first + lane)));
     }
     const ArmVector target = measured_joints(state, first + lane) + step;
     std::copy_n(target.data(), kArmJoints, drives[static_cast<std::size_t>(lane)].target.begin());

@@ -1,4 +1,4 @@
-// The control modes: from an action row to what the drives follow. See docs/control_modes.md.
+// Controller: maps an action row to drive targets by the control mode. See docs/control_modes.md.
 #pragma once
 
 #include <span>
@@ -22,7 +22,7 @@ struct ActionSpace {
   int dim() const { return static_cast<int>(low.size()); }
 };
 
-// Most components that an action of any mode has.
+// Largest number of components of an action in any mode.
 inline constexpr int kMaxActionDim = 2 * kArmJoints + 1;
 
 class Controller {
@@ -34,18 +34,18 @@ class Controller {
   ControlMode mode() const { return mode_; }
   const ActionSpace& action_space() const { return action_space_; }
 
-  // Sets the controller's own targets to what is measured.
+  // Sets the controller's own targets to the measured state.
   void reset(const State& state, int env) const;
 
-  // Works out one control step's drive targets from the measured state and an action row.
+  // Computes one control step's drive targets from the measured state and an action row.
   Drive drive(const State& state, int env, const float* action) const;
-  // The same for the environments from `first` on, one for each drive; at most as many as the block
-  // has lanes.
+  // Computes them for the environments from `first` on, one for each drive, at most as many as the
+  // block has lanes.
   void drive(const State& state, int first, const Column<float>& actions, LaneBlock& block,
              std::span<Drive> drives) const;
 
-  // The action that keeps the robot where it is: all zeros, or the measured position in the modes
-  // that take absolute ones. `action` has action_space().dim() elements.
+  // Writes the action that holds the robot in place: all zeros, or the measured position in the
+  // modes with absolute targets. `action` has action_space().dim() elements.
   void hold_action(const State& state, int env, float* action) const;
 
   // The controller's part of the state observation: 0 or 7 values (target modes only).
@@ -54,7 +54,7 @@ class Controller {
   const double* state_row(const State& state, int env) const;
 
  private:
-  // Poses that the controller takes, keeps and reports are in the root frame.
+  // Poses that the controller reads, keeps and reports are in the root frame.
   Pose measured_pose(const State& state, int env) const;
   ArmVector delta_pose_target(const State& state, int env, const float* action) const;
   ArmVector delta_position_target(const State& state, int env, const float* action) const;
@@ -63,8 +63,8 @@ class Controller {
   ArmVector tracked_pose_target(const State& state, int env, const float* action,
                                 bool rotates) const;
   Eigen::Vector3d scaled_rotation(const float* action) const;
-  Eigen::Matrix<double, 6, 1> scaled_twist(const float* action) const;
-  // In lanes: joint targets of pd_ee_delta_pose.
+  Eigen::Matrix<double, 6, 1> scaled_displacement(const float* action) const;
+  // Joint targets of pd_ee_delta_pose, in lanes: differential inverse kinematics.
   void delta_pose_targets(const State& state, int first, const Column<float>& actions,
                           LaneBlock& block, std::span<Drive> drives) const;
 
@@ -74,9 +74,9 @@ class Controller {
   ActionSpace action_space_;
 };
 
-// Finger target for a gripper action in [-1, 1], m: 0.015 + 0.025 a, clipped.
+// Returns the finger target of a gripper action in [-1, 1], m: 0.015 + 0.025 a, clipped.
 double gripper_target(double action);
-// The action whose target is `opening` m per finger, clipped to [-1, 1].
+// Returns the action whose target is `opening` m per finger, clipped to [-1, 1].
 double gripper_action(double opening);
 
 }  // namespace engram

@@ -1,17 +1,18 @@
 // Advances environments by control steps. MuJoCo's data belong to worker threads, not to
-// environments: an environment's state lives in columns, and every step loads, computes and stores
+// environments: an environment's state lives in columns, and every step loads, simulates and stores
 // it. So the data stay in the cache, an environment costs a few kilobytes instead of hundreds, and
 // a step that diverges is simply not stored.
 //
 // Robots move side by side, one in each lane of the processor's vectors (lane_kernel.h), whatever
-// their scenes are. What else there is, each environment computes by itself. Work that provably has
-// no effect is left out:
-//  * While nothing at all can touch a robot, and no prop moves, the lane is all there is.
-//  * Props that rest are asleep. They wake in the very substep in which something that moves comes
-//    within reach of their bounding spheres; in the very step in which a kinematic prop glides by.
-//  * Each substep runs on the smallest compiled scene that has room for what is awake.
+// their scenes are. Everything else is simulated per environment. Work that provably has no effect
+// is left out:
+//  * While nothing at all can touch a robot, and no prop moves, the lane is the whole simulation.
+//  * Props at rest are asleep (sleep_manager.h). They wake in the very substep in which something
+//    that moves comes near their parts; beside a moving kinematic prop, in the very step.
+//  * Each substep runs on the smallest compiled scene with slots for what is awake.
 //
-// Simulator::step is the way of one step; SceneBinding, SleepManager and Stepper are its parts.
+// Simulator::step is the sequence of one step: SceneBinding transfers the environment, SleepManager
+// wakes props, and contact_step simulates, all on one EnvStep per lane.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +33,7 @@ class PhysicsModel;
 struct SimulatorOptions {
   int substeps = 5;   // of 0.01 s per control step
   bool sleep = true;  // false: the whole scene, every present prop awake
-  int lanes = 0;      // robots side by side: 1, 2, 4, 8; 0: as many as the processor has room for
+  int lanes = 0;      // robots side by side: 1, 2, 4, 8; 0: the processor's widest vectors
 };
 
 class Simulator {
@@ -44,18 +45,18 @@ class Simulator {
   Simulator& operator=(const Simulator&) = delete;
   ~Simulator();
 
-  // At most so many environments step at once.
+  // Largest number of environments that step at once.
   int lanes() const { return kernel_.lanes; }
   // Memory of a worker's lanes, free between two calls of step.
   LaneBlock& block(int worker);
 
   // One control step of the environments from `first` on, one for each of the drives, at most
-  // lanes(), on the workspace of `worker`. Their drives must agree in their mode. Tells which were
-  // good; the state of the others, whose physics diverged (non-finite or huge values, or an error
-  // of MuJoCo), stays as it was. `clock` may be null.
+  // lanes(), on the workspace of `worker`. Their drives must agree in their mode. Sets `good` of
+  // each environment; false: its physics diverged (non-finite or huge values, or an error of
+  // MuJoCo), and its state stays as it was. `clock` may be null.
   void step(const State& state, int first, int worker, std::span<const Drive> drives, bool* good,
             StepClock::Worker* clock = nullptr);
-  // The same for one.
+  // One control step of one environment.
   bool step(const State& state, int env, int worker, const Drive& drive,
             StepClock::Worker* clock = nullptr);
 
@@ -63,20 +64,21 @@ class Simulator {
   void update_tcp(const State& state, int first, int count, int worker);
 
  private:
-  struct Lane;       // one environment on its way through a step
-  struct Workspace;  // what one worker computes on; nothing in it outlives a step
+  struct Lane;             // one environment's step
+  struct WorkerWorkspace;  // working memory of one thread; nothing in it outlives a step
 
-  void begin_lane(Workspace& workspace, int lane);
-  void substep(Workspace& workspace, int count, bool last, bool velocity_mode,
+  void begin_lane(WorkerWorkspace& workspace, int lane);
+  void substep(WorkerWorkspace& workspace, int count, bool last, bool velocity_mode,
                StepClock::Worker* clock);
-  void finish_lane(Workspace& workspace, int lane, StepClock::Worker* clock);
+  void substep_lane(WorkerWorkspace& workspace, int lane, bool check_clearance);
+  void finish_lane(WorkerWorkspace& workspace, int lane);
 
   const PhysicsModel& model_;
   SimulatorOptions options_;
   const LaneKernel& kernel_;
-  std::vector<Workspace> workbenches_;
-  // Of each environment's robot, as last found. Not part of the state: it holds the joint angles
-  // that it was found at, and so stays true after a reset or a restored snapshot.
+  std::vector<WorkerWorkspace> workspaces_;
+  // Clearance of each environment's robot, as last found. Not part of the state: it holds the joint
+  // positions of its measurement, and so stays true after a reset or a restored snapshot.
   std::vector<RobotBounds::Clearance> clearances_;
 };
 

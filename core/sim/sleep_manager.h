@@ -1,5 +1,5 @@
-// Decides which props wake and which fall asleep, from how near things are to one another. See
-// proximity.h for the measures of nearness.
+// Sleep of props: decides which props wake and which fall asleep, by lower bounds of distances
+// (proximity.h).
 #pragma once
 
 #include <cstdint>
@@ -8,97 +8,94 @@
 
 #include "core/scene/proximity.h"
 #include "core/scene/robot_bounds.h"
-#include "core/sim/scene_binding.h"
+#include "core/sim/env_step.h"
 
 namespace engram {
 
+// Working memory of one environment's step; one entry per prop, except obstacles.
+struct SleepWorkspace {
+  explicit SleepWorkspace(const PhysicsModel& model);
+
+  std::vector<Frame> frames;              // world
+  std::vector<std::uint8_t> frame_known;  // frames of resting props are computed on demand
+  std::vector<Eigen::Vector3d> centers;   // of bounding spheres, world
+  std::vector<double>
+      clearance;  // m, lower bound of a sleeping prop's distance to the robot's reach
+  std::vector<RobotBounds::Obstacle> obstacles;
+};
+
 class SleepManager {
  public:
-  // Working memory of one environment on its way through a step; one entry per prop, but for
-  // obstacles.
-  struct Workspace {
-    explicit Workspace(const PhysicsModel& model);
+  SleepManager(EnvStep& step, SleepWorkspace& workspace)
+      : step_(step), workspace_(workspace), state_(step.state), env_(step.env) {}
 
-    std::vector<Frame> frames;              // world
-    std::vector<std::uint8_t> frame_known;  // frames of resting props are made when first needed
-    std::vector<Eigen::Vector3d> centers;   // of bounding spheres, world
-    std::vector<double> beyond;  // m, how far a sleeping prop is at least from the robot's reach
-    std::vector<RobotBounds::Obstacle> obstacles;
-  };
-
-  SleepManager(Workspace& workspace, SceneBinding& loader)
-      : model_(loader.model()),
-        workspace_(workspace),
-        loader_(loader),
-        state_(loader.state()),
-        env_(loader.env()) {}
-
-  // Finds where props are, and wakes those that a gliding prop will come near. After
+  // Locates props, and wakes those that a moving kinematic prop will come near. Call it after
   // SceneBinding::begin.
   void begin();
 
-  // What the robot could touch: spheres around tangible props that were at rest or glide.
+  // Bounding spheres of tangible props that were at rest or are kinematic: what the robot can
+  // touch.
   const std::vector<RobotBounds::Obstacle>& obstacles() const { return workspace_.obstacles; }
 
-  // Wakes sleeping props that the robot or an awake prop could touch, and changes to a scene that
-  // has them; one with the kinematic props, too, if any of them could be touched. True if the scene
-  // changed: it has to be loaded and posed before the next call. `qpos`: of the robot.
-  bool wake_touching(const JointArray& qpos);
+  // Wakes sleeping props that the robot or an awake prop may touch. Returns the scene that has
+  // slots for them, and the kinematic props if any of them may be touched; nothing if the scene in
+  // use suffices. The returned scene has to be selected, loaded and posed before the next call.
+  // `qpos`: of the robot.
+  std::optional<int> wake_touching(const JointArray& qpos);
 
-  // Puts props to sleep that have rested long enough beside nothing that moves. After
+  // Puts props to sleep that have rested long enough and are near nothing that moves. Call it after
   // SceneBinding::store.
   void sleep_resting();
 
  private:
-  int num_props() const { return loader_.num_props(); }
-  const PropModel& prop_model(int prop) const { return loader_.prop_model(prop); }
+  int num_props() const { return step_.num_props(); }
+  const PropModel& prop_model(int prop) const { return step_.prop_model(prop); }
 
-  // --- where things are ---
+  // --- positions of props ---
 
   void locate(int prop, const double* pos, const double* quat);
-  // Where the columns have a prop.
-  void locate_remembered(int prop);
-  // Gliding props by spheres around their whole ways.
-  void locate_gliding();
-  // Where awake props are in the present scene.
+  // Locates a prop by the columns.
+  void locate_stored(int prop);
+  // Locates moving kinematic props by spheres around their whole displacement.
+  void locate_moving();
+  // Locates awake props by the scene in use.
   void locate_awake();
   const Frame& frame_of(int prop) const;
   // Radius of the sphere that a prop does not leave during this step.
-  double reach_of(int prop) const;
+  double swept_radius(int prop) const;
 
-  // --- the robot's reach ---
+  // --- distances to the robot ---
 
   // Lowest height that a part of the robot may reach: a cheap first test, since props lie low and
   // the robot is above them most of the time.
   double lowest_reach() const;
-  // A distance, m, that a prop has at least from where the robot would wake it; not above zero if
-  // the robot wakes it.
-  double robot_beyond(int prop, double lowest) const;
-  // Whether the robot is where it wakes a sleeping prop. `lowest` is found when first needed.
+  // Lower bound of a prop's distance, m, to the region in which the robot wakes it; not above zero
+  // if the robot wakes it.
+  double robot_clearance(int prop, double lowest) const;
+  // Tests whether the robot wakes a sleeping prop. `lowest` is computed on demand.
   bool robot_reaches(int prop, std::optional<double>& lowest);
 
-  // --- props near one another ---
+  // --- distances between props ---
 
   bool props_near(int prop, int other) const;
   bool awake_prop_near(int prop) const;
-  // Whether a gliding prop comes near a free one.
-  bool gliding_near(int prop) const;
-  void wake_beside_gliding();
+  // Tests for a moving kinematic prop near a free one.
+  bool moving_prop_near(int prop) const;
+  void wake_near_moving_props();
 
   // --- sleep ---
 
-  // Counts for how many control steps awake props have been at rest.
+  // Counts the control steps for which awake props have been at rest.
   void count_slow_steps(std::uint8_t* slow) const;
-  // Awake props near one another count as slow as long as the most restless of them, so that they
-  // fall asleep together: one that stayed awake would wake the others. True if a count changed.
+  // Lowers the counts of awake props near one another to the least of them, so that they fall
+  // asleep together: one that stayed awake would wake the others. True if a count changed.
   bool share_slow_steps(std::uint8_t* slow) const;
 
-  const PhysicsModel& model_;
-  Workspace& workspace_;
-  SceneBinding& loader_;
+  EnvStep& step_;
+  SleepWorkspace& workspace_;
   const State& state_;
   int env_;
-  JointArray seen_qpos_{};  // when sleeping props were looked at
+  JointArray checked_qpos_{};  // at the last wake_touching
 };
 
 }  // namespace engram

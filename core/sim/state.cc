@@ -52,8 +52,8 @@ void State::place_prop(int env, int prop, const double* pos, const double* quat,
 
 void State::move_kinematic(int env, int prop, const double* pos) const {
   const double* from = prop_pos_of(env, prop);
-  double* way = prop_qvel_of(env, prop);
-  for (int i = 0; i < 3; ++i) way[i] = pos[i] - from[i];
+  double* displacement = prop_qvel_of(env, prop);
+  for (int i = 0; i < 3; ++i) displacement[i] = pos[i] - from[i];
   prop_status.row(env)[prop] = static_cast<std::uint8_t>(PropStatus::kAwake);
 }
 

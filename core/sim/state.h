@@ -1,4 +1,4 @@
-// The state that the engine keeps for every environment of a batch, as columns.
+// State of every environment of a batch, as columns.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@
 namespace engram {
 
 enum class PropStatus : std::uint8_t {
-  kHidden = 0,  // invisible, collides with nothing, does not move
+  kHidden = 0,  // not in the scene: invisible, no collisions, no motion
   kAsleep = 1,  // present and at rest: not simulated until something comes near
-  kAwake = 2,   // present and simulated; a kinematic prop: gliding
+  kAwake = 2,   // present and simulated; kinematic props: in motion during the next control step
 };
 
 // Column views; the arrays live in the ColumnStore that they were added to.
@@ -39,20 +39,19 @@ struct State {
   // Props, in task order; a row holds all props of one environment.
   Column<double> prop_pos;   // (num_props * 3) m, as observations report it
   Column<double> prop_quat;  // (num_props * 4)
-  // (num_props * 6) linear (world), angular (body). Of a kinematic prop that glides: its way in
-  // this control step, m.
+  // (num_props * 6) linear (world), angular (body). For a kinematic prop in motion: its
+  // displacement in this control step, m.
   Column<double> prop_qvel;
   Column<double> prop_qacc_warmstart;    // (num_props * 6)
   Column<std::uint8_t> prop_status;      // (num_props) PropStatus
   Column<std::uint8_t> prop_slow_steps;  // (num_props) consecutive control steps at rest
-  // Colour in pictures instead of the document's, if its alpha is positive; and light that the prop
-  // itself gives off.
+  // Colour in images instead of the document's, if its alpha is positive; emitted light.
   Column<float> prop_rgba;      // (num_props * 4) 0..1
   Column<float> prop_emission;  // (num_props)
-  // Bits of props that are there but cannot be seen, because another one stands over them.
+  // Bit mask of props that are present but occluded, because another one stands over them.
   Column<std::uint64_t> covered;
-  // Force that a prop exerts on each finger in the last substep, N, world frame:
-  // (num_props * 2 * 3), left finger first.
+  // (num_props * 2 * 3) force of a prop on each finger in the last substep, N, world frame; left
+  // finger first.
   Column<double> finger_force;
 
   double* prop_pos_of(int env, int prop) const { return prop_pos.row(env) + 3 * prop; }
@@ -62,26 +61,26 @@ struct State {
     return static_cast<PropStatus>(prop_status.row(env)[prop]);
   }
 
-  // Puts a prop somewhere, without velocity and asleep. Pass kAwake for a pose in which physics has
-  // to act at once: in the air, or in contact with something that moves.
+  // Places a prop without velocity, asleep. Pass kAwake for a pose in which physics has to act at
+  // once: in the air, or in contact with something that moves.
   void place_prop(int env, int prop, const double* pos, const double* quat,
                   PropStatus status = PropStatus::kAsleep) const;
-  // Lets a kinematic prop glide to a place, evenly over the next control step. It wakes what it
-  // comes near. To be called in Task::before_physics.
+  // Moves a kinematic prop to a position, at constant velocity over the next control step. It wakes
+  // props that it comes near. Call it in Task::before_physics.
   void move_kinematic(int env, int prop, const double* pos) const;
-  // Takes a prop out of the scene; `pos` is the position that observations report meanwhile.
+  // Removes a prop from the scene; `pos` is the position that observations report meanwhile.
   void hide_prop(int env, int prop, const double* pos) const;
 };
 
-// Largest absolute arm joint velocity <= threshold, rad/s.
+// Tests the largest absolute arm joint velocity against a threshold, rad/s.
 bool robot_is_static(const State& state, int env, double threshold = 0.2);
 
-// Linear and angular speed within limits.
+// Tests linear and angular speed against thresholds.
 bool prop_is_static(const State& state, int env, int prop, double linear_threshold = 1e-2,
                     double angular_threshold = 1e-1);
 
-// Both fingers feel at least `min_force` newtons within `max_angle` degrees of their opening
-// directions.
+// Tests whether both fingers measure at least `min_force` newtons within `max_angle` degrees of
+// their opening directions.
 bool is_grasping(const State& state, int env, int prop, double min_force = 0.5,
                  double max_angle = 85.0);
 

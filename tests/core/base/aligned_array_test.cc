@@ -45,20 +45,20 @@ TEST_CASE("AlignedArray moves and does not copy", "[aligned_array]") {
 
   AlignedArray<int> first(3);
   first[2] = 9;
-  const int* const place = first.data();
+  const int* const address = first.data();
   AlignedArray<int> second = std::move(first);
-  CHECK(second.data() == place);
+  CHECK(second.data() == address);
   CHECK(first.empty());  // NOLINT(bugprone-use-after-move)
 
   AlignedArray<int> third(10);
   third = std::move(second);
-  CHECK(third.data() == place);
+  CHECK(third.data() == address);
   CHECK(third.size() == 3);
   CHECK(third[2] == 9);
 
   AlignedArray<int>& alias = third;
   third = std::move(alias);
-  CHECK(third.data() == place);
+  CHECK(third.data() == address);
   CHECK(third.size() == 3);
 }
 

@@ -17,5 +17,15 @@ TEST_CASE("Error carries its kind and message", "[error]") {
   }
 }
 
+TEST_CASE("A wrong length is an invalid argument, with both numbers in the message", "[error]") {
+  CHECK_NOTHROW(require_length("seeds", 4, 4));
+  CHECK_THROWS_WITH(require_length("seeds", 3, 4), "seeds: 3 values given, 4 needed");
+  try {
+    require_length("seeds", 3, 4);
+  } catch (const Error& error) {
+    CHECK(error.kind() == Error::kInvalidArgument);
+  }
+}
+
 }  // namespace
 }  // namespace engram

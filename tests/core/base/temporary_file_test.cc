@@ -1,4 +1,4 @@
-// Files that appear whole: what is in their way, and what is left of them.
+// Files that appear complete: obstacles to them, and leftovers.
 #include "core/base/temporary_file.h"
 
 #include <sys/stat.h>
@@ -130,7 +130,7 @@ TEST_CASE("Only what engram has made is removed", "[files]") {
   remove_temporary_files((folder.path() / "none").string());  // nothing to do
 }
 
-TEST_CASE("A file that cannot be made is told of by its own name", "[files]") {
+TEST_CASE("The error of a file that cannot be made names it", "[files]") {
   CHECK_THROWS_WITH(TemporaryFile("/nowhere/at/all"),
                     Catch::Contains("'/nowhere/at/all' cannot be written: No such file"));
 }

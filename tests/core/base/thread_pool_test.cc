@@ -210,7 +210,7 @@ TEST_CASE("ThreadPool reports how many threads the system allows", "[thread_pool
   }
   REQUIRE(setrlimit(RLIMIT_AS, &old_limit) == 0);
 
-  // As many as the message says can then indeed be had.
+  // The number of threads in the message can be had.
   INFO(message);
   const std::string lead = "number of threads is 1024; the system allows ";
   REQUIRE(message.starts_with(lead));

@@ -1,4 +1,4 @@
-// Rows of contacts, islands and the solver against MuJoCo's own, in situations out of episodes.
+// Contact constraints, islands and the cone solver against MuJoCo's own, in situations of episodes.
 #include "core/contact/cone_solver.h"
 
 #include <algorithm>
@@ -58,8 +58,8 @@ class Probe {
       : scene_(compile(source, condim)),
         model_(*scene_.model),
         rows_({&scene_, 1}),
-        islands_(rows_.most_movers(), rows_.most_contacts()),
-        solver_(kSize, rows_.most_contacts(), rows_.most_rows()),
+        islands_(rows_.max_bodies(), rows_.max_contacts()),
+        solver_(kSize, rows_.max_contacts(), rows_.max_rows()),
         data_(make_data(model_)) {}
 
   // Props are in the order of the slots.
@@ -147,7 +147,7 @@ class Probe {
     }
     for (const ContactConstraints::Contact& contact : rows_.contacts()) {
       ++out.contacts;
-      out.of_robot += contact.movers[0] == kRobotBody ? 1 : 0;
+      out.of_robot += contact.bodies[0] == kRobotBody ? 1 : 0;
       for (int k = 0; k < contact.cone.dim; ++k) {
         const int row = contact.cone.row + k;
         for (int i = 0; i < model_.nv; ++i) {
@@ -160,14 +160,14 @@ class Probe {
     jacobian.raise(out.jacobian);
   }
 
-  // Of the Jacobian, for one of MuJoCo's degrees of freedom.
+  // Entry of the Jacobian for one of MuJoCo's degrees of freedom.
   double entry(const ContactConstraints::Contact& contact, int row, int dof) const {
     const double* numbers = rows_.jacobian() + row * kRowWidth;
     for (std::size_t i = 0; i < 2; ++i) {
-      const int mover = contact.movers[i];
-      if (mover == kNoBody) continue;
-      const int first = mover == kRobotBody ? 0 : scene_.slots[at(mover - 1)].dof;
-      const int count = mover == kRobotBody ? kRobotJoints : kPropWidth;
+      const int body = contact.bodies[i];
+      if (body == kNoBody) continue;
+      const int first = body == kRobotBody ? 0 : scene_.slots[at(body - 1)].dof;
+      const int count = body == kRobotBody ? kRobotJoints : kPropWidth;
       if (dof >= first && dof < first + count) return numbers[dof - first];
       numbers += contact.cone.width[i];
     }
@@ -183,12 +183,12 @@ class Probe {
     double* mass = masses.data();
     std::vector<double> full(at(model_.nv * model_.nv));
     mj_fullM(&model_, full.data(), data_->qM);
-    for (const int mover : islands_.movers(island)) {
-      const bool robot = mover == kRobotBody;
+    for (const int body : islands_.bodies(island)) {
+      const bool robot = body == kRobotBody;
       const int width = robot ? kRobotWidth : kPropWidth;
       const int count = robot ? kRobotJoints : kPropWidth;
-      const int dof = robot ? 0 : scene_.slots[at(mover - 1)].dof;
-      const int begin = islands_.begin_of(mover);
+      const int dof = robot ? 0 : scene_.slots[at(body - 1)].dof;
+      const int begin = islands_.begin_of(body);
       bodies.push_back({mass, begin, width});
       for (int i = 0; i < count; ++i) {
         for (std::size_t k = 0; k < 3; ++k) vectors[k][at(begin + i)] = from[k][dof + i];
@@ -202,11 +202,11 @@ class Probe {
         {rows_.jacobian(), data_->efc_D, data_->efc_aref, data_->efc_force},
         {model_.stat.meaninertia * model_.nv, model_.opt.tolerance, model_.opt.iterations},
         vectors[0].data(), vectors[1].data(), vectors[2].data());
-    for (const int mover : islands_.movers(island)) {
-      const bool robot = mover == kRobotBody;
-      const int dof = robot ? 0 : scene_.slots[at(mover - 1)].dof;
+    for (const int body : islands_.bodies(island)) {
+      const bool robot = body == kRobotBody;
+      const int dof = robot ? 0 : scene_.slots[at(body - 1)].dof;
       for (int i = 0; i < (robot ? kRobotJoints : kPropWidth); ++i) {
-        accelerations.compare(solver_.acceleration()[islands_.begin_of(mover) + i],
+        accelerations.compare(solver_.acceleration()[islands_.begin_of(body) + i],
                               data_->qacc[dof + i]);
       }
     }

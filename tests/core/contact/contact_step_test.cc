@@ -1,5 +1,5 @@
-// The composed step: free props against all of MuJoCo's stages; the robot among contacts; what does
-// not touch does not matter.
+// contact_step: free props against all of MuJoCo's stages; the robot among contacts; props that
+// touch nothing have no influence.
 #include "core/contact/contact_step.h"
 
 #include <algorithm>
@@ -81,13 +81,13 @@ bool same(const mjtNum* a, const mjtNum* b, int count) {
 
 // Drives that do nothing.
 RobotParams no_drives(const PhysicsModel& model) {
-  RobotParams law = model.robot_params();
-  law.drive = {};
-  return law;
+  RobotParams params = model.robot_params();
+  params.drive = {};
+  return params;
 }
 
-// Lets balls slide: in MuJoCo's rows, the reference accelerations that are changed by it.
-void slide(const SceneModel& scene, mjData* d, ContactConstraints& rows) {
+// Applies Coulomb sliding to MuJoCo's own reference accelerations.
+void apply_sliding(const SceneModel& scene, mjData* d, ContactConstraints& rows) {
   const std::vector<double> theirs(d->efc_aref, d->efc_aref + d->nefc);
   rows.build(scene, *d, {});
   const std::vector<double> before(d->efc_aref, d->efc_aref + d->nefc);
@@ -114,7 +114,7 @@ void step_in_full(const SceneModel& scene, mjData* d, ContactConstraints& rows) 
   mj_fwdVelocity(m, d);
   mj_fwdActuation(m, d);
   mj_fwdAcceleration(m, d);
-  slide(scene, d, rows);
+  apply_sliding(scene, d, rows);
   mj_fwdConstraint(m, d);
   mj_Euler(m, d);
 }
@@ -128,17 +128,17 @@ SceneModel compile_exact(const Compiled& compiled) {
   return scene;
 }
 
-// Two data of a model, one stepped by MuJoCo's stages, the other by the composed step, from the
+// Two data of a model, one stepped by MuJoCo's stages, the other by contact_step, from the
 // same state every time: heaps are chaotic. The robot is at rest and out of reach.
 struct Twins {
   explicit Twins(const Compiled& compiled)
       : scene(compiled),
         exact(compile_exact(compiled)),
         model(*exact.model),
-        sieve(model),
-        law(no_drives(compiled.model)),
-        robot(law, {}),
-        bench({&exact, 1}),
+        broad_phase(model),
+        params(no_drives(compiled.model)),
+        robot(params, {}),
+        workspace({&exact, 1}),
         mine(make_data(model)),
         theirs(make_data(model)) {
     for (mjData* data : {mine.get(), theirs.get()}) {
@@ -149,15 +149,16 @@ struct Twins {
   void step() {
     scene.apply_weights(theirs.get());
     std::copy_n(theirs->qfrc_applied, model.nv, mine->qfrc_applied);
-    step_in_full(exact, theirs.get(), bench.rows);
+    step_in_full(exact, theirs.get(), workspace.rows);
     robot.begin(scene.model.robot_model(), mine->qpos, mine->qvel);
     robot.run({});
     // By MuJoCo, too: its contacts of curved shapes jump with the last digits of poses.
     mj_kinematics(&model, mine.get());
-    contact_step({&exact, sieve.near_pairs(*mine)}, mine.get(), robot, bench);
+    contact_step({&exact, broad_phase.near_pairs(*mine)}, mine.get(), robot, contact_force,
+                 workspace);
     contacts += mine->ncon;
   }
-  // Of velocities, m/s, rad/s; positions are those times the timestep.
+  // Largest difference of velocities, m/s, rad/s, and of positions divided by the timestep.
   double difference() const {
     double most = 0;
     for (int i = kRobotJoints; i < model.nv; ++i) {
@@ -177,10 +178,11 @@ struct Twins {
   const Compiled& scene;
   SceneModel exact;
   const mjModel& model;
-  BroadPhase sieve;
-  RobotParams law;
+  BroadPhase broad_phase;
+  RobotParams params;
   RobotStep robot;
-  ContactWorkspace bench;
+  ContactWorkspace workspace;
+  JointArray contact_force{};
   DataPtr mine;
   DataPtr theirs;
   long contacts = 0;
@@ -213,15 +215,15 @@ void check_heap(const Compiled& scene, int steps, int contacts_per_step = 5) {
   }
 }
 
-TEST_CASE("The composed step equals the full one with falling and colliding cubes", "[physics]") {
+TEST_CASE("The contact step equals the full one with falling and colliding cubes", "[physics]") {
   check_heap(Compiled(9), 1000);
 }
 
-TEST_CASE("The composed step equals the full one with falling and colliding shapes", "[physics]") {
+TEST_CASE("The contact step equals the full one with falling and colliding shapes", "[physics]") {
   check_heap(Compiled(nine_shapes()), 300);
 }
 
-// Nothing is chaotic here, so that the two may go their own ways.
+// Motion is not chaotic here, so that the two may diverge.
 TEST_CASE("Cubes that slide and come to rest stay where MuJoCo's stages take them", "[physics]") {
   const Compiled scene(9);
   Twins twins(scene);
@@ -243,8 +245,7 @@ TEST_CASE("Cubes that slide and come to rest stay where MuJoCo's stages take the
   CHECK(twins.contacts > 10'000);
 }
 
-TEST_CASE("The composed step equals the full one with balls, whose rolling is damped",
-          "[physics]") {
+TEST_CASE("The contact step equals the full one with balls, whose rolling is damped", "[physics]") {
   mjcf::Scene scene;
   for (int i = 0; i < 3; ++i) {
     scene.props.push_back(mjcf::ball("ball_" + std::to_string(i), 0.03, {1, 0, 0, 1}));
@@ -257,29 +258,30 @@ struct Driven {
   Driven(const Compiled& compiled, int scene_index)
       : scene(compiled.model.scenes()[static_cast<std::size_t>(scene_index)]),
         chain(compiled.model.robot_model()),
-        bench(compiled.model.scenes()),
+        workspace(compiled.model.scenes()),
         data(make_data(*scene.model)) {
     scene.kinematics.pose_fixed(*data);
     std::copy(kStart.begin(), kStart.end(), data->qpos);
   }
-  void step(const RobotParams& law, const Drive& drive) {
-    RobotStep robot(law, drive);
+  void step(const RobotParams& params, const Drive& drive) {
+    RobotStep robot(params, drive);
     robot.begin(chain, data->qpos, data->qvel);
     robot.run({});
     scene.kinematics.pose(pose_at(chain, data->qpos), *data);
-    contact_step({&scene, scene.model.get()}, data.get(), robot, bench);
+    contact_step({&scene, scene.model.get()}, data.get(), robot, contact_force, workspace);
   }
 
   const SceneModel& scene;
   const RobotModel& chain;
-  ContactWorkspace bench;
+  ContactWorkspace workspace;
+  JointArray contact_force{};
   DataPtr data;
 };
 
-// What the shortcut of stepping the robot alone rests on. Joints meet their limits here.
+// Precondition of stepping the robot alone. Joints meet their limits here.
 TEST_CASE("The robot moves the same with resting cubes in the scene and without", "[physics]") {
   const Compiled scene(9);
-  const RobotParams& law = scene.model.robot_params();
+  const RobotParams& params = scene.model.robot_params();
   int at_limits = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     RandomStream random(seed, 2, 0);
@@ -295,9 +297,9 @@ TEST_CASE("The robot moves the same with resting cubes in the scene and without"
         drive.target[6] = 3.5;
       }
       scene.apply_weights(full.data.get());
-      alone.step(law, drive);
-      full.step(law, drive);
-      at_limits += alone.data->qpos[6] >= law.upper[6] ? 1 : 0;
+      alone.step(params, drive);
+      full.step(params, drive);
+      at_limits += alone.data->qpos[6] >= params.upper[6] ? 1 : 0;
       REQUIRE(alone.data->ncon == 0);
       REQUIRE(full.data->ncon >= 36);
       REQUIRE(same(alone.data->qpos, full.data->qpos, kRobotJoints));

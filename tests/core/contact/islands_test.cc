@@ -1,4 +1,4 @@
-// What touches one another is solved by itself: nothing else in the scene changes a bit of it.
+// Islands are solved by themselves: the rest of the scene does not change a bit of their motion.
 #include "core/contact/islands.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 using test::Placement;
 using test::Rig;
 
-// All that physics keeps of a prop.
+// Physical state of a prop.
 std::vector<double> motion_of(const State& state, int prop) {
   std::vector<double> numbers;
   const auto append = [&](const double* from, int count) {
@@ -60,8 +60,7 @@ TEST_CASE("Props far apart move as each would alone, to the bit", "[physics][isl
   CHECK(both.pos(0).z() < 0.03);
 }
 
-TEST_CASE("What the hand holds moves the same, to the bit, whatever else moves",
-          "[physics][islands]") {
+TEST_CASE("A held prop moves the same, to the bit, whatever other props do", "[physics][islands]") {
   const bool sleep = GENERATE(true, false);
   const Eigen::Vector3d place(-0.1, 0.1, 0.02);
   Rig busy = Rig::cubes({{place}, tumbling(0.1, -0.3), tumbling(0.2, -0.3)}, options(sleep));

@@ -1,4 +1,4 @@
-// The measures of nearness that wake props, against MuJoCo's own collision detection.
+// Lower bounds of distances, which wake props, against MuJoCo's own collision detection.
 #include "core/scene/proximity.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ void random_pose(RandomStream& random, double spread, mjtNum* pos, mjtNum* quat)
   mju_normalize4(quat);
 }
 
-// How often a probing sphere reaches a geom and how often it touches it.
+// Counts of a probing sphere that reaches a geom and that touches it.
 struct Counts {
   int rounds = 0;
   int touches = 0;
@@ -53,7 +53,7 @@ Counts probe(const std::string& shape) {
     mj_kinematics(model.get(), data.get());
     mj_collision(model.get(), data.get());
     const Eigen::Map<const Eigen::Vector3d> center(data->geom_xpos + 3);
-    const double distance = sphere_to_geom(*model, *data, 0, center, kRadius);
+    const double distance = sphere_geom_clearance(*model, *data, 0, center, kRadius);
     const bool reaches = distance <= 0;
     counts.touches += data->ncon > 0 ? 1 : 0;
     counts.reached += reaches ? 1 : 0;
@@ -95,7 +95,7 @@ TEST_CASE("A sphere that touches any other shape is never missed", "[proximity]"
   }
 }
 
-// Where slots of a whole scene have a contact, as pairs of slots in order.
+// Pairs of slots of a whole scene that have a contact, in order.
 std::set<std::pair<int, int>> touching_slots(const SceneModel& whole, const mjData& data) {
   std::set<std::pair<int, int>> touches;
   for (int i = 0; i < data.ncon; ++i) {
@@ -137,12 +137,12 @@ TEST_CASE("Shapes do not touch when they have come nearer by less than they were
       random_pose(random, 0.06, poses[i], poses[i] + 3);
       frames[i] = make_frame(poses[i], poses[i] + 3);
     }
-    const double beyond =
-        parts_beyond(kGap, physics.props()[static_cast<std::size_t>(a)].parts, frames[0],
-                     physics.props()[static_cast<std::size_t>(b)].parts, frames[1]);
-    if (beyond > 0) {
+    const double clearance =
+        parts_clearance(kGap, physics.props()[static_cast<std::size_t>(a)].parts, frames[0],
+                        physics.props()[static_cast<std::size_t>(b)].parts, frames[1]);
+    if (clearance > 0) {
       Eigen::Map<Eigen::Vector3d> second(poses[1]);
-      second -= (beyond + kGap - 1e-9) * (second - frames[0].pos).normalized();
+      second -= (clearance + kGap - 1e-9) * (second - frames[0].pos).normalized();
       mj_kinematics(whole.model.get(), data.get());
       mj_collision(whole.model.get(), data.get());
       REQUIRE(touching_slots(whole, *data).count({std::min(a, b), std::max(a, b)}) == 0);
@@ -158,7 +158,7 @@ TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity
   const SceneModel& whole = physics.scenes().back();
   const DataPtr data = make_data(*whole.model);
   RandomStream random(4, 0, 0);
-  const MujocoScope scope;  // a knot of nine has more contacts than there is room for
+  const MujocoScope scope;  // nine shapes in a knot may have more contacts than fit
   int touching = 0;
   int near = 0;
   int spheres = 0;
@@ -177,7 +177,7 @@ TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity
         const PropModel& second = physics.props()[static_cast<std::size_t>(b)];
         const Frame& frame_a = frames[static_cast<std::size_t>(a)];
         const Frame& frame_b = frames[static_cast<std::size_t>(b)];
-        const bool is_near = parts_beyond(0, first.parts, frame_a, second.parts, frame_b) <= 0;
+        const bool is_near = parts_clearance(0, first.parts, frame_a, second.parts, frame_b) <= 0;
         if (touches.count({a, b}) > 0) REQUIRE(is_near);
         touching += static_cast<int>(touches.count({a, b}));
         near += is_near ? 1 : 0;

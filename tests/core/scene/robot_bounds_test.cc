@@ -32,7 +32,7 @@ TEST_CASE("The robot is never called clear where it has a contact", "[proximity]
   const mjModel& model = physics.robot();
   const DataPtr data = make_data(model);
   RandomStream random(2, 0, 0);
-  const MujocoScope scope;  // a knotted robot has more contacts than there is room for
+  const MujocoScope scope;  // a knotted robot may have more contacts than fit
   int contacts = 0;
   int clear = 0;
   for (int round = 0; round < 20'000; ++round) {
@@ -70,7 +70,7 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
       const RobotBounds::Obstacle obstacle{tcp + Eigen::Vector3d(x, y, z), 0.036};
       const bool reaches =
           std::any_of(physics.reach_geoms().begin(), physics.reach_geoms().end(), [&](int geom) {
-            return sphere_to_geom(model, *data, geom, obstacle.center, obstacle.radius) <= 0;
+            return sphere_geom_clearance(model, *data, geom, obstacle.center, obstacle.radius) <= 0;
           });
       const bool is_clear =
           physics.robot_bounds().clearance(pose_of(physics, *data), {&obstacle, 1}).is_clear();

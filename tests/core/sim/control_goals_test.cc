@@ -69,14 +69,14 @@ struct Robot {
   Simulator simulator{robot_model(), SimulatorOptions{}, 1, 1};
 };
 
-// What is left to go, in units of a mode's scale.
+// Remaining displacement, in units of a mode's scale.
 Action joints_left(const Robot& robot) {
   Action action;
   for (const double left : (goal_joints() - robot.q()).eval()) action.push_back(number(left / 0.1));
   return action;
 }
 
-Action way_left(const Robot& robot) {
+Action displacement_left(const Robot& robot) {
   Action action;
   for (const double left : (goal_in_world() - robot.tcp().pos).eval()) {
     action.push_back(number(left / 0.1));
@@ -85,9 +85,9 @@ Action way_left(const Robot& robot) {
 }
 
 // The same number in every joint's or every axis' place but the given one.
-Action only(int count, int place, double value) {
+Action only(int count, int index, double value) {
   Action action(static_cast<std::size_t>(count), 0.0F);
-  action[static_cast<std::size_t>(place)] = number(value);
+  action[static_cast<std::size_t>(index)] = number(value);
   return action;
 }
 
@@ -96,19 +96,19 @@ Action with_zeros(Action action, int count) {
   return action;
 }
 
-// What a mode's arm part is at a step of the way, and what it controls.
-struct Way {
+// Arm part of a mode's action at a step of the motion, and what it controls.
+struct GoalScript {
   ControlMode mode;
   std::function<Action(const Robot&, int step)> action;
   bool turns = true;        // the tool, as the base does
   double tolerance = 1e-3;  // m, rad
 };
 
-const std::vector<Way>& ways() {
+const std::vector<GoalScript>& goal_scripts() {
   using enum ControlMode;
   static constexpr int kPaces = 10;  // in which target modes go there
   const auto pace = [](int step, double value) { return step < kPaces ? value : 0.0; };
-  static const std::vector<Way> all = {
+  static const std::vector<GoalScript> all = {
       {kPdJointDeltaPos, [](const Robot& robot, int) { return joints_left(robot); }},
       {kPdJointPos,
        [](const Robot&, int) {
@@ -117,10 +117,10 @@ const std::vector<Way>& ways() {
          for (const double angle : q) action.push_back(number(angle));
          return action;
        }},
-      {kPdEeDeltaPos, [](const Robot& robot, int) { return way_left(robot); }, false},
+      {kPdEeDeltaPos, [](const Robot& robot, int) { return displacement_left(robot); }, false},
       {kPdEeDeltaPose,
        [](const Robot& robot, int) {
-         Action action = way_left(robot);
+         Action action = displacement_left(robot);
          const Eigen::Quaterniond goal(0, std::cos(kTurn / 2), std::sin(kTurn / 2), 0);
          const Vec3 turn = rotation_vector(goal * robot.tcp().quat.conjugate());
          for (const double angle : turn) action.push_back(number(-angle / 0.1));  // the sign
@@ -138,15 +138,16 @@ const std::vector<Way>& ways() {
        }},
       {kPdEeTargetDeltaPos,
        [pace](const Robot&, int step) {
-         const Vec3 way = (goal_in_root() - Vec3(kReach, 0, kHeight)) / kPaces / 0.1;
-         return Action{number(pace(step, way.x())), number(pace(step, way.y())), 0};
+         const Vec3 displacement = (goal_in_root() - Vec3(kReach, 0, kHeight)) / kPaces / 0.1;
+         return Action{number(pace(step, displacement.x())), number(pace(step, displacement.y())),
+                       0};
        },
        false},
       {kPdEeTargetDeltaPose,
        [pace](const Robot&, int step) {
-         const Vec3 way = (goal_in_root() - Vec3(kReach, 0, kHeight)) / kPaces / 0.1;
-         return Action{number(pace(step, way.x())),
-                       number(pace(step, way.y())),
+         const Vec3 displacement = (goal_in_root() - Vec3(kReach, 0, kHeight)) / kPaces / 0.1;
+         return Action{number(pace(step, displacement.x())),
+                       number(pace(step, displacement.y())),
                        0,
                        0,
                        0,
@@ -169,18 +170,18 @@ const std::vector<Way>& ways() {
 }
 
 TEST_CASE("Every control mode reaches a goal that is worked out by hand", "[controller]") {
-  REQUIRE(ways().size() == kControlModes);
-  for (const Way& way : ways()) {
-    INFO(name_of(way.mode));
-    Robot robot(way.mode);
-    for (int step = 0; step < 100; ++step) robot.step(way.action(robot, step));
-    CHECK((robot.tcp().pos - goal_in_world()).norm() < way.tolerance);
+  REQUIRE(goal_scripts().size() == kControlModes);
+  for (const GoalScript& script : goal_scripts()) {
+    INFO(name_of(script.mode));
+    Robot robot(script.mode);
+    for (int step = 0; step < 100; ++step) robot.step(script.action(robot, step));
+    CHECK((robot.tcp().pos - goal_in_world()).norm() < script.tolerance);
     const Vec3 down = robot.tcp().quat * Vec3::UnitZ();
-    if (way.turns) {
-      CHECK(robot.yaw() == Approx(kTurn).margin(way.tolerance));
-      CHECK((down + Vec3::UnitZ()).norm() < 2 * way.tolerance);
-    } else if (way.mode == ControlMode::kPdEeTargetDeltaPos) {
-      CHECK(robot.yaw() == Approx(0).margin(way.tolerance));
+    if (script.turns) {
+      CHECK(robot.yaw() == Approx(kTurn).margin(script.tolerance));
+      CHECK((down + Vec3::UnitZ()).norm() < 2 * script.tolerance);
+    } else if (script.mode == ControlMode::kPdEeTargetDeltaPos) {
+      CHECK(robot.yaw() == Approx(0).margin(script.tolerance));
     }
     for (int finger = 0; finger < kFingers; ++finger) {
       CHECK(robot.state.qpos.row(0)[kArmJoints + finger] == Approx(0).margin(1e-3));

@@ -38,7 +38,7 @@ struct Fixture {
     REQUIRE(action.size() == static_cast<std::size_t>(controller.action_space().dim()));
     return controller.drive(state, 0, action.data());
   }
-  // What the drive asks of the arm, relative to where it is.
+  // Drive target relative to the arm's position.
   ArmVector change(const std::vector<float>& action) const { return target(drive(action)) - q(); }
   static ArmVector target(const Drive& drive) {
     return Eigen::Map<const ArmVector>(drive.target.data());

@@ -8,7 +8,7 @@ namespace {
 
 using test::Rig;
 
-// A red cube that glides along x, and two free ones: one in its way and one aside.
+// A red cube that moves along x, and two free ones: one ahead of it and one aside.
 constexpr double kStart = -0.2;
 constexpr double kPace = 0.01;  // m per control step
 
@@ -21,7 +21,7 @@ Rig make_rig(const EnvOptions& options) {
              options);
 }
 
-void glide(Rig& rig, int steps) {
+void move_red(Rig& rig, int steps) {
   rig.task().on_before_physics = [&rig](int env) {
     const double pos[3] = {rig.pos(0).x() + kPace, 0.2, 0.02};
     rig.task().engine.state->move_kinematic(env, 0, pos);
@@ -30,16 +30,17 @@ void glide(Rig& rig, int steps) {
   rig.task().on_before_physics = [](int) {};
 }
 
-TEST_CASE("A gliding prop wakes what is in its way and pushes it evenly", "[physics][sleep]") {
+TEST_CASE("A moving kinematic prop wakes what is ahead of it and pushes it evenly",
+          "[physics][sleep]") {
   EnvOptions options;
   options.sleep = GENERATE(true, false);
   Rig rig = make_rig(options);
-  glide(rig, 2);
+  move_red(rig, 2);
   CHECK(rig.pos(0).x() == Approx(kStart + 2 * kPace));
   CHECK(rig.pos(1).x() == Approx(-0.1).margin(1e-6));
   if (options.sleep) CHECK(rig.status(1) == PropStatus::kAsleep);
 
-  glide(rig, 18);
+  move_red(rig, 18);
   CHECK(rig.pos(0).x() == Approx(kStart + 20 * kPace).margin(1e-9));
   // Pushed ahead of the red one, neither run over nor thrown.
   CHECK(rig.pos(1).x() > rig.pos(0).x() + 0.03);
@@ -67,11 +68,12 @@ TEST_CASE("A teleported prop does not sweep what lies between", "[physics]") {
   CHECK((rig.pos(1) - Eigen::Vector3d(-0.1, 0.2, 0.02)).norm() < 1e-4);
 }
 
-TEST_CASE("A prop that glides past nobody costs the robot no bit", "[physics][sleep]") {
+TEST_CASE("A kinematic prop that moves past nothing does not change a bit of the robot",
+          "[physics][sleep]") {
   Rig still = make_rig({});
   Rig moving = make_rig({});
   still.rest(5);
-  glide(moving, 5);
+  move_red(moving, 5);
   for (int joint = 0; joint < kRobotJoints; ++joint) {
     CHECK(still.state().qpos.row(0)[joint] == moving.state().qpos.row(0)[joint]);
   }

@@ -1,4 +1,4 @@
-// What pushes, presses and lands: nothing gets inside anything, nothing is thrown.
+// Pushing, pressing and landing: no body penetrates another, none is thrown.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 using test::Rig;
 using Vec3 = Eigen::Vector3d;
 
-// --- what lands ---
+// --- landing ---
 
 TEST_CASE("What drops does not sink into the table", "[pushing]") {
   EnvOptions options;
@@ -44,7 +44,7 @@ TEST_CASE("What drops does not sink into the table", "[pushing]") {
   }
 }
 
-// --- what is pressed ---
+// --- pressing ---
 
 TEST_CASE("A cube that is pressed with all force stays on the table", "[pushing]") {
   EnvOptions options;
@@ -60,9 +60,9 @@ TEST_CASE("A cube that is pressed with all force stays on the table", "[pushing]
   CHECK(rig.pos(0).head<2>().norm() < 0.05);
 }
 
-// --- what appears where the hand is ---
+// --- appearing around the fingers ---
 
-// What becomes of a shape that appears around closed fingers, which then are lifted.
+// Motion of a shape that appears around closed fingers, which then are lifted.
 struct Appearance {
   double fastest = 0;  // m/s
   double late = 0;     // m, its way after the first second

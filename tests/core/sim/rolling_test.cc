@@ -42,7 +42,7 @@ Eigen::Vector3d velocity_of(const Rig& rig, int prop) {
   return Eigen::Map<const Eigen::Vector3d>(rig.state().prop_qvel_of(0, prop));
 }
 
-// Of motion and height, J. The props' inertia is that of their axes.
+// Kinetic and potential energy, J. The props' inertia is that of their axes.
 double energy(Rig& rig) {
   double sum = 0;
   for (std::size_t i = 0; i < rig.task().parts.props.size(); ++i) {
@@ -149,14 +149,14 @@ TEST_CASE("A ball that rolls off the table falls to the ground beside it", "[rol
   CHECK(pos[2] == Approx(kRadius - 0.91964).margin(0.001));
 }
 
-// --- what stands in the way ---
+// --- obstacles ---
 
 constexpr double kSpeeds[] = {0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0};
 
-// How far the ball gets into an obstacle: the way of one substep, before the contact is there, and
-// what the contact gives way.
-constexpr double kOneStep = 0.01;  // s
-constexpr double kGive = 0.0008;   // m
+// Penetration of the ball into an obstacle: the displacement of one substep, before the contact,
+// and the compliance of the contact.
+constexpr double kOneStep = 0.01;       // s
+constexpr double kCompliance = 0.0008;  // m
 
 // Energy after a contact, as a share of the energy before it. A contact adds no energy, but it
 // pushes the ball out of the obstacle that the last substep carried it into: with at most 15 % of
@@ -204,7 +204,7 @@ TEST_CASE("No ball passes through a finger", "[rolling]") {
           INFO("gripper " << gripper << ", " << speed << " m/s, offset " << offset << ", rolling "
                           << rolling << ", deepest " << 1000 * deepest << " mm, gain "
                           << losses.gain() << ", most " << losses.most());
-          CHECK(deepest < kOneStep * speed + kGive);
+          CHECK(deepest < kOneStep * speed + kCompliance);
           CHECK(rig.pos(0).y() < face);
           CHECK(losses.gain() < kPushedOut);
           CHECK(losses.most() < 1 + 1e-6);
@@ -224,7 +224,7 @@ mjcf::Prop wall(const char* name, mjcf::Shape shape, mjcf::Vec3 size, double mas
   return prop;
 }
 
-// How deep the ball is inside a prop that is a box or an upright cylinder, m.
+// Penetration depth of the ball in a prop that is a box or an upright cylinder, m.
 double overlap(Rig& rig, int prop) {
   const mjcf::Primitive& shape =
       rig.task().parts.props[static_cast<std::size_t>(prop)].primitives[0];
@@ -267,7 +267,7 @@ TEST_CASE("No ball passes through a cube, a mug or a thin wall", "[rolling]") {
                                 << speed << " m/s, offset " << offset << ", deepest "
                                 << 1000 * deepest << " mm, gain " << losses.gain());
         CHECK(deepest > 0);  // it did hit
-        CHECK(deepest < kOneStep * speed + kGive);
+        CHECK(deepest < kOneStep * speed + kCompliance);
         CHECK(losses.gain() < kPushedOut);
         const bool fixed = target.prop.motion == mjcf::Motion::kKinematic;
         if (fixed || offset == 0) CHECK(rig.pos(0).y() < rig.pos(1).y());
@@ -293,7 +293,7 @@ TEST_CASE("A fast ball wakes what sleeps in its way in time", "[rolling][sleep]"
       }
       INFO(speed << " m/s, sleep " << sleep);
       CHECK(rig.pos(1).y() > 0.001);
-      CHECK(deepest < kOneStep * speed + kGive);
+      CHECK(deepest < kOneStep * speed + kCompliance);
       ends.push_back(rig.pos(0));
       ends.push_back(rig.pos(1));
     }

@@ -1,4 +1,4 @@
-// What sleep leaves out has no effect: the same scenes with and without it.
+// SleepManager: sleep has no effect on results. Runs the same scenes with and without it.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

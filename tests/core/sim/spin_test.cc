@@ -16,7 +16,7 @@ TEST_CASE("A battery that is thrown tumbles no faster and faster", "[physics]") 
   const double quat[4] = {1, 0, 0, 0};
   const State& state = env->state();
   state.place_prop(0, 0, pos, quat, PropStatus::kAwake);
-  // As a finger has been seen to flick one: rad/s about its own axes.
+  // Velocity that a finger's flick has given one: rad/s about its own axes.
   const Eigen::Vector3d flick(34, 9, 72);
   Eigen::Map<Eigen::Vector3d> spin(state.prop_qvel_of(0, 0) + 3);
   spin = flick;

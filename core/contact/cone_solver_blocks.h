@@ -1,16 +1,16 @@
-// What a contact's rows have to do with its bodies' velocities: products with its part of the
-// Jacobian, of which the sizes are constants.
+// Block kernels of the cone solver: products of a contact's Jacobian block with vectors and
+// matrices, for block sizes that are compile-time constants.
 #pragma once
 
 #include <type_traits>
 
-#include "core/contact/cone_solver.h"
+#include "core/contact/cone_problem.h"
 #include "core/math/dense.h"
 
 namespace engram {
 
-// Calls visit with the widths of its one or two bodies as constants, and the number of its rows,
-// which is a constant where it is the usual one.
+// Calls visit with the widths of the contact's one or two bodies as constants, and the number of
+// its rows, which is a constant if it is the usual one.
 template <class Visit>
 void with_shape(const ConeContact& contact, const Visit& visit) {
   using Robot = std::integral_constant<int, kRobotWidth>;
@@ -62,8 +62,8 @@ void add_force(const ConeContact& contact, Dim dim, const double* jacobian, cons
   }
 }
 
-// matrix += weighted' * rows, for so many rows; on and right of the diagonal. Two rows of the
-// matrix at a time.
+// matrix += weighted' * rows, for kRows rows, on and right of the diagonal. Two rows of the matrix
+// at a time.
 template <int kRows, int kFirst, int kSecond>
 void add_squares(const ConeContact& contact, const double* rows, const double* weighted,
                  double* matrix, int size) {

@@ -1,7 +1,3 @@
-#include "core/base/length.h"
-
-#include <string>
-
 #include "core/base/error.h"
 
 namespace engram {
