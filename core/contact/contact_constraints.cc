@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/math/dense.h"
-#include "core/robot/drive.h"
+#include "core/robot/robot_params.h"
 
 namespace engram {
 namespace {

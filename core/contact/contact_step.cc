@@ -176,14 +176,14 @@ JointArray solve_robot_island(const SceneModel& scene, mjData& data, int island,
   const double bearable = kBearable * robot.force_limit();
   for (double& value : force) value = std::clamp(value, -bearable, bearable);
   robot.run(force);
-  const RobotMatrix resisting = robot_matrix(robot.effective_inertia());
+  const RobotMatrix resisting = robot_matrix(robot.effective_mass_matrix());
   describe_robot(robot, resisting, force, timestep, data);
   solve_island(scene, data, island, resisting.data(), bench);
   std::copy_n(data.qfrc_constraint, kRobotJoints, force.begin());
   robot.run(force);
   if (force != JointArray{}) {
     const JointArray foreseen = foreseen_velocity(data, robot, timestep);
-    robot.move_evenly(is_near(robot.end_v(), foreseen) ? robot.end_v() : foreseen);
+    robot.integrate_constant_velocity(is_near(robot.end_v(), foreseen) ? robot.end_v() : foreseen);
   }
   return force;
 }

@@ -112,7 +112,7 @@ PhysicsModel::PhysicsModel(const SceneSpec& source, ModelPtr whole) : arm_(*whol
   scenes_ = compile_scenes(source, std::move(whole), props_);
   robot_bounds_ = RobotBounds(robot(), full());
   robot_chain_ = load_robot_model(robot());
-  std::copy(robot_bounds_.arms().begin(), robot_bounds_.arms().end(), robot_chain_.arms);
+  std::copy(robot_bounds_.arms().begin(), robot_bounds_.arms().end(), robot_chain_.lever_arms);
 }
 
 // What is read before the engine makes the models its own.

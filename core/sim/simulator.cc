@@ -27,8 +27,8 @@ const LaneKernel& choose_kernel(int lanes) {
 
 void set_room(LaneBlock& block, int lane, const RobotBounds::Clearance& clearance) {
   const double room = clearance.room();
-  block.put(LaneRows::kSeen, lane, clearance.qpos.data(), kRobotJoints);
-  block.put(LaneRows::kRoom, lane, &room, 1);
+  block.put(LaneRows::kClearanceQpos, lane, clearance.qpos.data(), kRobotJoints);
+  block.put(LaneRows::kClearance, lane, &room, 1);
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ void set_room(LaneBlock& block, int lane, const RobotBounds::Clearance& clearanc
 struct Simulator::Lane {
   Lane(SceneBinding::Workspace& loader_bench, SleepManager::Workspace& waker_bench,
        SceneWorkspace& scenes, const State& state, int env, RobotBounds::Clearance& clearance,
-       const Drive& drive, StepClock::Worker* clock)
+       const DriveTarget& drive, StepClock::Worker* clock)
       : loader(loader_bench, scenes, state, env),
         waker(waker_bench, loader),
         stepper(loader, waker, clearance, drive, clock) {}
@@ -77,14 +77,14 @@ Simulator::~Simulator() = default;
 
 LaneBlock& Simulator::block(int worker) { return workbenches_[at(worker)].block; }
 
-bool Simulator::step(const State& state, int env, int worker, const Drive& drive,
+bool Simulator::step(const State& state, int env, int worker, const DriveTarget& drive,
                      StepClock::Worker* clock) {
   bool good = true;
   step(state, env, worker, {&drive, 1}, &good, clock);
   return good;
 }
 
-void Simulator::step(const State& state, int first, int worker, std::span<const Drive> drives,
+void Simulator::step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
                      bool* good, StepClock::Worker* clock) {
   const int count = static_cast<int>(drives.size());
   std::fill_n(good, count, true);
@@ -93,18 +93,18 @@ void Simulator::step(const State& state, int first, int worker, std::span<const 
   const MujocoScope scope;
   for (int lane = 0; lane < count; ++lane) {
     const int env = first + lane;
-    const Drive& drive = drives[at(lane)];
+    const DriveTarget& drive = drives[at(lane)];
     workspace.lanes[at(lane)].emplace(workspace.loaders[at(lane)], workspace.wakers[at(lane)],
                                       workspace.scenes, state, env, clearances_[at(env)], drive,
                                       clock);
     for (int joint = 0; joint < kRobotJoints; ++joint) {
-      const double aim = drive_aim(model_.robot_params(), drive, joint);
-      workspace.block.put(LaneRows::kAim + joint, lane, &aim, 1);
+      const double aim = drive_bias(model_.robot_params(), drive, joint);
+      workspace.block.put(LaneRows::kDriveBias + joint, lane, &aim, 1);
     }
     begin_lane(workspace, lane);
   }
   workspace.block.pad(LaneRows::kQ, LaneRows::kEndQ, count);
-  workspace.block.pad(LaneRows::kSeen, kRobotJoints + 1, count);
+  workspace.block.pad(LaneRows::kClearanceQpos, kRobotJoints + 1, count);
   mark(clock, StepPart::kGather);
   for (int i = 0; i < options_.substeps; ++i) {
     for (int lane = 0; lane < count; ++lane) {
@@ -138,7 +138,7 @@ void Simulator::substep(Workspace& workspace, int count, bool last, bool velocit
                         StepClock::Worker* clock) {
   LaneBlock& block = workspace.block;
   const RobotModel& chain = model_.robot_model();
-  const unsigned moved_far = kernel_.moved_far(chain, block.rows());
+  const unsigned moved_far = kernel_.clearance_exceeded(chain, block.rows());
   unsigned busy = 0;
   unsigned looking = 0;
   for (int lane = 0; lane < count; ++lane) {
@@ -198,7 +198,7 @@ void Simulator::update_tcp(const State& state, int first, int count, int worker)
     block.put(LaneRows::kQ, lane, state.qpos.row(first + lane), kArmJoints);
   }
   block.pad(LaneRows::kQ, kArmJoints, count);
-  kernel_.tool(model_.robot_model(), block.rows());
+  kernel_.forward_kinematics(model_.robot_model(), block.rows());
   for (int lane = 0; lane < count; ++lane) {
     block.get(LaneRows::kTcp, lane, state.tcp_pos.row(first + lane), 3);
     block.get(LaneRows::kTcp + 3, lane, state.tcp_quat.row(first + lane), 4);

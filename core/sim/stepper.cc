@@ -24,7 +24,7 @@ void Stepper::look_around(const RobotPose& pose) {
 }
 
 bool Stepper::substep(const RobotPose& pose, bool sleep, LaneBlock& block, int lane) {
-  robot_.take(block.rows(), block.lanes(), lane);
+  robot_.load(block.rows(), block.lanes(), lane);
   load(pose);
   mark(clock_, StepPart::kDynamics);
   const mjModel* colliding = &loader_.scene_model();

@@ -5,8 +5,8 @@
 
 #include "core/base/step_clock.h"
 #include "core/contact/contact_step.h"
-#include "core/robot/drive.h"
 #include "core/robot/lane_block.h"
+#include "core/robot/robot_params.h"
 #include "core/robot/robot_step.h"
 #include "core/scene/robot_bounds.h"
 #include "core/sim/scene_binding.h"
@@ -18,7 +18,7 @@ class Stepper {
  public:
   // `clearance`: of the environment's robot, as the last step left it. `clock` may be null.
   Stepper(SceneBinding& loader, SleepManager& waker, RobotBounds::Clearance& clearance,
-          const Drive& drive, StepClock::Worker* clock)
+          const DriveTarget& drive, StepClock::Worker* clock)
       : model_(loader.model()),
         loader_(loader),
         waker_(waker),
