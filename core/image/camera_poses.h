@@ -25,7 +25,7 @@ class CameraPoses {
 
   // Index of a camera. Throws Error naming those that exist.
   int find(std::string_view name) const;
-  // From the camera's frame (x right, y up, z backward) to the world.
+  // Transform from the camera's frame (x right, y up, z backward) to the world.
   Eigen::Isometry3d pose(int camera, const double* qpos) const;
   // Pixels from the centre of a picture of that height, at unit distance and offset.
   double focal_length(int camera, int height) const;

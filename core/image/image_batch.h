@@ -22,7 +22,7 @@ class SceneViews {
   SceneViews(const PhysicsModel& model, int workers);
 
   std::vector<std::string> body_names() const;
-  // Poses and looks of all bodies in one environment; valid until the worker's next call.
+  // Poses and appearance of all bodies in one environment; valid until the worker's next call.
   std::span<const BodyView> view(int worker, const State& state, int env);
 
  private:
@@ -60,7 +60,7 @@ class ImageBatch {
   const Pictures<std::int16_t>& segmentation() const { return segmentation_; }
   // Index -> name.
   const std::vector<std::string>& segments() const { return source_->segments(); }
-  // Of one environment, without finals.
+  // Size of one environment's pictures, without finals.
   std::size_t bytes() const {
     return rgb_.size + sizeof(std::int16_t) * (depth_.size + segmentation_.size);
   }

@@ -18,7 +18,7 @@ struct ImageShape {
   std::vector<std::string> cameras = {"base_camera", "hand_camera"};
   // end options
 
-  // Of one environment: values of a picture with one value for each pixel and camera.
+  // Values of one environment's picture with one value for each pixel and camera.
   std::size_t cells() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * cameras.size();
   }

@@ -11,7 +11,7 @@
 
 namespace engram {
 
-// Pose and looks of a body.
+// Pose and appearance of a body.
 struct BodyView {
   Frame frame;  // world
   bool visible = true;

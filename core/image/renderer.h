@@ -33,7 +33,7 @@ struct RenderGeom {
   float size[3] = {};
   int mesh = -1;
   RenderPattern pattern = RenderPattern::kPlain;
-  bool still = false;        // in all pictures in one place, seen, and in one colour
+  bool still = false;        // visible, in one place and in one colour in all pictures
   std::int32_t segment = 0;  // value in segmentation images; 0 is the background
 };
 

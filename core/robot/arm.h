@@ -51,7 +51,7 @@ class Arm {
   Vec3 base_position_;
 };
 
-// Rotation vector (axis times angle) of a unit quaternion; the shorter way round.
+// Rotation vector (axis times angle) of a unit quaternion; the shorter of both.
 Vec3 rotation_vector(const Quat& quat);
 
 // Fixed-axis roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll).

@@ -21,7 +21,7 @@ struct LaneRows {
   static constexpr int kBiasForce = kClearance + 1;                             // (9)
   static constexpr int kMassMatrix = kBiasForce + kRobotJoints;                 // (9 x 9)
   static constexpr int kLinkPoses = kMassMatrix + kRobotJoints * kRobotJoints;  // (7 x (3 + 9))
-  // Of differential_ik() and forward_kinematics().
+  // Rows of differential_ik() and forward_kinematics().
   static constexpr int kDisplacement = kLinkPoses + kArmJoints * 12;  // (6) of the TCP, m, rad
   static constexpr int kStep = kDisplacement + 6;                     // (7) of the joints, rad
   static constexpr int kJacobian = kStep + kArmJoints;                // (6 x 7), column by column

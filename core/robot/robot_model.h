@@ -23,7 +23,7 @@ struct RobotModel {
   double finger_axis[kFingers][3] = {};  // direction of opening, in the last link's frame
   double base_position[3] = {};          // m, world
 
-  // From the last link to the TCP.
+  // Pose of the TCP in the last link's frame.
   double tcp_offset[3] = {};
   double tcp_quat[4] = {};
 

@@ -15,7 +15,7 @@ struct RobotPose {
   std::array<Frame, kRobotJoints> links;  // world: the arm's, then the fingers
 };
 
-// From a lane of a block's memory (see LaneRows), after a substep with details; or from joint
+// Pose from a lane of a block's memory (see LaneRows), after a substep with details; or from joint
 // positions alone.
 RobotPose pose_in_lane(const RobotModel& robot, const double* rows, int lanes, int lane);
 RobotPose pose_at(const RobotModel& robot, const double* qpos);

@@ -24,10 +24,10 @@ class RobotStep {
   JointMatrix mass_matrix;  // of the links alone; kg m^2, kg m, kg
   JointArray bias_force{};  // Coriolis and centrifugal forces, N m, N
 
-  // From a lane of a block's memory, after a substep with details: its beginning, and its end as
+  // Reads a lane of a block's memory, after a substep with details: its beginning, and its end as
   // long as nothing touches the robot.
   void load(const double* rows, int lanes, int lane);
-  // From joint positions and velocities alone.
+  // Computes it from joint positions and velocities alone.
   void begin(const RobotModel& robot, const double* qpos, const double* qvel);
 
   // Computes the substep: `force` acts all through it, N m, N.

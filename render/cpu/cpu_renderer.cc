@@ -112,7 +112,7 @@ bool are_interleaved(const RenderImage& first, const RenderImage& second) {
          first.rgb != nullptr && second.rgb == first.rgb + 3;
 }
 
-// As kernels do it: from w = 1 / depth.
+// The kernels' arithmetic: from w = 1 / depth.
 std::int16_t millimetres(float w) {
   constexpr float kMost = 32767;
   return static_cast<std::int16_t>(std::lrint(std::min(1000 / w, kMost)));
@@ -191,13 +191,13 @@ class CpuRenderer final : public Renderer {
     std::vector<cpu::TileCandidate> candidates;
   };
 
-  // What one camera sees, to be drawn in tiles.
+  // One camera's view, to be drawn in tiles.
   struct TileSource {
     const FrameData* frame;
     const Backdrop* backdrop;
   };
 
-  // Which pictures of a camera are drawn from one frame.
+  // The pictures of a camera that are drawn from one frame.
   struct Outputs {
     bool colors;
     bool depth;
@@ -221,7 +221,7 @@ class CpuRenderer final : public Renderer {
     return std::int64_t{padded(scale * options_.max_width)} * scale * options_.max_height;
   }
 
-  // Of a row of tiles.
+  // Pixels of a row of tiles.
   std::size_t tiles_size() const {
     const int widest = std::min(padded(samples() * options_.max_width), kPanelTiles * kBlock);
     return static_cast<std::size_t>(kBlock * (widest + kBlock));
@@ -263,7 +263,7 @@ class CpuRenderer final : public Renderer {
     const FrameData* frame = nullptr;
     if ((colors != nullptr) == outputs.colors && (segments != nullptr) == outputs.segments) {
       frame = &builder.build(instances, image.camera, width, height, cpu::Shown::kMoving);
-      // What is drawn first wins where two are equally near: the backdrop must come first.
+      // The one drawn first wins where two are equally near: the backdrop must come first.
       const cpu::Rank& last = (outputs.colors ? colors : segments)->last;
       if (!builder.ranks().empty() && !(last < builder.ranks().front())) frame = nullptr;
     }

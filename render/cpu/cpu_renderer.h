@@ -10,14 +10,14 @@
 
 namespace engram {
 
-// Whether this machine and this build of the library can run it. kAuto always can.
+// True if this machine and this build of the library can run it. kAuto always can.
 bool is_supported(InstructionSet set);
 
-// What it draws: geoms with alpha 0 are hidden, all others opaque. Surfaces have one side: a geom
-// that a ray enters before the near plane is not seen, so a camera inside a geom looks out of it.
-// Colour is rgb * (ambient + emission + sum of Lambert terms), clamped to 1. Depth and segmentation
-// are those of pixel centres. Wood and grid patterns show on planes and boxes, wood with its grain
-// along the longer side; other shapes are plain.
+// Makes the ray caster. Geoms with alpha 0 are hidden, all others opaque. Surfaces have one side: a
+// geom that a ray enters before the near plane is not seen, so a camera inside a geom looks out of
+// it. Colour is rgb * (ambient + emission + sum of Lambert terms), clamped to 1. Depth and
+// segmentation are those of pixel centres. Wood and grid patterns show on planes and boxes, wood
+// with its grain along the longer side; other shapes are plain.
 //
 // render() does not touch images larger than the options allow, nor those of unknown cameras.
 //

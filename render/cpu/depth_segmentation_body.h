@@ -12,7 +12,7 @@ using namespace simd;
 
 constexpr float kMostMillimetres = 32767;
 
-// Where nothing is, w is that of the far end.
+// The background has the w of the far end.
 ENGRAM_INLINE Int millimetres(Float w, float far_w) {
   const Int nearest = round(min(1000.0F / w, broadcast(kMostMillimetres)));
   return select(less(broadcast(far_w), w), nearest, Int{});
@@ -27,7 +27,7 @@ ENGRAM_INLINE Int segments(const TileRow& row, int tile, int y, int x) {
   return load_unaligned(reinterpret_cast<const std::int32_t*>(at));
 }
 
-// Of one camera. `values` finds those of a vector of columns of a tile.
+// Stores one camera's values. `values` finds those of a vector of columns of a tile.
 template <typename Values>
 ENGRAM_INLINE void store_values(int count, std::ptrdiff_t step, std::int16_t* out, Values values) {
   for (int x = 0; x < count; x += kBlock) {
@@ -38,7 +38,7 @@ ENGRAM_INLINE void store_values(int count, std::ptrdiff_t step, std::int16_t* ou
   }
 }
 
-// Of two cameras: their values are the halves of words.
+// Stores two cameras' values, which are the halves of words.
 template <typename Values>
 ENGRAM_INLINE void store_words(int count, std::int16_t* out, Values values) {
   for (int x = 0; x < count; x += kFloats, out += 2 * kFloats) {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int round_up(int value, int unit) { return (value + unit - 1) / unit * unit; }
 
-using Pose = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>;
+using CameraAxes = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>;
 
 }  // namespace
 
@@ -136,7 +136,7 @@ void FrameBuilder::set_casters() {
 }
 
 void FrameBuilder::aim(const RenderCamera& camera, const float* pose, int width, int height) {
-  world_to_camera_ = Pose(pose).cast<double>().transpose();
+  world_to_camera_ = CameraAxes(pose).cast<double>().transpose();
   world_to_camera_.row(2) *= -1;  // cameras look along -z
   eye_ = Eigen::Map<const Eigen::Vector3f>(pose + 9).cast<double>();
   near_ = camera.near_clip;
@@ -217,7 +217,7 @@ PlacedGeom FrameBuilder::place(const RenderInstances& instances, std::size_t ind
   placed.emission = instances.geom_emission == nullptr ? 0 : instances.geom_emission[index];
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3f>(pose + 9).cast<double>();
   placed.center = world_to_camera_ * (position - eye_);
-  placed.axes = world_to_camera_ * Pose(pose).cast<double>();
+  placed.axes = world_to_camera_ * CameraAxes(pose).cast<double>();
   return placed;
 }
 
@@ -319,7 +319,7 @@ Rect FrameBuilder::rect_of_box(const Eigen::Vector3d& center,
       clipped = true;
     }
   }
-  // Where edges pass through the near plane.
+  // Intersections of edges with the near plane.
   for (int i = 0; clipped && i < 8; ++i) {
     for (int axis = 1; axis < 8; axis *= 2) {
       const Eigen::Vector3d& p = corners[i];
@@ -348,7 +348,7 @@ bool FrameBuilder::include_ball(const Eigen::Vector3d& center, const Eigen::Matr
   return true;
 }
 
-// Of the points p with (p - center)' form (p - center) <= level. On a ray p = d / w that is
+// Conic of the points p with (p - center)' form (p - center) <= level. On a ray p = d / w that is
 // c w^2 - 2 b w + a <= 0 with b = g . d, a = d' form d. The polynomial under the root is expanded
 // around the middle of the rectangle, where it stays accurate in single precision.
 Conic FrameBuilder::make_conic(const Eigen::Matrix3d& form, const Eigen::Vector3d& center,

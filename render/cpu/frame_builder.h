@@ -1,4 +1,4 @@
-// Turns one environment, seen by one camera, into what the kernels draw.
+// Builds the frame that the kernels draw: one environment in the view of one camera.
 #pragma once
 
 #include <Eigen/Dense>
@@ -33,23 +33,23 @@ inline bool operator<(const Rank& a, const Rank& b) {
   return a.depth < b.depth || (a.depth == b.depth && a.geom < b.geom);
 }
 
-// Which geoms a view shows: those that never move, the others, or all.
+// The geoms in a frame: those that never move, the others, or all.
 enum class Shown { kAll, kStill, kMoving };
 
 // Part of one thread's Workspace (cpu_renderer.cc): the frame, and the memory that it points to.
 class FrameBuilder {
  public:
   // `max_width` and `max_height` are those of frames, in samples.
-  // Without `eights`, all geoms are taken one by one, which gives the same frame.
+  // Without `setup`, all geoms are projected one by one, which gives the same frame.
   FrameBuilder(const PreparedScene& prepared, const SetupKernel* setup, int max_width,
                int max_height);
 
   // Does not allocate.
   const FrameData& build(const RenderInstances& instances, int camera, int width, int height,
                          Shown shown = Shown::kAll);
-  // The same frame with segments for colours: nothing of it is shaded. Valid until the next look.
+  // The same frame with segments for colours: nothing of it is shaded. Valid until the next build.
   const FrameData& segmented();
-  // Of the primitives that it looked at, from near to far.
+  // Ranks of the frame's primitives, from near to far.
   std::span<const Rank> ranks() const {
     return {ranks_.data(), static_cast<std::size_t>(primitive_count_)};
   }
@@ -68,7 +68,8 @@ class FrameBuilder {
   // The last step: the primitive counts from now on. `depth`: of its nearest point, or less.
   void keep(ScreenPrimitive& primitive, float depth, std::size_t geom);
 
-  // All geoms, eight of a shape at a time where that is possible (frame_builder_batches.cc).
+  // Adds all geoms, a batch of one shape at a time where that is possible
+  // (frame_builder_batches.cc).
   void add_batches(const RenderInstances& instances, Shown shown);
   std::size_t find_pending(const RenderInstances& instances, Shown shown, RenderShape shape);
   void add_boxes(const RenderInstances& instances, std::span<const int> geoms);
@@ -141,7 +142,7 @@ class FrameBuilder {
   AlignedArray<float> gloss_rows_;
   AlignedArray<float> caster_rows_;  // of Casters, one after the other
   std::vector<Affine> planes_;
-  std::vector<int> pending_;  // geoms that are to be taken eight at a time
+  std::vector<int> pending_;  // geoms for the next batches
   std::size_t plane_count_ = 0;
   int primitive_count_ = 0;
   int surface_count_ = 0;

@@ -1,4 +1,4 @@
-// Boxes, capsules and cylinders eight at a time, by the kernels of geom_batch_body.h.
+// Boxes, capsules and cylinders in batches, by the kernels of geom_batch_body.h.
 #include <algorithm>
 #include <cmath>
 
@@ -96,7 +96,7 @@ void FrameBuilder::add_batches(const RenderInstances& instances, Shown shown) {
   }
 }
 
-// Puts the geoms of a shape that may be in sight into `waiting_`.
+// Puts the geoms of a shape that may be visible into `waiting_`.
 std::size_t FrameBuilder::find_pending(const RenderInstances& instances, Shown shown,
                                        RenderShape shape) {
   const std::vector<RenderGeom>& geoms = prepared_->scene.geoms;

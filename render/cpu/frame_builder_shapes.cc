@@ -1,4 +1,4 @@
-// How each shape becomes a primitive: bounds of w, screen rectangle, occluder.
+// Primitive of each shape: bounds of w, screen rectangle, occluder.
 #include <algorithm>
 #include <cmath>
 
@@ -164,7 +164,7 @@ bool FrameBuilder::add_capsule(const PlacedGeom& placed, ScreenPrimitive& primit
   const double nearest = std::clamp(along, -half_length, half_length);
   if ((placed.center + nearest * axis).norm() <= radius) return false;  // the camera is inside
   primitive.conic[0] = make_conic(across, placed.center, radius * radius, primitive.rect);
-  if ((across * placed.center).norm() <= radius) {  // the camera looks at an end only
+  if ((across * placed.center).norm() <= radius) {  // an end alone faces the camera
     primitive.conic[0] = Conic{};
     primitive.conic[0].one = -1;
   }
@@ -232,7 +232,7 @@ bool FrameBuilder::add_plane(const PlacedGeom& placed, ScreenPrimitive& primitiv
   const double distance = normal.dot(placed.center);
   primitive.kind = PrimitiveKind::kPlane;
   set_occluder(placed.center, kInfinite, primitive.occluder);
-  if (distance > -1e-7) return false;  // seen from below
+  if (distance > -1e-7) return false;  // the camera is below
 
   const bool bounded = size[0] > 0 && size[1] > 0;
   const Vector3d half(size[0], size[1], 0);

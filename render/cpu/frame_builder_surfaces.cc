@@ -1,4 +1,4 @@
-// How surfaces reflect light.
+// Reflection of light by surfaces.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// f . (p - origin) for the point p that is seen.
+// f . (p - origin) for the visible point p.
 Form form_of(const Vector3d& f, const Vector3d& origin) {
   return {static_cast<float>(f.x()), static_cast<float>(f.y()), static_cast<float>(f.z()),
           static_cast<float>(-f.dot(origin))};

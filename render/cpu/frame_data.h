@@ -1,4 +1,4 @@
-// What the ray caster's set-up gives its kernels: one camera's view of one environment.
+// Input of the ray caster's kernels: one camera's view of one environment.
 //
 // Rays are d = (u, v, 1) in the camera's axes right, up, forward. Hits are stored as w = 1 / depth,
 // because w is affine in (u, v) on every plane. Plain data only: this header is compiled for
@@ -70,7 +70,7 @@ enum class Lighting : std::uint8_t {
 
 enum class Pattern : std::uint8_t { kPlain, kWood, kGrid };
 
-// (a u + b v + c) / w + d: an affine function of the point that is seen
+// (a u + b v + c) / w + d: an affine function of the visible point
 struct Form {
   float a, b, c, d;
 };
@@ -95,7 +95,7 @@ struct Surface {
   float spread[2][3];
 };
 
-// How much brighter a plane is where it mirrors the lights. Each light adds up to kStrength, most
+// Gain in brightness of a plane that mirrors the lights. Each light adds up to kStrength, most
 // where the normal is halfway between eye and light, and less the farther off that is.
 struct Gloss {
   static constexpr float kStrength = 0.548F;
@@ -174,7 +174,7 @@ struct Rank {
   int primitive;
 };
 
-// What never moves, as one camera sees it.
+// Picture of everything that never moves, for one camera.
 struct Backdrop {
   const float* w;
   const std::uint32_t* color;

@@ -1,6 +1,6 @@
-// Boxes, capsules and cylinders on their way into a frame, eight at a time. Each number is the one
-// that frame_builder_shapes.cc finds, which takes them one by one. Plain data only: this header is
-// compiled for several instruction sets.
+// Projection of boxes, capsules and cylinders into a frame, eight at a time. Each number is the one
+// that frame_builder_shapes.cc finds, which projects them one by one. Plain data only: this header
+// is compiled for several instruction sets.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,12 @@ using Doubles = Lanes<double>;
 using Floats = Lanes<float>;
 using Ints = Lanes<std::int32_t>;
 
-// What a view and its lights are to the set-up.
+// Camera and lights of a frame.
 struct CameraParams {
   double rotation[3][3];  // from the world to the camera
   double eye[3];
   double near, half_u, half_v;
-  double side_u, side_v;  // how far a ball of radius 1 reaches beyond the sides of what is seen
+  double side_u, side_v;  // how far a ball of radius 1 reaches beyond the sides of the view
   int width, height;
   const float* u;
   const float* v;
@@ -42,10 +42,9 @@ struct GeomBatch {
   Floats emission;
 };
 
-// What becomes of them.
+// Results for each geom.
 struct Visibility {
-  // 0: nothing of it is seen; 1: it is seen; 2: the near plane is in the way, or a number is not
-  // finite: it must be taken by itself.
+  // kSingle: the geom meets the near plane or a number is not finite; it must be projected alone.
   static constexpr std::int32_t kCulled = 0;
   static constexpr std::int32_t kVisible = 1;
   static constexpr std::int32_t kSingle = 2;
@@ -99,16 +98,16 @@ struct CylinderSetup {
   Ints code;  // of the cap in front
 };
 
-// The set-up's inner loops.
+// Inner loops of the projection.
 struct SetupKernel {
-  // 1 for each of the eight balls of which something may be in sight.
+  // 1 for each ball of which something may be visible.
   void (*cull)(const CameraParams& camera, const Doubles (&position)[3], const Doubles& radius,
                Ints& visible);
   void (*boxes)(const CameraParams& camera, const GeomBatch& batch, BoxSetup& visibility);
   void (*capsules)(const CameraParams& camera, const GeomBatch& batch, CapsuleSetup& visibility);
   void (*cylinders)(const CameraParams& camera, const GeomBatch& batch, CylinderSetup& visibility);
-  // How many come before each: by depth, or by number where depths are equal. All arrays have room
-  // for whole blocks.
+  // Counts the geoms before each: by depth, or by number where depths are equal. All arrays have
+  // room for whole blocks.
   void (*count_nearer)(const float* depth, const float* number, int count, std::int32_t* nearer);
 };
 

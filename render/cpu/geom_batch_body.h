@@ -29,7 +29,7 @@ ENGRAM_INLINE Vec3 product(const Mat3& m, const Vec3& a) {
   return {dot(m.row(0), a), dot(m.row(1), a), m(2, 0) * a[0] + (m(2, 1) * a[1] + m(2, 2) * a[2])};
 }
 
-// Where geoms are in camera axes.
+// Poses of geoms in camera axes.
 struct PlacedBatch {
   Vec3 center;
   Mat3 axes;
@@ -64,7 +64,7 @@ struct Extents {
   }
 };
 
-// Rectangles in pixels, whole numbers; as View::to_pixels().
+// Rectangles in pixels, whole numbers; as FrameBuilder::to_pixels().
 struct Rects {
   Double x0, x1, y0, y1;
   Double empty;
@@ -136,7 +136,7 @@ ENGRAM_INLINE void light_round(const CameraParams& camera, const GeomBatch& batc
   }
 }
 
-// Of flat surfaces, as View::light_flat(). `amount`: of each light.
+// Colours of flat surfaces, as FrameBuilder::light_flat(). `amount`: of each light.
 ENGRAM_INLINE void light_flat(const CameraParams& camera, const RoundLight& lit,
                               const Floats (&amount)[kMaxLights], Ints& code) {
   constexpr float kRound = 12582912.0F;  // 1.5 * 2^23: no bits are left for a fraction
@@ -226,8 +226,8 @@ void set_up_boxes(const CameraParams& camera, const GeomBatch& batch, BoxSetup& 
   for (int face = 0; face < 6; ++face) light_flat(camera, lit, amount[face], out.code[face]);
 }
 
-// Adds a ball's outline to the extents, as View::include_ball(). Of its half axes' products with
-// themselves, `square` has xx, yy, zz and `with_z` xz, yz.
+// Adds a ball's outline to the extents, as FrameBuilder::include_ball(). Of its half axes' products
+// with themselves, `square` has xx, yy, zz and `with_z` xz, yz.
 ENGRAM_INLINE void include_ball(const CameraParams& camera, const Vec3& center, const Vec3& square,
                                 const Double (&with_z)[2], Extents& extents) {
   const Double z = center[2];
@@ -265,7 +265,7 @@ ENGRAM_INLINE Vec3 middle_of(const CameraParams& camera, const Rects& rects) {
   alignas(64) double v[kDoubles];
   alignas(64) std::int32_t x[kDoubles];
   alignas(64) std::int32_t y[kDoubles];
-  // Rectangles of what is not seen may be anything.
+  // Rectangles of hidden geoms may be anything.
   const auto within = [](Double at, int size) __attribute__((always_inline)) {
     return ((at >= 0.0) & (at < size)) ? at : Double{};
   };
@@ -278,7 +278,7 @@ ENGRAM_INLINE Vec3 middle_of(const CameraParams& camera, const Rects& rects) {
   return {load(u), load(v), broadcast<Double>(1)};
 }
 
-// As View::make_conic(). Lanes where `none` is not 0 get a conic that no ray meets.
+// Equals FrameBuilder::make_conic(). Lanes where `none` is not 0 get a conic that no ray meets.
 ENGRAM_INLINE void store_conic(const Mat3& form, const Vec3& g, const Vec3& center, Double level,
                                const Vec3& middle, Double none, int at, Conics& out) {
   Double c = dot(center, g) - level;
@@ -318,7 +318,7 @@ ENGRAM_INLINE void store_form(const Vec3& f, const Vec3& origin, int at, Forms& 
   store(out.d.lane + at, -dot(f, origin));
 }
 
-// What is left of a vector across an axis.
+// Projection of vectors across an axis.
 ENGRAM_INLINE Mat3 across_of(const Vec3& axis) {
   Mat3 across;
   for (int i = 0; i < 3; ++i) {

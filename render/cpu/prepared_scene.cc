@@ -21,7 +21,7 @@ bool all_finite(const float* values, int count) {
   return std::all_of(values, values + count, [](float x) { return std::isfinite(x); });
 }
 
-// How many of a shape's sizes must be above zero.
+// Number of a shape's sizes that must be above zero.
 int size_count(RenderShape shape) {
   switch (shape) {
     case RenderShape::kPlane:
@@ -115,7 +115,7 @@ std::size_t plane_count(const RenderGeom& geom, const std::vector<Hull>& hulls) 
   }
 }
 
-// As occluders have it.
+// The form that occluders have.
 float rank_radius_of(const RenderGeom& geom) {
   const Eigen::Vector3d size = Eigen::Map<const Eigen::Vector3f>(geom.size).cast<double>();
   switch (geom.shape) {
@@ -242,7 +242,7 @@ PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& 
     max_planes += planes;
     ball_radius.push_back(ball_radius_of(geom));
     rank_radius.push_back(rank_radius_of(geom));
-    max_surfaces += surfaces;  // three faces of a box at most are seen
+    max_surfaces += surfaces;  // at most three faces of a box are visible
     if (geom.pattern == RenderPattern::kWood) max_glosses += 3;
   }
   const bool any_wood = std::any_of(scene.geoms.begin(), scene.geoms.end(), [](const auto& geom) {

@@ -54,8 +54,8 @@ ENGRAM_INLINE Color light_surface(const FrameData& frame, const Surface& s, cons
   return color;
 }
 
-// How far a pattern's coordinates move from pixel to pixel, at the middle of the pixels' block.
-struct Footprint {
+// Change of a pattern's coordinates from pixel to pixel, at the middle of the pixels' block.
+struct PixelFootprint {
   float along, across;
 };
 
@@ -66,7 +66,7 @@ ENGRAM_INLINE float footprint_of(const float (&spread)[3], float u, float v) {
                 __builtin_fabsf(spread[2] - spread[0] * u));
 }
 
-ENGRAM_INLINE Footprint measure(const FrameData& frame, const Surface& s, const Pixels& p) {
+ENGRAM_INLINE PixelFootprint measure(const FrameData& frame, const Surface& s, const Pixels& p) {
   const float u = frame.u[(p.x & -kBlock) + kBlock / 2];
   const float w = larger(s.plane.a * u + (s.plane.b * p.v + s.plane.c), frame.far_w);
   const float scale = frame.pixel / (w * w);
@@ -107,7 +107,7 @@ struct WoodLevel {
 
 // The wood's brightness, 0..255, from the level whose texels are about as large as pixels.
 ENGRAM_INLINE Float read_wood(const FrameData& frame, const Surface& s, const Pixels& p) {
-  const Footprint footprint = measure(frame, s, p);
+  const PixelFootprint footprint = measure(frame, s, p);
   const float texels = larger(footprint.along * kTexels[0], footprint.across * kTexels[1]);
   // The level is the logarithm, read from the exponent's bits.
   int level = (__builtin_bit_cast(std::int32_t, texels) >> 23) - kFloatBias;
@@ -121,7 +121,7 @@ ENGRAM_INLINE Float read_wood(const FrameData& frame, const Surface& s, const Pi
   return wood.brightness(cell[0], cell[1]);
 }
 
-// How much brighter the plane is at these rays.
+// Gain in brightness of the plane at these rays.
 ENGRAM_INLINE Float gloss_along(const Gloss& gloss, Float u, Float v) {
   constexpr float kRest = 1 - Gloss::kWidth;
   const Float nearness = 1.0F / sqrt(u * u + (v * v + 1.0F));  // 1 / length of the ray
@@ -140,14 +140,14 @@ ENGRAM_INLINE Float gloss_along(const Gloss& gloss, Float u, Float v) {
   return factor;
 }
 
-// Of nodes at every kGlossStep-th pixel.
+// Gloss at nodes, which are every kGlossStep-th pixel.
 ENGRAM_INLINE Float gloss_at_nodes(const FrameData& frame, const Gloss& gloss, Float column,
                                    Float row) {
   const float spacing = frame.pixel * kGlossStep;
   return gloss_along(gloss, column * spacing + frame.u[0], frame.v[0] - row * frame.pixel);
 }
 
-// Of a row of nodes.
+// Gloss at a row of nodes.
 void find_gloss(const FrameData& frame, const Gloss& gloss, int y, int width, float* nodes) {
   for (int i = 0; i * kGlossStep <= width; i += kFloats) {
     Float index;

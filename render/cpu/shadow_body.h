@@ -29,7 +29,7 @@ ENGRAM_INLINE Points minus(const Points& p, const float* center, const float* ax
           p.z - (center[2] + along * axis[2])};
 }
 
-// Where a ray p + s r is inside of something; empty if `leave` is before `enter`.
+// Interval of s in which a ray p + s r is inside of something; empty if `leave` is before `enter`.
 struct Inside {
   Float enter, leave;
 };
@@ -192,7 +192,7 @@ void darken_by(ShadowTile& tile, Mask* dark, const ScreenPrimitive& primitive, c
 }
 
 // A box around the points of a tile, and a ball around that.
-struct Bounds {
+struct TileBounds {
   float center[3];
   float half[3];
   float radius;
@@ -204,8 +204,8 @@ ENGRAM_INLINE float least(Float a) {
   return result;
 }
 
-ENGRAM_INLINE Bounds bounds_of(const ShadowTile& tile) {
-  Bounds bounds = {};
+ENGRAM_INLINE TileBounds bounds_of(const ShadowTile& tile) {
+  TileBounds bounds = {};
   float square = 0;
   const float* axes[3] = {tile.x, tile.y, tile.z};
   for (int k = 0; k < 3; ++k) {
@@ -246,10 +246,9 @@ ENGRAM_INLINE Float dot(const float* a, const Rays& rays) {
   return a[0] * rays.x + a[1] * rays.y + a[2] * rays.z;
 }
 
-// Which rays from a tile may meet a primitive. The tests leave room for rounding: what they exclude
-// is well out of reach.
+// Rays from a tile that may meet a primitive. The tests leave a margin for rounding.
 
-ENGRAM_INLINE Mask may_meet_hull(const ScreenPrimitive& primitive, const Bounds& points,
+ENGRAM_INLINE Mask may_meet_hull(const ScreenPrimitive& primitive, const TileBounds& points,
                                  const Rays& rays) {
   constexpr float kRounding = 1e-5F;
   constexpr float kParallel = 1e-9F;
@@ -267,9 +266,9 @@ ENGRAM_INLINE Mask may_meet_hull(const ScreenPrimitive& primitive, const Bounds&
     const Float slope = dot(normal, rays) * sign;
     const Mask backwards = less(slope, Float{});
     // The bound if the plane were moved outwards as far as the points reach.
-    const float room = spread - (dot(normal, points.center) - 1.0F) * sign;
-    const Float bound = room / select(backwards, min(slope, broadcast(-kParallel)),
-                                      max(slope, broadcast(kParallel)));
+    const float margin = spread - (dot(normal, points.center) - 1.0F) * sign;
+    const Float bound = margin / select(backwards, min(slope, broadcast(-kParallel)),
+                                        max(slope, broadcast(kParallel)));
     enter = select(backwards, max(enter, bound), enter);
     leave = select(backwards, leave, min(leave, bound));
   }
@@ -277,7 +276,7 @@ ENGRAM_INLINE Mask may_meet_hull(const ScreenPrimitive& primitive, const Bounds&
 }
 
 // A ray from the points' middle, and the bar as much thicker and longer as the points reach.
-ENGRAM_INLINE Mask may_meet_bar(const ScreenPrimitive& primitive, const Bounds& points,
+ENGRAM_INLINE Mask may_meet_bar(const ScreenPrimitive& primitive, const TileBounds& points,
                                 const Rays& rays) {
   constexpr float kRoom = 5e-4F;  // m
   const Occluder& o = primitive.occluder;
@@ -302,7 +301,7 @@ ENGRAM_INLINE Mask may_meet_bar(const ScreenPrimitive& primitive, const Bounds& 
          at_most(min(first, last), broadcast(end)) & at_most(broadcast(-end), max(first, last));
 }
 
-ENGRAM_INLINE unsigned may_meet(const ScreenPrimitive& primitive, const Bounds& points,
+ENGRAM_INLINE unsigned may_meet(const ScreenPrimitive& primitive, const TileBounds& points,
                                 const Rays& rays) {
   Mask mask = equal(Int{}, Int{});
   if (primitive.kind == PrimitiveKind::kConvex) {
@@ -314,9 +313,9 @@ ENGRAM_INLINE unsigned may_meet(const ScreenPrimitive& primitive, const Bounds& 
   return static_cast<unsigned>(bits(mask)) & ((1U << rays.count) - 1);
 }
 
-// Which of the primitives that begin with `first` have balls around them that a ray from one of the
-// points can meet: a bit each.
-ENGRAM_INLINE unsigned find_casters(const FrameData& frame, const Bounds& points, int first,
+// Primitives, from `first` on, whose bounding balls a ray from one of the points can meet: a bit
+// each.
+ENGRAM_INLINE unsigned find_casters(const FrameData& frame, const TileBounds& points, int first,
                                     const float* ray) {
   const Casters& casters = frame.casters;
   const Float x = load(casters.x + first) - points.center[0];
@@ -329,7 +328,7 @@ ENGRAM_INLINE unsigned find_casters(const FrameData& frame, const Bounds& points
 }
 
 // Adds what arrives along some rays of a light.
-void follow_rays(const FrameData& frame, const Bounds& bounds, const float (*ray)[3],
+void follow_rays(const FrameData& frame, const TileBounds& bounds, const float (*ray)[3],
                  const Rays& rays, ShadowTile& tile, float* lit) {
   for (int r = 0; r < rays.count; ++r) {
     for (int i = 0; i < tile.count; i += kFloats) {
@@ -354,9 +353,9 @@ void follow_rays(const FrameData& frame, const Bounds& bounds, const float (*ray
   }
 }
 
-// How much of each light arrives at the points of a tile.
+// Part of each light that arrives at the points of a tile.
 void find_shadows(const FrameData& frame, ShadowTile& tile) {
-  const Bounds bounds = bounds_of(tile);
+  const TileBounds bounds = bounds_of(tile);
   const bool empty = bounds.half[0] < 0;  // only background: no light matters
   for (int light = 0; light < frame.light_count; ++light) {
     const int begin = frame.ray_begin[light];

@@ -12,7 +12,7 @@ using namespace simd;
 
 #if defined(__AVX512BW__)
 
-// Which 16-bit half of the colours goes to each half of the image. Every third one has bytes of the
+// Source of each 16-bit half of the image: a half of the colours. Every third one has bytes of the
 // other camera.
 struct Halves {
   alignas(64) std::uint16_t from[64];
@@ -48,8 +48,8 @@ void store_pairs(const std::uint32_t* colors, int count, std::uint8_t* out) {
   for (; x < count; ++x, out += 6) store_color(colors[x], out);
 }
 
-// Which 16-bit half goes where if both cameras' pixels are woven together. The second one's have
-// been turned into 0x_brg: green and red, then blue on its own. Halves of the first one are
+// Source of each 16-bit half if both cameras' pixels are interleaved. The second one's have
+// been rotated to 0x_brg: green and red, then blue on its own. Halves of the first one are
 // 0 to 31, of the second one 32 to 63.
 struct Interleave {
   alignas(64) std::uint16_t from[4][32];
@@ -112,7 +112,7 @@ void store_both(const TileRow& first, const TileRow& second, int y, int count, s
     for (int i = 0; i < pixels; ++i, out += 6) {
       const std::uint64_t both = a[i] | static_cast<std::uint64_t>(b[i]) << 24;
       if (x + i + 1 < count) {
-        __builtin_memcpy(out, &both, 8);  // the next pixel mends the last two bytes
+        __builtin_memcpy(out, &both, 8);  // the next pixel overwrites the last two bytes
       } else {
         store_color(a[i], out);
         store_color(b[i], out + 3);

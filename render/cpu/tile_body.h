@@ -26,10 +26,10 @@ ENGRAM_INLINE int first_tile(Tiles tiles) { return __builtin_ctzll(tiles); }
 
 // Least and largest value of a bound of w in some tiles. Rounding is monotone, so corners have
 // them.
-struct Range {
+struct WRange {
   Float low, high;
 
-  ENGRAM_INLINE Range(const Affine& f, Float left, Float right, float top, float bottom) {
+  ENGRAM_INLINE WRange(const Affine& f, Float left, Float right, float top, float bottom) {
     const Float a0 = f.a * left;
     const Float a1 = f.a * right;
     const Float b0 = broadcast(f.b * top + f.c);
@@ -46,7 +46,7 @@ struct Cover {
   alignas(64) std::int32_t face[kPanelTiles];
 };
 
-// Where the tiles of a row are.
+// Edges of the tiles of a row.
 struct Edges {
   const float* left;
   const float* right;
@@ -66,7 +66,7 @@ ENGRAM_INLINE Tiles find_cover(const FrameData& frame, const Edges& edges, Cover
     Float exit = broadcast(-3e38F);
     Int face = Int{};
     for (int k = 0; k < 6; ++k) {
-      const Range range(p.planes[k], left, right, edges.top, edges.bottom);
+      const WRange range(p.planes[k], left, right, edges.top, edges.bottom);
       if (k >= p.front_count) {
         exit = max(exit, range.high);
         continue;
@@ -79,7 +79,7 @@ ENGRAM_INLINE Tiles find_cover(const FrameData& frame, const Edges& edges, Cover
     Mask whole = at_most(exit, low) & at_most(high, broadcast(frame.near_w)) &
                  less(broadcast(frame.far_w), low);
     for (int k = 0; k < p.front_count; ++k) {
-      const Range range(p.planes[k], left, right, edges.top, edges.bottom);
+      const WRange range(p.planes[k], left, right, edges.top, edges.bottom);
       whole = whole & (less(high, range.low) | equal(face, broadcast(k)));
     }
     store(cover.low + i, low);
@@ -94,8 +94,8 @@ ENGRAM_INLINE Tiles hidden_by(const Cover& cover, const ScreenPrimitive& plane,
                               const Edges& edges) {
   Tiles hidden = 0;
   for (int i = 0; i < edges.tiles; i += kFloats) {
-    const Range range(plane.planes[0], load_unaligned(edges.left + i),
-                      load_unaligned(edges.right + i), edges.top, edges.bottom);
+    const WRange range(plane.planes[0], load_unaligned(edges.left + i),
+                       load_unaligned(edges.right + i), edges.top, edges.bottom);
     const Mask behind = less(range.high, load(cover.low + i));
     hidden |= static_cast<Tiles>(static_cast<unsigned>(bits(behind))) << i;
   }
@@ -103,7 +103,7 @@ ENGRAM_INLINE Tiles hidden_by(const Cover& cover, const ScreenPrimitive& plane,
 }
 
 // Finds the primitives that reach into a row of tiles.
-void sieve(const FrameData& frame, TileRow& row) {
+void find_candidates(const FrameData& frame, TileRow& row) {
   row.candidate_count = 0;
   for (int i = 0; i < frame.primitive_count; ++i) {
     const Rect& rect = frame.rects[i];
@@ -188,7 +188,7 @@ Tiles fill_covered(const Scan& s, TileRow& row, const Edges& edges, int index, T
   return covered;
 }
 
-// What is in the tiles before primitives are drawn into them.
+// Fills tiles before primitives are drawn into them.
 void prepare_tiles(const Scan& s, TileRow& row, Tiles& shaded) {
   const FrameData& frame = *s.frame;
   const Edges edges = {frame.left + row.x / kBlock, frame.right + row.x / kBlock, s.v[0],
@@ -249,7 +249,7 @@ ENGRAM_INLINE void draw_sieved(const Scan& s, const TileRow& row, const TileCand
   if ((codes & kShaded) != 0) shaded |= candidates.tiles;
 }
 
-// Turns a tile's codes into colours.
+// Converts a tile's codes to colours.
 void shade_tile(const Scan& s, const TileRow& row, int tile) {
   constexpr auto kIndex = static_cast<std::int32_t>(~kShaded);
   const FrameData& frame = *s.frame;
@@ -304,7 +304,7 @@ void draw_tiles(const FrameData& frame, const Backdrop* backdrop, TileRow& row) 
     row.w_source[tile] = row.w + tile * kBlock;
     row.stride[tile] = row.pitch;
   }
-  sieve(frame, row);
+  find_candidates(frame, row);
   Tiles shaded = 0;
   if (backdrop != nullptr) {
     copy_tiles(s, *backdrop, row);

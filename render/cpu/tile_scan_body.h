@@ -41,7 +41,7 @@ ENGRAM_INLINE Mask first_lanes(int count) {
 }
 
 // Walks over a span, a vector of columns at a time. `make_columns(u)` prepares the columns and
-// returns a function. That one gets a row and the w seen so far, and returns in which pixels the
+// returns a function. That one gets a row and the nearest w so far, and returns in which pixels the
 // primitive is nearer.
 template <typename MakeColumns>
 ENGRAM_INLINE void scan(const Scan& s, const Span& span, MakeColumns make_columns) {

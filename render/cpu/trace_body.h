@@ -12,7 +12,7 @@ using namespace simd;
 ENGRAM_INLINE float along_row(const Affine& f, float v) { return f.b * v + f.c; }
 
 // Walks over a primitive's pixels, a vector at a time. `make_row(v)` prepares a row and returns a
-// function. That one gets u and the w seen so far, and returns in which pixels the primitive is
+// function. That one gets u and the nearest w so far, and returns in which pixels the primitive is
 // nearer.
 template <typename MakeRow>
 ENGRAM_INLINE void scan(const FrameData& frame, const Band& band, const ScreenPrimitive& primitive,

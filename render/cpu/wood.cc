@@ -80,7 +80,7 @@ Waves waves(float place) {
   return wave;
 }
 
-// How bright the board is at large, in waves across (rows) and along: what the original's table is,
+// Brightness of the board at large, in waves across (rows) and along: the original's table,
 // smoothed over some 0.2 m.
 constexpr std::array<Waves, kWaves> kFigure = {{
     {1.000F, 0.048F, 0.013F, 0.003F, 0.001F, -0.008F, -0.012F},

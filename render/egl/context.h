@@ -8,7 +8,7 @@
 
 namespace engram {
 
-// What EGL offers here.
+// Capabilities of EGL on this machine.
 struct EglInfo {
   bool available = false;
   bool software = false;  // drawn by the processor

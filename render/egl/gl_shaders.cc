@@ -96,7 +96,7 @@ vec3 pattern_at(vec2 at, vec2 footprint) {
 
 uniform vec3 eye;
 
-// How the lights are mirrored, of which `arriving` is left.
+// Mirror image of the lights, of which `arriving` is left.
 float gloss(float arriving) {
   if ((identity.y & 3) != 1) return 1.0;
   const float kStrength = 0.548;

@@ -122,7 +122,7 @@ void RenderTarget::read_data(const RenderImage& image) {
   }
 }
 
-// From `pixels_`, which holds four bytes for each pixel.
+// Converts `pixels_`, which holds four bytes for each pixel.
 template <class From, class Convert>
 void RenderTarget::store_cells(const RenderImage& image, std::int16_t* out, Convert convert) const {
   const std::uint8_t* from = pixels_.data();

@@ -1,5 +1,4 @@
-// From an environment's rows to what one picture draws: which instances, in which detail, seen from
-// where.
+// Draw list of one picture from an environment's rows: instances, their detail, and the viewpoint.
 #pragma once
 
 #include <Eigen/Dense>
@@ -47,7 +46,7 @@ class DrawList {
 
   void fill_for_camera(const RenderInstances& rows, const Viewpoint& view, float tolerance);
   void fill_for_light(const RenderInstances& rows);
-  // A cube around everything that casts shadows, seen along the light. `width` is its side.
+  // A cube around everything that casts shadows, viewed along the light. `width` is its side.
   Viewpoint light_viewpoint(const RenderInstances& rows, const Eigen::Vector3f& to_light,
                             float& width) const;
 
