@@ -5,5 +5,5 @@
 #include "media/overlay.h"
 #include "media/png.h"
 #include "media/video.h"
-#include "render/document_source.h"
-#include "render/egl_context.h"
+#include "render/egl/context.h"
+#include "render/make_renderer.h"

@@ -9,7 +9,7 @@
 #include "bench/mixed_actions.h"
 #include "bench/row_hash.h"
 #include "core/robot/lane_kernel.h"
-#include "render/document_source.h"
+#include "render/make_renderer.h"
 
 namespace engram::bench {
 namespace {
@@ -247,9 +247,8 @@ std::unique_ptr<Batch> make_on(InstructionSet set, const std::string& id,
                                const EnvOptions& options) {
   return std::make_unique<Batch>(
       make_task(id, options.constants), options,
-      [set](const std::string& document, const std::vector<std::string>& bodies,
-            const ImageSourceOptions& image_options, int workers) {
-        return make_document_source_on(set, document, bodies, image_options, workers);
+      [set](const RenderScene& scene, const ImageSourceOptions& image_options, int workers) {
+        return make_renderer_on(set, scene, image_options, workers);
       });
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "protocol/batch/make.h"
-#include "render/cpu_renderer.h"
+#include "render/cpu/cpu_renderer.h"
 
 namespace engram::bench {
 

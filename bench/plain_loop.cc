@@ -21,10 +21,10 @@ ModelPtr drive_plainly(const mjModel& engine_model, const RobotParams& law) {
   return model;
 }
 
-void apply_drive(const DriveParams& law, const Drive& drive, mjData& data) {
+void apply_drive(const DriveParams& law, const DriveTarget& drive, mjData& data) {
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     const double force =
-        law.stiffness * (drive.target[i] - data.qpos[i]) - law.damping * data.qvel[i];
+        law.stiffness * (drive.qpos[i] - data.qpos[i]) - law.damping * data.qvel[i];
     data.ctrl[i] = std::clamp(force, -law.limit, law.limit);
   }
 }
@@ -106,7 +106,7 @@ void PlainLoop::step(std::span<const float> actions) {
   for (int env = 0; env < twin_.num_envs(); ++env) {
     mjData* data = data_[static_cast<std::size_t>(env)].get();
     std::copy_n(data->qpos, kRobotJoints, state_.qpos.row(env));
-    const Drive drive = controller_.drive(state_, env, actions.data() + env * dim);
+    const DriveTarget drive = controller_.drive(state_, env, actions.data() + env * dim);
     for (int substep = 0; substep < twin_.options().substeps; ++substep) {
       apply_drive(law, drive, *data);
       mj_step(model_.get(), data);

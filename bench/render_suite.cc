@@ -4,7 +4,7 @@
 
 #include "bench/rollout.h"
 #include "core/image/image_batch.h"
-#include "render/document_source.h"
+#include "render/make_renderer.h"
 #include "render/mujoco_reference.h"
 
 namespace engram::bench {
@@ -35,7 +35,8 @@ class CpuPainter {
       : gallery_(gallery), views_(gallery.env().physics_model(), 1) {
     ImageSourceOptions options;
     options.max_size = size;
-    source_ = make_document_source(gallery.env().document(), views_.body_names(), options, 1);
+    source_ = std::make_unique<ImageSource>(gallery.env().document(), views_.body_names(), options,
+                                            1, make_renderer);
     rgb_.resize(static_cast<std::size_t>(size * size * 3 * kCameras));
     for (int camera = 0; camera < kCameras; ++camera) {
       RenderImage image;

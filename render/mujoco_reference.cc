@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/mujoco_handle.h"
-#include "render/egl_context.h"
+#include "render/egl/context.h"
 
 namespace engram {
 namespace {

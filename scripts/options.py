@@ -443,7 +443,7 @@ BLOCKS = {
     "core/env/env_options.h": {"enums": core_enums, "limits": limits, "fields": cpp_fields("core")},
     "core/env/env_options.cc": {"ranges": ranges},
     "core/sim/control_mode.h": {"enum": core_enum("control_mode")},
-    "core/image/image_source.h": {
+    "core/image/image_options.h": {
         "shape": cpp_fields("core", "images"),
         "source": cpp_fields("core", "image_options"),
     },

@@ -8,7 +8,7 @@
 
 #include "core/base/index.h"
 #include "core/math/dense.h"
-#include "core/robot/drive.h"
+#include "core/robot/robot_params.h"
 
 namespace engram {
 namespace {

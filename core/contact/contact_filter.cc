@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/robot/drive.h"
+#include "core/robot/robot_params.h"
 
 namespace engram {
 namespace {

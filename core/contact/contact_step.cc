@@ -163,14 +163,14 @@ void solve_robot_island(const SceneModel& scene, mjData& data, int island, Robot
   const double linear = kLinearShare * robot.force_limit();
   for (double& value : force) value = std::clamp(value, -linear, linear);
   robot.run(force);
-  const RobotMatrix mass = robot_matrix(robot.effective_inertia());
+  const RobotMatrix mass = robot_matrix(robot.effective_mass_matrix());
   set_robot_acceleration(robot, mass, force, timestep, data);
   solve_island(scene, data, island, mass.data(), workspace);
   std::copy_n(data.qfrc_constraint, kRobotJoints, force.begin());
   robot.run(force);
   if (force != JointArray{}) {
     const JointArray solved = solved_velocity(data, robot, timestep);
-    robot.move_evenly(agrees(robot.end_v(), solved) ? robot.end_v() : solved);
+    robot.integrate_constant_velocity(agrees(robot.end_v(), solved) ? robot.end_v() : solved);
   }
 }
 

@@ -52,11 +52,11 @@ std::vector<Draw> all_draws(const TaskInfo& info) {
 
 }  // namespace
 
-Batch::Batch(std::unique_ptr<Task> task, const EnvOptions& options, ImageSourceFactory renderers)
+Batch::Batch(std::unique_ptr<Task> task, const EnvOptions& options, RendererFactory renderers)
     : Batch(IeeeScope{}, std::move(task), options, std::move(renderers)) {}
 
 Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const EnvOptions& options,
-             ImageSourceFactory renderers)
+             RendererFactory renderers)
     : task_(std::move(task)),
       options_(checked(options)),
       option_values_(
@@ -315,9 +315,9 @@ void Batch::simulate(int worker, Range envs, const float* actions) {
   mark(time, StepPart::kController);
   task_->before_physics(envs);
   mark(time, StepPart::kTask);
-  std::array<Drive, kMostLanes> drives;
+  std::array<DriveTarget, kMostLanes> drives;
   std::array<bool, kMostLanes> stable{};
-  const std::span<Drive> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
+  const std::span<DriveTarget> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
   controller_->drive(state_, envs.begin, bindings_.action, simulator_->block(worker), used);
   mark(time, StepPart::kController);
   simulator_->step(state_, envs.begin, worker, used, stable.data(), time);

@@ -39,7 +39,7 @@ class Batch {
  public:
   // Throws Error if an option is out of range, a pin or option is not the task's, or the machine
   // lacks memory, threads or the renderer. `renderers` is needed for pictures only.
-  Batch(std::unique_ptr<Task> task, const EnvOptions& options, ImageSourceFactory renderers = {});
+  Batch(std::unique_ptr<Task> task, const EnvOptions& options, RendererFactory renderers = {});
   ~Batch();
 
   const TaskInfo& info() const { return task_->info(); }
@@ -167,7 +167,7 @@ class Batch {
 
   // Under the scope.
   Batch(const IeeeScope&, std::unique_ptr<Task> task, const EnvOptions& options,
-        ImageSourceFactory renderers);
+        RendererFactory renderers);
   void allocate();
   void check_env(int env) const;
   void reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode);
@@ -211,7 +211,7 @@ class Batch {
   std::unique_ptr<Controller> controller_;
   ThreadPool pool_;
   std::unique_ptr<Simulator> simulator_;
-  ImageSourceFactory renderers_;
+  RendererFactory renderers_;
   std::unique_ptr<ImageBatch> images_;  // rgb modes only
   ObjectTokens tokens_;
   std::unique_ptr<ObjectView> objects_;   // objects modes only

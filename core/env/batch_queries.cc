@@ -64,7 +64,7 @@ void Batch::camera_params(std::string_view camera, int width, int height, const 
   require_rows("extrinsic_cv", out.extrinsic_cv, num_envs(), 12);
   require_rows("cam2world_gl", out.cam2world_gl, num_envs(), 16);
   require_rows("intrinsic_cv", out.intrinsic_cv, num_envs(), 9);
-  if (!cameras_) cameras_ = std::make_unique<CameraPoses>(document(), model_->robot());
+  if (!cameras_) cameras_ = std::make_unique<CameraPoses>(document(), *model_);
   const int index = cameras_->find(camera);
   const double focal = cameras_->focal_length(index, height);
   Eigen::Matrix3d intrinsic;

@@ -49,7 +49,8 @@ void Batch::render(int env, std::string_view camera, int width, int height,
     ImageSourceOptions options = for_people ? options_.render_options : options_.image_options;
     options.max_size = kMaxImageSize;
     options.for_people = for_people;
-    source = renderers_(document(), views_->body_names(), options, 1);
+    source =
+        std::make_unique<ImageSource>(document(), views_->body_names(), options, 1, renderers_);
   }
   RenderImage image;
   image.camera = find_camera(*source, camera);

@@ -11,7 +11,7 @@
 #include "core/base/names.h"
 #include "core/env/episode.h"
 #include "core/env/task_option.h"
-#include "core/image/image_source.h"
+#include "core/image/image_options.h"
 #include "core/sim/control_mode.h"
 
 namespace engram {

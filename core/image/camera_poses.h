@@ -1,17 +1,17 @@
-// Where the cameras of a scene are, as matrices, without a renderer.
+// Poses of a scene's cameras, as matrices, without a renderer.
 #pragma once
 
-#include <Eigen/Dense>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/image/robot_poses.h"
+#include "core/robot/robot_pose.h"
+#include "core/scene/physics_model.h"
 
 namespace engram {
 
-// Where the matrices of a batch go, row by row; empty spans are left out.
+// Destinations of the matrices of a batch, row by row; empty spans are left out.
 struct CameraSpans {
   std::span<float> extrinsic_cv;  // (N, 3, 4) world to camera: x right, y down, z forward
   std::span<float> cam2world_gl;  // (N, 4, 4) camera to world: x right, y up, z backward
@@ -20,26 +20,24 @@ struct CameraSpans {
 
 class CameraPoses {
  public:
-  // document: MJCF of the scene; robot: its robot.
-  CameraPoses(const std::string& document, const mjModel& robot);
+  // document: MJCF of the scene that the model, which must outlive this object, simulates.
+  CameraPoses(const std::string& document, const PhysicsModel& model);
 
   // Index of a camera. Throws Error naming those that exist.
   int find(std::string_view name) const;
-  // From the camera's frame (x right, y up, z backward) to the world.
-  Eigen::Isometry3d pose(int camera, const double* qpos);
+  // Transform from the camera's frame (x right, y up, z backward) to the world.
+  Eigen::Isometry3d pose(int camera, const double* qpos) const;
   // Pixels from the centre of a picture of that height, at unit distance and offset.
   double focal_length(int camera, int height) const;
 
  private:
   struct Camera {
     std::string name;
-    int body = -1;  // of the robot, or -1: fixed in the world
-    Eigen::Isometry3d local;
+    Attachment attachment;
     double fovy = 0;  // rad
   };
+  const RobotModel& robot_;
   std::vector<Camera> cameras_;
-  RobotPoses robot_;
-  std::vector<BodyView> bodies_;  // of one environment
 };
 
 }  // namespace engram

@@ -40,27 +40,34 @@ int find_camera(const ImageSource& source, std::string_view name) {
               "no camera '" + std::string(name) + "'; this scene has: " + join(cameras));
 }
 
-SceneViews::SceneViews(const PhysicsModel& model, int workers)
-    : model_(model), robot_(model.robot()) {
-  const std::vector<BodyView> one(robot_.names().size() + model.props().size());
+SceneViews::SceneViews(const PhysicsModel& model, int workers) : model_(model) {
+  for (int body = 1; body < model.robot().nbody; ++body) {
+    robot_bodies_.push_back(attachment_of(model.robot(), body));
+  }
+  const std::vector<BodyView> one(robot_bodies_.size() + model.props().size());
   views_.assign(static_cast<std::size_t>(workers), one);
 }
 
 std::vector<std::string> SceneViews::body_names() const {
-  std::vector<std::string> names = robot_.names();
+  std::vector<std::string> names;
+  for (int body = 1; body < model_.robot().nbody; ++body) {
+    names.emplace_back(mj_id2name(&model_.robot(), mjOBJ_BODY, body));
+  }
   for (const PropModel& prop : model_.props()) names.push_back(prop.name);
   return names;
 }
 
 std::span<const BodyView> SceneViews::view(int worker, const State& state, int env) {
   std::vector<BodyView>& views = views_[static_cast<std::size_t>(worker)];
-  const std::size_t robot = robot_.names().size();
-  robot_.compute(state.qpos.row(env), std::span(views).first(robot));
+  const std::size_t robot = robot_bodies_.size();
+  const RobotPose pose = pose_at(model_.robot_model(), state.qpos.row(env));
+  for (std::size_t i = 0; i < robot; ++i) views[i].frame = carried(pose, robot_bodies_[i]);
   for (int prop = 0; prop < state.num_props; ++prop) {
     BodyView& view = views[robot + static_cast<std::size_t>(prop)];
     view.visible = state.status_of(env, prop) != PropStatus::kHidden;
-    std::copy_n(state.prop_pos_of(env, prop), 3, view.pos);
-    std::copy_n(state.prop_quat_of(env, prop), 4, view.quat);
+    if (view.visible) {
+      view.frame = make_frame(state.prop_pos_of(env, prop), state.prop_quat_of(env, prop));
+    }
     const float* painted = state.prop_rgba.row(env) + 4 * prop;
     view.rgba[3] = painted[3];
     for (int k = 0; k < 3 && painted[3] > 0; ++k) {
@@ -72,9 +79,9 @@ std::span<const BodyView> SceneViews::view(int worker, const State& state, int e
 }
 
 ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
-                       const ImageShape& shape, ImageKinds kinds, const ImageSourceFactory& factory,
-                       const ImageSourceOptions& options, int num_envs, int workers,
-                       bool keeps_finals)
+                       const ImageShape& shape, ImageKinds kinds,
+                       const RendererFactory& make_renderer, const ImageSourceOptions& options,
+                       int num_envs, int workers, bool keeps_finals)
     : views_(model, workers) {
   check_image_size(shape.width, shape.height);
   if (shape.cameras.empty()) {
@@ -83,7 +90,8 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
   ImageSourceOptions fitted = options;
   fitted.for_people = false;
   fitted.max_size = std::max(shape.width, shape.height);
-  source_ = factory(document, views_.body_names(), fitted, workers);
+  source_ =
+      std::make_unique<ImageSource>(document, views_.body_names(), fitted, workers, make_renderer);
   RenderImage request;
   request.width = shape.width;
   request.height = shape.height;

@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "core/base/aligned_array.h"
+#include "core/image/image_options.h"
 #include "core/image/image_source.h"
-#include "core/image/robot_poses.h"
+#include "core/robot/robot_pose.h"
 #include "core/scene/physics_model.h"
 #include "core/sim/state.h"
 
@@ -21,18 +22,18 @@ class SceneViews {
   SceneViews(const PhysicsModel& model, int workers);
 
   std::vector<std::string> body_names() const;
-  // Where everything is in one environment; valid until the worker's next call.
+  // Poses and appearance of all bodies in one environment; valid until the worker's next call.
   std::span<const BodyView> view(int worker, const State& state, int env);
 
  private:
   const PhysicsModel& model_;
-  RobotPoses robot_;
+  std::vector<Attachment> robot_bodies_;
   std::vector<std::vector<BodyView>> views_;  // one per worker
 };
 
-// Which pictures observations have.
+// Pictures of observations, besides colours.
 struct ImageKinds {
-  bool depth = false;  // beside colours
+  bool depth = false;
   bool segmentation = false;
 };
 
@@ -40,8 +41,8 @@ class ImageBatch {
  public:
   // Throws Error for sizes out of range, unknown cameras or a renderer that cannot work here.
   ImageBatch(const PhysicsModel& model, const std::string& document, const ImageShape& shape,
-             ImageKinds kinds, const ImageSourceFactory& factory, const ImageSourceOptions& options,
-             int num_envs, int workers, bool keeps_finals);
+             ImageKinds kinds, const RendererFactory& make_renderer,
+             const ImageSourceOptions& options, int num_envs, int workers, bool keeps_finals);
 
   // A picture of each environment, and the last ones of the episodes that ended last.
   template <class T>
@@ -59,7 +60,7 @@ class ImageBatch {
   const Pictures<std::int16_t>& segmentation() const { return segmentation_; }
   // Index -> name.
   const std::vector<std::string>& segments() const { return source_->segments(); }
-  // Of one environment, without finals.
+  // Size of one environment's pictures, without finals.
   std::size_t bytes() const {
     return rgb_.size + sizeof(std::int16_t) * (depth_.size + segmentation_.size);
   }

@@ -1,5 +1,5 @@
-// What is written over pictures for people. It is data: tasks say what they want to be seen, media/
-// draws it. Never part of observations.
+// Text and shapes over pictures for people. They are data: tasks fill them in, media/ draws them.
+// Never part of observations.
 #pragma once
 
 #include <cstdint>

@@ -1,12 +1,16 @@
-// What a renderer is to the engine: flat arrays in, pixels out.
+// Renderer interface: flat arrays in, pixels out.
 #pragma once
 
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "core/image/image_options.h"
 
 namespace engram {
 
@@ -17,19 +21,19 @@ enum class RenderShape : std::uint8_t {
   kEllipsoid,  // three radii
   kCylinder,   // radius, half length along z
   kBox,        // three half extents
-  kMesh,       // convex; `mesh` tells which
+  kMesh,       // convex; index `mesh`
 };
 
 // Procedural surface patterns, multiplied with the geom's colour.
 enum class RenderPattern : std::uint8_t { kPlain, kWood, kGrid };
 
-// What is the same for a geom in all environments.
+// Constants of a geom in all environments.
 struct RenderGeom {
   RenderShape shape = RenderShape::kBox;
   float size[3] = {};
   int mesh = -1;
   RenderPattern pattern = RenderPattern::kPlain;
-  bool still = false;        // in all pictures in one place, seen, and in one colour
+  bool still = false;        // visible, in one place and in one colour in all pictures
   std::int32_t segment = 0;  // value in segmentation images; 0 is the background
 };
 
@@ -48,7 +52,7 @@ struct RenderCamera {
 };
 
 struct RenderLight {
-  float direction[3] = {0, 0, -1};  // the way the light goes; need not be normalised
+  float direction[3] = {0, 0, -1};  // of the light's rays; need not be normalised
   float color[3] = {1, 1, 1};
   bool casts_shadow = false;
 };
@@ -107,5 +111,9 @@ class Renderer {
   virtual void render(int worker, const RenderInstances& instances,
                       std::span<const RenderImage> images) = 0;
 };
+
+// Throws Error if the renderer does not exist or cannot work here.
+using RendererFactory = std::function<std::unique_ptr<Renderer>(
+    const RenderScene& scene, const ImageSourceOptions& options, int workers)>;
 
 }  // namespace engram

@@ -1,4 +1,4 @@
-// From linear base colours, which is what tasks and states have, to those of pictures.
+// Conversion of linear base colours, which tasks and states have, to those of pictures.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace engram {
 
-// A level of 0..1 as displays want it, rounded to what can be seen.
+// A level of 0..1 as displays want it, rounded to visible steps.
 inline double display_level(double linear) {
   constexpr double kGamma = 2.2;
   constexpr double kSteps = 1 << 20;

@@ -40,7 +40,7 @@ struct Exponential {
 Exponential exponential(double x) {
   constexpr double kRound = 0x1.8p52;  // adding this rounds to an integer
   constexpr double kPerLn2 = 0x1.71547652b82fep+0;
-  // Of least error for (e^r - 1 - r) / r^2, |r| <= ln(2) / 2.
+  // Coefficients of least error for (e^r - 1 - r) / r^2, |r| <= ln(2) / 2.
   constexpr double kTail[] = {0x1p-1,
                               0x1.5555555555557p-3,
                               0x1.5555555555558p-5,
@@ -91,7 +91,7 @@ double asin(double x) { return atan2(x, std::sqrt((1 - x) * (1 + x))); }
 
 double atan2(double y, double x) {
   if (std::isnan(x) || std::isnan(y)) return kNan;
-  // Of least error for (atan(t) / t - 1) / t^2, |t| <= tan(pi / 8).
+  // Coefficients of least error for (atan(t) / t - 1) / t^2, |t| <= tan(pi / 8).
   constexpr double kTail[] = {-0x1.5555555555555p-2, 0x1.9999999999957p-3,  -0x1.249249248db9ap-3,
                               0x1.c71c71c32e4dbp-4,  -0x1.745d166580569p-4, 0x1.3b1393a688cd3p-4,
                               -0x1.110e958d54eeep-4, 0x1.e19b39183ee23p-5,  -0x1.ac8291b8c2274p-5,
@@ -144,7 +144,7 @@ double exp(double x) {
 double log(double x) {
   if (std::isnan(x) || x == kInfinity) return x;
   if (x <= 0) return x == 0 ? -kInfinity : kNan;
-  // Of least error for (2 atanh(s) / s - 2) / s^2, |s| <= (sqrt(2) - 1) / (sqrt(2) + 1).
+  // Coefficients of least error for (2 atanh(s) / s - 2) / s^2, |s| <= (sqrt(2) - 1) / (sqrt(2) + 1).
   constexpr double kTail[] = {0x1.5555555555558p-1, 0x1.9999999995223p-2, 0x1.2492492e03e4ep-2,
                               0x1.c71c62d03d20fp-3, 0x1.7462ba281c955p-3, 0x1.39fdb948e338cp-3,
                               0x1.2b5fbe9e436b8p-3};

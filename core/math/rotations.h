@@ -8,7 +8,7 @@
 
 namespace engram {
 
-// The turn by an angle (rad) about an axis of length 1.
+// Rotation by an angle (rad) about an axis of length 1.
 inline Eigen::Quaterniond turn_about(const Eigen::Vector3d& axis, double angle) {
   const Eigen::Vector3d vector = real::sin(angle / 2) * axis;
   return {real::cos(angle / 2), vector.x(), vector.y(), vector.z()};

@@ -17,7 +17,7 @@ inline void sine_cosine(V x, V& sine, V& cosine) {
   constexpr double kTwoByPi = 0x1.45f306dc9c883p-1;
   // pi / 2 in three parts; integers below 2^20 times the first two are exact.
   constexpr double kHalfPi[3] = {0x1.921fb544p+0, 0x1.0b4611a6p-34, 0x1.3198a2e037073p-69};
-  // Of least error for |x| <= pi / 4.
+  // Coefficients of least error for |x| <= pi / 4.
   constexpr double kSine[6] = {-0x1.5555555555555p-3,  0x1.1111111110bb3p-7,
                                -0x1.a01a019e83b98p-13, 0x1.71de379693ea6p-19,
                                -0x1.ae600b05993c1p-26, 0x1.5e0b18e278ed2p-33};
@@ -29,7 +29,7 @@ inline void sine_cosine(V x, V& sine, V& cosine) {
   const V high = x - turns * kHalfPi[0];
   const V mid = turns * kHalfPi[1];
   const V reduced = high - mid;
-  // What the last two subtractions leave out.
+  // The part that the last two subtractions lose.
   const V low = ((high - reduced) - mid) - turns * kHalfPi[2];
   const V z = reduced * reduced;
   const V p =

@@ -9,13 +9,12 @@
 namespace engram {
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// By a full SVD with upstream's cut-off.
+// Pseudo-inverse by a full SVD with upstream's cut-off.
 template <int Rows>
 ArmVector svd_step(const Eigen::Matrix<double, Rows, kArmJoints>& jacobian,
-                   const Eigen::Matrix<double, Rows, 1>& twist) {
+                   const Eigen::Matrix<double, Rows, 1>& displacement) {
   constexpr double kRelativeCutOff = 7 * 1.2e-7;  // float32 default of the pseudo-inverse
   const Eigen::JacobiSVD<Eigen::Matrix<double, Rows, kArmJoints>> svd(
       jacobian, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -23,46 +22,46 @@ ArmVector svd_step(const Eigen::Matrix<double, Rows, kArmJoints>& jacobian,
   ArmVector step = ArmVector::Zero();
   for (int i = 0; i < Rows; ++i) {
     if (sigma[i] <= kRelativeCutOff * sigma[0]) break;
-    step += svd.matrixV().col(i) * (svd.matrixU().col(i).dot(twist) / sigma[i]);
+    step += svd.matrixV().col(i) * (svd.matrixU().col(i).dot(displacement) / sigma[i]);
   }
   return step;
 }
 
 }  // namespace
 
-Arm::Arm(const mjModel& model) : chain_(load_robot_model(model)) {
-  root_ = Eigen::Map<const Eigen::Vector3d>(chain_.base);
-}
+Arm::Arm(const mjModel& model)
+    : model_(load_robot_model(model)), base_position_(model_.base_position) {}
 
-Pose Arm::forward(const double* q) const { return follow(q, nullptr); }
+Pose Arm::forward(const double* q) const { return tcp_pose(q, nullptr); }
 
 Pose Arm::forward(const double* q, ArmJacobian& jacobian) const {
-  ToolJacobian<double> columns;
-  Pose pose = follow(q, &columns);
+  TcpJacobian<double> columns;
+  const Pose pose = tcp_pose(q, &columns);
   jacobian = Eigen::Map<const ArmJacobian>(&columns.column[0][0]);
   return pose;
 }
 
-Pose Arm::follow(const double* q, ToolJacobian<double>* jacobian) const {
-  const ToolPose<double> tool = arm_forward_kinematics(chain_, q, jacobian);
-  // In the order of operations of the kernels.
-  return {Eigen::Vector3d(tool.pos.x + root_.x(), tool.pos.y + root_.y(), tool.pos.z + root_.z()),
-          Eigen::Quaterniond(tool.quat.w, tool.quat.x, tool.quat.y, tool.quat.z)};
+Pose Arm::tcp_pose(const double* q, TcpJacobian<double>* jacobian) const {
+  const TcpPose<double> tcp = arm_forward_kinematics(model_, q, jacobian);
+  // The kernels' order of operations.
+  return {Vec3(tcp.pos.x() + base_position_.x(), tcp.pos.y() + base_position_.y(),
+               tcp.pos.z() + base_position_.z()),
+          Quat(tcp.quat.w, tcp.quat.x, tcp.quat.y, tcp.quat.z)};
 }
 
-ArmVector Arm::pseudo_inverse_step(const ArmJacobian& jacobian, const Vector6& twist) {
-  ToolJacobian<double> columns;
+ArmVector Arm::pseudo_inverse_step(const ArmJacobian& jacobian, const Vector6& displacement) {
+  TcpJacobian<double> columns;
   Eigen::Map<ArmJacobian>(&columns.column[0][0]) = jacobian;
   ArmVector step;
-  if (minimum_norm_step(columns, twist.data(), step.data())) return step;
-  return svd_step<6>(jacobian, twist);
+  if (minimum_norm_step(columns, displacement.data(), step.data())) return step;
+  return svd_step<6>(jacobian, displacement);
 }
 
-ArmVector Arm::pseudo_inverse_step(const ArmJacobian& jacobian, const Eigen::Vector3d& linear) {
+ArmVector Arm::pseudo_inverse_step(const ArmJacobian& jacobian, const Vec3& linear) {
   constexpr double kWellConditioned = 1e-4;  // smallest over largest pivot
   const Eigen::Matrix<double, 3, kArmJoints> rows = jacobian.topRows<3>();
-  const Eigen::Matrix3d normal = rows * rows.transpose();
-  const Eigen::LLT<Eigen::Matrix3d> factor(normal);
+  const Mat3 normal = rows * rows.transpose();
+  const Eigen::LLT<Mat3> factor(normal);
   if (factor.info() == Eigen::Success) {
     const auto pivots = factor.matrixLLT().diagonal().eval();
     if (pivots.minCoeff() > kWellConditioned * pivots.maxCoeff()) {
@@ -95,7 +94,7 @@ bool Arm::inverse(const Pose& target, const double* q, ArmVector& q_target) cons
   return false;
 }
 
-Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& quat) {
+Vec3 rotation_vector(const Quat& quat) {
   const double sign = quat.w() < 0 ? -1.0 : 1.0;
   const double sine = quat.vec().norm();
   if (sine < 1e-12) return 2 * sign * quat.vec();
@@ -103,7 +102,7 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& quat) {
   return quat.vec() * (sign * angle / sine);
 }
 
-Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& quat) {
+Vec3 roll_pitch_yaw(const Quat& quat) {
   const double w = quat.w();
   const double x = quat.x();
   const double y = quat.y();

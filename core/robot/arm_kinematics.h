@@ -1,90 +1,95 @@
-// From the joint angles of the arm to its tool, and from a wanted step of the tool to one of the
-// joints; for one or for many side by side.
+// Forward kinematics of the arm: of its links, and of the TCP; and differential inverse kinematics:
+// from a displacement of the TCP to a step of the joints; for one robot or for many side by side.
 #pragma once
 
-#include "core/robot/robot_dynamics.h"
+#include "core/math/sine_cosine.h"
+#include "core/math/vec3.h"
+#include "core/robot/robot_model.h"
 
 namespace engram {
-inline namespace ENGRAM_LANES {
+inline namespace ENGRAM_ISA {
 
 template <class V>
-struct QuatOf {
-  V w, x, y, z;
-
-  ENGRAM_LANES_INLINE Vec3Of<V> turn(const double* v) const {
-    const Vec3Of<V> twice = {2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]),
-                             2.0 * (x * v[1] - y * v[0])};
-    return {v[0] + w * twice.x + (y * twice.z - z * twice.y),
-            v[1] + w * twice.y + (z * twice.x - x * twice.z),
-            v[2] + w * twice.z + (x * twice.y - y * twice.x)};
-  }
-  ENGRAM_LANES_INLINE QuatOf times(const double* q) const {
-    return {w * q[0] - x * q[1] - y * q[2] - z * q[3], w * q[1] + x * q[0] + y * q[3] - z * q[2],
-            w * q[2] - x * q[3] + y * q[0] + z * q[1], w * q[3] + x * q[2] - y * q[1] + z * q[0]};
-  }
-  // About its own z axis, by twice the angle that these are of.
-  ENGRAM_LANES_INLINE QuatOf turned(V sine, V cosine) const {
-    return {w * cosine - z * sine, x * cosine + y * sine, y * cosine - x * sine,
-            z * cosine + w * sine};
-  }
-  ENGRAM_LANES_INLINE Vec3Of<V> z_axis() const {
-    return {2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)};
-  }
+struct LinkPose {
+  Vec3Of<V> pos;  // m, from the base
+  Mat3Of<V> axes;
 };
 
+// Forward kinematics of the arm's links by rotation matrices.
 template <class V>
-struct ToolPose {
+ENGRAM_INLINE void link_poses(const RobotModel& robot, const V* q, LinkPose<V>* links) {
+  for (int i = 0; i < kArmJoints; ++i) {
+    V sine;
+    V cosine;
+    sine_cosine(q[i], sine, cosine);
+    const RobotModel::Link& link = robot.links[i];
+    if (i == 0) {
+      links[0].pos = broadcast_vec3<V>(link.offset);
+      for (int k = 0; k < 9; ++k) links[0].axes.at[k] = simd::broadcast<V>(link.rotation[k]);
+    } else {
+      links[i].pos = links[i - 1].pos + links[i - 1].axes * link.offset;
+      links[i].axes = links[i - 1].axes.times(link.rotation);
+    }
+    links[i].axes = links[i].axes.rotated_z(sine, cosine);
+  }
+}
+
+template <class V>
+struct TcpPose {
   Vec3Of<V> pos;   // m, from the base
   QuatOf<V> quat;  // normalised
 };
 
 // Velocity of the TCP, linear, then angular, by a unit of each joint's.
 template <class V>
-struct ToolJacobian {
+struct TcpJacobian {
   V column[kArmJoints][6];
 };
 
-// `jacobian` may be null.
+// Forward kinematics of the TCP by quaternions. `jacobian` may be null.
 template <class V>
-ENGRAM_LANES_INLINE ToolPose<V> arm_forward_kinematics(const RobotModel& chain, const V* q,
-                                                       ToolJacobian<V>* jacobian) {
+ENGRAM_INLINE TcpPose<V> arm_forward_kinematics(const RobotModel& robot, const V* q,
+                                                TcpJacobian<V>* jacobian) {
   Vec3Of<V> origin[kArmJoints];
   Vec3Of<V> axis[kArmJoints];
-  ToolPose<V> pose = {{}, {spread<V>(1), V{}, V{}, V{}}};
+  TcpPose<V> pose = {{}, {simd::broadcast<V>(1), V{}, V{}, V{}}};
   for (int i = 0; i < kArmJoints; ++i) {
     V sine;
     V cosine;
     sine_cosine(0.5 * q[i], sine, cosine);
-    pose.pos = pose.pos + pose.quat.turn(chain.arm[i].offset);
-    pose.quat = pose.quat.times(chain.quat[i]).turned(sine, cosine);
+    pose.pos = pose.pos + pose.quat * robot.links[i].offset;
+    pose.quat = pose.quat.times(robot.link_quat[i]).rotated_z(sine, cosine);
     origin[i] = pose.pos;
     if (jacobian != nullptr) axis[i] = pose.quat.z_axis();
   }
-  pose.pos = pose.pos + pose.quat.turn(chain.tool_offset);
-  const QuatOf<V> last = pose.quat.times(chain.tool_quat);
-  const V scale = 1.0 / root(last.w * last.w + last.x * last.x + last.y * last.y + last.z * last.z);
+  pose.pos = pose.pos + pose.quat * robot.tcp_offset;
+  const QuatOf<V> last = pose.quat.times(robot.tcp_quat);
+  const V scale =
+      1.0 / simd::sqrt(last.w * last.w + last.x * last.x + last.y * last.y + last.z * last.z);
   pose.quat = {last.w * scale, last.x * scale, last.y * scale, last.z * scale};
   if (jacobian != nullptr) {
     for (int i = 0; i < kArmJoints; ++i) {
       const Vec3Of<V> linear = cross(axis[i], pose.pos - origin[i]);
-      const V values[6] = {linear.x, linear.y, linear.z, axis[i].x, axis[i].y, axis[i].z};
-      for (int k = 0; k < 6; ++k) jacobian->column[i][k] = values[k];
+      for (int k = 0; k < 3; ++k) {
+        jacobian->column[i][k] = linear[k];
+        jacobian->column[i][3 + k] = axis[i][k];
+      }
     }
   }
   return pose;
 }
 
-// pinv(J) twist by way of the normal equations. Returns where they are well conditioned; elsewhere
-// `step` means nothing.
+// pinv(J) displacement by a Cholesky factorisation of the normal equations. Returns where they are
+// well conditioned; elsewhere `step` means nothing.
 template <class V>
-ENGRAM_LANES_INLINE auto minimum_norm_step(const ToolJacobian<V>& jacobian, const V* twist,
-                                           V* step) {
+ENGRAM_INLINE auto minimum_norm_step(const TcpJacobian<V>& jacobian, const V* displacement,
+                                     V* step) {
   constexpr double kWellConditioned = 1e-4;  // smallest over largest pivot
-  V factor[6][6];                            // Cholesky's, lower triangle
+  V factor[6][6];                            // lower triangle
   V pivot[6];                                // its inverse diagonal
   V least = {};
   V largest = {};
-  auto well = least == largest;
+  auto good = least == largest;
   for (int i = 0; i < 6; ++i) {
     for (int k = 0; k <= i; ++k) {
       V sum = {};
@@ -95,17 +100,17 @@ ENGRAM_LANES_INLINE auto minimum_norm_step(const ToolJacobian<V>& jacobian, cons
       if (k < i) {
         factor[i][k] = sum * pivot[k];
       } else {
-        const V diagonal = root(sum);
-        well = both(well, diagonal > 0.0);
+        const V diagonal = simd::sqrt(sum);
+        good = simd::logical_and(good, diagonal > 0.0);
         pivot[i] = 1.0 / diagonal;
-        least = i == 0 ? diagonal : lesser(diagonal, least);
-        largest = i == 0 ? diagonal : greater(diagonal, largest);
+        least = i == 0 ? diagonal : simd::min(diagonal, least);
+        largest = i == 0 ? diagonal : simd::max(diagonal, largest);
       }
     }
   }
   V solved[6];
   for (int i = 0; i < 6; ++i) {
-    solved[i] = twist[i];
+    solved[i] = displacement[i];
     for (int k = 0; k < i; ++k) solved[i] -= factor[i][k] * solved[k];
     solved[i] *= pivot[i];
   }
@@ -117,8 +122,8 @@ ENGRAM_LANES_INLINE auto minimum_norm_step(const ToolJacobian<V>& jacobian, cons
     step[joint] = V{};
     for (int k = 0; k < 6; ++k) step[joint] += jacobian.column[joint][k] * solved[k];
   }
-  return both(well, least > kWellConditioned * largest);
+  return simd::logical_and(good, least > kWellConditioned * largest);
 }
 
-}  // namespace ENGRAM_LANES
+}  // namespace ENGRAM_ISA
 }  // namespace engram

@@ -1,40 +1,46 @@
-// How the robot's nine joints move in one substep, for a single robot or for many side by side:
-// drives, the coupling of the fingers and the joint limits are impulses, found one after the other,
-// again and again. docs/physics.md says where this law comes from.
+// One substep of the robot's nine joints, for a single robot or for many side by side: projected
+// Gauss-Seidel over implicit drives, the fingers' coupling and joint limits, with positions
+// advanced in every iteration (PhysX's temporal Gauss-Seidel). docs/physics.md derives it.
 #pragma once
 
-#include "core/math/lanes.h"
+#include "core/math/simd.h"
 #include "core/robot/robot_params.h"
 
 namespace engram {
-
-inline namespace ENGRAM_LANES {
+inline namespace ENGRAM_ISA {
 
 constexpr int kSolverIterations = 15;
-constexpr double kLinkDamping = 0.05;       // 1/s, of the arm's turning
+constexpr double kLinkDamping = 0.05;       // 1/s, of the arm's joint velocities
 constexpr double kCouplingStiffness = 1e5;  // N/m, between the fingers
 
-// Free rotation is integrated explicitly, in reach of no drive: wrist joints that spin faster than
-// this would gain speed from it. rad/s, m/s; PhysX's limit as well.
-constexpr double kFastestJoint = 100;
+// Limit of joint velocities, rad/s, m/s; PhysX's as well. Free rotation is integrated explicitly,
+// and wrist joints beyond it would gain energy.
+constexpr double kMaxJointVelocity = 100;
 
 constexpr int kLeftFinger = kArmJoints;
 constexpr int kRightFinger = kArmJoints + 1;
 
+// Stiffness of a joint's drive, N m/rad, N/m: none for the arm in velocity mode.
+ENGRAM_INLINE double drive_stiffness(const RobotParams& params, bool velocity_mode, int joint) {
+  return velocity_mode && joint < kArmJoints ? 0.0 : params.drive.stiffness;
+}
+
 // Rows may be longer than the joints are many: a single robot's are whole vectors so, and have
 // zeros at their ends.
 template <class V>
-constexpr int kJointRow = kLanesOf<V> == 1 ? kRobotJoints + 1 : kRobotJoints;
+constexpr int kJointRow = simd::kLanesOf<V> == 1 ? kRobotJoints + 1 : kRobotJoints;
 template <class V>
 struct JointsOf {
   V at[kJointRow<V>] = {};
   V& operator[](int i) { return at[i]; }
   const V& operator[](int i) const { return at[i]; }
+  const V* begin() const { return at; }
+  const V* end() const { return at + kJointRow<V>; }
 };
 
 // row += scale * other
 template <class V>
-ENGRAM_LANES_INLINE void add_scaled(JointsOf<V>& row, V scale, const JointsOf<V>& other) {
+ENGRAM_INLINE void add_scaled(JointsOf<V>& row, V scale, const JointsOf<V>& other) {
   for (int i = 0; i < kJointRow<V>; ++i) row[i] += scale * other[i];
 }
 
@@ -43,14 +49,16 @@ struct JointMatrixOf {
   JointsOf<V> row[kRobotJoints];
   JointsOf<V>& operator[](int i) { return row[i]; }
   const JointsOf<V>& operator[](int i) const { return row[i]; }
+  const JointsOf<V>* begin() const { return row; }
+  const JointsOf<V>* end() const { return row + kRobotJoints; }
 };
 
-// Of a symmetric positive definite matrix. Gauss and Jordan; such matrices need no pivoting.
+// Gauss-Jordan elimination of a symmetric positive definite matrix, which needs no pivoting.
 template <class V>
-ENGRAM_LANES_INLINE void invert(JointMatrixOf<V>& m) {
+ENGRAM_INLINE void invert(JointMatrixOf<V>& m) {
   for (int k = 0; k < kRobotJoints; ++k) {
     const V pivot = 1.0 / m[k][k];
-    m[k][k] = spread<V>(1);
+    m[k][k] = simd::broadcast<V>(1);
     for (int i = 0; i < kJointRow<V>; ++i) m[k][i] *= pivot;
     for (int i = 0; i < kRobotJoints; ++i) {
       if (i == k) continue;
@@ -63,106 +71,119 @@ ENGRAM_LANES_INLINE void invert(JointMatrixOf<V>& m) {
 
 template <class V>
 struct JointSolver {
-  // --- what the substep begins with ---
+  // --- input of prepare() ---
 
-  JointMatrixOf<V> w;                   // inertia; its inverse from prepare() on
+  JointMatrixOf<V> inv_mass;            // mass matrix; prepare() inverts it
   JointsOf<V> begin_v;                  // rad/s, m/s; after damping and bias from prepare() on
-  JointsOf<V> bias;                     // Coriolis and centrifugal forces, N m, N
-  JointsOf<V> aim;                      // stiffness target + damping target velocity
-  double stiffness[kRobotJoints] = {};  // of each drive; none in velocity mode
+  JointsOf<V> bias_force;               // Coriolis and centrifugal forces, N m, N
+  JointsOf<V> drive_bias;               // stiffness * target + damping * target velocity
+  double stiffness[kRobotJoints] = {};  // of each drive
 
-  // --- what it ends with: end_q begins as q ---
+  // --- output of run(); end_q begins as q ---
 
-  JointsOf<V> end_q;     // rad, m
-  JointsOf<V> end_v;     // rad/s, m/s
-  JointsOf<V> driven;    // impulses of this substep, added up: drives,
-  JointsOf<V> at_lower;  // lower limits,
-  JointsOf<V> at_upper;  // upper limits
+  JointsOf<V> end_q;  // rad, m
+  JointsOf<V> end_v;  // rad/s, m/s
+  // Accumulated impulses of the substep.
+  JointsOf<V> drive_impulse;
+  JointsOf<V> lower_impulse;  // of joint limits
+  JointsOf<V> upper_impulse;
 
-  double hh;      // of one iteration, s
-  double per_hh;  // 1 / hh
-  JointsOf<V> gain;
-  JointsOf<V> brake;
-  JointsOf<V> resist;  // inverse of w's diagonal
-  JointsOf<V> couple;  // change of velocities by a unit of the coupling's impulse
-  V couple_gain;
+  double dt;      // of one iteration, s
+  double inv_dt;  // 1 / dt
+  JointsOf<V> drive_gain;
+  JointsOf<V> implicit_damping;
+  JointsOf<V> effective_mass;     // inverse of inv_mass's diagonal
+  JointsOf<V> coupling_response;  // change of velocities by a unit of the coupling's impulse
+  V coupling_gain;
 
-  ENGRAM_LANES_INLINE void prepare(const RobotParams& law) {
-    hh = law.timestep / kSolverIterations;
-    per_hh = kSolverIterations / law.timestep;
-    invert(w);
+  ENGRAM_INLINE void prepare(const RobotParams& params) {
+    dt = params.timestep / kSolverIterations;
+    inv_dt = kSolverIterations / params.timestep;
+    invert(inv_mass);
     for (int i = 0; i < kRobotJoints; ++i) {
-      const double resistance = law.drive.damping + hh * stiffness[i];
-      gain[i] = hh / (1.0 + w[i][i] * (hh * resistance));
-      brake[i] = gain[i] * resistance;
-      resist[i] = 1.0 / w[i][i];
-      couple[i] = w[i][kLeftFinger] - w[i][kRightFinger];
-      if (i < kArmJoints) begin_v[i] *= 1 - kLinkDamping * law.timestep;
+      const double resistance = params.drive.damping + dt * stiffness[i];
+      drive_gain[i] = dt / (1.0 + inv_mass[i][i] * (dt * resistance));
+      implicit_damping[i] = drive_gain[i] * resistance;
+      effective_mass[i] = 1.0 / inv_mass[i][i];
+      coupling_response[i] = inv_mass[i][kLeftFinger] - inv_mass[i][kRightFinger];
+      if (i < kArmJoints) begin_v[i] *= 1 - kLinkDamping * params.timestep;
     }
-    const V give = couple[kLeftFinger] - couple[kRightFinger];
-    const double unit = hh * kCouplingStiffness;
-    couple_gain = unit / (1.0 + give * (hh * unit));
-    for (int i = 0; i < kRobotJoints; ++i) add_scaled(begin_v, -law.timestep * bias[i], w[i]);
+    const V compliance = coupling_response[kLeftFinger] - coupling_response[kRightFinger];
+    const double unit = dt * kCouplingStiffness;
+    coupling_gain = unit / (1.0 + compliance * (dt * unit));
+    for (int i = 0; i < kRobotJoints; ++i) {
+      add_scaled(begin_v, -params.timestep * bias_force[i], inv_mass[i]);
+    }
   }
 
-  // `pushed`: what forces of contacts add to the velocities in one iteration; may be null.
-  // `spent`, if not null: counts the iterations in which a drive is at its limit.
-  ENGRAM_LANES_INLINE void run(const RobotParams& law, const JointsOf<V>* pushed,
-                               JointsOf<V>* spent) {
-    const double most = law.drive.limit * law.timestep;
-    JointsOf<V> speed = begin_v;
-    driven = at_lower = at_upper = {};
+  // `contact_dv`: change of velocities by contact forces in one iteration; may be null.
+  // `saturated`, if not null: counts the iterations in which a drive is at its limit.
+  ENGRAM_INLINE void run(const RobotParams& params, const JointsOf<V>* contact_dv,
+                         JointsOf<V>* saturated) {
+    const double max_impulse = params.drive.limit * params.timestep;
+    JointsOf<V> velocity = begin_v;
+    drive_impulse = lower_impulse = upper_impulse = {};
     bool limited = false;
     for (int iteration = 0; iteration < kSolverIterations; ++iteration) {
-      if (pushed != nullptr) add_scaled(speed, spread<V>(1), *pushed);
-      couple_fingers(speed);
+      if (contact_dv != nullptr) add_scaled(velocity, simd::broadcast<V>(1), *contact_dv);
+      solve_coupling(velocity);
       for (int i = 0; i < kRobotJoints; ++i) {
-        const V pull = gain[i] * (aim[i] - stiffness[i] * end_q[i]);
-        move_joint(law, most, i, pull, speed, spent, limited);
+        const V target_impulse = drive_gain[i] * (drive_bias[i] - stiffness[i] * end_q[i]);
+        solve_drive(max_impulse, i, target_impulse, velocity, saturated);
+        solve_limits(params, i, velocity, limited);
       }
-      for (int i = 0; i < kRobotJoints; ++i) end_q[i] += hh * speed[i];
+      for (int i = 0; i < kRobotJoints; ++i) end_q[i] += dt * velocity[i];
     }
     for (int i = 0; i < kRobotJoints; ++i) {
-      end_v[i] = lesser(spread<V>(kFastestJoint), greater(spread<V>(-kFastestJoint), speed[i]));
+      end_v[i] = simd::clamp(velocity[i], -kMaxJointVelocity, kMaxJointVelocity);
     }
   }
 
-  // An undamped spring, taken implicitly.
-  ENGRAM_LANES_INLINE void couple_fingers(JointsOf<V>& speed) const {
-    const V apart =
-        end_q[kLeftFinger] - end_q[kRightFinger] + hh * (speed[kLeftFinger] - speed[kRightFinger]);
-    add_scaled(speed, -couple_gain * apart, couple);
+  // An undamped spring between the fingers, taken implicitly.
+  ENGRAM_INLINE void solve_coupling(JointsOf<V>& velocity) const {
+    const V error = end_q[kLeftFinger] - end_q[kRightFinger] +
+                    dt * (velocity[kLeftFinger] - velocity[kRightFinger]);
+    add_scaled(velocity, -coupling_gain * error, coupling_response);
   }
 
-  // The drive's impulse, and those of the limits: a joint goes no faster than to its limit.
-  ENGRAM_LANES_INLINE void move_joint(const RobotParams& law, double most, int i, V pull,
-                                      JointsOf<V>& speed, JointsOf<V>* spent, bool& limited) {
-    const V wanted = driven[i] + (pull - brake[i] * speed[i]);
-    const V sum = lesser(spread<V>(most), greater(spread<V>(-most), wanted));
-    if (spent != nullptr) (*spent)[i] += magnitude(wanted) >= most ? spread<V>(1) : V{};
-    add_scaled(speed, sum - driven[i], w[i]);
-    driven[i] = sum;
-    const V to_lower = (law.lower[i] - end_q[i]) * per_hh;
-    const V to_upper = (law.upper[i] - end_q[i]) * per_hh;
-    // Whether to look depends on all lanes; what is found, on each lane alone.
-    if (limited || any(either(speed[i]<to_lower, speed[i]> to_upper))) [[unlikely]] {
+  ENGRAM_INLINE void solve_drive(double max_impulse, int i, V target_impulse, JointsOf<V>& velocity,
+                                 JointsOf<V>* saturated) {
+    const V unclamped = drive_impulse[i] + (target_impulse - implicit_damping[i] * velocity[i]);
+    const V impulse = simd::clamp(unclamped, -max_impulse, max_impulse);
+    if (saturated != nullptr) {
+      (*saturated)[i] += simd::abs(unclamped) >= max_impulse ? simd::broadcast<V>(1) : V{};
+    }
+    add_scaled(velocity, impulse - drive_impulse[i], inv_mass[i]);
+    drive_impulse[i] = impulse;
+  }
+
+  // A joint goes no faster than to its limit.
+  ENGRAM_INLINE void solve_limits(const RobotParams& params, int i, JointsOf<V>& velocity,
+                                  bool& limited) {
+    const V to_lower = (params.lower[i] - end_q[i]) * inv_dt;
+    const V to_upper = (params.upper[i] - end_q[i]) * inv_dt;
+    // All lanes together decide whether limits are solved; the result is each lane's own.
+    if (limited || simd::any(simd::logical_or(velocity[i]<to_lower, velocity[i]> to_upper)))
+        [[unlikely]] {
       limited = true;
-      push(greater(V{}, at_lower[i] + (to_lower - speed[i]) * resist[i]), i, at_lower[i], speed);
-      push(lesser(V{}, at_upper[i] + (to_upper - speed[i]) * resist[i]), i, at_upper[i], speed);
+      const V lower = lower_impulse[i] + (to_lower - velocity[i]) * effective_mass[i];
+      apply_limit(simd::max(V{}, lower), i, lower_impulse[i], velocity);
+      const V upper = upper_impulse[i] + (to_upper - velocity[i]) * effective_mass[i];
+      apply_limit(simd::min(V{}, upper), i, upper_impulse[i], velocity);
     }
   }
 
-  // A limit pushes one way only.
-  ENGRAM_LANES_INLINE void push(V impulse, int i, V& before, JointsOf<V>& speed) const {
-    const V more = impulse - before;
-    const auto pushes = more != V{};
+  // Limits push in one direction only.
+  ENGRAM_INLINE void apply_limit(V impulse, int i, V& accumulated, JointsOf<V>& velocity) const {
+    const V change = impulse - accumulated;
+    const auto changes = change != V{};
     for (int k = 0; k < kJointRow<V>; ++k) {
       // Adding nothing would change the sign of a zero.
-      speed[k] = pushes ? speed[k] + more * w[i][k] : speed[k];
+      velocity[k] = changes ? velocity[k] + change * inv_mass[i][k] : velocity[k];
     }
-    before = impulse;
+    accumulated = impulse;
   }
 };
 
-}  // namespace ENGRAM_LANES
+}  // namespace ENGRAM_ISA
 }  // namespace engram

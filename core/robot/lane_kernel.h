@@ -2,56 +2,62 @@
 // every control step compute for all of them, whatever their scenes are.
 #pragma once
 
+#include "core/math/instruction_set.h"
 #include "core/robot/robot_model.h"
 #include "core/robot/robot_params.h"
 
 namespace engram {
 
-// Where a quantity's rows begin in the memory of a block. A row has one double for each lane.
+// First rows of quantities in the memory of a block. A row has one double for each lane.
 struct LaneRows {
-  static constexpr int kQ = 0;                        // (9) rad, m: joint positions
-  static constexpr int kV = kQ + kRobotJoints;        // (9) rad/s, m/s
-  static constexpr int kAim = kV + kRobotJoints;      // (9) see JointSolver
-  static constexpr int kEndQ = kAim + kRobotJoints;   // (9) after the substep, if nothing touches
-  static constexpr int kEndV = kEndQ + kRobotJoints;  // (9)
-  static constexpr int kSeen = kEndV + kRobotJoints;  // (9) where the clearance was found
-  static constexpr int kRoom = kSeen + kRobotJoints;  // (1) m, what it was
+  static constexpr int kQ = 0;                             // (9) rad, m: joint positions
+  static constexpr int kV = kQ + kRobotJoints;             // (9) rad/s, m/s
+  static constexpr int kDriveBias = kV + kRobotJoints;     // (9) see JointSolver
+  static constexpr int kEndQ = kDriveBias + kRobotJoints;  // (9) after a substep without contacts
+  static constexpr int kEndV = kEndQ + kRobotJoints;       // (9)
+  static constexpr int kClearanceQpos = kEndV + kRobotJoints;       // (9) where it was measured
+  static constexpr int kClearance = kClearanceQpos + kRobotJoints;  // (1) m
   // Written on demand.
-  static constexpr int kBias = kRoom + 1;                                // (9)
-  static constexpr int kInertia = kBias + kRobotJoints;                  // (9 x 9)
-  static constexpr int kLinks = kInertia + kRobotJoints * kRobotJoints;  // (7 x (3 + 9))
-  // Of reach().
-  static constexpr int kTwist = kLinks + kArmJoints * 12;  // (6) wanted step of the TCP, m, rad
-  static constexpr int kStep = kTwist + 6;                 // (7) of the joints, rad
-  static constexpr int kJacobian = kStep + kArmJoints;     // (6 x 7), column by column
-  static constexpr int kTcp = kJacobian + 6 * kArmJoints;  // (3 + 4) pose
+  static constexpr int kBiasForce = kClearance + 1;                             // (9)
+  static constexpr int kMassMatrix = kBiasForce + kRobotJoints;                 // (9 x 9)
+  static constexpr int kLinkPoses = kMassMatrix + kRobotJoints * kRobotJoints;  // (7 x (3 + 9))
+  // Rows of differential_ik() and forward_kinematics().
+  static constexpr int kDisplacement = kLinkPoses + kArmJoints * 12;  // (6) of the TCP, m, rad
+  static constexpr int kStep = kDisplacement + 6;                     // (7) of the joints, rad
+  static constexpr int kJacobian = kStep + kArmJoints;                // (6 x 7), column by column
+  static constexpr int kTcp = kJacobian + 6 * kArmJoints;             // (3 + 4) pose
   static constexpr int kCount = kTcp + 7;
 };
 
 struct LaneKernel {
-  const char* name;  // of the instruction set
+  InstructionSet instruction_set;
   int lanes;
 
-  // The lanes, as bits, whose robots may have come nearer to something than they had room. Needs
-  // kQ, kSeen, kRoom.
-  unsigned (*moved_far)(const RobotModel& chain, const double* rows);
-  // One substep, as if nothing touched: kQ, kV, kAim to kEndQ, kEndV. `details`: writes kBias,
-  // kInertia and kLinks as well.
-  void (*substep)(const RobotModel& chain, const RobotParams& law, bool velocity_mode, double* rows,
-                  bool details);
+  // The lanes, as bits, whose robots may have moved farther than their clearance. Reads kQ,
+  // kClearanceQpos, kClearance.
+  unsigned (*clearance_exceeded)(const RobotModel& robot, const double* rows);
+  // One substep without contacts: kQ, kV, kDriveBias to kEndQ, kEndV. `details`: writes kBiasForce,
+  // kMassMatrix and kLinkPoses as well.
+  void (*substep)(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
+                  double* rows, bool details);
   // kQ to kTcp.
-  void (*tool)(const RobotModel& chain, double* rows);
-  // kQ and kTwist to kStep, the smallest joint step that realises the twist, and kJacobian. Returns
-  // the lanes, as bits, in which the Jacobian is too near to losing a rank: there, kStep is not
-  // valid.
-  unsigned (*reach)(const RobotModel& chain, double* rows);
+  void (*forward_kinematics)(const RobotModel& robot, double* rows);
+  // kQ and kDisplacement to kStep, the smallest joint step that gives the displacement, and
+  // kJacobian. Returns the lanes, as bits, in which the Jacobian is too near to losing a rank:
+  // there, kStep is not valid.
+  unsigned (*differential_ik)(const RobotModel& robot, double* rows);
 };
 
 inline constexpr int kMostLanes = 8;
 
-// The kernel of so many lanes (1, 2, 4, 8), or null if this processor has none.
+// The kernel of so many lanes (1, 2, 4, 8), or null if this processor or build has none.
 const LaneKernel* lane_kernel(int lanes);
 // The widest that the processor has.
 const LaneKernel& widest_lane_kernel();
+
+// Kernels of wide instruction sets, whether the processor has them or not; null where this library
+// was built without them.
+const LaneKernel* avx2_lane_kernel();
+const LaneKernel* avx512_lane_kernel();
 
 }  // namespace engram

@@ -1,12 +1,12 @@
 // Eight lanes, for processors with AVX-512.
-#include "core/robot/lane_kernels.h"
+#include "core/robot/lane_kernel.h"
 
 #if defined(__AVX512F__)
 #include "core/robot/lane_kernel_body.h"
 
 namespace engram {
 namespace {
-constexpr LaneKernel kKernel = make_lane_kernel<Lanes8>("avx512");
+constexpr LaneKernel kKernel = make_lane_kernel<simd::Double>(InstructionSet::kAvx512);
 }
 const LaneKernel* avx512_lane_kernel() { return &kKernel; }
 }  // namespace engram

@@ -6,105 +6,119 @@
 #include "core/robot/robot_dynamics.h"
 
 namespace engram {
-inline namespace ENGRAM_LANES {
+inline namespace ENGRAM_ISA {
+
+// Rows of lanes lie one after the other.
+template <class V>
+ENGRAM_INLINE V load_row(const double* rows, int index) {
+  V value;
+  __builtin_memcpy(&value, rows + index * simd::kLanesOf<V>, sizeof value);
+  return value;
+}
+template <class V>
+ENGRAM_INLINE void store_row(double* rows, int index, V value) {
+  __builtin_memcpy(rows + index * simd::kLanesOf<V>, &value, sizeof value);
+}
 
 template <class V>
-unsigned moved_far(const RobotModel& chain, const double* rows) {
-  V way = {};
+void load_rows(const double* rows, int first, int count, V* to) {
+  for (int i = 0; i < count; ++i) to[i] = load_row<V>(rows, first + i);
+}
+template <class V>
+void store_rows(double* rows, int first, int count, const V* from) {
+  for (int i = 0; i < count; ++i) store_row(rows, first + i, from[i]);
+}
+
+// All lanes but those of the mask, as bits.
+template <class V, class Mask>
+unsigned other_lanes(Mask mask) {
+  constexpr unsigned kAll = (1U << simd::kLanesOf<V>)-1;
+  return kAll & ~simd::bits(mask);
+}
+
+template <class V>
+unsigned clearance_exceeded(const RobotModel& robot, const double* rows) {
+  V displacement = {};
   for (int i = 0; i < kRobotJoints; ++i) {
-    way += chain.arms[i] *
-           magnitude(row<V>(rows, LaneRows::kQ + i) - row<V>(rows, LaneRows::kSeen + i));
+    displacement +=
+        robot.lever_arms[i] * simd::abs(load_row<V>(rows, LaneRows::kQ + i) -
+                                        load_row<V>(rows, LaneRows::kClearanceQpos + i));
   }
-  const unsigned all = (1U << kLanesOf<V>)-1;
-  return all & ~bits_of(way < row<V>(rows, LaneRows::kRoom));
-}
-
-template <class V>
-void load_joints(const double* rows, int first, V* to) {
-  for (int i = 0; i < kRobotJoints; ++i) to[i] = row<V>(rows, first + i);
-}
-template <class V>
-void store_joints(double* rows, int first, const V* from) {
-  for (int i = 0; i < kRobotJoints; ++i) set_row(rows, first + i, from[i]);
+  return other_lanes<V>(displacement < load_row<V>(rows, LaneRows::kClearance));
 }
 
 template <class V>
 void store_details(const JointSolver<V>& joints, const LinkPose<V>* links, double* rows) {
-  store_joints(rows, LaneRows::kBias, joints.bias.at);
+  store_rows(rows, LaneRows::kBiasForce, kRobotJoints, joints.bias_force.at);
   for (int i = 0; i < kRobotJoints; ++i) {
-    store_joints(rows, LaneRows::kInertia + i * kRobotJoints, joints.w[i].at);
+    store_rows(rows, LaneRows::kMassMatrix + i * kRobotJoints, kRobotJoints,
+               joints.inv_mass[i].at);  // not inverted yet
   }
   for (int i = 0; i < kArmJoints; ++i) {
-    const int first = LaneRows::kLinks + 12 * i;
-    set_row(rows, first, links[i].pos.x);
-    set_row(rows, first + 1, links[i].pos.y);
-    set_row(rows, first + 2, links[i].pos.z);
-    for (int k = 0; k < 9; ++k) set_row(rows, first + 3 + k, links[i].axes.at[k]);
+    const int first = LaneRows::kLinkPoses + 12 * i;
+    store_rows(rows, first, 3, links[i].pos.at);
+    store_rows(rows, first + 3, 9, links[i].axes.at);
   }
 }
 
 template <class V>
-void substep(const RobotModel& chain, const RobotParams& law, bool velocity_mode, double* rows,
+void substep(const RobotModel& robot, const RobotParams& params, bool velocity_mode, double* rows,
              bool details) {
   JointSolver<V> joints;
-  load_joints<V>(rows, LaneRows::kQ, joints.end_q.at);
-  load_joints<V>(rows, LaneRows::kV, joints.begin_v.at);
-  load_joints<V>(rows, LaneRows::kAim, joints.aim.at);
+  load_rows<V>(rows, LaneRows::kQ, kRobotJoints, joints.end_q.at);
+  load_rows<V>(rows, LaneRows::kV, kRobotJoints, joints.begin_v.at);
+  load_rows<V>(rows, LaneRows::kDriveBias, kRobotJoints, joints.drive_bias.at);
   LinkPose<V> links[kArmJoints];
-  link_poses<V>(chain, joints.end_q.at, links);
+  link_poses<V>(robot, joints.end_q.at, links);
   {
-    const RobotDynamics<V> dynamics(chain, joints.end_q.at, links);
-    dynamics.inertia(joints.w);
-    dynamics.bias(joints.begin_v.at, joints.bias.at);
+    const RobotDynamics<V> dynamics(robot, joints.end_q.at, links);
+    dynamics.mass_matrix(joints.inv_mass);
+    dynamics.bias_force(joints.begin_v.at, joints.bias_force.at);
   }
   if (details) store_details<V>(joints, links, rows);
   for (int i = 0; i < kRobotJoints; ++i) {
-    joints.stiffness[i] = velocity_mode && i < kArmJoints ? 0.0 : law.drive.stiffness;
+    joints.stiffness[i] = drive_stiffness(params, velocity_mode, i);
   }
-  joints.prepare(law);
-  joints.run(law, nullptr, nullptr);
-  store_joints(rows, LaneRows::kEndQ, joints.end_q.at);
-  store_joints(rows, LaneRows::kEndV, joints.end_v.at);
+  joints.prepare(params);
+  joints.run(params, nullptr, nullptr);
+  store_rows(rows, LaneRows::kEndQ, kRobotJoints, joints.end_q.at);
+  store_rows(rows, LaneRows::kEndV, kRobotJoints, joints.end_v.at);
 }
 
 template <class V>
-void tool(const RobotModel& chain, double* rows) {
+void forward_kinematics(const RobotModel& robot, double* rows) {
   V q[kArmJoints];
-  for (int i = 0; i < kArmJoints; ++i) q[i] = row<V>(rows, LaneRows::kQ + i);
-  const ToolPose<V> pose = arm_forward_kinematics<V>(chain, q, nullptr);
-  set_row(rows, LaneRows::kTcp, pose.pos.x + chain.base[0]);
-  set_row(rows, LaneRows::kTcp + 1, pose.pos.y + chain.base[1]);
-  set_row(rows, LaneRows::kTcp + 2, pose.pos.z + chain.base[2]);
-  set_row(rows, LaneRows::kTcp + 3, pose.quat.w);
-  set_row(rows, LaneRows::kTcp + 4, pose.quat.x);
-  set_row(rows, LaneRows::kTcp + 5, pose.quat.y);
-  set_row(rows, LaneRows::kTcp + 6, pose.quat.z);
+  load_rows<V>(rows, LaneRows::kQ, kArmJoints, q);
+  const TcpPose<V> pose = arm_forward_kinematics<V>(robot, q, nullptr);
+  for (int i = 0; i < 3; ++i) {
+    store_row(rows, LaneRows::kTcp + i, pose.pos[i] + robot.base_position[i]);
+  }
+  const V quat[4] = {pose.quat.w, pose.quat.x, pose.quat.y, pose.quat.z};
+  store_rows(rows, LaneRows::kTcp + 3, 4, quat);
 }
 
 template <class V>
-unsigned reach(const RobotModel& chain, double* rows) {
+unsigned differential_ik(const RobotModel& robot, double* rows) {
   V q[kArmJoints];
-  V twist[6];
+  V displacement[6];
   V step[kArmJoints];
-  for (int i = 0; i < kArmJoints; ++i) q[i] = row<V>(rows, LaneRows::kQ + i);
-  for (int i = 0; i < 6; ++i) twist[i] = row<V>(rows, LaneRows::kTwist + i);
-  ToolJacobian<V> jacobian;
-  arm_forward_kinematics<V>(chain, q, &jacobian);
-  const auto well = minimum_norm_step(jacobian, twist, step);
+  load_rows<V>(rows, LaneRows::kQ, kArmJoints, q);
+  load_rows<V>(rows, LaneRows::kDisplacement, 6, displacement);
+  TcpJacobian<V> jacobian;
+  arm_forward_kinematics<V>(robot, q, &jacobian);
+  const auto well_conditioned = minimum_norm_step(jacobian, displacement, step);
+  store_rows(rows, LaneRows::kStep, kArmJoints, step);
   for (int i = 0; i < kArmJoints; ++i) {
-    set_row(rows, LaneRows::kStep + i, step[i]);
-    for (int k = 0; k < 6; ++k) {
-      set_row(rows, LaneRows::kJacobian + 6 * i + k, jacobian.column[i][k]);
-    }
+    store_rows(rows, LaneRows::kJacobian + 6 * i, 6, jacobian.column[i]);
   }
-  const unsigned all = (1U << kLanesOf<V>)-1;
-  return all & ~bits_of(well);
+  return other_lanes<V>(well_conditioned);
 }
 
 template <class V>
-constexpr LaneKernel make_lane_kernel(const char* name) {
-  return {name, kLanesOf<V>, moved_far<V>, substep<V>, tool<V>, reach<V>};
+constexpr LaneKernel make_lane_kernel(InstructionSet set) {
+  return {set,        simd::kLanesOf<V>,     clearance_exceeded<V>,
+          substep<V>, forward_kinematics<V>, differential_ik<V>};
 }
 
-}  // namespace ENGRAM_LANES
+}  // namespace ENGRAM_ISA
 }  // namespace engram

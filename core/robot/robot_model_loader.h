@@ -1,4 +1,4 @@
-// From a compiled model to what the robot's kernels know.
+// Reads the robot's constants from a compiled model.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -7,7 +7,7 @@
 
 namespace engram {
 
-// All but `arms`. Throws Error if the robot is not of that structure.
+// All but `lever_arms`. Throws Error if the robot is not of that structure.
 RobotModel load_robot_model(const mjModel& model);
 
 }  // namespace engram

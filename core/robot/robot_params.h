@@ -1,9 +1,22 @@
-// The numbers of the law by which the robot's joints move (joint_law.h).
+// The robot's joints: their number, what their drives follow, and the constants of their motion.
 #pragma once
 
-#include "core/robot/joints.h"
+#include <array>
 
 namespace engram {
+
+inline constexpr int kArmJoints = 7;
+inline constexpr int kFingers = 2;
+inline constexpr int kRobotJoints = kArmJoints + kFingers;  // qpos order: arm, left, right finger
+
+using JointArray = std::array<double, kRobotJoints>;
+
+// Targets of the nine drives during one control step.
+struct DriveTarget {
+  JointArray qpos{};                      // rad, m
+  std::array<double, kArmJoints> qvel{};  // rad/s, added through the damping
+  bool velocity_mode = false;             // arm: no stiffness, velocity target only
+};
 
 // force = stiffness (target - q) + damping (target velocity - qvel), within the limit. Taken
 // implicitly.
@@ -13,7 +26,7 @@ struct DriveParams {
   double limit = 0;      // N m, N
 };
 
-// What is the same in every substep.
+// Constants of all substeps.
 struct RobotParams {
   DriveParams drive;
   double lower[kRobotJoints] = {};  // joint limits, rad, m

@@ -113,7 +113,7 @@ PhysicsModel::PhysicsModel(const SceneSpec& source, ModelPtr whole) : arm_(*whol
   robot_bounds_ = RobotBounds(robot(), full());
   robot_model_ = load_robot_model(robot());
   std::copy(robot_bounds_.lever_arms().begin(), robot_bounds_.lever_arms().end(),
-            robot_model_.arms);
+            robot_model_.lever_arms);
 }
 
 // Reads constants from the text's model, before release_robot() changes the compiled ones.

@@ -108,7 +108,7 @@ Controller::Controller(ControlMode mode, const Arm& arm, const double* joint_ran
 
 Pose Controller::measured_pose(const State& state, int env) const {
   Pose pose = arm_.forward(state.qpos.row(env));
-  pose.pos -= arm_.root();
+  pose.pos -= arm_.base_position();
   return pose;
 }
 
@@ -138,16 +138,16 @@ Eigen::Matrix<double, 6, 1> Controller::scaled_displacement(const float* action)
 }
 
 void Controller::delta_pose_targets(const State& state, int first, const Column<float>& actions,
-                                    LaneBlock& block, std::span<Drive> drives) const {
+                                    LaneBlock& block, std::span<DriveTarget> drives) const {
   const int count = static_cast<int>(drives.size());
   for (int lane = 0; lane < count; ++lane) {
     const auto displacement = scaled_displacement(actions.row(first + lane));
     block.put(LaneRows::kQ, lane, state.qpos.row(first + lane), kArmJoints);
-    block.put(LaneRows::kTwist, lane, displacement.data(), 6);
+    block.put(LaneRows::kDisplacement, lane, displacement.data(), 6);
   }
   block.pad(LaneRows::kQ, kArmJoints, count);
-  block.pad(LaneRows::kTwist, 6, count);
-  const unsigned ill = block.kernel().reach(arm_.chain(), block.rows());
+  block.pad(LaneRows::kDisplacement, 6, count);
+  const unsigned ill = block.kernel().differential_ik(arm_.model(), block.rows());
   for (int lane = 0; lane < count; ++lane) {
     ArmVector step;
     block.get(LaneRows::kStep, lane, step.data(), kArmJoints);
@@ -157,7 +157,7 @@ void Controller::delta_pose_targets(const State& state, int first, const Column<
       step = Arm::pseudo_inverse_step(jacobian, scaled_displacement(actions.row(first + lane)));
     }
     const ArmVector target = measured_joints(state, first + lane) + step;
-    std::copy_n(target.data(), kArmJoints, drives[static_cast<std::size_t>(lane)].target.begin());
+    std::copy_n(target.data(), kArmJoints, drives[static_cast<std::size_t>(lane)].qpos.begin());
   }
 }
 
@@ -171,7 +171,7 @@ ArmVector Controller::delta_position_target(const State& state, int env,
 
 ArmVector Controller::pose_target(const State& state, int env, const Pose& target) const {
   ArmVector joints;
-  const Pose in_world{target.pos + arm_.root(), target.quat};
+  const Pose in_world{target.pos + arm_.base_position(), target.quat};
   arm_.inverse(in_world, state.qpos.row(env), joints);  // on failure: the measured joints
   return joints;
 }
@@ -193,8 +193,8 @@ ArmVector Controller::tracked_pose_target(const State& state, int env, const flo
   return pose_target(state, env, target);
 }
 
-Drive Controller::drive(const State& state, int env, const float* action) const {
-  Drive drive;
+DriveTarget Controller::drive(const State& state, int env, const float* action) const {
+  DriveTarget drive;
   ArmVector target = measured_joints(state, env);
   ArmVector velocity = ArmVector::Zero();
   switch (mode_) {
@@ -239,22 +239,22 @@ Drive Controller::drive(const State& state, int env, const float* action) const 
       velocity = clipped_joints(action + kArmJoints, kVelocityScale);
       break;
   }
-  std::copy_n(target.data(), kArmJoints, drive.target.begin());
-  std::copy_n(velocity.data(), kArmJoints, drive.velocity.begin());
+  std::copy_n(target.data(), kArmJoints, drive.qpos.begin());
+  std::copy_n(velocity.data(), kArmJoints, drive.qvel.begin());
   const double finger = gripper_target(action[arm_dim(mode_)]);
-  std::fill(drive.target.begin() + kArmJoints, drive.target.end(), finger);
+  std::fill(drive.qpos.begin() + kArmJoints, drive.qpos.end(), finger);
   return drive;
 }
 
 void Controller::drive(const State& state, int first, const Column<float>& actions,
-                       LaneBlock& block, std::span<Drive> drives) const {
+                       LaneBlock& block, std::span<DriveTarget> drives) const {
   if (mode_ == ControlMode::kPdEeDeltaPose) {
     delta_pose_targets(state, first, actions, block, drives);
     for (std::size_t i = 0; i < drives.size(); ++i) {
       const float* action = actions.row(first + static_cast<int>(i));
       const double finger = gripper_target(action[arm_dim(mode_)]);
-      std::fill(drives[i].target.begin() + kArmJoints, drives[i].target.end(), finger);
-      drives[i].velocity = {};
+      std::fill(drives[i].qpos.begin() + kArmJoints, drives[i].qpos.end(), finger);
+      drives[i].qvel = {};
       drives[i].velocity_mode = false;
     }
     return;

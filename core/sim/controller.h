@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/robot/arm.h"
-#include "core/robot/drive.h"
 #include "core/robot/lane_block.h"
+#include "core/robot/robot_params.h"
 #include "core/sim/control_mode.h"
 #include "core/sim/state.h"
 
@@ -38,11 +38,11 @@ class Controller {
   void reset(const State& state, int env) const;
 
   // Computes one control step's drive targets from the measured state and an action row.
-  Drive drive(const State& state, int env, const float* action) const;
+  DriveTarget drive(const State& state, int env, const float* action) const;
   // Computes them for the environments from `first` on, one for each drive, at most as many as the
   // block has lanes.
   void drive(const State& state, int first, const Column<float>& actions, LaneBlock& block,
-             std::span<Drive> drives) const;
+             std::span<DriveTarget> drives) const;
 
   // Writes the action that holds the robot in place: all zeros, or the measured position in the
   // modes with absolute targets. `action` has action_space().dim() elements.
@@ -66,7 +66,7 @@ class Controller {
   Eigen::Matrix<double, 6, 1> scaled_displacement(const float* action) const;
   // Joint targets of pd_ee_delta_pose, in lanes: differential inverse kinematics.
   void delta_pose_targets(const State& state, int first, const Column<float>& actions,
-                          LaneBlock& block, std::span<Drive> drives) const;
+                          LaneBlock& block, std::span<DriveTarget> drives) const;
 
   ControlMode mode_;
   const Arm& arm_;

@@ -32,8 +32,8 @@ const LaneKernel& choose_kernel(int lanes) {
 
 void put_clearance(LaneBlock& block, int lane, const RobotBounds::Clearance& clearance) {
   const double distance = clearance.clearance();
-  block.put(LaneRows::kSeen, lane, clearance.qpos.data(), kRobotJoints);
-  block.put(LaneRows::kRoom, lane, &distance, 1);
+  block.put(LaneRows::kClearanceQpos, lane, clearance.qpos.data(), kRobotJoints);
+  block.put(LaneRows::kClearance, lane, &distance, 1);
 }
 
 // Applies the weights of awake props at their centres of mass. The robot is weightless.
@@ -72,7 +72,7 @@ bool has_warnings(const mjData& data) {
 }  // namespace
 
 struct Simulator::Lane {
-  Lane(const PhysicsModel& model, const State& state, int env, const Drive& drive,
+  Lane(const PhysicsModel& model, const State& state, int env, const DriveTarget& drive,
        RobotBounds::Clearance& clearance, StepWorkspace& step_workspace,
        SleepWorkspace& sleep_workspace, SceneWorkspace& scenes, StepClock::Worker* clock)
       : step(model, state, env, step_workspace, clearance, clock),
@@ -124,7 +124,7 @@ struct Simulator::Lane {
   // the scene in use and tests every contact pair. Returns false if MuJoCo warns.
   bool substep(const RobotPose& pose, bool sleep, LaneBlock& block, int lane,
                ContactWorkspace& contacts) {
-    robot.take(block.rows(), block.lanes(), lane);
+    robot.load(block.rows(), block.lanes(), lane);
     load(pose);
     mark(step.clock, StepPart::kDynamics);
     const mjModel* colliding = sleep ? load_near_pairs(pose) : &step.scene_model();
@@ -179,14 +179,14 @@ Simulator::~Simulator() = default;
 
 LaneBlock& Simulator::block(int worker) { return workspaces_[at(worker)].block; }
 
-bool Simulator::step(const State& state, int env, int worker, const Drive& drive,
+bool Simulator::step(const State& state, int env, int worker, const DriveTarget& drive,
                      StepClock::Worker* clock) {
   bool good = true;
   step(state, env, worker, {&drive, 1}, &good, clock);
   return good;
 }
 
-void Simulator::step(const State& state, int first, int worker, std::span<const Drive> drives,
+void Simulator::step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
                      bool* good, StepClock::Worker* clock) {
   const int count = static_cast<int>(drives.size());
   std::fill_n(good, count, true);
@@ -195,18 +195,18 @@ void Simulator::step(const State& state, int first, int worker, std::span<const 
   const MujocoScope scope;
   for (int lane = 0; lane < count; ++lane) {
     const int env = first + lane;
-    const Drive& drive = drives[at(lane)];
+    const DriveTarget& drive = drives[at(lane)];
     workspace.lanes[at(lane)].emplace(
         model_, state, env, drive, clearances_[at(env)], workspace.step_workspaces[at(lane)],
         workspace.sleep_workspaces[at(lane)], workspace.scenes, clock);
     for (int joint = 0; joint < kRobotJoints; ++joint) {
-      const double aim = drive_aim(model_.robot_params(), drive, joint);
-      workspace.block.put(LaneRows::kAim + joint, lane, &aim, 1);
+      const double aim = drive_bias(model_.robot_params(), drive, joint);
+      workspace.block.put(LaneRows::kDriveBias + joint, lane, &aim, 1);
     }
     begin_lane(workspace, lane);
   }
   workspace.block.pad(LaneRows::kQ, LaneRows::kEndQ, count);
-  workspace.block.pad(LaneRows::kSeen, kRobotJoints + 1, count);
+  workspace.block.pad(LaneRows::kClearanceQpos, kRobotJoints + 1, count);
   mark(clock, StepPart::kGather);
   for (int i = 0; i < options_.substeps; ++i) {
     for (int lane = 0; lane < count; ++lane) {
@@ -241,7 +241,7 @@ void Simulator::substep(WorkerWorkspace& workspace, int count, bool last, bool v
                         StepClock::Worker* clock) {
   LaneBlock& block = workspace.block;
   const RobotModel& chain = model_.robot_model();
-  const unsigned moved_far = kernel_.moved_far(chain, block.rows());
+  const unsigned exceeded = kernel_.clearance_exceeded(chain, block.rows());
   unsigned busy = 0;
   unsigned unclear = 0;  // lanes whose clearance has to be updated
   for (int lane = 0; lane < count; ++lane) {
@@ -250,7 +250,7 @@ void Simulator::substep(WorkerWorkspace& workspace, int count, bool last, bool v
     if (here.is_busy()) {
       busy |= 1U << lane;
     } else {
-      unclear |= moved_far & (1U << lane);
+      unclear |= exceeded & (1U << lane);
     }
   }
   kernel_.substep(chain, model_.robot_params(), velocity_mode, block.rows(), (busy | unclear) != 0);
@@ -309,7 +309,7 @@ void Simulator::update_tcp(const State& state, int first, int count, int worker)
     block.put(LaneRows::kQ, lane, state.qpos.row(first + lane), kArmJoints);
   }
   block.pad(LaneRows::kQ, kArmJoints, count);
-  kernel_.tool(model_.robot_model(), block.rows());
+  kernel_.forward_kinematics(model_.robot_model(), block.rows());
   for (int lane = 0; lane < count; ++lane) {
     block.get(LaneRows::kTcp, lane, state.tcp_pos.row(first + lane), 3);
     block.get(LaneRows::kTcp + 3, lane, state.tcp_quat.row(first + lane), 4);

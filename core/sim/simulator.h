@@ -20,8 +20,8 @@
 #include <vector>
 
 #include "core/base/step_clock.h"
-#include "core/robot/drive.h"
 #include "core/robot/lane_kernel.h"
+#include "core/robot/robot_params.h"
 #include "core/scene/robot_bounds.h"
 #include "core/sim/state.h"
 
@@ -54,10 +54,10 @@ class Simulator {
   // lanes(), on the workspace of `worker`. Their drives must agree in their mode. Sets `good` of
   // each environment; false: its physics diverged (non-finite or huge values, or an error of
   // MuJoCo), and its state stays as it was. `clock` may be null.
-  void step(const State& state, int first, int worker, std::span<const Drive> drives, bool* good,
-            StepClock::Worker* clock = nullptr);
+  void step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
+            bool* good, StepClock::Worker* clock = nullptr);
   // One control step of one environment.
-  bool step(const State& state, int env, int worker, const Drive& drive,
+  bool step(const State& state, int env, int worker, const DriveTarget& drive,
             StepClock::Worker* clock = nullptr);
 
   // Recomputes the TCP poses of so many environments, at most lanes(), from their joint positions.

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "render/egl_context.h"
+#include "render/egl/context.h"
 
 namespace engram {
 

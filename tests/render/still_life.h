@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tests/render/render_rig.h"
+#include "tests/render/render_fixture.h"
 
 namespace engram::test {
 

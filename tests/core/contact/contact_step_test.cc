@@ -263,7 +263,7 @@ struct Driven {
     scene.kinematics.pose_fixed(*data);
     std::copy(kStart.begin(), kStart.end(), data->qpos);
   }
-  void step(const RobotParams& params, const Drive& drive) {
+  void step(const RobotParams& params, const DriveTarget& drive) {
     RobotStep robot(params, drive);
     robot.begin(chain, data->qpos, data->qvel);
     robot.run({});
@@ -288,13 +288,13 @@ TEST_CASE("The robot moves the same with resting cubes in the scene and without"
     Driven alone(scene, PhysicsModel::kDynamicsScene);
     Driven full(scene, scene.model.full_scene());
     scene.lay_out(full.data.get());
-    Drive drive;
+    DriveTarget drive;
     for (int i = 0; i < 2000; ++i) {
       if (i % 20 == 0) {
         for (std::size_t joint = 0; joint < kRobotJoints; ++joint) {
-          drive.target[joint] = kStart[joint] + random.uniform(-0.3, 0.3);
+          drive.qpos[joint] = kStart[joint] + random.uniform(-0.3, 0.3);
         }
-        drive.target[6] = 3.5;
+        drive.qpos[6] = 3.5;
       }
       scene.apply_weights(full.data.get());
       alone.step(params, drive);
@@ -319,9 +319,9 @@ TEST_CASE("A contact without force leaves the robot's motion alone, to the bit",
   double* cube = touching.data->qpos + scene.qpos[0];
   std::copy_n(touching.data->xpos + 3 * tip, 3, cube);
   cube[2] -= 0.045 + 0.0095 + 0.02 - 1e-6;  // just below a finger
-  Drive up;
-  std::copy(kStart.begin(), kStart.end(), up.target.begin());
-  up.target[1] -= 0.3;
+  DriveTarget up;
+  std::copy(kStart.begin(), kStart.end(), up.qpos.begin());
+  up.qpos[1] -= 0.3;
   for (mjData* data : {alone.data.get(), touching.data.get()}) data->qvel[1] = -1;
   scene.apply_weights(touching.data.get());
   alone.step(scene.model.robot_params(), up);

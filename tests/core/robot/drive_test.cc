@@ -24,7 +24,7 @@ struct Robot {
     constexpr double kPi = std::numbers::pi;
     const double start[] = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
     std::copy_n(start, kRobotJoints, state.qpos.row(0));
-    std::copy_n(start, kRobotJoints, drive.target.begin());
+    std::copy_n(start, kRobotJoints, drive.qpos.begin());
   }
   void step() { REQUIRE(simulator.step(state, 0, 0, drive)); }
   double q(int joint) const { return state.qpos.row(0)[joint]; }
@@ -33,7 +33,7 @@ struct Robot {
   ColumnStore store{1};
   State state{store, 0};
   Simulator simulator;
-  Drive drive;
+  DriveTarget drive;
 };
 
 TEST_CASE("The drive law has the published numbers", "[physics]") {
@@ -51,7 +51,7 @@ TEST_CASE("A robot at its targets does not move", "[physics]") {
   Robot robot;
   for (int i = 0; i < 100; ++i) robot.step();
   for (int joint = 0; joint < kRobotJoints; ++joint) {
-    CHECK(robot.q(joint) == Approx(robot.drive.target[static_cast<std::size_t>(joint)]));
+    CHECK(robot.q(joint) == Approx(robot.drive.qpos[static_cast<std::size_t>(joint)]));
     CHECK(std::abs(robot.v(joint)) < 1e-9);
   }
 }
@@ -61,7 +61,7 @@ TEST_CASE("A joint covers about a third of a command in one control step", "[phy
   for (int joint = 0; joint < kArmJoints; ++joint) {
     Robot robot;
     const double from = robot.q(joint);
-    robot.drive.target[static_cast<std::size_t>(joint)] += 0.05;
+    robot.drive.qpos[static_cast<std::size_t>(joint)] += 0.05;
     robot.step();
     INFO("joint " << joint);
     const double fraction = (robot.q(joint) - from) / 0.05;
@@ -78,7 +78,7 @@ TEST_CASE("The impulse of a drive never exceeds its limit", "[physics]") {
     for (const int finger : {7, 8}) {
       robot.state.qpos.row(0)[finger] = 0.02;
       robot.state.qvel.row(0)[finger] = start_speed;
-      robot.drive.target[static_cast<std::size_t>(finger)] = 2.0;  // far beyond
+      robot.drive.qpos[static_cast<std::size_t>(finger)] = 2.0;  // far beyond
     }
     robot.step();
     INFO("start speed " << start_speed);
@@ -93,8 +93,8 @@ TEST_CASE("The impulse of a drive never exceeds its limit", "[physics]") {
 TEST_CASE("A saturated arm joint is turned by its limit, not by its spring", "[physics]") {
   Robot far(1);
   Robot farther(1);
-  far.drive.target[0] += 1.0;
-  farther.drive.target[0] += 2.0;
+  far.drive.qpos[0] += 1.0;
+  farther.drive.qpos[0] += 2.0;
   for (int i = 0; i < 3; ++i) {
     far.step();
     farther.step();
@@ -112,11 +112,11 @@ TEST_CASE("Joint limits are hard", "[physics]") {
       Robot robot;
       const double upright[] = {0, -0.3, 0, -1.5, 0, 1.5, 0.8, 0.02, 0.02};
       std::copy_n(upright, kRobotJoints, robot.state.qpos.row(0));
-      std::copy_n(upright, kRobotJoints, robot.drive.target.begin());
+      std::copy_n(upright, kRobotJoints, robot.drive.qpos.begin());
       const auto index = static_cast<std::size_t>(joint);
       const double limit = sign < 0 ? law.lower[index] : law.upper[index];
-      robot.drive.target[index] = limit + sign;
-      if (joint >= kArmJoints) robot.drive.target[7] = robot.drive.target[8] = limit + sign;
+      robot.drive.qpos[index] = limit + sign;
+      if (joint >= kArmJoints) robot.drive.qpos[7] = robot.drive.qpos[8] = limit + sign;
       double beyond = 0;
       for (int i = 0; i < 100; ++i) {
         robot.step();
@@ -154,7 +154,7 @@ TEST_CASE("A full scale action moves the TCP some centimetres in its first step"
 TEST_CASE("The gripper closes in three to four control steps and opens as fast", "[physics]") {
   Robot robot;
   const auto command = [&](double opening) {
-    std::fill(robot.drive.target.begin() + kArmJoints, robot.drive.target.end(), opening);
+    std::fill(robot.drive.qpos.begin() + kArmJoints, robot.drive.qpos.end(), opening);
   };
   command(0.015);
   for (int i = 0; i < 3; ++i) robot.step();
@@ -169,8 +169,8 @@ TEST_CASE("The gripper closes in three to four control steps and opens as fast",
 
 TEST_CASE("Coupled fingers give way to one another when only one is pushed", "[physics]") {
   Robot robot;
-  robot.drive.target[7] = 0.01;
-  robot.drive.target[8] = 0.03;
+  robot.drive.qpos[7] = 0.01;
+  robot.drive.qpos[8] = 0.03;
   for (int i = 0; i < 20; ++i) robot.step();
   CHECK(robot.q(7) + robot.q(8) == Approx(0.04).margin(1e-3));
   CHECK(std::abs(robot.q(8) - robot.q(7)) < 1e-3);  // apart they would be 0.02 m
@@ -178,7 +178,7 @@ TEST_CASE("Coupled fingers give way to one another when only one is pushed", "[p
 
 TEST_CASE("Zero substeps leave the state alone", "[physics]") {
   Robot robot(0);
-  robot.drive.target[0] = 1;
+  robot.drive.qpos[0] = 1;
   const double before = robot.q(0);
   robot.step();
   CHECK(robot.q(0) == before);

@@ -25,7 +25,7 @@ const PhysicsModel& physics() {
 struct Robot {
   JointArray q;
   JointArray v;
-  Drive drive;
+  DriveTarget drive;
   std::array<double, 6> twist;
 };
 
@@ -39,7 +39,7 @@ Robot random_robot(RandomStream& random) {
     const bool finger = i >= kArmJoints;
     robot.q[i] = finger && open ? law.upper[i] : random.uniform(law.lower[i], law.upper[i]);
     robot.v[i] = finger ? random.uniform(-0.1, 0.1) : random.uniform(-2, 2);
-    robot.drive.target[i] = robot.q[i] + random.uniform(-0.3, 0.3);
+    robot.drive.qpos[i] = robot.q[i] + random.uniform(-0.3, 0.3);
   }
   for (double& value : robot.twist) value = random.uniform(-0.1, 0.1);
   return robot;
@@ -48,10 +48,10 @@ Robot random_robot(RandomStream& random) {
 void put(LaneBlock& block, int lane, const Robot& robot) {
   block.put(LaneRows::kQ, lane, robot.q.data(), kRobotJoints);
   block.put(LaneRows::kV, lane, robot.v.data(), kRobotJoints);
-  block.put(LaneRows::kTwist, lane, robot.twist.data(), 6);
+  block.put(LaneRows::kDisplacement, lane, robot.twist.data(), 6);
   for (int i = 0; i < kRobotJoints; ++i) {
-    const double aim = drive_aim(physics().robot_params(), robot.drive, i);
-    block.put(LaneRows::kAim + i, lane, &aim, 1);
+    const double aim = drive_bias(physics().robot_params(), robot.drive, i);
+    block.put(LaneRows::kDriveBias + i, lane, &aim, 1);
   }
 }
 
@@ -67,8 +67,8 @@ std::vector<std::vector<double>> run(const LaneKernel& kernel, const std::vector
       put(block, lane, robots[first + static_cast<std::size_t>(lane)]);
     }
     kernel.substep(chain, physics().robot_params(), false, block.rows(), true);
-    kernel.tool(chain, block.rows());
-    const unsigned ill = kernel.reach(chain, block.rows());
+    kernel.forward_kinematics(chain, block.rows());
+    const unsigned ill = kernel.differential_ik(chain, block.rows());
     for (int lane = 0; lane < block.lanes(); ++lane) {
       std::vector<double> result(LaneRows::kCount);
       block.get(0, lane, result.data(), LaneRows::kCount);
@@ -148,9 +148,9 @@ TEST_CASE("Kinematics, inertia and bias forces are MuJoCo's", "[physics]") {
     mj_fullM(&model, inertia.data(), data->qM);
     const double* ours = lanes[i].data();
     for (int k = 0; k < kRobotJoints; ++k) {
-      compare(ours[LaneRows::kBias + k], data->qfrc_bias[k]);
+      compare(ours[LaneRows::kBiasForce + k], data->qfrc_bias[k]);
       for (int j = 0; j < kRobotJoints; ++j) {
-        compare(ours[LaneRows::kInertia + k * kRobotJoints + j],
+        compare(ours[LaneRows::kMassMatrix + k * kRobotJoints + j],
                 inertia[static_cast<std::size_t>(k * model.nv + j)]);
       }
     }
@@ -187,15 +187,15 @@ TEST_CASE("Robots may move as far as they have room", "[physics]") {
   LaneBlock block(widest_lane_kernel());
   Robot robot = random_robots(1).front();
   for (int lane = 0; lane < block.lanes(); ++lane) {
-    block.put(LaneRows::kSeen, lane, robot.q.data(), kRobotJoints);
+    block.put(LaneRows::kClearanceQpos, lane, robot.q.data(), kRobotJoints);
     JointArray moved = robot.q;
     moved[0] += 0.01 * lane;
     block.put(LaneRows::kQ, lane, moved.data(), kRobotJoints);
-    const double room = physics().robot_model().arms[0] * 0.015;
-    block.put(LaneRows::kRoom, lane, &room, 1);
+    const double room = physics().robot_model().lever_arms[0] * 0.015;
+    block.put(LaneRows::kClearance, lane, &room, 1);
   }
   const unsigned all = (1U << block.lanes()) - 1;
-  CHECK(block.kernel().moved_far(physics().robot_model(), block.rows()) == (all & ~3U));
+  CHECK(block.kernel().clearance_exceeded(physics().robot_model(), block.rows()) == (all & ~3U));
 }
 
 TEST_CASE("A robot of another build is refused", "[physics]") {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/robot/joints.h"
+#include "core/robot/robot_params.h"
 #include "tests/core/scene/props.h"
 
 namespace engram {

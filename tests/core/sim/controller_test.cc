@@ -34,14 +34,14 @@ struct Fixture {
 
   ArmVector q() const { return Eigen::Map<const ArmVector>(state.qpos.row(0)); }
   Pose pose() const { return robot_model().arm().forward(state.qpos.row(0)); }
-  Drive drive(const std::vector<float>& action) const {
+  DriveTarget drive(const std::vector<float>& action) const {
     REQUIRE(action.size() == static_cast<std::size_t>(controller.action_space().dim()));
     return controller.drive(state, 0, action.data());
   }
-  // Drive target relative to the arm's position.
+  // DriveTarget target relative to the arm's position.
   ArmVector change(const std::vector<float>& action) const { return target(drive(action)) - q(); }
-  static ArmVector target(const Drive& drive) {
-    return Eigen::Map<const ArmVector>(drive.target.data());
+  static ArmVector target(const DriveTarget& drive) {
+    return Eigen::Map<const ArmVector>(drive.qpos.data());
   }
   // One control step.
   void step(const std::vector<float>& action) {
@@ -138,12 +138,11 @@ TEST_CASE("A delta pose action gives the joint targets of the worked example", "
   const Fixture fixture(ControlMode::kPdEeDeltaPose);
   for (const Row& row : rows) {
     CHECK((fixture.change(row.action) - row.change).cwiseAbs().maxCoeff() < 1e-6);
-    const Drive drive = fixture.drive(row.action);
-    CHECK(drive.target[7] == Approx(row.finger).margin(1e-8));
-    CHECK(drive.target[8] == drive.target[7]);
+    const DriveTarget drive = fixture.drive(row.action);
+    CHECK(drive.qpos[7] == Approx(row.finger).margin(1e-8));
+    CHECK(drive.qpos[8] == drive.qpos[7]);
     CHECK_FALSE(drive.velocity_mode);
-    CHECK(
-        std::all_of(drive.velocity.begin(), drive.velocity.end(), [](double v) { return v == 0; }));
+    CHECK(std::all_of(drive.qvel.begin(), drive.qvel.end(), [](double v) { return v == 0; }));
   }
 }
 
@@ -200,9 +199,9 @@ TEST_CASE("The gripper is commanded between closed and open in every mode", "[co
     std::vector<float> action = fixture.hold();
     for (const float gripper : {-3.0F, -1.0F, 0.5F, 2.0F}) {
       action.back() = gripper;
-      const Drive drive = fixture.drive(action);
-      CHECK(drive.target[7] == gripper_target(static_cast<double>(gripper)));
-      CHECK(drive.target[8] == drive.target[7]);
+      const DriveTarget drive = fixture.drive(action);
+      CHECK(drive.qpos[7] == gripper_target(static_cast<double>(gripper)));
+      CHECK(drive.qpos[8] == drive.qpos[7]);
     }
   }
 }
@@ -217,29 +216,30 @@ TEST_CASE("Joint modes scale, clip and add as their rows say", "[controller]") {
   CHECK((Fixture(ControlMode::kPdJointTargetDeltaPos).change(action) - scaled).norm() < 1e-12);
 
   // Absolute positions are not clipped, not even to the joint limits.
-  const Drive absolute = Fixture(ControlMode::kPdJointPos).drive({1, -0.5F, 0, 2, -7, 0.25F, 1, 0});
+  const DriveTarget absolute =
+      Fixture(ControlMode::kPdJointPos).drive({1, -0.5F, 0, 2, -7, 0.25F, 1, 0});
   for (std::size_t i = 0; i < kArmJoints; ++i) {
-    CHECK(absolute.target[i] == static_cast<double>(deltas[i]));
+    CHECK(absolute.qpos[i] == static_cast<double>(deltas[i]));
   }
 
-  const Drive velocity = Fixture(ControlMode::kPdJointVel).drive(action);
+  const DriveTarget velocity = Fixture(ControlMode::kPdJointVel).drive(action);
   CHECK(velocity.velocity_mode);
   const ArmVector speeds{{1, -0.5, 0, 1, -1, 0.25, 1}};
-  CHECK(Eigen::Map<const ArmVector>(velocity.velocity.data()) == speeds);
+  CHECK(Eigen::Map<const ArmVector>(velocity.qvel.data()) == speeds);
 
   std::vector<float> both = deltas;
   both.insert(both.end(), {0.5F, -2, 3, 0, 0.1F, 0, 1, 0});
-  const Drive pos_vel = Fixture(ControlMode::kPdJointPosVel).drive(both);
+  const DriveTarget pos_vel = Fixture(ControlMode::kPdJointPosVel).drive(both);
   CHECK_FALSE(pos_vel.velocity_mode);
-  CHECK(pos_vel.target[3] == 2);
-  CHECK(pos_vel.velocity[0] == 0.5);
-  CHECK(pos_vel.velocity[1] == -2);  // not normalised
+  CHECK(pos_vel.qpos[3] == 2);
+  CHECK(pos_vel.qvel[0] == 0.5);
+  CHECK(pos_vel.qvel[1] == -2);  // not normalised
   const Fixture delta_fixture(ControlMode::kPdJointDeltaPosVel);
-  const Drive delta_vel = delta_fixture.drive(both);
+  const DriveTarget delta_vel = delta_fixture.drive(both);
   CHECK((Fixture::target(delta_vel) - delta_fixture.q() - scaled).norm() < 1e-12);
-  CHECK(delta_vel.velocity[0] == 0.5);
-  CHECK(delta_vel.velocity[1] == -1);
-  CHECK(delta_vel.velocity[2] == 1);
+  CHECK(delta_vel.qvel[0] == 0.5);
+  CHECK(delta_vel.qvel[1] == -1);
+  CHECK(delta_vel.qvel[2] == 1);
 }
 
 TEST_CASE("The position mode moves the TCP and leaves its orientation free", "[controller]") {
@@ -257,8 +257,8 @@ TEST_CASE("The position mode moves the TCP and leaves its orientation free", "[c
 TEST_CASE("The absolute pose mode goes where the action says", "[controller]") {
   const Fixture fixture(ControlMode::kPdEePose);
   const float pi = std::numbers::pi_v<float>;
-  const Drive drive = fixture.drive({0.585F, 0.05F, 0.28F, pi, 0.1F, -0.2F, 1});
-  const Pose reached = robot_model().arm().forward(drive.target.data());
+  const DriveTarget drive = fixture.drive({0.585F, 0.05F, 0.28F, pi, 0.1F, -0.2F, 1});
+  const Pose reached = robot_model().arm().forward(drive.qpos.data());
   CHECK((reached.pos - Eigen::Vector3d(-0.03, 0.05, 0.28)).norm() < 1e-4);
   using Eigen::AngleAxisd;
   const Eigen::Quaterniond wanted(AngleAxisd(kPi, Eigen::Vector3d::UnitX()) *
@@ -288,8 +288,8 @@ TEST_CASE("Target modes add to the target before and not to what is measured", "
     std::vector<float> up =
         rotates ? std::vector<float>{0, 0, 0.2F, 0, 0, 0.5F, 0} : std::vector<float>{0, 0, 0.2F, 0};
     pose.drive(up);
-    const Drive drive = pose.drive(up);
-    const Pose reached = robot_model().arm().forward(drive.target.data());
+    const DriveTarget drive = pose.drive(up);
+    const Pose reached = robot_model().arm().forward(drive.qpos.data());
     CHECK((reached.pos - from - Eigen::Vector3d(0, 0, 0.04)).norm() < 2e-4);
     CHECK(roll_pitch_yaw(reached.quat).z() == Approx(rotates ? -0.1 : 0).margin(2e-4));
     CHECK(std::string(pose.controller.state_name()) == "target_pose");

@@ -54,13 +54,13 @@ class Replay {
   explicit Replay(const double* qpos) {
     std::copy_n(qpos, kRobotJoints, state_.qpos.row(0));
     controller_.reset(state_, 0);
-    std::copy_n(qpos, kRobotJoints, targets.target.begin());
+    std::copy_n(qpos, kRobotJoints, targets.qpos.begin());
   }
   void act(const Row& action) {
     const std::vector<float> values(action.begin(), action.end());
     move(controller_.drive(state_, 0, values.data()));
   }
-  void move(const Drive& drive) { REQUIRE(simulator_.step(state_, 0, 0, drive)); }
+  void move(const DriveTarget& drive) { REQUIRE(simulator_.step(state_, 0, 0, drive)); }
   Errors errors(const double* qpos) const {
     Errors errors;
     for (int i = 0; i < kRobotJoints; ++i) {
@@ -70,7 +70,7 @@ class Replay {
     return errors;
   }
 
-  Drive targets;  // of the start pose
+  DriveTarget targets;  // of the start pose
 
  private:
   static const PhysicsModel& robot() {
@@ -89,10 +89,10 @@ constexpr std::size_t kAction = 1;
 constexpr std::size_t kTarget = 8;
 constexpr std::size_t kQpos = 16;
 
-Drive recorded_drive(const Row& row) {
-  Drive drive;
-  std::copy_n(row.begin() + kTarget, kRobotJoints, drive.target.begin());
-  drive.target[kArmJoints + 1] = drive.target[kArmJoints];
+DriveTarget recorded_drive(const Row& row) {
+  DriveTarget drive;
+  std::copy_n(row.begin() + kTarget, kRobotJoints, drive.qpos.begin());
+  drive.qpos[kArmJoints + 1] = drive.qpos[kArmJoints];
   return drive;
 }
 
@@ -168,12 +168,12 @@ TEST_CASE("A joint's step is the original's", "[physics][original]") {
   CHECK(recorded.size() == 22);
   for (const auto& [name, rows] : recorded) {
     Replay replay(rows[0].data() + 1);
-    Drive drive = replay.targets;
+    DriveTarget drive = replay.targets;
     if (name.substr(0, 3) == "all") {
-      for (std::size_t i = 0; i < kArmJoints; ++i) drive.target[i] += i % 2 == 0 ? 0.05 : -0.05;
+      for (std::size_t i = 0; i < kArmJoints; ++i) drive.qpos[i] += i % 2 == 0 ? 0.05 : -0.05;
     } else {
       const std::size_t joint = static_cast<std::size_t>(std::stoi(name)) - 1;
-      drive.target[joint] += std::stod(name.substr(name.find(' ')));
+      drive.qpos[joint] += std::stod(name.substr(name.find(' ')));
     }
     for (std::size_t i = 1; i < rows.size(); ++i) {
       replay.move(drive);

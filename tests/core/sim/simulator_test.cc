@@ -19,9 +19,9 @@ using test::MixedColumns;
 
 constexpr int kEnvs = 5;
 
-Drive hold() {
-  Drive drive;
-  std::copy(test::kStartPose.begin(), test::kStartPose.end(), drive.target.begin());
+DriveTarget hold() {
+  DriveTarget drive;
+  std::copy(test::kStartPose.begin(), test::kStartPose.end(), drive.qpos.begin());
   return drive;
 }
 
@@ -38,7 +38,7 @@ struct Environments {
     for (int env = 0; env < kEnvs; ++env) {
       columns.place(env, test::kCube0, {0.02 * env, 0.4, 0.03 + 0.02 * env}, PropStatus::kAwake);
       drives[static_cast<std::size_t>(env)] = hold();
-      drives[static_cast<std::size_t>(env)].target[1] += 0.05 * env;
+      drives[static_cast<std::size_t>(env)].qpos[1] += 0.05 * env;
     }
   }
   // Returns which environments were good.
@@ -53,7 +53,7 @@ struct Environments {
   }
 
   MixedColumns columns{kEnvs};
-  std::array<Drive, kEnvs> drives;
+  std::array<DriveTarget, kEnvs> drives;
   Simulator simulator;
 };
 

@@ -1,0 +1,238 @@
+// Boxes, capsules and cylinders in batches, by the kernels of geom_batch_body.h.
+#include <algorithm>
+#include <cmath>
+
+#include "render/cpu/frame_builder.h"
+
+namespace engram::cpu {
+namespace {
+
+bool is_batched(const RenderGeom& geom, RenderShape shape) {
+  return geom.shape == shape &&
+         (shape != RenderShape::kBox || geom.pattern == RenderPattern::kPlain);
+}
+
+// Calls use(first, count) for each batch.
+template <typename Use>
+void for_batches(std::size_t count, Use use) {
+  for (std::size_t first = 0; first < count; first += kBatch) {
+    use(first, std::min<std::size_t>(kBatch, count - first));
+  }
+}
+
+GeomBatch collect(const RenderScene& scene, const RenderInstances& instances,
+                  std::span<const int> geoms) {
+  GeomBatch batch;
+  for (std::size_t lane = 0; lane < kBatch; ++lane) {
+    const auto geom = static_cast<std::size_t>(geoms[lane < geoms.size() ? lane : 0]);
+    const float* pose = instances.geom_pose + 12 * geom;
+    for (std::size_t i = 0; i < 12; ++i) batch.pose[i].lane[lane] = pose[i];
+    for (std::size_t i = 0; i < 3; ++i) {
+      batch.size[i].lane[lane] = scene.geoms[geom].size[i];
+      batch.rgba[i].lane[lane] = instances.geom_rgba[4 * geom + i];
+    }
+    batch.emission.lane[lane] =
+        instances.geom_emission == nullptr ? 0 : instances.geom_emission[geom];
+  }
+  return batch;
+}
+
+Affine take(const Sides& sides, std::size_t lane) {
+  return {sides.a.lane[lane], sides.b.lane[lane], sides.c.lane[lane]};
+}
+
+Form take(const Forms& forms, std::size_t lane) {
+  return {forms.a.lane[lane], forms.b.lane[lane], forms.c.lane[lane], forms.d.lane[lane]};
+}
+
+Conic take(const Conics& c, std::size_t lane) {
+  return {c.u0.lane[lane], c.v0.lane[lane], c.bu.lane[lane], c.bv.lane[lane],
+          c.b1.lane[lane], c.uu.lane[lane], c.uv.lane[lane], c.vv.lane[lane],
+          c.u.lane[lane],  c.v.lane[lane],  c.one.lane[lane]};
+}
+
+}  // namespace
+
+void FrameBuilder::add_batches(const RenderInstances& instances, Shown shown) {
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) camera_params_.rotation[i][k] = world_to_camera_(i, k);
+    camera_params_.eye[i] = eye_[i];
+    camera_params_.ambient[i] = prepared_->scene.ambient[i];
+  }
+  camera_params_.near = near_;
+  camera_params_.half_u = half_u_;
+  camera_params_.half_v = half_v_;
+  camera_params_.side_u = std::sqrt(1 + half_u_ * half_u_);
+  camera_params_.side_v = std::sqrt(1 + half_v_ * half_v_);
+  camera_params_.width = width_;
+  camera_params_.height = height_;
+  camera_params_.u = u_.data();
+  camera_params_.v = v_.data();
+  camera_params_.light_count = frame_.light_count;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      camera_params_.light[i][k] = lights_[i][k];
+      camera_params_.light_color[i][k] = prepared_->scene.lights[i].color[k];
+    }
+  }
+
+  const std::vector<RenderGeom>& geoms = prepared_->scene.geoms;
+  for (const auto& [shape, add_shape] :
+       {std::pair{RenderShape::kBox, &FrameBuilder::add_boxes},
+        std::pair{RenderShape::kCapsule, &FrameBuilder::add_capsules},
+        std::pair{RenderShape::kCylinder, &FrameBuilder::add_cylinders}}) {
+    const std::size_t count = find_pending(instances, shown, shape);
+    for_batches(count, [&, add = add_shape](std::size_t first, std::size_t size) {
+      (this->*add)(instances, std::span<const int>(pending_).subspan(first, size));
+    });
+  }
+  for (std::size_t i = 0; i < geoms.size(); ++i) {
+    const bool done = is_batched(geoms[i], RenderShape::kBox) ||
+                      is_batched(geoms[i], RenderShape::kCapsule) ||
+                      is_batched(geoms[i], RenderShape::kCylinder);
+    if (!done && is_shown(instances, i, shown) && may_show(instances, i)) {
+      add(place(instances, i), i);
+    }
+  }
+}
+
+// Puts the geoms of a shape that may be visible into `waiting_`.
+std::size_t FrameBuilder::find_pending(const RenderInstances& instances, Shown shown,
+                                       RenderShape shape) {
+  const std::vector<RenderGeom>& geoms = prepared_->scene.geoms;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < geoms.size(); ++i) {
+    pending_[count] = static_cast<int>(i);
+    count += is_batched(geoms[i], shape) && is_shown(instances, i, shown) ? 1 : 0;
+  }
+  std::size_t in_sight = 0;
+  for_batches(count, [&](std::size_t first, std::size_t size) {
+    Doubles position[3];
+    Doubles radius;
+    for (std::size_t lane = 0; lane < kBatch; ++lane) {
+      const auto geom = static_cast<std::size_t>(pending_[first + (lane < size ? lane : 0)]);
+      const float* from = instances.geom_pose + 12 * geom + 9;
+      for (std::size_t k = 0; k < 3; ++k) position[k].lane[lane] = from[k];
+      radius.lane[lane] = prepared_->ball_radius[geom];
+    }
+    Ints visible;
+    setup_->cull(camera_params_, position, radius, visible);
+    for (std::size_t lane = 0; lane < size; ++lane) {
+      pending_[in_sight] = pending_[first + lane];
+      in_sight += static_cast<std::size_t>(visible.lane[lane]);
+    }
+  });
+  return in_sight;
+}
+
+ScreenPrimitive& FrameBuilder::begin(PrimitiveKind kind, const Visibility& visibility,
+                                     std::size_t lane) {
+  ScreenPrimitive& primitive = primitives_[static_cast<std::size_t>(primitive_count_)];
+  primitive.kind = kind;
+  primitive.rect = {visibility.x0.lane[lane], visibility.x1.lane[lane], visibility.y0.lane[lane],
+                    visibility.y1.lane[lane]};
+  primitive.surface = surface_count_;
+  primitive.planes = &planes_[plane_count_];
+  return primitive;
+}
+
+Surface& FrameBuilder::add_colored(std::size_t geom, std::int32_t code) {
+  const auto index = static_cast<std::size_t>(surface_count_++);
+  Surface& surface = surfaces_[index];
+  surface.lighting = Lighting::kConstant;
+  surface.pattern = Pattern::kPlain;
+  surface.gloss = -1;
+  surface.segment = prepared_->scene.geoms[geom].segment;
+  surface.packed = static_cast<std::uint32_t>(code);
+  codes_[index] = surface.packed;
+  return surface;
+}
+
+Surface& FrameBuilder::add_lit(std::size_t geom, const RoundLight& lit, std::size_t lane) {
+  const auto index = static_cast<std::size_t>(surface_count_);
+  Surface& surface = add_colored(geom, 0);
+  surface.lighting = Lighting::kLinear;
+  codes_[index] = kShaded | static_cast<std::uint32_t>(index);
+  for (std::size_t k = 0; k < 3; ++k) {
+    surface.constant[k] = lit.constant[k].lane[lane];
+    for (std::size_t i = 0; i < lights_.size(); ++i) {
+      surface.light[i][k] = lit.light[i][k].lane[lane];
+    }
+  }
+  return surface;
+}
+
+void FrameBuilder::add_boxes(const RenderInstances& instances, std::span<const int> geoms) {
+  BoxSetup boxes;
+  setup_->boxes(camera_params_, collect(prepared_->scene, instances, geoms), boxes);
+  for (std::size_t lane = 0; lane < geoms.size(); ++lane) {
+    const auto geom = static_cast<std::size_t>(geoms[lane]);
+    if (boxes.visibility.state.lane[lane] == Visibility::kSingle) add(place(instances, geom), geom);
+    if (boxes.visibility.state.lane[lane] != Visibility::kVisible) continue;
+    ScreenPrimitive& primitive = begin(PrimitiveKind::kConvex, boxes.visibility, lane);
+    Affine* fronts = &planes_[plane_count_];
+    Affine* backs = fronts + 5;
+    plane_count_ += 6;
+    for (std::size_t face = 0; face < 6; ++face) {
+      if (boxes.front[face].lane[lane] != 0) {
+        *fronts++ = take(boxes.plane[face], lane);
+        add_colored(geom, boxes.code[face].lane[lane]);
+      } else {
+        *backs-- = take(boxes.plane[face], lane);
+      }
+    }
+    primitive.front_count = surface_count_ - primitive.surface;
+    primitive.back_count = 6 - primitive.front_count;
+    keep(primitive, boxes.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+  }
+}
+
+void FrameBuilder::add_capsules(const RenderInstances& instances, std::span<const int> geoms) {
+  CapsuleSetup capsules;
+  setup_->capsules(camera_params_, collect(prepared_->scene, instances, geoms), capsules);
+  for (std::size_t lane = 0; lane < geoms.size(); ++lane) {
+    const auto geom = static_cast<std::size_t>(geoms[lane]);
+    if (capsules.visibility.state.lane[lane] == Visibility::kSingle)
+      add(place(instances, geom), geom);
+    if (capsules.visibility.state.lane[lane] != Visibility::kVisible) continue;
+    ScreenPrimitive& primitive = begin(PrimitiveKind::kCapsule, capsules.visibility, lane);
+    for (std::size_t part = 0; part < 3; ++part) {
+      primitive.conic[part] = take(capsules.conic[part], lane);
+      Surface& surface = add_lit(geom, capsules.lit, lane);
+      for (std::size_t i = 0; i < lights_.size(); ++i) {
+        surface.toward[i] = take(capsules.toward[part][i], lane);
+      }
+    }
+    primitive.local[0] = take(capsules.axis, lane);
+    primitive.offset[0] = capsules.along.lane[lane];
+    primitive.limit[0] = prepared_->scene.geoms[geom].size[1];
+    keep(primitive, capsules.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+  }
+}
+
+void FrameBuilder::add_cylinders(const RenderInstances& instances, std::span<const int> geoms) {
+  CylinderSetup cylinders;
+  setup_->cylinders(camera_params_, collect(prepared_->scene, instances, geoms), cylinders);
+  for (std::size_t lane = 0; lane < geoms.size(); ++lane) {
+    const auto geom = static_cast<std::size_t>(geoms[lane]);
+    if (cylinders.visibility.state.lane[lane] == Visibility::kSingle)
+      add(place(instances, geom), geom);
+    if (cylinders.visibility.state.lane[lane] != Visibility::kVisible) continue;
+    ScreenPrimitive& primitive = begin(PrimitiveKind::kCylinder, cylinders.visibility, lane);
+    for (std::size_t i = 0; i < 2; ++i) {
+      planes_[plane_count_++] = take(cylinders.plane[i], lane);
+    }
+    primitive.conic[0] = take(cylinders.side, lane);
+    primitive.front_count = cylinders.front_count.lane[lane];
+    primitive.back_count = 2 - primitive.front_count;
+    primitive.camera_within_side = cylinders.within.lane[lane] != 0;
+    Surface& surface = add_lit(geom, cylinders.lit, lane);
+    for (std::size_t i = 0; i < lights_.size(); ++i) {
+      surface.toward[i] = take(cylinders.toward[i], lane);
+    }
+    if (primitive.front_count > 0) add_colored(geom, cylinders.code.lane[lane]);
+    keep(primitive, cylinders.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+  }
+}
+
+}  // namespace engram::cpu

@@ -1,0 +1,130 @@
+// Reflection of light by surfaces.
+#include <algorithm>
+#include <cmath>
+
+#include "render/cpu/frame_builder.h"
+
+namespace engram::cpu {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// f . (p - origin) for the visible point p.
+Form form_of(const Vector3d& f, const Vector3d& origin) {
+  return {static_cast<float>(f.x()), static_cast<float>(f.y()), static_cast<float>(f.z()),
+          static_cast<float>(-f.dot(origin))};
+}
+
+Pattern pattern_of(RenderPattern pattern) {
+  switch (pattern) {
+    case RenderPattern::kPlain:
+      return Pattern::kPlain;
+    case RenderPattern::kWood:
+      return Pattern::kWood;
+    case RenderPattern::kGrid:
+      return Pattern::kGrid;
+  }
+  return Pattern::kPlain;
+}
+
+}  // namespace
+
+Surface& FrameBuilder::new_surface(const PlacedGeom& placed) {
+  Surface& surface = surfaces_[static_cast<std::size_t>(surface_count_++)];
+  const RenderScene& scene = prepared_->scene;
+  surface.pattern = Pattern::kPlain;
+  surface.gloss = -1;
+  surface.segment = placed.geom->segment;
+  for (int k = 0; k < 3; ++k) {
+    const float color = placed.rgba[k] * 255;
+    surface.constant[k] = color * (scene.ambient[k] + placed.emission);
+    for (std::size_t i = 0; i < lights_.size(); ++i) {
+      surface.light[i][k] = color * scene.lights[i].color[k];
+    }
+  }
+  return surface;
+}
+
+// Without shadows a flat surface has one brightness.
+void FrameBuilder::light_flat(const Vector3d& normal, Surface& surface) const {
+  surface.lighting = frame_.shadows ? Lighting::kLinear : Lighting::kConstant;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    const auto amount = static_cast<float>(std::max(normal.dot(lights_[i]), 0.0));
+    if (frame_.shadows) {
+      surface.toward[i] = {0, 0, 0, amount};
+      continue;
+    }
+    for (int k = 0; k < 3; ++k) surface.constant[k] += surface.light[i][k] * amount;
+  }
+  surface.packed = 0;
+  for (int k = 0; k < 3; ++k) {
+    const float level = std::clamp(surface.constant[k], 0.0F, 255.0F);
+    surface.packed |= static_cast<std::uint32_t>(std::lrint(level)) << (8 * k);
+  }
+}
+
+void FrameBuilder::add_flat(const PlacedGeom& placed, const Vector3d& normal) {
+  light_flat(normal, new_surface(placed));
+}
+
+void FrameBuilder::add_patterned(const PlacedGeom& placed, const Vector3d& normal,
+                                 const Affine& plane, int along, int across) {
+  Surface& surface = new_surface(placed);
+  light_flat(normal, surface);
+  surface.pattern = pattern_of(placed.geom->pattern);
+  if (surface.pattern == Pattern::kWood) surface.gloss = add_gloss(normal);
+  surface.plane = plane;
+  surface.axes[0] = form_of(placed.axes.col(along), placed.center);
+  surface.axes[1] = form_of(placed.axes.col(across), placed.center);
+  for (int i = 0; i < 2; ++i) {
+    const Form& form = surface.axes[i];
+    surface.spread[i][0] = form.a * plane.b - form.b * plane.a;
+    surface.spread[i][1] = form.a * plane.c - form.c * plane.a;
+    surface.spread[i][2] = form.b * plane.c - form.c * plane.b;
+  }
+}
+
+int FrameBuilder::add_gloss(const Vector3d& normal) {
+  Gloss& gloss = glosses_[static_cast<std::size_t>(frame_.gloss_count)];
+  for (int k = 0; k < 3; ++k) gloss.normal[k] = static_cast<float>(normal[k]);
+  gloss.light_count = 0;
+  for (const Vector3d& light : lights_) {
+    const double facing = normal.dot(light);
+    if (facing <= 0) continue;
+    const int i = gloss.light_count++;
+    for (int k = 0; k < 3; ++k) gloss.light[i][k] = static_cast<float>(light[k]);
+    gloss.facing[i] = static_cast<float>(facing);
+  }
+  return frame_.gloss_count++;
+}
+
+// Surfaces whose normal is an affine function of the point: normal_of (p - center).
+void FrameBuilder::add_round(const PlacedGeom& placed, const Matrix3d& normal_of,
+                             const Vector3d& center) {
+  Surface& surface = new_surface(placed);
+  surface.lighting = Lighting::kLinear;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    surface.toward[i] = form_of(normal_of * lights_[i], center);
+  }
+}
+
+void FrameBuilder::add_ellipsoid(const PlacedGeom& placed, const Matrix3d& form) {
+  Surface& surface = new_surface(placed);
+  surface.lighting = Lighting::kEllipsoid;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    surface.toward[i] = form_of(form * lights_[i], placed.center);
+  }
+  for (int k = 0; k < 3; ++k) surface.axes[k] = form_of(form.col(k), placed.center);
+}
+
+const FrameData& FrameBuilder::segmented() {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(surface_count_); ++i) {
+    segments_[i] = static_cast<std::uint32_t>(surfaces_[i].segment);
+  }
+  segmented_ = frame_;
+  segmented_.codes = segments_.data();
+  return segmented_;
+}
+
+}  // namespace engram::cpu
