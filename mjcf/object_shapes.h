@@ -13,13 +13,13 @@ inline constexpr int kObjectShapeCount = static_cast<int>(kObjectShapeNames.size
 // The length from which all sizes of a shape follow, m: half the side of its cube.
 inline constexpr double kShapeScale = 0.02;
 
-// As the original benchmark spells it: "cube", "pyramide", "t_shape", ...
+// Name in the original benchmark: "cube", "pyramide", "t_shape", ...
 std::string_view shape_name(ObjectShape shape);
 
-// Height of the body's origin at which the lowest primitive touches the table.
+// Height of the body's origin at which the lowest geom touches the table.
 double resting_height(ObjectShape shape);
 
-// A prop with all primitives of a shape, upright at the resting height. All of them count for mass
+// A prop with all geoms of a shape, upright at the resting height. All of them count for mass
 // and inertia, whether they collide or not.
 Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba,
                 double scale = kShapeScale);

@@ -1,5 +1,5 @@
-// The nine shapes: what they are made of, what they weigh and how they rest.
-#include "mjcf/shapes.h"
+// The nine shapes: geoms, mass properties and rest.
+#include "mjcf/object_shapes.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "mjcf/footing.h"
+#include "mjcf/table_contact.h"
 #include "tests/mjcf/model.h"
 
 namespace engram::mjcf::test {
@@ -28,7 +28,7 @@ Prop shape(ObjectShape which) { return shape_prop("shape", which, kBlue); }
 // Published masses, inertias and heights.
 struct Derived {
   const char* name;
-  std::size_t primitives;
+  std::size_t geoms;
   double mass;
   Vec3 center_of_mass;
   Vec3 inertia;
@@ -58,7 +58,7 @@ TEST_CASE("Shapes weigh and stand as published", "[mjcf][shapes]") {
     INFO(expected.name);
     CHECK(shape_name(which) == expected.name);
     CHECK(prop.name == "it");
-    CHECK(prop.primitives.size() == expected.primitives);
+    CHECK(prop.geoms.size() == expected.geoms);
     CHECK(prop.mass == Approx(expected.mass).margin(6e-7));
     for (std::size_t k = 0; k < 3; ++k) {
       CHECK(prop.center_of_mass[k] == Approx(expected.center_of_mass[k]).margin(6e-8));
@@ -77,68 +77,68 @@ TEST_CASE("A shape has the colour that it is given", "[mjcf][shapes]") {
   for (const ObjectShape which : all_shapes()) {
     const Prop prop = shape_prop("it", which, {0.2, 0.4, 0.6, 1});
     int visible = 0;
-    for (const Primitive& primitive : prop.primitives) {
-      if (!primitive.visible) continue;
+    for (const Geom& geom : prop.geoms) {
+      if (!geom.visible) continue;
       ++visible;
-      CHECK(primitive.rgba == Rgba{0.2, 0.4, 0.6, 1});
+      CHECK(geom.rgba == Rgba{0.2, 0.4, 0.6, 1});
     }
     const bool crescent = which == ObjectShape::kCrescent;
-    CHECK(visible == (crescent ? 12 : static_cast<int>(prop.primitives.size())));
+    CHECK(visible == (crescent ? 12 : static_cast<int>(prop.geoms.size())));
   }
 }
 
-void check_position(const Primitive& primitive, double x, double y) {
-  CHECK(primitive.pos[0] == Approx(x).margin(6e-9));
-  CHECK(primitive.pos[1] == Approx(y).margin(6e-9));
-  CHECK(primitive.pos[2] == 0);
+void check_position(const Geom& geom, double x, double y) {
+  CHECK(geom.pos[0] == Approx(x).margin(6e-9));
+  CHECK(geom.pos[1] == Approx(y).margin(6e-9));
+  CHECK(geom.pos[2] == 0);
 }
 
-TEST_CASE("Primitives lie where the published centres are", "[mjcf][shapes]") {
+TEST_CASE("Geoms lie where the published centres are", "[mjcf][shapes]") {
   const Prop torus = shape(ObjectShape::kTorus);
-  check_position(torus.primitives[0], 0.01707107, 0.00707107);
-  check_position(torus.primitives[2], -0.00707107, 0.01707107);
-  CHECK(torus.primitives[5].size[0] == 0.01);
-  CHECK(torus.primitives[5].size[1] == Approx(0.00765367).margin(6e-9));
+  check_position(torus.geoms[0], 0.01707107, 0.00707107);
+  check_position(torus.geoms[2], -0.00707107, 0.01707107);
+  CHECK(torus.geoms[5].size[0] == 0.01);
+  CHECK(torus.geoms[5].size[1] == Approx(0.00765367).margin(6e-9));
 
   const Prop star = shape(ObjectShape::kStar);
-  check_position(star.primitives[1], 0.00463525, 0.01426585);
-  check_position(star.primitives[3], -0.01213525, -0.00881678);
-  const double yaw = 2 * std::atan2(star.primitives[3].quat[3], star.primitives[3].quat[0]);
+  check_position(star.geoms[1], 0.00463525, 0.01426585);
+  check_position(star.geoms[3], -0.01213525, -0.00881678);
+  const double yaw = 2 * std::atan2(star.geoms[3].quat[3], star.geoms[3].quat[0]);
   CHECK(yaw == Approx(2 * kPi * 3 / 5));
 
   const Prop crescent = shape(ObjectShape::kCrescent);
-  check_position(crescent.primitives[0], 0.01959493, 0.00281733);
-  check_position(crescent.primitives[4], 0.00557730, 0.01899453);
-  check_position(crescent.primitives[11], -0.01959493, -0.00281733);
-  check_position(crescent.primitives[12], 0.01679746, 0.00140866);
-  check_position(crescent.primitives[20], -0.00048057, 0.00648195);
-  check_position(crescent.primitives[23], -0.00279746, -0.00140866);
-  CHECK(crescent.primitives[0].size[1] == Approx(0.00284630).margin(6e-9));
-  CHECK(crescent.primitives[12].size[1] == Approx(0.00142315).margin(6e-9));
-  CHECK_FALSE(crescent.primitives[12].visible);
+  check_position(crescent.geoms[0], 0.01959493, 0.00281733);
+  check_position(crescent.geoms[4], 0.00557730, 0.01899453);
+  check_position(crescent.geoms[11], -0.01959493, -0.00281733);
+  check_position(crescent.geoms[12], 0.01679746, 0.00140866);
+  check_position(crescent.geoms[20], -0.00048057, 0.00648195);
+  check_position(crescent.geoms[23], -0.00279746, -0.00140866);
+  CHECK(crescent.geoms[0].size[1] == Approx(0.00284630).margin(6e-9));
+  CHECK(crescent.geoms[12].size[1] == Approx(0.00142315).margin(6e-9));
+  CHECK_FALSE(crescent.geoms[12].visible);
 
   const Prop pyramide = shape(ObjectShape::kPyramide);
-  CHECK(pyramide.primitives[1].size == Vec3{0.7 * 0.02, 0.7 * 0.02, 0.005});
-  CHECK(pyramide.primitives[2].size == Vec3{0.4 * 0.02, 0.4 * 0.02, 0.005});
-  CHECK(pyramide.primitives[2].pos[2] == 0.02);
+  CHECK(pyramide.geoms[1].size == Vec3{0.7 * 0.02, 0.7 * 0.02, 0.005});
+  CHECK(pyramide.geoms[2].size == Vec3{0.4 * 0.02, 0.4 * 0.02, 0.005});
+  CHECK(pyramide.geoms[2].pos[2] == 0.02);
 
   const Prop t = shape(ObjectShape::kTShape);
-  check_position(t.primitives[0], 0, 0.0325);
-  check_position(t.primitives[1], 0, 0.02);
-  CHECK(t.primitives[1].size == Vec3{0.0075, 0.02, 0.0075});
+  check_position(t.geoms[0], 0, 0.0325);
+  check_position(t.geoms[1], 0, 0.02);
+  CHECK(t.geoms[1].size == Vec3{0.0075, 0.02, 0.0075});
 }
 
-// Whether a point is in an upright disc.
-bool inside(const Primitive& disc, double x, double y, double z) {
+// True for a point in an upright disc.
+bool inside(const Geom& disc, double x, double y, double z) {
   return std::hypot(x - disc.pos[0], y - disc.pos[1]) < disc.size[0] &&
          std::abs(z - disc.pos[2]) < disc.size[1];
 }
 
 TEST_CASE("The crescent collides with fewer discs, as the same solid", "[mjcf][shapes]") {
   const Prop crescent = shape(ObjectShape::kCrescent);
-  std::vector<Primitive> colliding;
-  std::copy_if(crescent.primitives.begin(), crescent.primitives.end(),
-               std::back_inserter(colliding), [](const Primitive& p) { return p.collides; });
+  std::vector<Geom> colliding;
+  std::copy_if(crescent.geoms.begin(), crescent.geoms.end(), std::back_inserter(colliding),
+               [](const Geom& p) { return p.collides; });
   CHECK(colliding.size() == 15);
 
   int within = 0;
@@ -146,8 +146,8 @@ TEST_CASE("The crescent collides with fewer discs, as the same solid", "[mjcf][s
   int different = 0;
   for (int i = -320; i <= 320; ++i) {
     for (int j = -200; j <= 320; ++j) {
-      const auto in = [&](const Primitive& p) { return inside(p, i * 1e-4, j * 1e-4, 0.001); };
-      const bool before = std::any_of(crescent.primitives.begin(), crescent.primitives.end(), in);
+      const auto in = [&](const Geom& p) { return inside(p, i * 1e-4, j * 1e-4, 0.001); };
+      const bool before = std::any_of(crescent.geoms.begin(), crescent.geoms.end(), in);
       const bool after = std::any_of(colliding.begin(), colliding.end(), in);
       const bool outer = std::any_of(colliding.begin(), colliding.begin() + 12, in);
       within += before ? 1 : 0;
@@ -163,13 +163,13 @@ TEST_CASE("The crescent collides with fewer discs, as the same solid", "[mjcf][s
 // A crescent all of whose discs collide, or only those that the engine uses.
 Prop crescent(bool all_discs) {
   Prop prop = shape_prop("crescent", ObjectShape::kCrescent, kBlue);
-  for (Primitive& primitive : prop.primitives) primitive.collides |= all_discs;
+  for (Geom& geom : prop.geoms) geom.collides |= all_discs;
   return prop;
 }
 
-// Where a crescent at the origin and a ball that runs into it are after half a second.
-struct Meeting {
-  Meeting(bool all_discs, const Prop& ball, double speed) {
+// Poses of a crescent at the origin and of a ball that runs into it, after half a second.
+struct Collision {
+  Collision(bool all_discs, const Prop& ball, double speed) {
     const Model model = compile_driven({{crescent(all_discs), ball}}, Detail::kPhysics);
     const Data data = make_data(model, kMikasa);
     data->qvel[9 + 6 + 1] = speed;
@@ -182,7 +182,7 @@ struct Meeting {
 };
 
 // Discs that lie within others make a contact stiffer, not different.
-void check_same(const Meeting& a, const Meeting& b) {
+void check_same(const Collision& a, const Collision& b) {
   for (std::size_t i = 0; i < 3; ++i) {
     CHECK(a.crescent_pose[i] == Approx(b.crescent_pose[i]).margin(5e-4));
     CHECK(a.ball_pos[i] == Approx(b.ball_pos[i]).margin(1e-3));
@@ -195,14 +195,14 @@ void check_same(const Meeting& a, const Meeting& b) {
 Prop ball(double radius, double mass) {
   Prop prop;
   prop.name = "ball";
-  prop.primitives.push_back({.shape = Shape::kSphere, .size = {radius, 0, 0}});
+  prop.geoms.push_back({.type = GeomType::kSphere, .size = {radius, 0, 0}});
   prop.mass = mass;
   prop.inertia.fill(0);
   std::fill_n(prop.inertia.begin(), 3, 0.4 * mass * radius * radius);
   return prop;
 }
 
-// Whether a kinematic probe touches a crescent at the origin.
+// Contact of a kinematic probe with a crescent at the origin.
 class Touch {
  public:
   Touch(bool all_discs, const Prop& probe)
@@ -228,7 +228,7 @@ class Touch {
 
 TEST_CASE("A finger feels the same crescent in and around its hole", "[mjcf][shapes]") {
   Prop fingertip = ball(0.004, 0);
-  fingertip.motion = Motion::kKinematic;
+  fingertip.body_type = BodyType::kKinematic;
   Touch few(false, fingertip);
   Touch all(true, fingertip);
   int touches = 0;
@@ -251,7 +251,7 @@ TEST_CASE("The crescent is pushed as if all its discs collided", "[mjcf][shapes]
   // Into the mouth, against its edges, and against the rim.
   for (const double x : {0.0, 0.008, -0.01, 0.02}) {
     pusher.pos = {x, -0.04, 0.01};
-    const Meeting few(false, pusher, 0.2);
+    const Collision few(false, pusher, 0.2);
     INFO("at x = " << x);
     CHECK(std::hypot(few.crescent_pose[0], few.crescent_pose[1]) > 0.01);
     check_same(few, {true, pusher, 0.2});
@@ -332,24 +332,8 @@ TEST_CASE("Resting contacts are counted as MuJoCo makes them", "[mjcf][shapes]")
     const auto pushing =
         std::count_if(contacts, contacts + alone.data->ncon,
                       [](const mjContact& contact) { return contact.exclude == 0; });
-    CHECK(pushing == standing_contacts(shape(which)));
+    CHECK(pushing == table_contact_count(shape(which)));
   }
-}
-
-TEST_CASE("The lowest point of a turned primitive is found", "[mjcf][shapes]") {
-  const double half = std::sqrt(0.5);
-  Primitive primitive{.size = {0.01, 0.02, 0.03}, .pos = {0, 0, 0.1}};
-  CHECK(lowest_point(primitive) == Approx(0.07));
-  primitive.quat = {half, half, 0, 0};  // a quarter turn about x
-  CHECK(lowest_point(primitive) == Approx(0.08));
-  primitive.shape = Shape::kEllipsoid;
-  CHECK(lowest_point(primitive) == Approx(0.08));
-  primitive.shape = Shape::kCylinder;
-  CHECK(lowest_point(primitive) == Approx(0.09));
-  primitive.shape = Shape::kCapsule;
-  CHECK(lowest_point(primitive) == Approx(0.09));
-  primitive.shape = Shape::kSphere;
-  CHECK(lowest_point(primitive) == Approx(0.09));
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 
 #include <array>
 #include <numbers>
 #include <vector>
 
 #include "core/math/real_functions.h"
-#include "mjcf/footing.h"
 #include "mjcf/inertia.h"
+#include "mjcf/table_contact.h"
 
 namespace engram::mjcf {
 namespace {
@@ -14,36 +14,36 @@ namespace {
 // All sizes follow from one length, SHAPE_SCALE: `scale`, m.
 constexpr double kPi = std::numbers::pi;
 
-using Primitives = std::vector<Primitive>;
+using Geoms = std::vector<Geom>;
 
 // Half the width of a cross, and half the thickness of star and t_shape.
 double thick_half(double scale) { return 0.5 * (0.75 * scale); }
 
-Primitive box(const Vec3& half, const Vec3& pos = {}) {
-  return {.shape = Shape::kBox, .size = half, .pos = pos};
+Geom box(const Vec3& half, const Vec3& pos = {}) {
+  return {.type = GeomType::kBox, .size = half, .pos = pos};
 }
 
 // An upright disc or post.
-Primitive disc(double radius, double half_length, const Vec3& pos = {}) {
-  return {.shape = Shape::kCylinder, .size = {radius, half_length, 0}, .pos = pos};
+Geom disc(double radius, double half_length, const Vec3& pos = {}) {
+  return {.type = GeomType::kCylinder, .size = {radius, half_length, 0}, .pos = pos};
 }
 
 Vec3 polar(double radius, double angle) {
   return {radius * real::cos(angle), radius * real::sin(angle), 0};
 }
 
-Primitives cross(double scale) {
+Geoms cross(double scale) {
   const double arm = 1.5 * scale;
   const double thick = thick_half(scale);
   return {box({arm, thick, thick}), box({thick, arm, thick})};
 }
 
 // A ring of posts on the middles of an octagon's edges; a post is as long as its edge.
-Primitives torus(double scale) {
+Geoms torus(double scale) {
   constexpr int kSegments = 8;
   const double tube = scale / 2;
   const double edge_half = kPi / kSegments;
-  Primitives result;
+  Geoms result;
   for (int i = 0; i < kSegments; ++i) {
     const double angle = 2 * kPi * (i + 0.5) / kSegments;
     result.push_back(
@@ -52,14 +52,14 @@ Primitives torus(double scale) {
   return result;
 }
 
-Primitives star(double scale) {
+Geoms star(double scale) {
   constexpr int kPoints = 5;
   const double arm_half = 1.5 * scale / 2;
   const double thick = thick_half(scale);
-  Primitives result;
+  Geoms result;
   for (int i = 0; i < kPoints; ++i) {
     const double angle = 2 * kPi * i / kPoints;
-    Primitive arm = box({arm_half, thick, thick}, polar(arm_half, angle));
+    Geom arm = box({arm_half, thick, thick}, polar(arm_half, angle));
     arm.quat = {real::cos(angle / 2), 0, 0, real::sin(angle / 2)};
     result.push_back(arm);
   }
@@ -67,9 +67,9 @@ Primitives star(double scale) {
 }
 
 // Three steps.
-Primitives pyramide(double scale) {
+Geoms pyramide(double scale) {
   const double step_half = scale / 4;
-  Primitives result;
+  Geoms result;
   double z = 0;
   for (const double factor : {1.0, 0.7, 0.4}) {
     const double half = factor * scale;
@@ -80,7 +80,7 @@ Primitives pyramide(double scale) {
 }
 
 // Lies flat; the origin is the free end of the stem.
-Primitives t_shape(double scale) {
+Geoms t_shape(double scale) {
   const double height = 2 * scale;
   const double thick = thick_half(scale);
   return {box({scale, thick, thick}, {0, height - thick, 0}),
@@ -88,11 +88,11 @@ Primitives t_shape(double scale) {
 }
 
 // An arc of discs, one segment longer than half a circle.
-Primitives arc(double scale, double radius, double shift) {
+Geoms arc(double scale, double radius, double shift) {
   constexpr int kSegments = 12;
   const double disc_radius = scale / 2;
   const double edge_half = kPi / (2 * (kSegments - 1));
-  Primitives result;
+  Geoms result;
   for (int i = 0; i < kSegments; ++i) {
     Vec3 pos = polar(radius * real::cos(edge_half), (2 * i + 1) * edge_half);
     pos[0] += shift;
@@ -103,23 +103,23 @@ Primitives arc(double scale, double radius, double shift) {
 
 // Two arcs. The inner one is thinner and invisible; it fills the hole of the outer one. Only three
 // of its discs reach beyond the outer ones, so the others need not collide.
-Primitives crescent(double scale) {
+Geoms crescent(double scale) {
   const double thickness = scale / 2;
-  Primitives inner = arc(scale, scale - thickness, 0.7 * thickness);
-  for (Primitive& segment : inner) segment.visible = segment.collides = false;
+  Geoms inner = arc(scale, scale - thickness, 0.7 * thickness);
+  for (Geom& segment : inner) segment.visible = segment.collides = false;
   for (const std::size_t filler : {0U, 6U, 11U}) inner[filler].collides = true;
 
-  Primitives result = arc(scale, scale, 0);
+  Geoms result = arc(scale, scale, 0);
   result.insert(result.end(), inner.begin(), inner.end());
   return result;
 }
 
-Primitives primitives_of(ObjectShape shape, double scale) {
+Geoms geoms_of(ObjectShape shape, double scale) {
   switch (shape) {
     case ObjectShape::kCube:
       return {box({scale, scale, scale})};
     case ObjectShape::kSphere:
-      return {{.shape = Shape::kSphere, .size = {scale, 0, 0}}};
+      return {{.type = GeomType::kSphere, .size = {scale, 0, 0}}};
     case ObjectShape::kCylinder:
       return {disc(scale, scale)};
     case ObjectShape::kCross:
@@ -146,20 +146,20 @@ std::string_view shape_name(ObjectShape shape) {
 
 double resting_height(ObjectShape shape) {
   Prop prop;
-  prop.primitives = primitives_of(shape, kShapeScale);
-  return standing_height(prop);
+  prop.geoms = geoms_of(shape, kShapeScale);
+  return height_on_table(prop);
 }
 
 Prop shape_prop(const std::string& name, ObjectShape shape, const Rgba& rgba, double scale) {
   if (shape == ObjectShape::kCube) return cube(name, scale, rgba);
   Prop prop;
   prop.name = name;
-  prop.primitives = primitives_of(shape, scale);
-  for (Primitive& primitive : prop.primitives) primitive.rgba = rgba;
+  prop.geoms = geoms_of(shape, scale);
+  for (Geom& geom : prop.geoms) geom.rgba = rgba;
   prop.kind = ObjectKind::kObject;
   prop.object_shape = static_cast<int>(shape);
   set_solid_inertia(prop);
-  prop.pos = {0, 0, standing_height(prop)};
+  prop.pos = {0, 0, height_on_table(prop)};
   return prop;
 }
 
