@@ -42,7 +42,7 @@ DocumentTable describe(const bench::SoakVisit& visit) {
   return table;
 }
 
-DocumentTable describe(const bench::SoakedTask& task) {
+DocumentTable describe(const bench::SoakTask& task) {
   DocumentList visits;
   visits.reserve(task.visits.size());
   for (const bench::SoakVisit& visit : task.visits) visits.emplace_back(describe(visit));
@@ -88,7 +88,7 @@ DocumentTable to_document(const bench::SoakReport& report) {
           {"cycle_samples", describe_all(report.cycle_samples)}};
 }
 
-// --- in words ---
+// --- text ---
 
 std::string share(int successes, int episodes) {
   return episodes > 0
@@ -96,14 +96,14 @@ std::string share(int successes, int episodes) {
              : "-";
 }
 
-std::string tasks_in_words(const std::vector<bench::SoakedTask>& tasks) {
+std::string tasks_in_words(const std::vector<bench::SoakTask>& tasks) {
   Table table({{"task"},
                {"env steps/s first", true},
                {"last", true},
                {"drift", true},
                {"random succeeds", true},
                {"oracle", true}});
-  for (const bench::SoakedTask& task : tasks) {
+  for (const bench::SoakTask& task : tasks) {
     if (task.visits.empty()) continue;  // interrupted before
     std::array<int, 2> episodes{};
     std::array<int, 2> successes{};
@@ -220,7 +220,8 @@ void add_soak_command(const Command& program) {
   add_json(command, options->json);
   command.footer(
       "Every task is visited several times; its environments play random and oracle episodes in "
-      "turn. Compared is what the process holds in the middle and at the end.");
+      "turn. Memory, threads and descriptors of the "
+      "process at the end are compared with those in the middle.");
   command.on_run([options] { run(*options); });
 }
 

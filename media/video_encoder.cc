@@ -1,12 +1,13 @@
-// .gif: one palette for all frames, so they are kept in a file until the last one has come.
+#include "media/video_encoder.h"
+
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/temporary_file.h"
-#include "media/video_encoder.h"
 #include "media/video_palette.h"
 
 namespace engram {
@@ -15,6 +16,19 @@ namespace {
 // One entry is kept free: it marks pixels that have not changed since the frame before.
 constexpr int kColors = 255;
 constexpr int kTransparent = 255;
+
+// .mp4: H.264, encoded frame by frame.
+class Mp4Encoder final : public VideoEncoder {
+ public:
+  Mp4Encoder(const std::string& path, const std::string& file, const VideoShape& shape)
+      : stream_(open_video_stream(path, file, VideoFormat::kMp4, shape)) {}
+
+  void add(std::span<const std::uint8_t> rgb) override { stream_->send_rgb(rgb); }
+  void finish() override { stream_->finish(); }
+
+ private:
+  std::unique_ptr<VideoStream> stream_;
+};
 
 // Frames on disk, in a file without a name, which the system removes even after a crash.
 class FrameSpool {
@@ -47,7 +61,8 @@ class FrameSpool {
   std::FILE* file_ = nullptr;
 };
 
-class GifEncoder final : public VideoWriter::Encoder {
+// .gif: one palette for all frames, which are stored on disk until the last one is known.
+class GifEncoder final : public VideoEncoder {
  public:
   GifEncoder(const std::string& path, const std::string& file, const VideoShape& shape)
       : shape_(shape),
@@ -99,9 +114,9 @@ class GifEncoder final : public VideoWriter::Encoder {
 
 }  // namespace
 
-std::unique_ptr<VideoWriter::Encoder> make_gif_encoder(const std::string& path,
-                                                       const std::string& file,
-                                                       const VideoShape& shape) {
+std::unique_ptr<VideoEncoder> make_video_encoder(const std::string& path, const std::string& file,
+                                                 VideoFormat format, const VideoShape& shape) {
+  if (format == VideoFormat::kMp4) return std::make_unique<Mp4Encoder>(path, file, shape);
   return std::make_unique<GifEncoder>(path, file, shape);
 }
 
