@@ -60,7 +60,7 @@ std::string number(double value) {
   return std::abs(value) >= 1000 ? with_thousands(value) : fmt::format("{:.4g}", value);
 }
 
-std::string to_words(const std::vector<bench::Measurement>& rows) {
+std::string to_plain_text(const std::vector<bench::Measurement>& rows) {
   Table table({{"name"},
                {"value", true},
                {"unit"},
@@ -80,7 +80,7 @@ std::string to_words(const std::vector<bench::Measurement>& rows) {
 void run(const BenchOptions& options) {
   const std::vector<bench::Measurement> rows = run_suites(options);
   if (!options.json) {
-    print(to_words(rows));
+    print(to_plain_text(rows));
     return;
   }
   DocumentList document;

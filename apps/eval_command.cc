@@ -9,16 +9,16 @@
 
 #include "apps/eval_options.h"
 #include "apps/interruption.h"
-#include "apps/joined_run.h"
 #include "apps/live_view.h"
+#include "apps/mpi_run.h"
 #include "apps/output.h"
+#include "protocol/evaluation/evaluation_run.h"
 #include "protocol/evaluation/mean.h"
-#include "protocol/evaluation/run.h"
 
 namespace engram::apps {
 namespace {
 
-std::string to_words(const DocumentList& tasks) {
+std::string to_plain_text(const DocumentList& tasks) {
   Table words({{"task"},
                {"split"},
                {"memory type"},
@@ -78,7 +78,7 @@ void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& r
   if (!view.due()) return;
   const int episodes = run.settings().episodes;
   const std::size_t all = tasks * static_cast<std::size_t>(episodes);
-  std::vector<LiveView::Row> rows;
+  std::vector<LiveView::TaskProgress> rows;
   double under_way = 0;
   for (const EvaluationStatus::Running& task : status.running) {
     const double fraction = static_cast<double>(task.episodes) / episodes;
@@ -93,11 +93,11 @@ void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& r
             rows);
 }
 
-void lead(Ranks& ranks, const EvalOptions& options) {
+void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   EvaluationRun run = begin(options);
   const std::string settings = to_text(run.settings().document());
   const auto bytes = std::as_bytes(std::span(settings.data(), settings.size()));
-  share(ranks, {bytes.begin(), bytes.end()});
+  broadcast(ranks, {bytes.begin(), bytes.end()});
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
   Protocol protocol = protocol_of(options, run.settings());
   {
@@ -125,12 +125,12 @@ void lead(Ranks& ranks, const EvalOptions& options) {
     print(to_text(run.document()));
     return;
   }
-  print(to_words(run.tasks()));
+  print(to_plain_text(run.tasks()));
   if (run.folder()) print(fmt::format("results: {}\n", run.folder()->path().string()));
 }
 
-void follow(Ranks& ranks, const EvalOptions& options) {
-  const Bytes bytes = share(ranks, {});
+void run_worker(Ranks& ranks, const EvalOptions& options) {
+  const Bytes bytes = broadcast(ranks, {});
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const EvaluationSettings settings =
       EvaluationSettings::of(parse_document(text).value_or(Document()), "settings");
@@ -145,8 +145,9 @@ void add_eval_command(const Command& program) {
       program.add_command("eval", "Success rates by the benchmark's evaluation protocol");
   add_eval_options(command, *options);
   command.on_run([options] {
-    run_joined(
-        [&](Ranks& ranks) { ranks.leads() ? lead(ranks, *options) : follow(ranks, *options); });
+    with_mpi([&](Ranks& ranks) {
+      ranks.is_root() ? run_coordinator(ranks, *options) : run_worker(ranks, *options);
+    });
   });
 }
 

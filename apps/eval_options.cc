@@ -14,7 +14,7 @@ namespace {
 constexpr std::array kPolicies = {Policy::kOracle, Policy::kBlind, Policy::kSweep, Policy::kZero,
                                   Policy::kRandom};
 
-// Which setting each option sets.
+// The setting of each option.
 constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"ids", "tasks"},         {"--split", "tasks"},         {"--family", "tasks"},
     {"--canonical", "tasks"}, {"--all", "tasks"},           {"--episodes", "n_episodes"},
@@ -56,7 +56,7 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
                 fmt::format("--resume: '{}' has results of {} {}; {} given now",
                             folder.path().string(), key, to_line(used), to_line(given)));
   }
-  // Whoever wrote the folder does not say what is run here.
+  // Commands of a folder are never run: its author may be somebody else.
   if (!is_null(before->policy_config) && !options.policy.given()) {
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of policy_config {}, and a command is not "

@@ -96,7 +96,7 @@ std::string share(int successes, int episodes) {
              : "-";
 }
 
-std::string tasks_in_words(const std::vector<bench::SoakTask>& tasks) {
+std::string tasks_table(const std::vector<bench::SoakTask>& tasks) {
   Table table({{"task"},
                {"env steps/s first", true},
                {"last", true},
@@ -122,7 +122,7 @@ std::string tasks_in_words(const std::vector<bench::SoakTask>& tasks) {
 }
 
 // The first sample, the last one, and some in between.
-std::string samples_in_words(const char* unit, const std::vector<bench::SoakSample>& samples) {
+std::string samples_table(const char* unit, const std::vector<bench::SoakSample>& samples) {
   constexpr std::size_t kRows = 11;
   Table table({{unit, true},
                {"resident kB", true},
@@ -141,18 +141,18 @@ std::string samples_in_words(const char* unit, const std::vector<bench::SoakSamp
   return table.text();
 }
 
-std::string to_words(const bench::SoakReport& report) {
+std::string to_plain_text(const bench::SoakReport& report) {
   std::string text;
   if (!report.tasks.empty()) {
     text += fmt::format("{} env steps of {} tasks in {:.0f} s, {} threads\n\n{}\n{}\n",
                         with_thousands(static_cast<double>(report.env_steps)), report.tasks.size(),
-                        report.step_seconds, report.threads, tasks_in_words(report.tasks),
-                        samples_in_words("env steps", report.step_samples));
+                        report.step_seconds, report.threads, tasks_table(report.tasks),
+                        samples_table("env steps", report.step_samples));
   }
   if (report.cycles > 0) {
     text +=
         fmt::format("{} batches made and closed in {:.0f} s\n\n{}\n", with_thousands(report.cycles),
-                    report.cycle_seconds, samples_in_words("cycles", report.cycle_samples));
+                    report.cycle_seconds, samples_table("cycles", report.cycle_samples));
   }
   for (const bench::UnstableEpisode& episode : report.unstable) {
     text += fmt::format("unstable: {} seed {} episode {} policy {} step {}\n", episode.id,
@@ -176,7 +176,7 @@ void run(const SoakCommandOptions& given) {
     options.stop = [&interruption] { return interruption.requested(); };
     report = bench::soak(options);
   }
-  print(given.json ? to_text(to_document(report)) : to_words(report));
+  print(given.json ? to_text(to_document(report)) : to_plain_text(report));
   std::vector<std::string> broken;
   for (const bench::SoakBound& bound : report.bounds) {
     if (!bound.kept()) broken.push_back(bound.name);

@@ -76,7 +76,7 @@ DocumentTable describe(const TaskCheck& row) {
           {"fingerprint", hex(row.result.fingerprint)}};
 }
 
-std::string to_words(const std::vector<TaskCheck>& rows) {
+std::string to_plain_text(const std::vector<TaskCheck>& rows) {
   Table table({{"id"},
                {"obs"},
                {"plays", true},
@@ -103,7 +103,7 @@ void run(const VerifyOptions& options) {
     document.emplace_back(describe(row));
     if (row.result.different > 0) ++different;
   }
-  print(options.json ? to_text(document) : to_words(rows));
+  print(options.json ? to_text(document) : to_plain_text(rows));
   if (different > 0) {
     throw Error(Error::kInternal, fmt::format("{} of {} checks found different bits; none allowed",
                                               different, rows.size()));

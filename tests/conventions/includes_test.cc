@@ -44,7 +44,7 @@ const std::vector<Module> kModules = {
     {"protocol/batch", {"core/*", "tasks", "render", "protocol/formats", "protocol/work"}},
     {"protocol/evaluation",
      {"core/*", "media", "protocol/formats", "protocol/work", "protocol/batch"}},
-    {"protocol/demonstrations",
+    {"protocol/datasets",
      {"core/*", "media", "protocol/formats", "protocol/work", "protocol/batch"}},
     {"api/engram", {}},
     {"api", {"core/*", "render", "media", "protocol/*", "api/engram"}},

@@ -108,7 +108,7 @@ void talk(Data greeting, Data said, int rows) {
       require(reply.chunk(row).size() % 7 == 0, "a chunk of parts of actions");
     }
   }
-  policy.settle();
+  policy.require_drained();
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #include <map>
 #include <string>
 
-#include "protocol/evaluation/run.h"
+#include "protocol/evaluation/evaluation_run.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

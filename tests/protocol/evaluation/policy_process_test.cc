@@ -191,9 +191,9 @@ TEST_CASE("A second answer to the last question is found, too", "[policy]") {
   std::thread other = pipes.answer_when_asked(1);
   question.ask(policy, work.context);
   other.join();
-  CHECK_NOTHROW(policy.settle());
+  CHECK_NOTHROW(policy.require_drained());
   pipes.answer();
-  CHECK_THROWS_WITH(policy.settle(), Catch::Contains("its answer to step 0 of episode 7"));
+  CHECK_THROWS_WITH(policy.require_drained(), Catch::Contains("its answer to step 0 of episode 7"));
 }
 
 TEST_CASE("An answer that comes before its question is refused", "[policy]") {

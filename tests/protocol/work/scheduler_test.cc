@@ -87,7 +87,7 @@ TEST_CASE("Work: every item is done once, on all threads", "[work]") {
     Squares source(100);
     std::mutex mutex;
     std::set<int> workers;
-    share_work(
+    distribute_work(
         alone, threads,
         [&](const WorkItem& item, const WorkContext& context) {
           const std::lock_guard lock(mutex);
@@ -110,7 +110,7 @@ TEST_CASE("Work: ranks share it, and all of them come to an end", "[work]") {
       others.emplace_back([&mail, &done_elsewhere, rank] {
         Mailboxes::Member self(mail, rank);
         Squares unused(0);
-        share_work(
+        distribute_work(
             self, 2,
             [&](const WorkItem& item, const WorkContext&) {
               ++done_elsewhere;
@@ -121,7 +121,7 @@ TEST_CASE("Work: ranks share it, and all of them come to an end", "[work]") {
     }
     Mailboxes::Member self(mail, 0);
     Squares source(300);
-    share_work(
+    distribute_work(
         self, 1,
         [](const WorkItem& item, const WorkContext&) {
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -142,14 +142,14 @@ TEST_CASE("Work: a failure anywhere ends the run with its message", "[work]") {
   {
     Ranks alone;
     Squares source(100);
-    CHECK_THROWS_WITH(share_work(alone, 2, failing, source), "eleven is too much");
+    CHECK_THROWS_WITH(distribute_work(alone, 2, failing, source), "eleven is too much");
     CHECK(!source.results.contains(11));
   }
   Mailboxes mail(2);
   std::thread other([&] {
     Mailboxes::Member self(mail, 1);
     Squares unused(0);
-    share_work(self, 1, failing, unused);
+    distribute_work(self, 1, failing, unused);
   });
   Mailboxes::Member self(mail, 0);
   Squares source(12);
@@ -158,7 +158,7 @@ TEST_CASE("Work: a failure anywhere ends the run with its message", "[work]") {
     while (!context.stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return square(item);
   };
-  CHECK_THROWS_WITH(share_work(self, 1, slow, source), "rank 1: eleven is too much");
+  CHECK_THROWS_WITH(distribute_work(self, 1, slow, source), "rank 1: eleven is too much");
   // What abort() does in earnest.
   ByteWriter end;
   end.put(std::uint8_t{5});
@@ -184,7 +184,7 @@ TEST_CASE("Work: what is obsolete is stopped and not accepted", "[work]") {
   };
   Ranks alone;
   Endless source;
-  share_work(
+  distribute_work(
       alone, 2,
       [](const WorkItem& item, const WorkContext& context) {
         // The first item would never end by itself.

@@ -1,4 +1,4 @@
-// Demonstrations of the oracle, as files to learn from (docs/datasets.md).
+// Demonstrations of the oracle for imitation learning (docs/datasets.md).
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace engram {
 
-// Which episodes of a task become demonstrations. Attempt k plays the seeds start + k * batch, ...,
-// start + (k + 1) * batch - 1.
+// Rule for the episodes of a task that become demonstrations. Attempt k plays the seeds start + k *
+// batch, ..., start + (k + 1) * batch - 1.
 struct CollectionRule {
   int batch = 1;      // episodes of an attempt; all are dropped unless all succeed
   int min_steps = 0;  // shorter episodes are dropped
@@ -22,7 +22,7 @@ struct CollectionRule {
 
 CollectionRule collection_rule(const RegistryEntry& entry);
 
-// The environments in which demonstrations are played, and in which they can be replayed: the
+// Options of the environments for recording and replay: the
 // library's defaults with images, episodes ending at success and then left alone.
 EnvOptions demonstration_options();
 
@@ -33,11 +33,11 @@ inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
 struct Demonstration {
   bool success = false;
   std::int32_t length = 0;  // control steps
-  // Of a success only:
+  // Set for a success only:
   double reward_sum = 0;
   std::vector<std::byte> file;  // the .npz file's content
 
-  // To bytes and back, for the way to another process.
+  // Serialization, for other processes.
   void pack(ByteWriter& out) const;
   static Demonstration unpack(ByteReader& in);
 };

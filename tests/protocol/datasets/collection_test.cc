@@ -1,5 +1,5 @@
 // Collecting when something runs out on the way.
-#include "protocol/demonstrations/collection.h"
+#include "protocol/datasets/collection.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>

@@ -1,9 +1,9 @@
-#include "protocol/demonstrations/report.h"
+#include "protocol/datasets/collection_report.h"
 
 #include <algorithm>
 
 #include "media/png.h"
-#include "protocol/demonstrations/npz.h"
+#include "protocol/datasets/npz.h"
 #include "protocol/formats/decimal.h"
 #include "protocol/formats/html.h"
 
@@ -61,7 +61,7 @@ std::string collection_report(std::span<const std::unique_ptr<DemonstrationFolde
                    " s: " + decimal(60 * timing.episodes / seconds, 0) + " episodes per minute, " +
                    decimal(static_cast<double>(timing.env_steps) / seconds, 0) +
                    " environment steps per second, with images.");
-  std::vector<HtmlReport::Bar> bars;
+  std::vector<HtmlReport::RateBar> bars;
   std::vector<std::vector<std::string>> rows;
   for (const auto& folder : folders) {
     const RegistryEntry& entry = folder->entry();

@@ -1,11 +1,11 @@
-#include "protocol/demonstrations/recorder.h"
+#include "protocol/datasets/recorder.h"
 
 #include <algorithm>
 #include <array>
 #include <numeric>
 
 #include "protocol/batch/rows.h"
-#include "protocol/demonstrations/npz.h"
+#include "protocol/datasets/npz.h"
 
 namespace engram {
 namespace {

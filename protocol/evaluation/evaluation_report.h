@@ -11,7 +11,7 @@
 namespace engram {
 
 struct ReportContext {
-  std::string compute;      // what the run was made on
+  std::string compute;      // the machine, as text
   double wall_seconds = 0;  // since the run began or was resumed
 };
 

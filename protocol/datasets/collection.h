@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/demonstrations/folder.h"
+#include "protocol/datasets/demonstration_folder.h"
 #include "protocol/work/ranks.h"
 
 namespace engram {

@@ -212,7 +212,7 @@ TEST_CASE("record: a process plays for every view and file", "[apps]") {
   const std::string idle = idle_policy(folder);
   const auto expect_same = [&](const char* name, const std::string& options) {
     const auto own = folder.path() / (std::string("own_") + name);
-    const auto outside = folder.path() / (std::string("outside_") + name);
+    const auto outside = folder.path() / (std::string("command_policy_") + name);
     record(own, options + " --policy zero");
     record(outside, options + idle);
     INFO(name << " " << options);

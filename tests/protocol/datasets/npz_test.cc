@@ -1,5 +1,5 @@
 // .npz files: what is written comes back, always as the same bytes, and damage is told.
-#include "protocol/demonstrations/npz.h"
+#include "protocol/datasets/npz.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

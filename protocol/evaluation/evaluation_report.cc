@@ -1,4 +1,4 @@
-#include "protocol/evaluation/report.h"
+#include "protocol/evaluation/evaluation_report.h"
 
 #include <algorithm>
 
@@ -26,7 +26,7 @@ std::map<std::string, Group> grouped(const DocumentList& tasks, const char* key)
 }
 
 void add_rates(const std::map<std::string, Group>& groups, HtmlReport& report) {
-  std::vector<HtmlReport::Bar> bars;
+  std::vector<HtmlReport::RateBar> bars;
   bars.reserve(groups.size());
   for (const auto& [name, group] : groups) {
     bars.push_back(
@@ -47,7 +47,7 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
   double env_steps = 0;
   double seconds = 0;
   int chunk_size = 1;
-  std::vector<HtmlReport::Bar> bars;
+  std::vector<HtmlReport::RateBar> bars;
   std::vector<std::vector<std::string>> rows;
   for (const Document& task : tasks) {
     const std::string& id = text(part(task, "env_id"));

@@ -1,4 +1,4 @@
-#include "protocol/demonstrations/npz.h"
+#include "protocol/datasets/npz.h"
 
 #include <zip.h>
 
@@ -56,7 +56,7 @@ std::size_t bytes_per_element(NpyType type) {
   return 4;
 }
 
-// As Python writes a tuple: "()", "(3,)", "(3, 4)".
+// Syntax of a Python tuple: "()", "(3,)", "(3, 4)".
 std::string shape_text(std::span<const std::int64_t> shape) {
   const std::string sizes = join(shape, [](std::int64_t size) { return std::to_string(size); });
   return "(" + sizes + (shape.size() == 1 ? "," : "") + ")";

@@ -23,7 +23,7 @@ class EvaluationRun {
   std::vector<const RegistryEntry*> open_tasks() const;
   // Writes the task's files and the summary.
   void add(const TaskResult& result);
-  // Writes summary and report. compute: what the run was made on, in words.
+  // Writes summary and report. compute: the machine, as text.
   void finish(const std::string& compute) const;
 
   // Results in the registry's order, and {summary, tasks}.

@@ -1,4 +1,4 @@
-#include "protocol/demonstrations/folder.h"
+#include "protocol/datasets/demonstration_folder.h"
 
 #include <algorithm>
 #include <charconv>
@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "protocol/batch/variants.h"
-#include "protocol/demonstrations/npz.h"
+#include "protocol/datasets/npz.h"
 #include "protocol/formats/files.h"
 
 namespace engram {
@@ -33,7 +33,7 @@ int file_number(const std::string& name) {
   return error == std::errc() && last == end ? number : -1;
 }
 
-// How the episodes in a folder were made. A run that continues a folder must agree.
+// Provenance of the episodes in a folder. A run that continues a folder must agree.
 DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
   const EnvOptions options = demonstration_options();
   return {{"version", version()},

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/demonstrations/recorder.h"
+#include "protocol/datasets/recorder.h"
 #include "protocol/formats/document.h"
 #include "protocol/formats/folder_lock.h"
 
@@ -20,7 +20,7 @@ struct CollectionPlan {
   std::uint64_t start_seed = 0;
   std::string renderer = "cpu";
   Rules rules = Rules::kReference;
-  ConstantTable constants = {};  // that all tasks have instead of their own
+  ConstantTable constants = {};  // of all tasks, instead of their own
 };
 
 // Takes the result of each seed and writes the episodes to keep in the order of their seeds. So the
@@ -39,7 +39,7 @@ class DemonstrationFolder {
   // The data file of that number.
   std::filesystem::path file(int index) const;
 
-  // Whether there are as many episodes as planned, and whether there is nothing left to play.
+  // complete: all planned episodes are there; finished: no seed is left to be played.
   bool complete() const { return episodes() >= plan_.episodes; }
   bool finished() const { return complete() || attempt_of(next_) >= plan_.max_attempts; }
 

@@ -1,6 +1,6 @@
-#include "protocol/evaluation/run.h"
+#include "protocol/evaluation/evaluation_run.h"
 
-#include "protocol/evaluation/report.h"
+#include "protocol/evaluation/evaluation_report.h"
 
 namespace engram {
 

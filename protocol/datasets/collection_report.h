@@ -6,11 +6,11 @@
 #include <span>
 #include <string>
 
-#include "protocol/demonstrations/folder.h"
+#include "protocol/datasets/demonstration_folder.h"
 
 namespace engram {
 
-// Of the run that has just ended.
+// Timing of the run that has just ended.
 struct CollectionTiming {
   double seconds = 0;
   int episodes = 0;             // that it added

@@ -1,5 +1,5 @@
 // What is recorded of an episode, and which episodes become files.
-#include "protocol/demonstrations/recorder.h"
+#include "protocol/datasets/recorder.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/demonstrations/folder.h"
-#include "protocol/demonstrations/npz.h"
+#include "protocol/datasets/demonstration_folder.h"
+#include "protocol/datasets/npz.h"
 #include "protocol/formats/files.h"
 #include "tests/failing_allocations.h"
 #include "tests/tasks/benchmark_table.h"

@@ -1,4 +1,4 @@
-#include "protocol/demonstrations/collection.h"
+#include "protocol/datasets/collection.h"
 
 #include <algorithm>
 #include <utility>
@@ -12,28 +12,27 @@ namespace {
 using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
 
 // Records the episodes of one item, as play_episodes plays them.
-struct Watcher {
+struct EpisodeRecorder {
   const Batch& env;
   std::vector<DemonstrationRecorder> recorders;  // one per environment
   std::vector<Demonstration> demonstrations;     // one per episode
 
-  void start(int slot, int /*episode*/) { recorder(slot).start(env, slot); }
+  void start(int slot, int /*episode*/) { recorder_of(slot).start(env, slot); }
   void before_step(int slot, std::span<float> action) {
-    recorder(slot).before_step(env, slot, action);
+    recorder_of(slot).before_step(env, slot, action);
   }
-  void after_step(int slot) { recorder(slot).after_step(env, slot); }
+  void after_step(int slot) { recorder_of(slot).after_step(env, slot); }
   void finish(int slot, int episode) {
-    demonstrations[static_cast<std::size_t>(episode)] = recorder(slot).finish();
+    demonstrations[static_cast<std::size_t>(episode)] = recorder_of(slot).finish();
   }
-  DemonstrationRecorder& recorder(int slot) { return recorders[static_cast<std::size_t>(slot)]; }
+  DemonstrationRecorder& recorder_of(int slot) { return recorders[static_cast<std::size_t>(slot)]; }
 };
 
-// Hands out seeds, attempt by attempt, while episodes are missing, and passes results to the
-// folders.
-class Source : public WorkSource {
+// Source of seeds, attempt by attempt, while episodes are missing; passes results to the folders.
+class SeedSource : public WorkSource {
  public:
-  Source(Folders& folders, const CollectionOptions& options,
-         const std::function<void(const CollectionProgress&)>& progress)
+  SeedSource(Folders& folders, const CollectionOptions& options,
+             const std::function<void(const CollectionProgress&)>& progress)
       : options_(options), progress_(progress) {
     int number = 0;
     for (const auto& folder : folders) {
@@ -49,12 +48,12 @@ class Source : public WorkSource {
     for (Queue& queue : queues_) {
       const DemonstrationFolder& folder = *queue.folder;
       if (folder.finished() || queue.next >= folder.end_seed()) continue;
-      if (folder.episodes() + folder.waiting() + queue.under_way >= options_.plan.episodes) {
+      if (folder.episodes() + folder.waiting() + queue.in_progress >= options_.plan.episodes) {
         continue;
       }
       const std::uint64_t end = folder.attempt_end(queue.next);
       const auto count = static_cast<int>(end - queue.next);
-      queue.under_way += count;
+      queue.in_progress += count;
       return WorkItem{queue.task, std::exchange(queue.next, end), count};
     }
     return std::nullopt;
@@ -62,11 +61,11 @@ class Source : public WorkSource {
 
   void accept(const WorkItem& item, Bytes result) override {
     Queue& queue = queue_of(item);
-    queue.under_way -= item.count;
+    queue.in_progress -= item.count;
     ByteReader in(result);
     for (int i = 0; i < item.count; ++i) {
       Demonstration demonstration = Demonstration::unpack(in);
-      played_ += static_cast<std::uint64_t>(demonstration.length);
+      env_steps_ += static_cast<std::uint64_t>(demonstration.length);
       queue.folder->accept(item.first_seed + static_cast<std::uint64_t>(i),
                            std::move(demonstration));
     }
@@ -74,19 +73,19 @@ class Source : public WorkSource {
 
   bool obsolete(const WorkItem& item) override { return queue_of(item).folder->finished(); }
 
-  void tick(const WorkStatus& status) override { tell(status.env_steps); }
+  void tick(const WorkStatus& status) override { report_progress(status.env_steps); }
   // Reports the final numbers, when all work is done.
-  void finish() const { tell(played_); }
+  void finish() const { report_progress(env_steps_); }
 
  private:
   struct Queue {
     DemonstrationFolder* folder = nullptr;
     int task = 0;
-    std::uint64_t next = 0;  // first seed that nobody plays yet
-    int under_way = 0;       // episodes
+    std::uint64_t next = 0;  // first seed that is not assigned yet
+    int in_progress = 0;     // episodes
   };
 
-  void tell(std::uint64_t env_steps) const {
+  void report_progress(std::uint64_t env_steps) const {
     CollectionProgress now;
     now.env_steps = env_steps;
     now.added = -before_;
@@ -105,9 +104,9 @@ class Source : public WorkSource {
 
   const CollectionOptions& options_;
   const std::function<void(const CollectionProgress&)>& progress_;
-  std::vector<Queue> queues_;  // long episodes first
-  std::uint64_t played_ = 0;   // steps of all results so far
-  int before_ = 0;             // episodes that were there already
+  std::vector<Queue> queues_;    // long episodes first
+  std::uint64_t env_steps_ = 0;  // steps of all results so far
+  int before_ = 0;               // episodes that were there already
 };
 
 }  // namespace
@@ -116,7 +115,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
     Ranks& ranks, std::span<const RegistryEntry* const> tasks, const CollectionOptions& options,
     const std::function<void(const CollectionProgress&)>& progress) {
   Folders folders;
-  if (ranks.leads()) {
+  if (ranks.is_root()) {
     for (const RegistryEntry* task : tasks) {
       folders.push_back(std::make_unique<DemonstrationFolder>(options.out, *task, options.plan));
     }
@@ -131,21 +130,21 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
     const RegistryEntry& task = *tasks[static_cast<std::size_t>(item.task)];
     EpisodeBatch& batch = batches[static_cast<std::size_t>(context.worker())];
     Batch& env = batch.of(task.id, item.count, options.num_envs, env_options);
-    Watcher watcher{env,
-                    std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs())),
-                    std::vector<Demonstration>(static_cast<std::size_t>(item.count))};
+    EpisodeRecorder recorder{
+        env, std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs())),
+        std::vector<Demonstration>(static_cast<std::size_t>(item.count))};
     const auto act = [&env](std::span<float> actions) { env.act(Policy::kOracle, actions); };
-    if (!play_episodes(env, item.first_seed, item.count, context, act, watcher)) {
+    if (!play_episodes(env, item.first_seed, item.count, context, act, recorder)) {
       batch.clear();
       return {};
     }
     ByteWriter out;
-    for (const Demonstration& demonstration : watcher.demonstrations) demonstration.pack(out);
+    for (const Demonstration& demonstration : recorder.demonstrations) demonstration.pack(out);
     return out.take();
   };
-  Source source(folders, options, progress);
-  share_work(ranks, options.threads, work, source);
-  if (ranks.leads()) source.finish();
+  SeedSource source(folders, options, progress);
+  distribute_work(ranks, options.threads, work, source);
+  if (ranks.is_root()) source.finish();
   return folders;
 }
 

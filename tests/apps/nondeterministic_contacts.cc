@@ -1,4 +1,4 @@
-// For a program to be wrong with: preloaded, every tenth collision has a contact that is one
+// A fault to preload: every tenth collision has a contact that is one
 // bit off, so that results depend on the order of the work.
 #include <dlfcn.h>
 #include <mujoco/mujoco.h>

@@ -1,4 +1,4 @@
-#include "apps/task_in_words.h"
+#include "apps/task_text.h"
 
 #include <fmt/format.h>
 
@@ -22,13 +22,13 @@ std::string plain(const Document& table, std::string_view key) { return plain(pa
 
 // A table of objects: one column per key, under a heading.
 std::string section(const std::string& title, const Document& rows,
-                    const std::vector<Table::Column>& columns) {
+                    const std::vector<Table::ColumnHeader>& columns) {
   if (list(rows).empty()) return "";
   Table table(columns);
   for (const Document& row : list(rows)) {
     std::vector<std::string> cells;
     cells.reserve(columns.size());
-    for (const Table::Column& column : columns) cells.push_back(plain(row, column.name));
+    for (const Table::ColumnHeader& column : columns) cells.push_back(plain(row, column.name));
     table.add(std::move(cells));
   }
   return fmt::format("\n{}\n{}", title, table.text("  "));
@@ -47,7 +47,7 @@ std::string head(const Document& task) {
       number(part(task, "chance")));
 }
 
-// What counts as an answer, and what policies achieve.
+// The definition of an answer, and the scores of policies.
 std::string memory_section(const Document& task) {
   std::string text;
   if (const Document& answer = part(task, "answer"); !is_null(answer)) {
@@ -108,12 +108,12 @@ std::string reward_section(const Document& task) {
 
 }  // namespace
 
-std::string describe_in_words(const Document& task) {
-  const Table::Column name{"name"};
-  const Table::Column width{"width", true};
-  const Table::Column unit{"unit"};
-  const Table::Column description{"description"};
-  const Table::Column offset{"offset", true};
+std::string task_text(const Document& task) {
+  const Table::ColumnHeader name{"name"};
+  const Table::ColumnHeader width{"width", true};
+  const Table::ColumnHeader unit{"unit"};
+  const Table::ColumnHeader description{"description"};
+  const Table::ColumnHeader offset{"offset", true};
   return head(task) + memory_section(task) +
          section("Phases", part(task, "phases"), {name, {"when"}}) +
          section("Drawn per episode, can be pinned", part(task, "draws"),

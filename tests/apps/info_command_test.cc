@@ -1,4 +1,3 @@
-// What `list`, `info`, `doctor` and `bench` tell.
 #include <mujoco/mujoco.h>
 
 #include <catch2/catch.hpp>
@@ -8,7 +7,6 @@
 
 #include "protocol/batch/make.h"
 #include "tests/apps/command.h"
-#include "tests/sanitizers.h"
 
 namespace engram::tests {
 namespace {
@@ -26,34 +24,6 @@ int checked_width(const Json& layout) {
 }
 
 }  // namespace
-
-TEST_CASE("list: the whole registry, in order", "[apps]") {
-  const Json tasks = engram_command("list --json").json();
-  REQUIRE(tasks.size() == registry().size());
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    const RegistryEntry& entry = registry()[i];
-    const Json& task = tasks[i];
-    CHECK(keys_of(task) == std::vector<std::string>{"id", "family", "split", "memory_type",
-                                                    "horizon", "canonical", "instruction",
-                                                    "action_dim", "state_dim", "candidates"});
-    CHECK(task["id"] == entry.id);
-    CHECK(task["horizon"] == entry.horizon);
-    CHECK(task["action_dim"] == 7);
-    const auto env = make(entry.id);
-    CHECK(task["state_dim"] == env->state_dim());
-    CHECK(task["candidates"] == env->info().candidates);
-  }
-}
-
-TEST_CASE("list: filters", "[apps]") {
-  const Json tasks = engram_command("list --split short --family RememberColor --json").json();
-  REQUIRE(tasks.size() == 3);
-  for (const Json& task : tasks) CHECK(task["family"] == "RememberColor");
-  CHECK(tasks[2]["candidates"] == 9);
-  const CommandResult table = engram_command("list --split long");
-  CHECK(table.code == 0);
-  CHECK_THAT(table.out, Catch::Contains("22 tasks"));
-}
 
 TEST_CASE("info: agrees with the library", "[apps]") {
   const Json task = engram_command(std::string("info --json ") + kId).json();
@@ -107,28 +77,6 @@ TEST_CASE("info: the MJCF dump is a scene that MuJoCo loads", "[apps]") {
   INFO(message);
   REQUIRE(model != nullptr);
   CHECK(mj_name2id(model.get(), mjOBJ_BODY, "cube_8") >= 0);
-}
-
-TEST_CASE("doctor: versions, machine and memory", "[apps]") {
-  const Json facts = engram_command("doctor --json").json();
-  CHECK(facts["version"] == version());
-  CHECK(facts["mujoco_runtime"] == facts["mujoco_compiled"]);
-  CHECK(facts["threads"].get<int>() >= 1);
-  CHECK(facts["bytes_per_env"].get<double>() > 0);
-  // Sanitizers keep freed memory resident.
-  if (!test::kSanitized) CHECK(facts["resident_bytes_per_env"].get<double>() > 0);
-  CHECK(facts["egl"].get<std::string>().size() > 0);
-  CHECK(facts["egl_available"].get<bool>() == (facts["egl_renderer"] != ""));
-  CHECK(engram_command("doctor").code == 0);
-}
-
-TEST_CASE("bench: rows of a suite", "[apps]") {
-  const Json rows = engram_command("bench create --rounds 1 --json").json();
-  REQUIRE(!rows.empty());
-  for (const Json& row : rows) {
-    CHECK(keys_of(row) == std::vector<std::string>{"name", "value", "unit", "baseline",
-                                                   "baseline_value", "ratio", "rounds"});
-  }
 }
 
 }  // namespace engram::tests
