@@ -33,7 +33,8 @@ TEST_CASE("command: verify tells what was compared", "[apps]") {
 
 TEST_CASE("command: verify fails where the order of the work makes a difference", "[apps]") {
   if (test::kSanitized) return;  // sanitizers want to be the first that is loaded
-  const std::string environment = std::string("LD_PRELOAD='") + test::kNondeterministicContacts + "'";
+  const std::string environment =
+      std::string("LD_PRELOAD='") + test::kNondeterministicContacts + "'";
   const std::string arguments = "verify TimedTransferEasy-VLA-v0 --obs state --steps 2 --json";
   const CommandResult result = engram_command(arguments, "", environment);
   CHECK(result.code == 1);
