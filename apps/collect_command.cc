@@ -139,8 +139,9 @@ void add_collect_command(const Command& program) {
       .default_str(options->out);
   add_json(command, options->json);
   command.footer(
-      "Keeps episodes that succeed, up to their first success. Where it was interrupted, the same "
-      "command goes on. Files do not depend on --num-envs, --threads or the number of processes.");
+      "Keeps episodes that succeed, up to their first success. After an interruption, the same "
+      "command continues. Files do not depend on --num-envs, --threads or the number of "
+      "processes.");
   command.on_run([options] { with_mpi([&](Ranks& ranks) { run(ranks, *options); }); });
 }
 

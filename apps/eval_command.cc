@@ -19,15 +19,15 @@ namespace engram::apps {
 namespace {
 
 std::string to_plain_text(const DocumentList& tasks) {
-  Table words({{"task"},
-               {"split"},
-               {"memory type"},
-               {"success_once", true},
-               {"chance", true},
-               {"score", true},
-               {"first answer", true},
-               {"mean return", true},
-               {"mean steps", true}});
+  Table rows({{"task"},
+              {"split"},
+              {"memory type"},
+              {"success_once", true},
+              {"chance", true},
+              {"score", true},
+              {"first answer", true},
+              {"mean return", true},
+              {"mean steps", true}});
   std::map<std::string, std::vector<double>> splits;
   for (const Document& task : tasks) {
     const DocumentList& lengths = list(part(task, "episode_lengths"));
@@ -41,15 +41,15 @@ std::string to_plain_text(const DocumentList& tasks) {
       return is_null(value) ? std::string("-") : fmt::format("{:.3f}", number(value));
     };
     splits[text(part(task, "split"))].push_back(rate);
-    words.add({text(part(task, "env_id")), text(part(task, "split")),
-               text(part(task, "memory_type")), fmt::format("{:.3f}", rate), share("chance"),
-               share("memory_score"), share("first_answer_correct"),
-               fmt::format("{:.2f}", number(part(task, "mean_return"))),
-               fmt::format("{:.1f}", steps)});
+    rows.add({text(part(task, "env_id")), text(part(task, "split")),
+              text(part(task, "memory_type")), fmt::format("{:.3f}", rate), share("chance"),
+              share("memory_score"), share("first_answer_correct"),
+              fmt::format("{:.2f}", number(part(task, "mean_return"))),
+              fmt::format("{:.1f}", steps)});
   }
   const Document summary = summary_document(tasks);
-  std::string lines = words.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
-                                                 number(part(summary, "sr_split")));
+  std::string lines = rows.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
+                                                number(part(summary, "sr_split")));
   for (const auto& [split, rates] : splits) {
     lines += fmt::format("  split {}: {:.3f} over {} tasks\n", split, mean(rates), rates.size());
   }

@@ -110,7 +110,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
           "Episodes per task");
   add_seed(command, options.protocol.start_seed, "Episode i has seed + i");
   add_num_envs(command, options.protocol.num_envs)
-      .description("Episodes that a thread plays together");
+      .description("Episodes that a thread runs together");
   add_obs(command, options.protocol.environment, kObsModes);
   add_rules(command, options.protocol.environment.rules);
   add_constants(command, options.protocol.environment.constants);
@@ -128,7 +128,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
           .type_name("DIR");
   command
       .add_option("--resume", options.resume,
-                  "Goes on in the folder of an interrupted run, with its settings")
+                  "Continues an interrupted run in its folder, with its settings")
       .type_name("DIR")
       .excludes(out);
   command.when_parsed([command, &options] {
@@ -139,8 +139,8 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   command.footer(
       "One episode per seed, until it is terminated or as long as its horizon; success_once is the "
       "share of episodes with success in any step. Results do not depend on --num-envs, --threads "
-      "or the number of processes under mpirun. docs/evaluation.md tells of policies from "
-      "outside, which are one process per thread.");
+      "or the number of processes under mpirun. docs/evaluation.md describes external "
+      "policies, which are one process per thread.");
 }
 
 }  // namespace engram::apps

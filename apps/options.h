@@ -1,5 +1,5 @@
-// Options that several subcommands share. Bad values become an Error that says what was given and
-// what is allowed.
+// Options that several subcommands share. Bad values become an Error with the value given and the
+// values allowed.
 #pragma once
 
 #include <array>
@@ -52,7 +52,7 @@ Option add_reward(const Command& command, RewardMode& mode);
 Option add_auto_reset(const Command& command, AutoReset& mode);
 Option add_rules(const Command& command, Rules& rules);
 Option add_split(const Command& command, std::optional<Split>& split);
-// --obs, where the command has its own way unless one is named, which default_str says.
+// --obs of commands with a default of their own, which default_str describes.
 Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode,
                     std::span<const ObsMode> modes);
 // --obs of descriptions: of an observation whose values are listed.

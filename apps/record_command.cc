@@ -90,8 +90,8 @@ std::vector<int> moments_of(const RecordOptions& options, RecordedEpisode& episo
   return moments;
 }
 
-// Plays until `step`; false if the episode ends before.
-bool play_until(int step, RecordedEpisode& episode) {
+// Steps until `step`; false if the episode ends before.
+bool step_until(int step, RecordedEpisode& episode) {
   while (episode.steps() < step && !episode.over()) episode.step();
   return episode.steps() == step;
 }
@@ -106,7 +106,7 @@ RecordReport record_pictures(const RecordOptions& options, RecordedEpisode& epis
   Canvas canvas(report.width, report.height);
   Progress progress("record", "pictures");
   for (const int moment : moments) {
-    if (!play_until(moment, episode)) {
+    if (!step_until(moment, episode)) {
       refuse(fmt::format("--at: {} given, the episode ends with step {}", moment, episode.steps()));
     }
     const int column = report.frames % columns;
@@ -116,7 +116,7 @@ RecordReport record_pictures(const RecordOptions& options, RecordedEpisode& epis
     ++report.frames;
     progress.update(static_cast<double>(report.frames) / count, report.frames);
   }
-  if (options.is_sheet()) play_until(episode.max_steps(), episode);
+  if (options.is_sheet()) step_until(episode.max_steps(), episode);
   write_png(options.out, report.width, report.height, canvas.rgb());
   return report;
 }
@@ -195,7 +195,7 @@ RecordReport record(const RecordOptions& options) {
   }
 }
 
-// With the words that an evaluation has for the policy.
+// The policy is described as in results of an evaluation.
 Document to_document(const RecordOptions& options, const RecordReport& report) {
   const EpisodeOptions& episode = options.episode;
   EvaluationSettings settings;
@@ -258,7 +258,7 @@ void add_moments(const Command& command, RecordOptions& options) {
 void add_view(const Command& command, RecordOptions& options) {
   add_camera(command, options.view.camera);
   command.add_flag("--overlays", options.view.overlays,
-                   "Step, reward and what there is to remember over the human view");
+                   "Step, reward and the quantity to remember, over the human view");
   const Option size = add_int(command, "--size", options.size, 1, kMaxSize,
                               "Height in pixels, and width of one camera")
                           .default_str(fmt::format("{}, {} in sheets", kSize, kSheetSize));
@@ -269,7 +269,7 @@ void add_view(const Command& command, RecordOptions& options) {
         .excludes(size);
   }
   add_int(command, "--sensor-size", options.view.sensor_size, 1, kMaxSize,
-          "--camera all: pixels of the sensors, enlarged; 128 shows what policies see")
+          "--camera all: pixels of the sensors, enlarged; 128 is the size for policies")
       .default_str("");
   add_renderer(command, options.episode.env.render_options);
   bool& shadows = options.episode.env.render_options.shadows;
@@ -300,7 +300,7 @@ void add_record_command(const Command& program) {
   add_seed(command, episode.env.seed, "Of the episode");
   add_policy_command(command, add_policy(command, episode.policy, kPolicies), episode.command);
   add_obs_mode(command, episode.obs, kObsModes)
-      .description("What --policy-command sees")
+      .description("Observation of --policy-command")
       .default_str(std::string(name_of(ObsMode::kRgb)));
   add_env_options(command, episode.env);
   command.remove_option("--auto-reset");  // there is one episode

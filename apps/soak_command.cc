@@ -196,7 +196,7 @@ void add_soak_command(const Command& program) {
   const Command command = program.add_command(
       "soak",
       "Long runs that watch for growth, drift and instability; a broken bound is a failure");
-  command.add_option("id", options->soak.ids, "Tasks to play; default: all").type_name("ID");
+  command.add_option("id", options->soak.ids, "Tasks to run; default: all").type_name("ID");
   bench::SoakOptions& soak = options->soak;
   command
       .add_option(
@@ -219,7 +219,7 @@ void add_soak_command(const Command& program) {
       .type_name("TIMES");
   add_json(command, options->json);
   command.footer(
-      "Every task is visited several times; its environments play random and oracle episodes in "
+      "Every task is visited several times; its environments run random and oracle episodes in "
       "turn. Memory, threads and descriptors of the "
       "process at the end are compared with those in the middle.");
   command.on_run([options] { run(*options); });

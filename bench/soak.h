@@ -31,7 +31,7 @@ struct SoakSample {
   ProcessUsage usage;
 };
 
-// Environments play random and oracle episodes in turn.
+// Environments run random and oracle episodes in turn.
 inline constexpr std::array kSoakPolicies = {Policy::kRandom, Policy::kOracle};
 
 // A visit: some steps of one task. The next visit continues from its last state.
@@ -52,7 +52,7 @@ struct SoakTask {
   std::vector<SoakVisit> visits;
 };
 
-// An episode whose physics diverged. To play it again: a batch of one with that seed, reset
+// An episode whose physics diverged. To reproduce it: a batch of one with that seed, reset
 // `episode` times more than once, then steps of that policy.
 struct UnstableEpisode {
   std::string id;

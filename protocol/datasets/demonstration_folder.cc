@@ -176,7 +176,7 @@ void DemonstrationFolder::accept(std::uint64_t seed, Demonstration demonstration
 }
 
 // Keeps or drops the attempt that comes next; returns false if its episodes are not all there yet.
-// Of an attempt that an interrupted run has kept in part, only the rest is played.
+// An attempt that an interrupted run has kept in part continues with its rest.
 bool DemonstrationFolder::decide_attempt() {
   const std::uint64_t end = attempt_end(next_);
   bool all_succeeded = true;

@@ -17,7 +17,7 @@ namespace {
 // Level 1: images of rendered scenes shrink nearly as much as with higher ones, in a fraction of
 // the time (docs/datasets.md).
 constexpr zip_uint32_t kDeflateLevel = 1;
-// 1 January 1980, the first moment that ZIP archives can tell: the same bytes at any time.
+// 1 January 1980, the first date that ZIP archives can have: the same bytes at any time.
 constexpr zip_uint16_t kDosDate = (1 << 5) | 1;
 using std::string_view_literals::operator""sv;
 constexpr std::string_view kMagic = "\x93NUMPY\x01\x00"sv;  // format version 1.0

@@ -64,7 +64,7 @@ class ExternalPolicy {
   virtual void require_drained() {}
 };
 
-// Plays a batch with an external policy: a queue of actions per episode, filled by a chunk when it
+// Runs a batch with an external policy: a queue of actions per episode, filled by a chunk when it
 // is empty and dropped at the end of the episode.
 class ChunkedPolicy {
  public:

@@ -51,7 +51,7 @@ class PolicyProcess final : public ExternalPolicy {
   void read(std::span<std::byte> bytes);
   void wait_for(int descriptor, short events) const;
   bool ended() const;
-  // Throws an Error that says how the process ended.
+  // Throws an Error with the exit status of the process.
   [[noreturn]] void fail_closed() const;
   [[noreturn]] void fail(const std::string& what) const;
   void stop();

@@ -50,7 +50,7 @@ std::string local_time() {
   return text;
 }
 
-// Keys of a task document that say what was asked for: the same in all documents of a run.
+// Keys of a task document with the settings: the same in all documents of a run.
 constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
                                          "version",    "rules",      "model"};
 

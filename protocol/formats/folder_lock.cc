@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Says who has the folder. Named like a temporary file, so that the next run removes it if this one
+// Note of the owner. Named like a temporary file, so that the next run removes it if this one
 // is killed.
 constexpr const char* kNote = "in-use.0.engram-tmp";
 

@@ -101,7 +101,7 @@ TEST_CASE("collect: bytes do not depend on threads, batches or interruptions", "
   CHECK(files_in(grown.path()) == expected);
 }
 
-TEST_CASE("collect: goes on wherever it was killed", "[apps][long]") {
+TEST_CASE("collect: continues after a kill at any moment", "[apps][long]") {
   const std::string ids = "RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 ";
   const TemporaryFolder reference;
   const auto start = std::chrono::steady_clock::now();
@@ -135,7 +135,7 @@ TEST_CASE("collect: goes on wherever it was killed", "[apps][long]") {
     int status = 0;
     REQUIRE(::waitpid(child, &status, 0) == child);
     if (WIFSIGNALED(status)) ++kills;
-    // Whatever is there is whole, and the same as ever; only the metadata may be younger.
+    // Existing files are complete and unchanged; only the metadata may be younger.
     int episodes = 0;
     for (const auto& [name, bytes] : files_in(folder.path())) {
       if (!name.ends_with(".npz")) continue;
@@ -168,7 +168,7 @@ TEST_CASE("collect: a full disk ends the run, and what was complete stays", "[ap
   CHECK(files_in(folder.path()) == before);
 }
 
-TEST_CASE("collect: what cannot be done is told", "[apps]") {
+TEST_CASE("collect: impossible requests are refused", "[apps]") {
   const TemporaryFolder folder;
   const std::string out = " --out " + folder.path().string();
   require_refusal("collect NoSuchTask-VLA-v0" + out, 2, "NoSuchTask-VLA-v0");

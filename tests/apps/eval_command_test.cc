@@ -1,4 +1,4 @@
-// `engram eval`: the protocol, its files, and that neither threads nor batches show in results.
+// `engram eval`: the protocol, its files, and independence of threads and batches.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -134,12 +134,12 @@ TEST_CASE("eval: first answers and the score of memory", "[apps]") {
   CHECK(oracle["first_answers_correct"] == std::vector<bool>(40, true));
   CHECK(oracle["memory_score"].get<double>() == Approx(1).margin(0.1));
   CHECK(oracle["answer_chance"].get<double>() == Approx(1.0 / 3));
-  // Who searches succeeds more often than chance says, but not with the first answer.
+  // A search succeeds more often than chance, but not with the first answer.
   const Json sweep = evaluate("--policy sweep");
   CHECK(sweep["sr"].get<double>() > 0.45);
   CHECK(sweep["first_answer_correct"].get<double>() < 0.6);
   CHECK(sweep["memory_score"].get<double>() == Approx(0).margin(0.4));
-  // What is right in an answer is what the oracle says of the same seeds.
+  // Right answers are those of the oracle for the same seeds.
   for (std::size_t i = 0; i < 40; ++i) {
     const bool same = sweep["first_answers"][i] == oracle["first_answers"][i];
     CHECK(sweep["first_answers_correct"][i] == same);
@@ -153,7 +153,7 @@ TEST_CASE("eval: first answers and the score of memory", "[apps]") {
   CHECK(idle["first_answer_correct"] == 0.0);
 }
 
-TEST_CASE("eval: tasks that ask for no answer say so", "[apps]") {
+TEST_CASE("eval: tasks without an answer report null", "[apps]") {
   const Json task =
       engram_command("eval InterceptSlow-VLA-v0 --episodes 2 --json").json()["tasks"][0];
   for (const char* key : {"first_answers", "first_answers_correct", "first_answer_correct",
@@ -215,7 +215,7 @@ TEST_CASE("eval: resuming a finished run changes nothing", "[apps]") {
   CHECK(engram_command(run.command + "--resume " + run.path.string()).code == 0);
 }
 
-TEST_CASE("eval: lost and damaged files are made again, whole ones kept", "[apps]") {
+TEST_CASE("eval: lost and damaged files are rewritten, complete ones kept", "[apps]") {
   const Run run;
   const auto before = results_in(run.path);
   const std::filesystem::path lost = run.path / "RememberColor3-VLA-v0.json";
@@ -249,7 +249,7 @@ TEST_CASE("eval: a folder belongs to one protocol", "[apps]") {
   require_refusal(run.resume() + " --policy blind", 2, "\"oracle\"; \"blind\" given now");
   require_refusal(run.resume() + " TakeItBack-VLA-v0", 2, "tasks");
   require_refusal(run.resume() + " --out " + run.folder.path().string(), 2, "--out");
-  // Without its settings the folder still has results, which tell.
+  // Without its settings the folder still has results, which show the protocol.
   std::filesystem::remove(run.path / "settings.json");
   require_refusal(run.resume(), 2, "no task given");
   require_refusal(run.resume() + " RememberColor3-VLA-v0 --episodes 5", 2, "n_episodes");
@@ -260,8 +260,8 @@ TEST_CASE("eval: a folder belongs to one protocol", "[apps]") {
   require_refusal(run.resume(), 1, "settings.json");
 }
 
-// What is read of a result at the end of a run is looked at before it begins.
-TEST_CASE("eval: results that lack something are made anew", "[apps]") {
+// Fields that a run reads at its end are checked before it begins.
+TEST_CASE("eval: incomplete results are rewritten", "[apps]") {
   const Run run;
   const auto before = results_in(run.path);
   const auto file = run.path / "TakeItBack-VLA-v0.json";
@@ -359,7 +359,7 @@ TEST_CASE("eval: a policy in a process of its own", "[apps]") {
   CHECK(task["model"]["name"] == "external");
   CHECK(task["model"]["config"]["command"] == kPipePolicy);
   CHECK(task["episode_lengths"] == std::vector<int>(3, 25));
-  // It answers by what it sees, so that it does not matter who is asked together with whom.
+  // Its answers depend on its observation, not on the other episodes of a request.
   const std::string base = evaluation("--episodes 3 --policy-command '" + kPipePolicy + "' ");
   CHECK(engram_command(base + "--num-envs 1 --threads 2").out == result.out);
   const Json state = engram_command(base + "--obs state").json()["tasks"][0];
@@ -371,7 +371,7 @@ TEST_CASE("eval: a policy in a process of its own", "[apps]") {
   CHECK(objects["returns"] != state["returns"]);
 }
 
-TEST_CASE("eval: a policy process that fails is told of", "[apps]") {
+TEST_CASE("eval: a policy process that fails is reported", "[apps]") {
   require_refusal(python_policy("exit 3"), 1, "ended with exit code 3");
   require_refusal(python_policy("kill -9 $$"), 1, "signal 9");
   require_refusal(python_policy("echo hello, world; cat >/dev/null"), 1, "standard output");
@@ -379,7 +379,7 @@ TEST_CASE("eval: a policy process that fails is told of", "[apps]") {
   require_refusal(python_policy(kPipePolicy) + " --policy oracle", 2, "--policy");
 }
 
-TEST_CASE("eval: a folder that cannot be made is told before anything runs", "[apps]") {
+TEST_CASE("eval: a folder that cannot be made is reported before the run", "[apps]") {
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "file").string();
   std::ofstream(file) << "in the way";
@@ -395,7 +395,7 @@ TEST_CASE("eval: filters skip families that are not there", "[apps]") {
   if (document["tasks"].size() < 38) CHECK_THAT(result.err, Catch::Contains("of 38 tasks skipped"));
 }
 
-TEST_CASE("eval: in words", "[apps]") {
+TEST_CASE("eval: text output", "[apps]") {
   const CommandResult result =
       engram_command(std::string("eval --episodes 1 --policy zero ") + kId);
   CHECK(result.code == 0);

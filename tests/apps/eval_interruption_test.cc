@@ -94,7 +94,7 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][l
       if (run.empty()) continue;
       arguments = command;
       arguments.append(" --resume ").append(run.string());
-      // What is there is whole and right.
+      // Existing files are complete and right.
       const auto present = results_in(run);
       for (const auto& [name, content] : present) {
         if (name != "summary.json") CHECK(content == expected.at(name));

@@ -30,7 +30,7 @@ std::string with_command(const std::string& command) {
 
 }  // namespace
 
-TEST_CASE("command: an empty text is refused, whatever it was to name", "[apps]") {
+TEST_CASE("command: an empty text is refused by every option", "[apps]") {
   const std::string task = " RememberColor3-VLA-v0 ";
   for (const std::string& options :
        {"eval" + task + "--policy-command ''",
@@ -43,7 +43,7 @@ TEST_CASE("command: an empty text is refused, whatever it was to name", "[apps]"
   }
 }
 
-TEST_CASE("command: a name is of a policy from outside", "[apps]") {
+TEST_CASE("command: a policy name needs an external policy", "[apps]") {
   for (const char* command : {"eval", "record --out a.png"}) {
     const std::string given = command + std::string(" RememberColor3-VLA-v0 ");
     require_refusal(given + "--policy-name mine", 2, "--policy-name requires --policy-command");
@@ -52,7 +52,7 @@ TEST_CASE("command: a name is of a policy from outside", "[apps]") {
   }
 }
 
-TEST_CASE("eval: no folder says what is run", "[apps]") {
+TEST_CASE("eval: a folder cannot name the command to run", "[apps]") {
   const TemporaryFolder folder;
   const std::string ran = (folder.path() / "ran").string();
   REQUIRE(engram_command(kEval + "--policy zero --out " + folder.path().string() + "/r").code == 0);
@@ -84,7 +84,7 @@ TEST_CASE("eval: no folder says what is run", "[apps]") {
   CHECK(engram_command(resume).code == 0);
 }
 
-TEST_CASE("eval: a run with a policy from outside goes on with the same command", "[apps]") {
+TEST_CASE("eval: a run with an external policy continues with the same command", "[apps]") {
   const TemporaryFolder folder;
   const std::string policy = with_command(pipe_policy()) + "--policy-name pipes ";
   const CommandResult whole =
@@ -99,7 +99,7 @@ TEST_CASE("eval: a run with a policy from outside goes on with the same command"
   CHECK(engram_command(resume + with_command(pipe_policy())).out == whole.out);
 }
 
-TEST_CASE("eval: a second run in a folder is told who has it", "[apps]") {
+TEST_CASE("eval: a second run in a folder is refused with the owner's name", "[apps]") {
   const TemporaryFolder folder;
   REQUIRE(engram_command(kEval + "--policy zero --out " + folder.path().string()).code == 0);
   const fs::path run = run_in(folder.path());
@@ -140,7 +140,7 @@ TEST_CASE("eval: many runs at once in one folder do no harm", "[apps]") {
   }
 }
 
-TEST_CASE("command: nothing that others say reaches the terminal unseen", "[apps]") {
+TEST_CASE("command: foreign text reaches the terminal escaped", "[apps]") {
   const auto shown = [](const std::string& arguments) {
     const CommandResult result = engram_command(arguments);
     for (const char c : result.out + result.err) {
@@ -160,7 +160,7 @@ TEST_CASE("command: nothing that others say reaches the terminal unseen", "[apps
   CHECK_THAT(shown(kEval + out), Catch::Contains("/\\u001b]0;title\\u0007/short/"));
 }
 
-TEST_CASE("eval: an interrupted run does not wait for what cannot be stopped", "[apps]") {
+TEST_CASE("eval: an interrupted run ends without waiting for a blocked policy", "[apps]") {
   const std::string run = "eval --all --policy zero --episodes 2000 --num-envs 2 --threads 300";
   // The signal comes once there are threads; each of them makes a batch, which takes long together.
   const std::string line =

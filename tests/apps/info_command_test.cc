@@ -55,7 +55,7 @@ TEST_CASE("info: agrees with the library", "[apps]") {
   }
 }
 
-TEST_CASE("info: in words", "[apps]") {
+TEST_CASE("info: text output", "[apps]") {
   const CommandResult result = engram_command(std::string("info ") + kId);
   CHECK(result.code == 0);
   CHECK(result.err.empty());

@@ -60,7 +60,7 @@ TEST_CASE("command: unknown observations and renderers are named with those that
   require_refusal("rollout RememberColor9-VLA-v0 --obs rgb --renderer gpu", 2, "cpu or egl");
 }
 
-TEST_CASE("command: what cannot be done here is a failure, exit code 1", "[apps]") {
+TEST_CASE("command: failures of the system have exit code 1", "[apps]") {
   require_refusal("info RememberColor9-VLA-v0 --mjcf /nowhere/scene.xml", 1, "/nowhere/scene.xml");
   require_refusal("eval RememberColor3-VLA-v0 --episodes 1 --out /proc/results", 1,
                   "/proc/results");
@@ -97,7 +97,7 @@ TEST_CASE("command: a file beyond the allowed size is an error, not the end by a
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
-TEST_CASE("command: a reader that goes away is an error of one line", "[apps]") {
+TEST_CASE("command: a closed pipe is an error of one line", "[apps]") {
   const TemporaryFolder folder;
   const std::string err = (folder.path() / "err").string();
   for (const char* arguments : {"list", "list --json", "info RememberColor3-VLA-v0 --json",

@@ -1,4 +1,4 @@
-// `engram play`: what it hands to Python, and what it says where there is none.
+// `engram play`: arguments passed to Python, and errors without Python.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -21,7 +21,7 @@ std::string python(const TemporaryFolder& folder, const std::string& script) {
 
 }  // namespace
 
-TEST_CASE("play: Python gets the words of the command line", "[apps]") {
+TEST_CASE("play: Python gets the arguments of the command line", "[apps]") {
   const TemporaryFolder folder;
   const std::string variants = std::string(test::kRoot) + "/apps/examples/medium_variants.json";
   const CommandResult result =
@@ -36,7 +36,7 @@ TEST_CASE("play: Python gets the words of the command line", "[apps]") {
                           "--policy-command=a; b \"c\"\n--stay\n");
 }
 
-TEST_CASE("play: without Python, or its package, one line says what is missing", "[apps]") {
+TEST_CASE("play: a missing Python or package is reported in one line", "[apps]") {
   CommandResult result = engram_command("play", "", "ENGRAM_PYTHON=/nowhere/python");
   CHECK(result.code == 1);
   CHECK(result.err ==

@@ -35,7 +35,7 @@ std::size_t files_in(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(std::distance(begin(files), end(files)));
 }
 
-// A policy that moves nothing, in chunks of three actions, whatever their size.
+// A policy of zero actions, in chunks of three.
 std::string idle_policy(const TemporaryFolder& folder) {
   const auto file = folder.path() / "idle.py";
   const auto examples = std::filesystem::path(test::kRoot) / "python" / "examples";
@@ -132,7 +132,7 @@ TEST_CASE("record: the composition shows the cameras where they belong", "[apps]
   CHECK(coarse.at(20, 100) == all.at(20, 100));
 }
 
-TEST_CASE("record: overlays tell step, reward and target", "[apps]") {
+TEST_CASE("record: overlays show step, reward and target", "[apps]") {
   const TemporaryFolder folder;
   const std::string options = "--camera render --overlays --pin target=1";
   const ReadFrame first = record(folder.path() / "a.png", options).frames.at(0);
@@ -174,9 +174,9 @@ TEST_CASE("record: the same arguments give the same bytes, another seed others",
   CHECK(read_file(folder.path() / "a.mp4") != read_file(folder.path() / "c.mp4"));
 }
 
-TEST_CASE("record: a policy in a process of its own sees what it sees in an evaluation", "[apps]") {
+TEST_CASE("record: an external policy observes the same as in an evaluation", "[apps]") {
   const TemporaryFolder folder;
-  // What the policy reads is kept, too.
+  // The observations of the policy are recorded, too.
   const auto command = [&](const char* copy) {
     return " --policy-command 'tee " + (folder.path() / copy).string() + " | " + pipe_policy() +
            "' ";
@@ -207,7 +207,7 @@ TEST_CASE("record: a policy in a process of its own sees what it sees in an eval
   }
 }
 
-TEST_CASE("record: a process plays for every view and file", "[apps]") {
+TEST_CASE("record: an external policy acts for every view and file", "[apps]") {
   const TemporaryFolder folder;
   const std::string idle = idle_policy(folder);
   const auto expect_same = [&](const char* name, const std::string& options) {
@@ -227,7 +227,7 @@ TEST_CASE("record: a process plays for every view and file", "[apps]") {
   expect_same("e.mp4", "--size 64 --steps 5 --control-mode pd_joint_pos");
 }
 
-TEST_CASE("record: a policy process that fails is told of and leaves nothing behind", "[apps]") {
+TEST_CASE("record: a policy process that fails is reported and leaves no file", "[apps]") {
   const TemporaryFolder folder;
   const auto refuse = [&](const std::string& command, int code, const std::string& words,
                           const std::string& options = "") {
@@ -242,7 +242,7 @@ TEST_CASE("record: a policy process that fails is told of and leaves nothing beh
   refuse(pipe_policy(), 1, "(4, 7) given, (8), (K, 8)", "--control-mode pd_joint_pos");
   refuse(pipe_policy(), 2, "--policy", "--policy oracle");
   refuse(pipe_policy(), 2, "state|rgb|objects", "--obs depth");
-  // A policy that hangs does not keep who presses Ctrl-C waiting.
+  // A policy that hangs does not delay Ctrl-C.
   refuse("kill -INT $PPID; cat >/dev/null", 1, "interrupted; nothing was written");
 }
 

@@ -142,7 +142,7 @@ TEST_CASE("rollout: shortcuts of the physics do not change outcomes", "[apps]") 
   CHECK(rollout(base + "--no-sleep")["success_once"] == rollout(base)["success_once"]);
 }
 
-TEST_CASE("rollout: in words", "[apps]") {
+TEST_CASE("rollout: text output", "[apps]") {
   const CommandResult result =
       engram_command(std::string("rollout ") + kId + " --num-envs 2 --steps 4");
   CHECK(result.code == 0);

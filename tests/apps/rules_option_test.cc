@@ -1,4 +1,4 @@
-// --rules: every command that makes environments takes it, and what they write says it.
+// --rules in every command that makes environments, and in their results.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <map>
@@ -28,7 +28,7 @@ fs::path only_entry(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("rules: info shows what the options are under them", "[apps][rules]") {
+TEST_CASE("rules: info shows the options of a rule set", "[apps][rules]") {
   using Values = std::map<std::string, double>;
   const Values reference = {{"strict", 0}, {"strict_order", 0}, {"touch_radius", 0.05}};
   CHECK(option_values("") == reference);
@@ -47,7 +47,7 @@ TEST_CASE("rules: info shows what the options are under them", "[apps][rules]") 
   CHECK_THAT(words.out, Catch::Contains("rules original"));
 }
 
-TEST_CASE("rules: others than there are get refused", "[apps][rules]") {
+TEST_CASE("rules: unknown rule sets are refused", "[apps][rules]") {
   const std::string task = std::string(" ") + kId + " ";
   for (const std::string& command :
        {"info" + task, "rollout" + task, "record" + task + "--out nowhere.png ", "eval" + task,
@@ -57,7 +57,7 @@ TEST_CASE("rules: others than there are get refused", "[apps][rules]") {
   }
 }
 
-TEST_CASE("rules: rollouts play by them and say so", "[apps][rules]") {
+TEST_CASE("rules: rollouts follow and report them", "[apps][rules]") {
   const auto rollout = [](const std::string& rules) {
     return engram_command(std::string("rollout ShellGameColorLampTouch-VLA-v0 --num-envs 16 ") +
                           "--steps 8 --hash --json " + rules)
@@ -72,7 +72,7 @@ TEST_CASE("rules: rollouts play by them and say so", "[apps][rules]") {
   CHECK(reference["hash"] == rollout("--rules original --option fixed_mapping=0")["hash"]);
 }
 
-TEST_CASE("rules: results say them, and a folder holds those of one kind", "[apps][rules]") {
+TEST_CASE("rules: results name them, and a folder has one rule set", "[apps][rules]") {
   const TemporaryFolder folder;
   const std::string command = std::string("eval TakeItBack-VLA-v0 RotateLenientPos-VLA-v0 ") +
                               "--episodes 2 --policy zero --json ";
@@ -90,7 +90,7 @@ TEST_CASE("rules: results say them, and a folder holds those of one kind", "[app
                   "has results of rules \"original\"; \"reference\" given now");
 }
 
-TEST_CASE("rules: data sets say them, and a folder holds those of one kind", "[apps][rules]") {
+TEST_CASE("rules: data sets name them, and a folder has one rule set", "[apps][rules]") {
   const TemporaryFolder folder;
   const std::string command =
       "collect BlinkCountButtonPressEasy-VLA-v0 --episodes 1 --out " + folder.path().string() + " ";

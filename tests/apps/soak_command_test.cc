@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
-TEST_CASE("soak: an interrupted command tells what was done, and fails", "[apps][soak]") {
+TEST_CASE("soak: an interrupted command reports its work, and fails", "[apps][soak]") {
   const CommandResult result =
       engram_command(std::string("soak ") + kId + " --env-steps 100000000 --max-drift 1000 --json",
                      "& sleep 2; kill -TERM $!; wait $!");

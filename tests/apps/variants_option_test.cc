@@ -33,7 +33,7 @@ const Json& constant(const Json& description, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("Constants change by --set, and info tells them", "[apps][variants]") {
+TEST_CASE("Constants change by --set, and info lists them", "[apps][variants]") {
   const Json plain = engram_command("info RememberShape5-VLA-v0 --json").json();
   CHECK(constant(plain, "SHAPES")["value"] == 5);
   CHECK(constant(plain, "SHAPES")["low"] == 2);
@@ -92,7 +92,8 @@ TEST_CASE("Ids out of a file work in every command", "[apps][variants]") {
             .code == 0);
 }
 
-TEST_CASE("Evaluations of variants say what they are, and go on alone", "[apps][variants]") {
+TEST_CASE("Evaluations of variants name them, and continue with the same ones only",
+          "[apps][variants]") {
   const VariantsFile file;
   const fs::path out = file.folder.path() / "out";
   const std::string command = std::string("eval ") + kId + " RememberColor3-VLA-v0 --episodes 4 ";
@@ -106,7 +107,7 @@ TEST_CASE("Evaluations of variants say what they are, and go on alone", "[apps][
   CHECK(document["variant"]["constants"]["CUE_PHASE_STEPS"] == Json({10, 12}));
   CHECK_FALSE(Json::parse(read_file(run / "RememberColor3-VLA-v0.json")).contains("variant"));
 
-  // The folder knows what the id means; with another meaning it does not go on.
+  // The folder has the id's constants; with others it is not continued.
   const std::string before = read_file(result);
   fs::remove(result);
   REQUIRE(engram_command("eval --resume " + run.string()).code == 0);
@@ -117,7 +118,7 @@ TEST_CASE("Evaluations of variants say what they are, and go on alone", "[apps][
   require_refusal("eval --resume " + run.string() + " --set COLORS=3", 2, "constants");
 }
 
-TEST_CASE("A data set goes on with the same constants alone", "[apps][variants]") {
+TEST_CASE("A data set continues with the same constants only", "[apps][variants]") {
   const VariantsFile file;
   const std::string out = " --out " + (file.folder.path() / "data").string();
   const std::string command = std::string("collect ") + kId + " --episodes 1" + out + file.option;

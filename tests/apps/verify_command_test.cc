@@ -7,7 +7,7 @@
 
 namespace engram::tests {
 
-TEST_CASE("command: verify tells what was compared", "[apps]") {
+TEST_CASE("command: verify reports the comparisons", "[apps]") {
   const std::string arguments = "verify ShellGameTouch-VLA-v0 RememberColor3-VLA-v0 --steps 1";
   const Json rows = engram_command(arguments + " --json").json();
   REQUIRE(rows.size() == 6);
@@ -31,7 +31,7 @@ TEST_CASE("command: verify tells what was compared", "[apps]") {
                             !Catch::Contains("rgb"));
 }
 
-TEST_CASE("command: verify fails where the order of the work makes a difference", "[apps]") {
+TEST_CASE("command: verify fails if results depend on the order of work", "[apps]") {
   if (test::kSanitized) return;  // sanitizers want to be the first that is loaded
   const std::string environment =
       std::string("LD_PRELOAD='") + test::kNondeterministicContacts + "'";

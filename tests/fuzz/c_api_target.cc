@@ -100,7 +100,7 @@ std::vector<Batch>& batches() {
   return all;
 }
 
-// What an execution has at hand.
+// State of an execution.
 struct Run {
   Input input;
   std::vector<engram_env*> made = {};  // by this execution, and closed at its end
@@ -114,7 +114,7 @@ struct Run {
     if (which >= 4 && !made.empty()) return made.back();
     return batches()[static_cast<std::size_t>(which) % batches().size()].env;
   }
-  // As many values as are needed, mostly: numbers in -1..1, and now and then something else.
+  // Mostly as many values as needed: numbers in -1..1, and now and then something else.
   std::vector<float> actions(const engram_env* of) {
     const int form = input.choice(16);
     auto count =
@@ -350,7 +350,7 @@ void restore(Run& run) {
 int answer(void* user, const engram_policy_request* request, engram_policy_reply* reply) {
   Run& run = *static_cast<Run*>(user);
   const std::array<float, 32> actions{};
-  // As long as the shape says, which is the caller's word.
+  // Length by the given shape.
   const std::array<std::int64_t, 3> shape = {1, std::min(number(run.input), 4), 7};
   const int form = run.input.choice(8);
   checked(engram_policy_set(form == 0 ? nullptr : reply, number(run.input),

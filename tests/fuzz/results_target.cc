@@ -7,7 +7,7 @@
 
 namespace engram::fuzz {
 
-// What stands for this version in the corpus, which is older than most versions.
+// Placeholder of the version in the corpus, which is older than most versions.
 std::string with_version(std::string_view text) {
   constexpr std::string_view kMark = "@version@";
   std::string all(text);

@@ -70,8 +70,8 @@ Attempt try_to_collect(const fs::path& root, std::int64_t number) {
   return attempt;
 }
 
-TEST_CASE("A collection that there is no memory for goes on later", "[collection][allocation]") {
-  // What physics needs is compiled once.
+TEST_CASE("A collection continues after running out of memory", "[collection][allocation]") {
+  // Models of the physics are compiled once.
   EnvOptions options = demonstration_options();
   options.num_envs = 1;
   const auto keeper = make(kId, options);
@@ -87,7 +87,7 @@ TEST_CASE("A collection that there is no memory for goes on later", "[collection
     attempt = try_to_collect(root.path(), number);
     INFO("allocation " << number);
     CHECK(attempt.finished != attempt.happened);
-    // What MuJoCo leaks while it compiles a scene is its own.
+    // Leaks of MuJoCo while it compiles a scene do not count.
     if (!attempt.in_mujoco && attempt.leaked != 0) ++lost;
     for (const auto& [name, bytes] : files_in(root.path())) {
       INFO(name);

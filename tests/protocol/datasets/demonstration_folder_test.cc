@@ -168,7 +168,7 @@ TEST_CASE("Demonstrations: a folder that does not fit is refused and unchanged",
   refuses(plan, "without leading zeros");
   fs::remove(path / "train_data_0003.npz");
   CHECK(content(path) == before);
-  // Without metadata the files themselves tell.
+  // Without metadata the files themselves are read.
   fs::remove(path / "metadata.json");
   CHECK(DemonstrationFolder(root.path(), planned_task, plan).complete());
   CHECK(content(path) == before);

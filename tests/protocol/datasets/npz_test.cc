@@ -1,4 +1,3 @@
-// .npz files: what is written comes back, always as the same bytes, and damage is told.
 #include "protocol/datasets/npz.h"
 
 #include <algorithm>
@@ -84,7 +83,7 @@ TEST_CASE("NPZ: text becomes code points", "[npz]") {
   CHECK(code_points("\xe2\x82") == U"\uFFFD\uFFFD");
 }
 
-TEST_CASE("NPZ: damage is told", "[npz]") {
+TEST_CASE("NPZ: damaged files are refused", "[npz]") {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a.npz";
   const std::vector<std::byte> whole = sample();
@@ -111,7 +110,7 @@ TEST_CASE("NPZ: damage is told", "[npz]") {
   CHECK(noticed == 40);
 }
 
-TEST_CASE("NPZ: a header's word costs no memory", "[npz]") {
+TEST_CASE("NPZ: an announced size allocates no memory", "[npz]") {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a.npz";
   const std::byte few[] = {std::byte{1}, std::byte{2}};
