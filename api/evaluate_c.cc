@@ -9,7 +9,7 @@
 #include "api/c_options.h"
 #include "engram/engram_c.h"
 #include "protocol/batch/variants.h"
-#include "protocol/evaluation/run.h"
+#include "protocol/evaluation/evaluation_run.h"
 
 struct engram_policy_reply {
   engram::PolicyReply* reply;

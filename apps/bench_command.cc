@@ -19,31 +19,32 @@ constexpr std::string_view kAllSuites = "all";
 
 struct BenchOptions {
   std::string suite;
-  bench::Options bench;
+  bench::SuiteOptions bench;
   bool json = false;
 };
 
-std::vector<bench::Row> run_suites(const BenchOptions& options) {
+std::vector<bench::Measurement> run_suites(const BenchOptions& options) {
   std::vector<std::string_view> suites = {options.suite};
   if (options.suite == kAllSuites) {
     suites.assign(bench::suite_names().begin(), bench::suite_names().end());
   }
   Progress progress("bench", "");
-  std::vector<bench::Row> rows;
+  std::vector<bench::Measurement> rows;
   double done = 0;
-  bench::Options bench_options = options.bench;
+  bench::SuiteOptions bench_options = options.bench;
   bench_options.progress = [&](double fraction) {
     progress.update((done + fraction) / static_cast<double>(suites.size()));
   };
   for (const std::string_view suite : suites) {
-    for (bench::Row& row : bench::run_suite(suite, bench_options)) rows.push_back(std::move(row));
+    for (bench::Measurement& row : bench::run_suite(suite, bench_options))
+      rows.push_back(std::move(row));
     ++done;
   }
   return rows;
 }
 
 // Rows that are compared with nothing have null where the comparison would be.
-DocumentTable describe(const bench::Row& row) {
+DocumentTable describe(const bench::Measurement& row) {
   const bool compared = !row.baseline.empty();
   const auto or_null = [compared](auto value) { return compared ? Document(value) : Document(); };
   return {{"name", row.name},
@@ -59,7 +60,7 @@ std::string number(double value) {
   return std::abs(value) >= 1000 ? with_thousands(value) : fmt::format("{:.4g}", value);
 }
 
-std::string to_words(const std::vector<bench::Row>& rows) {
+std::string to_plain_text(const std::vector<bench::Measurement>& rows) {
   Table table({{"name"},
                {"value", true},
                {"unit"},
@@ -67,7 +68,7 @@ std::string to_words(const std::vector<bench::Row>& rows) {
                {"its value", true},
                {"ratio", true},
                {"rounds", true}});
-  for (const bench::Row& row : rows) {
+  for (const bench::Measurement& row : rows) {
     const bool compared = !row.baseline.empty();
     table.add({row.name, number(row.value), row.unit, compared ? row.baseline : "-",
                compared ? number(row.baseline_value) : "-",
@@ -77,14 +78,14 @@ std::string to_words(const std::vector<bench::Row>& rows) {
 }
 
 void run(const BenchOptions& options) {
-  const std::vector<bench::Row> rows = run_suites(options);
+  const std::vector<bench::Measurement> rows = run_suites(options);
   if (!options.json) {
-    print(to_words(rows));
+    print(to_plain_text(rows));
     return;
   }
   DocumentList document;
   document.reserve(rows.size());
-  for (const bench::Row& row : rows) document.emplace_back(describe(row));
+  for (const bench::Measurement& row : rows) document.emplace_back(describe(row));
   print(to_text(document));
 }
 

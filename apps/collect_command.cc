@@ -7,13 +7,13 @@
 #include <memory>
 #include <numeric>
 
-#include "apps/joined_run.h"
+#include "apps/mpi_run.h"
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
-#include "protocol/demonstrations/collection.h"
-#include "protocol/demonstrations/report.h"
+#include "protocol/datasets/collection.h"
+#include "protocol/datasets/collection_report.h"
 #include "protocol/formats/document.h"
 #include "protocol/formats/files.h"
 
@@ -56,7 +56,7 @@ DocumentTable document(const Folders& folders, const CollectOptions& options) {
           {"tasks", tasks}};
 }
 
-std::string to_words(const Folders& folders) {
+std::string to_plain_text(const Folders& folders) {
   Table table({{"task"},
                {"episodes", true},
                {"steps", true},
@@ -107,9 +107,9 @@ void run(Ranks& ranks, CollectOptions& options) {
   options.collection.out = options.out;
   CollectionTiming timing;
   const Folders folders = collect_all(ranks, tasks, options, timing);
-  if (!ranks.leads()) return;
+  if (!ranks.is_root()) return;
   write_output(options.collection.out / kReport, collection_report(folders, timing));
-  print(options.json ? to_text(document(folders, options)) : to_words(folders));
+  print(options.json ? to_text(document(folders, options)) : to_plain_text(folders));
   require_complete(folders, options.collection.plan);
 }
 
@@ -139,9 +139,10 @@ void add_collect_command(const Command& program) {
       .default_str(options->out);
   add_json(command, options->json);
   command.footer(
-      "Keeps episodes that succeed, up to their first success. Where it was interrupted, the same "
-      "command goes on. Files do not depend on --num-envs, --threads or the number of processes.");
-  command.on_run([options] { run_joined([&](Ranks& ranks) { run(ranks, *options); }); });
+      "Keeps episodes that succeed, up to their first success. After an interruption, the same "
+      "command continues. Files do not depend on --num-envs, --threads or the number of "
+      "processes.");
+  command.on_run([options] { with_mpi([&](Ranks& ranks) { run(ranks, *options); }); });
 }
 
 }  // namespace engram::apps

@@ -124,7 +124,7 @@ void Command::on_run(std::function<void()> run) const { app_->final_callback(std
 
 namespace {
 
-// What the parser has refused, in our words where its own say too little.
+// The parser's refusal, in words of our own where its message is too short.
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   std::string what = error.what();
   std::string program = app.get_name();

@@ -1,5 +1,5 @@
-// Commands and their options. CLI11 does the work, out of sight: its headers take longer to compile
-// than everything else that a command includes.
+// Commands and their options. CLI11 parses them; its headers are hidden because they take longer to
+// compile than everything else that a command includes.
 #pragma once
 
 #include <functional>
@@ -55,16 +55,16 @@ class Command {
   Option add_flag(const std::string& name, std::function<void()> take,
                   const std::string& help) const;
   void remove_option(const std::string& name) const;
-  // Whether the user has given the option; false if there is no such option.
+  // True if the user has given the option; false if there is no such option.
   bool given(const std::string& name) const;
 
-  // The option of this command may stand behind its subcommands' words, too.
+  // Allows the option of this command behind the words of its subcommands, too.
   void share_options() const;
   // Text at the end of the help.
   void footer(const std::string& text) const;
   // Called when the command's words are read, before it runs.
   void when_parsed(std::function<void()> call) const;
-  // What the command does.
+  // Sets the function of the command.
   void on_run(std::function<void()> run) const;
 
  private:

@@ -1,4 +1,4 @@
-// A digest of everything that a run shows an agent.
+// A digest of all observations, rewards and ends of episodes of a run.
 #pragma once
 
 #include <array>

@@ -75,8 +75,8 @@ std::unique_ptr<Batch> touched_batch(int num_envs) {
   return env;
 }
 
-// What an environment adds to a batch: two batches are compared, so that what all environments
-// share cancels out.
+// Memory of one more environment in a batch. Two batches are compared, so that shared parts cancel
+// out.
 double measured_bytes_per_env() {
   constexpr int kSmall = 256;
   constexpr int kLarge = 8192;
@@ -116,7 +116,7 @@ Document examine() {
                        {"egl_renderer", egl.renderer}};
 }
 
-std::string to_words(const Document& facts) {
+std::string to_plain_text(const Document& facts) {
   std::vector<std::string> sets;
   for (const Document& set : list(part(facts, "instruction_sets"))) sets.push_back(text(set));
   const auto fact = [&facts](const char* key) { return text(part(facts, key)); };
@@ -137,7 +137,7 @@ std::string to_words(const Document& facts) {
 
 void run(bool json) {
   const Document facts = examine();
-  print(json ? to_text(facts) : to_words(facts));
+  print(json ? to_text(facts) : to_plain_text(facts));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Counts what a batch of environments has done: steps, finished episodes and how they went.
+// Counts of a batch of environments: steps, finished episodes and their results.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ class EpisodeLog {
   // Takes in the outputs of the last step; to be called after every step.
   void update(const Batch& env);
 
-  // Whether all episodes that were asked for are counted, or no environment moves any more.
+  // True if all requested episodes are counted, or no environment is active any more.
   bool complete() const { return moving_ == 0 || (wanted_ > 0 && episodes_ == wanted_); }
   // The share that is counted of the episodes asked for; 0 if no number was given.
   double fraction() const {

@@ -9,25 +9,25 @@
 
 #include "apps/eval_options.h"
 #include "apps/interruption.h"
-#include "apps/joined_run.h"
 #include "apps/live_view.h"
+#include "apps/mpi_run.h"
 #include "apps/output.h"
+#include "protocol/evaluation/evaluation_run.h"
 #include "protocol/evaluation/mean.h"
-#include "protocol/evaluation/run.h"
 
 namespace engram::apps {
 namespace {
 
-std::string to_words(const DocumentList& tasks) {
-  Table words({{"task"},
-               {"split"},
-               {"memory type"},
-               {"success_once", true},
-               {"chance", true},
-               {"score", true},
-               {"first answer", true},
-               {"mean return", true},
-               {"mean steps", true}});
+std::string to_plain_text(const DocumentList& tasks) {
+  Table rows({{"task"},
+              {"split"},
+              {"memory type"},
+              {"success_once", true},
+              {"chance", true},
+              {"score", true},
+              {"first answer", true},
+              {"mean return", true},
+              {"mean steps", true}});
   std::map<std::string, std::vector<double>> splits;
   for (const Document& task : tasks) {
     const DocumentList& lengths = list(part(task, "episode_lengths"));
@@ -41,15 +41,15 @@ std::string to_words(const DocumentList& tasks) {
       return is_null(value) ? std::string("-") : fmt::format("{:.3f}", number(value));
     };
     splits[text(part(task, "split"))].push_back(rate);
-    words.add({text(part(task, "env_id")), text(part(task, "split")),
-               text(part(task, "memory_type")), fmt::format("{:.3f}", rate), share("chance"),
-               share("memory_score"), share("first_answer_correct"),
-               fmt::format("{:.2f}", number(part(task, "mean_return"))),
-               fmt::format("{:.1f}", steps)});
+    rows.add({text(part(task, "env_id")), text(part(task, "split")),
+              text(part(task, "memory_type")), fmt::format("{:.3f}", rate), share("chance"),
+              share("memory_score"), share("first_answer_correct"),
+              fmt::format("{:.2f}", number(part(task, "mean_return"))),
+              fmt::format("{:.1f}", steps)});
   }
   const Document summary = summary_document(tasks);
-  std::string lines = words.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
-                                                 number(part(summary, "sr_split")));
+  std::string lines = rows.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
+                                                number(part(summary, "sr_split")));
   for (const auto& [split, rates] : splits) {
     lines += fmt::format("  split {}: {:.3f} over {} tasks\n", split, mean(rates), rates.size());
   }
@@ -78,7 +78,7 @@ void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& r
   if (!view.due()) return;
   const int episodes = run.settings().episodes;
   const std::size_t all = tasks * static_cast<std::size_t>(episodes);
-  std::vector<LiveView::Row> rows;
+  std::vector<LiveView::TaskProgress> rows;
   double under_way = 0;
   for (const EvaluationStatus::Running& task : status.running) {
     const double fraction = static_cast<double>(task.episodes) / episodes;
@@ -93,11 +93,11 @@ void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& r
             rows);
 }
 
-void lead(Ranks& ranks, const EvalOptions& options) {
+void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   EvaluationRun run = begin(options);
   const std::string settings = to_text(run.settings().document());
   const auto bytes = std::as_bytes(std::span(settings.data(), settings.size()));
-  share(ranks, {bytes.begin(), bytes.end()});
+  broadcast(ranks, {bytes.begin(), bytes.end()});
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
   Protocol protocol = protocol_of(options, run.settings());
   {
@@ -125,12 +125,12 @@ void lead(Ranks& ranks, const EvalOptions& options) {
     print(to_text(run.document()));
     return;
   }
-  print(to_words(run.tasks()));
+  print(to_plain_text(run.tasks()));
   if (run.folder()) print(fmt::format("results: {}\n", run.folder()->path().string()));
 }
 
-void follow(Ranks& ranks, const EvalOptions& options) {
-  const Bytes bytes = share(ranks, {});
+void run_worker(Ranks& ranks, const EvalOptions& options) {
+  const Bytes bytes = broadcast(ranks, {});
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const EvaluationSettings settings =
       EvaluationSettings::of(parse_document(text).value_or(Document()), "settings");
@@ -145,8 +145,9 @@ void add_eval_command(const Command& program) {
       program.add_command("eval", "Success rates by the benchmark's evaluation protocol");
   add_eval_options(command, *options);
   command.on_run([options] {
-    run_joined(
-        [&](Ranks& ranks) { ranks.leads() ? lead(ranks, *options) : follow(ranks, *options); });
+    with_mpi([&](Ranks& ranks) {
+      ranks.is_root() ? run_coordinator(ranks, *options) : run_worker(ranks, *options);
+    });
   });
 }
 

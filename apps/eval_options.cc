@@ -14,7 +14,7 @@ namespace {
 constexpr std::array kPolicies = {Policy::kOracle, Policy::kBlind, Policy::kSweep, Policy::kZero,
                                   Policy::kRandom};
 
-// Which setting each option sets.
+// The setting of each option.
 constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"ids", "tasks"},         {"--split", "tasks"},         {"--family", "tasks"},
     {"--canonical", "tasks"}, {"--all", "tasks"},           {"--episodes", "n_episodes"},
@@ -56,7 +56,7 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
                 fmt::format("--resume: '{}' has results of {} {}; {} given now",
                             folder.path().string(), key, to_line(used), to_line(given)));
   }
-  // Whoever wrote the folder does not say what is run here.
+  // Commands of a folder are never run: its author may be somebody else.
   if (!is_null(before->policy_config) && !options.policy.given()) {
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of policy_config {}, and a command is not "
@@ -110,7 +110,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
           "Episodes per task");
   add_seed(command, options.protocol.start_seed, "Episode i has seed + i");
   add_num_envs(command, options.protocol.num_envs)
-      .description("Episodes that a thread plays together");
+      .description("Episodes that a thread runs together");
   add_obs(command, options.protocol.environment, kObsModes);
   add_rules(command, options.protocol.environment.rules);
   add_constants(command, options.protocol.environment.constants);
@@ -128,7 +128,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
           .type_name("DIR");
   command
       .add_option("--resume", options.resume,
-                  "Goes on in the folder of an interrupted run, with its settings")
+                  "Continues an interrupted run in its folder, with its settings")
       .type_name("DIR")
       .excludes(out);
   command.when_parsed([command, &options] {
@@ -139,8 +139,8 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   command.footer(
       "One episode per seed, until it is terminated or as long as its horizon; success_once is the "
       "share of episodes with success in any step. Results do not depend on --num-envs, --threads "
-      "or the number of processes under mpirun. docs/evaluation.md tells of policies from "
-      "outside, which are one process per thread.");
+      "or the number of processes under mpirun. docs/evaluation.md describes external "
+      "policies, which are one process per thread.");
 }
 
 }  // namespace engram::apps

@@ -1,4 +1,4 @@
-// What `engram eval` is asked for.
+// Options of `engram eval`.
 #pragma once
 
 #include <set>
@@ -27,7 +27,7 @@ struct EvalOptions {
 
 void add_eval_options(const Command& command, EvalOptions& options);
 
-// What the command line asks for. Throws Error unless tasks are chosen in exactly one way.
+// The settings of the command line. Throws Error unless tasks are chosen in exactly one way.
 EvaluationSettings settings_of(const EvalOptions& options);
 
 // The settings of the run that is resumed in a folder. Throws Error if the command line asks for

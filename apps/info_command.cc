@@ -6,7 +6,7 @@
 
 #include "apps/options.h"
 #include "apps/output.h"
-#include "apps/task_in_words.h"
+#include "apps/task_text.h"
 #include "protocol/batch/task_description.h"
 #include "protocol/formats/files.h"
 
@@ -33,7 +33,7 @@ void run(const InfoOptions& options) {
   }
   if (!options.mjcf.empty()) write_output(options.mjcf, env->document());
   const ConstantTable description = describe_task(*env);
-  print(options.json ? to_text(description) : describe_in_words(description));
+  print(options.json ? to_text(description) : task_text(description));
 }
 
 }  // namespace

@@ -34,9 +34,9 @@ void give_up(int /*signal*/) {
 
 }  // namespace
 
-Interruption::Interruption(unsigned patience) {
-  seconds_left = patience;
-  if (patience > 0) std::signal(SIGALRM, give_up);
+Interruption::Interruption(unsigned grace) {
+  seconds_left = grace;
+  if (grace > 0) std::signal(SIGALRM, give_up);
   for (const int signal : kSignals) std::signal(signal, note);
 }
 

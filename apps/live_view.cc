@@ -34,13 +34,13 @@ LiveView::~LiveView() { erase(); }
 
 bool LiveView::due() const { return terminal_ && Clock::now() >= next_; }
 
-void LiveView::draw(const std::vector<Bar>& bars, const std::vector<Row>& rows) {
+void LiveView::draw(const std::vector<ProgressBar>& bars, const std::vector<TaskProgress>& tasks) {
   const Clock::time_point now = Clock::now();
   next_ = now + kRedraw;
   const double seconds = std::chrono::duration<double>(now - start_).count();
   std::vector<std::string> lines;
-  lines.reserve(bars.size() + rows.size());
-  for (const Bar& bar : bars) {
+  lines.reserve(bars.size() + tasks.size());
+  for (const ProgressBar& bar : bars) {
     lines.push_back(fmt::format("{:<9} {}  {}", bar.label, bar_text(bar.fraction, 32), bar.note));
   }
   if (!lines.empty()) {
@@ -48,11 +48,12 @@ void LiveView::draw(const std::vector<Bar>& bars, const std::vector<Row>& rows) 
     const double fraction = bars[0].fraction;
     if (fraction > 0) lines[0] += fmt::format(", ETA {}", clock_text(seconds * (1 / fraction - 1)));
   }
-  for (std::size_t i = 0; i < std::min(rows.size(), kMaxRows); ++i) {
-    lines.push_back(
-        fmt::format("  {:<44} {}  {}", rows[i].name, bar_text(rows[i].fraction, 16), rows[i].note));
+  for (std::size_t i = 0; i < std::min(tasks.size(), kMaxRows); ++i) {
+    lines.push_back(fmt::format("  {:<44} {}  {}", tasks[i].name, bar_text(tasks[i].fraction, 16),
+                                tasks[i].note));
   }
-  if (rows.size() > kMaxRows) lines.push_back(fmt::format("  ... {} more", rows.size() - kMaxRows));
+  if (tasks.size() > kMaxRows)
+    lines.push_back(fmt::format("  ... {} more", tasks.size() - kMaxRows));
 
   erase();
   std::string text;

@@ -7,16 +7,16 @@
 
 namespace engram::apps {
 
-// Some lines on standard error that are drawn again and again: two bars, and a table of tasks.
+// Lines on standard error that are redrawn in place: two bars, and a table of tasks.
 // Appears after two seconds, if standard error is a terminal; the destructor erases it.
 class LiveView {
  public:
-  struct Row {
+  struct TaskProgress {
     std::string name;
     double fraction;  // 0 to 1
     std::string note;
   };
-  struct Bar {
+  struct ProgressBar {
     std::string label;
     double fraction;  // 0 to 1
     std::string note;
@@ -27,10 +27,10 @@ class LiveView {
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
 
-  // Whether it is time to draw.
+  // True when the next frame is due.
   bool due() const;
   // The time left is worked out from the first bar.
-  void draw(const std::vector<Bar>& bars, const std::vector<Row>& rows);
+  void draw(const std::vector<ProgressBar>& bars, const std::vector<TaskProgress>& tasks);
 
  private:
   using Clock = std::chrono::steady_clock;

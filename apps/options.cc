@@ -184,7 +184,8 @@ Option add_seed(const Command& command, std::uint64_t& seed, const std::string& 
 // --- names ---
 
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed) {
-  return add_choice(command, "--policy", policy, named<Policy>(allowed), "Who chooses the actions");
+  return add_choice(command, "--policy", policy, named<Policy>(allowed),
+                    "Policy that chooses the actions");
 }
 
 Option add_control_mode(const Command& command, ControlMode& mode) {
@@ -192,7 +193,7 @@ Option add_control_mode(const Command& command, ControlMode& mode) {
   all.reserve(kControlModes);
   for (int i = 0; i < kControlModes; ++i) all.push_back(static_cast<ControlMode>(i));
   return add_choice(command, "--control-mode", mode, named<ControlMode>(all),
-                    "What actions mean (oracle, blind and sweep: pd_ee_delta_pose)")
+                    "Meaning of actions (oracle, blind and sweep: pd_ee_delta_pose)")
       .type_name("MODE");
 }
 
@@ -206,13 +207,14 @@ Option add_auto_reset(const Command& command, AutoReset& mode) {
   static constexpr std::array kModes = {AutoReset::kNextStep, AutoReset::kSameStep,
                                         AutoReset::kOff};
   return add_choice(command, "--auto-reset", mode, named<AutoReset>(kModes),
-                    "What happens to an environment whose episode has ended");
+                    "Reset of environments whose episode has ended");
 }
 
 Option add_rules(const Command& command, Rules& rules) {
   static constexpr std::array kBoth = {Rules::kReference, Rules::kOriginal};
-  return add_choice(command, "--rules", rules, named<Rules>(kBoth),
-                    "Whose rules tasks follow: what their options are unless --option says more");
+  return add_choice(
+      command, "--rules", rules, named<Rules>(kBoth),
+      "Rule set of the tasks: the defaults of their options, which --option overrides");
 }
 
 Option add_split(const Command& command, std::optional<Split>& split) {
@@ -246,9 +248,8 @@ Option add_threads(const Command& command, int& threads) {
 }
 
 Option add_lanes(const Command& command, int& lanes) {
-  return add_int(
-      command, "--lanes", lanes, 0, 8,
-      "Robots side by side in vector registers: 1, 2, 4 or 8; 0: as many as there is room for");
+  return add_int(command, "--lanes", lanes, 0, 8,
+                 "Robots side by side in vector registers: 1, 2, 4 or 8; 0: as many as fit");
 }
 
 Option add_json(const Command& command, bool& json) {
@@ -258,8 +259,8 @@ Option add_json(const Command& command, bool& json) {
 
 void add_obs(const Command& command, EnvOptions& options, std::span<const ObsMode> modes) {
   add_choice(command, "--obs", options.obs_mode, named<ObsMode>(modes),
-             "Observation; rgb: base and wrist camera, 128 x 128; objects: what they could tell of "
-             "the scene, as numbers",
+             "Observation; rgb: base and wrist camera, 128 x 128; objects: the "
+             "visible objects as numbers",
              " or ");
   add_renderer(command, options.image_options);
 }
@@ -269,7 +270,7 @@ void add_renderer(const Command& command, ImageSourceOptions& options) {
     if (text != "cpu" && text != "egl") refuse("--renderer", text, "cpu or egl");
     options.renderer = text;
   };
-  command.add_option("--renderer", take, "Who draws images")
+  command.add_option("--renderer", take, "Renderer of images")
       .type_name("cpu|egl")
       .default_str("cpu");
 }
@@ -282,15 +283,16 @@ void add_env_options(const Command& command, EnvOptions& options) {
   add_control_mode(command, options.control_mode);
   add_reward(command, options.reward_mode);
   add_auto_reset(command, options.auto_reset);
-  add_int(command, "--max-episode-steps", options.max_episode_steps, 0, kMaxMaxEpisodeSteps,
-          "When episodes are truncated, be it too early to succeed; 0: at the task's horizon");
+  add_int(
+      command, "--max-episode-steps", options.max_episode_steps, 0, kMaxMaxEpisodeSteps,
+      "Control steps after which episodes are truncated, even before success is possible; 0: the "
+      "task's horizon");
   const auto add_pin = [&options](const std::string& text) {
     options.pins.push_back(parse_pin(text));
   };
   command
       .add_repeatable("--pin", add_pin,
-                      "Fixes a quantity of every episode that is drawn otherwise, such as target=2 "
-                      "(repeatable; "
+                      "Fixes a random quantity of every episode, such as target=2 (repeatable; "
                       "`engram info ID` lists them)")
       .type_name("NAME=VALUE");
   add_constants(command, options.constants);
@@ -304,7 +306,7 @@ void add_env_options(const Command& command, EnvOptions& options) {
   };
   command
       .add_option("--rotation-sign", set_rotation_sign,
-                  "-1: rotations as upstream turns them; 1: as they say")
+                  "-1: rotations with upstream's sign; 1: with the action's sign")
       .type_name("SIGN")
       .default_str(std::to_string(options.rotation_sign));
   // begin options: switches (scripts/options.py writes this from api/options.toml)

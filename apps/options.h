@@ -1,5 +1,5 @@
-// Options that several subcommands share. Bad values become an Error that says what was given and
-// what is allowed.
+// Options that several subcommands share. Bad values become an Error with the value given and the
+// values allowed.
 #pragma once
 
 #include <array>
@@ -33,17 +33,17 @@ Option add_seed(const Command& command, std::uint64_t& seed, const std::string& 
 
 // --- names ---
 
-// What --obs can ask for.
+// Values of --obs.
 inline constexpr std::array kObsModes = {ObsMode::kState, ObsMode::kRgb, ObsMode::kObjects};
-// Those of commands that give observations to no policy of the user's.
+// Values of --obs of commands without a user's policy.
 inline constexpr std::array kAllObsModes = {
     ObsMode::kState,           ObsMode::kRgb,
     ObsMode::kObjects,         ObsMode::kRgbDepth,
     ObsMode::kRgbSegmentation, ObsMode::kRgbDepthSegmentation};
 
-// Who may play a single task.
-inline constexpr std::array kPlayers = {Policy::kZero, Policy::kRandom, Policy::kOracle,
-                                        Policy::kBlind, Policy::kSweep};
+// Policies of a single task.
+inline constexpr std::array kPolicies = {Policy::kZero, Policy::kRandom, Policy::kOracle,
+                                         Policy::kBlind, Policy::kSweep};
 
 // Options whose value is one of some names; their help lists the names.
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed);
@@ -52,7 +52,7 @@ Option add_reward(const Command& command, RewardMode& mode);
 Option add_auto_reset(const Command& command, AutoReset& mode);
 Option add_rules(const Command& command, Rules& rules);
 Option add_split(const Command& command, std::optional<Split>& split);
-// --obs, where the command has its own way unless one is named, which default_str says.
+// --obs of commands with a default of their own, which default_str describes.
 Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode,
                     std::span<const ObsMode> modes);
 // --obs of descriptions: of an observation whose values are listed.
@@ -65,13 +65,13 @@ Option add_threads(const Command& command, int& threads);
 Option add_lanes(const Command& command, int& lanes);
 Option add_json(const Command& command, bool& json);
 
-// --obs and --renderer: what is observed, and who draws it.
+// --obs and --renderer.
 void add_obs(const Command& command, EnvOptions& options, std::span<const ObsMode> modes);
 void add_renderer(const Command& command, ImageSourceOptions& options);
 // The renderer's name, or "none" without images.
 std::string renderer_name(const EnvOptions& options);
 
-// What else a batch of environments can be given: control mode, reward, pins, ... .
+// Further options of a batch: control mode, reward, pins, ... .
 void add_env_options(const Command& command, EnvOptions& options);
 
 // --option NAME=VALUE, which may be given several times.
@@ -82,7 +82,7 @@ void add_task_options(const Command& command, std::vector<TaskOptionValue>& choi
 // The library's defaults for a batch of that size.
 EnvOptions batch_options(int num_envs, int threads);
 
-// Which registered tasks are meant.
+// A selection of registered tasks.
 struct TaskFilter {
   std::optional<Split> split;
   std::string family;  // empty: all

@@ -53,7 +53,7 @@ void print_error(std::string_view text) {
 
 std::string Table::text(std::string_view indent) const {
   std::vector<std::size_t> widths;
-  for (const Column& column : columns_) widths.push_back(column.name.size());
+  for (const ColumnHeader& column : columns_) widths.push_back(column.name.size());
   for (const auto& row : rows_) {
     for (std::size_t i = 0; i < widths.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
   }
@@ -69,7 +69,7 @@ std::string Table::text(std::string_view indent) const {
     out += line + "\n";
   };
   std::vector<std::string> header;
-  for (const Column& column : columns_) header.push_back(column.name);
+  for (const ColumnHeader& column : columns_) header.push_back(column.name);
   add_line(header);
   for (const auto& row : rows_) add_line(row);
   return out;

@@ -1,4 +1,4 @@
-// What the command writes: standard output and tables for people.
+// Output of the command: standard streams and text tables.
 #pragma once
 
 #include <string>
@@ -19,12 +19,12 @@ void print_error(std::string_view text);
 // Rows of text in aligned columns.
 class Table {
  public:
-  struct Column {
+  struct ColumnHeader {
     std::string name;
     bool right = false;  // aligned to the right, for numbers
   };
 
-  explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
+  explicit Table(std::vector<ColumnHeader> columns) : columns_(std::move(columns)) {}
 
   void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
   bool empty() const { return rows_.empty(); }
@@ -32,7 +32,7 @@ class Table {
   std::string text(std::string_view indent = "") const;
 
  private:
-  std::vector<Column> columns_;
+  std::vector<ColumnHeader> columns_;
   std::vector<std::vector<std::string>> rows_;
 };
 

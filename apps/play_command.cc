@@ -26,7 +26,7 @@ constexpr const char* kStart =
     "run()\n";
 
 struct PlayOptions {
-  std::vector<std::string> words;  // for Python, which checks them
+  std::vector<std::string> arguments;  // checked by Python
 };
 
 // Becomes the server.
@@ -55,7 +55,7 @@ void add_play_command(const Command& program,
   const auto pass_on = [options](const std::string& name) {
     return [options, name](const std::string& value) {
       if (value.empty()) throw Error(Error::kInvalidArgument, name + ": '' given, a text needed");
-      options->words.push_back(name + "=" + value);
+      options->arguments.push_back(name + "=" + value);
     };
   };
   command.add_option("--port", pass_on("--port"), "Port to listen at; default: one that is free")
@@ -65,15 +65,15 @@ void add_play_command(const Command& program,
                   "Address to listen at; default: 127.0.0.1, this machine alone")
       .type_name("ADDRESS");
   command.add_flag(
-      "--no-open", [options] { options->words.emplace_back("--no-open"); },
+      "--no-open", [options] { options->arguments.emplace_back("--no-open"); },
       "Prints the page's address and opens no browser");
   command
       .add_option("--out", pass_on("--out"),
-                  "Where played episodes are kept: DIR/data_npz/<id>; default: played")
+                  "Folder of recorded episodes: DIR/data_npz/<id>; default: played")
       .type_name("DIR");
   command
       .add_repeatable("--folder", pass_on("--folder"),
-                      "Demonstrations or results to look at (repeatable)")
+                      "Demonstrations or results to view (repeatable)")
       .type_name("DIR");
   command
       .add_option("--policy-command", pass_on("--policy-command"),
@@ -88,8 +88,8 @@ void add_play_command(const Command& program,
                   "What that process observes: rgb (default), objects or state")
       .type_name("MODE");
   command.add_flag(
-      "--stay", [options] { options->words.emplace_back("--stay"); },
-      "Goes on when the page is closed, until Ctrl-C");
+      "--stay", [options] { options->arguments.emplace_back("--stay"); },
+      "Keeps running when the page is closed, until Ctrl-C");
   command.on_run([options, variants] { run(*options, *variants); });
 }
 

@@ -9,10 +9,10 @@ void add_policy_command(const Command& command, const Option& own, PolicyCommand
       command
           .add_option(
               "--policy-command", policy.command,
-              "A policy from outside: a command that speaks the protocol of docs/evaluation.md")
+              "An external policy: a command that implements the protocol of docs/evaluation.md")
           .type_name("COMMAND")
           .excludes(own);
-  // Without the command one of engram's own policies would play under that name.
+  // Without the command one of engram's own policies would have that name.
   command.add_option("--policy-name", policy.name, "Its name in the results")
       .type_name("NAME")
       .default_str("external")

@@ -1,4 +1,4 @@
-// Policies from outside, given as commands.
+// External policies, given as commands.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace engram::apps {
 
 struct PolicyCommand {
-  std::string command;  // empty: none, one of engram's own policies plays
+  std::string command;  // empty: none, one of engram's own policies acts
   std::string name;     // in results; empty: "external"
   int timeout = 300;    // seconds
 
@@ -20,10 +20,10 @@ struct PolicyCommand {
 // --policy-command, which excludes `own`, --policy-name and --policy-timeout.
 void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy);
 
-// What results and settings say of it; null if there is none.
+// Its description in results and settings; null if there is none.
 Document config_of(const PolicyCommand& policy);
 
-// Says who plays: the command, or else one of engram's own policies.
+// Names the policy in the settings: the command, or else one of engram's own policies.
 void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings);
 
 // For a process that plays up to max_slots environments of that kind.

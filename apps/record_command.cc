@@ -48,7 +48,7 @@ std::string extension_of(const std::string& path) {
   return extension;
 }
 
-struct Report {
+struct RecordReport {
   int frames = 0;
   int width = 0;
   int height = 0;
@@ -58,11 +58,11 @@ struct Report {
 
 // --- videos ---
 
-Report record_video(const RecordOptions& options, Episode& episode) {
-  View view(episode.env(), options.view);
+RecordReport record_video(const RecordOptions& options, RecordedEpisode& episode) {
+  RecordView view(episode.env(), options.view);
   VideoWriter video(options.out, view.width(), view.height(), options.frames_per_second);
   Progress progress("record", "frames");
-  Report report{.width = view.width(), .height = view.height()};
+  RecordReport report{.width = view.width(), .height = view.height()};
   while (true) {
     video.add(view.draw());
     ++report.frames;
@@ -77,7 +77,7 @@ Report record_video(const RecordOptions& options, Episode& episode) {
 // --- pictures ---
 
 // The steps to show: those that were asked for, or some from the first to the last.
-std::vector<int> moments_of(const RecordOptions& options, Episode& episode) {
+std::vector<int> moments_of(const RecordOptions& options, RecordedEpisode& episode) {
   if (options.sheet == 0) return options.at;
   while (!episode.over()) episode.step();
   const int steps = episode.steps();
@@ -90,23 +90,23 @@ std::vector<int> moments_of(const RecordOptions& options, Episode& episode) {
   return moments;
 }
 
-// Plays until `step`; false if the episode ends before.
-bool play_until(int step, Episode& episode) {
+// Steps until `step`; false if the episode ends before.
+bool step_until(int step, RecordedEpisode& episode) {
   while (episode.steps() < step && !episode.over()) episode.step();
   return episode.steps() == step;
 }
 
-Report record_pictures(const RecordOptions& options, Episode& episode) {
+RecordReport record_pictures(const RecordOptions& options, RecordedEpisode& episode) {
   const std::vector<int> moments = moments_of(options, episode);
-  View view(episode.env(), options.view);
+  RecordView view(episode.env(), options.view);
   const auto count = static_cast<int>(moments.size());
   const int columns = std::min(count, kSheetColumns);
   const int rows = (count + columns - 1) / columns;
-  Report report{.width = columns * view.width(), .height = rows * view.height()};
+  RecordReport report{.width = columns * view.width(), .height = rows * view.height()};
   Canvas canvas(report.width, report.height);
   Progress progress("record", "pictures");
   for (const int moment : moments) {
-    if (!play_until(moment, episode)) {
+    if (!step_until(moment, episode)) {
       refuse(fmt::format("--at: {} given, the episode ends with step {}", moment, episode.steps()));
     }
     const int column = report.frames % columns;
@@ -116,7 +116,7 @@ Report record_pictures(const RecordOptions& options, Episode& episode) {
     ++report.frames;
     progress.update(static_cast<double>(report.frames) / count, report.frames);
   }
-  if (options.is_sheet()) play_until(episode.max_steps(), episode);
+  if (options.is_sheet()) step_until(episode.max_steps(), episode);
   write_png(options.out, report.width, report.height, canvas.rgb());
   return report;
 }
@@ -178,12 +178,13 @@ RecordOptions completed(RecordOptions options) {
 
 // --- the command ---
 
-Report record(const RecordOptions& options) {
+RecordReport record(const RecordOptions& options) {
   const bool picture = extension_of(options.out) == ".png";
   const Interruption interruption;
   try {
-    Episode episode(options.episode, interruption);
-    Report report = picture ? record_pictures(options, episode) : record_video(options, episode);
+    RecordedEpisode episode(options.episode, interruption);
+    RecordReport report =
+        picture ? record_pictures(options, episode) : record_video(options, episode);
     report.success_once = episode.success_once();
     report.chunk_size = episode.chunk_size();
     return report;
@@ -194,8 +195,8 @@ Report record(const RecordOptions& options) {
   }
 }
 
-// With the words that an evaluation has for the policy.
-Document to_document(const RecordOptions& options, const Report& report) {
+// The policy is described as in results of an evaluation.
+Document to_document(const RecordOptions& options, const RecordReport& report) {
   const EpisodeOptions& episode = options.episode;
   EvaluationSettings settings;
   name_policy(episode.command, episode.policy, settings);
@@ -210,7 +211,7 @@ Document to_document(const RecordOptions& options, const Report& report) {
 
 void run(const RecordOptions& given) {
   const RecordOptions options = completed(given);
-  const Report report = record(options);
+  const RecordReport report = record(options);
   if (options.json) {
     print(to_text(to_document(options, report)));
     return;
@@ -257,7 +258,7 @@ void add_moments(const Command& command, RecordOptions& options) {
 void add_view(const Command& command, RecordOptions& options) {
   add_camera(command, options.view.camera);
   command.add_flag("--overlays", options.view.overlays,
-                   "Step, reward and what there is to remember over the human view");
+                   "Step, reward and the quantity to remember, over the human view");
   const Option size = add_int(command, "--size", options.size, 1, kMaxSize,
                               "Height in pixels, and width of one camera")
                           .default_str(fmt::format("{}, {} in sheets", kSize, kSheetSize));
@@ -268,7 +269,7 @@ void add_view(const Command& command, RecordOptions& options) {
         .excludes(size);
   }
   add_int(command, "--sensor-size", options.view.sensor_size, 1, kMaxSize,
-          "--camera all: pixels of the sensors, enlarged; 128 shows what policies see")
+          "--camera all: pixels of the sensors, enlarged; 128 is the size for policies")
       .default_str("");
   add_renderer(command, options.episode.env.render_options);
   bool& shadows = options.episode.env.render_options.shadows;
@@ -297,9 +298,9 @@ void add_record_command(const Command& program) {
       .type_name("T")
       .default_str("to the end of the episode");
   add_seed(command, episode.env.seed, "Of the episode");
-  add_policy_command(command, add_policy(command, episode.policy, kPlayers), episode.command);
+  add_policy_command(command, add_policy(command, episode.policy, kPolicies), episode.command);
   add_obs_mode(command, episode.obs, kObsModes)
-      .description("What --policy-command sees")
+      .description("Observation of --policy-command")
       .default_str(std::string(name_of(ObsMode::kRgb)));
   add_env_options(command, episode.env);
   command.remove_option("--auto-reset");  // there is one episode

@@ -21,9 +21,9 @@ EnvOptions EpisodeOptions::observed() const {
   return observed;
 }
 
-// --- a policy from outside ---
+// --- an external policy ---
 
-OutsidePlayer::OutsidePlayer(const EpisodeOptions& options, const std::atomic<bool>& stopped)
+CommandPolicy::CommandPolicy(const EpisodeOptions& options, const std::atomic<bool>& stopped)
     : context_(0, stopped, env_steps_),
       env_(make(options.id, options.observed())),
       process_(process_of(options, *env_), context_),
@@ -32,45 +32,45 @@ OutsidePlayer::OutsidePlayer(const EpisodeOptions& options, const std::atomic<bo
   queue_.start(0, 0);
 }
 
-void OutsidePlayer::act(std::span<float> actions) {
+void CommandPolicy::act(std::span<float> actions) {
   queue_.act(actions);
   env_->step(actions);
 }
 
 // --- the episode ---
 
-Episode::Episode(const EpisodeOptions& options, const Interruption& interruption)
+RecordedEpisode::RecordedEpisode(const EpisodeOptions& options, const Interruption& interruption)
     : interruption_(interruption),
       policy_(options.policy),
       max_steps_(options.steps),
       env_(make(options.id, options.env)) {
   const int horizon = env_->info().horizon;
   max_steps_ = max_steps_ == 0 ? horizon : std::min(max_steps_, horizon);
-  if (options.command.given()) outside_.emplace(options, interruption.flag());
+  if (options.command.given()) command_policy_.emplace(options, interruption.flag());
   rewind();
 }
 
-bool Episode::over() const {
+bool RecordedEpisode::over() const {
   return steps() >= max_steps_ || (env_->terminated()[0] | env_->truncated()[0]) != 0;
 }
 
-void Episode::step() {
+void RecordedEpisode::step() {
   interruption_.check("nothing was written");
   const auto now = static_cast<std::size_t>(steps());
   if (now == actions_.size()) {
     std::vector<float> actions(static_cast<std::size_t>(env_->action_dim()));
-    if (outside_) {
-      outside_->act(actions);
+    if (command_policy_) {
+      command_policy_->act(actions);
     } else {
       env_->act(policy_, actions);
     }
     actions_.push_back(std::move(actions));
   }
   env_->step(actions_[now]);
-  if (outside_ && over()) outside_->settle();
+  if (command_policy_ && over()) command_policy_->require_drained();
 }
 
-void Episode::rewind() {
+void RecordedEpisode::rewind() {
   const std::uint64_t seed = env_->options().seed;
   env_->reset({.mask = {}, .seeds = {&seed, 1}, .pins = nullptr, .constants = nullptr});
 }

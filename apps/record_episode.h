@@ -1,4 +1,4 @@
-// The episode that `engram record` shows, and who plays it.
+// The episode of `engram record` and its policy.
 #pragma once
 
 #include <atomic>
@@ -15,27 +15,27 @@ namespace engram::apps {
 
 struct EpisodeOptions {
   std::string id;
-  EnvOptions env;  // of the batch that is drawn for people
+  EnvOptions env;  // of the batch that is rendered
   int steps = 0;   // at most; 0: to the end
   Policy policy = Policy::kOracle;
   PolicyCommand command;       // takes the place of `policy` if it is given
-  std::optional<ObsMode> obs;  // what the command sees; pictures by default
+  std::optional<ObsMode> obs;  // observation of the command; images by default
 
   // The environment as the command sees it.
   EnvOptions observed() const;
 };
 
-// A command that plays one episode. It sees a batch of its own, which takes the same steps: its
-// pictures are those of an evaluation, however large and smooth those for people are.
-class OutsidePlayer {
+// A command as the policy of one episode. It observes a batch of its own, which takes the same
+// steps: its images are those of an evaluation, whatever the size and quality of the recording.
+class CommandPolicy {
  public:
   // stopped: set when the command's answers are no longer needed.
-  OutsidePlayer(const EpisodeOptions& options, const std::atomic<bool>& stopped);
+  CommandPolicy(const EpisodeOptions& options, const std::atomic<bool>& stopped);
 
-  // The next action, which is taken at once.
+  // The next action. The batch of the command is stepped with it.
   void act(std::span<float> actions);
-  // Throws Error if the policy has said more than it was asked for.
-  void settle() { process_.settle(); }
+  // Throws Error if the policy has sent more than it was asked for.
+  void require_drained() { process_.require_drained(); }
   int longest_chunk() const { return queue_.longest_chunk(); }
 
  private:
@@ -46,10 +46,10 @@ class OutsidePlayer {
   ChunkedPolicy queue_;
 };
 
-class Episode {
+class RecordedEpisode {
  public:
   // Steps end with an Error once there is an interruption.
-  Episode(const EpisodeOptions& options, const Interruption& interruption);
+  RecordedEpisode(const EpisodeOptions& options, const Interruption& interruption);
 
   Batch& env() { return *env_; }
   int steps() const { return env_->state().elapsed[0]; }
@@ -57,7 +57,7 @@ class Episode {
   bool over() const;
   bool success_once() const { return *env_->output("success_once").row(0) != std::byte{0}; }
   // Actions of the longest chunk that the policy has answered with.
-  int chunk_size() const { return outside_ ? outside_->longest_chunk() : 1; }
+  int chunk_size() const { return command_policy_ ? command_policy_->longest_chunk() : 1; }
 
   void step();
   // Back to the beginning. Steps that have been taken are taken again without asking the policy,
@@ -69,7 +69,7 @@ class Episode {
   Policy policy_;
   int max_steps_;
   std::unique_ptr<Batch> env_;
-  std::optional<OutsidePlayer> outside_;
+  std::optional<CommandPolicy> command_policy_;
   std::vector<std::vector<float>> actions_;  // of all steps so far
 };
 

@@ -9,9 +9,9 @@ std::string camera_name(const std::string& camera) { return camera + "_camera"; 
 
 }  // namespace
 
-View::View(Batch& env, const ViewOptions& options) : env_(&env), options_(options) {}
+RecordView::RecordView(Batch& env, const ViewOptions& options) : env_(&env), options_(options) {}
 
-std::vector<std::uint8_t> View::draw() {
+std::vector<std::uint8_t> RecordView::draw() {
   const bool all = options_.camera == "all";
   const int side = options_.height;
   Canvas canvas(options_.width, options_.height);
@@ -27,12 +27,12 @@ std::vector<std::uint8_t> View::draw() {
   return canvas.rgb();
 }
 
-void View::draw_camera(const std::string& name, int width, int height) {
+void RecordView::draw_camera(const std::string& name, int width, int height) {
   rgb_.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   env_->render(0, camera_name(name), width, height, rgb_);
 }
 
-void View::draw_overlays(int width, int height, Canvas& canvas) const {
+void RecordView::draw_overlays(int width, int height, Canvas& canvas) const {
   Overlay overlay = make_overlay(width, height);
   env_->overlay(0, overlay);
   add_step(overlay, env_->state().elapsed[0]);
@@ -40,8 +40,8 @@ void View::draw_overlays(int width, int height, Canvas& canvas) const {
   draw_overlay(overlay, {0, 0}, std::min(width, height), canvas);
 }
 
-void View::draw_panel(const std::string& camera, const std::string& label, const Panel& panel,
-                      Canvas& canvas) {
+void RecordView::draw_panel(const std::string& camera, const std::string& label, const Panel& panel,
+                            Canvas& canvas) {
   const double side = panel.side;
   const Point corner{static_cast<double>(panel.x), static_cast<double>(panel.y)};
   const int size = options_.sensor_size > 0 ? options_.sensor_size : panel.side;

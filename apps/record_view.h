@@ -1,4 +1,4 @@
-// What `engram record` shows: one camera, or the human view beside both sensors, for one
+// The image of `engram record`: one camera, or the human view beside both sensors, for one
 // environment of a batch.
 #pragma once
 
@@ -20,10 +20,10 @@ struct ViewOptions {
   bool overlays = false;
 };
 
-class View {
+class RecordView {
  public:
   // The batch outlives the view.
-  View(Batch& env, const ViewOptions& options);
+  RecordView(Batch& env, const ViewOptions& options);
 
   int width() const { return options_.width; }
   int height() const { return options_.height; }

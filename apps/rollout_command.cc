@@ -107,8 +107,8 @@ DocumentTable to_document(const Batch& env, const RolloutOptions& options, const
           {"wall_seconds", report.wall_seconds}};
 }
 
-std::string to_words(const Batch& env, const RolloutOptions& options, const EpisodeLog& log,
-                     const Report& report) {
+std::string to_plain_text(const Batch& env, const RolloutOptions& options, const EpisodeLog& log,
+                          const Report& report) {
   const auto env_steps = static_cast<double>(log.env_steps());
   const double env_rate = rate(env_steps, report.wall_seconds);
   std::string text = fmt::format(
@@ -161,7 +161,7 @@ void run(const RolloutOptions& given) {
   EpisodeLog log(*env, options.episodes);
   const Report report = roll_out(*env, options, log);
   print(options.json ? to_text(to_document(*env, options, log, report))
-                     : to_words(*env, options, log, report));
+                     : to_plain_text(*env, options, log, report));
 }
 
 }  // namespace
@@ -187,7 +187,7 @@ void add_rollout_command(const Command& program) {
   add_threads(command, options->env.threads);
   add_lanes(command, options->env.lanes);
   add_obs(command, options->env, kAllObsModes);
-  add_policy(command, options->policy, kPlayers);
+  add_policy(command, options->policy, kPolicies);
   add_env_options(command, options->env);
   command.add_flag("--hash", options->hash,
                    "Digest of every observation, reward, termination and truncation");

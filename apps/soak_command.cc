@@ -42,7 +42,7 @@ DocumentTable describe(const bench::SoakVisit& visit) {
   return table;
 }
 
-DocumentTable describe(const bench::SoakedTask& task) {
+DocumentTable describe(const bench::SoakTask& task) {
   DocumentList visits;
   visits.reserve(task.visits.size());
   for (const bench::SoakVisit& visit : task.visits) visits.emplace_back(describe(visit));
@@ -88,7 +88,7 @@ DocumentTable to_document(const bench::SoakReport& report) {
           {"cycle_samples", describe_all(report.cycle_samples)}};
 }
 
-// --- in words ---
+// --- text ---
 
 std::string share(int successes, int episodes) {
   return episodes > 0
@@ -96,14 +96,14 @@ std::string share(int successes, int episodes) {
              : "-";
 }
 
-std::string tasks_in_words(const std::vector<bench::SoakedTask>& tasks) {
+std::string tasks_table(const std::vector<bench::SoakTask>& tasks) {
   Table table({{"task"},
                {"env steps/s first", true},
                {"last", true},
                {"drift", true},
                {"random succeeds", true},
                {"oracle", true}});
-  for (const bench::SoakedTask& task : tasks) {
+  for (const bench::SoakTask& task : tasks) {
     if (task.visits.empty()) continue;  // interrupted before
     std::array<int, 2> episodes{};
     std::array<int, 2> successes{};
@@ -122,7 +122,7 @@ std::string tasks_in_words(const std::vector<bench::SoakedTask>& tasks) {
 }
 
 // The first sample, the last one, and some in between.
-std::string samples_in_words(const char* unit, const std::vector<bench::SoakSample>& samples) {
+std::string samples_table(const char* unit, const std::vector<bench::SoakSample>& samples) {
   constexpr std::size_t kRows = 11;
   Table table({{unit, true},
                {"resident kB", true},
@@ -141,18 +141,18 @@ std::string samples_in_words(const char* unit, const std::vector<bench::SoakSamp
   return table.text();
 }
 
-std::string to_words(const bench::SoakReport& report) {
+std::string to_plain_text(const bench::SoakReport& report) {
   std::string text;
   if (!report.tasks.empty()) {
     text += fmt::format("{} env steps of {} tasks in {:.0f} s, {} threads\n\n{}\n{}\n",
                         with_thousands(static_cast<double>(report.env_steps)), report.tasks.size(),
-                        report.step_seconds, report.threads, tasks_in_words(report.tasks),
-                        samples_in_words("env steps", report.step_samples));
+                        report.step_seconds, report.threads, tasks_table(report.tasks),
+                        samples_table("env steps", report.step_samples));
   }
   if (report.cycles > 0) {
     text +=
         fmt::format("{} batches made and closed in {:.0f} s\n\n{}\n", with_thousands(report.cycles),
-                    report.cycle_seconds, samples_in_words("cycles", report.cycle_samples));
+                    report.cycle_seconds, samples_table("cycles", report.cycle_samples));
   }
   for (const bench::UnstableEpisode& episode : report.unstable) {
     text += fmt::format("unstable: {} seed {} episode {} policy {} step {}\n", episode.id,
@@ -176,7 +176,7 @@ void run(const SoakCommandOptions& given) {
     options.stop = [&interruption] { return interruption.requested(); };
     report = bench::soak(options);
   }
-  print(given.json ? to_text(to_document(report)) : to_words(report));
+  print(given.json ? to_text(to_document(report)) : to_plain_text(report));
   std::vector<std::string> broken;
   for (const bench::SoakBound& bound : report.bounds) {
     if (!bound.kept()) broken.push_back(bound.name);
@@ -196,7 +196,7 @@ void add_soak_command(const Command& program) {
   const Command command = program.add_command(
       "soak",
       "Long runs that watch for growth, drift and instability; a broken bound is a failure");
-  command.add_option("id", options->soak.ids, "Tasks to play; default: all").type_name("ID");
+  command.add_option("id", options->soak.ids, "Tasks to run; default: all").type_name("ID");
   bench::SoakOptions& soak = options->soak;
   command
       .add_option(
@@ -219,8 +219,9 @@ void add_soak_command(const Command& program) {
       .type_name("TIMES");
   add_json(command, options->json);
   command.footer(
-      "Every task is visited several times; its environments play random and oracle episodes in "
-      "turn. Compared is what the process holds in the middle and at the end.");
+      "Every task is visited several times; its environments run random and oracle episodes in "
+      "turn. Memory, threads and descriptors of the "
+      "process at the end are compared with those in the middle.");
   command.on_run([options] { run(*options); });
 }
 

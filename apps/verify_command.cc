@@ -21,24 +21,24 @@ constexpr int kMaxSteps = 10'000;
 struct VerifyOptions {
   std::vector<std::string> ids;
   TaskFilter filter;
-  std::optional<ObsMode> obs_mode;  // none: kObsModes
+  std::optional<ObsMode> obs_mode;  // empty: kObsModes
   bench::IdentityOptions identity;
   ConstantTable constants;
   bool json = false;
 };
 
-struct Row {
+struct TaskCheck {
   std::string id;
   ObsMode obs_mode = ObsMode::kState;
   bench::IdentityResult result;
 };
 
-std::vector<Row> check_all(const VerifyOptions& options) {
+std::vector<TaskCheck> check_all(const VerifyOptions& options) {
   std::vector<ObsMode> modes(kObsModes.begin(), kObsModes.end());
   if (options.obs_mode) modes = {*options.obs_mode};
   const bool all = options.ids.empty() && !options.filter.any();
   const std::vector<const RegistryEntry*> tasks = chosen_tasks(options.ids, options.filter, all);
-  std::vector<Row> rows;
+  std::vector<TaskCheck> rows;
   for (const ObsMode mode : modes) {
     for (const RegistryEntry* task : tasks) {
       rows.push_back({std::string(task->id), mode, {}});
@@ -55,7 +55,7 @@ std::vector<Row> check_all(const VerifyOptions& options) {
   identity.progress = [&](double fraction) {
     progress.update((done + fraction) / static_cast<double>(rows.size()), env_steps);
   };
-  for (Row& row : rows) {
+  for (TaskCheck& row : rows) {
     identity.obs_mode = row.obs_mode;
     row.result = bench::check_identity(row.id, identity);
     ++done;
@@ -66,17 +66,17 @@ std::vector<Row> check_all(const VerifyOptions& options) {
 
 std::string hex(std::uint64_t number) { return fmt::format("{:016x}", number); }
 
-DocumentTable describe(const Row& row) {
+DocumentTable describe(const TaskCheck& row) {
   return {{"id", row.id},
           {"obs", name_of(row.obs_mode)},
-          {"plays", row.result.plays},
+          {"plays", row.result.runs},
           {"episodes", row.result.episodes},
           {"env_steps", row.result.env_steps},
           {"different", row.result.different},
           {"fingerprint", hex(row.result.fingerprint)}};
 }
 
-std::string to_words(const std::vector<Row>& rows) {
+std::string to_plain_text(const std::vector<TaskCheck>& rows) {
   Table table({{"id"},
                {"obs"},
                {"plays", true},
@@ -84,8 +84,8 @@ std::string to_words(const std::vector<Row>& rows) {
                {"env steps", true},
                {"different", true},
                {"fingerprint"}});
-  for (const Row& row : rows) {
-    table.add({row.id, name_of(row.obs_mode), std::to_string(row.result.plays),
+  for (const TaskCheck& row : rows) {
+    table.add({row.id, name_of(row.obs_mode), std::to_string(row.result.runs),
                with_thousands(static_cast<double>(row.result.episodes)),
                with_thousands(static_cast<double>(row.result.env_steps)),
                with_thousands(static_cast<double>(row.result.different)),
@@ -95,15 +95,15 @@ std::string to_words(const std::vector<Row>& rows) {
 }
 
 void run(const VerifyOptions& options) {
-  const std::vector<Row> rows = check_all(options);
+  const std::vector<TaskCheck> rows = check_all(options);
   DocumentList document;
   document.reserve(rows.size());
   std::size_t different = 0;
-  for (const Row& row : rows) {
+  for (const TaskCheck& row : rows) {
     document.emplace_back(describe(row));
     if (row.result.different > 0) ++different;
   }
-  print(options.json ? to_text(document) : to_words(rows));
+  print(options.json ? to_text(document) : to_plain_text(rows));
   if (different > 0) {
     throw Error(Error::kInternal, fmt::format("{} of {} checks found different bits; none allowed",
                                               different, rows.size()));
@@ -121,18 +121,21 @@ void add_verify_command(const Command& program) {
   add_filter(command, options->filter);
   add_obs_mode(command, options->obs_mode, kAllObsModes).default_str("state, rgb and objects");
   add_int(command, "--steps", options->identity.steps, 1, kMaxSteps,
-          "Control steps of each stretch")
+          "Control steps of each segment")
       .type_name("T");
   add_constants(command, options->constants);
   add_seed(command, options->identity.seed, "The first of 64 seeds");
   add_json(command, options->json);
   command.footer(fmt::format(
-      "Each task plays {} stretches of episodes, random actions and the oracle's, in one batch of "
-      "64 on one thread; then again in {} ways, with 1 to 8 threads, batches of 64, 7 and 1, other "
-      "chunks, in shuffled slots, and on every instruction set that the machine has. Every output, "
-      "image and remembered value of every step must "
-      "be the same to the bit; otherwise the exit code is 1. docs/determinism.md tells more.",
-      bench::kStretches, bench::plays().size()));
+      "Each task runs {} segments of episodes, with random actions and the oracle's, in one batch "
+      "of "
+      "64 on one thread; then again in {} configurations, with 1 to 8 threads, batches of 64, 7 "
+      "and "
+      "1, other chunks, shuffled slots, and every instruction set of the machine. Every output, "
+      "image and memory value of every step must be the same to the bit; otherwise the exit code "
+      "is "
+      "1. See docs/determinism.md.",
+      bench::kSegments, bench::run_configs().size()));
   command.on_run([options] { run(*options); });
 }
 

@@ -17,51 +17,51 @@ namespace {
 constexpr InstructionSet kBaseline = InstructionSet::kBaseline;
 constexpr InstructionSet kAvx2 = InstructionSet::kAvx2;
 constexpr InstructionSet kAvx512 = InstructionSet::kAvx512;
-constexpr std::array<Play, 18> kPlays = {{{1, 0, 64, true, kBaseline},
-                                          {1, 1, 7, false, kAvx2},
-                                          {1, 5, 64, false, kAvx512},
-                                          {2, 0, 7, false, kBaseline},
-                                          {2, 1, 64, true, kAvx2},
-                                          {2, 5, 7, true, kAvx512},
-                                          {3, 0, 64, false},
-                                          {3, 1, 7, true, kBaseline},
-                                          {3, 5, 64, true, kAvx2},
-                                          {4, 0, 7, true, kAvx512},
-                                          {4, 1, 64, false},
-                                          {4, 5, 7, false, kBaseline},
-                                          {8, 0, 64, true, kAvx2},
-                                          {8, 1, 64, false, kAvx512},
-                                          {8, 5, 7, true},
-                                          {2, 0, 1, false, kBaseline},
-                                          {4, 1, 1, true, kAvx2},
-                                          {8, 5, 1, false, kAvx512}}};
+constexpr std::array<RunConfig, 18> kRunConfigs = {{{1, 0, 64, true, kBaseline},
+                                                    {1, 1, 7, false, kAvx2},
+                                                    {1, 5, 64, false, kAvx512},
+                                                    {2, 0, 7, false, kBaseline},
+                                                    {2, 1, 64, true, kAvx2},
+                                                    {2, 5, 7, true, kAvx512},
+                                                    {3, 0, 64, false},
+                                                    {3, 1, 7, true, kBaseline},
+                                                    {3, 5, 64, true, kAvx2},
+                                                    {4, 0, 7, true, kAvx512},
+                                                    {4, 1, 64, false},
+                                                    {4, 5, 7, false, kBaseline},
+                                                    {8, 0, 64, true, kAvx2},
+                                                    {8, 1, 64, false, kAvx512},
+                                                    {8, 5, 7, true},
+                                                    {2, 0, 1, false, kBaseline},
+                                                    {4, 1, 1, true, kAvx2},
+                                                    {8, 5, 1, false, kAvx512}}};
 
-constexpr int kSeeds = kStretches / 2;
-// Whole episodes that are played, and at how many of their steps snapshots are taken.
+constexpr int kSeeds = kSegments / 2;
+// Whole episodes, and the snapshots taken of each.
 constexpr int kEpisodes = 16;
-constexpr int kSnapshots = (kStretches - kSeeds) / kEpisodes;
-static_assert(kSeeds + kEpisodes * kSnapshots == kStretches);
-constexpr Play kReferenceEpisodes = {.num_envs = kEpisodes};
-constexpr Play kOtherEpisodes = {.threads = 3, .chunk = 1, .num_envs = kEpisodes, .shuffled = true};
+constexpr int kSnapshots = (kSegments - kSeeds) / kEpisodes;
+static_assert(kSeeds + kEpisodes * kSnapshots == kSegments);
+constexpr RunConfig kReferenceEpisodes = {.num_envs = kEpisodes};
+constexpr RunConfig kOtherEpisodes = {
+    .threads = 3, .chunk = 1, .num_envs = kEpisodes, .shuffled = true};
 
-// Where a stretch begins: at a reset with that seed, or at a snapshot.
-struct Beginning {
+// Start of a segment: a reset with that seed, or a snapshot.
+struct SegmentStart {
   std::uint64_t seed = 0;
   std::vector<std::byte> snapshot = {};
 };
 
-// One stretch: hashes of what the environment showed and of what it remembered.
-struct Trace {
-  std::uint64_t shown = 0;
-  std::uint64_t remembered = 0;
+// Hashes of the outputs and of the memory of one segment.
+struct SegmentTrace {
+  std::uint64_t outputs = 0;
+  std::uint64_t memory = 0;
   int steps = 0;
   int episodes = 0;  // that ended
 
-  bool operator==(const Trace&) const = default;
+  bool operator==(const SegmentTrace&) const = default;
 };
 
-// What robots move in on that instruction set; as many as there is room for where the machine has
-// it not.
+// Lanes of that instruction set; 0, the default, where the machine lacks it.
 int lanes_of(InstructionSet set) {
   int lanes = 0;
   if (set == kBaseline) lanes = 2;
@@ -76,48 +76,49 @@ class Checker {
 
   IdentityResult run() {
     for (int i = 0; i < kSeeds; ++i) {
-      beginnings_.push_back({options_.seed + static_cast<std::uint64_t>(i)});
+      starts_.push_back({options_.seed + static_cast<std::uint64_t>(i)});
     }
-    play_episodes();
-    play_stretches();
+    run_whole_episodes();
+    run_all_segments();
     return result_;
   }
 
  private:
-  // Stretches, in the order in which they were played, and their traces.
-  struct Record {
-    std::vector<int> stretches;
-    std::vector<Trace> traces;
+  // Segmentes, in the order in which they were run, and their traces.
+  struct RunRecord {
+    std::vector<int> segments;
+    std::vector<SegmentTrace> traces;
   };
 
-  // Whole episodes: where the later half of the stretches begins. Images are left to those.
-  void play_episodes() {
-    std::vector<Beginning> snapshots(kEpisodes * kSnapshots);
-    const Record reference = run_episodes(kReferenceEpisodes, &snapshots);
+  // Whole episodes, from which the later half of the segments starts. Images are compared there
+  // only.
+  void run_whole_episodes() {
+    std::vector<SegmentStart> snapshots(kEpisodes * kSnapshots);
+    const RunRecord reference = run_episodes(kReferenceEpisodes, &snapshots);
     if (options_.obs_mode == ObsMode::kState) {
       compare(run_episodes(kOtherEpisodes, nullptr), reference);
     }
-    std::move(snapshots.begin(), snapshots.end(), std::back_inserter(beginnings_));
+    std::move(snapshots.begin(), snapshots.end(), std::back_inserter(starts_));
   }
 
-  void play_stretches() {
-    const Record reference = run_stretches(kReferencePlay);
+  void run_all_segments() {
+    const RunRecord reference = run_segments(kReferenceConfig);
     advance_progress();
-    for (const Play& play : kPlays) {
-      compare(run_stretches(play), reference);
-      ++result_.plays;
+    for (const RunConfig& config : kRunConfigs) {
+      compare(run_segments(config), reference);
+      ++result_.runs;
       advance_progress();
     }
-    std::vector<std::uint64_t> shown;
-    for (const Trace& trace : reference.traces) shown.push_back(trace.shown);
-    result_.fingerprint = hash_of(shown);
+    std::vector<std::uint64_t> outputs;
+    for (const SegmentTrace& trace : reference.traces) outputs.push_back(trace.outputs);
+    result_.fingerprint = hash_of(outputs);
   }
 
-  // Counts what differs. A reference has every stretch once, in order.
-  void compare(const Record& record, const Record& reference) {
+  // Counts differences. A reference has every segment once, in order.
+  void compare(const RunRecord& record, const RunRecord& reference) {
     for (std::size_t i = 0; i < record.traces.size(); ++i) {
-      const Trace& trace = record.traces[i];
-      if (trace != reference.traces[static_cast<std::size_t>(record.stretches[i])]) {
+      const SegmentTrace& trace = record.traces[i];
+      if (trace != reference.traces[static_cast<std::size_t>(record.segments[i])]) {
         ++result_.different;
       }
       result_.env_steps += trace.steps;
@@ -125,16 +126,16 @@ class Checker {
     }
   }
 
-  Record run_episodes(const Play& play, std::vector<Beginning>* snapshots) {
-    const auto env = batch(play, ObsMode::kState);
+  RunRecord run_episodes(const RunConfig& config, std::vector<SegmentStart>* snapshots) {
+    const auto env = batch(config, ObsMode::kState);
     MixedActions actions(*env);
     const int horizon = env->info().horizon;
-    Record record;
-    record.stretches = order_of(kEpisodes, play.shuffled);
+    RunRecord record;
+    record.segments = order_of(kEpisodes, config.shuffled);
     record.traces.resize(kEpisodes);
-    begin(*env, record.stretches);
+    begin(*env, record.segments);
     for (int part = 1, step = 0; part <= kSnapshots; ++part) {
-      // The last snapshots are near the end, so that stretches pass it.
+      // The last snapshots are near the end, so that segments pass it.
       const int last = std::max(0, horizon - options_.steps / 2);
       const int at = std::min(last, horizon * part / kSnapshots);
       for (; step < at; ++step) advance(*env, actions, record.traces);
@@ -146,35 +147,36 @@ class Checker {
     return record;
   }
 
-  Record run_stretches(const Play& play) {
-    const auto env = batch(play, options_.obs_mode);
+  RunRecord run_segments(const RunConfig& config) {
+    const auto env = batch(config, options_.obs_mode);
     MixedActions actions(*env);
-    const std::vector<int> order = order_of(kStretches, play.shuffled);
-    const auto size = static_cast<std::size_t>(play.num_envs);
-    Record record;
+    const std::vector<int> order = order_of(kSegments, config.shuffled);
+    const auto size = static_cast<std::size_t>(config.num_envs);
+    RunRecord record;
     for (std::size_t next = 0; next < order.size(); next += size) {
-      // The last batch is filled up with stretches that have been played before.
+      // The last batch is filled up with segments that have been run before.
       const std::size_t first = std::min(next, order.size() - size);
-      const std::span<const int> stretches = std::span(order).subspan(first, size);
-      std::vector<Trace> traces(size);
-      begin(*env, stretches);
-      note(*env, traces);
+      const std::span<const int> segments = std::span(order).subspan(first, size);
+      std::vector<SegmentTrace> traces(size);
+      begin(*env, segments);
+      record(*env, traces);
       for (int step = 0; step < options_.steps; ++step) advance(*env, actions, traces);
-      record.stretches.insert(record.stretches.end(), stretches.begin(), stretches.end());
+      record.segments.insert(record.segments.end(), segments.begin(), segments.end());
       record.traces.insert(record.traces.end(), traces.begin(), traces.end());
     }
     return record;
   }
 
-  std::unique_ptr<Batch> batch(const Play& play, ObsMode obs_mode) const {
+  std::unique_ptr<Batch> batch(const RunConfig& config, ObsMode obs_mode) const {
     EnvOptions options;
-    options.num_envs = play.num_envs;
-    options.threads = play.threads;
-    options.chunk = play.chunk;
+    options.num_envs = config.num_envs;
+    options.threads = config.threads;
+    options.chunk = config.chunk;
     options.obs_mode = obs_mode;
-    options.lanes = lanes_of(play.instruction_set);
-    const bool has_it = is_supported(play.instruction_set);
-    return options_.make_batch(has_it ? play.instruction_set : InstructionSet::kAuto, id_, options);
+    options.lanes = lanes_of(config.instruction_set);
+    const bool has_it = is_supported(config.instruction_set);
+    return options_.make_batch(has_it ? config.instruction_set : InstructionSet::kAuto, id_,
+                               options);
   }
 
   static std::vector<int> order_of(int count, bool shuffled) {
@@ -184,61 +186,61 @@ class Checker {
     return order;
   }
 
-  // Puts one stretch into each slot.
-  void begin(Batch& env, std::span<const int> stretches) const {
+  // Puts one segment into each slot.
+  void begin(Batch& env, std::span<const int> segments) const {
     std::vector<std::uint64_t> seeds;
-    for (const int stretch : stretches) seeds.push_back(beginning(stretch).seed);
+    for (const int segment : segments) seeds.push_back(start_of(segment).seed);
     env.reset({.mask = {}, .seeds = seeds});
     for (int i = 0; i < env.num_envs(); ++i) {
-      const auto& snapshot = beginning(stretches[static_cast<std::size_t>(i)]).snapshot;
+      const auto& snapshot = start_of(segments[static_cast<std::size_t>(i)]).snapshot;
       if (!snapshot.empty()) env.restore(i, snapshot);
     }
   }
 
-  const Beginning& beginning(int stretch) const {
-    return beginnings_[static_cast<std::size_t>(stretch)];
+  const SegmentStart& start_of(int segment) const {
+    return starts_[static_cast<std::size_t>(segment)];
   }
 
   // Random actions for even seeds, the oracle's for odd ones.
-  void advance(Batch& env, MixedActions& actions, std::vector<Trace>& traces) {
+  void advance(Batch& env, MixedActions& actions, std::vector<SegmentTrace>& traces) {
     env.step(actions.choose(env, [&env](int i) { return env.state().seed[i] % 2 == 1; }));
-    note(env, traces);
+    record(env, traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
       ++traces[i].steps;
       traces[i].episodes += env.state().finished[static_cast<int>(i)];
     }
   }
 
-  void note(const Batch& env, std::vector<Trace>& traces) {
+  void record(const Batch& env, std::vector<SegmentTrace>& traces) {
     row_.resize(std::max(env.outputs().row_bytes(), env.memory().row_bytes()));
     const auto chain = [&](std::uint64_t hash, const ColumnStore& store, std::size_t slot) {
       store.save_row(static_cast<int>(slot), row_);
       return chain_row(hash, std::span<const std::byte>(row_).first(store.row_bytes()), 1, 0);
     };
     for (std::size_t i = 0; i < traces.size(); ++i) {
-      Trace& trace = traces[i];
-      trace.shown = chain(trace.shown, env.outputs(), i);
-      trace.shown = chain_row(trace.shown, env.rgb(), traces.size(), i);
-      trace.shown = chain_row(trace.shown, env.depth(), traces.size(), i);
-      trace.shown = chain_row(trace.shown, env.segmentation(), traces.size(), i);
+      SegmentTrace& trace = traces[i];
+      trace.outputs = chain(trace.outputs, env.outputs(), i);
+      trace.outputs = chain_row(trace.outputs, env.rgb(), traces.size(), i);
+      trace.outputs = chain_row(trace.outputs, env.depth(), traces.size(), i);
+      trace.outputs = chain_row(trace.outputs, env.segmentation(), traces.size(), i);
       if (observes_objects(options_.obs_mode)) {
-        trace.shown = chain_row(trace.shown, env.observation(), traces.size(), i);
+        trace.outputs = chain_row(trace.outputs, env.observation(), traces.size(), i);
       }
-      trace.remembered = chain(trace.remembered, env.memory(), i);
+      trace.memory = chain(trace.memory, env.memory(), i);
     }
   }
 
   void advance_progress() {
-    ++played_;
-    options_.progress(played_ / static_cast<double>(kPlays.size() + 1));
+    ++runs_done_;
+    options_.progress(runs_done_ / static_cast<double>(kRunConfigs.size() + 1));
   }
 
   std::string id_;
   const IdentityOptions& options_;
-  std::vector<Beginning> beginnings_;
+  std::vector<SegmentStart> starts_;
   IdentityResult result_;
   std::vector<std::byte> row_;
-  int played_ = 0;
+  int runs_done_ = 0;
 };
 
 }  // namespace
@@ -252,7 +254,7 @@ std::unique_ptr<Batch> make_on(InstructionSet set, const std::string& id,
       });
 }
 
-std::span<const Play> plays() { return kPlays; }
+std::span<const RunConfig> run_configs() { return kRunConfigs; }
 
 IdentityResult check_identity(const std::string& id, const IdentityOptions& options) {
   return Checker(id, options).run();

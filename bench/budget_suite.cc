@@ -14,7 +14,7 @@ constexpr std::size_t kBarrier = kStepParts;
 constexpr std::size_t kOutside = kStepParts + 1;
 constexpr std::size_t kShares = kStepParts + 2;
 
-// Ticks that a mark takes, at best.
+// The least number of ticks of a mark.
 double cost_of_a_mark() {
   constexpr int kMarks = 1000;
   double least = 1e9;
@@ -28,15 +28,15 @@ double cost_of_a_mark() {
   return least;
 }
 
-// Of the whole, whose us per environment step come behind.
+// Parts of a step, as shares of the whole.
 struct Budget {
   std::array<double, kShares> share{};
-  double whole = 0;
+  double whole = 0;  // us per environment step
 };
 
-class Meter {
+class BudgetMeter {
  public:
-  Meter(const std::string& id, ObsMode obs, const Options& options, int threads)
+  BudgetMeter(const std::string& id, ObsMode obs, const SuiteOptions& options, int threads)
       : threads_(threads),
         clock_(threads),
         rollout_(id, batch_of(obs, options, threads), options.policy) {
@@ -79,7 +79,7 @@ class Meter {
   }
 
  private:
-  static EnvOptions batch_of(ObsMode obs, const Options& options, int threads) {
+  static EnvOptions batch_of(ObsMode obs, const SuiteOptions& options, int threads) {
     EnvOptions result = batch(envs_or(options, 256), threads);
     result.obs_mode = obs;
     return result;
@@ -91,7 +91,7 @@ class Meter {
   Rollout rollout_;
 };
 
-void add_rows(std::vector<Row>& rows, const std::string& prefix,
+void add_rows(std::vector<Measurement>& rows, const std::string& prefix,
               const std::vector<Budget>& rounds) {
   const auto median_of = [&rounds](auto&& value) {
     std::vector<double> values;
@@ -112,16 +112,16 @@ void add_rows(std::vector<Row>& rows, const std::string& prefix,
 
 }  // namespace
 
-std::vector<Row> run_budget(const Options& options) {
+std::vector<Measurement> run_budget(const SuiteOptions& options) {
   const std::vector<std::string> ids = options.ids.empty() ? one_of_each_family() : options.ids;
   const int threads = threads_or_all(options.threads);
-  std::vector<Row> rows;
+  std::vector<Measurement> rows;
   std::size_t done = 0;
   for (const std::string& id : ids) {
     for (const ObsMode obs : {ObsMode::kState, ObsMode::kRgb}) {
       const bool pictures = obs == ObsMode::kRgb;
       const int steps = pictures ? 3 : 10;
-      Meter meter(id, obs, options, threads);
+      BudgetMeter meter(id, obs, options, threads);
       meter.measure(steps);
       std::vector<Budget> rounds;
       rounds.reserve(static_cast<std::size_t>(options.rounds));

@@ -18,7 +18,7 @@ void Rounds::add(double value, double baseline) {
 
 Comparison Rounds::result() const { return {median(values_), median(baselines_), median(ratios_)}; }
 
-Comparison interleave(const Options& options, const std::function<double()>& value,
+Comparison interleave(const SuiteOptions& options, const std::function<double()>& value,
                       const std::function<double()>& baseline, int done, int total) {
   Rounds rounds;
   value();

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "bench/suites.h"
+#include "bench/suite_options.h"
 
 namespace engram::bench {
 
@@ -26,7 +26,7 @@ struct Comparison {
   double ratio = 0;
 };
 
-// Measurements of rounds on their way to a Comparison.
+// Collects the measurements of rounds into a Comparison.
 class Rounds {
  public:
   void add(double value, double baseline);
@@ -41,7 +41,7 @@ class Rounds {
 // Calls both in every round, the order alternating; each returns its measurement. A round before
 // the first warms up and does not count. `done` and `total` place the comparison in the progress
 // of its suite.
-Comparison interleave(const Options& options, const std::function<double()>& value,
+Comparison interleave(const SuiteOptions& options, const std::function<double()>& value,
                       const std::function<double()>& baseline, int done = 0, int total = 1);
 
 }  // namespace engram::bench

@@ -1,4 +1,4 @@
-// Batches in which some environments act at random and others are solved.
+// Actions of batches in which some environments act at random and others follow the oracle.
 #pragma once
 
 #include <algorithm>

@@ -5,13 +5,13 @@
 namespace engram::bench {
 namespace {
 
-// Drives as a user of MuJoCo would write them: explicit springs, the damping in the inertia, and a
+// Drives in the usual form of MuJoCo models: explicit springs, the damping in the inertia, and a
 // kilogram for the fingers, which makes them stable at this time step. Limits are constraints.
-ModelPtr drive_plainly(const mjModel& engine_model, const RobotParams& law) {
+ModelPtr with_explicit_drives(const mjModel& engine_model, const RobotParams& params) {
   ModelPtr model(mj_copyModel(nullptr, &engine_model));
   for (int i = 0; i < kRobotJoints; ++i) {
     const double rotor = i < kArmJoints ? 0.005 : 1.0;
-    model->dof_armature[i] = rotor + law.timestep * law.drive.damping;
+    model->dof_armature[i] = rotor + params.timestep * params.drive.damping;
     model->jnt_limited[i] = 1;
     model->actuator_gainprm[i * mjNGAIN] = 1;
     model->actuator_biastype[i] = mjBIAS_NONE;
@@ -21,28 +21,28 @@ ModelPtr drive_plainly(const mjModel& engine_model, const RobotParams& law) {
   return model;
 }
 
-void apply_drive(const DriveParams& law, const DriveTarget& drive, mjData& data) {
+void apply_drive(const DriveParams& params, const DriveTarget& drive, mjData& data) {
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
     const double force =
-        law.stiffness * (drive.qpos[i] - data.qpos[i]) - law.damping * data.qvel[i];
-    data.ctrl[i] = std::clamp(force, -law.limit, law.limit);
+        params.stiffness * (drive.qpos[i] - data.qpos[i]) - params.damping * data.qvel[i];
+    data.ctrl[i] = std::clamp(force, -params.limit, params.limit);
   }
 }
 
 }  // namespace
 
-PlainLoop::PlainLoop(const Batch& twin, SceneKind kind)
-    : twin_(twin),
-      model_(drive_plainly(
-          kind == SceneKind::kFull ? twin.physics_model().full() : twin.physics_model().robot(),
-          twin.physics_model().robot_params())),
+PlainLoop::PlainLoop(const Batch& reference, SceneKind kind)
+    : reference_(reference),
+      model_(with_explicit_drives(kind == SceneKind::kFull ? reference.physics_model().full()
+                                                           : reference.physics_model().robot(),
+                                  reference.physics_model().robot_params())),
       full_(kind == SceneKind::kFull),
-      controller_(twin.options().control_mode, twin.physics_model().arm(),
-                  twin.physics_model().joint_ranges(), twin.options().rotation_sign),
-      store_(twin.num_envs()),
-      state_(store_, twin.state().num_props) {
+      controller_(reference.options().control_mode, reference.physics_model().arm(),
+                  reference.physics_model().joint_ranges(), reference.options().rotation_sign),
+      store_(reference.num_envs()),
+      state_(store_, reference.state().num_props) {
   // Free props have the slots of their types in order.
-  const PhysicsModel& physics = twin.physics_model();
+  const PhysicsModel& physics = reference.physics_model();
   slot_of_prop_.assign(physics.props().size(), 0);
   std::size_t slot = 0;
   for (int type = 0; type < physics.num_types(); ++type) {
@@ -51,26 +51,26 @@ PlainLoop::PlainLoop(const Batch& twin, SceneKind kind)
       if (about.free && about.type == type) slot_of_prop_[prop] = slot++;
     }
   }
-  for (int env = 0; env < twin.num_envs(); ++env) data_.push_back(make_data(*model_));
-  shown_.assign(static_cast<std::size_t>(twin.num_envs() * twin.state().num_props), 2);
-  for (int env = 0; env < twin.num_envs(); ++env) load_robot(env);
-  follow();
+  for (int env = 0; env < reference.num_envs(); ++env) data_.push_back(make_data(*model_));
+  shown_.assign(static_cast<std::size_t>(reference.num_envs() * reference.state().num_props), 2);
+  for (int env = 0; env < reference.num_envs(); ++env) load_robot(env);
+  sync_scene();
 }
 
 void PlainLoop::load_robot(int env) {
   mjData* data = data_[static_cast<std::size_t>(env)].get();
-  std::copy_n(twin_.state().qpos.row(env), kRobotJoints, data->qpos);
-  std::copy_n(twin_.state().qvel.row(env), kRobotJoints, data->qvel);
+  std::copy_n(reference_.state().qpos.row(env), kRobotJoints, data->qpos);
+  std::copy_n(reference_.state().qvel.row(env), kRobotJoints, data->qvel);
 }
 
-// Hidden props wait, weightless, where they touch nothing.
+// Hidden props wait, weightless, far from everything.
 void PlainLoop::load_prop(int env, int prop) {
-  const PhysicsModel& physics = twin_.physics_model();
+  const PhysicsModel& physics = reference_.physics_model();
   const PropModel& about = physics.props()[static_cast<std::size_t>(prop)];
   const SceneModel& scene = physics.scenes().back();
   mjData* data = data_[static_cast<std::size_t>(env)].get();
-  const bool present = twin_.state().status_of(env, prop) != PropStatus::kHidden;
-  const double* pos = twin_.state().prop_pos_of(env, prop);
+  const bool present = reference_.state().status_of(env, prop) != PropStatus::kHidden;
+  const double* pos = reference_.state().prop_pos_of(env, prop);
   const double hidden[3] = {0, 0, 100.0 * (prop + 1)};
   if (!about.free) {
     const int mocap = scene.mocap[static_cast<std::size_t>(prop)];
@@ -79,20 +79,21 @@ void PlainLoop::load_prop(int env, int prop) {
   }
   const PropSlot& where = scene.slots[slot_of_prop_[static_cast<std::size_t>(prop)]];
   std::copy_n(present ? pos : hidden, 3, data->qpos + where.qpos);
-  std::copy_n(twin_.state().prop_quat_of(env, prop), 4, data->qpos + where.qpos + 3);
+  std::copy_n(reference_.state().prop_quat_of(env, prop), 4, data->qpos + where.qpos + 3);
   std::fill_n(data->qvel + where.dof, 6, 0.0);
   data->qfrc_applied[where.dof + 2] = present ? -about.mass * physics.gravity() : 0.0;
 }
 
-void PlainLoop::follow() {
-  const int props = twin_.state().num_props;
-  for (int env = 0; env < twin_.num_envs(); ++env) {
-    const bool new_episode = twin_.state().elapsed[env] == 0;
+void PlainLoop::sync_scene() {
+  const int props = reference_.state().num_props;
+  for (int env = 0; env < reference_.num_envs(); ++env) {
+    const bool new_episode = reference_.state().elapsed[env] == 0;
     if (new_episode) load_robot(env);
     if (!full_) continue;
     for (int prop = 0; prop < props; ++prop) {
       std::uint8_t& shown = shown_[static_cast<std::size_t>(env * props + prop)];
-      const std::uint8_t now = twin_.state().status_of(env, prop) == PropStatus::kHidden ? 0 : 1;
+      const std::uint8_t now =
+          reference_.state().status_of(env, prop) == PropStatus::kHidden ? 0 : 1;
       if (now != shown || new_episode) load_prop(env, prop);
       shown = now;
     }
@@ -101,14 +102,14 @@ void PlainLoop::follow() {
 
 void PlainLoop::step(std::span<const float> actions) {
   const MujocoScope scope;
-  const DriveParams& law = twin_.physics_model().robot_params().drive;
+  const DriveParams& params = reference_.physics_model().robot_params().drive;
   const int dim = controller_.action_space().dim();
-  for (int env = 0; env < twin_.num_envs(); ++env) {
+  for (int env = 0; env < reference_.num_envs(); ++env) {
     mjData* data = data_[static_cast<std::size_t>(env)].get();
     std::copy_n(data->qpos, kRobotJoints, state_.qpos.row(env));
     const DriveTarget drive = controller_.drive(state_, env, actions.data() + env * dim);
-    for (int substep = 0; substep < twin_.options().substeps; ++substep) {
-      apply_drive(law, drive, *data);
+    for (int substep = 0; substep < reference_.options().substeps; ++substep) {
+      apply_drive(params, drive, *data);
       mj_step(model_.get(), data);
     }
   }

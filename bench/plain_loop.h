@@ -14,11 +14,11 @@ class PlainLoop {
  public:
   enum class SceneKind { kFull, kRobotAlone };
 
-  PlainLoop(const Batch& twin, SceneKind kind);
+  PlainLoop(const Batch& reference, SceneKind kind);
 
-  // Copies what the twin's task changed in the scene since the last step: new episodes, hidden and
-  // revealed props. Not timed.
-  void follow();
+  // Copies the changes that the reference's task has made to the scene since the last step: new
+  // episodes, hidden and revealed props. Not timed.
+  void sync_scene();
   // One control step of all environments.
   void step(std::span<const float> actions);
 
@@ -26,14 +26,14 @@ class PlainLoop {
   void load_robot(int env);
   void load_prop(int env, int prop);
 
-  const Batch& twin_;
+  const Batch& reference_;
   ModelPtr model_;
   bool full_;
   Controller controller_;
   ColumnStore store_;
-  State state_;  // what the controller reads: the plain loop's own joints
+  State state_;  // input of the controller: the plain loop's own joints
   std::vector<DataPtr> data_;
-  std::vector<std::size_t> slot_of_prop_;  // where each free prop lives in the whole scene
+  std::vector<std::size_t> slot_of_prop_;  // of each free prop, in the whole scene
   std::vector<std::uint8_t> shown_;        // (num_envs, num_props) props that are present
 };
 

@@ -30,12 +30,12 @@ int listed_threads() {
   return 0;
 }
 
-// A thread that has been joined stays listed for a moment: the least of some looks counts.
+// A thread that has been joined stays listed for a moment: the least of several readings counts.
 int threads() {
-  constexpr int kLooks = 10;
+  constexpr int kReadings = 10;
   int least = std::numeric_limits<int>::max();
-  for (int look = 0; look < kLooks && least > 1; ++look) {
-    if (look > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (int reading = 0; reading < kReadings && least > 1; ++reading) {
+    if (reading > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     least = std::min(least, listed_threads());
   }
   return least;

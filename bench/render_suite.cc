@@ -13,10 +13,11 @@ namespace {
 constexpr int kCameras = 2;  // base and wrist, as in rgb observations
 constexpr const char* kCameraNames[kCameras] = {"base_camera", "hand_camera"};
 
-// Environments in the middle of their episodes, to draw again and again.
-class Gallery {
+// Environments in the middle of their episodes, to be rendered repeatedly.
+class RenderScenes {
  public:
-  Gallery(const std::string& id, int num_envs) : rollout_(id, batch(num_envs, 1), Policy::kOracle) {
+  RenderScenes(const std::string& id, int num_envs)
+      : rollout_(id, batch(num_envs, 1), Policy::kOracle) {
     constexpr int kSteps = 12;
     rollout_.rate(kSteps);
   }
@@ -29,13 +30,13 @@ class Gallery {
 };
 
 // engram's renderer on one thread.
-class CpuPainter {
+class CpuRenderLoop {
  public:
-  CpuPainter(Gallery& gallery, int size)
-      : gallery_(gallery), views_(gallery.env().physics_model(), 1) {
+  CpuRenderLoop(RenderScenes& scenes, int size)
+      : scenes_(scenes), views_(scenes.env().physics_model(), 1) {
     ImageSourceOptions options;
     options.max_size = size;
-    source_ = std::make_unique<ImageSource>(gallery.env().document(), views_.body_names(), options,
+    source_ = std::make_unique<ImageSource>(scenes.env().document(), views_.body_names(), options,
                                             1, make_renderer);
     rgb_.resize(static_cast<std::size_t>(size * size * 3 * kCameras));
     for (int camera = 0; camera < kCameras; ++camera) {
@@ -52,11 +53,11 @@ class CpuPainter {
 
   // Images per second over all environments, `rounds` times.
   double rate(int rounds) {
-    const int n = gallery_.env().num_envs();
+    const int n = scenes_.env().num_envs();
     const double spent = seconds([&] {
       for (int round = 0; round < rounds; ++round) {
         for (int env = 0; env < n; ++env) {
-          source_->render(0, views_.view(0, gallery_.state(), env), images_);
+          source_->render(0, views_.view(0, scenes_.state(), env), images_);
         }
       }
     });
@@ -64,7 +65,7 @@ class CpuPainter {
   }
 
  private:
-  Gallery& gallery_;
+  RenderScenes& scenes_;
   SceneViews views_;
   std::unique_ptr<ImageSource> source_;
   std::vector<std::uint8_t> rgb_;
@@ -72,11 +73,11 @@ class CpuPainter {
 };
 
 // MuJoCo's renderer through EGL.
-class MujocoPainter {
+class MujocoRenderLoop {
  public:
-  MujocoPainter(Gallery& gallery, int size, MujocoReferenceOptions options)
-      : gallery_(gallery),
-        model_(compile_model(gallery.env().document())),
+  MujocoRenderLoop(RenderScenes& scenes, int size, MujocoReferenceOptions options)
+      : scenes_(scenes),
+        model_(compile_model(scenes.env().document())),
         data_(make_data(*model_)),
         size_(size),
         rgb_(static_cast<std::size_t>(size * size * 3)) {
@@ -88,7 +89,7 @@ class MujocoPainter {
   double rate(int count) {
     double spent = 0;
     for (int env = 0; env < count; ++env) {
-      pose(env % gallery_.env().num_envs());
+      pose(env % scenes_.env().num_envs());
       spent += seconds([&] {
         for (const char* camera : kCameraNames) {
           reference_->render(*data_, camera, size_, size_, rgb_.data());
@@ -101,11 +102,11 @@ class MujocoPainter {
  private:
   // Hidden props wait below the floor.
   void pose(int env) {
-    const State& state = gallery_.state();
+    const State& state = scenes_.state();
     std::copy_n(state.qpos.row(env), kRobotJoints, data_->qpos);
     for (int prop = 0; prop < state.num_props; ++prop) {
       const std::string& name =
-          gallery_.env().physics_model().props()[static_cast<std::size_t>(prop)].name;
+          scenes_.env().physics_model().props()[static_cast<std::size_t>(prop)].name;
       const int body = mj_name2id(model_.get(), mjOBJ_BODY, name.c_str());
       const bool free = model_->body_mocapid[body] < 0;
       double* pos = free ? data_->qpos + model_->jnt_qposadr[model_->body_jntadr[body]]
@@ -116,7 +117,7 @@ class MujocoPainter {
     mj_forward(model_.get(), data_.get());
   }
 
-  Gallery& gallery_;
+  RenderScenes& scenes_;
   ModelPtr model_;
   DataPtr data_;
   int size_;
@@ -133,28 +134,29 @@ MujocoReferenceOptions low_tessellation() {
 }
 
 // cpu, mjr_low and mjr at one size.
-void compare_renderers(const Options& options, Gallery& gallery, int size, int done, int total,
-                       std::vector<Row>& rows) {
+void compare_renderers(const SuiteOptions& options, RenderScenes& scenes, int size, int done,
+                       int total, std::vector<Measurement>& rows) {
   constexpr int kPlainEnvs = 4;
   const std::string suffix = std::to_string(size);
-  CpuPainter cpu(gallery, size);
-  MujocoPainter usual(gallery, size, {});
-  MujocoPainter low(gallery, size, low_tessellation());
+  CpuRenderLoop cpu(scenes, size);
+  MujocoRenderLoop usual(scenes, size, {});
+  MujocoRenderLoop low(scenes, size, low_tessellation());
   const auto usual_rate = [&] { return usual.rate(kPlainEnvs); };
   const Comparison best = interleave(
       options, [&] { return cpu.rate(4); }, usual_rate, done, total);
-  rows.push_back(make_row("render.cpu." + suffix, "images/s", "render.mjr", best, options.rounds));
+  rows.push_back(
+      make_measurement("render.cpu." + suffix, "images/s", "render.mjr", best, options.rounds));
   const Comparison fast = interleave(
       options, [&] { return low.rate(kPlainEnvs); }, usual_rate, done + 1, total);
   rows.push_back(
-      make_row("render.mjr_low." + suffix, "images/s", "render.mjr", fast, options.rounds));
+      make_measurement("render.mjr_low." + suffix, "images/s", "render.mjr", fast, options.rounds));
   rows.push_back({"render.mjr." + suffix, best.baseline, "images/s", "render.mjr", best.baseline,
                   1.0, options.rounds});
 }
 
 }  // namespace
 
-std::vector<Row> run_render(const Options& options) {
+std::vector<Measurement> run_render(const SuiteOptions& options) {
   constexpr int kSizes[] = {64, 128, 256};
   constexpr int kSteps = 25;
   const std::string id = ids_or(options, {kMainId}).front();
@@ -163,10 +165,10 @@ std::vector<Row> run_render(const Options& options) {
   const int total = 8 + most;
   int done = 0;
 
-  std::vector<Row> rows;
-  Gallery gallery(id, n);
+  std::vector<Measurement> rows;
+  RenderScenes scenes(id, n);
   for (const int size : kSizes) {
-    compare_renderers(options, gallery, size, done, total, rows);
+    compare_renderers(options, scenes, size, done, total, rows);
     done += 2;
   }
 
@@ -174,17 +176,17 @@ std::vector<Row> run_render(const Options& options) {
   rgb.obs_mode = ObsMode::kRgb;
   Rollout with_images(id, rgb, options.policy);
   Rollout without(id, batch(n, 1), options.policy);
-  CpuPainter alone(gallery, rgb.images.width);
+  CpuRenderLoop alone(scenes, rgb.images.width);
   const Comparison inside = interleave(
       options, [&] { return kCameras * with_images.rate(kSteps); },
       [&] { return alone.rate(kSteps); }, done++, total);
   rows.push_back(
-      make_row("render.rollout", "images/s", "the renderer alone", inside, options.rounds));
+      make_measurement("render.rollout", "images/s", "the renderer alone", inside, options.rounds));
   const Comparison state = interleave(
       options, [&] { return with_images.rate(kSteps); }, [&] { return without.rate(kSteps); },
       done++, total);
   rows.push_back(
-      make_row("render.vs_state", "env steps/s", "a state rollout", state, options.rounds));
+      make_measurement("render.vs_state", "env steps/s", "a state rollout", state, options.rounds));
   for (int threads = 1; threads <= most; ++threads) {
     EnvOptions more = rgb;
     more.threads = threads;
@@ -192,8 +194,8 @@ std::vector<Row> run_render(const Options& options) {
     const Comparison scaling = interleave(
         options, [&] { return several.rate(kSteps); }, [&] { return with_images.rate(kSteps); },
         done++, total);
-    rows.push_back(make_row("render.scaling." + std::to_string(threads), "env steps/s",
-                            "one thread", scaling, options.rounds));
+    rows.push_back(make_measurement("render.scaling." + std::to_string(threads), "env steps/s",
+                                    "one thread", scaling, options.rounds));
   }
   return rows;
 }

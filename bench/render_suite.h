@@ -1,12 +1,13 @@
-// The suite `render`: pictures beside MuJoCo's own renderer, and inside rollouts.
+// The suite `render`: images beside MuJoCo's own renderer, and inside rollouts.
 #pragma once
 
 #include <vector>
 
-#include "bench/suites.h"
+#include "bench/measurement.h"
+#include "bench/suite_options.h"
 
 namespace engram::bench {
 
-std::vector<Row> run_render(const Options& options);
+std::vector<Measurement> run_render(const SuiteOptions& options);
 
 }  // namespace engram::bench

@@ -1,4 +1,4 @@
-// What the suites share: batches that run.
+// Running batches, for all suites.
 #pragma once
 
 #include <algorithm>
@@ -8,18 +8,19 @@
 #include <vector>
 
 #include "bench/interleave.h"
+#include "bench/measurement.h"
 #include "protocol/batch/make.h"
 
 namespace engram::bench {
 
 inline constexpr const char* kMainId = "RememberColor9-VLA-v0";
 
-inline std::vector<std::string> ids_or(const Options& options,
+inline std::vector<std::string> ids_or(const SuiteOptions& options,
                                        const std::vector<std::string>& usual) {
   return options.ids.empty() ? usual : options.ids;
 }
 
-inline int envs_or(const Options& options, int usual) {
+inline int envs_or(const SuiteOptions& options, int usual) {
   return options.num_envs > 0 ? options.num_envs : usual;
 }
 
@@ -29,8 +30,8 @@ inline int threads_or_all(int threads) {
   return threads > 0 ? threads : cores;
 }
 
-inline Row make_row(std::string name, std::string unit, std::string baseline,
-                    const Comparison& result, int rounds) {
+inline Measurement make_measurement(std::string name, std::string unit, std::string baseline,
+                                    const Comparison& result, int rounds) {
   return {std::move(name), result.value, std::move(unit), std::move(baseline),
           result.baseline, result.ratio, rounds};
 }

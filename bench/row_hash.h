@@ -1,4 +1,5 @@
-// Hashes of what environments show, row by row. Of xxHash only the header is needed: no library.
+// Hashes of outputs, one environment's row at a time. xxHash is used as a header, without its
+// library.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +11,7 @@
 
 namespace engram::bench {
 
-// The hash of what came before, continued with one environment's row of `num_envs` rows; unchanged
+// The hash of the rows before, continued with one environment's row of `num_envs` rows; unchanged
 // where there are none.
 template <class T>
 std::uint64_t chain_row(std::uint64_t hash, std::span<const T> rows, std::size_t num_envs,

@@ -28,8 +28,8 @@ constexpr int kCycleSamples = 50;
 
 // --- bounds ---
 
-// Growth that is allowed where nothing should grow: the heap's own bookkeeping, and pages that it
-// keeps because the same pieces were freed in another order.
+// Allowed growth: the heap's own bookkeeping, and pages that it keeps because the same pieces were
+// freed in another order.
 constexpr double kHeapSlack = 64.0 * 1024;
 constexpr double kResidentSlack = 1024.0 * 1024;
 
@@ -77,7 +77,7 @@ void add_visit_bounds(const SoakReport& report, double max_drift, std::vector<So
   double grown = 0;
   int changed = 0;
   std::vector<double> drifts;
-  for (const SoakedTask& task : report.tasks) {
+  for (const SoakTask& task : report.tasks) {
     if (task.visits.empty()) continue;  // stopped before
     for (const SoakVisit& visit : task.visits) {
       grown = std::max(grown, visit.grown_bytes);
@@ -95,7 +95,7 @@ void add_visit_bounds(const SoakReport& report, double max_drift, std::vector<So
 
 // Times the same steps in every visit: from the same seeds, with the same actions. Each is timed
 // beside a piece of reference work, so that a machine that slows down slows down both.
-struct Probe {
+struct ProbeResult {
   std::vector<double> costs;  // of every step, in units of the reference
   std::uint64_t digest = kChecksumSeed;
 };
@@ -107,10 +107,10 @@ void reset_from(Batch& env, std::uint64_t seed) {
   env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
 }
 
-Probe probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
+ProbeResult probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
   Batch& env = *rollout.env;
   reset_from(env, seed);
-  Probe result;
+  ProbeResult result;
   for (int step = 0; step < kProbeSteps; ++step) {
     env.act(Policy::kRandom, rollout.actions);
     const double before = seconds([&] { spin(reference, kReferenceTurns); });
@@ -123,15 +123,15 @@ Probe probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
   return result;
 }
 
-// Which of kSoakPolicies an environment plays in an episode.
+// Index in kSoakPolicies of the policy of an environment in an episode.
 std::size_t turn_of(int env, std::uint64_t episode) {
   return (static_cast<std::uint64_t>(env) + episode) % kSoakPolicies.size();
 }
 
-// One task on its way through the soak: between visits it is a snapshot.
-class Walker {
+// The visits of one task. Between them it is a snapshot.
+class TaskSoak {
  public:
-  Walker(std::string id, const SoakOptions& options, int visits) : options_(options) {
+  TaskSoak(std::string id, const SoakOptions& options, int visits) : options_(options) {
     task_.id = std::move(id);
     task_.visits.reserve(static_cast<std::size_t>(visits));
   }
@@ -165,11 +165,11 @@ class Walker {
     task_.visits.push_back(visit);
   }
 
-  SoakedTask& task() { return task_; }
+  SoakTask& task() { return task_; }
 
  private:
   void measure(Rollout& rollout, ThreadPool& reference, SoakVisit& visit) {
-    const Probe probed = probe(rollout, reference, options_.seed);
+    const ProbeResult probed = probe(rollout, reference, options_.seed);
     if (first_costs_.empty()) first_costs_ = probed.costs;
     std::vector<double> quotients;
     for (std::size_t i = 0; i < probed.costs.size(); ++i) {
@@ -210,18 +210,18 @@ class Walker {
   }
 
   const SoakOptions& options_;
-  SoakedTask task_;
+  SoakTask task_;
   std::vector<double> first_costs_;
   std::vector<std::byte> snapshot_;
 };
 
 // Every task is visited several times, in turns.
-struct Plan {
+struct VisitPlan {
   int visits = 0;
   int steps = 0;  // of a visit
 };
 
-Plan plan_of(std::int64_t env_steps, std::size_t tasks) {
+VisitPlan plan_visits(std::int64_t env_steps, std::size_t tasks) {
   const double per_env = static_cast<double>(env_steps) / static_cast<double>(tasks) / kEnvs;
   const int visits = std::max(kLeastVisits, static_cast<int>(per_env / kVisitSteps));
   return {visits, static_cast<int>(std::ceil(per_env / visits))};
@@ -236,42 +236,42 @@ class Soak {
 
   SoakReport run() {
     if (options_.env_steps > 0) {
-      report_.step_seconds = seconds([this] { walk(); });
+      report_.step_seconds = seconds([this] { run_visits(); });
       add_usage_bounds("steps", report_.step_samples, report_.bounds);
       add_visit_bounds(report_, options_.max_drift, report_.bounds);
     }
     if (options_.cycles > 0 && !report_.stopped) {
-      report_.cycle_seconds = seconds([this] { cycle(); });
+      report_.cycle_seconds = seconds([this] { run_cycles(); });
       add_usage_bounds("cycles", report_.cycle_samples, report_.bounds);
     }
     return std::move(report_);
   }
 
  private:
-  void walk() {
-    const Plan plan = plan_of(options_.env_steps, ids_.size());
-    // Lists grow here, not while the heap is watched.
+  void run_visits() {
+    const VisitPlan plan = plan_visits(options_.env_steps, ids_.size());
+    // Lists grow here, not while the heap is measured.
     report_.step_samples.reserve(ids_.size() * static_cast<std::size_t>(plan.visits));
-    std::vector<Walker> walkers;
-    for (const std::string& id : ids_) walkers.emplace_back(id, options_, plan.visits);
+    std::vector<TaskSoak> soaks;
+    for (const std::string& id : ids_) soaks.emplace_back(id, options_, plan.visits);
     for (int visit = 0; visit < plan.visits && !report_.stopped; ++visit) {
-      for (Walker& walker : walkers) {
+      for (TaskSoak& soak : soaks) {
         if (stop()) break;
         {
           ThreadPool reference(report_.threads);
-          walker.visit(plan.steps, reference, report_.unstable);
+          soak.visit(plan.steps, reference, report_.unstable);
         }
         report_.env_steps += static_cast<std::int64_t>(plan.steps) * kEnvs;
         report_.step_samples.push_back({report_.env_steps, process_usage()});
-        tell(static_cast<double>(report_.step_samples.size()) /
-             static_cast<double>(report_.step_samples.capacity()) *
-             (options_.cycles > 0 ? 0.5 : 1));
+        report_progress(static_cast<double>(report_.step_samples.size()) /
+                        static_cast<double>(report_.step_samples.capacity()) *
+                        (options_.cycles > 0 ? 0.5 : 1));
       }
     }
-    for (Walker& walker : walkers) report_.tasks.push_back(std::move(walker.task()));
+    for (TaskSoak& soak : soaks) report_.tasks.push_back(std::move(soak.task()));
   }
 
-  void cycle() {
+  void run_cycles() {
     // Odd, so that it meets batches of every kind.
     const int interval = options_.cycles / kCycleSamples | 1;
     report_.cycle_samples.reserve(static_cast<std::size_t>(options_.cycles / interval + 1));
@@ -282,7 +282,7 @@ class Soak {
       if (report_.cycles % interval == 0 || report_.cycles == options_.cycles) {
         report_.cycle_samples.push_back({report_.cycles, process_usage()});
       }
-      tell(begun + (1 - begun) * report_.cycles / options_.cycles);
+      report_progress(begun + (1 - begun) * report_.cycles / options_.cycles);
     }
   }
 
@@ -328,7 +328,7 @@ class Soak {
     return report_.stopped;
   }
 
-  void tell(double fraction) const {
+  void report_progress(double fraction) const {
     if (options_.progress) options_.progress(fraction);
   }
 

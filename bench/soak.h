@@ -1,4 +1,4 @@
-// Long runs over many tasks: does anything grow, slow down or break?
+// Long runs over many tasks that watch for growth, drift and instability.
 #pragma once
 
 #include <array>
@@ -31,14 +31,14 @@ struct SoakSample {
   ProcessUsage usage;
 };
 
-// Environments play random and oracle episodes in turn.
+// Environments run random and oracle episodes in turn.
 inline constexpr std::array kSoakPolicies = {Policy::kRandom, Policy::kOracle};
 
-// Some steps of one task; the next visit continues from its last state.
+// A visit: some steps of one task. The next visit continues from its last state.
 struct SoakVisit {
   double env_steps_per_second = 0;
-  // How many times longer a fixed piece of work took than in the first visit, where time is
-  // measured in units of a reference that runs beside it.
+  // Time of a fixed piece of work, relative to the first visit. Time is measured in units of a
+  // reference that runs beside it.
   double drift = 1;
   std::uint64_t digest = 0;  // of the results of that work
   double grown_bytes = 0;    // of the heap, while stepping
@@ -47,12 +47,12 @@ struct SoakVisit {
   std::array<int, 2> successes{};
 };
 
-struct SoakedTask {
+struct SoakTask {
   std::string id;
   std::vector<SoakVisit> visits;
 };
 
-// An episode whose physics diverged. To play it again: a batch of one with that seed, reset
+// An episode whose physics diverged. To reproduce it: a batch of one with that seed, reset
 // `episode` times more than once, then steps of that policy.
 struct UnstableEpisode {
   std::string id;
@@ -62,7 +62,7 @@ struct UnstableEpisode {
   int elapsed = 0;  // the step that diverged
 };
 
-// What must hold at the end.
+// A bound that must hold at the end.
 struct SoakBound {
   std::string name;
   double value = 0;
@@ -80,7 +80,7 @@ struct SoakReport {
   double cycle_seconds = 0;
   std::vector<SoakSample> step_samples;   // while no batch is alive
   std::vector<SoakSample> cycle_samples;  // likewise
-  std::vector<SoakedTask> tasks;
+  std::vector<SoakTask> tasks;
   std::vector<UnstableEpisode> unstable;
   std::vector<SoakBound> bounds;
 

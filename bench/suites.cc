@@ -19,8 +19,8 @@
 namespace engram::bench {
 namespace {
 
-// Everything but physics, beside a whole step.
-std::vector<Row> run_overhead(const Options& options) {
+// A step without physics, beside a whole step.
+std::vector<Measurement> run_overhead(const SuiteOptions& options) {
   constexpr int kSteps = 400;
   const int n = envs_or(options, 64);
   EnvOptions bare = batch(n, 1);
@@ -31,16 +31,17 @@ std::vector<Row> run_overhead(const Options& options) {
   const Comparison result = interleave(
       options, [&] { return 1e6 / without.rate(kSteps); },
       [&] { return 1e6 / with.rate(kSteps / 10); });
-  return {make_row("overhead", "us per environment step", "with physics", result, options.rounds)};
+  return {make_measurement("overhead", "us per environment step", "with physics", result,
+                           options.rounds)};
 }
 
-// A rollout and the plain loop that follows it, both timed over the same control steps.
-Comparison compare_with_plain(const Options& options, Rollout& rollout, PlainLoop::SceneKind kind,
-                              int done, int total) {
+// A rollout and the plain loop of the same episodes, both timed over the same control steps.
+Comparison compare_with_plain(const SuiteOptions& options, Rollout& rollout,
+                              PlainLoop::SceneKind kind, int done, int total) {
   constexpr int kSteps = 25;
   PlainLoop plain(*rollout.env, kind);
   double plain_seconds = 0;
-  // Both advance together; the baseline's share is handed over by the second call.
+  // Both advance together; the baseline's time is kept in plain_seconds.
   const auto both = [&] {
     double spent = 0;
     plain_seconds = 0;
@@ -49,11 +50,11 @@ Comparison compare_with_plain(const Options& options, Rollout& rollout, PlainLoo
       const auto step_plain = [&] {
         plain_seconds += seconds([&] { plain.step(rollout.actions); });
       };
-      // Who goes first alternates, so that neither always finds the warmer caches.
+      // The order alternates, so that neither side always has the warmer caches.
       if (i % 2 == 0) step_plain();
       spent += rollout.step_seconds();
       if (i % 2 == 1) step_plain();
-      plain.follow();
+      plain.sync_scene();
     }
     return kSteps * rollout.env->num_envs() / spent;
   };
@@ -67,7 +68,7 @@ Comparison compare_with_plain(const Options& options, Rollout& rollout, PlainLoo
   return rounds.result();
 }
 
-Comparison compare_with_one_lane(const Options& options, const std::string& id,
+Comparison compare_with_one_lane(const SuiteOptions& options, const std::string& id,
                                  EnvOptions batch_options) {
   constexpr int kSteps = 25;
   Rollout wide(id, batch_options, options.policy);
@@ -77,11 +78,11 @@ Comparison compare_with_one_lane(const Options& options, const std::string& id,
       options, [&] { return wide.rate(kSteps); }, [&] { return single.rate(kSteps); });
 }
 
-std::vector<Row> run_physics(const Options& options) {
+std::vector<Measurement> run_physics(const SuiteOptions& options) {
   const std::vector<std::string> ids =
       ids_or(options, {"RememberColor3-VLA-v0", kMainId, "RememberShapeAndColor5x3-VLA-v0",
                        "ChainOfColors7-VLA-v0"});
-  std::vector<Row> rows;
+  std::vector<Measurement> rows;
   const int total = 3 * static_cast<int>(ids.size());
   for (const std::string& id : ids) {
     const int done = static_cast<int>(rows.size());
@@ -92,50 +93,50 @@ std::vector<Row> run_physics(const Options& options) {
     Rollout rollout(id, batch_options, options.policy);
     const Comparison full =
         compare_with_plain(options, rollout, PlainLoop::SceneKind::kFull, done, total);
-    rows.push_back(make_row("physics." + id + ".vs_plain", "env steps/s",
-                            "mj_step on the whole scene", full, options.rounds));
+    rows.push_back(make_measurement("physics." + id + ".vs_plain", "env steps/s",
+                                    "mj_step on the whole scene", full, options.rounds));
     const Comparison robot =
         compare_with_plain(options, rollout, PlainLoop::SceneKind::kRobotAlone, done + 1, total);
-    rows.push_back(make_row("physics." + id + ".vs_robot_alone", "env steps/s",
-                            "mj_step on robot and table alone", robot, options.rounds));
-    rows.push_back(make_row("physics." + id + ".vs_one_lane", "env steps/s",
-                            "the same engine with --lanes 1",
-                            compare_with_one_lane(options, id, batch_options), options.rounds));
+    rows.push_back(make_measurement("physics." + id + ".vs_robot_alone", "env steps/s",
+                                    "mj_step on robot and table alone", robot, options.rounds));
+    rows.push_back(make_measurement(
+        "physics." + id + ".vs_one_lane", "env steps/s", "the same engine with --lanes 1",
+        compare_with_one_lane(options, id, batch_options), options.rounds));
   }
   return rows;
 }
 
-std::vector<Row> run_scaling(const Options& options) {
+std::vector<Measurement> run_scaling(const SuiteOptions& options) {
   constexpr int kSteps = 25;
   const int most = threads_or_all(options.threads);
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
   Rollout single(id, batch(n, 1), options.policy);
   ThreadPool one(1);
-  std::vector<Row> rows;
+  std::vector<Measurement> rows;
   for (int threads = 1; threads <= most; ++threads) {
     const int done = static_cast<int>(rows.size());
     Rollout several(id, batch(n, threads), options.policy);
     const Comparison rates = interleave(
         options, [&] { return several.rate(kSteps); }, [&] { return single.rate(kSteps); }, done,
         2 * most);
-    rows.push_back(make_row("scaling." + std::to_string(threads), "env steps/s", "one thread",
-                            rates, options.rounds));
+    rows.push_back(make_measurement("scaling." + std::to_string(threads), "env steps/s",
+                                    "one thread", rates, options.rounds));
     ThreadPool pool(threads);
     const Comparison spins = interleave(
         options, [&] { return spin(pool); }, [&] { return spin(one); }, done + 1, 2 * most);
-    rows.push_back(make_row("scaling.spin." + std::to_string(threads), "items/s", "one thread",
-                            spins, options.rounds));
+    rows.push_back(make_measurement("scaling.spin." + std::to_string(threads), "items/s",
+                                    "one thread", spins, options.rounds));
   }
   return rows;
 }
 
 // Whole steps that observe objects, beside those that observe the state.
-std::vector<Row> run_objects(const Options& options) {
+std::vector<Measurement> run_objects(const SuiteOptions& options) {
   constexpr int kSteps = 25;
   const std::vector<std::string> ids =
       ids_or(options, {kMainId, "BatteriesCheckerHard-12-VLA-v0"});  // few tokens, and the most
-  std::vector<Row> rows;
+  std::vector<Measurement> rows;
   for (const std::string& id : ids) {
     EnvOptions batch_options = batch(envs_or(options, 256), 1);
     Rollout state(id, batch_options, options.policy);
@@ -144,13 +145,13 @@ std::vector<Row> run_objects(const Options& options) {
     const Comparison rates = interleave(
         options, [&] { return objects.rate(kSteps); }, [&] { return state.rate(kSteps); },
         static_cast<int>(rows.size()), static_cast<int>(ids.size()));
-    rows.push_back(
-        make_row("objects." + id, "env steps/s", "the state observation", rates, options.rounds));
+    rows.push_back(make_measurement("objects." + id, "env steps/s", "the state observation", rates,
+                                    options.rounds));
   }
   return rows;
 }
 
-// Resident bytes that a batch of that size takes while it runs.
+// Resident bytes of a running batch of that size.
 double batch_bytes(const std::string& id, int num_envs) {
   const double before = process_usage().resident_bytes;
   Rollout rollout(id, batch(num_envs, 1), Policy::kRandom);
@@ -158,7 +159,7 @@ double batch_bytes(const std::string& id, int num_envs) {
   return process_usage().resident_bytes - before;
 }
 
-// Resident bytes that mjData of the whole scene take, one per environment.
+// Resident bytes of one mjData of the whole scene per environment.
 double plain_bytes(const mjModel& model, int num_envs) {
   const double before = process_usage().resident_bytes;
   std::vector<DataPtr> data;
@@ -169,12 +170,12 @@ double plain_bytes(const mjModel& model, int num_envs) {
   return process_usage().resident_bytes - before;
 }
 
-// What every further environment adds, beside what an mjData of its own would add. Differences of
-// two sizes leave out what does not grow.
-std::vector<Row> run_memory(const Options& options) {
+// Bytes of every further environment, beside those of an mjData of its own. The difference of two
+// sizes leaves out constant parts.
+std::vector<Measurement> run_memory(const SuiteOptions& options) {
   constexpr int kPlain = 64;
   const int n = envs_or(options, 8192);
-  std::vector<Row> rows;
+  std::vector<Measurement> rows;
   const std::vector<std::string> ids = ids_or(options, {kMainId});
   for (const std::string& id : ids) {
     const double per_env = (batch_bytes(id, 2 * n) - batch_bytes(id, n)) / n;
@@ -191,7 +192,7 @@ std::vector<Row> run_memory(const Options& options) {
   return rows;
 }
 
-std::vector<Row> run_reset(const Options& options) {
+std::vector<Measurement> run_reset(const SuiteOptions& options) {
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
   Rollout rollout(id, batch(n, 1), Policy::kRandom);
@@ -204,10 +205,10 @@ std::vector<Row> run_reset(const Options& options) {
                  for (int i = 0; i < n; ++i) mj_resetData(&model, data.get());
                });
       });
-  return {make_row("reset", "us per environment", "mj_resetData", result, options.rounds)};
+  return {make_measurement("reset", "us per environment", "mj_resetData", result, options.rounds)};
 }
 
-std::vector<Row> run_create(const Options& options) {
+std::vector<Measurement> run_create(const SuiteOptions& options) {
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
   const SceneSpec scene = make_task(id)->scene();
@@ -223,13 +224,13 @@ std::vector<Row> run_create(const Options& options) {
           for (int i = 0; i < n; ++i) data.push_back(make_data(*model));
         });
       });
-  return {make_row("create", "s for " + std::to_string(n) + " environments",
-                   "one mjModel and mjData each", result, options.rounds)};
+  return {make_measurement("create", "s for " + std::to_string(n) + " environments",
+                           "one mjModel and mjData each", result, options.rounds)};
 }
 
 struct Suite {
   std::string_view name;
-  std::vector<Row> (*run)(const Options& options);
+  std::vector<Measurement> (*run)(const SuiteOptions& options);
 };
 
 constexpr std::array<Suite, 9> kSuites = {{{"overhead", run_overhead},
@@ -252,7 +253,7 @@ constexpr auto kNames = [] {
 
 std::span<const std::string_view> suite_names() { return kNames; }
 
-std::vector<Row> run_suite(std::string_view suite, const Options& options) {
+std::vector<Measurement> run_suite(std::string_view suite, const SuiteOptions& options) {
   if (options.rounds < 1) {
     throw Error(Error::kInvalidArgument,
                 "rounds: " + std::to_string(options.rounds) + " given, 1 or more allowed");

@@ -9,20 +9,26 @@ if(bench_sources)
   target_link_libraries(engram_bench PUBLIC engram::engram xxHash::xxHash)
 endif()
 
-engram_sources(app_sources apps)
-if(app_sources)
+# Everything but the main function is a library, for the tests.
+engram_sources(command_sources apps)
+list(REMOVE_ITEM command_sources "${PROJECT_SOURCE_DIR}/apps/main.cc")
+if(command_sources)
   find_package(CLI11 REQUIRED)
   find_package(fmt REQUIRED)
 
-  add_executable(engram_cli ${app_sources})
-  engram_configure_target(engram_cli)
-  engram_precompile(engram_cli ${ENGRAM_COMMON_HEADERS} <fmt/format.h>)
-  set_target_properties(engram_cli PROPERTIES OUTPUT_NAME engram)
-  target_link_libraries(engram_cli PRIVATE
-    engram::engram engram_media CLI11::CLI11 fmt::fmt)
+  add_library(engram_commands STATIC ${command_sources})
+  engram_configure_target(engram_commands)
+  engram_precompile(engram_commands ${ENGRAM_COMMON_HEADERS} <fmt/format.h>)
+  target_link_libraries(engram_commands
+    PUBLIC engram::engram engram_media fmt::fmt PRIVATE CLI11::CLI11)
   if(TARGET engram_bench)
-    target_link_libraries(engram_cli PRIVATE engram_bench)
+    target_link_libraries(engram_commands PUBLIC engram_bench)
   endif()
+
+  add_executable(engram_cli "${PROJECT_SOURCE_DIR}/apps/main.cc")
+  engram_configure_target(engram_cli)
+  set_target_properties(engram_cli PROPERTIES OUTPUT_NAME engram)
+  target_link_libraries(engram_cli PRIVATE engram_commands)
 endif()
 
 # Programs as users write them: they see the public headers only, and link what is installed.

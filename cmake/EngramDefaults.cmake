@@ -70,7 +70,7 @@ if(ENGRAM_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang)
     message(FATAL_ERROR "ENGRAM_FUZZ needs Clang; the compiler is ${CMAKE_CXX_COMPILER_ID}")
   endif()
-  # Those of "undefined" that tell of bad numbers; all of it makes builds and runs twice as long.
+  # Those of "undefined" that report bad numbers; all of it makes builds and runs twice as long.
   set(fuzz_sanitizers
     address,bounds,shift,signed-integer-overflow,integer-divide-by-zero,float-cast-overflow,enum,bool)
   add_compile_options(-fsanitize=fuzzer-no-link,${fuzz_sanitizers} -fno-sanitize-recover=all

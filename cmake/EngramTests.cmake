@@ -10,11 +10,10 @@ if(NOT TARGET engram_cli)  # tests of the command and its benchmarks need them
   list(FILTER test_sources EXCLUDE REGEX "/tests/(apps|bench)/")
 endif()
 engram_sources(test_support tests)  # the main function and shared helpers
-if(TARGET engram_cli)  # fuzz targets, on their corpora; the command line's is of the command
+if(TARGET engram_cli)  # fuzz targets, on their corpora
   engram_sources(fuzz_sources tests/fuzz)
   list(FILTER fuzz_sources EXCLUDE REGEX "/fuzzer_main.cc$|_test.cc$")
-  list(APPEND test_support ${fuzz_sources} "${PROJECT_SOURCE_DIR}/apps/command_line.cc"
-    "${PROJECT_SOURCE_DIR}/apps/options.cc")
+  list(APPEND test_support ${fuzz_sources})
 else()
   list(FILTER test_sources EXCLUDE REGEX "/tests/fuzz/")
 endif()
@@ -36,16 +35,16 @@ endif()
 if(TARGET engram_cli)
   add_dependencies(engram_tests engram_cli)
   target_link_libraries(engram_tests PRIVATE
-    CLI11::CLI11 fmt::fmt PkgConfig::ENGRAM_MEDIA ${CMAKE_DL_LIBS})
-  # What makes the command's results depend on the order of its work.
-  add_library(engram_restless_contacts MODULE "${PROJECT_SOURCE_DIR}/tests/apps/restless_contacts.cc")
-  engram_configure_target(engram_restless_contacts)
-  add_dependencies(engram_tests engram_restless_contacts)
+    engram_commands PkgConfig::ENGRAM_MEDIA ${CMAKE_DL_LIBS})
+  # Makes the command's results depend on the order of its work.
+  add_library(engram_nondeterministic_contacts MODULE "${PROJECT_SOURCE_DIR}/tests/apps/nondeterministic_contacts.cc")
+  engram_configure_target(engram_nondeterministic_contacts)
+  add_dependencies(engram_tests engram_nondeterministic_contacts)
 endif()
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/build_paths.cc" APPEND PROPERTY COMPILE_DEFINITIONS
   ENGRAM_ROOT="${PROJECT_SOURCE_DIR}"
   ENGRAM_CLI="$<$<TARGET_EXISTS:engram_cli>:$<TARGET_FILE:engram_cli>>"
-  ENGRAM_RESTLESS_CONTACTS="$<$<TARGET_EXISTS:engram_restless_contacts>:$<TARGET_FILE:engram_restless_contacts>>")
+  ENGRAM_NONDETERMINISTIC_CONTACTS="$<$<TARGET_EXISTS:engram_nondeterministic_contacts>:$<TARGET_FILE:engram_nondeterministic_contacts>>")
 
 # What scripts/options.py writes from the list of options.
 find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)

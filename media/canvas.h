@@ -1,4 +1,4 @@
-// Pictures that people look at: images side by side, with text and simple shapes on them.
+// A drawing surface: images side by side, with text and simple shapes on them.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ struct Rectangle {
   double height = 0;
 };
 
-// What is drawn outside of the canvas is cut off.
+// Drawing outside of the canvas is clipped.
 class Canvas {
  public:
   // Throws Error if a side is not of 1 to 32767 pixels or memory is short.

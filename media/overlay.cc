@@ -8,7 +8,7 @@
 namespace engram {
 namespace {
 
-constexpr double kSide = 512;  // pixels that overlay units are made for
+constexpr double kSide = 512;  // pixels of the side for which overlay units are defined
 
 Color to_color(const OverlayColor& color) {
   return {color.red, color.green, color.blue, color.opacity};

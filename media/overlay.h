@@ -1,4 +1,4 @@
-// Overlays (core/image/overlay.h) on pictures.
+// Drawing of overlays (core/image/overlay.h) on images.
 #pragma once
 
 #include "core/image/overlay.h"
@@ -9,7 +9,7 @@ namespace engram {
 // An empty overlay for a picture of that many pixels.
 Overlay make_overlay(int width, int height);
 
-// What all tasks show: the step, and the reward unless the environment variable
+// Items of all tasks: the step, and the reward unless the environment variable
 // MIKASA_DISABLE_REWARD_OVERLAY is set to anything but 0.
 void add_step(Overlay& overlay, int step);
 void add_reward(Overlay& overlay, double reward);

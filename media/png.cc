@@ -11,7 +11,7 @@ namespace engram {
 
 namespace {
 
-// What libpng is to write. Throws Error if sizes do not fit.
+// The header for libpng. Throws Error if sizes do not fit.
 png_image describe(int width, int height, std::span<const std::uint8_t> rgb) {
   constexpr int kLargestSide = 1 << 16;
   if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide ||

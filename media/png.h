@@ -1,4 +1,4 @@
-// Pictures as PNG files.
+// Images as PNG files.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace engram {
 // or not at all. Throws Error.
 void write_png(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb);
 
-// The content of such a file.
+// The bytes of such a file.
 std::vector<std::byte> png_bytes(int width, int height, std::span<const std::uint8_t> rgb);
 
 }  // namespace engram

@@ -65,8 +65,7 @@ VideoWriter::VideoWriter(const std::string& path, int width, int height, int fra
   file_ = std::make_unique<File>(path);
   file_->frame_bytes = shape.frame_bytes();
   const std::string file = file_->temporary.open_name();
-  encoder_ = format == VideoFormat::kMp4 ? make_mp4_encoder(path, file, shape)
-                                         : make_gif_encoder(path, file, shape);
+  encoder_ = make_video_encoder(path, file, format, shape);
 }
 
 VideoWriter::~VideoWriter() = default;

@@ -1,4 +1,4 @@
-// Moving pictures as files.
+// Videos as files.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,8 @@
 #include <string>
 
 namespace engram {
+
+class VideoEncoder;
 
 // Writes .mp4 (H.264) or .gif, by the end of the path. The file appears whole, by finish(), or not
 // at all. The same frames give the same bytes with the same versions of the libraries.
@@ -27,12 +29,10 @@ class VideoWriter {
   // Throws Error if no frame was added, or on failure. To be called once.
   void finish();
 
-  class Encoder;  // of one format
-
  private:
   struct File;
   std::unique_ptr<File> file_;
-  std::unique_ptr<Encoder> encoder_;
+  std::unique_ptr<VideoEncoder> encoder_;
 };
 
 }  // namespace engram

@@ -1,53 +1,23 @@
-// What the formats of VideoWriter have in common.
+// Encoders of the formats of VideoWriter.
 #pragma once
 
 #include <memory>
+#include <span>
+#include <string>
 
-#include "media/video.h"
+#include "media/video_stream.h"
 
 namespace engram {
 
-class VideoWriter::Encoder {
+class VideoEncoder {
  public:
-  virtual ~Encoder() = default;
+  virtual ~VideoEncoder() = default;
   virtual void add(std::span<const std::uint8_t> rgb) = 0;
   virtual void finish() = 0;
 };
 
-struct VideoShape {
-  int width = 0;
-  int height = 0;
-  int frames_per_second = 0;
-
-  std::size_t frame_bytes() const {
-    return 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  }
-};
-
-enum class VideoFormat { kMp4, kGif };
-
-// They write to `file`; messages name `path`.
-std::unique_ptr<VideoWriter::Encoder> make_mp4_encoder(const std::string& path,
-                                                       const std::string& file,
-                                                       const VideoShape& shape);
-std::unique_ptr<VideoWriter::Encoder> make_gif_encoder(const std::string& path,
-                                                       const std::string& file,
-                                                       const VideoShape& shape);
-
-// One encoded stream in one file. All members throw Error on failure.
-class VideoStream {
- public:
-  virtual ~VideoStream() = default;
-  // The next picture of an .mp4: rows of red, green and blue.
-  virtual void send_rgb(std::span<const std::uint8_t> rgb) = 0;
-  // The next picture of a .gif: rows of entries of a palette, each 0xAARRGGBB.
-  virtual void send_indexed(std::span<const std::uint8_t> indices,
-                            std::span<const std::uint32_t, 256> palette) = 0;
-  virtual void finish() = 0;
-};
-
-// By libav (video_libav.cc) or by PyAV (video_python.cc), as the build says.
-std::unique_ptr<VideoStream> open_video_stream(const std::string& path, const std::string& file,
-                                               VideoFormat format, const VideoShape& shape);
+// Writes to `file`; messages name `path`.
+std::unique_ptr<VideoEncoder> make_video_encoder(const std::string& path, const std::string& file,
+                                                 VideoFormat format, const VideoShape& shape);
 
 }  // namespace engram

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "media/video_encoder.h"
+#include "media/video_stream.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -88,7 +88,7 @@ class LibavStream final : public VideoStream {
  private:
   void open_codec(VideoFormat format);
   void open_file(const std::string& file, VideoFormat format);
-  // The next picture, to be filled in and then sent.
+  // The next frame, to be filled in and then sent.
   AVFrame& frame();
   void send();
   void write_packets();
@@ -154,9 +154,9 @@ void LibavStream::open_file(const std::string& file, VideoFormat format) {
   stream->avg_frame_rate = av_.codec->framerate;
   require(avcodec_parameters_from_context(stream->codecpar, av_.codec), "stream");
   container.flags |= AVFMT_FLAG_BITEXACT;  // neither time nor version in the file
-  // As a URL: other names with a colon would be taken for protocols.
+  // A URL, because other names with a colon would be taken for protocols.
   const std::string url = "file:" + file;
-  container.url = av_strdup(url.c_str());  // where faststart reads it again
+  container.url = av_strdup(url.c_str());  // read again by faststart
   require(avio_open(&container.pb, url.c_str(), AVIO_FLAG_WRITE), "open");
   AVDictionary* options = nullptr;
   if (format == VideoFormat::kMp4) av_dict_set(&options, "movflags", "+faststart", 0);

@@ -9,14 +9,14 @@ namespace {
 
 using Vec = std::array<double, 3>;
 
-struct Sample {
-  Vec color;
+struct WeightedColor {
+  Vec rgb;
   double weight;  // for splitting
   double count;   // for the mean
 };
 
 // Colours that one palette entry stands for.
-struct Box {
+struct ColorBox {
   std::size_t begin = 0;
   std::size_t end = 0;
   int axis = 0;      // of the largest spread
@@ -24,19 +24,19 @@ struct Box {
   double error = 0;  // squared, on it
 };
 
-Box make_box(const std::vector<Sample>& samples, std::size_t begin, std::size_t end) {
+ColorBox make_box(const std::vector<WeightedColor>& colors, std::size_t begin, std::size_t end) {
   double weight = 0;
   Vec sum = {};
   Vec squares = {};
   for (std::size_t i = begin; i < end; ++i) {
-    weight += samples[i].weight;
+    weight += colors[i].weight;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double value = samples[i].color[axis];
-      sum[axis] += samples[i].weight * value;
-      squares[axis] += samples[i].weight * value * value;
+      const double value = colors[i].rgb[axis];
+      sum[axis] += colors[i].weight * value;
+      squares[axis] += colors[i].weight * value * value;
     }
   }
-  Box box{begin, end};
+  ColorBox box{begin, end};
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = static_cast<std::size_t>(axis);
     const double error = squares[at] - sum[at] * sum[at] / weight;
@@ -45,25 +45,25 @@ Box make_box(const std::vector<Sample>& samples, std::size_t begin, std::size_t 
   return box;
 }
 
-std::vector<Sample> samples_of(const ColorHistogram& histogram) {
-  std::vector<Sample> samples;
+std::vector<WeightedColor> weighted_colors(const ColorHistogram& histogram) {
+  std::vector<WeightedColor> colors;
   for (const ColorHistogram::Bin& bin : histogram.bins()) {
     if (bin.count == 0) continue;
     const auto count = static_cast<double>(bin.count);
-    Sample sample{{}, std::sqrt(count), count};
-    for (std::size_t i = 0; i < 3; ++i) sample.color[i] = static_cast<double>(bin.sum[i]) / count;
-    samples.push_back(sample);
+    WeightedColor color{{}, std::sqrt(count), count};
+    for (std::size_t i = 0; i < 3; ++i) color.rgb[i] = static_cast<double>(bin.sum[i]) / count;
+    colors.push_back(color);
   }
-  return samples;
+  return colors;
 }
 
-PaletteColor mean_color(const std::vector<Sample>& samples, const Box& box) {
+PaletteColor mean_color(const std::vector<WeightedColor>& colors, const ColorBox& box) {
   Vec sum = {};
   double count = 0;
   for (std::size_t i = box.begin; i < box.end; ++i) {
-    count += samples[i].count;
+    count += colors[i].count;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      sum[axis] += samples[i].count * samples[i].color[axis];
+      sum[axis] += colors[i].count * colors[i].rgb[axis];
     }
   }
   PaletteColor color = {};
@@ -97,27 +97,28 @@ void ColorHistogram::add(std::span<const std::uint8_t> rgb) {
 }
 
 std::vector<PaletteColor> choose_palette(const ColorHistogram& histogram, int size) {
-  std::vector<Sample> samples = samples_of(histogram);
-  std::vector<Box> boxes;
-  if (!samples.empty()) boxes.push_back(make_box(samples, 0, samples.size()));
+  std::vector<WeightedColor> colors = weighted_colors(histogram);
+  std::vector<ColorBox> boxes;
+  if (!colors.empty()) boxes.push_back(make_box(colors, 0, colors.size()));
   while (!boxes.empty() && boxes.size() < static_cast<std::size_t>(size)) {
-    const auto worst = std::max_element(
-        boxes.begin(), boxes.end(), [](const Box& a, const Box& b) { return a.error < b.error; });
-    const Box box = *worst;
+    const auto worst =
+        std::max_element(boxes.begin(), boxes.end(),
+                         [](const ColorBox& a, const ColorBox& b) { return a.error < b.error; });
+    const ColorBox box = *worst;
     const auto axis = static_cast<std::size_t>(box.axis);
-    const auto begin = samples.begin();
-    const auto middle =
-        std::stable_partition(begin + static_cast<std::ptrdiff_t>(box.begin),
-                              begin + static_cast<std::ptrdiff_t>(box.end),
-                              [&](const Sample& sample) { return sample.color[axis] < box.mean; });
+    const auto begin = colors.begin();
+    const auto middle = std::stable_partition(
+        begin + static_cast<std::ptrdiff_t>(box.begin),
+        begin + static_cast<std::ptrdiff_t>(box.end),
+        [&](const WeightedColor& color) { return color.rgb[axis] < box.mean; });
     const auto split = static_cast<std::size_t>(middle - begin);
     if (box.error <= 0 || split == box.begin || split == box.end) break;
-    *worst = make_box(samples, box.begin, split);
-    boxes.push_back(make_box(samples, split, box.end));
+    *worst = make_box(colors, box.begin, split);
+    boxes.push_back(make_box(colors, split, box.end));
   }
   std::vector<PaletteColor> palette;
   palette.reserve(boxes.size());
-  for (const Box& box : boxes) palette.push_back(mean_color(samples, box));
+  for (const ColorBox& box : boxes) palette.push_back(mean_color(colors, box));
   return palette;
 }
 

@@ -1,4 +1,4 @@
-// The few colours of a GIF, chosen for all of its frames.
+// The palette of a GIF, chosen for all of its frames (median cut by variance, Bayer dither).
 #pragma once
 
 #include <array>

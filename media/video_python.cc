@@ -1,5 +1,5 @@
-// Streams by PyAV, in a process beside this one: python/engram/command/video.py, in which the same
-// messages stand. So wheels need no codecs of their own.
+// Streams of PyAV, in a child process: python/engram/command/video.py, which has the same messages.
+// So wheels need no codecs of their own.
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "media/video_encoder.h"
+#include "media/video_stream.h"
 
 namespace engram {
 namespace {
@@ -24,10 +24,10 @@ constexpr const char* kPython = "ENGRAM_PYTHON";  // the environment variable
 constexpr char kPicture = 'p';                    // its bytes follow
 constexpr char kPalette = 'c';                    // 256 entries follow
 constexpr char kEnd = 'e';
-// The other side gets the film's file open, as descriptor 3: names of open files are for the
-// process alone that has them.
+// The child process inherits the video's file as descriptor 3: names of open files are valid only
+// in the process that has them.
 constexpr std::string_view kOpenFiles = "/proc/self/fd/";
-constexpr int kFilm = 3;
+constexpr int kVideo = 3;
 
 class PythonStream final : public VideoStream {
  public:
@@ -40,16 +40,16 @@ class PythonStream final : public VideoStream {
                                            "' cannot be written: this command makes films " +
                                            "when it is started by Python, as `engram`");
     }
-    const int film = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
-    if (film < 0) fail(std::strerror(errno));
+    const int video = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+    if (video < 0) fail(std::strerror(errno));
     const bool open = file.starts_with(kOpenFiles);
-    const std::string name = open ? std::string(kOpenFiles) + std::to_string(kFilm) : file;
+    const std::string name = open ? std::string(kOpenFiles) + std::to_string(kVideo) : file;
     start({python, "-m", "engram.command.video", name, format == VideoFormat::kMp4 ? "mp4" : "gif",
            std::to_string(shape.width), std::to_string(shape.height),
            std::to_string(shape.frames_per_second)},
-          film);
+          video);
   }
-  // Without an end, the other side leaves off.
+  // Without an end message, the child process stops.
   ~PythonStream() override {
     if (to_ != nullptr) std::fclose(to_);
     if (from_ >= 0) ::close(from_);
@@ -67,18 +67,18 @@ class PythonStream final : public VideoStream {
   void finish() override {
     write(kEnd, {});
     if (std::fclose(std::exchange(to_, nullptr)) != 0) fail();
-    const std::string said = hear();
-    if (!said.empty()) fail(said);
+    const std::string text = read_error();
+    if (!text.empty()) fail(text);
   }
 
  private:
-  // Closes `film` here.
-  void start(std::array<std::string, 8> words, int film) {
+  // Closes `video` here.
+  void start(std::array<std::string, 8> words, int video) {
     std::array<int, 2> input{-1, -1};
     std::array<int, 2> output{-1, -1};
     const auto no_pipe = [&] {
       const int error = errno;
-      ::close(film);
+      ::close(video);
       if (input[0] >= 0) ::close(input[0]);
       fail(std::strerror(error));
     };
@@ -92,13 +92,13 @@ class PythonStream final : public VideoStream {
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, input[0], STDIN_FILENO);
     posix_spawn_file_actions_adddup2(&files, output[1], STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&files, film, kFilm);
+    posix_spawn_file_actions_adddup2(&files, video, kVideo);
     const int error =
         ::posix_spawnp(&process_, arguments[0], &files, nullptr, arguments.data(), ::environ);
     posix_spawn_file_actions_destroy(&files);
     ::close(input[0]);
     ::close(output[1]);
-    ::close(film);
+    ::close(video);
     if (error != 0) {
       process_ = -1;
       fail(words[0] + " cannot be started: " + std::strerror(error));
@@ -112,8 +112,8 @@ class PythonStream final : public VideoStream {
     if (!good) fail();
   }
 
-  // All that the other side has to say: nothing, if the file is good.
-  std::string hear() {
+  // The error text of the child process; empty if the file is complete.
+  std::string read_error() {
     std::string text;
     std::array<char, 512> part{};
     for (ssize_t got = 0; (got = ::read(from_, part.data(), part.size())) != 0;) {
@@ -128,10 +128,10 @@ class PythonStream final : public VideoStream {
   [[noreturn]] void fail(const std::string& reason) const {
     throw Error(Error::kIo, "'" + path_ + "' cannot be written: " + reason);
   }
-  // Why the other side listens no longer.
+  // Fails with the reason why the child process has stopped reading.
   [[noreturn]] void fail() {
-    const std::string said = hear();
-    fail(said.empty() ? "the process that encodes it has ended" : said);
+    const std::string text = read_error();
+    fail(text.empty() ? "the process that encodes it has ended" : text);
   }
 
   std::string path_;

@@ -9,7 +9,7 @@ Prop ball(const std::string& name, double radius, const Rgba& rgba) {
   constexpr double kAngularDamping = 0.05;  // 1/s
   Prop prop;
   prop.name = name;
-  prop.primitives.push_back({.shape = Shape::kSphere, .size = {radius, 0, 0}, .rgba = rgba});
+  prop.geoms.push_back({.type = GeomType::kSphere, .size = {radius, 0, 0}, .rgba = rgba});
   prop.kind = ObjectKind::kBall;
   prop.object_shape = static_cast<int>(ObjectShape::kSphere);
   prop.mass = 4.0 / 3.0 * std::numbers::pi * radius * radius * radius * kDensity;

@@ -10,16 +10,16 @@ namespace {
 
 constexpr double kDensity = 1000;  // kg/m^3
 
-Primitive disc_on_top(const Vec3& half_size, double radius, double half_height, const Rgba& rgba) {
-  return {.shape = Shape::kCylinder,
+Geom disc_on_top(const Vec3& half_size, double radius, double half_height, const Rgba& rgba) {
+  return {.type = GeomType::kCylinder,
           .size = {radius, half_height, 0},
           .pos = {0, 0, half_size[2] + half_height},
           .rgba = rgba,
           .collides = false};
 }
 
-Primitive box(const Vec3& half_size, const Vec3& pos) {
-  return {.shape = Shape::kBox, .size = half_size, .pos = pos, .visible = false};
+Geom box(const Vec3& half_size, const Vec3& pos) {
+  return {.type = GeomType::kBox, .size = half_size, .pos = pos, .visible = false};
 }
 
 }  // namespace
@@ -46,14 +46,14 @@ Prop battery(const std::string& name, const BatteryShape& shape) {
 
   Prop prop;
   prop.name = name;
-  prop.primitives.push_back({.shape = Shape::kCylinder,
-                             .size = {radius, half, 0},
-                             .quat = upright,
-                             .rgba = shape.BATTERY_COLOR,
-                             .collides = false});
+  prop.geoms.push_back({.type = GeomType::kCylinder,
+                        .size = {radius, half, 0},
+                        .quat = upright,
+                        .rgba = shape.BATTERY_COLOR,
+                        .collides = false});
   for (const Quat& quat : {upright, turned}) {
-    prop.primitives.push_back(
-        {.shape = Shape::kBox, .size = {side, side, half}, .quat = quat, .visible = false});
+    prop.geoms.push_back(
+        {.type = GeomType::kBox, .size = {side, side, half}, .quat = quat, .visible = false});
   }
 
   const double height = 2 * half;
@@ -71,15 +71,17 @@ Prop battery_tray(const std::string& name, const std::vector<std::array<double, 
                   const TrayShape& shape) {
   Prop tray;
   tray.name = name;
-  tray.motion = Motion::kKinematic;
-  tray.primitives.push_back(
-      {.shape = Shape::kBox, .size = shape.half_size, .rgba = shape.TRAY_COLOR, .collides = false});
+  tray.body_type = BodyType::kKinematic;
+  tray.geoms.push_back({.type = GeomType::kBox,
+                        .size = shape.half_size,
+                        .rgba = shape.TRAY_COLOR,
+                        .collides = false});
   for (const auto& [x, y] : slots) {
-    Primitive disc = disc_on_top(shape.half_size, shape.slot_radius, shape.slot_half_height,
-                                 shape.SLOT_VISUAL_COLOR);
+    Geom disc = disc_on_top(shape.half_size, shape.slot_radius, shape.slot_half_height,
+                            shape.SLOT_VISUAL_COLOR);
     disc.pos[0] = x;
     disc.pos[1] = y;
-    tray.primitives.push_back(disc);
+    tray.geoms.push_back(disc);
   }
   tray.kind = ObjectKind::kRack;
   tray.pos = {0, 0, shape.half_size[2]};
@@ -96,9 +98,9 @@ Prop battery_socket(const std::string& name, const SocketShape& shape) {
 
   Prop socket;
   socket.name = name;
-  socket.motion = Motion::kKinematic;
-  socket.primitives = {
-      {.shape = Shape::kBox, .size = outer, .rgba = shape.SOCKET_COLOR, .collides = false},
+  socket.body_type = BodyType::kKinematic;
+  socket.geoms = {
+      {.type = GeomType::kBox, .size = outer, .rgba = shape.SOCKET_COLOR, .collides = false},
       disc_on_top(outer, shape.SOCKET_SLOT_RADIUS, shape.slot_half_height, shape.SOCKET_SLOT_COLOR),
       box({outer[0], outer[1], floor}, {0, 0, floor - outer[2]}),
       box({wall_x, outer[1], outer[2]}, {hole + wall_x, 0, 0}),

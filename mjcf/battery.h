@@ -47,12 +47,12 @@ struct SocketShape {
 // A battery; the body's x axis is its axis.
 Prop battery(const std::string& name, const BatteryShape& shape = {});
 
-// For pictures only: the batteries stand on the table. `slots`: centres of the slots, in the tray's
+// Visual only: the batteries stand on the table. `slots`: centres of the slots, in the tray's
 // frame.
 Prop battery_tray(const std::string& name, const std::vector<std::array<double, 2>>& slots,
                   const TrayShape& shape = {});
 
-// A block with a hole that takes a battery, but no fingers. Drawn solid.
+// A block with a hole that takes a battery, but no fingers. Rendered solid.
 Prop battery_socket(const std::string& name, const SocketShape& shape = {});
 
 }  // namespace engram::mjcf

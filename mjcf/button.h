@@ -1,4 +1,4 @@
-// A press button on the table: a square base and a round cap that sinks while a tool comes down on
+// A press button on the table: a square base and a round cap that sinks while a tool presses on
 // it. Base and cap are two props. Both collide; the task moves them, physics never does.
 #pragma once
 
@@ -26,7 +26,7 @@ struct ButtonShape {
 inline constexpr Quat kCapQuat{0.7071067811865476, 0, 0.7071067811865476, 0};
 
 Prop button_base(const std::string& name, const ButtonShape& shape);
-// travel: how far the cap sinks at most, m.
+// travel: the most by which the cap sinks, m.
 Prop button_cap(const std::string& name, const ButtonShape& shape, double travel);
 
 }  // namespace engram::mjcf

@@ -38,22 +38,22 @@ void add_look_at(Element& world, const char* name, const Vec3& eye, const Vec3& 
   add_camera(world, name, eye, right, cross(right, forward), fovy);
 }
 
-void add_render_camera(Element& world, RenderCamera which) {
-  switch (which) {
-    case RenderCamera::kA:
+void add_render_camera(Element& world, RenderView view) {
+  switch (view) {
+    case RenderView::kRobotAndTable:
       return add_look_at(world, "render_camera", {0.5, 1, 1}, {-0.3, 0, 0}, kRenderFovy);
-    case RenderCamera::kB:
+    case RenderView::kTable:
       return add_look_at(world, "render_camera", {0.6, 0.7, 0.6}, {0, 0, 0.15}, kRenderFovy);
-    case RenderCamera::kC:
+    case RenderView::kAboveTable:
       return add_look_at(world, "render_camera", {0.6, 0.7, 0.6}, {0, 0, 0.35}, kRenderFovy);
   }
 }
 
 }  // namespace
 
-void add_world_cameras(Element& worldbody, RenderCamera render_camera) {
+void add_world_cameras(Element& worldbody, RenderView render_view) {
   add_look_at(worldbody, "base_camera", {0.3, 0, 0.6}, {-0.1, 0, 0.1}, kSensorFovy);
-  add_render_camera(worldbody, render_camera);
+  add_render_camera(worldbody, render_view);
 }
 
 void add_hand_camera(Element& hand) {

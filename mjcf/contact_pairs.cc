@@ -5,15 +5,15 @@
 #include <string>
 #include <utility>
 
-#include "mjcf/footing.h"
 #include "mjcf/panda_collision.h"
 #include "mjcf/prop_body.h"
+#include "mjcf/table_contact.h"
 
 namespace engram::mjcf {
 namespace {
 
-// A material: sliding friction, and the radius of the patch by which it resists twisting. The
-// rubber tips have the original benchmark's; hard surfaces get a small one.
+// A material: sliding friction, and the radius of the contact patch, which gives torsional
+// friction. The rubber tips have the original benchmark's; hard surfaces get a small one.
 struct Material {
   double friction = 0.3;
   double patch = 0.005;  // m
@@ -25,51 +25,52 @@ std::array<double, 5> pair_friction(double sliding, double patch) {
   return {sliding, sliding, sliding * patch, 1e-4, 1e-4};
 }
 
-// How deep soft contacts let a resting prop sink, whatever it weighs, if it stands on four of them;
-// more contacts share its weight. The table's contacts begin that much earlier. So props rest at
-// the height of their shapes, where tasks place them, and wake without a jolt.
-constexpr double kSinkageOnFour = 1e-5;  // m
+// Penetration of a resting prop into soft contacts, whatever it weighs, if it stands on four of
+// them; more contacts share its weight. The table's contacts begin that much earlier. So props rest
+// at the height of their shapes, where tasks place them, and wake without a jolt.
+constexpr double kPenetrationOnFour = 1e-5;  // m
 
-// The fingers' contacts are harder than the default. With that, 30 N of grip would sink 1.5 mm into
-// a cube of 64 g; with this, 0.2 mm. Even harder ones cost solver iterations.
+// The fingers' contacts are harder than the default. With that, fingers would sink 1.5 mm under 30
+// N into a cube of 64 g; with this, 0.2 mm. Even harder ones cost solver iterations.
 constexpr std::array<double, 3> kGripImpedance = {0.99, 0.999, 0.0002};
-// So are those of what stands: a hand that presses with all its force pushes a cube 0.5 mm into the
-// table; with the default, 6 mm.
+// The same holds for resting props: a hand that presses with all its force pushes a cube 0.5 mm into
+// the table; with the default, 6 mm.
 constexpr std::array<double, 3> kStandingImpedance = {0.99, 0.999, 0.0007};
 
-// Where a contact begins, m above the surface: where it pushes, and how far above that it is
-// foreseen (core/contact/contact_filter.h). MuJoCo's own step knows nothing of the latter.
+// Onset of a contact, m above the surface: the height at which it pushes, and the distance above
+// that at which it is speculative (core/contact/contact_filter.h). MuJoCo's own step has no
+// speculative contacts.
 struct Onset {
   double push = 0;
-  double foresight = 0;
+  double speculative = 0;
 };
-constexpr double kTableForesight = 0.02;  // as in the original: the way of a substep at 2 m/s
+constexpr double kTableSpeculativeDistance = 0.02;  // as in the original: a substep at 2 m/s
 
-// What glides pushes from a millimetre on, so that contacts last: what is pushed would rattle.
-constexpr Onset kGliding{.push = 0.001, .foresight = 0.005};
+// Kinematic props push from a millimetre on, so that contacts last and pushed props do not rattle.
+constexpr Onset kPushing{.push = 0.001, .speculative = 0.005};
 
 // Geoms of one material that collide alike.
-struct Side {
+struct GeomGroup {
   std::vector<std::string> geoms;
   Material material;
 };
 
-Side side(Link link) {
-  const bool finger = link == Link::kLeftFinger || link == Link::kRightFinger;
-  Side result{{}, finger ? kRubber : kHard};
+GeomGroup group_of(Link link) {
+  GeomGroup result{{}, is_finger(link) ? kRubber : kHard};
   for (int i = 0; i < collision_geom_count(link); ++i) {
     result.geoms.push_back(collision_geom_name(link, i));
   }
   return result;
 }
 
-Side side(const Prop& prop) {
+GeomGroup group_of(const Prop& prop) {
   return {collision_geom_names(prop), {.friction = prop.friction, .patch = kHard.patch}};
 }
 
-// Pairs every geom of one side with every geom of the other. The friction is the average of both,
+// Pairs every geom of one group with every geom of the other. The friction is the average of both,
 // as in PhysX; MuJoCo by itself would take the larger one.
-void add_pairs(Element& contact, const Side& first, const Side& second, const Onset& onset = {}) {
+void add_pairs(Element& contact, const GeomGroup& first, const GeomGroup& second,
+               const Onset& onset = {}) {
   const double friction = (first.material.friction + second.material.friction) / 2;
   const double patch = std::max(first.material.patch, second.material.patch);
   const bool gripping = patch == kRubber.patch;
@@ -82,8 +83,8 @@ void add_pairs(Element& contact, const Side& first, const Side& second, const On
       if (!usual) set(pair, "friction", pair_friction(friction, patch));
       if (gripping) set(pair, "solimp", kGripImpedance);
       if (!gripping && onset.push > 0) set(pair, "solimp", kStandingImpedance);
-      if (onset.push + onset.foresight > 0) set(pair, "margin", onset.push + onset.foresight);
-      if (onset.foresight > 0) set(pair, "gap", onset.foresight);
+      if (onset.push + onset.speculative > 0) set(pair, "margin", onset.push + onset.speculative);
+      if (onset.speculative > 0) set(pair, "gap", onset.speculative);
     }
   }
 }
@@ -100,27 +101,28 @@ void add_self_pairs(Element& contact) {
       {kLink5, {kCamera, kLeftFinger, kRightFinger}},
   };
   for (const auto& [link, others] : table) {
-    for (const Link other : others) add_pairs(contact, side(link), side(other));
+    for (const Link other : others) add_pairs(contact, group_of(link), group_of(other));
   }
 }
 
 // The base stands on the table and link1 cannot reach it.
 void add_table_pairs(Element& contact) {
-  const Side table{{kTableTop}, kHard};
+  const GeomGroup table{{kTableTop}, kHard};
   for (int i = static_cast<int>(Link::kLink2); i < kLinkCount; ++i) {
-    add_pairs(contact, table, side(static_cast<Link>(i)));
+    add_pairs(contact, table, group_of(static_cast<Link>(i)));
   }
 }
 
 // The links that can reach a prop: all after the elbow.
-void add_prop_pairs(Element& contact, const Prop& prop, const Side& support) {
-  const Side own = side(prop);
+void add_prop_pairs(Element& contact, const Prop& prop, const GeomGroup& support) {
+  const GeomGroup own = group_of(prop);
   for (int i = static_cast<int>(Link::kLink5); i < kLinkCount; ++i) {
-    add_pairs(contact, side(static_cast<Link>(i)), own);
+    add_pairs(contact, group_of(static_cast<Link>(i)), own);
   }
-  if (prop.motion == Motion::kFree) {
-    const double sinkage = kSinkageOnFour * 4 / standing_contacts(prop);
-    add_pairs(contact, support, own, {.push = sinkage, .foresight = kTableForesight});
+  if (prop.body_type == BodyType::kDynamic) {
+    const double penetration = kPenetrationOnFour * 4 / table_contact_count(prop);
+    add_pairs(contact, support, own,
+              {.push = penetration, .speculative = kTableSpeculativeDistance});
   }
 }
 
@@ -135,18 +137,18 @@ void set_pair_defaults(Element& pair) {
 
 void add_contact_pairs(Element& root, const std::vector<Prop>& props, bool table_ends) {
   Element& contact = add(root, "contact");
-  Side support{{kTableTop}, kHard};
+  GeomGroup support{{kTableTop}, kHard};
   if (table_ends) support.geoms = {kTableBlock, kGround};
   add_self_pairs(contact);
   add_table_pairs(contact);
   for (std::size_t i = 0; i < props.size(); ++i) {
     add_prop_pairs(contact, props[i], support);
     for (std::size_t j = 0; j < i; ++j) {
-      const bool either_moves =
-          props[i].motion == Motion::kFree || props[j].motion == Motion::kFree;
-      const bool either_glides = props[i].glides || props[j].glides;
-      const Onset onset = either_glides ? kGliding : Onset{};
-      if (either_moves) add_pairs(contact, side(props[j]), side(props[i]), onset);
+      const bool either_dynamic =
+          props[i].body_type == BodyType::kDynamic || props[j].body_type == BodyType::kDynamic;
+      const bool either_pushes = props[i].pushes_props || props[j].pushes_props;
+      const Onset onset = either_pushes ? kPushing : Onset{};
+      if (either_dynamic) add_pairs(contact, group_of(props[j]), group_of(props[i]), onset);
     }
   }
 }

@@ -1,4 +1,4 @@
-// What can touch what: every contact is an explicit pair, nothing else is tested.
+// Collision pairs: every contact is between the geoms of an explicit pair, nothing else is tested.
 #pragma once
 
 #include <vector>
@@ -10,12 +10,12 @@ namespace engram::mjcf {
 
 // Name of the plane on which everything stands.
 inline constexpr const char* kTableTop = "table_top";
-// If the table ends, props stand on these instead: the table's block and the ground around it.
+// If the table has edges, props stand on these instead: the table's block and the ground around it.
 inline constexpr const char* kTableBlock = "table_block";
 inline constexpr const char* kGround = "ground_plane";
 
-// What the contacts of hard surfaces are like: stiff within two steps, no bounce. Pairs say what
-// differs, so that the text is short: MuJoCo spends most of its time reading it.
+// Defaults are the contacts of hard surfaces: stiff within two steps, no restitution. Pairs list
+// only what differs, because MuJoCo spends most of its compile time parsing them.
 void set_pair_defaults(Element& pair);
 
 // Writes the pairs: robot with itself, robot with table, and then those of the props.

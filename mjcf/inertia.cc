@@ -16,35 +16,35 @@ Matrix rotation(const Quat& q) {
            {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
 }
 
-double volume(const Primitive& primitive) {
+double volume(const Geom& geom) {
   constexpr double kPi = std::numbers::pi;
-  const auto [a, b, c] = primitive.size;
-  switch (primitive.shape) {
-    case Shape::kBox:
+  const auto [a, b, c] = geom.size;
+  switch (geom.type) {
+    case GeomType::kBox:
       return 8 * a * b * c;
-    case Shape::kSphere:
+    case GeomType::kSphere:
       return 4.0 / 3.0 * kPi * a * a * a;
-    case Shape::kCylinder:
+    case GeomType::kCylinder:
       return 2 * kPi * a * a * b;
-    case Shape::kCapsule:
-    case Shape::kEllipsoid:
+    case GeomType::kCapsule:
+    case GeomType::kEllipsoid:
       break;
   }
   return 0;
 }
 
-// Mean squares of the coordinates over the primitive's volume, in its own frame.
-Vec3 mean_squares(const Primitive& primitive) {
-  const auto [a, b, c] = primitive.size;
-  switch (primitive.shape) {
-    case Shape::kBox:
+// Mean squares of the coordinates over the geom's volume, in its own frame.
+Vec3 mean_squares(const Geom& geom) {
+  const auto [a, b, c] = geom.size;
+  switch (geom.type) {
+    case GeomType::kBox:
       return {a * a / 3, b * b / 3, c * c / 3};
-    case Shape::kSphere:
+    case GeomType::kSphere:
       return {a * a / 5, a * a / 5, a * a / 5};
-    case Shape::kCylinder:
+    case GeomType::kCylinder:
       return {a * a / 4, a * a / 4, b * b / 3};
-    case Shape::kCapsule:
-    case Shape::kEllipsoid:
+    case GeomType::kCapsule:
+    case GeomType::kEllipsoid:
       break;
   }
   return {};
@@ -52,9 +52,9 @@ Vec3 mean_squares(const Primitive& primitive) {
 
 Vec3 center_of_mass(const Prop& prop, double total_volume) {
   Vec3 center{};
-  for (const Primitive& primitive : prop.primitives) {
-    const double share = volume(primitive) / total_volume;
-    for (std::size_t k = 0; k < 3; ++k) center[k] += share * primitive.pos[k];
+  for (const Geom& geom : prop.geoms) {
+    const double share = volume(geom) / total_volume;
+    for (std::size_t k = 0; k < 3; ++k) center[k] += share * geom.pos[k];
   }
   return center;
 }
@@ -62,13 +62,13 @@ Vec3 center_of_mass(const Prop& prop, double total_volume) {
 // Integral of x_i x_j over the prop's volume, about a point.
 Matrix second_moments(const Prop& prop, const Vec3& about) {
   Matrix moments{};
-  for (const Primitive& primitive : prop.primitives) {
-    const Matrix axes = rotation(primitive.quat);
-    const Vec3 squares = mean_squares(primitive);
-    const double size = volume(primitive);
+  for (const Geom& geom : prop.geoms) {
+    const Matrix axes = rotation(geom.quat);
+    const Vec3 squares = mean_squares(geom);
+    const double size = volume(geom);
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) {
-        double mean = (primitive.pos[i] - about[i]) * (primitive.pos[j] - about[j]);
+        double mean = (geom.pos[i] - about[i]) * (geom.pos[j] - about[j]);
         for (std::size_t k = 0; k < 3; ++k) mean += axes[i][k] * squares[k] * axes[j][k];
         moments[i][j] += size * mean;
       }
@@ -81,7 +81,7 @@ Matrix second_moments(const Prop& prop, const Vec3& about) {
 
 void set_solid_inertia(Prop& prop, double density) {
   double total = 0;
-  for (const Primitive& primitive : prop.primitives) total += volume(primitive);
+  for (const Geom& geom : prop.geoms) total += volume(geom);
   prop.mass = density * total;
   prop.center_of_mass = center_of_mass(prop, total);
 

@@ -1,4 +1,4 @@
-// Mass properties of props that are made of solid primitives.
+// Mass properties of props that are made of solid geoms.
 #pragma once
 
 #include "mjcf/prop.h"
@@ -7,7 +7,7 @@ namespace engram::mjcf {
 
 inline constexpr double kDensity = 1000;  // kg/m^3
 
-// Gives a prop the mass, centre of mass and inertia of its primitives (boxes, spheres and
+// Gives a prop the mass, centre of mass and inertia of its geoms (boxes, spheres and
 // cylinders), all of them solid. Where two overlap, both count, as in PhysX.
 void set_solid_inertia(Prop& prop, double density = kDensity);
 

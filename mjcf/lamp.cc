@@ -7,14 +7,14 @@ constexpr Rgba kStand = {65 / 255.0, 70 / 255.0, 80 / 255.0, 1};
 constexpr Rgba kMetal = {205 / 255.0, 205 / 255.0, 205 / 255.0, 1};
 constexpr Rgba kWhite = {1, 1, 1, 1};
 
-Primitive part(Shape shape, const Vec3& size, double height, const Rgba& rgba) {
-  return {.shape = shape, .size = size, .pos = {0, 0, height}, .rgba = rgba, .collides = false};
+Geom part(GeomType type, const Vec3& size, double height, const Rgba& rgba) {
+  return {.type = type, .size = size, .pos = {0, 0, height}, .rgba = rgba, .collides = false};
 }
 
 Prop lamp_part(const std::string& name) {
   Prop prop;
   prop.name = name;
-  prop.motion = Motion::kKinematic;
+  prop.body_type = BodyType::kKinematic;
   prop.pos = {0, 0, 0};
   return prop;
 }
@@ -23,10 +23,10 @@ Prop lamp_part(const std::string& name) {
 
 Prop lamp_body(const std::string& name) {
   Prop prop = lamp_part(name);
-  prop.primitives = {
-      part(Shape::kBox, {0.0216, 0.0216, 0.008}, 0.008, kStand),
-      part(Shape::kBox, {0.004, 0.004, 0.020}, 0.036, kMetal),
-      part(Shape::kBox, {0.0099, 0.0099, 0.0032}, 0.0592, kMetal),
+  prop.geoms = {
+      part(GeomType::kBox, {0.0216, 0.0216, 0.008}, 0.008, kStand),
+      part(GeomType::kBox, {0.004, 0.004, 0.020}, 0.036, kMetal),
+      part(GeomType::kBox, {0.0099, 0.0099, 0.0032}, 0.0592, kMetal),
   };
   return prop;
 }
@@ -35,10 +35,10 @@ Prop lamp_body(const std::string& name) {
 Prop lamp_bulb(const std::string& name) {
   Prop prop = lamp_part(name);
   prop.kind = ObjectKind::kLamp;
-  prop.primitives = {
-      part(Shape::kCylinder, {0.017, 0.021, 0}, 0.037, kWhite),
-      part(Shape::kEllipsoid, {0.027, 0.027, 0.032}, 0.070, kWhite),
-      part(Shape::kSphere, {0.031, 0, 0}, 0.082, kWhite),
+  prop.geoms = {
+      part(GeomType::kCylinder, {0.017, 0.021, 0}, 0.037, kWhite),
+      part(GeomType::kEllipsoid, {0.027, 0.027, 0.032}, 0.070, kWhite),
+      part(GeomType::kSphere, {0.031, 0, 0}, 0.082, kWhite),
   };
   return prop;
 }

@@ -25,7 +25,7 @@ constexpr double kLipHalfHeight = 0.0033;
 constexpr double kAcross = kAxisY - 0.0043;  // the handle's middle
 constexpr double kHandleHalfWidth = 0.0087;
 
-// The walls that are seen are rings of flat staves. They overlap a little, so that no gaps show.
+// The visual walls are rings of flat staves. They overlap a little, so that no gaps show.
 constexpr int kStaves = 16;
 constexpr double kOverlap = 0.0002;
 
@@ -33,34 +33,34 @@ constexpr double kOverlap = 0.0002;
 constexpr Rgba kGlaze = {0.199, 0.0075, 0.0098, 1};
 constexpr Rgba kPale = {0.70, 0.58, 0.52, 1};
 
-enum class Use { kTouch, kLook };
+enum class Use { kCollision, kVisual };
 
-void add(Prop& prop, Use use, Shape shape, const Vec3& size, const Vec3& pos, const Quat& quat) {
-  prop.primitives.push_back({.shape = shape,
-                             .size = size,
-                             .pos = pos,
-                             .quat = quat,
-                             .rgba = kGlaze,
-                             .collides = use == Use::kTouch,
-                             .visible = use == Use::kLook});
+void add(Prop& prop, Use use, GeomType type, const Vec3& size, const Vec3& pos, const Quat& quat) {
+  prop.geoms.push_back({.type = type,
+                        .size = size,
+                        .pos = pos,
+                        .quat = quat,
+                        .rgba = kGlaze,
+                        .collides = use == Use::kCollision,
+                        .visible = use == Use::kVisual});
 }
 
 constexpr Quat kStraight = {1, 0, 0, 0};
 
-Quat turn_z(double angle) { return {real::cos(angle / 2), 0, 0, real::sin(angle / 2)}; }
-Quat turn_y(double angle) { return {real::cos(angle / 2), 0, real::sin(angle / 2), 0}; }
+Quat rotation_z(double angle) { return {real::cos(angle / 2), 0, 0, real::sin(angle / 2)}; }
+Quat rotation_y(double angle) { return {real::cos(angle / 2), 0, real::sin(angle / 2), 0}; }
 
 void add_collision(Prop& prop) {
   constexpr double kGap = 0.0003;  // m above the table: only the rim touches it
   const double half = kRim - kGap / 2;
-  add(prop, Use::kTouch, Shape::kCylinder, {kRadius, half, 0}, {kAxisX, kAxisY, -kGap / 2},
+  add(prop, Use::kCollision, GeomType::kCylinder, {kRadius, half, 0}, {kAxisX, kAxisY, -kGap / 2},
       kStraight);
-  add(prop, Use::kTouch, Shape::kCylinder, {kLipRadius, kLipHalfHeight, 0},
+  add(prop, Use::kCollision, GeomType::kCylinder, {kLipRadius, kLipHalfHeight, 0},
       {kAxisX, kAxisY, kRim - kLipHalfHeight}, kStraight);
-  add(prop, Use::kTouch, Shape::kBox, {0.0058, kHandleHalfWidth, 0.0280},
+  add(prop, Use::kCollision, GeomType::kBox, {0.0058, kHandleHalfWidth, 0.0280},
       {kAxisX + 0.0857, kAcross, 0}, kStraight);
   for (const double side : {-1.0, 1.0}) {
-    add(prop, Use::kTouch, Shape::kBox, {0.0145, kHandleHalfWidth, 0.0050},
+    add(prop, Use::kCollision, GeomType::kBox, {0.0145, kHandleHalfWidth, 0.0050},
         {kAxisX + 0.0665, kAcross, side * 0.031}, kStraight);
   }
 }
@@ -71,9 +71,9 @@ void add_ring(Prop& prop, double inner, double outer, double low, double high) {
   const double middle = (inner + outer) / 2;
   for (int i = 0; i < kStaves; ++i) {
     const double angle = 2 * std::numbers::pi * i / kStaves;
-    add(prop, Use::kLook, Shape::kBox, {(outer - inner) / 2, half_width, (high - low) / 2},
+    add(prop, Use::kVisual, GeomType::kBox, {(outer - inner) / 2, half_width, (high - low) / 2},
         {kAxisX + middle * real::cos(angle), kAxisY + middle * real::sin(angle), (low + high) / 2},
-        turn_z(angle));
+        rotation_z(angle));
   }
 }
 
@@ -83,9 +83,9 @@ void add_handle(Prop& prop) {
   constexpr double kThickness = 0.0048;  // half
   const auto strap = [&prop](double from_x, double from_z, double to_x, double to_z) {
     const double length = real::hypot(to_x - from_x, to_z - from_z);
-    add(prop, Use::kLook, Shape::kBox, {length / 2 + 0.0015, kHandleHalfWidth, kThickness},
+    add(prop, Use::kVisual, GeomType::kBox, {length / 2 + 0.0015, kHandleHalfWidth, kThickness},
         {kAxisX + (from_x + to_x) / 2, kAcross, (from_z + to_z) / 2},
-        turn_y(-real::atan2(to_z - from_z, to_x - from_x)));
+        rotation_y(-real::atan2(to_z - from_z, to_x - from_x)));
   };
   for (const double side : {-1.0, 1.0}) {
     strap(0.0535, side * 0.0312, 0.0725, side * 0.0312);
@@ -94,31 +94,32 @@ void add_handle(Prop& prop) {
   strap(0.0866, -0.0175, 0.0866, 0.0175);
 }
 
-void add_looks(Prop& prop) {
-  add(prop, Use::kLook, Shape::kCylinder, {kRadius, kFootThickness / 2, 0},
+void add_visuals(Prop& prop) {
+  add(prop, Use::kVisual, GeomType::kCylinder, {kRadius, kFootThickness / 2, 0},
       {kAxisX, kAxisY, kFootThickness / 2 - kRim}, kStraight);
   add_ring(prop, kInnerRadius, kRadius, -kRim, kRim - kLipHalfHeight);
   add_ring(prop, kInnerRadius, kLipRadius, kRim - 2 * kLipHalfHeight, kRim);
   add_handle(prop);
   // The pale spot in the middle of the foot.
-  add(prop, Use::kLook, Shape::kCylinder, {0.005, 0.0002, 0}, {kAxisX, kAxisY, -kRim}, kStraight);
-  prop.primitives.back().rgba = kPale;
+  add(prop, Use::kVisual, GeomType::kCylinder, {0.005, 0.0002, 0}, {kAxisX, kAxisY, -kRim},
+      kStraight);
+  prop.geoms.back().rgba = kPale;
 }
 
-// --- turning the whole mug about +z ---
+// --- rotation of the whole mug about +z ---
 
-Vec3 turned(const Vec3& v, double c, double s) {
+Vec3 rotated(const Vec3& v, double c, double s) {
   return {c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]};
 }
 
 // A rotation about +z, then q.
-Quat turned(const Quat& q, double angle) {
-  const Quat z = turn_z(angle);
+Quat rotated(const Quat& q, double angle) {
+  const Quat z = rotation_z(angle);
   return {z[0] * q[0] - z[3] * q[3], z[0] * q[1] - z[3] * q[2], z[0] * q[2] + z[3] * q[1],
           z[0] * q[3] + z[3] * q[0]};
 }
 
-std::array<double, 6> turned_inertia(double c, double s) {
+std::array<double, 6> rotated_inertia(double c, double s) {
   const auto [xx, yy, zz, xy, xz, yz] = kInertia;
   return {c * c * xx - 2 * c * s * xy + s * s * yy,
           s * s * xx + 2 * c * s * xy + c * c * yy,
@@ -128,14 +129,14 @@ std::array<double, 6> turned_inertia(double c, double s) {
           s * xz + c * yz};
 }
 
-// Makes everything `ratio` times as large.
-void enlarge(Prop& prop, double ratio) {
+// Scales everything by `ratio`.
+void scale_by(Prop& prop, double ratio) {
   const auto lengths = [ratio](Vec3& v) {
     for (double& length : v) length *= ratio;
   };
-  for (Primitive& primitive : prop.primitives) {
-    lengths(primitive.size);
-    lengths(primitive.pos);
+  for (Geom& geom : prop.geoms) {
+    lengths(geom.size);
+    lengths(geom.pos);
   }
   lengths(prop.pos);
   lengths(prop.center_of_mass);
@@ -152,18 +153,18 @@ Prop mug(const std::string& name, double handle_yaw, double scale) {
   prop.kind = ObjectKind::kCup;
   prop.pos = {0, 0, kMugRestingHeight};
   add_collision(prop);
-  add_looks(prop);
+  add_visuals(prop);
 
   const double c = real::cos(handle_yaw);
   const double s = real::sin(handle_yaw);
-  for (Primitive& primitive : prop.primitives) {
-    primitive.pos = turned(primitive.pos, c, s);
-    primitive.quat = turned(primitive.quat, handle_yaw);
+  for (Geom& geom : prop.geoms) {
+    geom.pos = rotated(geom.pos, c, s);
+    geom.quat = rotated(geom.quat, handle_yaw);
   }
   prop.mass = kMass;
-  prop.center_of_mass = turned(kCenterOfMass, c, s);
-  prop.inertia = turned_inertia(c, s);
-  enlarge(prop, scale / kMugScale);
+  prop.center_of_mass = rotated(kCenterOfMass, c, s);
+  prop.inertia = rotated_inertia(c, s);
+  scale_by(prop, scale / kMugScale);
   return prop;
 }
 

@@ -1,4 +1,4 @@
-// The mug of the shell games: hollow in pictures, solid in collisions. See
+// The mug of the shell games: hollow in renderings, solid in collisions. See
 // docs/tasks/shell_game.md.
 #pragma once
 
@@ -9,14 +9,14 @@
 
 namespace engram::mjcf {
 
-// The benchmark's mug is the scanned one, so many times as large. Lengths here and in mug.cc are of
-// a mug of that scale.
+// Scale of the benchmark's mug, relative to the scan. Lengths here and in mug.cc are of a mug of
+// that scale.
 inline constexpr double kMugScale = 1.3;
 
 // Height of the origin of a mug that stands on its rim or on its foot.
 inline constexpr double kMugRestingHeight = 0.0529462;  // m
 
-// Where the handle points, about +z from +x, in the frame of the scanned mug.
+// Direction of the handle, about +z from +x, in the frame of the scanned mug.
 inline constexpr double kMugHandleYaw = -34.1 * std::numbers::pi / 180;  // rad
 
 // Radius of the largest ball about the origin that the wall hides, seen from above.

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "mjcf/shape.h"
+#include "mjcf/geom_element.h"
 
 namespace engram::mjcf {
 namespace {
@@ -63,12 +63,12 @@ void add_collision_geoms(Element& body, Link link) {
   };
   for (const Capsule& capsule : kCapsules) {
     if (capsule.link != link) continue;
-    finish(add_bar(body, Shape::kCapsule, capsule.from, capsule.to, capsule.radius));
+    finish(add_fromto_geom(body, GeomType::kCapsule, capsule.from, capsule.to, capsule.radius));
   }
   for (const Box& entry : kBoxes) {
     if (entry.link != table_link(link)) continue;
     const Box box = link == Link::kRightFinger ? mirrored(entry) : entry;
-    finish(add_geom(body, Shape::kBox, box.half_size, box.center, {box.roll, 0, 0}));
+    finish(add_geom(body, GeomType::kBox, box.half_size, box.center, {box.roll, 0, 0}));
   }
 }
 

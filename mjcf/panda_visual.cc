@@ -2,14 +2,14 @@
 
 #include <numbers>
 
-#include "mjcf/shape.h"
+#include "mjcf/geom_element.h"
 
 namespace engram::mjcf {
 namespace {
 
 using enum Link;
 
-// Colours as pictures show them: the arm's, and two greys for hand and camera.
+// Colours as displayed: the arm's, and two greys for hand and camera.
 enum class Finish { kShell, kTrim, kBlack, kGrey, kSilver };
 
 struct FinishEntry {
@@ -26,83 +26,83 @@ constexpr std::array<FinishEntry, 5> kFinishes = {{
 }};
 
 // A capsule or cylinder from one point to another, in the link's frame.
-struct Bar {
+struct FromToGeom {
   Link link;
   Finish finish;
-  Shape shape;
+  GeomType type;
   Vec3 from, to;
   double radius;
 };
 
-constexpr Shape kCapsule = Shape::kCapsule;
-constexpr Shape kCylinder = Shape::kCylinder;
+constexpr GeomType kCapsule = GeomType::kCapsule;
+constexpr GeomType kCylinder = GeomType::kCylinder;
 constexpr Finish kShell = Finish::kShell;
 constexpr Finish kTrim = Finish::kTrim;
 constexpr Finish kBlack = Finish::kBlack;
 constexpr Finish kGrey = Finish::kGrey;
 constexpr Finish kSilver = Finish::kSilver;
 
-constexpr std::array kBars = {
+constexpr std::array kFromToGeoms = {
     // Foot and base column.
-    Bar{kLink0, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.012}, 0.077},
-    Bar{kLink0, kShell, kCylinder, {0, 0, 0.012}, {0, 0, 0.1405}, 0.056},
+    FromToGeom{kLink0, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.012}, 0.077},
+    FromToGeom{kLink0, kShell, kCylinder, {0, 0, 0.012}, {0, 0, 0.1405}, 0.056},
     // Column of the first joint, then half of the shoulder barrel.
-    Bar{kLink1, kTrim, kCylinder, {0, 0, -0.192}, {0, 0, -0.189}, 0.0555},
-    Bar{kLink1, kShell, kCylinder, {0, 0, -0.189}, {0, 0, -0.13}, 0.055},
-    Bar{kLink1, kShell, kCapsule, {0, 0.004, -0.125}, {0, -0.03, -0.03}, 0.055},
-    Bar{kLink1, kShell, kCapsule, {0, 0, 0}, {0, -0.066, 0}, 0.057},
+    FromToGeom{kLink1, kTrim, kCylinder, {0, 0, -0.192}, {0, 0, -0.189}, 0.0555},
+    FromToGeom{kLink1, kShell, kCylinder, {0, 0, -0.189}, {0, 0, -0.13}, 0.055},
+    FromToGeom{kLink1, kShell, kCapsule, {0, 0.004, -0.125}, {0, -0.03, -0.03}, 0.055},
+    FromToGeom{kLink1, kShell, kCapsule, {0, 0, 0}, {0, -0.066, 0}, 0.057},
     // The other half, and the upper arm's lower part.
-    Bar{kLink2, kShell, kCapsule, {0, 0, 0}, {0, 0, 0.066}, 0.057},
-    Bar{kLink2, kShell, kCapsule, {0, -0.02, 0.05}, {0, -0.13, 0.004}, 0.053},
-    Bar{kLink2, kShell, kCylinder, {0, -0.12, 0}, {0, -0.194, 0}, 0.052},
+    FromToGeom{kLink2, kShell, kCapsule, {0, 0, 0}, {0, 0, 0.066}, 0.057},
+    FromToGeom{kLink2, kShell, kCapsule, {0, -0.02, 0.05}, {0, -0.13, 0.004}, 0.053},
+    FromToGeom{kLink2, kShell, kCylinder, {0, -0.12, 0}, {0, -0.194, 0}, 0.052},
     // Upper arm, elbow.
-    Bar{kLink3, kTrim, kCylinder, {0, 0, -0.122}, {0, 0, -0.119}, 0.0525},
-    Bar{kLink3, kShell, kCylinder, {0, 0, -0.119}, {0, 0, -0.06}, 0.052},
-    Bar{kLink3, kShell, kCapsule, {0.004, 0, -0.06}, {0.06, 0.02, -0.005}, 0.052},
-    Bar{kLink3, kShell, kCylinder, {0.0825, 0, 0}, {0.0825, 0.045, 0}, 0.053},
-    Bar{kLink3, kBlack, kCylinder, {0.0825, 0.045, 0}, {0.0825, 0.072, 0}, 0.0535},
-    Bar{kLink3, kShell, kCylinder, {0.0825, 0.072, 0}, {0.0825, 0.076, 0}, 0.036},
-    Bar{kLink4, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.045}, 0.053},
-    Bar{kLink4, kBlack, kCylinder, {0, 0, 0.045}, {0, 0, 0.072}, 0.0535},
-    Bar{kLink4, kShell, kCylinder, {0, 0, 0.072}, {0, 0, 0.076}, 0.036},
-    Bar{kLink4, kShell, kCapsule, {-0.015, 0.008, 0.012}, {-0.08, 0.07, 0}, 0.055},
-    Bar{kLink4, kShell, kCylinder, {-0.0825, 0.07, 0}, {-0.0825, 0.122, 0}, 0.0555},
+    FromToGeom{kLink3, kTrim, kCylinder, {0, 0, -0.122}, {0, 0, -0.119}, 0.0525},
+    FromToGeom{kLink3, kShell, kCylinder, {0, 0, -0.119}, {0, 0, -0.06}, 0.052},
+    FromToGeom{kLink3, kShell, kCapsule, {0.004, 0, -0.06}, {0.06, 0.02, -0.005}, 0.052},
+    FromToGeom{kLink3, kShell, kCylinder, {0.0825, 0, 0}, {0.0825, 0.045, 0}, 0.053},
+    FromToGeom{kLink3, kBlack, kCylinder, {0.0825, 0.045, 0}, {0.0825, 0.072, 0}, 0.0535},
+    FromToGeom{kLink3, kShell, kCylinder, {0.0825, 0.072, 0}, {0.0825, 0.076, 0}, 0.036},
+    FromToGeom{kLink4, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.045}, 0.053},
+    FromToGeom{kLink4, kBlack, kCylinder, {0, 0, 0.045}, {0, 0, 0.072}, 0.0535},
+    FromToGeom{kLink4, kShell, kCylinder, {0, 0, 0.072}, {0, 0, 0.076}, 0.036},
+    FromToGeom{kLink4, kShell, kCapsule, {-0.015, 0.008, 0.012}, {-0.08, 0.07, 0}, 0.055},
+    FromToGeom{kLink4, kShell, kCylinder, {-0.0825, 0.07, 0}, {-0.0825, 0.122, 0}, 0.0555},
     // Forearm: its upper end, the slim arm to the wrist with its dark panel, the wrist's barrel.
-    Bar{kLink5, kTrim, kCylinder, {0, 0, -0.262}, {0, 0, -0.259}, 0.056},
-    Bar{kLink5, kShell, kCapsule, {0, 0, -0.255}, {0, 0.012, -0.195}, 0.055},
-    Bar{kLink5, kShell, kCapsule, {0, 0.03, -0.2}, {0, 0.055, -0.04}, 0.033},
-    Bar{kLink5, kBlack, kCapsule, {0, 0.05, -0.225}, {0, 0.07, -0.03}, 0.029},
-    Bar{kLink5, kShell, kCapsule, {0, 0.066, -0.19}, {0, 0.082, -0.02}, 0.018},
-    Bar{kLink5, kShell, kCylinder, {0, 0.030, 0}, {0, 0.068, 0}, 0.052},
-    Bar{kLink5, kBlack, kCylinder, {0, 0.068, 0}, {0, 0.117, 0}, 0.052},
-    Bar{kLink5, kShell, kCylinder, {0, 0.117, 0}, {0, 0.121, 0}, 0.038},
+    FromToGeom{kLink5, kTrim, kCylinder, {0, 0, -0.262}, {0, 0, -0.259}, 0.056},
+    FromToGeom{kLink5, kShell, kCapsule, {0, 0, -0.255}, {0, 0.012, -0.195}, 0.055},
+    FromToGeom{kLink5, kShell, kCapsule, {0, 0.03, -0.2}, {0, 0.055, -0.04}, 0.033},
+    FromToGeom{kLink5, kBlack, kCapsule, {0, 0.05, -0.225}, {0, 0.07, -0.03}, 0.029},
+    FromToGeom{kLink5, kShell, kCapsule, {0, 0.066, -0.19}, {0, 0.082, -0.02}, 0.018},
+    FromToGeom{kLink5, kShell, kCylinder, {0, 0.030, 0}, {0, 0.068, 0}, 0.052},
+    FromToGeom{kLink5, kBlack, kCylinder, {0, 0.068, 0}, {0, 0.117, 0}, 0.052},
+    FromToGeom{kLink5, kShell, kCylinder, {0, 0.117, 0}, {0, 0.121, 0}, 0.038},
     // Wrist: the barrel of joint 6, the upright body, its black lid.
-    Bar{kLink6, kShell, kCylinder, {0, 0, 0.03}, {0, 0, -0.045}, 0.047},
-    Bar{kLink6, kShell, kCapsule, {0, 0, 0.005}, {0.075, 0, 0.002}, 0.043},
-    Bar{kLink6, kShell, kCylinder, {0.088, -0.04, 0}, {0.088, 0.052, 0}, 0.045},
-    Bar{kLink6, kShell, kCylinder, {0.088, 0.052, 0}, {0.088, 0.06, 0}, 0.042},
-    Bar{kLink6, kBlack, kCylinder, {0.088, 0.06, 0}, {0.088, 0.067, 0}, 0.039},
+    FromToGeom{kLink6, kShell, kCylinder, {0, 0, 0.03}, {0, 0, -0.045}, 0.047},
+    FromToGeom{kLink6, kShell, kCapsule, {0, 0, 0.005}, {0.075, 0, 0.002}, 0.043},
+    FromToGeom{kLink6, kShell, kCylinder, {0.088, -0.04, 0}, {0.088, 0.052, 0}, 0.045},
+    FromToGeom{kLink6, kShell, kCylinder, {0.088, 0.052, 0}, {0.088, 0.06, 0}, 0.042},
+    FromToGeom{kLink6, kBlack, kCylinder, {0.088, 0.06, 0}, {0.088, 0.067, 0}, 0.039},
     // Flange.
-    Bar{kLink7, kTrim, kCylinder, {0, 0, 0.04}, {0, 0, 0.043}, 0.0455},
-    Bar{kLink7, kShell, kCylinder, {0, 0, 0.043}, {0, 0, 0.107}, 0.043},
+    FromToGeom{kLink7, kTrim, kCylinder, {0, 0, 0.04}, {0, 0, 0.043}, 0.0455},
+    FromToGeom{kLink7, kShell, kCylinder, {0, 0, 0.043}, {0, 0, 0.107}, 0.043},
     // Hand: rounded ends.
-    Bar{kHand, kShell, kCylinder, {0, 0.075, 0.002}, {0, 0.075, 0.054}, 0.026},
-    Bar{kHand, kShell, kCylinder, {0, -0.075, 0.002}, {0, -0.075, 0.054}, 0.026},
+    FromToGeom{kHand, kShell, kCylinder, {0, 0.075, 0.002}, {0, 0.075, 0.054}, 0.026},
+    FromToGeom{kHand, kShell, kCylinder, {0, -0.075, 0.002}, {0, -0.075, 0.054}, 0.026},
     // Camera: lens.
-    Bar{kCamera, kBlack, kCylinder, {-0.004, 0, 0}, {-0.002, 0, 0}, 0.006},
+    FromToGeom{kCamera, kBlack, kCylinder, {-0.004, 0, 0}, {-0.002, 0, 0}, 0.006},
 };
 
-// A box or ellipsoid, turned about the link's x axis.
+// A box or ellipsoid, rotated about the link's x axis.
 struct Block {
   Link link;
   Finish finish;
-  Shape shape;
+  GeomType type;
   Vec3 center, half_size;
   double roll = 0;
 };
 
-constexpr Shape kBox = Shape::kBox;
-constexpr Shape kEllipsoid = Shape::kEllipsoid;
+constexpr GeomType kBox = GeomType::kBox;
+constexpr GeomType kEllipsoid = GeomType::kEllipsoid;
 constexpr double kTilt = std::numbers::pi / 6;
 
 constexpr std::array kBlocks = {
@@ -112,7 +112,7 @@ constexpr std::array kBlocks = {
     // The hand tapers towards the fingers, out of the wrist camera's sight.
     Block{kHand, kShell, kBox, {0, 0, 0.028}, {0.026, 0.075, 0.026}},
     Block{kHand, kGrey, kBox, {0, 0, 0.06}, {0.015, 0.095, 0.006}},
-    // Above its ends: the socket, with a black front, and a black bar.
+    // Above its ends: the socket, with a black front, and a black geom.
     Block{kHand, kShell, kBox, {-0.007, 0.063, -0.019}, {0.039, 0.028, 0.011}},
     Block{kHand, kBlack, kBox, {0.0325, 0.0645, -0.019}, {0.001, 0.0145, 0.011}},
     Block{kHand, kShell, kBox, {0.017, -0.068, -0.006}, {0.007, 0.027, 0.0097}},
@@ -151,16 +151,16 @@ void add_panda_materials(Element& assets) {
 }
 
 void add_visual_geoms(Element& body, Link link) {
-  for (const Bar& bar : kBars) {
-    if (bar.link == link) {
-      paint(add_bar(body, bar.shape, bar.from, bar.to, bar.radius), bar.finish);
+  for (const FromToGeom& geom : kFromToGeoms) {
+    if (geom.link == link) {
+      paint(add_fromto_geom(body, geom.type, geom.from, geom.to, geom.radius), geom.finish);
     }
   }
   const bool right = link == kRightFinger;
   for (const Block& entry : kBlocks) {
     if (entry.link != (right ? kLeftFinger : link)) continue;
     const Block block = right ? mirrored(entry) : entry;
-    paint(add_geom(body, block.shape, block.half_size, block.center, {block.roll, 0, 0}),
+    paint(add_geom(body, block.type, block.half_size, block.center, {block.roll, 0, 0}),
           block.finish);
   }
 }

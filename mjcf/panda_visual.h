@@ -1,8 +1,8 @@
-// The Panda's looks: shells, joint caps and panels from primitives. They weigh nothing and touch
-// nothing.
+// The Panda's visual geoms: shells, joint caps and panels. They have neither mass nor contacts.
 #pragma once
 
-#include "mjcf/panda.h"
+#include "mjcf/panda_spec.h"
+#include "mjcf/xml.h"
 
 namespace engram::mjcf {
 

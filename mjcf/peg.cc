@@ -7,14 +7,14 @@ Prop peg(const std::string& name, double half_length, double half_width, const R
   constexpr double kDensity = 1000;  // kg/m^3
   Prop prop;
   prop.name = name;
-  prop.primitives.push_back(
-      {.shape = Shape::kBox, .size = {half_length, half_width, half_width}, .visible = false});
+  prop.geoms.push_back(
+      {.type = GeomType::kBox, .size = {half_length, half_width, half_width}, .visible = false});
   const auto add_half = [&](double x, const Rgba& rgba) {
-    prop.primitives.push_back({.shape = Shape::kBox,
-                               .size = {half_length / 2, half_width, half_width},
-                               .pos = {x, 0, 0},
-                               .rgba = rgba,
-                               .collides = false});
+    prop.geoms.push_back({.type = GeomType::kBox,
+                          .size = {half_length / 2, half_width, half_width},
+                          .pos = {x, 0, 0},
+                          .rgba = rgba,
+                          .collides = false});
   };
   add_half(-half_length / 2, negative_half);
   add_half(half_length / 2, positive_half);

@@ -12,8 +12,8 @@ Prop cube(const std::string& name, double half_size, const Rgba& rgba) {
 
   Prop prop;
   prop.name = name;
-  prop.primitives.push_back(
-      {.shape = Shape::kBox, .size = {half_size, half_size, half_size}, .rgba = rgba});
+  prop.geoms.push_back(
+      {.type = GeomType::kBox, .size = {half_size, half_size, half_size}, .rgba = rgba});
   prop.kind = ObjectKind::kObject;
   prop.object_shape = static_cast<int>(ObjectShape::kCube);
   prop.mass = mass;
@@ -25,9 +25,9 @@ Prop cube(const std::string& name, double half_size, const Rgba& rgba) {
 Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba) {
   Prop prop;
   prop.name = name;
-  prop.motion = Motion::kKinematic;
-  prop.primitives.push_back(
-      {.shape = Shape::kSphere, .size = {radius, 0, 0}, .rgba = rgba, .collides = false});
+  prop.body_type = BodyType::kKinematic;
+  prop.geoms.push_back(
+      {.type = GeomType::kSphere, .size = {radius, 0, 0}, .rgba = rgba, .collides = false});
   prop.kind = ObjectKind::kBall;
   prop.object_shape = static_cast<int>(ObjectShape::kSphere);
   prop.pos = {0, 0, radius};
@@ -35,15 +35,14 @@ Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba) {
 }
 
 bool same_physics(const Prop& a, const Prop& b) {
-  const auto same_shape = [](const Primitive& p, const Primitive& q) {
-    return p.shape == q.shape && p.size == q.size && p.pos == q.pos && p.quat == q.quat &&
+  const auto same_geom = [](const Geom& p, const Geom& q) {
+    return p.type == q.type && p.size == q.size && p.pos == q.pos && p.quat == q.quat &&
            p.collides == q.collides;
   };
-  return a.motion == b.motion && a.glides == b.glides && a.mass == b.mass &&
+  return a.body_type == b.body_type && a.pushes_props == b.pushes_props && a.mass == b.mass &&
          a.center_of_mass == b.center_of_mass && a.inertia == b.inertia &&
          a.friction == b.friction && a.damping == b.damping &&
-         std::equal(a.primitives.begin(), a.primitives.end(), b.primitives.begin(),
-                    b.primitives.end(), same_shape);
+         std::equal(a.geoms.begin(), a.geoms.end(), b.geoms.begin(), b.geoms.end(), same_geom);
 }
 
 }  // namespace engram::mjcf

@@ -1,4 +1,4 @@
-// Props: the things on the table, described once for physics and for pictures.
+// Props: objects on the table, described once for physics and for rendering.
 #pragma once
 
 #include <array>
@@ -13,11 +13,11 @@ using Vec3 = std::array<double, 3>;
 using Quat = std::array<double, 4>;  // (w, x, y, z)
 using Rgba = std::array<double, 4>;  // 0..1
 
-enum class Shape { kBox, kSphere, kCapsule, kCylinder, kEllipsoid };
+enum class GeomType { kBox, kSphere, kCapsule, kCylinder, kEllipsoid };
 
-// One primitive of a prop, posed in the frame of the prop's body.
-struct Primitive {
-  Shape shape = Shape::kBox;
+// One geom of a prop, posed in the frame of the prop's body.
+struct Geom {
+  GeomType type = GeomType::kBox;
   Vec3 size{};  // MuJoCo's convention: half sizes; radius; radius and half length along z
   Vec3 pos{};
   Quat quat{1, 0, 0, 0};
@@ -28,26 +28,26 @@ struct Primitive {
   bool hidden_from_sensors = false;  // visible to people only
 };
 
-// How the simulator moves a body.
-enum class Motion {
-  kFree,       // six degrees of freedom, moved by physics
+// Motion of a body.
+enum class BodyType {
+  kDynamic,    // six degrees of freedom, moved by physics
   kKinematic,  // moved by the task only (a mocap body); pushes, is never pushed
 };
 
 struct Prop {
   std::string name;
-  Motion motion = Motion::kFree;
-  bool glides = false;  // kinematic, and meets free props on its way
-  std::vector<Primitive> primitives;
-  // Inertial properties of a free prop; about the centre of mass, in body axes.
+  BodyType body_type = BodyType::kDynamic;
+  bool pushes_props = false;  // kinematic, and moves against dynamic props
+  std::vector<Geom> geoms;
+  // Inertial properties of a dynamic prop; about the centre of mass, in body axes.
   double mass = 0;                      // kg
   Vec3 center_of_mass{};                // m
   std::array<double, 6> inertia{};      // kg m^2: xx, yy, zz, xy, xz, yz
   double friction = 0.3;                // the material's; a pair takes the average
   double damping = 0;                   // of all six velocities: N s/m, N m s/rad
-  ObjectKind kind = ObjectKind::kPart;  // to who sees it
+  ObjectKind kind = ObjectKind::kPart;  // in the objects observation
   int object_shape = -1;                // ObjectShape, -1: none of those
-  double travel = 0;                    // m: how far a button's cap sinks at most
+  double travel = 0;                    // m: a button's cap sinks at most so far
   Vec3 pos{0, 0, 0.02};                 // pose in the document (qpos0); tasks place it at reset
   Quat quat{1, 0, 0, 0};
 };
@@ -55,13 +55,10 @@ struct Prop {
 // A solid cube of density 1000 kg/m^3, resting on the table.
 Prop cube(const std::string& name, double half_size, const Rgba& rgba);
 
-// A sphere for pictures only, moved by the task; it does not collide.
+// A sphere for rendering only, moved by the task; it does not collide.
 Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba);
 
-// What can be seen of a prop: kind and shape, and size and colour of its visible primitives.
-ObjectDescriptor look_of(const Prop& prop);
-
-// True if the two differ in name, look and place only.
+// True if the two differ in name, appearance and pose only.
 bool same_physics(const Prop& a, const Prop& b);
 
 }  // namespace engram::mjcf

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "core/math/display_color.h"
-#include "mjcf/shape.h"
+#include "mjcf/geom_element.h"
 
 namespace engram::mjcf {
 namespace {
@@ -13,31 +13,31 @@ std::string geom_name(const Prop& prop, std::size_t index) {
   return prop.name + "_" + std::to_string(index);
 }
 
-bool glows(const Primitive& primitive) { return primitive.visible && primitive.emission > 0; }
+bool is_emissive(const Geom& geom) { return geom.visible && geom.emission > 0; }
 
-// As pictures show it. Even where a colour has nothing of a channel, faces reflect some light; next
-// to what glows that is nothing.
-Rgba shown_color(const Primitive& primitive) {
-  const double gloss = glows(primitive) ? 0 : 0.0002;
-  Rgba shown = primitive.rgba;
+// Displayed colour. Even without a colour's channel, faces reflect some of its light; next to an
+// emissive geom that is negligible.
+Rgba shown_color(const Geom& geom) {
+  const double gloss = is_emissive(geom) ? 0 : 0.0002;
+  Rgba shown = geom.rgba;
   for (std::size_t k = 0; k < 3; ++k) {
-    shown[k] = std::min(display_level(primitive.rgba[k] + gloss), 1.0);
+    shown[k] = std::min(display_level(geom.rgba[k] + gloss), 1.0);
   }
   return shown;
 }
 
-void add_primitive(Element& body, const Prop& prop, std::size_t index, bool visuals) {
-  const Primitive& primitive = prop.primitives[index];
-  Element& geom = add_geom(body, primitive.shape, primitive.size, primitive.pos, {});
-  set(geom, "name", geom_name(prop, index));
-  if (primitive.quat != Quat{1, 0, 0, 0}) set(geom, "quat", primitive.quat);
+void add_geom_of(const Prop& prop, std::size_t index, bool visuals, Element& body) {
+  const Geom& geom = prop.geoms[index];
+  Element& element = add_geom(body, geom.type, geom.size, geom.pos, {});
+  set(element, "name", geom_name(prop, index));
+  if (geom.quat != Quat{1, 0, 0, 0}) set(element, "quat", geom.quat);
 
-  const bool shown = visuals && primitive.visible;
-  const int visual = primitive.hidden_from_sensors ? kPeopleGroup : kVisualGroup;
-  set(geom, "group", shown ? visual : kCollisionGroup);
+  const bool shown = visuals && geom.visible;
+  const int visual = geom.hidden_from_sensors ? kPeopleGroup : kVisualGroup;
+  set(element, "group", shown ? visual : kCollisionGroup);
   if (!shown) return;
-  set(geom, "rgba", shown_color(primitive));
-  set(geom, "material", glows(primitive) ? geom_name(prop, index) : "prop");
+  set(element, "rgba", shown_color(geom));
+  set(element, "material", is_emissive(geom) ? geom_name(prop, index) : "prop");
 }
 
 void add_free_joint(Element& body, const Prop& prop) {
@@ -58,7 +58,7 @@ void add_prop(Element& worldbody, const Prop& prop, bool visuals) {
   set(body, "name", prop.name);
   set(body, "pos", prop.pos);
   set(body, "quat", prop.quat);
-  if (prop.motion == Motion::kKinematic) {
+  if (prop.body_type == BodyType::kKinematic) {
     set(body, "mocap", "true");
   } else {
     add_free_joint(body, prop);
@@ -67,26 +67,26 @@ void add_prop(Element& worldbody, const Prop& prop, bool visuals) {
     set(inertial, "pos", prop.center_of_mass);
     set(inertial, "fullinertia", prop.inertia);
   }
-  for (std::size_t i = 0; i < prop.primitives.size(); ++i) {
-    const Primitive& primitive = prop.primitives[i];
-    if (primitive.collides || (visuals && primitive.visible)) add_primitive(body, prop, i, visuals);
+  for (std::size_t i = 0; i < prop.geoms.size(); ++i) {
+    const Geom& geom = prop.geoms[i];
+    if (geom.collides || (visuals && geom.visible)) add_geom_of(prop, i, visuals, body);
   }
 }
 
 void add_prop_materials(Element& assets, const Prop& prop) {
-  for (std::size_t i = 0; i < prop.primitives.size(); ++i) {
-    if (!glows(prop.primitives[i])) continue;
+  for (std::size_t i = 0; i < prop.geoms.size(); ++i) {
+    if (!is_emissive(prop.geoms[i])) continue;
     Element& material = add(assets, "material");
     set(material, "name", geom_name(prop, i));
-    set(material, "emission", prop.primitives[i].emission);
+    set(material, "emission", prop.geoms[i].emission);
     set(material, "specular", 0.0);
   }
 }
 
 std::vector<std::string> collision_geom_names(const Prop& prop) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < prop.primitives.size(); ++i) {
-    if (prop.primitives[i].collides) names.push_back(geom_name(prop, i));
+  for (std::size_t i = 0; i < prop.geoms.size(); ++i) {
+    if (prop.geoms[i].collides) names.push_back(geom_name(prop, i));
   }
   return names;
 }

@@ -9,14 +9,14 @@
 
 namespace engram::mjcf {
 
-// Writes the prop's body; geoms are named after the primitive's index. Without visuals only the
-// colliding primitives are written.
+// Writes the prop's body; geoms are named after the geom's index. Without visuals only the
+// colliding geoms are written.
 void add_prop(Element& worldbody, const Prop& prop, bool visuals);
 
-// Materials for the glowing primitives of a prop, children of the assets.
+// Materials for the emissive geoms of a prop, children of the assets.
 void add_prop_materials(Element& assets, const Prop& prop);
 
-// Names of the colliding geoms, in order: "<prop>_<primitive>".
+// Names of the colliding geoms, in order: "<prop>_<geom>".
 std::vector<std::string> collision_geom_names(const Prop& prop);
 
 }  // namespace engram::mjcf

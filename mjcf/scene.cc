@@ -4,11 +4,12 @@
 
 #include "mjcf/cameras.h"
 #include "mjcf/contact_pairs.h"
-#include "mjcf/footing.h"
 #include "mjcf/panda.h"
+#include "mjcf/panda_collision.h"
 #include "mjcf/panda_visual.h"
 #include "mjcf/prop_body.h"
 #include "mjcf/scenery.h"
+#include "mjcf/table_contact.h"
 
 namespace engram::mjcf {
 namespace {
@@ -42,22 +43,22 @@ void add_defaults(Element& root) {
 // Degrees of freedom of a document.
 int dof_count(const std::vector<Prop>& props) {
   int count = static_cast<int>(kStartPose.size());
-  for (const Prop& prop : props) count += prop.motion == Motion::kFree ? 6 : 0;
+  for (const Prop& prop : props) count += prop.body_type == BodyType::kDynamic ? 6 : 0;
   return count;
 }
 
-// Contacts of one prop with the table and with its neighbours: more than there will be. Parts of a
-// prop do not all touch something at once.
-int contact_room(const Prop& prop) {
+// Upper bound of the contacts of one prop with the table and its neighbours. Its geoms are not all
+// in contact at once.
+int max_contacts(const Prop& prop) {
   const int geoms = static_cast<int>(collision_geom_names(prop).size());
-  if (prop.motion == Motion::kKinematic) return 4 * geoms;
-  return std::min(8 * geoms, standing_contacts(prop) + 8);
+  if (prop.body_type == BodyType::kKinematic) return 4 * geoms;
+  return std::min(8 * geoms, table_contact_count(prop) + 8);
 }
 
-// Buffers: room for all contacts that can happen at once, with four rows each.
+// Buffers for all contacts that can exist at once, with four rows each.
 void add_sizes(Element& root, const std::vector<Prop>& props) {
-  int contacts = 64;  // the robot's own, and what it pushes
-  for (const Prop& prop : props) contacts += contact_room(prop);
+  int contacts = 64;  // of the robot
+  for (const Prop& prop : props) contacts += max_contacts(prop);
   const int limits = static_cast<int>(kStartPose.size());
   const int rows = 4 * contacts + limits;
   const int dofs = dof_count(props);
@@ -81,7 +82,7 @@ void add_statistic(Element& root, const std::vector<Prop>& props) {
 void add_start_keyframe(Element& root, const std::vector<Prop>& props) {
   std::vector<double> qpos(kStartPose.begin(), kStartPose.end());
   for (const Prop& prop : props) {
-    if (prop.motion != Motion::kFree) continue;
+    if (prop.body_type != BodyType::kDynamic) continue;
     qpos.insert(qpos.end(), prop.pos.begin(), prop.pos.end());
     qpos.insert(qpos.end(), prop.quat.begin(), prop.quat.end());
   }
@@ -102,7 +103,7 @@ void add_assets(Element& root, const std::vector<Prop>& props) {
 
 std::string compose(const Scene& scene, Detail detail) {
   const bool visuals = detail == Detail::kFull;
-  const bool tangible = detail != Detail::kRobotDynamics;
+  const bool collisions = detail != Detail::kRobotDynamics;
   const bool with_props = detail == Detail::kFull || detail == Detail::kPhysics;
   const std::vector<Prop> props = with_props ? scene.props : std::vector<Prop>{};
 
@@ -122,15 +123,20 @@ std::string compose(const Scene& scene, Detail detail) {
   }
 
   Element& world = add(root, "worldbody");
-  if (tangible) add_table_top(world, scene.table_ends);
+  if (collisions) add_table_top(world, scene.table_ends);
   if (visuals) {
     add_surroundings(world);
-    add_world_cameras(world, scene.render_camera);
+    add_world_cameras(world, scene.render_view);
   }
-  add_panda(world, tangible, visuals);
+  Element& hand = add_panda(world, [&](Element& body, Link link) {
+    if (collisions) add_collision_geoms(body, link);
+    if (visuals) add_visual_geoms(body, link);
+  });
+  if (visuals) add_hand_camera(hand);
+  add_tcp_site(hand);
   for (const Prop& prop : props) add_prop(world, prop, visuals);
 
-  if (tangible) add_contact_pairs(root, props, scene.table_ends);
+  if (collisions) add_contact_pairs(root, props, scene.table_ends);
   add_finger_tendon(root);
   add_drives(root);
   add_start_keyframe(root, props);

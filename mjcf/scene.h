@@ -5,25 +5,23 @@
 #include <vector>
 
 #include "mjcf/prop.h"
+#include "mjcf/render_view.h"
 
 namespace engram::mjcf {
 
-// The three cameras that people and sensors look through. See docs/cameras.md.
-enum class RenderCamera { kA, kB, kC };
-
 struct Scene {
   std::vector<Prop> props;  // in the order in which tasks index them
-  RenderCamera render_camera = RenderCamera::kA;
+  RenderView render_view = RenderView::kRobotAndTable;
   bool table_ends = false;  // props can fall off the table; otherwise its top has no end
 };
 
-// What a document contains. The robot's bodies, joints and actuators come first and are the same
+// Contents of a document. The robot's bodies, joints and actuators come first and are the same
 // in all of them, so that robot indices agree between the compiled models.
 enum class Detail {
   kFull,       // everything, visual geometry, lights and cameras included: for tools and renderers
-  kPhysics,    // what moves or collides: robot, table, props
+  kPhysics,    // moving and colliding bodies: robot, table, props
   kRobotOnly,  // the same without props
-  kRobotDynamics,  // the robot's bodies, joints and drives; nothing that can be touched
+  kRobotDynamics,  // the robot's bodies, joints and drives; no collision geoms
 };
 
 // Returns the MJCF text. Bodies are link0..link7, hand, camera_link, leftfinger, rightfinger and

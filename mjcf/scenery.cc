@@ -2,7 +2,7 @@
 
 #include "core/math/real_functions.h"
 #include "mjcf/contact_pairs.h"
-#include "mjcf/shape.h"
+#include "mjcf/geom_element.h"
 
 namespace engram::mjcf {
 namespace {
@@ -89,7 +89,7 @@ void add_table_top(Element& worldbody, bool table_ends) {
   set(plane, "group", kCollisionGroup);
   if (!table_ends) return;
 
-  Element& block = add_geom(worldbody, Shape::kBox, kTableHalfSize, kTableCenter, {});
+  Element& block = add_geom(worldbody, GeomType::kBox, kTableHalfSize, kTableCenter, {});
   set(block, "name", kTableBlock);
   set(block, "group", kCollisionGroup);
   Element& ground = add(worldbody, "geom");
@@ -129,7 +129,7 @@ void add_surroundings(Element& worldbody) {
 
   // The visible table ends a hair below its top, so that flat things on it do not flicker.
   Element& table =
-      add_geom(worldbody, Shape::kBox, {0.6045, 1.209, 0.45957145}, {-0.12, 0, -0.46007145}, {});
+      add_geom(worldbody, GeomType::kBox, {0.6045, 1.209, 0.45957145}, {-0.12, 0, -0.46007145}, {});
   set(table, "name", "table");
   set(table, "group", kVisualGroup);
   set(table, "material", "wood");

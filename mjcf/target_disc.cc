@@ -10,15 +10,15 @@ Prop target_disc(const std::string& name, double radius, const Rgba& rgba,
       0.0004;  // m: each disc is that much higher, so that pictures do not flicker
   Prop prop;
   prop.name = name;
-  prop.motion = Motion::kKinematic;
+  prop.body_type = BodyType::kKinematic;
   for (int ring = 0; ring < kRings; ++ring) {
     const double top = kHeight + kStep * ring;
-    prop.primitives.push_back({.shape = Shape::kCylinder,
-                               .size = {radius * (kRings - ring) / kRings, top / 2, 0},
-                               .pos = {0, 0, top / 2 - kHeight},
-                               .rgba = ring % 2 == 0 ? rgba : Rgba{1, 1, 1, 1},
-                               .collides = false,
-                               .hidden_from_sensors = hidden_from_sensors});
+    prop.geoms.push_back({.type = GeomType::kCylinder,
+                          .size = {radius * (kRings - ring) / kRings, top / 2, 0},
+                          .pos = {0, 0, top / 2 - kHeight},
+                          .rgba = ring % 2 == 0 ? rgba : Rgba{1, 1, 1, 1},
+                          .collides = false,
+                          .hidden_from_sensors = hidden_from_sensors});
   }
   prop.kind = ObjectKind::kPlace;
   prop.pos = {0, 0, kHeight};

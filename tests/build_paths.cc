@@ -5,6 +5,6 @@ namespace engram::test {
 const char* const kRoot = ENGRAM_ROOT;
 const char* const kData = ENGRAM_ROOT "/tests/data";
 const char* const kCommand = ENGRAM_CLI;
-const char* const kRestlessContacts = ENGRAM_RESTLESS_CONTACTS;
+const char* const kNondeterministicContacts = ENGRAM_NONDETERMINISTIC_CONTACTS;
 
 }  // namespace engram::test

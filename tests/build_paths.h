@@ -7,6 +7,6 @@ namespace engram::test {
 extern const char* const kRoot;              // the sources
 extern const char* const kData;              // tests/data
 extern const char* const kCommand;           // the engram command; "" where it is not built
-extern const char* const kRestlessContacts;  // a library to preload; "" likewise
+extern const char* const kNondeterministicContacts;  // a library to preload; "" likewise
 
 }  // namespace engram::test

@@ -26,7 +26,7 @@ constexpr int kEpisodes = 8;  // of each candidate and generation
 constexpr int kElites = 10;
 constexpr int kTrials = 256;  // episodes of the comparison at the end
 
-// Where a row of the state has what the policy looks at (`engram info` lists them).
+// Columns of the state that the policy reads (`engram info` lists them).
 constexpr int kTcpOffset = 18;
 constexpr int kGoalOffset = 26;  // of three cubes; zeros but for the one to touch
 constexpr int kGoals = 3;
@@ -37,7 +37,7 @@ constexpr float kPerMetre = 10;                // brings positions to the size o
 // A candidate: (kFeatures, kActions).
 using Weights = Eigen::MatrixXf;
 
-// What the policy looks at, one row per environment.
+// Inputs of the policy, one row per environment.
 RowMatrix features(const engram::VectorEnv& env) {
   const Eigen::Map<const RowMatrix> state(env.observation().data(), env.num_envs(),
                                           env.state_dim());

@@ -1,4 +1,4 @@
-// How much is gained if a policy works on one half of the batch while the other half is stepped:
+// Gain of a policy that works on one half of the batch while the other half is stepped:
 //
 //   half_batches [HIDDEN [ROUNDS]]
 //

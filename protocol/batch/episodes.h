@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "protocol/batch/make.h"
-#include "protocol/work/scheduler.h"
+#include "protocol/work/work_item.h"
 
 namespace engram {
 

@@ -14,7 +14,7 @@
 namespace engram {
 namespace {
 
-// --- a worker's part: the episodes of one item ---
+// --- workers: the episodes of one item ---
 
 struct EpisodeResult {
   std::uint8_t success = 0;
@@ -76,10 +76,11 @@ struct ItemResult {
   }
 };
 
-// Notes how the episodes of an item end, and takes pictures of the task's first one.
-class Watcher {
+// Records the results of an item's episodes, and images of the task's first one.
+class EpisodeObserver {
  public:
-  Watcher(Batch& env, ItemResult& result, ChunkedPolicy* policy, int first_episode, bool samples)
+  EpisodeObserver(Batch& env, ItemResult& result, ChunkedPolicy* policy, int first_episode,
+                  bool samples)
       : env_(env),
         result_(result),
         policy_(policy),
@@ -89,11 +90,11 @@ class Watcher {
   void start(int slot, int episode) {
     if (policy_ != nullptr) policy_->start(slot, first_episode_ + episode);
     if (samples_ && episode == 0) sample_slot_ = slot;
-    if (slot == sample_slot_) pictures_.look(env_, slot);
+    if (slot == sample_slot_) pictures_.sample(env_, slot);
   }
   void before_step(int /*slot*/, std::span<float> /*action*/) {}
   void after_step(int slot) {
-    if (slot == sample_slot_) pictures_.look(env_, slot);
+    if (slot == sample_slot_) pictures_.sample(env_, slot);
   }
   void finish(int slot, int episode) {
     EpisodeResult& result = result_.episodes.at(static_cast<std::size_t>(episode));
@@ -123,16 +124,16 @@ class Watcher {
   SamplePictures pictures_;
 };
 
-class Player {
+class ItemEvaluator {
  public:
-  Player(const Protocol& protocol, int workers)
-      : protocol_(protocol), workbenches_(static_cast<std::size_t>(workers)) {}
+  ItemEvaluator(const Protocol& protocol, int workers)
+      : protocol_(protocol), workspaces_(static_cast<std::size_t>(workers)) {}
 
-  // Processes of policies are ended here, where threads do it side by side.
-  Bytes play(const WorkItem& item, const WorkContext& context) {
-    auto& policy = workbenches_[static_cast<std::size_t>(context.worker())].policy;
+  // Ends the processes of policies on the worker threads, in parallel.
+  Bytes evaluate(const WorkItem& item, const WorkContext& context) {
+    auto& policy = workspaces_[static_cast<std::size_t>(context.worker())].policy;
     try {
-      Bytes result = play_item(item, context);
+      Bytes result = evaluate_item(item, context);
       if (context.stopped()) policy.reset();
       return result;
     } catch (...) {
@@ -142,9 +143,9 @@ class Player {
   }
 
  private:
-  Bytes play_item(const WorkItem& item, const WorkContext& context) {
+  Bytes evaluate_item(const WorkItem& item, const WorkContext& context) {
     const auto start = std::chrono::steady_clock::now();
-    Workspace& workspace = workbenches_[static_cast<std::size_t>(context.worker())];
+    Workspace& workspace = workspaces_[static_cast<std::size_t>(context.worker())];
     if (protocol_.external && !workspace.policy) workspace.policy = protocol_.external(context);
     const RegistryEntry& entry = entry_at(item.task);
     Batch& env =
@@ -158,8 +159,9 @@ class Player {
     const std::uint64_t unstable = env.unstable_count();
     std::optional<ChunkedPolicy> chunked;
     if (workspace.policy) chunked.emplace(env, *workspace.policy, context);
-    Watcher watcher(env, result, chunked ? &*chunked : nullptr,
-                    static_cast<int>(item.first_seed - protocol_.start_seed), protocol_.samples);
+    EpisodeObserver observer(env, result, chunked ? &*chunked : nullptr,
+                             static_cast<int>(item.first_seed - protocol_.start_seed),
+                             protocol_.samples);
     const auto act = [&](std::span<float> actions) {
       if (chunked) {
         chunked->act(actions);
@@ -167,12 +169,12 @@ class Player {
         env.act(protocol_.policy, actions);
       }
     };
-    if (!play_episodes(env, item.first_seed, item.count, context, act, watcher)) {
+    if (!play_episodes(env, item.first_seed, item.count, context, act, observer)) {
       workspace.batch.clear();
       return {};
     }
     if (chunked) result.chunk_size = chunked->longest_chunk();
-    if (workspace.policy) workspace.policy->settle();
+    if (workspace.policy) workspace.policy->require_drained();
     result.unstable = env.unstable_count() - unstable;
     result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -186,10 +188,10 @@ class Player {
   };
 
   const Protocol& protocol_;
-  std::vector<Workspace> workbenches_;
+  std::vector<Workspace> workspaces_;
 };
 
-// --- rank 0's part ---
+// --- rank 0 ---
 
 class Evaluation final : public WorkSource {
  public:
@@ -206,7 +208,7 @@ class Evaluation final : public WorkSource {
     if (task_ == order_.size()) return std::nullopt;
     const RegistryEntry* entry = order_[task_];
     const int row = entry->index;
-    if (episode_ == 0) results_[row] = blank(entry);
+    if (episode_ == 0) results_[row] = empty_result(entry);
     const WorkItem item{row, protocol_.start_seed + static_cast<std::uint64_t>(episode_),
                         std::min(block_, protocol_.episodes - episode_)};
     episode_ += item.count;
@@ -261,7 +263,7 @@ class Evaluation final : public WorkSource {
     int episodes = 0;  // finished
   };
 
-  Partial blank(const RegistryEntry* entry) const {
+  Partial empty_result(const RegistryEntry* entry) const {
     Partial partial;
     const auto count = static_cast<std::size_t>(protocol_.episodes);
     partial.result.entry = entry;
@@ -279,7 +281,7 @@ class Evaluation final : public WorkSource {
   std::vector<const RegistryEntry*> order_;
   std::size_t task_ = 0;  // the next item: task in `order_`, first episode
   int episode_ = 0;
-  std::map<int, Partial> results_;  // of tasks under way
+  std::map<int, Partial> results_;  // of tasks in progress
   EvaluationStatus status_;
 };
 
@@ -299,12 +301,12 @@ std::int64_t TaskResult::env_steps() const {
 
 void evaluate(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
               const Protocol& protocol, const EvaluationListener& listener) {
-  Player player(protocol, worker_threads(protocol.threads, ranks));
+  ItemEvaluator evaluator(protocol, worker_threads(protocol.threads, ranks));
   Evaluation evaluation(tasks, protocol, listener, std::min(protocol.num_envs, protocol.episodes));
-  share_work(
+  distribute_work(
       ranks, protocol.threads,
-      [&player](const WorkItem& item, const WorkContext& context) {
-        return player.play(item, context);
+      [&evaluator](const WorkItem& item, const WorkContext& context) {
+        return evaluator.evaluate(item, context);
       },
       evaluation);
 }

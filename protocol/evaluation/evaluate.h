@@ -17,7 +17,7 @@ namespace engram {
 // Makes the external policy of one worker thread; called by that thread, on every rank.
 using PolicyFactory = std::function<std::unique_ptr<ExternalPolicy>(const WorkContext&)>;
 
-// What the benchmark's results are made with.
+// Settings of the benchmark's results.
 inline constexpr int kBenchmarkEpisodes = 50;  // per task
 inline constexpr std::uint64_t kBenchmarkSeed = 4242424242;
 inline constexpr int kEvaluationEnvs = 8;  // by default
@@ -27,21 +27,21 @@ struct Protocol {
   PolicyFactory external;  // takes the place of `policy` if it is set
   int episodes = kBenchmarkEpisodes;
   std::uint64_t start_seed = kBenchmarkSeed;  // episode i has seed start_seed + i
-  int num_envs = kEvaluationEnvs;             // episodes that a thread plays together, at most
+  int num_envs = kEvaluationEnvs;             // at most, of a thread
   int threads = 0;
   bool samples = false;    // pictures of each task's first episode
   EnvOptions environment;  // only obs_mode, image_options, rules and task_options are used
 };
 
-// What the robot answered first in an episode (docs/memory.md).
+// The first answer of the robot in an episode (docs/memory.md).
 struct Answer {
   std::uint8_t given = 0;
   std::int32_t first = 0;
   std::uint8_t correct = 0;
 };
 
-// The result of one task; vectors have one element per episode. What stands above the line does not
-// depend on the numbers of environments, threads and ranks.
+// The result of one task; vectors have one element per episode. Fields above the line do not depend
+// on the numbers of environments, threads and ranks.
 struct TaskResult {
   const RegistryEntry* entry = nullptr;
   double chance = 1;         // success rate of guessing
@@ -54,8 +54,8 @@ struct TaskResult {
   int chunk_size = 1;
   // ---
   std::uint64_t unstable = 0;  // steps in which physics diverged
-  double thread_seconds = 0;   // wall time of all threads that played it
-  // A PNG of what the policy saw in the first episode, from its beginning to its end.
+  double thread_seconds = 0;   // wall time of all threads that worked on it
+  // A PNG of the policy's images in the first episode, from its beginning to its end.
   Bytes sample;
 
   double success_rate() const;

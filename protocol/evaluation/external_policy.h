@@ -1,4 +1,5 @@
-// Policies from outside: they see what the benchmark allows and answer with chunks of actions.
+// External policies: they get the observations that the benchmark allows and answer with chunks of
+// actions.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@
 #include <vector>
 
 #include "protocol/batch/make.h"
-#include "protocol/work/scheduler.h"
+#include "protocol/work/work_item.h"
 
 namespace engram {
 
@@ -18,8 +19,7 @@ namespace engram {
 struct PolicyRequest {
   std::string_view env_id;
   int count = 0;
-  // The place of an episode in its batch: the same from its beginning to its end, then given to
-  // another one. Below max_slots.
+  // Slots of the episodes in the batch: constant during an episode, then reused. Below max_slots.
   std::span<const std::int32_t> slots;
   std::span<const std::int32_t> episodes;  // 0 to n_episodes - 1
   std::span<const std::int32_t> steps;     // control steps taken so far
@@ -59,12 +59,12 @@ class ExternalPolicy {
  public:
   virtual ~ExternalPolicy() = default;
   virtual void act(const PolicyRequest& request, PolicyReply& reply) = 0;
-  // Called when a part of the work is done. Throws Error if the policy has said more than it was
-  // asked for: then some of its answers may have been to other questions.
-  virtual void settle() {}
+  // Called when an item of work is done. Throws Error if the policy has sent more than it was asked
+  // for: then some of its answers may belong to other requests.
+  virtual void require_drained() {}
 };
 
-// Plays a batch with an external policy: a queue of actions per episode, filled by a chunk when it
+// Runs a batch with an external policy: a queue of actions per episode, filled by a chunk when it
 // is empty and dropped at the end of the episode.
 class ChunkedPolicy {
  public:
@@ -92,7 +92,7 @@ class ChunkedPolicy {
   const WorkContext& context_;
   int longest_chunk_ = 1;
   std::vector<Slot> slots_;
-  // Of the last request.
+  // Arrays of the last request.
   std::vector<std::int32_t> rows_;
   std::vector<std::int32_t> episodes_;
   std::vector<std::int32_t> steps_;

@@ -79,9 +79,9 @@ PolicyProcess::PolicyProcess(const PolicyProcessOptions& options, const WorkCont
     process_ = spawn(options_.command, input[0], output[1]);
     close(input[0]);
     close(output[1]);
-    // So that a full pipe is waited for no longer than the timeout.
+    // Limits the wait for a full pipe to the timeout.
     ::fcntl(to_, F_SETFL, O_NONBLOCK);
-    greet();
+    handshake();
   } catch (...) {
     close(input[0]);
     close(output[1]);
@@ -94,7 +94,7 @@ PolicyProcess::PolicyProcess(int to, int from, const PolicyProcessOptions& optio
                              const WorkContext& context)
     : options_(options), to_(to), from_(from), context_(&context) {
   try {
-    greet();
+    handshake();
   } catch (...) {
     stop();
     throw;
@@ -111,14 +111,14 @@ void PolicyProcess::stop() {
   for (int i = 0; i < kPatience && !ended(); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  // Whatever the command has started, too. Until it is waited for, no other group has its number.
+  // The whole process group. Until the command is waited for, no other group has its number.
   ::kill(-process_, SIGKILL);
   while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
   }
   process_ = -1;
 }
 
-// Whether the command has ended; how is told to whoever waits for it.
+// True if the command has ended. Its status stays for waitpid.
 bool PolicyProcess::ended() const {
   siginfo_t ending{};
   return ::waitid(P_PID, static_cast<id_t>(process_), &ending, WEXITED | WNOHANG | WNOWAIT) != 0 ||
@@ -127,7 +127,7 @@ bool PolicyProcess::ended() const {
 
 // --- messages ---
 
-void PolicyProcess::greet() {
+void PolicyProcess::handshake() {
   deadline_ = Clock::now() + options_.timeout;
   const ImageShape& images = options_.environment.images;
   const bool rgb = options_.environment.obs_mode == ObsMode::kRgb;
@@ -142,9 +142,9 @@ void PolicyProcess::greet() {
   body.put(std::uint32_t{7});  // proprio
   body.put(static_cast<std::uint32_t>(options_.action_dim));
   body.put(static_cast<std::uint32_t>(options_.max_slots));
-  asked_ = "the greeting";
-  say(Message::kHello, body.bytes());
-  const Bytes answer = hear(Message::kHello);
+  request_ = "the greeting";
+  send_message(Message::kHello, body.bytes());
+  const Bytes answer = receive_message(Message::kHello);
   ByteReader in(answer);
   const bool understood = answer.size() == 2 * sizeof(std::uint32_t) &&
                           in.get<std::uint32_t>() == kMagic && in.get<std::uint32_t>() == kVersion;
@@ -154,15 +154,15 @@ void PolicyProcess::greet() {
 void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
   context_ = request.context;
   deadline_ = Clock::now() + options_.timeout;
-  settle();
-  asked_ = "step " + std::to_string(request.steps[0]) + " of episode " +
-           std::to_string(request.episodes[0]) + " of " + std::string(request.env_id);
+  require_drained();
+  request_ = "step " + std::to_string(request.steps[0]) + " of episode " +
+             std::to_string(request.episodes[0]) + " of " + std::string(request.env_id);
   if (task_ != request.env_id) {
     task_ = request.env_id;
     ByteWriter body;
     body.put(request.env_id);
     body.put(static_cast<std::uint32_t>(request.state_dim));
-    say(Message::kTask, body.bytes());
+    send_message(Message::kTask, body.bytes());
   }
   ByteWriter body;
   body.put(static_cast<std::uint32_t>(request.count));
@@ -175,9 +175,9 @@ void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
   body.append(request.proprio);
   body.append(request.rgb);
   body.append(request.state);
-  say(Message::kRequest, body.bytes());
+  send_message(Message::kRequest, body.bytes());
 
-  const Bytes answer = hear(Message::kChunks);
+  const Bytes answer = receive_message(Message::kChunks);
   try {
     ByteReader in(answer);
     const auto count = in.get<std::uint32_t>();
@@ -205,18 +205,18 @@ void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
   }
 }
 
-// Whatever is in the pipe before the next question would be taken for its answer.
-void PolicyProcess::settle() {
+// Bytes in the pipe before the next request would be taken for its answer.
+void PolicyProcess::require_drained() {
   pollfd one{from_, POLLIN, 0};
   if (::poll(&one, 1, 0) <= 0 || (one.revents & POLLIN) == 0) return;
   std::array<std::byte, 4096> more{};
   const ssize_t count = ::read(from_, more.data(), more.size());
-  if (count <= 0) return;  // it has ended, which the next question finds out
-  fail("said " + std::to_string(count) + " bytes too many after its answer to " + asked_ +
+  if (count <= 0) return;  // it has ended, which the next request reports
+  fail("said " + std::to_string(count) + " bytes too many after its answer to " + request_ +
        ": one answer to each question allowed; does it print to standard output?");
 }
 
-void PolicyProcess::say(Message message, std::span<const std::byte> body) {
+void PolicyProcess::send_message(Message message, std::span<const std::byte> body) {
   ByteWriter head;
   head.put(static_cast<std::uint32_t>(message));
   head.put(static_cast<std::uint32_t>(body.size()));
@@ -224,7 +224,7 @@ void PolicyProcess::say(Message message, std::span<const std::byte> body) {
   write(body);
 }
 
-Bytes PolicyProcess::hear(Message expected) {
+Bytes PolicyProcess::receive_message(Message expected) {
   Bytes head(2 * sizeof(std::uint32_t));
   read(head);
   ByteReader in(head);
@@ -237,7 +237,7 @@ Bytes PolicyProcess::hear(Message expected) {
          " bytes, type " + std::to_string(static_cast<std::uint32_t>(expected)) +
          " expected; does it print to standard output?");
   }
-  // Memory is taken as the bytes arrive, not on the word of a few of them.
+  // Memory grows as bytes arrive, not by the announced size.
   constexpr std::size_t kSlice = std::size_t{1} << 20;
   Bytes body;
   while (body.size() < size) {
@@ -261,7 +261,7 @@ void PolicyProcess::write(std::span<const std::byte> bytes) {
     } else if (errno == EAGAIN) {
       wait_for(to_, POLLOUT);
     } else if (errno != EINTR) {
-      lost();
+      fail_closed();
     }
   }
 }
@@ -273,7 +273,7 @@ void PolicyProcess::read(std::span<std::byte> bytes) {
     if (count > 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(count));
     } else if (count == 0 || errno != EINTR) {
-      lost();
+      fail_closed();
     }
   }
 }
@@ -281,11 +281,11 @@ void PolicyProcess::read(std::span<std::byte> bytes) {
 void PolicyProcess::wait_for(int descriptor, short events) const {
   constexpr int kSlice = 100;  // ms
   while (true) {
-    // Looked at first, so that what it said before its end is still heard.
+    // Checked first, so that bytes written before the end are still read.
     const bool gone = process_ >= 0 && ended();
     pollfd one{descriptor, events, 0};
     if (::poll(&one, 1, gone ? 0 : kSlice) > 0) return;
-    if (gone) lost();
+    if (gone) fail_closed();
     if (context_ != nullptr && context_->stopped()) fail("was not waited for");
     if (Clock::now() < deadline_) continue;
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.timeout);
@@ -293,7 +293,7 @@ void PolicyProcess::wait_for(int descriptor, short events) const {
   }
 }
 
-void PolicyProcess::lost() const {
+void PolicyProcess::fail_closed() const {
   // Its pipe may close a moment before the process itself is gone.
   for (int i = 0; process_ >= 0 && i < 100; ++i) {
     siginfo_t ending{};

@@ -24,12 +24,12 @@ struct PolicyProcessOptions {
 
 // Writing to a process that has ended raises SIGPIPE: programs that use this class ignore that
 // signal. Throws Error (kUnavailable) when the process cannot be started, ends, does not answer in
-// time, answers nonsense or says that it failed.
+// time, breaks the protocol or reports a failure.
 class PolicyProcess final : public ExternalPolicy {
  public:
   // context: of the item at hand, which may be stopped before the process has answered.
   PolicyProcess(const PolicyProcessOptions& options, const WorkContext& context);
-  // Talks to a policy that is already running, and closes these descriptors at the end.
+  // Connects to a running policy, and closes these descriptors at the end.
   PolicyProcess(int to, int from, const PolicyProcessOptions& options, const WorkContext& context);
   // Closes its input, waits two seconds at most for its end, and ends whatever is left of it and of
   // the processes that it has started in its process group.
@@ -38,21 +38,21 @@ class PolicyProcess final : public ExternalPolicy {
   PolicyProcess& operator=(const PolicyProcess&) = delete;
 
   void act(const PolicyRequest& request, PolicyReply& reply) override;
-  void settle() override;
+  void require_drained() override;
 
  private:
   enum class Message : std::uint32_t { kHello = 1, kTask, kRequest, kChunks, kFailed };
   using Clock = std::chrono::steady_clock;
 
-  void greet();
-  void say(Message message, std::span<const std::byte> body);
-  Bytes hear(Message expected);
+  void handshake();
+  void send_message(Message message, std::span<const std::byte> body);
+  Bytes receive_message(Message expected);
   void write(std::span<const std::byte> bytes);
   void read(std::span<std::byte> bytes);
   void wait_for(int descriptor, short events) const;
   bool ended() const;
-  // Throws an Error that says how the process ended.
-  [[noreturn]] void lost() const;
+  // Throws an Error with the exit status of the process.
+  [[noreturn]] void fail_closed() const;
   [[noreturn]] void fail(const std::string& what) const;
   void stop();
 
@@ -61,7 +61,7 @@ class PolicyProcess final : public ExternalPolicy {
   int to_ = -1;    // its standard input
   int from_ = -1;  // its standard output
   std::string task_;
-  std::string asked_;           // what the last question was about
+  std::string request_;         // for messages
   const WorkContext* context_;  // while an answer is waited for
   Clock::time_point deadline_;
 };

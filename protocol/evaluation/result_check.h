@@ -1,4 +1,4 @@
-// Whether what a folder holds is what an evaluation has written into it.
+// Checks that files of a folder are results of an evaluation.
 #pragma once
 
 #include <optional>
@@ -7,16 +7,15 @@
 
 namespace engram {
 
-// The result that a task's document tells of; nothing if the document is not one, or lacks
-// something that is read of it later.
+// The result in a task's document; nothing if the document is not one, or lacks a field that is
+// read later.
 std::optional<TaskResult> parse_result(const Document& document, const RegistryEntry& entry);
 
-// Whether that many episodes were played with the seeds of these settings, none of them longer than
-// the task allows.
+// True if the result has the episodes and seeds of these settings, none of them longer than the
+// task allows.
 bool follows_protocol(const TaskResult& result, const EvaluationSettings& settings);
 
-// What documents carry at their end, so that one that was changed by hand can be told: of all that
-// stands before.
+// Checksum at the end of documents, over everything before it. It reveals edits by hand.
 std::string document_checksum(const DocumentTable& document);
 
 }  // namespace engram

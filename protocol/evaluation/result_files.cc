@@ -26,7 +26,7 @@ constexpr const char* kTimingFile = "timing.json";
 constexpr const char* kReportFile = "report.html";
 constexpr const char* kSampleFolder = "samples";
 
-// As result files spell it; tasks outside the benchmark's splits are "Custom".
+// The spelling of result files; tasks outside the benchmark's splits are "Custom".
 std::string title(Split split) {
   switch (split) {
     case Split::kShort:
@@ -50,7 +50,7 @@ std::string local_time() {
   return text;
 }
 
-// Keys of a task document that say what was asked for: the same in all documents of a run.
+// Keys of a task document with the settings: the same in all documents of a run.
 constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
                                          "version",    "rules",      "model"};
 
@@ -82,7 +82,7 @@ void check_variant(const fs::path& file, const Document& task, const Document& n
                                            "; one folder holds results of one protocol");
 }
 
-// What engram adds, behind the protocol's keys. Null where there is nothing to say.
+// Keys of engram's own, behind the protocol's. Null without a value.
 DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
   DocumentTable keys = {{"version", version()},
                         {"rules", name_of(settings.rules)},
@@ -252,7 +252,7 @@ std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings&
     if (!result) continue;
     check_protocol(file, *task, expected);
     check_variant(file, *task, changes_document(*entry, settings.constants));
-    // What was changed since is damaged, too.
+    // Edited files count as damaged, too.
     if (!follows_protocol(*result, settings) || *task != task_document(*result, settings)) continue;
     tasks.emplace(id, std::move(*task));
   }

@@ -14,11 +14,11 @@
 
 namespace engram {
 
-// Who plays: name and configuration.
+// The policy: name and configuration.
 Document model_document(const EvaluationSettings& settings);
-// What the benchmark writes of a task, with its keys in its order, and the chance level.
+// The benchmark's result document of a task, with its keys in its order, and the chance level.
 Document task_document(const TaskResult& result, const EvaluationSettings& settings);
-// Of task documents, in the registry's order.
+// Summary of task documents in the registry's order.
 Document summary_document(const DocumentList& tasks);
 
 // The folder of a run, which keeps other runs from it. Files appear whole or not at all.

@@ -8,19 +8,19 @@ namespace engram {
 
 // Takes a picture every so many steps; whenever there are too many, every second one is dropped and
 // the distance doubled.
-void SamplePictures::look(Batch& env, int index) {
+void SamplePictures::sample(Batch& env, int index) {
   constexpr std::size_t kMost = 16;
   const int step = env.state().elapsed[index];
   const bool ended = (env.terminated()[static_cast<std::size_t>(index)] |
                       env.truncated()[static_cast<std::size_t>(index)]) != 0;
   if (step % stride_ != 0 && !ended) return;
-  take(env, index);
+  capture(env, index);
   if (pictures_.size() < kMost || ended) return;
   stride_ *= 2;
   std::erase_if(pictures_, [this](const Picture& picture) { return picture.step % stride_ != 0; });
 }
 
-void SamplePictures::take(Batch& env, int index) {
+void SamplePictures::capture(Batch& env, int index) {
   Picture picture{env.state().elapsed[index],
                   std::vector<std::uint8_t>(std::size_t{kSide} * kSide * 3)};
   const ImageShape& shape = env.options().images;

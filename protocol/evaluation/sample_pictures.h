@@ -1,4 +1,4 @@
-// A few pictures of an episode whose length is not known beforehand.
+// A few images of an episode whose length is not known in advance: the stride doubles as it grows.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ class SamplePictures {
   static constexpr int kPictures = 5;  // in the strip
 
   // After the reset and after every step.
-  void look(Batch& env, int index);
-  // The strip: base camera from the first to the last look.
+  void sample(Batch& env, int index);
+  // The strip: base camera from the first to the last sample.
   Bytes png() const;
 
  private:
@@ -25,7 +25,7 @@ class SamplePictures {
     std::vector<std::uint8_t> rgb;
   };
 
-  void take(Batch& env, int index);
+  void capture(Batch& env, int index);
 
   std::vector<Picture> pictures_;
   int stride_ = 1;  // steps between two of them

@@ -9,7 +9,7 @@
 namespace engram {
 namespace {
 
-// Of those tasks that are users' variants.
+// Variants among these tasks.
 DocumentList definitions_of(const std::vector<std::string>& ids) {
   DocumentList definitions;
   for (const std::string& id : ids) {

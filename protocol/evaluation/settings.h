@@ -1,4 +1,4 @@
-// What an evaluation is asked for, as far as its results depend on it.
+// Settings on which the results of an evaluation depend.
 #pragma once
 
 #include <filesystem>
@@ -18,10 +18,10 @@ struct EvaluationSettings {
   ObsMode obs_mode = ObsMode::kRgb;
   std::string renderer = "none";  // of rgb observations
   std::string policy;             // "oracle", or the name of an external one
-  Document policy_config;         // what else the results say of it
+  Document policy_config;         // further description in the results
   Rules rules = Rules::kReference;
   std::map<std::string, double> task_options;
-  ConstantTable constants;  // that all tasks have instead of their own
+  ConstantTable constants;  // of all tasks, instead of their own
 
   // Takes over the observations, the renderer, the rules, the task options and the constants.
   void set_environment(const EnvOptions& environment);

@@ -16,11 +16,11 @@ using Document = Constant;
 using DocumentList = ConstantList;
 using DocumentTable = ConstantTable;
 
-// Reads a text. Nothing if it is not JSON, or is nested deeper than anything that engram writes:
-// functions that walk through documents are recursive.
+// Reads a text. Nothing if it is not JSON, or is nested deeper than engram's own documents:
+// functions that traverse them are recursive.
 std::optional<Document> parse_document(std::string_view text);
 
-// As JSON: two-space indentation, newline at the end. What is not UTF-8 becomes U+FFFD; numbers
+// JSON text: two-space indentation, newline at the end. Malformed UTF-8 becomes U+FFFD; numbers
 // that JSON does not have (infinite, undefined) become null.
 std::string to_text(const Document& document);
 // The same without line breaks and spaces.

@@ -55,7 +55,7 @@ bool is_special(const fs::path& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-// At most `limit` bytes: pipes and devices tell no size, and may never end.
+// At most `limit` bytes: pipes and devices have no size, and may never end.
 std::string read_all(const fs::path& path, const OpenFile& file, std::uint64_t limit) {
   const std::string refusal = "'" + path.string() + "' cannot be read";
   std::string text;

@@ -17,11 +17,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Says who has the folder. Named like a temporary file, so that the next run removes it if this one
+// Note of the owner. Named like a temporary file, so that the next run removes it if this one
 // is killed.
 constexpr const char* kNote = "in-use.0.engram-tmp";
 
-// What the note says, as far as it is text; or, without a note, as much as is known.
+// The text of the note; without a note, a description of the unknown owner.
 std::string holder(const fs::path& note) {
   std::string who;
   const int file = ::open(note.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);

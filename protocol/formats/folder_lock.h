@@ -9,8 +9,8 @@ namespace engram {
 // write the same files would remove or overwrite each other's.
 class FolderLock {
  public:
-  // Removes what a run that was killed has left half-written, and notes who has the folder. Throws
-  // Error (kIo), which says who that is, if another one has it.
+  // Removes what a run that was killed has left half-written, and writes a note of the owner.
+  // Throws Error (kIo), which names the owner, if the folder is locked.
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

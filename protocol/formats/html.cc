@@ -96,13 +96,13 @@ void HtmlReport::table(const std::vector<std::string>& header,
   body_ += "</table>\n";
 }
 
-void HtmlReport::bars(const std::vector<Bar>& bars) {
+void HtmlReport::bars(const std::vector<RateBar>& bars) {
   constexpr int kRow = 18;  // pixels
   constexpr int kLabels = 300;
   constexpr int kLength = 400;
   constexpr int kWidth = kLabels + kLength + 60;
   std::vector<std::string> groups;
-  for (const Bar& bar : bars) {
+  for (const RateBar& bar : bars) {
     if (std::find(groups.begin(), groups.end(), bar.group) == groups.end()) {
       groups.push_back(bar.group);
     }
@@ -119,7 +119,7 @@ void HtmlReport::bars(const std::vector<Bar>& bars) {
             "\" text-anchor=\"middle\" fill=\"#555\">", decimal(tick / 4.0, 2), "</text>\n"});
   }
   int y = 0;
-  for (const Bar& bar : bars) {
+  for (const RateBar& bar : bars) {
     const auto group = static_cast<std::size_t>(std::find(groups.begin(), groups.end(), bar.group) -
                                                 groups.begin());
     const double length = kLength * std::clamp(bar.value, 0.0, 1.0);

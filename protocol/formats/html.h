@@ -21,14 +21,14 @@ class HtmlReport {
   void table(const std::vector<std::string>& header,
              const std::vector<std::vector<std::string>>& rows);
 
-  struct Bar {
+  struct RateBar {
     std::string label;
     double value = 0;  // 0 to 1
     double mark = -1;  // a second value, shown as a line across the bar; below 0: none
     std::string group;
   };
   // Horizontal bars of rates, colours by group.
-  void bars(const std::vector<Bar>& bars);
+  void bars(const std::vector<RateBar>& bars);
   void picture(std::string_view caption, std::span<const std::byte> png);
 
   // The whole document.

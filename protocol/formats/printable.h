@@ -1,4 +1,4 @@
-// Text from elsewhere for people to read: names, messages, commands.
+// Escaping of foreign text for display: names, messages, commands.
 #pragma once
 
 #include <string>

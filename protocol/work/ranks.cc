@@ -13,15 +13,15 @@
 namespace engram {
 namespace {
 
-// What launchers tell the processes that they start: Open MPI's own, and those of Slurm and others
-// that speak PMI.
+// Variables that launchers set for their processes: Open MPI's own, and those of Slurm and others
+// with PMI.
 constexpr const char* kSizeVariables[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
 
 int launched_processes() {
   for (const char* name : kSizeVariables) {
     if (const char* text = std::getenv(name)) return std::atoi(text);
   }
-  // Slurm's PMIx plugin tells the rank alone.
+  // Slurm's PMIx plugin sets the rank alone.
   if (std::getenv("PMIX_RANK") != nullptr) {
     if (const char* text = std::getenv("SLURM_NTASKS")) return std::atoi(text);
   }
@@ -44,8 +44,7 @@ void* open_module() {
 
 }  // namespace
 
-// MPI is a library of its own, loaded only where a launcher has started us: a process alone does
-// without it, installed or not.
+// MPI is a library of its own, loaded only under a launcher. A single process does not need it.
 std::unique_ptr<Ranks> join_ranks() {
   const int processes = launched_processes();
   if (processes <= 1) return std::make_unique<Ranks>();
@@ -62,8 +61,8 @@ std::unique_ptr<Ranks> join_ranks() {
   return std::unique_ptr<Ranks>(join());
 }
 
-Bytes share(Ranks& ranks, Bytes bytes) {
-  if (ranks.leads()) {
+Bytes broadcast(Ranks& ranks, Bytes bytes) {
+  if (ranks.is_root()) {
     for (int rank = 1; rank < ranks.size(); ++rank) ranks.send(rank, bytes);
     return bytes;
   }

@@ -8,8 +8,8 @@
 
 namespace engram {
 
-// Rank 0 decides and writes files; the others work for it. This base class is for a process on its
-// own. Not for use from two threads at once.
+// Rank 0, the root, coordinates and writes files; the others are workers. This base class is for a
+// single process. Not for use from two threads at once.
 class Ranks {
  public:
   struct Message {
@@ -34,15 +34,16 @@ class Ranks {
   // Ends all processes: the run has failed. Returns only where this process is alone.
   virtual void abort() {}
 
-  bool alone() const { return size() == 1; }
-  bool leads() const { return rank() == 0; }
+  bool is_single() const { return size() == 1; }
+  bool is_root() const { return rank() == 0; }
 };
 
 // The processes that were started together with this one. Throws Error (kUnavailable) if there are
 // several and this build cannot talk to them.
 std::unique_ptr<Ranks> join_ranks();
 
-// Gives every rank the bytes of rank 0. All ranks call it, before they do anything else together.
-Bytes share(Ranks& ranks, Bytes bytes);
+// Broadcast: gives every rank the bytes of rank 0. All ranks call it, before they do anything else
+// together.
+Bytes broadcast(Ranks& ranks, Bytes bytes);
 
 }  // namespace engram

@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
-#include <deque>
 #include <exception>
 #include <map>
-#include <memory>
-#include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "core/base/thread_pool.h"
+#include "protocol/work/worker_pool.h"
 
 namespace engram {
 namespace {
@@ -20,118 +17,13 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kTick{100};
-// How long a rank sleeps before it looks for messages again. A blocking receive would keep a core
-// busy that the workers need.
+// Sleep of a rank between polls for messages. A blocking receive would keep a core busy that the
+// workers need.
 constexpr std::chrono::milliseconds kPoll{1};
-
-// --- the threads of one process ---
-
-struct Done {
-  std::uint64_t number = 0;
-  Bytes result;
-  std::exception_ptr error;
-};
-
-// Threads that work on items one by one.
-class Crew {
- public:
-  Crew(int threads, const WorkFunction& work) : work_(work) {
-    try {
-      for (int worker = 0; worker < threads; ++worker) {
-        threads_.emplace_back([this, worker] { serve(worker); });
-      }
-    } catch (const std::exception& error) {
-      dismiss();
-      throw Error(Error::kUnavailable,
-                  "threads: " + std::to_string(threads) + " given, the system allows " +
-                      std::to_string(threads_.size()) + " (" + error.what() + ")");
-    }
-  }
-  ~Crew() { dismiss(); }
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
-
-  int threads() const { return static_cast<int>(threads_.size()); }
-  std::uint64_t env_steps() const { return env_steps_.load(std::memory_order_relaxed); }
-
-  void start(std::uint64_t number, const WorkItem& item) {
-    const std::lock_guard lock(mutex_);
-    stops_.try_emplace(number, std::make_unique<std::atomic<bool>>(false));
-    done_.reserve(stops_.size());  // so that no thread ever runs out of memory for its result
-    waiting_.push_back({number, item});
-    arrived_.notify_one();
-  }
-
-  void stop(std::uint64_t number) {
-    const std::lock_guard lock(mutex_);
-    if (const auto found = stops_.find(number); found != stops_.end()) *found->second = true;
-  }
-
-  // Items done since the last call. If there are none, waits for one, but not longer than
-  // `at_most`.
-  std::vector<Done> wait(std::chrono::milliseconds at_most) {
-    std::unique_lock lock(mutex_);
-    finished_.wait_for(lock, at_most, [this] { return !done_.empty(); });
-    std::vector<Done> taken;
-    taken.reserve(stops_.size());
-    taken.swap(done_);
-    for (const Done& done : taken) stops_.erase(done.number);
-    return taken;
-  }
-
- private:
-  struct Order {
-    std::uint64_t number;
-    WorkItem item;
-  };
-
-  void dismiss() {
-    {
-      const std::lock_guard lock(mutex_);
-      dismissed_ = true;
-      for (const auto& [number, stopped] : stops_) *stopped = true;
-      arrived_.notify_all();
-    }
-    for (std::thread& thread : threads_) thread.join();
-  }
-
-  void serve(int worker) {
-    std::unique_lock lock(mutex_);
-    while (true) {
-      arrived_.wait(lock, [this] { return dismissed_ || !waiting_.empty(); });
-      if (dismissed_) return;
-      const Order order = waiting_.front();
-      waiting_.pop_front();
-      const std::atomic<bool>& stopped = *stops_.at(order.number);
-      lock.unlock();
-      Done done{order.number, {}, nullptr};
-      try {
-        if (!stopped) done.result = work_(order.item, WorkContext(worker, stopped, env_steps_));
-      } catch (...) {
-        done.error = std::current_exception();
-      }
-      lock.lock();
-      done_.push_back(std::move(done));
-      finished_.notify_one();
-    }
-  }
-
-  const WorkFunction& work_;
-  std::vector<std::thread> threads_;
-  std::atomic<std::uint64_t> env_steps_ = 0;
-
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::condition_variable finished_;
-  bool dismissed_ = false;
-  std::deque<Order> waiting_;
-  std::vector<Done> done_;
-  std::map<std::uint64_t, std::unique_ptr<std::atomic<bool>>> stops_;
-};
 
 // --- messages ---
 
-enum class Word : std::uint8_t {
+enum class MessageType : std::uint8_t {
   kReady,   // to rank 0: number of threads
   kItem,    // to a worker: number, item
   kStop,    // to a worker: number
@@ -141,44 +33,44 @@ enum class Word : std::uint8_t {
   kLeft,    // to rank 0: the last message
 };
 
-ByteWriter say(Word word) {
+ByteWriter begin_message(MessageType type) {
   ByteWriter out;
-  out.put(static_cast<std::uint8_t>(word));
+  out.put(static_cast<std::uint8_t>(type));
   return out;
 }
 
 // --- rank 0 ---
 
-class Leader {
+class Coordinator {
  public:
-  Leader(Ranks& ranks, int threads, const WorkFunction& work, WorkSource& source)
+  Coordinator(Ranks& ranks, int threads, const WorkFunction& work, WorkSource& source)
       : ranks_(ranks),
         source_(source),
-        crew_(threads, work),
-        members_(static_cast<std::size_t>(ranks.size())) {
-    members_[0].threads = threads;
+        workers_(threads, work),
+        rank_states_(static_cast<std::size_t>(ranks.size())) {
+    rank_states_[0].threads = threads;
   }
 
   void run() {
     while (true) {
-      hand_out();
-      if (under_way_.empty()) break;
-      for (Done& done : crew_.wait(ranks_.alone() ? kTick : kPoll)) {
+      assign_items();
+      if (in_progress_.empty()) break;
+      for (FinishedItem& done : workers_.wait(ranks_.is_single() ? kTick : kPoll)) {
         if (done.error) std::rethrow_exception(done.error);
-        take(done.number, std::move(done.result));
+        accept_result(done.number, std::move(done.result));
       }
-      members_[0].env_steps = crew_.env_steps();
-      listen();
+      rank_states_[0].env_steps = workers_.env_steps();
+      receive_messages();
       stop_obsolete();
       tick();
     }
-    dismiss();
+    end_ranks();
   }
 
  private:
-  struct Member {
-    int threads = 0;  // 0: not heard of yet
-    int under_way = 0;
+  struct RankState {
+    int threads = 0;  // 0: unknown so far
+    int in_progress = 0;
     std::uint64_t env_steps = 0;
     bool left = false;
   };
@@ -189,22 +81,22 @@ class Leader {
   };
 
   // One item to each rank in turn, until all threads have one or there is nothing.
-  void hand_out() {
+  void assign_items() {
     for (bool any = true; any;) {
       any = false;
-      for (std::size_t rank = 0; rank < members_.size(); ++rank) {
-        Member& member = members_[rank];
-        if (member.under_way >= member.threads) continue;
+      for (std::size_t rank = 0; rank < rank_states_.size(); ++rank) {
+        RankState& state = rank_states_[rank];
+        if (state.in_progress >= state.threads) continue;
         const std::optional<WorkItem> item = source_.next();
         if (!item) return;
-        ++member.under_way;
+        ++state.in_progress;
         any = true;
-        under_way_[++last_number_] = {*item, static_cast<int>(rank), false};
+        in_progress_[++last_number_] = {*item, static_cast<int>(rank), false};
         if (rank == 0) {
-          crew_.start(last_number_, *item);
+          workers_.start(last_number_, *item);
           continue;
         }
-        ByteWriter message = say(Word::kItem);
+        ByteWriter message = begin_message(MessageType::kItem);
         message.put(last_number_);
         message.put(item->task);
         message.put(item->first_seed);
@@ -214,35 +106,35 @@ class Leader {
     }
   }
 
-  void take(std::uint64_t number, Bytes result) {
-    const auto found = under_way_.find(number);
-    if (found == under_way_.end()) throw Error(Error::kInternal, "a result that nobody asked for");
+  void accept_result(std::uint64_t number, Bytes result) {
+    const auto found = in_progress_.find(number);
+    if (found == in_progress_.end()) throw Error(Error::kInternal, "a result of an unknown item");
     const Assignment assignment = found->second;
-    under_way_.erase(found);
-    --members_[static_cast<std::size_t>(assignment.rank)].under_way;
+    in_progress_.erase(found);
+    --rank_states_[static_cast<std::size_t>(assignment.rank)].in_progress;
     if (!assignment.stopped) source_.accept(assignment.item, std::move(result));
   }
 
-  void listen() {
+  void receive_messages() {
     while (std::optional<Ranks::Message> message = ranks_.receive()) {
-      Member& member = members_.at(static_cast<std::size_t>(message->from));
+      RankState& state = rank_states_.at(static_cast<std::size_t>(message->from));
       ByteReader in(message->bytes);
-      switch (static_cast<Word>(in.get<std::uint8_t>())) {
-        case Word::kReady:
-          member.threads = in.get<int>();
+      switch (static_cast<MessageType>(in.get<std::uint8_t>())) {
+        case MessageType::kReady:
+          state.threads = in.get<int>();
           break;
-        case Word::kResult: {
+        case MessageType::kResult: {
           const auto number = in.get<std::uint64_t>();
-          member.env_steps = in.get<std::uint64_t>();
-          take(number, {in.rest().begin(), in.rest().end()});
+          state.env_steps = in.get<std::uint64_t>();
+          accept_result(number, {in.rest().begin(), in.rest().end()});
           break;
         }
-        case Word::kFailed: {
+        case MessageType::kFailed: {
           const auto kind = static_cast<Error::Kind>(in.get<int>());
           throw Error(kind, "rank " + std::to_string(message->from) + ": " + in.text());
         }
-        case Word::kLeft:
-          member.left = true;
+        case MessageType::kLeft:
+          state.left = true;
           break;
         default:
           throw Error(Error::kInternal, "a message that rank 0 does not know");
@@ -251,14 +143,14 @@ class Leader {
   }
 
   void stop_obsolete() {
-    for (auto& [number, assignment] : under_way_) {
+    for (auto& [number, assignment] : in_progress_) {
       if (assignment.stopped || !source_.obsolete(assignment.item)) continue;
       assignment.stopped = true;
       if (assignment.rank == 0) {
-        crew_.stop(number);
+        workers_.stop(number);
         continue;
       }
-      ByteWriter message = say(Word::kStop);
+      ByteWriter message = begin_message(MessageType::kStop);
       message.put(number);
       ranks_.send(assignment.rank, message.take());
     }
@@ -269,35 +161,37 @@ class Leader {
     if (now < next_tick_) return;
     next_tick_ = now + kTick;
     WorkStatus status;
-    status.under_way = static_cast<int>(under_way_.size());
-    for (const Member& member : members_) status.env_steps += member.env_steps;
+    status.in_progress = static_cast<int>(in_progress_.size());
+    for (const RankState& state : rank_states_) status.env_steps += state.env_steps;
     source_.tick(status);
   }
 
   // Waits for the last message of every rank, so that none is left unread.
-  void dismiss() {
-    for (int rank = 1; rank < ranks_.size(); ++rank) ranks_.send(rank, say(Word::kEnd).take());
-    members_[0].left = true;
-    while (!std::all_of(members_.begin(), members_.end(), [](const Member& m) { return m.left; })) {
-      listen();
+  void end_ranks() {
+    for (int rank = 1; rank < ranks_.size(); ++rank)
+      ranks_.send(rank, begin_message(MessageType::kEnd).take());
+    rank_states_[0].left = true;
+    while (!std::all_of(rank_states_.begin(), rank_states_.end(),
+                        [](const RankState& state) { return state.left; })) {
+      receive_messages();
       std::this_thread::sleep_for(kPoll);
     }
   }
 
   Ranks& ranks_;
   WorkSource& source_;
-  std::map<std::uint64_t, Assignment> under_way_;
+  std::map<std::uint64_t, Assignment> in_progress_;
   std::uint64_t last_number_ = 0;
   Clock::time_point next_tick_{};
-  Crew crew_;
-  std::vector<Member> members_;
+  WorkerPool workers_;
+  std::vector<RankState> rank_states_;
 };
 
 // --- the other ranks ---
 
-void report(Ranks& ranks, Done& done, std::uint64_t env_steps) {
+void send_result(Ranks& ranks, FinishedItem& done, std::uint64_t env_steps) {
   if (!done.error) {
-    ByteWriter message = say(Word::kResult);
+    ByteWriter message = begin_message(MessageType::kResult);
     message.put(done.number);
     message.put(env_steps);
     message.append(std::span<const std::byte>(done.result));
@@ -317,36 +211,36 @@ void report(Ranks& ranks, Done& done, std::uint64_t env_steps) {
   } catch (const std::exception& error) {
     text = error.what();
   }
-  ByteWriter message = say(Word::kFailed);
+  ByteWriter message = begin_message(MessageType::kFailed);
   message.put(static_cast<int>(kind));
   message.put(std::string_view(text));
   ranks.send(0, message.take());
 }
 
-void follow(Ranks& ranks, int threads, const WorkFunction& work) {
-  Crew crew(threads, work);
-  ByteWriter ready = say(Word::kReady);
+void run_worker_rank(Ranks& ranks, int threads, const WorkFunction& work) {
+  WorkerPool workers(threads, work);
+  ByteWriter ready = begin_message(MessageType::kReady);
   ready.put(threads);
   ranks.send(0, ready.take());
   while (true) {
-    for (Done& done : crew.wait(kPoll)) report(ranks, done, crew.env_steps());
+    for (FinishedItem& done : workers.wait(kPoll)) send_result(ranks, done, workers.env_steps());
     while (std::optional<Ranks::Message> message = ranks.receive()) {
       ByteReader in(message->bytes);
-      switch (static_cast<Word>(in.get<std::uint8_t>())) {
-        case Word::kItem: {
+      switch (static_cast<MessageType>(in.get<std::uint8_t>())) {
+        case MessageType::kItem: {
           const auto number = in.get<std::uint64_t>();
           WorkItem item;
           item.task = in.get<int>();
           item.first_seed = in.get<std::uint64_t>();
           item.count = in.get<int>();
-          crew.start(number, item);
+          workers.start(number, item);
           break;
         }
-        case Word::kStop:
-          crew.stop(in.get<std::uint64_t>());
+        case MessageType::kStop:
+          workers.stop(in.get<std::uint64_t>());
           break;
-        case Word::kEnd:
-          ranks.send(0, say(Word::kLeft).take());
+        case MessageType::kEnd:
+          ranks.send(0, begin_message(MessageType::kLeft).take());
           return;
         default:
           throw Error(Error::kInternal, "a message that this rank does not know");
@@ -363,13 +257,13 @@ int worker_threads(int threads, const Ranks& ranks) {
   return std::clamp(cores / ranks.local_size(), 1, ThreadPool::kMaxThreads);
 }
 
-void share_work(Ranks& ranks, int threads, const WorkFunction& work, WorkSource& source) {
+void distribute_work(Ranks& ranks, int threads, const WorkFunction& work, WorkSource& source) {
   threads = worker_threads(threads, ranks);
-  if (!ranks.leads()) {
-    follow(ranks, threads, work);
+  if (!ranks.is_root()) {
+    run_worker_rank(ranks, threads, work);
     return;
   }
-  Leader(ranks, threads, work, source).run();
+  Coordinator(ranks, threads, work, source).run();
 }
 
 }  // namespace engram

@@ -39,7 +39,7 @@ class BatteryChecker final : public FamilyBase {
         button_(scene_, "battery_button", params.button),
         lamp_(scene_, "battery_checker_lamp"),
         oracle_(rack_, button_) {
-    scene_.render_camera = mjcf::RenderCamera::kB;
+    scene_.render_view = mjcf::RenderView::kTable;
     describe_batteries(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);

@@ -50,7 +50,7 @@ class BlinkCount final : public FamilyBase {
         blink_lamp_(scene_, "blink_lamp"),
         phase_lamp_(scene_, "phase_lamp"),
         blinks_(params) {
-    scene_.render_camera = mjcf::RenderCamera::kB;
+    scene_.render_view = mjcf::RenderView::kTable;
     describe_blink_count(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_blink_terms(row, {}, {}); });
     declare_state(*this);

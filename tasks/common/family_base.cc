@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "mjcf/object_descriptor.h"
 #include "tasks/common/task_info.h"
 
 namespace engram::tasks {
@@ -29,7 +30,7 @@ void FamilyBase::set_changeable(std::vector<TaskConstant> changeable,
 
 std::vector<ObjectDescriptor> FamilyBase::looks() const {
   std::vector<ObjectDescriptor> looks;
-  for (const mjcf::Prop& prop : scene_.props) looks.push_back(mjcf::look_of(prop));
+  for (const mjcf::Prop& prop : scene_.props) looks.push_back(mjcf::describe_object(prop));
   return looks;
 }
 

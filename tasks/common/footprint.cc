@@ -28,7 +28,7 @@ bool is_upright(const Eigen::Matrix3d& rotation, Eigen::Index axis) {
   return std::abs(rotation(2, axis)) > kUprightCosine;
 }
 
-FootprintPart box_part(const mjcf::Prop& prop, const mjcf::Primitive& box,
+FootprintPart box_part(const mjcf::Prop& prop, const mjcf::Geom& box,
                        const Eigen::Matrix3d& rotation) {
   for (const Eigen::Index up : {2, 1, 0}) {
     if (!is_upright(rotation, up)) continue;
@@ -42,26 +42,25 @@ FootprintPart box_part(const mjcf::Prop& prop, const mjcf::Primitive& box,
   refuse(prop);
 }
 
-FootprintPart part_of(const mjcf::Prop& prop, const mjcf::Primitive& primitive) {
+FootprintPart part_of(const mjcf::Prop& prop, const mjcf::Geom& geom) {
   const Eigen::Quaterniond body = quaternion(prop.quat);
-  const Eigen::Matrix3d rotation = (body * quaternion(primitive.quat)).toRotationMatrix();
+  const Eigen::Matrix3d rotation = (body * quaternion(geom.quat)).toRotationMatrix();
   FootprintPart part;
-  switch (primitive.shape) {
-    case mjcf::Shape::kBox:
-      part = box_part(prop, primitive, rotation);
+  switch (geom.type) {
+    case mjcf::GeomType::kBox:
+      part = box_part(prop, geom, rotation);
       break;
-    case mjcf::Shape::kCylinder:
+    case mjcf::GeomType::kCylinder:
       if (!is_upright(rotation, 2)) refuse(prop);
-      part.radius = primitive.size[0];
+      part.radius = geom.size[0];
       break;
-    case mjcf::Shape::kSphere:
-      part.radius = primitive.size[0];
+    case mjcf::GeomType::kSphere:
+      part.radius = geom.size[0];
       break;
     default:
       refuse(prop);
   }
-  part.center =
-      (body * Eigen::Vector3d(primitive.pos[0], primitive.pos[1], primitive.pos[2])).head<2>();
+  part.center = (body * Eigen::Vector3d(geom.pos[0], geom.pos[1], geom.pos[2])).head<2>();
   return part;
 }
 
@@ -118,8 +117,8 @@ double rectangle_clearance(const FootprintPart& first, const FootprintPart& seco
 
 Footprint footprint_of(const mjcf::Prop& prop) {
   Footprint footprint;
-  for (const mjcf::Primitive& primitive : prop.primitives) {
-    footprint.parts.push_back(part_of(prop, primitive));
+  for (const mjcf::Geom& geom : prop.geoms) {
+    footprint.parts.push_back(part_of(prop, geom));
     footprint.center += footprint.parts.back().center;
   }
   footprint.center /= static_cast<double>(footprint.parts.size());

@@ -201,7 +201,7 @@ class GatherAndRecall final : public FamilyBase {
   // Returns the index of the disc's prop.
   static int add_cubes_and_disc(mjcf::Scene& scene, const GatherParams& params) {
     const int cubes = params.N_CUBES;
-    scene.render_camera = mjcf::RenderCamera::kB;
+    scene.render_view = mjcf::RenderView::kTable;
     const Vec2 disc((DISC_X_MIN + DISC_X_MAX) / 2, (DISC_Y_MIN + DISC_Y_MAX) / 2);
     for (int cube = 0; cube < cubes; ++cube) {
       scene.props.push_back(mjcf::cube("gather_cube_" + std::to_string(cube), CUBE_HALF_SIZE,

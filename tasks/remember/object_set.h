@@ -9,7 +9,7 @@
 #include "core/base/constant.h"
 #include "core/image/overlay.h"
 #include "mjcf/prop.h"
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tasks/common/changes.h"
 #include "tasks/common/footprint.h"
 
@@ -70,8 +70,8 @@ class ObjectSet {
   std::span<const int> identity(int key) const { return at(key).identity; }
   // Whether a push makes it roll.
   bool rolls(int key) const {
-    const std::vector<mjcf::Primitive>& parts = prop(key).primitives;
-    return parts.size() == 1 && parts[0].shape == mjcf::Shape::kSphere;
+    const std::vector<mjcf::Geom>& parts = prop(key).geoms;
+    return parts.size() == 1 && parts[0].type == mjcf::GeomType::kSphere;
   }
   double clearance(int first, int second, const Vec2& offset) const {
     return tasks::clearance(at(first).footprint, at(second).footprint, offset);

@@ -135,7 +135,7 @@ class Rotate final : public FamilyBase {
     declare_drawn(*this);
     scene_.props = {
         mjcf::peg("peg", params.PEG_HALF_LENGTH, params.PEG_HALF_WIDTH, kPegBlue, kPegBlue)};
-    scene_.render_camera = mjcf::RenderCamera::kC;
+    scene_.render_view = mjcf::RenderView::kAboveTable;
   }
 
   void bind(const Bindings& bindings) override {

@@ -31,7 +31,7 @@ ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, 
       {"GOAL_THRESH", params.GOAL_THRESH}, {"HEIGHT_OFFSET", HEIGHT_OFFSET},
       {"MIN_DIST", params.MIN_DIST},       {"MUG_SCALE", params.MUG_SCALE},
   };
-  scene_.render_camera = mjcf::RenderCamera::kB;
+  scene_.render_view = mjcf::RenderView::kTable;
 }
 
 void ShellGame::bind(const Bindings& bindings) {
@@ -80,7 +80,7 @@ int ShellGame::add_red_ball() {
 
 int ShellGame::add_goal_site(double radius) {
   scene_.props.push_back(mjcf::visual_sphere("goal_site", radius, {0, 1, 0, 1}));
-  scene_.props.back().primitives[0].hidden_from_sensors = true;
+  scene_.props.back().geoms[0].hidden_from_sensors = true;
   return static_cast<int>(scene_.props.size()) - 1;
 }
 

@@ -24,7 +24,7 @@ mjcf::Prop standing_mug(int slot, const ShellGameParams& params, const MugStance
 
 // Between two mugs side by side, or minus their overlap, m.
 double gap_between(mjcf::Prop mug, double slot_distance) {
-  std::erase_if(mug.primitives, [](const mjcf::Primitive& part) { return !part.collides; });
+  std::erase_if(mug.geoms, [](const mjcf::Geom& part) { return !part.collides; });
   const Footprint footprint = footprint_of(mug);
   double least = slot_distance;
   for (const FootprintPart& one : footprint.parts) {

@@ -175,7 +175,7 @@ std::vector<std::pair<std::string, std::string>> phases(const TimeWindow& window
 }
 
 void add_discs_and_cube(mjcf::Scene& scene, double radius) {
-  scene.render_camera = mjcf::RenderCamera::kB;
+  scene.render_view = mjcf::RenderView::kTable;
   scene.props = {mjcf::disc("green_disc", radius, DISC_HALF_HEIGHT, kGreen),
                  mjcf::disc("red_disc", radius, DISC_HALF_HEIGHT, kRed),
                  mjcf::cube("blue_cube", CUBE_HALF_SIZE, kBlue)};

@@ -36,17 +36,17 @@ constexpr double kSeenHalfSize = CUBE_HALFSIZE + 0.0005;
 // afterwards what has been traced.
 mjcf::Prop red_cube_prop() {
   mjcf::Prop cube = mjcf::cube("red_cube", kSeenHalfSize, kRed);
-  cube.motion = mjcf::Motion::kKinematic;
-  cube.primitives.front().collides = false;
+  cube.body_type = mjcf::BodyType::kKinematic;
+  cube.geoms.front().collides = false;
   cube.pos = {0.1, 0, CUBE_HALFSIZE};
   return cube;
 }
 
 mjcf::Prop red_body_prop() {
   mjcf::Prop cube = mjcf::cube("red_cube_body", CUBE_HALFSIZE, kRed);
-  cube.motion = mjcf::Motion::kKinematic;
-  cube.glides = true;
-  cube.primitives.front().visible = false;
+  cube.body_type = mjcf::BodyType::kKinematic;
+  cube.pushes_props = true;
+  cube.geoms.front().visible = false;
   cube.pos = {0.1, 0, CUBE_HALFSIZE};
   return cube;
 }
@@ -98,7 +98,7 @@ TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceParams& params)
       red_(static_cast<int>(scene.props.size())),
       green_(red_ + 1),
       red_body_(green_ + 1) {
-  scene.render_camera = mjcf::RenderCamera::kB;
+  scene.render_view = mjcf::RenderView::kTable;
   scene.props.push_back(red_cube_prop());
   scene.props.push_back(green_cube_prop());
   lamp_ = Lamp(scene, "lamp");

@@ -44,8 +44,8 @@ inline CommandResult engram_command(const std::string& arguments, const std::str
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
 }
 
-// Checks that the command refuses: exit code, nothing on standard output, one line that says
-// `words` on standard error.
+// Checks that the command refuses: exit code, nothing on standard output, one line with `words` on
+// standard error.
 inline void require_refusal(const std::string& arguments, int code, const std::string& words) {
   const CommandResult result = engram_command(arguments);
   INFO(arguments << ": " << result.err);

@@ -1,4 +1,3 @@
-// The check that the same seeds give the same bits: it finds what it is to find.
 #include "bench/bit_identity.h"
 
 #include <algorithm>
@@ -18,26 +17,27 @@ namespace {
 
 using test::SceneTask;
 
-// Which pairs of two properties of a play occur.
+// Pairs of two properties that occur in configurations.
 template <class First, class Second>
 auto pairs_of(First first, Second second, bool alone = true) {
   std::set<std::pair<int, int>> pairs;
-  for (const Play& play : plays()) {
-    if (alone || play.num_envs > 1) pairs.insert({play.*first, play.*second});
+  for (const RunConfig& config : run_configs()) {
+    if (alone || config.num_envs > 1) pairs.insert({config.*first, config.*second});
   }
   return pairs;
 }
 
-TEST_CASE("The plays hold every pair of threads, chunk, batch size and order", "[bit_identity]") {
-  CHECK(pairs_of(&Play::threads, &Play::chunk, false).size() == 5 * 3);
-  CHECK(pairs_of(&Play::threads, &Play::num_envs, false).size() == 5 * 2);
-  CHECK(pairs_of(&Play::threads, &Play::shuffled, false).size() == 5 * 2);
-  CHECK(pairs_of(&Play::chunk, &Play::num_envs).size() == 3 * 3);
-  CHECK(pairs_of(&Play::chunk, &Play::shuffled).size() == 3 * 2);
-  CHECK(pairs_of(&Play::num_envs, &Play::shuffled).size() == 3 * 2);
+TEST_CASE("The configurations hold every pair of threads, chunk, batch size and order",
+          "[bit_identity]") {
+  CHECK(pairs_of(&RunConfig::threads, &RunConfig::chunk, false).size() == 5 * 3);
+  CHECK(pairs_of(&RunConfig::threads, &RunConfig::num_envs, false).size() == 5 * 2);
+  CHECK(pairs_of(&RunConfig::threads, &RunConfig::shuffled, false).size() == 5 * 2);
+  CHECK(pairs_of(&RunConfig::chunk, &RunConfig::num_envs).size() == 3 * 3);
+  CHECK(pairs_of(&RunConfig::chunk, &RunConfig::shuffled).size() == 3 * 2);
+  CHECK(pairs_of(&RunConfig::num_envs, &RunConfig::shuffled).size() == 3 * 2);
 }
 
-// Checks a task of 20 steps that holds nothing but the robot, with something changed.
+// Checks a task of 20 steps with the robot alone, changed by `change`.
 template <class Change>
 IdentityResult check_changed(const Change& change, std::uint64_t seed = 0) {
   IdentityOptions options;
@@ -61,15 +61,15 @@ IdentityResult check_unchanged(std::uint64_t seed = 0) {
   return check_changed([](SceneTask&) {}, seed);
 }
 
-TEST_CASE("Nothing differs where nothing should", "[bit_identity]") {
+TEST_CASE("A deterministic task has no differences", "[bit_identity]") {
   const IdentityResult result = check_unchanged();
   CHECK(result.different == 0);
-  CHECK(result.plays == 18);
-  // The batches of 7 are filled up with 5 stretches; 16 episodes are played to step 18.
-  const auto sevens = std::count_if(plays().begin(), plays().end(),
-                                    [](const Play& play) { return play.num_envs == 7; });
+  CHECK(result.runs == 18);
+  // The batches of 7 are filled up with 5 segments; 16 episodes run to step 18.
+  const auto sevens = std::count_if(run_configs().begin(), run_configs().end(),
+                                    [](const RunConfig& config) { return config.num_envs == 7; });
   CHECK(result.env_steps == 4 * (18 * 128 + 5 * sevens) + 16 * 18);
-  CHECK(result.episodes >= 18 * 16);  // those that are followed past their end
+  CHECK(result.episodes >= 18 * 16);  // those that run past their end
   CHECK(check_unchanged().fingerprint == result.fingerprint);
   CHECK(check_unchanged(64).fingerprint != result.fingerprint);
 }
@@ -81,7 +81,7 @@ TEST_CASE("A dependence on the slot is found", "[bit_identity]") {
   CHECK(result.fingerprint != check_unchanged().fingerprint);
 }
 
-TEST_CASE("A dependence on who came first is found", "[bit_identity]") {
+TEST_CASE("A dependence on the order of work is found", "[bit_identity]") {
   std::atomic<int> calls = 0;
   const IdentityResult result = check_changed([&calls](SceneTask& task) {
     task.reward = [&calls](int) { return static_cast<float>(calls.fetch_add(1)); };
@@ -98,8 +98,8 @@ TEST_CASE("A dependence on the instruction set is found", "[bit_identity]") {
   CHECK(result.fingerprint == check_unchanged().fingerprint);
 }
 
-// A task that remembers its slot, without showing it.
-TEST_CASE("A dependence that is remembered only is found", "[bit_identity]") {
+// A task that stores its slot in memory, without an output of it.
+TEST_CASE("A difference in memory alone is found", "[bit_identity]") {
   const IdentityResult result = check_changed([](SceneTask& task) {
     task.on_reset = [&task](int env) {
       const ColumnView column = task.engine.memory->find("action");
@@ -110,7 +110,7 @@ TEST_CASE("A dependence that is remembered only is found", "[bit_identity]") {
   CHECK(result.fingerprint == check_unchanged().fingerprint);
 }
 
-TEST_CASE("Real tasks show the same bits in every play", "[bit_identity]") {
+TEST_CASE("Real tasks show the same bits in every configuration", "[bit_identity]") {
   IdentityOptions options;
   options.steps = 5;
   double last = 0;

@@ -1,4 +1,3 @@
-// What a soak watches for would be noticed, and what it does is reported.
 #include "bench/soak.h"
 
 #include <fcntl.h>
@@ -39,9 +38,9 @@ const bench::SoakBound& bound(const bench::SoakReport& report, const std::string
   return *found;
 }
 
-// --- what must be noticed ---
+// --- faults that must be found ---
 
-TEST_CASE("soak: a leak of memory is noticed", "[soak]") {
+TEST_CASE("soak: a leak of memory is found", "[soak]") {
   if (test::kSanitized) return;
   std::vector<std::unique_ptr<std::vector<char>>> leaked;
   const bench::SoakReport report = short_soak(
@@ -50,7 +49,7 @@ TEST_CASE("soak: a leak of memory is noticed", "[soak]") {
   CHECK_FALSE(report.passed());
 }
 
-TEST_CASE("soak: a descriptor that stays open is noticed", "[soak]") {
+TEST_CASE("soak: a descriptor that stays open is found", "[soak]") {
   std::vector<int> opened;
   const bench::SoakReport report =
       short_soak(0, 10, [&opened] { opened.push_back(open("/dev/null", O_RDONLY)); });
@@ -59,7 +58,7 @@ TEST_CASE("soak: a descriptor that stays open is noticed", "[soak]") {
   CHECK_FALSE(report.passed());
 }
 
-TEST_CASE("soak: a thread that stays is noticed", "[soak]") {
+TEST_CASE("soak: a thread that stays is found", "[soak]") {
   std::mutex mutex;
   std::condition_variable over;
   bool done = false;
@@ -80,9 +79,9 @@ TEST_CASE("soak: a thread that stays is noticed", "[soak]") {
   CHECK_FALSE(report.passed());
 }
 
-// --- what is reported ---
+// --- the report ---
 
-TEST_CASE("soak: one that is stopped reports what it did", "[soak]") {
+TEST_CASE("soak: a stopped run reports its part of the work", "[soak]") {
   bench::SoakOptions options;
   options.ids = {kId, "TakeItBack-VLA-v0"};
   options.env_steps = 2 * 3 * 10 * 32;
@@ -99,7 +98,7 @@ TEST_CASE("soak: one that is stopped reports what it did", "[soak]") {
   CHECK(report.cycles == 0);
 }
 
-TEST_CASE("soak: visits go on where the last one ended, and repeat their fixed work", "[soak]") {
+TEST_CASE("soak: visits continue from the last one, and repeat their fixed work", "[soak]") {
   // 3 visits of 60 steps: 7 episodes of 25 steps in each of 32 environments.
   const bench::SoakReport report = short_soak(3 * 60 * 32, 0, [] {});
   CHECK(report.env_steps == 3 * 60 * 32);

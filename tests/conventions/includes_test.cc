@@ -46,7 +46,7 @@ const std::vector<Module> kModules = {
     {"protocol/batch", {"core/*", "tasks", "render", "protocol/formats", "protocol/work"}},
     {"protocol/evaluation",
      {"core/*", "media", "protocol/formats", "protocol/work", "protocol/batch"}},
-    {"protocol/demonstrations",
+    {"protocol/datasets",
      {"core/*", "media", "protocol/formats", "protocol/work", "protocol/batch"}},
     {"api/engram", {}},
     {"api", {"core/*", "render", "render/egl", "media", "protocol/*", "api/engram"}},

@@ -1,4 +1,4 @@
-// The words of a command line: numbers, names, pins, options.
+// Arguments of a command line: numbers, names, pins, options.
 #include "apps/command_line.h"
 #include "apps/options.h"
 #include "core/env/task_option.h"
@@ -16,7 +16,7 @@ struct Words {
   bool json = false;
 };
 
-// False if the words ask for help.
+// False if help is asked for.
 bool parse(const std::vector<std::string>& words, Words& out) {
   static constexpr Policy kPolicies[] = {Policy::kZero, Policy::kOracle};
   apps::CommandLine line("fuzz", "fuzz");
@@ -33,7 +33,7 @@ bool parse(const std::vector<std::string>& words, Words& out) {
   return line.parse(words).empty();
 }
 
-// What becomes of words that were understood.
+// Checks of parsed values.
 void use(const Words& words) {
   require(words.env.num_envs >= 1 && words.env.num_envs <= kMaxNumEnvs, "num_envs");
   require(words.env.threads >= 0 && words.env.threads <= kMaxThreads, "threads");

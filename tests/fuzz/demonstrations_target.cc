@@ -1,6 +1,6 @@
-// A folder of demonstrations that a run goes on with: its metadata and its first file.
-#include "protocol/demonstrations/folder.h"
-#include "protocol/demonstrations/npz.h"
+// A folder of demonstrations that a run continues: its metadata and its first file.
+#include "protocol/datasets/demonstration_folder.h"
+#include "protocol/datasets/npz.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

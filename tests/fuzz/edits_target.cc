@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "protocol/demonstrations/folder.h"
-#include "protocol/evaluation/run.h"
+#include "protocol/datasets/demonstration_folder.h"
+#include "protocol/evaluation/evaluation_run.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

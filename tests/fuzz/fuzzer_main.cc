@@ -1,4 +1,4 @@
-// Where libFuzzer enters: one program per target (cmake/EngramFuzz.cmake).
+// Entry point of libFuzzer: one program per target (cmake/EngramFuzz.cmake).
 #include "tests/fuzz/input.h"
 
 // NOLINTNEXTLINE(readability-identifier-naming): the name is libFuzzer's

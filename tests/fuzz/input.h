@@ -1,5 +1,5 @@
-// What fuzz targets share. A target is a function of arbitrary bytes that returns if the library
-// behaves: it throws, or trips a sanitizer, if not.
+// Shared parts of fuzz targets. A target is a function of arbitrary bytes that returns if the
+// library behaves: it throws, or trips a sanitizer, if not.
 #pragma once
 
 #include <unistd.h>
@@ -25,7 +25,7 @@ inline void require(bool good, const char* what) {
   if (!good) throw std::logic_error(what);
 }
 
-// What has become of the calls so far.
+// Results of the calls so far.
 struct Tally {
   long accepted = 0;
   long refused = 0;
@@ -33,7 +33,7 @@ struct Tally {
 inline Tally tally;
 
 // Runs a call that may refuse what it is given. Returns whether it did not. Anything but an Error
-// that tells of bad input is a finding.
+// that does not refer to bad input is a finding.
 template <class F>
 bool accepted(F&& f) {
   try {
@@ -69,7 +69,7 @@ class Input {
   }
   // A number of 0 to count - 1.
   int choice(std::size_t count) { return static_cast<int>(take<std::uint8_t>() % count); }
-  // Up to a byte that tells how many.
+  // Up to a byte with the count.
   Data bytes() { return take_bytes(take<std::uint8_t>()); }
   Data take_bytes(std::size_t count) {
     const Data taken = rest_.first(std::min(count, rest_.size()));
@@ -113,7 +113,7 @@ void put_file(const std::filesystem::path& path, std::string_view content);
 
 // The targets, each in <name>_target.cc.
 void fuzz_command_line(Data data);
-void fuzz_c_door(Data data);
+void fuzz_c_api(Data data);
 void fuzz_demonstrations(Data data);
 void fuzz_edits(Data data);
 void fuzz_npz(Data data);

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "protocol/demonstrations/npz.h"
+#include "protocol/datasets/npz.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

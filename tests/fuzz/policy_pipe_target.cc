@@ -1,4 +1,4 @@
-// The pipe of an external policy: whatever its other end says.
+// The pipe of an external policy, with arbitrary bytes from its other end.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -17,8 +17,7 @@ namespace {
 constexpr std::uint8_t kGreeting[] = {1,   0,   0,   0,   8, 0, 0, 0,  // a greeting of 8 bytes
                                       'E', 'N', 'G', 'M', 1, 0, 0, 0};
 
-// The other end of both pipes: hears every message, and answers as long as there is something left
-// to say.
+// The other end of both pipes: reads every message, and answers as long as input is left.
 class Speaker {
  public:
   Speaker(Data greeting, Data said) : greeting_(greeting), said_(said) {
@@ -51,7 +50,7 @@ class Speaker {
     ::close(from_[1]);
   }
 
-  // A message as long as it says itself, or what is left; sometimes with the next one.
+  // A message of its announced length, or the rest; sometimes with the next one.
   Data next() {
     std::uint32_t size = 0;
     if (said_.size() >= 8) std::memcpy(&size, said_.data() + 4, sizeof size);
@@ -108,7 +107,7 @@ void talk(Data greeting, Data said, int rows) {
       require(reply.chunk(row).size() % 7 == 0, "a chunk of parts of actions");
     }
   }
-  policy.settle();
+  policy.require_drained();
 }
 
 }  // namespace

@@ -2,12 +2,12 @@
 #include <map>
 #include <string>
 
-#include "protocol/evaluation/run.h"
+#include "protocol/evaluation/evaluation_run.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {
 
-// What stands for this version in the corpus, which is older than most versions.
+// Placeholder of the version in the corpus, which is older than most versions.
 std::string with_version(std::string_view text) {
   constexpr std::string_view kMark = "@version@";
   std::string all(text);

@@ -31,7 +31,7 @@ struct Saved {
   std::vector<std::byte> late;
 };
 
-// A batch that has been played for a while. `physics`: really simulated.
+// A batch after some steps. `physics`: really simulated.
 Saved& batch(int id, bool physics) {
   static std::map<int, Saved> batches;
   Saved& saved = batches[2 * id + (physics ? 1 : 0)];
@@ -129,7 +129,7 @@ void fuzz_snapshot(Data data) {
     require(env.save() == saved.late, "a refused snapshot changed something");
     return;
   }
-  // What is observed is made anew; everything else is as it was given.
+  // Observations are computed again; everything else is as given.
   const std::vector<std::byte> taken = env.save();
   env.restore(taken);
   require(env.save() == taken, "a restored snapshot differs from what was given");

@@ -8,7 +8,7 @@
 namespace engram {
 namespace {
 
-// What a task of that id writes over its first environment.
+// The overlay of a task of that id over its first environment.
 Overlay overlay_of(const char* id, double target) {
   EnvOptions options;
   options.threads = 1;

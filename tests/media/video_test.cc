@@ -4,11 +4,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <set>
 #include <vector>
 
 #include "core/base/error.h"
-#include "media/video_palette.h"
 #include "tests/apps/command.h"
 #include "tests/media/video_reader.h"
 
@@ -149,32 +147,6 @@ TEST_CASE("video: refusals say what is allowed", "[render]") {
   CHECK_THROWS_WITH(open("folder.gif", 64, 64, 30), Catch::Contains("directory"));
   std::filesystem::remove(folder.path() / "folder.gif");
   CHECK(std::filesystem::is_empty(folder.path()));
-}
-
-TEST_CASE("palette: few colours are kept, rare ones among many too", "[render]") {
-  ColorHistogram few;
-  few.add(moving_square(0));
-  const auto two = choose_palette(few, 255);
-  CHECK(std::set(two.begin(), two.end()) == std::set<PaletteColor>{{150, 100, 60}, {20, 60, 220}});
-  CHECK(choose_palette(ColorHistogram(), 255).empty());
-
-  ColorHistogram many;
-  Bytes browns;
-  for (int i = 0; i < 100'000; ++i) {
-    for (const int value : {100 + i % 97, 50 + i % 61, 20 + i % 31}) {
-      browns.push_back(static_cast<std::uint8_t>(value));
-    }
-  }
-  many.add(browns);
-  Bytes rare;  // of a cube that is far away
-  for (int i = 0; i < 40; ++i) rare.insert(rare.end(), {0, 255, 0, 255, 0, 255});
-  many.add(rare);
-  PaletteMap map(choose_palette(many, 64));
-  CHECK(map.palette().size() == 64);
-  for (const PaletteColor& color : {PaletteColor{0, 255, 0}, {255, 0, 255}, {148, 80, 35}}) {
-    const PaletteColor& found = map.palette()[map.index_at(0, 0, color.data())];
-    CHECK(distance({found[0], found[1], found[2]}, {color[0], color[1], color[2]}) <= 16);
-  }
 }
 
 }  // namespace engram

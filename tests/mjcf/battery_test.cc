@@ -1,4 +1,4 @@
-// Batteries stand, lie and stay where they are; the socket has its hole.
+// Batteries that stand, lie and stay in place; the hole of the socket.
 #include "mjcf/battery.h"
 
 #include <catch2/catch.hpp>
@@ -57,7 +57,7 @@ TEST_CASE("The socket's hole is as published", "[battery]") {
   CHECK(shape.floor_height() == Approx(0.0105));
   const mjcf::Prop socket = mjcf::battery_socket("socket", shape);
   std::vector<std::array<double, 6>> boxes;
-  for (const mjcf::Primitive& part : socket.primitives) {
+  for (const mjcf::Geom& part : socket.geoms) {
     if (!part.collides) continue;
     boxes.push_back(
         {part.size[0], part.size[1], part.size[2], part.pos[0], part.pos[1], part.pos[2]});

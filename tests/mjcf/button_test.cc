@@ -29,7 +29,7 @@ TEST_CASE("A button is a square base and an upright cap, both firm", "[mjcf][but
     const int body = id(model, mjOBJ_BODY, name);
     CHECK(model->body_mocapid[body] >= 0);
   }
-  // What of the robot can come near meets them.
+  // Links that can come near collide with them.
   for (const int geom : {base, cap}) {
     int pairs = 0;
     for (int pair = 0; pair < model->npair; ++pair) {

@@ -1,4 +1,4 @@
-// The lamp: sizes, and that physics knows nothing of it.
+// The lamp: sizes, and physics without it.
 #include "mjcf/lamp.h"
 
 #include <algorithm>
@@ -11,9 +11,9 @@
 namespace engram {
 namespace {
 
-double half_height(const mjcf::Primitive& p) {
-  if (p.shape == mjcf::Shape::kSphere) return p.size[0];
-  return p.shape == mjcf::Shape::kCylinder ? p.size[1] : p.size[2];
+double half_height(const mjcf::Geom& p) {
+  if (p.shape == mjcf::GeomType::kSphere) return p.size[0];
+  return p.shape == mjcf::GeomType::kCylinder ? p.size[1] : p.size[2];
 }
 
 TEST_CASE("The lamp is as tall and wide as measured", "[mjcf][lamp]") {
@@ -21,12 +21,12 @@ TEST_CASE("The lamp is as tall and wide as measured", "[mjcf][lamp]") {
   const mjcf::Prop bulb = mjcf::lamp_bulb("bulb");
   const auto top = [](const mjcf::Prop& prop) {
     double highest = 0;
-    for (const auto& p : prop.primitives) highest = std::max(highest, p.pos[2] + half_height(p));
+    for (const auto& p : prop.geoms) highest = std::max(highest, p.pos[2] + half_height(p));
     return highest;
   };
   const auto width = [](const mjcf::Prop& prop) {
     double widest = 0;
-    for (const auto& p : prop.primitives) widest = std::max(widest, p.size[0]);
+    for (const auto& p : prop.geoms) widest = std::max(widest, p.size[0]);
     return widest;
   };
   CHECK(top(body) == Approx(0.0624));  // the collar's upper side
@@ -34,12 +34,12 @@ TEST_CASE("The lamp is as tall and wide as measured", "[mjcf][lamp]") {
   CHECK(width(body) == Approx(0.0216));
   CHECK(width(bulb) == Approx(0.031));
   for (const mjcf::Prop& prop : {body, bulb}) {
-    CHECK(prop.motion == mjcf::Motion::kKinematic);
-    for (const auto& p : prop.primitives) CHECK_FALSE(p.collides);
+    CHECK(prop.body_type == mjcf::BodyType::kKinematic);
+    for (const auto& p : prop.geoms) CHECK_FALSE(p.collides);
   }
 }
 
-TEST_CASE("Props for pictures only cost physics nothing and change no bit", "[mjcf][lamp]") {
+TEST_CASE("Visual props cost physics nothing and change no bit", "[mjcf][lamp]") {
   const mjcf::Prop cube = mjcf::cube("cube", 0.02, {1, 0, 0, 1});
   const test::Placement cube_place{{0.0, 0.05, 0.02}};
   const test::Placement lamp_place{{-0.07, 0, 0.06}};  // where the tool goes down

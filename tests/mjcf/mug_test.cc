@@ -12,45 +12,45 @@
 namespace engram {
 namespace {
 
-using mjcf::Primitive;
+using mjcf::Geom;
 using mjcf::Prop;
 using mjcf::Shape;
 
 Eigen::Vector3d vec(const mjcf::Vec3& v) { return {v[0], v[1], v[2]}; }
 
-bool contains(const Primitive& primitive, const Eigen::Vector3d& point) {
-  const mjcf::Quat& q = primitive.quat;
+bool contains(const Geom& geom, const Eigen::Vector3d& point) {
+  const mjcf::Quat& q = geom.quat;
   const Eigen::Vector3d local =
-      Eigen::Quaterniond(q[0], q[1], q[2], q[3]).conjugate() * (point - vec(primitive.pos));
-  if (primitive.shape == Shape::kBox) {
-    return (local.cwiseAbs() - vec(primitive.size)).maxCoeff() <= 0;
+      Eigen::Quaterniond(q[0], q[1], q[2], q[3]).conjugate() * (point - vec(geom.pos));
+  if (geom.type == GeomType::kBox) {
+    return (local.cwiseAbs() - vec(geom.size)).maxCoeff() <= 0;
   }
-  REQUIRE(primitive.shape == Shape::kCylinder);
-  return local.head<2>().norm() <= primitive.size[0] && std::abs(local.z()) <= primitive.size[1];
+  REQUIRE(geom.type == GeomType::kCylinder);
+  return local.head<2>().norm() <= geom.size[0] && std::abs(local.z()) <= geom.size[1];
 }
 
 bool seen_at(const Prop& prop, const Eigen::Vector3d& point) {
-  return std::any_of(prop.primitives.begin(), prop.primitives.end(),
-                     [&](const Primitive& p) { return p.visible && contains(p, point); });
+  return std::any_of(prop.geoms.begin(), prop.geoms.end(),
+                     [&](const Geom& p) { return p.visible && contains(p, point); });
 }
 
 // The parts that collide, in the frame of the mug.
 TEST_CASE("The mug collides as the table of parts says", "[mjcf][mug]") {
   struct Part {
-    Shape shape;
+    GeomType type;
     Eigen::Vector3d pos;
     Eigen::Vector3d size;
   };
   const Part parts[] = {
-      {Shape::kCylinder, {-0.0081, -0.0002, 0}, {0.0533, 0.0528, 0}},
-      {Shape::kCylinder, {-0.0081, -0.0002, 0.0496}, {0.0607, 0.0033, 0}},
-      {Shape::kBox, {0.0605, -0.0519, 0}, {0.0058, 0.0087, 0.0280}},
-      {Shape::kBox, {0.0446, -0.0410, -0.031}, {0.0145, 0.0087, 0.0050}},
-      {Shape::kBox, {0.0446, -0.0410, 0.031}, {0.0145, 0.0087, 0.0050}},
+      {GeomType::kCylinder, {-0.0081, -0.0002, 0}, {0.0533, 0.0528, 0}},
+      {GeomType::kCylinder, {-0.0081, -0.0002, 0.0496}, {0.0607, 0.0033, 0}},
+      {GeomType::kBox, {0.0605, -0.0519, 0}, {0.0058, 0.0087, 0.0280}},
+      {GeomType::kBox, {0.0446, -0.0410, -0.031}, {0.0145, 0.0087, 0.0050}},
+      {GeomType::kBox, {0.0446, -0.0410, 0.031}, {0.0145, 0.0087, 0.0050}},
   };
   const Prop prop = mjcf::mug("mug");
-  std::vector<Primitive> touchable;
-  for (const Primitive& p : prop.primitives) {
+  std::vector<Geom> touchable;
+  for (const Geom& p : prop.geoms) {
     CHECK(p.collides != p.visible);
     if (p.collides) touchable.push_back(p);
   }
@@ -74,13 +74,13 @@ TEST_CASE("The mug weighs as published", "[mjcf][mug]") {
   for (std::size_t i = 3; i < 6; ++i) CHECK(std::abs(prop.inertia[i]) < 3e-5);
 }
 
-TEST_CASE("Another handle angle turns the whole mug", "[mjcf][mug]") {
+TEST_CASE("Another handle angle rotates the whole mug", "[mjcf][mug]") {
   const Prop one = mjcf::mug("mug");
   const Prop other = mjcf::mug("mug", 0);
   const Eigen::AngleAxisd turn(-mjcf::kMugHandleYaw, Eigen::Vector3d::UnitZ());
-  REQUIRE(one.primitives.size() == other.primitives.size());
-  for (std::size_t i = 0; i < one.primitives.size(); ++i) {
-    CHECK((turn * vec(one.primitives[i].pos) - vec(other.primitives[i].pos)).norm() < 1e-12);
+  REQUIRE(one.geoms.size() == other.geoms.size());
+  for (std::size_t i = 0; i < one.geoms.size(); ++i) {
+    CHECK((turn * vec(one.geoms[i].pos) - vec(other.geoms[i].pos)).norm() < 1e-12);
   }
   CHECK((turn * vec(one.center_of_mass) - vec(other.center_of_mass)).norm() < 1e-12);
   CHECK(one.inertia[0] + one.inertia[1] == Approx(other.inertia[0] + other.inertia[1]));

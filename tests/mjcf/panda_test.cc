@@ -1,4 +1,6 @@
 // The compiled robot against published numbers. See docs/robot.md.
+#include "mjcf/panda.h"
+
 #include <catch2/catch.hpp>
 
 #include "tests/mjcf/model.h"

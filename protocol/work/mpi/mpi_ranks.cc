@@ -1,4 +1,4 @@
-// Ranks that talk by MPI; loaded by join_ranks() where a launcher has started several processes.
+// Ranks of MPI; loaded by join_ranks() where a launcher has started several processes.
 #include <mpi.h>
 
 #include <deque>

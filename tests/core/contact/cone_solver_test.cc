@@ -15,7 +15,7 @@
 #include "core/math/random.h"
 #include "mjcf/battery.h"
 #include "mjcf/mug.h"
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tests/core/sim/physics_fixture.h"
 
 namespace engram {

@@ -18,7 +18,7 @@
 #include "core/scene/physics_model.h"
 #include "mjcf/ball.h"
 #include "mjcf/scene.h"
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tasks/common/task_info.h"
 
 namespace engram {

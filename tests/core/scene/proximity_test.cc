@@ -10,7 +10,7 @@
 
 #include "core/math/random.h"
 #include "core/scene/physics_model.h"
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tasks/common/task_info.h"
 
 namespace engram {

@@ -16,7 +16,7 @@ Rig make_rig(const EnvOptions& options) {
   std::vector<mjcf::Prop> props = {mjcf::cube("red", 0.02, {1, 0, 0, 1}),
                                    mjcf::cube("ahead", 0.02, {0, 1, 0, 1}),
                                    mjcf::cube("aside", 0.02, {0, 0, 1, 1})};
-  props[0].motion = mjcf::Motion::kKinematic;
+  props[0].body_type = mjcf::BodyType::kKinematic;
   return Rig(std::move(props), {{{kStart, 0.2, 0.02}}, {{-0.1, 0.2, 0.02}}, {{-0.1, -0.2, 0.02}}},
              options);
 }

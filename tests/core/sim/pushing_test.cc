@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/math/random.h"
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tests/core/sim/physics_fixture.h"
 #include "tests/env_helpers.h"
 

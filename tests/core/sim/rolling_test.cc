@@ -47,7 +47,7 @@ double energy(Rig& rig) {
   double sum = 0;
   for (std::size_t i = 0; i < rig.task().parts.props.size(); ++i) {
     const mjcf::Prop& prop = rig.task().parts.props[i];
-    if (prop.motion != mjcf::Motion::kFree) continue;
+    if (prop.body_type != mjcf::BodyType::kDynamic) continue;
     const double* qvel = rig.state().prop_qvel_of(0, static_cast<int>(i));
     for (std::size_t k = 0; k < 3; ++k) {
       sum +=
@@ -214,22 +214,21 @@ TEST_CASE("No ball passes through a finger", "[rolling]") {
   }
 }
 
-mjcf::Prop wall(const char* name, mjcf::Shape shape, mjcf::Vec3 size, double mass) {
+mjcf::Prop wall(const char* name, mjcf::GeomType type, mjcf::Vec3 size, double mass) {
   mjcf::Prop prop;
   prop.name = name;
-  prop.primitives.push_back({.shape = shape, .size = size});
+  prop.geoms.push_back({.type = type, .size = size});
   prop.mass = mass;
   prop.inertia = {mass * 1e-3, mass * 1e-3, mass * 1e-3, 0, 0, 0};
-  prop.motion = mass > 0 ? mjcf::Motion::kFree : mjcf::Motion::kKinematic;
+  prop.body_type = mass > 0 ? mjcf::BodyType::kDynamic : mjcf::BodyType::kKinematic;
   return prop;
 }
 
 // Penetration depth of the ball in a prop that is a box or an upright cylinder, m.
 double overlap(Rig& rig, int prop) {
-  const mjcf::Primitive& shape =
-      rig.task().parts.props[static_cast<std::size_t>(prop)].primitives[0];
+  const mjcf::Geom& shape = rig.task().parts.props[static_cast<std::size_t>(prop)].geoms[0];
   const Eigen::Vector3d gap = rig.pos(0) - rig.pos(prop);
-  if (shape.shape == mjcf::Shape::kCylinder) {
+  if (shape.type == mjcf::GeomType::kCylinder) {
     return shape.size[0] + kRadius - gap.head<2>().norm();
   }
   const double* q = rig.state().prop_quat_of(0, prop);
@@ -246,9 +245,9 @@ TEST_CASE("No ball passes through a cube, a mug or a thin wall", "[rolling]") {
   };
   const Target targets[] = {
       {mjcf::cube("target", 0.02, {0, 1, 0, 1}), 0.02, 0.02},
-      {wall("target", mjcf::Shape::kCylinder, {0.04, 0.06, 0}, 0.3), 0.06, 0.04},
-      {wall("target", mjcf::Shape::kBox, {0.05, 0.003, 0.04}, 0), 0.04, 0.003},
-      {wall("target", mjcf::Shape::kCylinder, {0.04, 0.06, 0}, 0), 0.06, 0.04},
+      {wall("target", mjcf::GeomType::kCylinder, {0.04, 0.06, 0}, 0.3), 0.06, 0.04},
+      {wall("target", mjcf::GeomType::kBox, {0.05, 0.003, 0.04}, 0), 0.04, 0.003},
+      {wall("target", mjcf::GeomType::kCylinder, {0.04, 0.06, 0}, 0), 0.06, 0.04},
   };
   for (const Target& target : targets) {
     for (const double speed : kSpeeds) {
@@ -269,7 +268,7 @@ TEST_CASE("No ball passes through a cube, a mug or a thin wall", "[rolling]") {
         CHECK(deepest > 0);  // it did hit
         CHECK(deepest < kOneStep * speed + kCompliance);
         CHECK(losses.gain() < kPushedOut);
-        const bool fixed = target.prop.motion == mjcf::Motion::kKinematic;
+        const bool fixed = target.prop.body_type == mjcf::BodyType::kKinematic;
         if (fixed || offset == 0) CHECK(rig.pos(0).y() < rig.pos(1).y());
       }
     }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tests/core/sim/physics_fixture.h"
 
 namespace engram {

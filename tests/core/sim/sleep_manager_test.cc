@@ -179,8 +179,8 @@ TEST_CASE("A cube under the closed gripper stops it", "[sleep]") {
 mjcf::Prop block(double half_height) {
   mjcf::Prop prop;
   prop.name = "block";
-  prop.motion = mjcf::Motion::kKinematic;
-  prop.primitives.push_back({.shape = mjcf::Shape::kBox, .size = {0.05, 0.05, half_height}});
+  prop.body_type = mjcf::BodyType::kKinematic;
+  prop.geoms.push_back({.type = mjcf::GeomType::kBox, .size = {0.05, 0.05, half_height}});
   return prop;
 }
 

@@ -102,7 +102,7 @@ TEST_CASE("External policy: asked when the queue is empty, once per chunk", "[po
   CHECK(policy.state_size == 0);
 }
 
-TEST_CASE("External policy: the state only where it is asked for", "[policy]") {
+TEST_CASE("External policy: the state only if requested", "[policy]") {
   Recorder policy(1);
   const TaskResult result = evaluate_with(policy, ObsMode::kState, 2);
   CHECK(result.chunk_size == 1);
@@ -184,7 +184,7 @@ TEST_CASE("External policy: actions are those of the chunk, in order", "[policy]
 
 namespace {
 
-// What a process says before it goes away.
+// Bytes of a process before it ends.
 void hear(const std::vector<std::uint32_t>& words, const char* expected) {
   int ends[2];
   REQUIRE(::pipe2(ends, O_CLOEXEC) == 0);
@@ -200,7 +200,7 @@ void hear(const std::vector<std::uint32_t>& words, const char* expected) {
   CHECK_THROWS_WITH(PolicyProcess(to, ends[0], options, context), Catch::Contains(expected));
 }
 
-TEST_CASE("A policy that goes away or talks nonsense is told from one that answers", "[policy]") {
+TEST_CASE("A policy that ends or breaks the protocol is reported", "[policy]") {
   hear({}, "closed its standard input or output");
   hear({1}, "closed its standard input or output");
   hear({1, 8, 0x4d474e45}, "closed its standard input or output");

@@ -1,4 +1,4 @@
-// Policies as processes: how they end, and what they may say.
+// Policies as processes: their end, and the messages they may send.
 #include "protocol/evaluation/policy_process.h"
 
 #include <fcntl.h>
@@ -34,8 +34,7 @@ PolicyProcessOptions options_of(const std::string& command) {
   return options;
 }
 
-// Whether the process goes on. A signal that has been sent takes a moment; what nobody has waited
-// for runs no more.
+// True while the process runs. A signal takes a moment to arrive; a zombie does not run.
 bool runs(const std::string& process) {
   for (int i = 0; i < 1000; ++i) {
     std::ifstream file("/proc/" + process + "/stat");
@@ -60,7 +59,7 @@ std::string number_in(const std::filesystem::path& file) {
   return text;
 }
 
-TEST_CASE("A shell that dies is told of at once, and nothing of it stays", "[policy]") {
+TEST_CASE("A shell that dies is reported at once, with all its processes gone", "[policy]") {
   const tests::TemporaryFolder folder;
   const std::string file = (folder.path() / "child").string();
   const Work work;
@@ -86,7 +85,7 @@ TEST_CASE("A policy that is no longer waited for ends with all its processes", "
   CHECK_FALSE(runs(number_in(file)));
 }
 
-TEST_CASE("What a policy says before its end is heard", "[policy]") {
+TEST_CASE("A message before the end of a policy is read", "[policy]") {
   const Work work;
   // The answer to the greeting, in octal; then nothing more.
   const std::string greeting =
@@ -191,9 +190,9 @@ TEST_CASE("A second answer to the last question is found, too", "[policy]") {
   std::thread other = pipes.answer_when_asked(1);
   question.ask(policy, work.context);
   other.join();
-  CHECK_NOTHROW(policy.settle());
+  CHECK_NOTHROW(policy.require_drained());
   pipes.answer();
-  CHECK_THROWS_WITH(policy.settle(), Catch::Contains("its answer to step 0 of episode 7"));
+  CHECK_THROWS_WITH(policy.require_drained(), Catch::Contains("its answer to step 0 of episode 7"));
 }
 
 TEST_CASE("An answer that comes before its question is refused", "[policy]") {

@@ -1,4 +1,3 @@
-// Folders of results: what is taken for a result of the run, and what is not.
 #include "protocol/evaluation/result_files.h"
 
 #include <catch2/catch.hpp>
@@ -73,7 +72,7 @@ TEST_CASE("Results survive their document", "[evaluation][results]") {
   CHECK(folder.accepts(folder.document));
 }
 
-TEST_CASE("An edited result is none", "[evaluation][results]") {
+TEST_CASE("Edited results are refused", "[evaluation][results]") {
   const Folder folder;
   const Document seeds = DocumentList{1, 2};
   const std::pair<const char*, Document> edits[] = {{"split", "Long"},
@@ -102,7 +101,7 @@ TEST_CASE("An edited result is none", "[evaluation][results]") {
   CHECK_FALSE(folder.accepts(more));
 }
 
-TEST_CASE("A checksum does not make sense of a result that has none", "[evaluation][results]") {
+TEST_CASE("Inconsistent results with a valid checksum are refused", "[evaluation][results]") {
   const Folder folder;
   const std::pair<const char*, Document> edits[] = {{"split", "Long"},
                                                     {"sr", 1.0},
@@ -118,7 +117,7 @@ TEST_CASE("A checksum does not make sense of a result that has none", "[evaluati
   }
 }
 
-TEST_CASE("Results of another version are refused, whoever played", "[evaluation][results]") {
+TEST_CASE("Results of another version are refused for every policy", "[evaluation][results]") {
   for (const Document& config : {Document(), Document(DocumentTable{{"command", "x"}})}) {
     Folder folder;
     folder.settings = settings_of(config);

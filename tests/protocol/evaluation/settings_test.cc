@@ -58,7 +58,7 @@ TEST_CASE("Settings of another version are refused by its name", "[evaluation][s
                     Catch::Contains("of engram 0.1.0 or older"));
 }
 
-TEST_CASE("Settings name no renderer where nothing is drawn", "[evaluation][settings]") {
+TEST_CASE("Settings name no renderer without images", "[evaluation][settings]") {
   EvaluationSettings settings = example();
   EnvOptions environment;
   environment.obs_mode = ObsMode::kState;
@@ -70,7 +70,7 @@ TEST_CASE("Settings name no renderer where nothing is drawn", "[evaluation][sett
   CHECK(protocol_of(settings).environment.image_options.renderer == "cpu");
 }
 
-TEST_CASE("A protocol plays what the settings say", "[evaluation][settings]") {
+TEST_CASE("A protocol has the values of the settings", "[evaluation][settings]") {
   const Protocol protocol = protocol_of(example());
   CHECK(protocol.episodes == 7);
   CHECK(protocol.start_seed == UINT64_MAX);

@@ -81,8 +81,7 @@ TEST_CASE("Equal numbers make equal documents, whatever their type", "[document]
   CHECK_FALSE((Document(1) == Document(true)));
 }
 
-TEST_CASE("Parts of documents are what they are asked for, or an error says what they are",
-          "[document]") {
+TEST_CASE("Parts of documents have the requested type, or an error names it", "[document]") {
   const Document document = DocumentTable{{"count", 3}, {"name", "x"}, {"rate", 0.5}};
   CHECK(whole_number(part(document, "count"), 3) == 3);
   CHECK(number(part(document, "count")) == 3);

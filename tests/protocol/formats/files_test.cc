@@ -30,7 +30,7 @@ TEST_CASE("Files are read as they were written", "[files]") {
   CHECK_FALSE(read_file(file / "below a file"));
 }
 
-TEST_CASE("What cannot be read is not taken for missing", "[files]") {
+TEST_CASE("Unreadable files are not taken for missing", "[files]") {
   const tests::TemporaryFolder folder;
   CHECK_THROWS_WITH(read_file(folder.path()), Catch::Contains("cannot be read: Is a directory"));
   const fs::path loop = folder.path() / "loop";
@@ -50,7 +50,7 @@ TEST_CASE("Pipes and devices are no files: neither waited for nor read for ever"
   std::ofstream(large) << "";
   fs::resize_file(large, std::uintmax_t{1} << 31);  // all of it a hole
   CHECK_THROWS_WITH(read_file(large), Catch::Contains("cannot be read: File too large"));
-  // What a user names may be a pipe.
+  // Paths given by users may be pipes.
   CHECK(read_input("/dev/null") == "");
   CHECK_FALSE(read_input(folder.path() / "none"));
   CHECK_THROWS_WITH(read_input("/dev/zero"), "'/dev/zero' cannot be read: File too large");
@@ -72,7 +72,7 @@ TEST_CASE("Files of engram's own names replace what is there, a user's pipe is w
   CHECK(read_file(name) == "other");
 }
 
-TEST_CASE("Folders tell all their names, and lose what was half-written", "[files]") {
+TEST_CASE("Folders list all their names, without half-written files", "[files]") {
   const tests::TemporaryFolder folder;
   const auto names = [&folder] {
     std::vector<std::string> all = names_in(folder.path());

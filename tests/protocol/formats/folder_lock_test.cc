@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST_CASE("A folder that is in use says by whom", "[files]") {
+TEST_CASE("A folder in use is refused with its owner", "[files]") {
   const tests::TemporaryFolder folder;
   {
     const FolderLock lock(folder.path());
@@ -23,7 +23,7 @@ TEST_CASE("A folder that is in use says by whom", "[files]") {
                       Catch::Contains(folder.path().string() + "' is in use by process " +
                                       std::to_string(::getpid())) &&
                           Catch::Contains("wait for its end"));
-    // Whoever was refused has taken nothing away.
+    // A refused lock changes nothing.
     CHECK_THROWS_WITH(FolderLock(folder.path()), Catch::Contains("is in use by process"));
   }
   CHECK(fs::is_empty(folder.path()));
@@ -71,7 +71,7 @@ TEST_CASE("A note that somebody else wrote does no harm", "[files]") {
   CHECK(tests::read_file(victim) == "precious");
 }
 
-TEST_CASE("A folder that is not there is not the lock's matter", "[files]") {
+TEST_CASE("A missing folder is an error of the lock", "[files]") {
   CHECK_NOTHROW(FolderLock("/nowhere/at/all"));
 }
 

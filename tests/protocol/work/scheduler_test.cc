@@ -1,4 +1,3 @@
-// Work shared among threads and ranks: everything is done once, in spite of failures and stops.
 #include "protocol/work/scheduler.h"
 
 #include <catch2/catch.hpp>
@@ -19,9 +18,9 @@ class Mailboxes {
  public:
   explicit Mailboxes(int size) : boxes_(static_cast<std::size_t>(size)) {}
 
-  class Member final : public Ranks {
+  class MailboxRanks final : public Ranks {
    public:
-    Member(Mailboxes& all, int rank) : all_(all), rank_(rank) {}
+    MailboxRanks(Mailboxes& all, int rank) : all_(all), rank_(rank) {}
     int rank() const override { return rank_; }
     int size() const override { return static_cast<int>(all_.boxes_.size()); }
     void send(int to, Bytes bytes) override {
@@ -87,7 +86,7 @@ TEST_CASE("Work: every item is done once, on all threads", "[work]") {
     Squares source(100);
     std::mutex mutex;
     std::set<int> workers;
-    share_work(
+    distribute_work(
         alone, threads,
         [&](const WorkItem& item, const WorkContext& context) {
           const std::lock_guard lock(mutex);
@@ -101,16 +100,16 @@ TEST_CASE("Work: every item is done once, on all threads", "[work]") {
   }
 }
 
-TEST_CASE("Work: ranks share it, and all of them come to an end", "[work]") {
+TEST_CASE("Work: ranks share the items, and all of them end", "[work]") {
   for (const int size : {2, 3}) {
     Mailboxes mail(size);
     std::vector<std::thread> others;
     std::atomic<int> done_elsewhere = 0;
     for (int rank = 1; rank < size; ++rank) {
       others.emplace_back([&mail, &done_elsewhere, rank] {
-        Mailboxes::Member self(mail, rank);
+        Mailboxes::MailboxRanks self(mail, rank);
         Squares unused(0);
-        share_work(
+        distribute_work(
             self, 2,
             [&](const WorkItem& item, const WorkContext&) {
               ++done_elsewhere;
@@ -119,9 +118,9 @@ TEST_CASE("Work: ranks share it, and all of them come to an end", "[work]") {
             unused);
       });
     }
-    Mailboxes::Member self(mail, 0);
+    Mailboxes::MailboxRanks self(mail, 0);
     Squares source(300);
-    share_work(
+    distribute_work(
         self, 1,
         [](const WorkItem& item, const WorkContext&) {
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -142,31 +141,31 @@ TEST_CASE("Work: a failure anywhere ends the run with its message", "[work]") {
   {
     Ranks alone;
     Squares source(100);
-    CHECK_THROWS_WITH(share_work(alone, 2, failing, source), "eleven is too much");
+    CHECK_THROWS_WITH(distribute_work(alone, 2, failing, source), "eleven is too much");
     CHECK(!source.results.contains(11));
   }
   Mailboxes mail(2);
   std::thread other([&] {
-    Mailboxes::Member self(mail, 1);
+    Mailboxes::MailboxRanks self(mail, 1);
     Squares unused(0);
-    share_work(self, 1, failing, unused);
+    distribute_work(self, 1, failing, unused);
   });
-  Mailboxes::Member self(mail, 0);
+  Mailboxes::MailboxRanks self(mail, 0);
   Squares source(12);
   // This rank is held up, so that the other one comes to the bad item.
   const auto slow = [](const WorkItem& item, const WorkContext& context) {
     while (!context.stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return square(item);
   };
-  CHECK_THROWS_WITH(share_work(self, 1, slow, source), "rank 1: eleven is too much");
-  // What abort() does in earnest.
+  CHECK_THROWS_WITH(distribute_work(self, 1, slow, source), "rank 1: eleven is too much");
+  // Stands for abort() of MPI.
   ByteWriter end;
   end.put(std::uint8_t{5});
   self.send(1, end.take());
   other.join();
 }
 
-TEST_CASE("Work: what is obsolete is stopped and not accepted", "[work]") {
+TEST_CASE("Work: obsolete items are stopped and not accepted", "[work]") {
   class Endless final : public WorkSource {
    public:
     std::optional<WorkItem> next() override {
@@ -184,7 +183,7 @@ TEST_CASE("Work: what is obsolete is stopped and not accepted", "[work]") {
   };
   Ranks alone;
   Endless source;
-  share_work(
+  distribute_work(
       alone, 2,
       [](const WorkItem& item, const WorkContext& context) {
         // The first item would never end by itself.
@@ -195,25 +194,6 @@ TEST_CASE("Work: what is obsolete is stopped and not accepted", "[work]") {
       },
       source);
   CHECK(source.accepted == std::vector<std::uint64_t>{1});
-}
-
-TEST_CASE("Work: messages of bytes", "[work]") {
-  ByteWriter out;
-  out.put(std::int32_t{-5});
-  out.put(2.5);
-  out.put(std::string_view("word"));
-  const std::vector<float> values = {1.0F, -2.0F};
-  out.append(std::span<const float>(values));
-  const Bytes bytes = out.take();
-  ByteReader in(bytes);
-  CHECK(in.get<std::int32_t>() == -5);
-  CHECK(in.get<double>() == 2.5);
-  CHECK(in.text() == "word");
-  CHECK(in.values<float>(2) == values);
-  CHECK(in.rest().empty());
-  CHECK_THROWS_AS(in.get<std::uint8_t>(), Error);
-  ByteReader again(bytes);
-  CHECK_THROWS_AS(again.values<double>(std::size_t{1} << 61), Error);
 }
 
 }  // namespace engram

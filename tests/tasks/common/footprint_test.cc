@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/math/random.h"
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tasks/common/overlap_guard.h"
 
 namespace engram::tasks {
@@ -127,7 +127,7 @@ TEST_CASE("A prop that lies on an edge has no footprint", "[footprint]") {
   prop.quat = {std::cos(0.2), std::sin(0.2), 0, 0};
   CHECK_THROWS_WITH(footprint_of(prop), Catch::Contains("'tilted'"));
   prop.quat = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};  // on another face
-  prop.primitives[0].size = {0.01, 0.02, 0.03};
+  prop.geoms[0].size = {0.01, 0.02, 0.03};
   const FootprintPart part = footprint_of(prop).parts[0];
   CHECK(part_clearance(part, disc(0.01), {0.03, 0}) == Approx(0.01));
   CHECK(part_clearance(part, disc(0.01), {0, 0.05}) == Approx(0.01));

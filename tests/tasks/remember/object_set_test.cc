@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tasks/remember/object_recall.h"
 
 namespace engram::tasks {
@@ -24,7 +24,7 @@ TEST_CASE("Keys of shapes and colours go through the colours first", "[object_se
       CHECK(identity(objects, key) == std::vector<int>{key / 3, key % 3});
       const mjcf::Prop& prop = objects.prop(key);
       CHECK(prop.name == shapes[key / 3] + ("_" + std::to_string(key)));
-      for (const mjcf::Primitive& part : prop.primitives) CHECK(part.rgba == colors[key % 3]);
+      for (const mjcf::Geom& part : prop.geoms) CHECK(part.rgba == colors[key % 3]);
     }
   }
 }
@@ -38,13 +38,13 @@ TEST_CASE("Keys of shapes and keys of colours are their ids", "[object_set]") {
     const auto index = static_cast<std::size_t>(key);
     CHECK(identity(objects, key) == std::vector<int>{key});
     CHECK(objects.prop(key).name == shapes[index] + ("_" + std::to_string(key)));
-    CHECK(objects.prop(key).primitives[0].rgba == mjcf::Rgba{0, 0, 1, 1});
+    CHECK(objects.prop(key).geoms[0].rgba == mjcf::Rgba{0, 0, 1, 1});
     CHECK(objects.resting_height(key) == Approx(heights[index]).margin(1e-8));
   }
   const ObjectSet cubes({Vocabulary::kColor, 9});
   CHECK(identity(cubes, 7) == std::vector<int>{7});
   CHECK(cubes.prop(7).name == "cube_7");
-  CHECK(cubes.prop(7).primitives[0].rgba == mjcf::Rgba{1, 128 / 255.0, 0, 1});
+  CHECK(cubes.prop(7).geoms[0].rgba == mjcf::Rgba{1, 128 / 255.0, 0, 1});
   CHECK(cubes.resting_height(7) == 0.02);
 }
 

@@ -83,9 +83,9 @@ TEST_CASE("Cups grow with MUG_SCALE, and so does where they stand", "[variants][
   const mjcf::Prop one = mjcf::mug("mug");
   const mjcf::Prop twice = mjcf::mug("mug", mjcf::kMugHandleYaw, 2.6);
   for (std::size_t i = 0; i < 6; ++i) CHECK(twice.inertia[i] == Approx(32 * one.inertia[i]));
-  for (std::size_t i = 0; i < one.primitives.size(); ++i) {
-    CHECK(twice.primitives[i].size[0] == Approx(2 * one.primitives[i].size[0]));
-    CHECK(twice.primitives[i].pos[2] == Approx(2 * one.primitives[i].pos[2]));
+  for (std::size_t i = 0; i < one.geoms.size(); ++i) {
+    CHECK(twice.geoms[i].size[0] == Approx(2 * one.geoms[i].size[0]));
+    CHECK(twice.geoms[i].pos[2] == Approx(2 * one.geoms[i].pos[2]));
   }
 }
 

@@ -1,0 +1,14 @@
+// Commands that run in one process or in several under MPI.
+#pragma once
+
+#include <functional>
+
+#include "protocol/work/ranks.h"
+
+namespace engram::apps {
+
+// Calls `body` with the ranks of this run. If it throws and there are several, prints the message
+// and ends them all.
+void with_mpi(const std::function<void(Ranks&)>& body);
+
+}  // namespace engram::apps

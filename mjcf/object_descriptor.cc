@@ -1,0 +1,55 @@
+#include "mjcf/object_descriptor.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+
+namespace engram::mjcf {
+namespace {
+
+// Half sides of the bounding box of a geom, along its own axes, m.
+Eigen::Vector3d half_sides(const Geom& geom) {
+  const Vec3& size = geom.size;
+  switch (geom.type) {
+    case GeomType::kBox:
+    case GeomType::kEllipsoid:
+      return {size[0], size[1], size[2]};
+    case GeomType::kSphere:
+      return {size[0], size[0], size[0]};
+    case GeomType::kCapsule:
+      return {size[0], size[0], size[0] + size[1]};
+    case GeomType::kCylinder:
+      return {size[0], size[0], size[1]};
+  }
+  return {};
+}
+
+}  // namespace
+
+ObjectDescriptor describe_object(const Prop& prop) {
+  ObjectDescriptor descriptor{prop.kind, prop.object_shape};
+  descriptor.rest_height = prop.pos[2];
+  descriptor.travel = prop.travel;
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9);
+  Eigen::Vector3d high = -low;
+  double largest = 0;
+  for (const Geom& geom : prop.geoms) {
+    if (!geom.visible || geom.hidden_from_sensors) continue;
+    const Eigen::Vector3d half = half_sides(geom);
+    const Quat& q = geom.quat;
+    const Eigen::Matrix3d axes = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+    const Eigen::Vector3d extent = axes.cwiseAbs() * half;
+    const Eigen::Vector3d pos(geom.pos[0], geom.pos[1], geom.pos[2]);
+    low = low.cwiseMin(pos - extent);
+    high = high.cwiseMax(pos + extent);
+    if (half.prod() <= largest) continue;
+    largest = half.prod();
+    descriptor.color = nearest_object_color(geom.rgba[0], geom.rgba[1], geom.rgba[2]);
+  }
+  // Invisible to sensors.
+  if (largest == 0) descriptor.kind = ObjectKind::kPart;
+  const Eigen::Vector3d half = (high - low) / 2;
+  for (int i = 0; i < 3; ++i) descriptor.half_size[static_cast<std::size_t>(i)] = half[i];
+  return descriptor;
+}
+
+}  // namespace engram::mjcf

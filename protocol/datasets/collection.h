@@ -1,0 +1,36 @@
+// Collecting demonstrations of several tasks with all threads of all processes.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "protocol/datasets/demonstration_folder.h"
+#include "protocol/work/ranks.h"
+
+namespace engram {
+
+struct CollectionOptions {
+  CollectionPlan plan;        // of every task
+  std::filesystem::path out;  // holds data_npz/<id>
+  int num_envs = 10;          // environments that a thread steps together, at most
+  int threads = 0;
+};
+
+struct CollectionProgress {
+  int episodes = 0;  // kept, of all tasks
+  int wanted = 0;
+  int added = 0;                // in this run
+  std::uint64_t env_steps = 0;  // played in this run, failed episodes included
+};
+
+// Opens or makes the folder of every task and plays what is missing. The files do not depend on
+// threads, environments or ranks. All ranks call it; rank 0 alone touches files and gets the
+// folders, in the order of the tasks, finished. Throws Error as DemonstrationFolder does.
+std::vector<std::unique_ptr<DemonstrationFolder>> collect(
+    Ranks& ranks, std::span<const RegistryEntry* const> tasks, const CollectionOptions& options,
+    const std::function<void(const CollectionProgress&)>& progress);
+
+}  // namespace engram

@@ -1,0 +1,262 @@
+#include "protocol/datasets/demonstration_folder.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "protocol/batch/variants.h"
+#include "protocol/datasets/npz.h"
+#include "protocol/formats/files.h"
+
+namespace engram {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kFilePrefix = "train_data_";
+constexpr std::string_view kFileSuffix = ".npz";
+constexpr const char* kMetadata = "metadata.json";
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what) {
+  throw Error(Error::kIo, "'" + path.string() + "' " + what);
+}
+
+// The number in the name of a data file, or -1.
+int file_number(const std::string& name) {
+  if (!name.starts_with(kFilePrefix) || !name.ends_with(kFileSuffix)) return -1;
+  const char* const begin = name.data() + kFilePrefix.size();
+  const char* const end = name.data() + name.size() - kFileSuffix.size();
+  int number = -1;
+  const auto [last, error] = std::from_chars(begin, end, number);
+  return error == std::errc() && last == end ? number : -1;
+}
+
+// Provenance of the episodes in a folder. A run that continues a folder must agree.
+DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
+  const EnvOptions options = demonstration_options();
+  return {{"version", version()},
+          {"start_seed", plan.start_seed},
+          {"renderer", plan.renderer},
+          {"rules", name_of(plan.rules)},
+          {"control_mode", name_of(options.control_mode)},
+          {"reward_mode", "normalized_dense"},
+          {"variant", changes_document(entry, plan.constants)}};
+}
+
+}  // namespace
+
+DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEntry& entry,
+                                         const CollectionPlan& plan)
+    : entry_(entry),
+      plan_(plan),
+      rule_(collection_rule(entry)),
+      path_(root / "data_npz" / entry.id),
+      next_(plan.start_seed) {
+  (void)make_task(entry.id, plan.constants);  // before there is a folder
+  const std::uint64_t seeds = end_seed() - plan.start_seed;
+  if (plan.start_seed > kMaxDemonstrationSeed - seeds) {
+    throw Error(Error::kInvalidArgument,
+                "seed " + std::to_string(plan.start_seed) + ": seeds up to " +
+                    std::to_string(kMaxDemonstrationSeed) + " allowed, and " +
+                    std::to_string(seeds) + " are planned");
+  }
+  require_writable_folder(path_);
+  lock_ = std::make_unique<FolderLock>(path_);
+  const int files = count_files();
+  check_metadata();
+  for (int i = 0; i < files; ++i) kept_.push_back(read(i));
+  if (!kept_.empty()) next_ = static_cast<std::uint64_t>(kept_.back().seed) + 1;
+  write_file(path_ / kMetadata, to_text(metadata()));
+}
+
+fs::path DemonstrationFolder::file(int index) const {
+  return path_ / (std::string(kFilePrefix) + std::to_string(index) + std::string(kFileSuffix));
+}
+
+int DemonstrationFolder::attempt_of(std::uint64_t seed) const {
+  return static_cast<int>((seed - plan_.start_seed) / static_cast<std::uint64_t>(rule_.batch));
+}
+
+std::uint64_t DemonstrationFolder::attempt_end(std::uint64_t seed) const {
+  return plan_.start_seed +
+         static_cast<std::uint64_t>(attempt_of(seed) + 1) * static_cast<std::uint64_t>(rule_.batch);
+}
+
+std::uint64_t DemonstrationFolder::end_seed() const {
+  return plan_.start_seed +
+         static_cast<std::uint64_t>(plan_.max_attempts) * static_cast<std::uint64_t>(rule_.batch);
+}
+
+// --- what is there already ---
+
+int DemonstrationFolder::count_files() const {
+  std::vector<int> numbers;
+  for (const std::string& name : names_in(path_)) {
+    if (!name.starts_with(kFilePrefix)) continue;
+    const int number = file_number(name);
+    if (number < 0 || path_ / name != file(number)) {
+      fail(path_ / name, "is not a file of engram's: " + std::string(kFilePrefix) +
+                             "<number>.npz without leading zeros expected");
+    }
+    numbers.push_back(number);
+  }
+  std::sort(numbers.begin(), numbers.end());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i] != static_cast<int>(i)) {
+      fail(file(static_cast<int>(i)),
+           "is missing, but there are files with higher numbers, up to " +
+               std::to_string(numbers.back()) + "; numbers without gaps needed to go on");
+    }
+  }
+  return static_cast<int>(numbers.size());
+}
+
+// Refuses to mix episodes of different plans. Without the file, those in the folder are trusted.
+void DemonstrationFolder::check_metadata() const {
+  const fs::path path = path_ / kMetadata;
+  const std::optional<std::string> text = read_file(path);
+  if (!text) return;
+  const Document document = parse_document(*text).value_or(Document());
+  const Document* id = find(document, "env_id");
+  const Document* before = find(document, "engram");
+  if (id == nullptr || *id != Document(entry_.id) || before == nullptr || !is_table(*before)) {
+    fail(path, "is damaged or not engram's; without it, it is made anew from the data files");
+  }
+  for (const auto& [key, value] : provenance(entry_, plan_)) {
+    const Document* entry = find(*before, key);
+    const Document found = entry != nullptr ? *entry : Document();
+    if (found == value) continue;
+    throw Error(Error::kInvalidArgument, "'" + path_.string() + "' was collected with " + key +
+                                             " " + to_line(found) + ", " + to_line(value) +
+                                             " given; the same, or another folder, allowed");
+  }
+}
+
+DemonstrationFolder::Kept DemonstrationFolder::read(int index) const {
+  const NpzFile npz(file(index));
+  Kept kept;
+  kept.seed = npz.scalar<std::int64_t>("episode_seed", NpyType::kInt64);
+  kept.length = npz.scalar<std::int32_t>("episode_length", NpyType::kInt32);
+  const std::int64_t shape[] = {kept.length};
+  const std::vector<std::byte> rewards = npz.read("reward", NpyType::kFloat32, shape);
+  std::vector<float> values(rewards.size() / sizeof(float));
+  if (!values.empty()) std::memcpy(values.data(), rewards.data(), rewards.size());
+  for (const float value : values) kept.reward_sum += static_cast<double>(value);
+  const auto seed = static_cast<std::uint64_t>(kept.seed);
+  const auto least =
+      kept_.empty() ? plan_.start_seed : static_cast<std::uint64_t>(kept_.back().seed) + 1;
+  // Attempts are counted by int.
+  const std::uint64_t beyond =
+      plan_.start_seed + static_cast<std::uint64_t>(std::numeric_limits<int>::max()) *
+                             static_cast<std::uint64_t>(rule_.batch);
+  const auto frames = npz.shape("rgb", NpyType::kUint8);
+  if (kept.length < 1 || frames.empty() || frames[0] != kept.length) {
+    fail(file(index), "is damaged: its arrays differ in length");
+  }
+  if (kept.seed < 0 || seed < least || seed >= beyond) {
+    throw Error(Error::kInvalidArgument, "'" + file(index).string() + "' has seed " +
+                                             std::to_string(kept.seed) + ", " +
+                                             std::to_string(least) + " to " +
+                                             std::to_string(beyond - 1) + " expected by this plan");
+  }
+  return kept;
+}
+
+// --- what is new ---
+
+void DemonstrationFolder::accept(std::uint64_t seed, Demonstration demonstration) {
+  if (finished() || seed < next_) return;
+  waiting_.insert_or_assign(seed, std::move(demonstration));
+  const int before = episodes();
+  while (!finished() && decide_attempt()) {
+  }
+  if (episodes() != before) write_file(path_ / kMetadata, to_text(metadata()));
+}
+
+// Keeps or drops the attempt that comes next; returns false if its episodes are not all there yet.
+// An attempt that an interrupted run has kept in part continues with its rest.
+bool DemonstrationFolder::decide_attempt() {
+  const std::uint64_t end = attempt_end(next_);
+  bool all_succeeded = true;
+  for (std::uint64_t seed = next_; seed < end; ++seed) {
+    const auto found = waiting_.find(seed);
+    if (found == waiting_.end()) return false;
+    all_succeeded = all_succeeded && found->second.success;
+  }
+  while (next_ < end) {
+    const auto found = waiting_.find(next_);
+    if (all_succeeded && found->second.length >= rule_.min_steps && !complete()) {
+      keep(next_, found->second);
+    }
+    waiting_.erase(found);
+    ++next_;
+  }
+  return true;
+}
+
+void DemonstrationFolder::keep(std::uint64_t seed, const Demonstration& demonstration) {
+  write_file(file(episodes()), demonstration.file);
+  kept_.push_back(
+      {static_cast<std::int64_t>(seed), demonstration.length, demonstration.reward_sum});
+  write_file(path_ / kMetadata, to_text(metadata()));
+}
+
+int DemonstrationFolder::waiting() const {
+  return static_cast<int>(std::count_if(waiting_.begin(), waiting_.end(),
+                                        [](const auto& item) { return item.second.success; }));
+}
+
+std::int64_t DemonstrationFolder::steps() const {
+  std::int64_t sum = 0;
+  for (const Kept& kept : kept_) sum += kept.length;
+  return sum;
+}
+
+std::vector<int> DemonstrationFolder::lengths() const {
+  std::vector<int> lengths;
+  for (const Kept& kept : kept_) lengths.push_back(kept.length);
+  return lengths;
+}
+
+int DemonstrationFolder::attempts() const {
+  return kept_.empty() ? 0 : attempt_of(static_cast<std::uint64_t>(kept_.back().seed)) + 1;
+}
+
+int DemonstrationFolder::attempts_kept() const {
+  int count = 0;
+  int last = -1;
+  for (const Kept& kept : kept_) {
+    const int attempt = attempt_of(static_cast<std::uint64_t>(kept.seed));
+    if (attempt != last) ++count;
+    last = attempt;
+  }
+  return count;
+}
+
+Document DemonstrationFolder::metadata() const {
+  DocumentList lengths;
+  DocumentList successes;
+  DocumentList rewards;
+  DocumentList seeds;
+  for (const Kept& kept : kept_) {
+    lengths.emplace_back(kept.length);
+    successes.emplace_back(true);
+    rewards.emplace_back(kept.reward_sum);
+    seeds.emplace_back(kept.seed);
+  }
+  DocumentTable made_how = provenance(entry_, plan_);
+  made_how.emplace_back("attempts", attempts());
+  return DocumentTable{{"env_id", entry_.id},
+                       {"num_episodes", episodes()},
+                       {"episode_lengths", lengths},
+                       {"success_once", successes},
+                       {"reward_sums", rewards},
+                       {"episode_seeds", seeds},
+                       {"batched_source_dir", nullptr},  // there never is one
+                       {"unbatched_dir", "data_npz/" + std::string(entry_.id)},
+                       {"engram", std::move(made_how)}};
+}
+
+}  // namespace engram

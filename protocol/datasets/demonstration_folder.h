@@ -1,0 +1,92 @@
+// The folder of one task's demonstrations: files numbered without gaps, and metadata.json.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/datasets/recorder.h"
+#include "protocol/formats/document.h"
+#include "protocol/formats/folder_lock.h"
+
+namespace engram {
+
+struct CollectionPlan {
+  int episodes = 250;
+  int max_attempts = 5000;
+  std::uint64_t start_seed = 0;
+  std::string renderer = "cpu";
+  Rules rules = Rules::kReference;
+  ConstantTable constants = {};  // of all tasks, instead of their own
+};
+
+// Takes the result of each seed and writes the episodes to keep in the order of their seeds. So the
+// files do not depend on which thread played a seed, or when. Every file appears at once and
+// complete: after any interruption the folder can be opened again with the same plan.
+class DemonstrationFolder {
+ public:
+  // Makes or opens <root>/data_npz/<id>. Throws Error: kIo if it cannot be written, is in use by
+  // another run, or holds damaged files or numbers with gaps; kInvalidArgument if what it holds was
+  // collected with another plan.
+  DemonstrationFolder(const std::filesystem::path& root, const RegistryEntry& entry,
+                      const CollectionPlan& plan);
+
+  const RegistryEntry& entry() const { return entry_; }
+  const std::filesystem::path& path() const { return path_; }
+  // The data file of that number.
+  std::filesystem::path file(int index) const;
+
+  // complete: all planned episodes are there; finished: no seed is left to be played.
+  bool complete() const { return episodes() >= plan_.episodes; }
+  bool finished() const { return complete() || attempt_of(next_) >= plan_.max_attempts; }
+
+  // The first seed that is still to be played; those after it follow one by one.
+  std::uint64_t next_seed() const { return next_; }
+  // The end of the seeds of an attempt, and of those that may be played at all.
+  std::uint64_t attempt_end(std::uint64_t seed) const;
+  std::uint64_t end_seed() const;
+  // Takes the result of a seed from next_seed() on, each once. Writes files when the results of all
+  // seeds before are known. Ignored when finished. Throws Error (kIo) if a file cannot be written.
+  void accept(std::uint64_t seed, Demonstration demonstration);
+
+  // Successes that wait for the results of earlier seeds.
+  int waiting() const;
+
+  // Kept episodes and their control steps.
+  int episodes() const { return static_cast<int>(kept_.size()); }
+  std::int64_t steps() const;
+  std::vector<int> lengths() const;
+  // Attempts up to the last one with a kept episode, and how many of them were kept.
+  int attempts() const;
+  int attempts_kept() const;
+  // The content of metadata.json.
+  Document metadata() const;
+
+ private:
+  struct Kept {
+    std::int64_t seed = 0;
+    std::int32_t length = 0;
+    double reward_sum = 0;
+  };
+
+  int attempt_of(std::uint64_t seed) const;
+  void check_metadata() const;
+  int count_files() const;
+  Kept read(int index) const;
+  bool decide_attempt();
+  void keep(std::uint64_t seed, const Demonstration& demonstration);
+
+  const RegistryEntry& entry_;
+  CollectionPlan plan_;
+  CollectionRule rule_;
+  std::filesystem::path path_;
+  std::unique_ptr<FolderLock> lock_;
+  std::vector<Kept> kept_;
+  std::uint64_t next_ = 0;
+  std::map<std::uint64_t, Demonstration> waiting_;  // for seeds before them
+};
+
+}  // namespace engram

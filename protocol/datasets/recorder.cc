@@ -1,0 +1,124 @@
+#include "protocol/datasets/recorder.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "protocol/batch/rows.h"
+#include "protocol/datasets/npz.h"
+
+namespace engram {
+namespace {
+
+// Families whose demonstrations come from a motion planner in the benchmark, one episode at a time;
+// so do those of all -Long tasks. Those of the other tasks come from a trained policy, in batches.
+constexpr std::array<std::string_view, 10> kPlannedFamilies = {
+    "BatteriesCheckerEasy", "BatteriesCheckerHard", "BlinkCountButtonPress",
+    "BunchOfColors",        "SeqOfColors",          "ChainOfColors",
+    "TraceShape",           "TraceShapeSeq",        "TimedTransfer",
+    "GatherAndRecall"};
+
+template <class T>
+void append(std::vector<T>& to, std::span<const T> values) {
+  to.insert(to.end(), values.begin(), values.end());
+}
+
+}  // namespace
+
+CollectionRule collection_rule(const RegistryEntry& entry) {
+  const bool planned = std::find(kPlannedFamilies.begin(), kPlannedFamilies.end(), entry.family) !=
+                           kPlannedFamilies.end() ||
+                       entry.base.find("-Long-") != std::string_view::npos;
+  if (planned) return {.batch = 1, .min_steps = 0};
+  return {.batch = entry.family == "ShellGamePick" ? 1 : 10, .min_steps = 10};
+}
+
+EnvOptions demonstration_options() {
+  EnvOptions options;
+  options.obs_mode = ObsMode::kRgb;
+  options.auto_reset = AutoReset::kOff;
+  options.terminate_on_success = true;  // where demonstrations end
+  return options;
+}
+
+// --- one episode ---
+
+void DemonstrationRecorder::start(const Batch& env, int index) {
+  seed_ = static_cast<std::int64_t>(env.state().seed[index]);
+  instruction_ = env.instruction(index);
+  height_ = env.options().images.height;
+  width_ = env.options().images.width;
+  rgb_.clear();
+  proprio_.clear();
+  actions_.clear();
+  rewards_.clear();
+  successes_.clear();
+  dones_.clear();
+}
+
+void DemonstrationRecorder::before_step(const Batch& env, int index, std::span<float> action) {
+  for (float& component : action) component = std::clamp(component, -1.0F, 1.0F);
+  append(rgb_, row_of(env.rgb(), env, index));
+  append(proprio_, row_of(env.proprio(), env, index));
+  append(actions_, std::span<const float>(action));
+}
+
+void DemonstrationRecorder::after_step(const Batch& env, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  const bool success = env.success()[i] != 0;
+  const bool ended = (env.terminated()[i] | env.truncated()[i]) != 0;
+  rewards_.push_back(env.reward()[i]);
+  successes_.push_back(success ? 1 : 0);
+  dones_.push_back(success || ended ? 1 : 0);
+}
+
+Demonstration DemonstrationRecorder::finish() const {
+  Demonstration demonstration;
+  const auto steps = static_cast<std::int64_t>(successes_.size());
+  const auto length = static_cast<std::int32_t>(steps);
+  demonstration.length = length;
+  demonstration.success = !successes_.empty() && successes_.back() != 0;
+  if (!demonstration.success) return demonstration;
+  const bool success_once = true;
+  const std::u32string instruction = code_points(instruction_);
+  const auto text = std::as_bytes(std::span<const char32_t>(instruction));
+  const auto per_step = [steps](const std::vector<float>& values) {
+    return static_cast<std::int64_t>(values.size()) / steps;
+  };
+  const NpyArray arrays[] = {
+      {"rgb", NpyType::kUint8, {steps, height_, width_, 6}, bytes_of(rgb_)},
+      {"proprio", NpyType::kFloat32, {steps, per_step(proprio_)}, bytes_of(proprio_)},
+      {"action", NpyType::kFloat32, {steps, per_step(actions_)}, bytes_of(actions_)},
+      {"reward", NpyType::kFloat32, {steps}, bytes_of(rewards_)},
+      {"success", NpyType::kInt32, {steps}, bytes_of(successes_)},
+      {"done", NpyType::kInt32, {steps}, bytes_of(dones_)},
+      {"language_instruction", NpyType::kText, {}, text, static_cast<int>(instruction.size())},
+      {"success_once", NpyType::kBool, {}, bytes_of(success_once)},
+      {"episode_length", NpyType::kInt32, {}, bytes_of(length)},
+      {"episode_seed", NpyType::kInt64, {}, bytes_of(seed_)},
+  };
+  demonstration.reward_sum = std::accumulate(rewards_.begin(), rewards_.end(), 0.0);
+  demonstration.file = npz_bytes(arrays);
+  return demonstration;
+}
+
+// --- between processes ---
+
+void Demonstration::pack(ByteWriter& out) const {
+  out.put(success);
+  out.put(length);
+  out.put(reward_sum);
+  out.put(static_cast<std::uint64_t>(file.size()));
+  out.append(std::span<const std::byte>(file));
+}
+
+Demonstration Demonstration::unpack(ByteReader& in) {
+  Demonstration demonstration;
+  demonstration.success = in.get<bool>();
+  demonstration.length = in.get<std::int32_t>();
+  demonstration.reward_sum = in.get<double>();
+  demonstration.file = in.values<std::byte>(in.get<std::uint64_t>());
+  return demonstration;
+}
+
+}  // namespace engram

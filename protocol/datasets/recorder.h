@@ -1,0 +1,71 @@
+// Demonstrations of the oracle for imitation learning (docs/datasets.md).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/batch/make.h"
+#include "protocol/formats/bytes.h"
+
+namespace engram {
+
+// Rule for the episodes of a task that become demonstrations. Attempt k plays the seeds start + k *
+// batch, ..., start + (k + 1) * batch - 1.
+struct CollectionRule {
+  int batch = 1;      // episodes of an attempt; all are dropped unless all succeed
+  int min_steps = 0;  // shorter episodes are dropped
+};
+
+CollectionRule collection_rule(const RegistryEntry& entry);
+
+// Options of the environments for recording and replay: the
+// library's defaults with images, episodes ending at success and then left alone.
+EnvOptions demonstration_options();
+
+// Seeds are stored as int64.
+inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
+
+// The result of one episode.
+struct Demonstration {
+  bool success = false;
+  std::int32_t length = 0;  // control steps
+  // Set for a success only:
+  double reward_sum = 0;
+  std::vector<std::byte> file;  // the .npz file's content
+
+  // Serialization, for other processes.
+  void pack(ByteWriter& out) const;
+  static Demonstration unpack(ByteReader& in);
+};
+
+// Records the episode of one environment of a batch, from its first observation to its first
+// success.
+class DemonstrationRecorder {
+ public:
+  // After the environment's reset.
+  void start(const Batch& env, int index);
+  // Before a step: limits the environment's action to [-1, 1] and keeps it with the observation.
+  void before_step(const Batch& env, int index, std::span<float> action);
+  // After it.
+  void after_step(const Batch& env, int index);
+  // The result, once the episode has ended.
+  Demonstration finish() const;
+
+ private:
+  std::int64_t seed_ = 0;
+  std::string instruction_;
+  std::int64_t height_ = 0;
+  std::int64_t width_ = 0;
+  std::vector<std::uint8_t> rgb_;
+  std::vector<float> proprio_;
+  std::vector<float> actions_;
+  std::vector<float> rewards_;
+  std::vector<std::int32_t> successes_;
+  std::vector<std::int32_t> dones_;
+};
+
+}  // namespace engram

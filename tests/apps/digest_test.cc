@@ -1,0 +1,36 @@
+#include "apps/digest.h"
+
+#include <catch2/catch.hpp>
+
+namespace engram::apps {
+namespace {
+
+std::uint64_t digest_of(std::uint64_t seed, int threads, ObsMode obs_mode, int steps) {
+  EnvOptions options;
+  options.num_envs = 3;
+  options.threads = threads;
+  options.seed = seed;
+  options.obs_mode = obs_mode;
+  const auto env = make("RememberColor3-VLA-v0", options);
+  env->reset();
+  Digest digest(3);
+  digest.update(*env);
+  std::vector<float> actions(static_cast<std::size_t>(3 * env->action_dim()));
+  for (int i = 0; i < steps; ++i) {
+    env->act(Policy::kRandom, actions);
+    env->step(actions);
+    digest.update(*env);
+  }
+  return digest.value();
+}
+
+TEST_CASE("A digest depends on seed, steps and observation, not on threads", "[apps]") {
+  const std::uint64_t digest = digest_of(1, 1, ObsMode::kState, 3);
+  CHECK(digest_of(1, 2, ObsMode::kState, 3) == digest);
+  CHECK(digest_of(2, 1, ObsMode::kState, 3) != digest);
+  CHECK(digest_of(1, 1, ObsMode::kState, 2) != digest);
+  CHECK(digest_of(1, 1, ObsMode::kRgb, 3) != digest);
+}
+
+}  // namespace
+}  // namespace engram::apps

@@ -1,0 +1,43 @@
+#include "apps/interruption.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace engram::apps {
+namespace {
+
+TEST_CASE("Without a signal nothing is interrupted", "[apps]") {
+  const Interruption interruption(0);
+  CHECK_FALSE(interruption.requested());
+  CHECK_FALSE(interruption.flag());
+  interruption.check("unused");
+}
+
+TEST_CASE("The first signal is noted", "[apps]") {
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {  // exit code 3: noted, and reported with the state
+    const Interruption interruption(0);
+    std::raise(SIGTERM);
+    try {
+      interruption.check("nothing was written");
+    } catch (const Error& error) {
+      const std::string text = error.what();
+      ::_exit(interruption.requested() && text == "interrupted; nothing was written" ? 3 : 4);
+    }
+    ::_exit(5);
+  }
+  int status = 0;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 3);
+}
+
+}  // namespace
+}  // namespace engram::apps

@@ -1,0 +1,59 @@
+// `engram play`: arguments passed to Python, and errors without Python.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/apps/command.h"
+#include "tests/build_paths.h"
+#include "tests/temporary_folder.h"
+
+namespace engram::tests {
+namespace {
+
+// A program that stands for Python.
+std::string python(const TemporaryFolder& folder, const std::string& script) {
+  const std::filesystem::path path = folder.path() / "python";
+  std::ofstream(path) << "#!/bin/sh\n" << script << '\n';
+  std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+  return "ENGRAM_PYTHON='" + path.string() + "'";
+}
+
+}  // namespace
+
+TEST_CASE("play: Python gets the arguments of the command line", "[apps]") {
+  const TemporaryFolder folder;
+  const std::string variants = std::string(test::kRoot) + "/apps/examples/medium_variants.json";
+  const CommandResult result =
+      engram_command("--variants '" + variants +
+                         "' play --no-open --port 8080 --folder one --folder 'two words' " +
+                         "--policy-command 'a; b \"c\"' --stay",
+                     "", python(folder, "shift 2; printf '%s\\n' \"$@\""));
+  INFO(result.err);
+  CHECK(result.code == 0);
+  CHECK(result.out == "--variants=" + variants +
+                          "\n--port=8080\n--no-open\n--folder=one\n--folder=two words\n"
+                          "--policy-command=a; b \"c\"\n--stay\n");
+}
+
+TEST_CASE("play: a missing Python or package is reported in one line", "[apps]") {
+  CommandResult result = engram_command("play", "", "ENGRAM_PYTHON=/nowhere/python");
+  CHECK(result.code == 1);
+  CHECK(result.err ==
+        "engram: play needs Python: '/nowhere/python' cannot be started: "
+        "No such file or directory\n");
+  const TemporaryFolder folder;
+  // -I, -S: nothing but the standard library.
+  result = engram_command("play", "", python(folder, "exec python3 -I -S \"$@\""));
+  CHECK(result.code == 1);
+  CHECK(result.out.empty());
+  CHECK_THAT(result.err, Catch::Contains("pip install \"engram[play]\""));
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+}
+
+TEST_CASE("play: options that are empty or unknown are refused", "[apps]") {
+  require_refusal("play --policy-command ''", 2, "--policy-command");
+  require_refusal("play --token x", 2, "--token");
+}
+
+}  // namespace engram::tests

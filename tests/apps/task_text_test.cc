@@ -1,0 +1,26 @@
+#include "apps/task_text.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "protocol/batch/make.h"
+#include "protocol/batch/task_description.h"
+
+namespace engram::apps {
+namespace {
+
+TEST_CASE("The text of a task has a section for each part of its description", "[apps]") {
+  const auto env = make("RememberColor9-VLA-v0", {.num_envs = 1, .threads = 1});
+  const std::string text = task_text(describe_task(*env));
+  CHECK(text.starts_with("RememberColor9-VLA-v0: "));
+  for (const char* section :
+       {"Answer", "Phases", "Drawn per episode", "Props", "Actions", "Observation", "Proprio",
+        "Segmentation", "Outputs", "Reward", "Constants"}) {
+    INFO(section);
+    CHECK_THAT(text, Catch::Contains("\n" + std::string(section)));
+  }
+  CHECK_THAT(text, Catch::Contains("cue_steps") && Catch::Contains("pd_ee_delta_pose"));
+}
+
+}  // namespace
+}  // namespace engram::apps

@@ -1,0 +1,118 @@
+#include "protocol/datasets/recorder.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "protocol/datasets/npz.h"
+#include "protocol/formats/files.h"
+#include "tests/tasks/benchmark_table.h"
+#include "tests/temporary_folder.h"
+
+namespace engram::tests {
+
+namespace fs = std::filesystem;
+
+TEST_CASE("Demonstrations: rules of the families", "[demonstrations]") {
+  int batched = 0;
+  int planned = 0;
+  for (const test::BenchmarkRow& row : test::benchmark()) {
+    const RegistryEntry& entry = require_entry(row[0]);
+    const CollectionRule rule = collection_rule(entry);
+    if (rule.min_steps == 0) {
+      ++planned;
+      CHECK(rule.batch == 1);
+      continue;
+    }
+    ++batched;
+    CHECK(rule.min_steps == 10);
+    CHECK(rule.batch == (entry.family == "ShellGamePick" ? 1 : 10));
+    // The rollout limits of the batched families are their horizons.
+    CHECK(entry.horizon <= 90);
+  }
+  CHECK(batched == 35);
+  CHECK(planned == 62);
+}
+
+TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations]") {
+  for (const char* id :
+       {"RememberColor3-VLA-v0", "ShellGamePush-VLA-v0", "RotateStrictPos-VLA-v0"}) {
+    INFO(id);
+    constexpr std::uint64_t kSeed = 4'242'424'242'424;
+    EnvOptions options = demonstration_options();
+    options.num_envs = 2;
+    options.threads = 1;
+    const auto env = make(id, options);
+    const std::vector<std::uint64_t> seeds = {kSeed - 1, kSeed};
+    env->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+    DemonstrationRecorder recorder;
+    recorder.start(*env, 1);
+    std::vector<float> actions(14);
+    while ((env->terminated()[1] | env->truncated()[1]) == 0) {
+      env->act(Policy::kOracle, actions);
+      recorder.before_step(*env, 1, std::span(actions).subspan(7));
+      env->step(actions);
+      recorder.after_step(*env, 1);
+    }
+    const Demonstration demonstration = recorder.finish();
+    REQUIRE(demonstration.success);
+    REQUIRE(demonstration.length > 5);
+
+    const TemporaryFolder folder;
+    const fs::path path = folder.path() / "a.npz";
+    write_file(path, demonstration.file);
+    const NpzFile file(path);
+    const std::int64_t steps = demonstration.length;
+    CHECK(file.scalar<std::int64_t>("episode_seed", NpyType::kInt64) == kSeed);
+    CHECK(file.scalar<std::int32_t>("episode_length", NpyType::kInt32) == steps);
+    CHECK(file.scalar<bool>("success_once", NpyType::kBool));
+    const std::int64_t frames[] = {steps, 128, 128, 6};
+    const std::int64_t sevens[] = {steps, 7};
+    const std::int64_t singles[] = {steps};
+    const auto rgb = file.read("rgb", NpyType::kUint8, frames);
+    const auto proprio = file.read("proprio", NpyType::kFloat32, sevens);
+    const auto stored = file.read("action", NpyType::kFloat32, sevens);
+    const auto reward = file.read("reward", NpyType::kFloat32, singles);
+    const auto success = file.read("success", NpyType::kInt32, singles);
+    CHECK(success == file.read("done", NpyType::kInt32, singles));
+
+    // A fresh environment of the library's defaults has the same observations.
+    const auto again =
+        make(id, {.num_envs = 1, .seed = kSeed, .threads = 1, .obs_mode = ObsMode::kRgb});
+    again->reset();
+    bool equal = true;
+    double sum = 0;
+    std::vector<float> action(7);
+    for (std::size_t t = 0; t < static_cast<std::size_t>(steps); ++t) {
+      const auto same = [t](const auto& shown, const std::vector<std::byte>& all) {
+        const auto bytes = std::as_bytes(shown);
+        return std::memcmp(bytes.data(), all.data() + t * bytes.size(), bytes.size()) == 0;
+      };
+      equal = equal && same(again->rgb(), rgb) && same(again->proprio(), proprio);
+      std::memcpy(action.data(), stored.data() + t * 28, 28);
+      CHECK(std::all_of(action.begin(), action.end(), [](float a) { return a >= -1 && a <= 1; }));
+      again->step(action);
+      equal = equal && same(again->reward(), reward);
+      CHECK((again->success()[0] != 0) == (t + 1 == static_cast<std::size_t>(steps)));
+      std::int32_t stored_success = 0;
+      std::memcpy(&stored_success, success.data() + t * 4, 4);
+      CHECK(stored_success == again->success()[0]);
+      sum += static_cast<double>(again->reward()[0]);
+    }
+    CHECK(equal);
+    CHECK(sum == demonstration.reward_sum);
+
+    ByteWriter out;
+    demonstration.pack(out);
+    ByteReader in(out.bytes());
+    const Demonstration unpacked = Demonstration::unpack(in);
+    CHECK(unpacked.file == demonstration.file);
+    CHECK(unpacked.length == demonstration.length);
+    CHECK(in.rest().empty());
+  }
+}
+
+}  // namespace engram::tests

@@ -1,0 +1,43 @@
+#include "protocol/formats/html.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+namespace engram {
+namespace {
+
+TEST_CASE("Reports escape their texts", "[html]") {
+  HtmlReport report("<title>");
+  report.paragraph("a & b");
+  report.table({"<x>"}, {{"\"quoted\""}});
+  const std::string text = report.text();
+  CHECK_THAT(text, Catch::Contains("&lt;title&gt;") && Catch::Contains("a &amp; b") &&
+                       Catch::Contains("&lt;x&gt;") && Catch::Contains("&quot;quoted&quot;"));
+  CHECK_THAT(text, !Catch::Contains("<title><title>"));
+}
+
+TEST_CASE("Numbers in tables are aligned to the right", "[html]") {
+  HtmlReport report("numbers");
+  report.table({"task", "rate"}, {{"a task", "0.125"}});
+  CHECK_THAT(report.text(), Catch::Contains("<td>a task</td><td class=\"number\">0.125</td>"));
+}
+
+TEST_CASE("Pictures are embedded", "[html]") {
+  const std::byte bytes[] = {std::byte{'M'}, std::byte{'a'}, std::byte{'n'}, std::byte{'!'}};
+  HtmlReport report("picture");
+  report.picture("caption", bytes);
+  CHECK_THAT(report.text(),
+             Catch::Contains("data:image/png;base64,TWFuIQ==") && Catch::Contains("caption"));
+}
+
+TEST_CASE("Bars have labels, values and a mark", "[html]") {
+  HtmlReport report("bars");
+  report.bars({{"first", 0.25, 0.5, "group"}, {"second", 1, -1, "other"}});
+  const std::string text = report.text();
+  CHECK_THAT(text, Catch::Contains("<svg") && Catch::Contains("first") && Catch::Contains("0.25") &&
+                       Catch::Contains("second"));
+}
+
+}  // namespace
+}  // namespace engram
