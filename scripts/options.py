@@ -468,8 +468,8 @@ BLOCKS = {
     "api/c_options.cc": {"defaults": c_defaults, "conversions": conversions, "asserts": asserts},
     "apps/options.cc": {"switches": switches},
     "python/src/module.cc": {"bindings": bindings},
-    "python/engram/_option_list.py": {"lists": python_lists},
-    "python/engram/vector_env.py": {"signature": signature},
+    "python/engram/_args/option_list.py": {"lists": python_lists},
+    "python/engram/envs/vector_env.py": {"signature": signature},
     "python/engram/typing.py": {"types": python_types},
     "docs/embedding.md": {"table": table},
 }

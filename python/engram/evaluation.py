@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from engram import _core
-from engram._option_list import OBS_MODE, RULES
-from engram._values import constants_json, integer, one_of, path, real, seed_value, text
+from engram._args.option_list import OBS_MODE, RULES
+from engram._args.values import constants_json, integer, one_of, path, real, seed_value, text
 from engram.errors import InvalidArgumentError
 
 if TYPE_CHECKING:

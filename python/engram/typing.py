@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from engram._compat import AutoresetMode
+    from gymnasium.vector import AutoresetMode
 
 __all__ = [
     "ActionSpace",

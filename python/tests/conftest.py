@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from demonstrated import demonstrations, folder  # noqa: F401 (fixtures)
+from demonstrations import demonstrations, folder  # noqa: F401 (fixtures)
 
 import engram
 
 if TYPE_CHECKING:
-    from played import Server
+    from play_server import Server
 
 TASK = "RememberColor3-VLA-v0"  # 25 steps; never ends before
 ENDING_TASK = "ShellGameTouch-VLA-v0"  # ends at success
@@ -104,7 +104,7 @@ def noisy_oracle(env: engram.VectorEnv, rng: np.random.Generator) -> np.ndarray:
 @pytest.fixture(scope="module")
 def server(tmp_path_factory) -> Iterator[Server]:
     """`engram play`, one for all tests of a file; tabs come and go."""
-    from played import serving  # needs libraries that not all environments have
+    from play_server import serving  # needs libraries that not all environments have
 
     with serving(tmp_path_factory.mktemp("play") / "played") as running:
         yield running

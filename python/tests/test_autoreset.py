@@ -8,7 +8,7 @@ import pytest
 from conftest import ENDING_TASK, TASK, assert_same, noisy_oracle
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 TELLING = {"privileged": True, "language_in_info": True}
 MODES = ["NEXT_STEP", "SAME_STEP", "DISABLED"]

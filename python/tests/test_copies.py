@@ -12,7 +12,7 @@ from conftest import TASK, assert_same
 
 import engram
 from engram import _core
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 MODES = ["state", "state_dict", "rgb", "rgb+depth+segmentation", "objects", "objects_dict"]
 

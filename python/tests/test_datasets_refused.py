@@ -8,15 +8,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-import hostile_datasets
+import fuzz_datasets
 import numpy as np
 import pytest
-from hostile_datasets import ID, arrays_of, sound_metadata, tree, write_sound
+from fuzz_datasets import ID, arrays_of, sound_metadata, tree, write_sound
 
 from engram.datasets import DatasetError, DemonstrationFolder, find_folders
 
 needs_libraries = pytest.mark.skipif(
-    not hostile_datasets.has_libraries(), reason="the libraries of engram[datasets] are missing"
+    not fuzz_datasets.has_libraries(), reason="the libraries of engram[datasets] are missing"
 )
 CONVERTERS = {"rlds": Path("data_rlds") / ID / "1.0.0", "lerobot": Path("data_lerobot") / ID}
 
@@ -168,7 +168,7 @@ def test_episodes_are_those_that_metadata_tells_of(root):
 
 
 def test_nothing_is_unpickled(root, tmp_path):
-    touch = hostile_datasets.Touch(tmp_path / "ran")
+    touch = fuzz_datasets.Touch(tmp_path / "ran")
     change_array(root, "action", np.array(touch, object))
     with pytest.raises(DatasetError, match="action"):
         find_folders(root)[0][1]
@@ -289,7 +289,7 @@ def test_options_of_the_functions_are_checked_too(root):
 
 
 def test_a_slice_of_the_search_finds_nothing():
-    counts, findings = hostile_datasets.play(0, 120)
+    counts, findings = fuzz_datasets.play(0, 120)
     assert not findings
     assert counts["refused"] > 60
     assert counts["accepted"] > 0

@@ -8,7 +8,7 @@ import pytest
 from conftest import TASK
 
 import engram
-from engram._spaces import ImageBox
+from engram.envs.spaces import ImageBox
 
 MODES = {
     "rgb+depth": ["depth"],

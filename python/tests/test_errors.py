@@ -106,7 +106,7 @@ def test_bad_options_are_refused(options, words):
         (lambda: engram.VectorEnv(TASK, num_env=4), "^VectorEnv.*'num_env'"),
         (lambda: engram.describe(TASK, controlmode="x"), "^describe\\(\\) .*'control_mode'"),
         (lambda: gymnasium.make(f"engram/{TASK}", num_env=4), "^gymnasium.make\\(\\) .*'num_env'"),
-        (lambda: engram.registration._make_vec(TASK, 4, num_env=4), "^gymnasium.make_vec\\(\\) "),
+        (lambda: engram.gym_registration._make_vec(TASK, 4, num_env=4), "^gymnasium.make_vec\\(\\) "),
     ],
 )
 def test_unknown_keywords_are_refused_in_the_name_of_what_was_called(call, words):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import TASK
 
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 if not GYMNASIUM_1:
     pytest.skip("Gymnasium 0.29 has no such vector wrappers", allow_module_level=True)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 for package in ("nbclient", "ipykernel", "torch", "matplotlib"):
     pytest.importorskip(package)

@@ -7,8 +7,8 @@ import pytest
 from conftest import TASK, assert_same, registered_ids
 
 import engram
-from engram._compat import GYMNASIUM_1
-from engram._spaces import take
+from engram.envs.compat import GYMNASIUM_1
+from engram.envs.spaces import take
 
 WIDTHS = {
     "seen": 1,

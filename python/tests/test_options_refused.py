@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import hostile_options
+import fuzz_options
 import numpy as np
 import pytest
 from conftest import TASK
@@ -85,7 +85,7 @@ def test_an_id_is_taken_whole(id):
     ],
 )
 def test_arguments_of_evaluate_are_checked(name, value):
-    options = {"policy": hostile_options.no_policy, "ids": TASK, "episodes": 1, name: value}
+    options = {"policy": fuzz_options.no_policy, "ids": TASK, "episodes": 1, name: value}
     with pytest.raises(engram.InvalidArgumentError, match=name):
         engram.evaluate(options.pop("policy"), options.pop("ids"), **options)
 
@@ -115,7 +115,7 @@ def test_messages_are_lines_that_terminals_can_show():
 
 
 def test_a_slice_of_the_search_finds_nothing():
-    counts, findings = hostile_options.play(0, 300)
+    counts, findings = fuzz_options.play(0, 300)
     assert not findings
     assert counts["refused"] > 200
     assert counts["accepted"] > 5

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")

@@ -12,7 +12,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 import engram
-from engram.sb3 import Sb3VecEnv
+from engram.integrations.sb3 import Sb3VecEnv
 
 
 @pytest.fixture

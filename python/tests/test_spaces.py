@@ -12,7 +12,7 @@ import pytest
 from gymnasium import spaces
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
 
-from engram._spaces import ImageBox
+from engram.envs.spaces import ImageBox
 
 SHAPE = (6, 5, 3)
 

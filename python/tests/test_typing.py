@@ -14,7 +14,7 @@ from conftest import registered_ids
 
 import engram
 from engram import typing as types
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 HERE = Path(__file__).parent / "typing"
 MISTAKES = [

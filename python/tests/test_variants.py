@@ -14,7 +14,7 @@ import pytest
 from conftest import TASK
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 SLOW = {
     "COLORS": 2,

@@ -9,8 +9,9 @@ import pytest
 from conftest import TASK, assert_same
 
 import engram
-from engram._compat import GYMNASIUM_1
-from engram._option_list import OBS_MODE
+from engram.envs.compat import GYMNASIUM_1
+from engram.envs.spaces import take
+from engram._args.option_list import OBS_MODE
 
 
 @pytest.mark.parametrize("obs_mode", OBS_MODE)
@@ -20,7 +21,7 @@ def test_observations_lie_in_their_space(make, obs_mode):
     for _ in range(3):
         assert env.observation_space.contains(obs)
         single = env.single_observation_space
-        assert single.contains(engram.env.take(obs, 1))
+        assert single.contains(take(obs, 1))
         obs, *_ = env.step(env.act("random"))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from engram._values import integer, nearest, one_of, real
+from engram._args.values import integer, nearest, one_of, real
 from engram.errors import InvalidArgumentError, UnavailableError
 from engram.mikasa._torch import torch
 from engram.typing import RewardMode, Rules

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from engram._copies import Copied
-from engram._on_demand import CAMERA_MATRICES
-from engram._spaces import FIRST_EXTRA_FIELD, ImageBox
+from engram.envs.copies import Copied
+from engram.envs.queries import CAMERA_MATRICES
+from engram.envs.spaces import FIRST_EXTRA_FIELD, ImageBox
 from engram.mikasa import _families
 from engram.mikasa._torch import torch
 from engram.typing import TaskDescription
-from engram.vector_env import VectorEnv
+from engram.envs.vector_env import VectorEnv
 
 _AGENT = ("qpos", "qvel")
 _FIXED = "base_camera"

@@ -8,7 +8,7 @@ import numpy as np
 
 from engram.mikasa._keywords import Settings
 from engram.mikasa._torch import torch
-from engram.vector_env import VectorEnv
+from engram.envs.vector_env import VectorEnv
 
 
 def pictures(batch: VectorEnv[Any], mode: str, chosen: Settings) -> torch.Tensor:

@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from engram.errors import InvalidArgumentError, UnknownIdError
-from engram.registry import describe
+from engram.tasks import describe
 
 # What the original lets subclasses override and what would build or move bodies here.
 _REFUSED_METHODS = {

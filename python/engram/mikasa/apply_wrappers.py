@@ -29,7 +29,7 @@ from engram.mikasa.wrappers import (
     ShellGameRenderCupInfoWrapper,
     StateOnlyTensorToDictWrapper,
 )
-from engram.registry import list_tasks
+from engram.tasks import list_tasks
 
 __all__ = [
     "MIKASA_VLA_ENV_IDS",

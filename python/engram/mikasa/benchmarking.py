@@ -22,13 +22,13 @@ from typing import Any, Protocol
 import gymnasium as gym
 import numpy as np
 
-from engram._values import integer
+from engram._args.values import integer
 from engram.errors import BadStateError, InvalidArgumentError
 from engram.mikasa import classes as _classes  # noqa: F401 (registers the ids)
 from engram.mikasa._torch import torch
 from engram.mikasa.apply_wrappers import apply_mikasa_vla_wrappers
 from engram.mikasa.benchmark_ui import RichBenchmarkUI
-from engram.registry import list_tasks
+from engram.tasks import list_tasks
 
 __all__ = [
     "CONTROL_MODE",

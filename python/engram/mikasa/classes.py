@@ -8,7 +8,7 @@ from engram.mikasa import _families
 from engram.mikasa._variants import TaskMeta
 from engram.mikasa.env import BaseEnv
 from engram.mikasa.registration import register_env
-from engram.registry import list_tasks
+from engram.tasks import list_tasks
 from engram.typing import TaskSummary
 
 __all__: list[str] = []

@@ -9,11 +9,11 @@ import gymnasium as gym
 import numpy as np
 
 from engram.errors import BadStateError, InvalidArgumentError
-from engram.mikasa import _families, _keywords, _observing, _rendering, _told
+from engram.mikasa import _families, _keywords, _legacy_attributes, _observing, _rendering
 from engram.mikasa._torch import CPU, torch
 from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.agent import Agent
-from engram.vector_env import VectorEnv
+from engram.envs.vector_env import VectorEnv
 
 _NO_LIMIT = (
     1_000_000  # control steps: episodes end where the time limit around the environment says
@@ -307,15 +307,15 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             return getattr(type(self), name)
         if name == "shuffle_steps_per_env" and "Shuffle" in self._family:
             name = "empty_steps_per_env"
-        told = _told.attribute(self, name)
-        if told is not None:
-            return told
+        computed = _legacy_attributes.attribute(self, name)
+        if computed is not None:
+            return computed
         view = self._view(name)
         if view is not None:
             return _observing.tensor(view, torch.int64 if view.dtype == np.int32 else None)
-        told = _told.of_state(self, name)
-        if told is not None:
-            return told
+        computed = _legacy_attributes.of_state(self, name)
+        if computed is not None:
+            return computed
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -22,7 +22,7 @@ from engram.play.guard import Guard, new_token
 from engram.play.score import Scores
 from engram.play.session import Channel, House, Session
 from engram.play.sources import Sources
-from engram.play.wall import ENVS
+from engram.play.grid_view import ENVS
 
 _GRACE = 3.0  # seconds that a page may be away, while it is loaded again
 _HEARTBEAT = 20.0

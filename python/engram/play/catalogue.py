@@ -7,7 +7,7 @@ from typing import Any
 
 import engram
 from engram.play import pictures
-from engram.play.setting import Setting
+from engram.play.episode_spec import Setting
 
 _SIZE = (320, 240)
 _SEED = 4_242_424_242

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engram.play import pictures
-from engram.play.setting import Setting
+from engram.play.episode_spec import Setting
 
 VIEWS = ((640, 480), (480, 360), (320, 240))  # the largest that the machine draws in time
 

@@ -15,15 +15,15 @@ from typing import Any, TypeVar
 import engram
 from engram.datasets.checks import DatasetError
 from engram.play.catalogue import Catalogue
-from engram.play.film import Film, recorded
+from engram.play.playback import Film, recorded
 from engram.play.game import VIEWS, Game
-from engram.play.keeping import KeepError, keep
+from engram.play.saving import KeepError, keep
 from engram.play.messages import MessageError
 from engram.play.policy_process import PolicyError
 from engram.play.score import Scores
-from engram.play.setting import Setting
+from engram.play.episode_spec import Setting
 from engram.play.sources import SourceError, Sources
-from engram.play.wall import COLUMNS, ENVS, Wall
+from engram.play.grid_view import COLUMNS, ENVS, Wall
 
 T = TypeVar("T")
 CONTROL_STEP = 0.05  # seconds

@@ -13,9 +13,9 @@ import numpy.typing as npt
 import engram
 from engram.datasets import DemonstrationFolder, checks, find_folders
 from engram.datasets.checks import DatasetError
-from engram.play.film import Film, Player, recorded
+from engram.play.playback import Film, Player, recorded
 from engram.play.policy_process import PolicyProcess
-from engram.play.setting import Setting
+from engram.play.episode_spec import Setting
 
 OWN = ("oracle", "sweep", "blind", "random", "zero")
 PROCESS = "process"

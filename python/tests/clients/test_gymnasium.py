@@ -12,7 +12,7 @@ from gymnasium import wrappers
 from gymnasium.utils.env_checker import check_env
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 
 def rescaled(env):

@@ -11,7 +11,7 @@ from conftest import TASK
 from single_file_ppo import train
 from transitions import assert_played
 
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 ENVS = 16
 

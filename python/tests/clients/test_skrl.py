@@ -18,7 +18,7 @@ from skrl.utils.model_instantiators.torch import deterministic_model, gaussian_m
 from transitions import assert_played
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 ENVS, STEPS = 3, 60
 NETWORK = [{"name": "net", "input": "OBSERVATIONS", "layers": [16], "activations": "tanh"}]

@@ -18,7 +18,7 @@ from stable_baselines3.common.vec_env import VecMonitor
 from transitions import assert_played
 
 import engram
-from engram.sb3 import Sb3VecEnv
+from engram.integrations.sb3 import Sb3VecEnv
 
 ENVS, STEPS = 3, 60
 

@@ -16,7 +16,7 @@ from torchrl.envs import GymEnv, GymWrapper, check_env_specs
 from transitions import assert_played
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 ENVS, STEPS = 3, 60
 # TorchRL takes batches of Gymnasium 1.x in these modes; 0.29 has but one.

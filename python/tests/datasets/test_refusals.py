@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from demonstrated import IDS
+from demonstrations import IDS
 
 from engram.datasets import DatasetError, find_folders
 from engram.datasets.__main__ import main

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from played import SECONDS, Server, serving
+from play_server import SECONDS, Server, serving
 
-from engram.play.setting import Setting
+from engram.play.episode_spec import Setting
 
 playwright = pytest.importorskip("playwright.sync_api")
 

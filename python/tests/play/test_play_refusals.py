@@ -10,7 +10,7 @@ import subprocess
 import sys
 
 import pytest
-from played import SECONDS, Server, serving
+from play_server import SECONDS, Server, serving
 from test_messages import mutated
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect

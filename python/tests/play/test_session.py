@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from played import SECONDS, Page, Server, serving
+from play_server import SECONDS, Page, Server, serving
 
 import engram
 from engram.datasets import DemonstrationFolder
-from engram.play.film import Film, recorded
+from engram.play.playback import Film, recorded
 from engram.play.game import Game
-from engram.play.setting import Setting
+from engram.play.episode_spec import Setting
 from engram.play.sources import own_player
 
 TASK = "RememberColor3-VLA-v0"

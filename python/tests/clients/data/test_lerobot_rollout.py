@@ -20,7 +20,7 @@ from lerobot.policies.act.configuration_act import ACTConfig
 from lerobot.scripts.lerobot_eval import eval_policy_all, rollout
 
 import engram
-import engram.lerobot
+import engram.integrations.lerobot
 
 SEED = 4242424242
 
@@ -93,7 +93,7 @@ def own_episodes(id: str, count: int, policy: str) -> list[dict]:
 
 def test_the_type_is_registered(config):
     assert "engram" in EnvConfig.get_known_choices()
-    assert isinstance(config, engram.lerobot.EngramEnvConfig)
+    assert isinstance(config, engram.integrations.lerobot.EngramEnvConfig)
     features = env_to_policy_features(config)
     assert features["observation.images.top"].shape == (3, 128, 128)
     assert features["observation.images.wrist"].shape == (3, 128, 128)
@@ -182,7 +182,7 @@ def test_env_hub_loads_it(monkeypatch, tmp_path):
     (repository / "refs" / "main").write_text(commit)
     (repository / "snapshots" / commit).mkdir(parents=True)
     (repository / "snapshots" / commit / "env.py").write_text(
-        "from engram.lerobot import make_env\n"
+        "from engram.integrations.lerobot import make_env\n"
     )
     made = make_env(
         "somebody/engram-env", n_envs=2, trust_remote_code=True, hub_cache_dir=str(tmp_path)
