@@ -1,4 +1,4 @@
-"""The server of `engram play` as a process of its own, and what talks to it, for its tests."""
+"""Server of `engram play` in a process of its own, and a client for its tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-SECONDS = 60  # for anything that is waited for
+SECONDS = 60  # limit for every wait
 
 
 @dataclasses.dataclass
@@ -56,23 +56,23 @@ class Server:
             yield Page(socket)
 
     def end(self) -> str:
-        """Ends it as Ctrl-C does; returns what it has said on standard error."""
+        """Ends it as Ctrl-C does; returns its standard error."""
         self.process.send_signal(signal.SIGINT)
         return self.process.communicate(timeout=SECONDS)[1]
 
 
 class Page:
-    """What the page says and hears."""
+    """A client in place of the page."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
-        self.heard: list[dict[str, Any]] = []  # messages, and headers of pictures
+        self.received: list[dict[str, Any]] = []  # messages, and headers of pictures
         self.files: list[bytes] = []  # of the last picture
 
-    def say(self, kind: str, **fields: Any) -> None:
+    def send(self, kind: str, **fields: Any) -> None:
         self.socket.send(json.dumps({"do": kind, **fields}))
 
-    def hear(self, wanted: str) -> dict[str, Any]:
+    def receive(self, wanted: str) -> dict[str, Any]:
         """The next message of that type, or picture of that kind; an error ends the test."""
         while True:
             data = self.socket.recv(timeout=SECONDS)
@@ -88,7 +88,7 @@ class Page:
                 for length in message["sizes"]:
                     self.files.append(data[at : at + length])
                     at += length
-            self.heard.append(message)
+            self.received.append(message)
             if kind == wanted:
                 return message
             assert kind != "error", message
@@ -101,23 +101,23 @@ class Page:
         return self.socket.close_code
 
     def play(self, id: str, seed: int | None = None, **more: Any) -> dict[str, Any]:
-        """Begins an episode; returns what was told of it."""
-        self.say("play", id=id, seed=None if seed is None else str(seed), **more)
-        opened = self.hear("opened")
-        self.hear("play")
+        """Begins an episode; returns the first message."""
+        self.send("play", id=id, seed=None if seed is None else str(seed), **more)
+        opened = self.receive("opened")
+        self.receive("play")
         return opened
 
     def step(self, action: Any, number: int = 0) -> dict[str, Any]:
         """One step of a paused episode; returns the picture's header."""
-        self.say("step", a=[float(value) for value in action], n=number)
-        return self.hear("play")
+        self.send("step", a=[float(value) for value in action], n=number)
+        return self.receive("play")
 
 
 @contextlib.contextmanager
 def serving(
     out: Path, *arguments: Any, stay: bool = True, command: Sequence[str] = ("engram.play",)
 ) -> Iterator[Server]:
-    """A server until the block ends. command: the module that is run, and its first words."""
+    """A server until the block ends. command: the module to run, and its first arguments."""
     words = [sys.executable, "-m", *command, "--no-open", "--out", out, *arguments]
     with subprocess.Popen(
         [str(word) for word in [*words, *(["--stay"] if stay else [])]],

@@ -1,4 +1,4 @@
-"""python/examples/memory: policies that remember, asked by engram.evaluate and over pipes."""
+"""python/examples/memory: inference with trained policies, by engram.evaluate and over pipes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def examples() -> Iterator[SimpleNamespace]:
     """Modules of the folder, which is on the search path for as long."""
     before = set(sys.modules)
     sys.path.insert(0, str(FOLDER))
-    names = ("player", "play", "pictures", "policy")
+    names = ("inference", "training", "rgb_env", "policy")
     yield SimpleNamespace(**{name: importlib.import_module(name) for name in names})
     sys.path.remove(str(FOLDER))
     for name in set(sys.modules) - before:
@@ -42,7 +42,7 @@ def examples() -> Iterator[SimpleNamespace]:
 def untrained(examples: SimpleNamespace, scenes: Any, memory: bool = True) -> Any:
     """A policy whose weights are large enough to move the robot and to depend on the memory."""
     torch.manual_seed(3)
-    policy = examples.policy.Policy(scenes.sight, memory=memory)
+    policy = examples.policy.Policy(scenes.layout, memory=memory)
     policy.fit(scenes.reset(seed=1)[None])
     with torch.no_grad():
         for weight in policy.act.parameters():
@@ -52,13 +52,13 @@ def untrained(examples: SimpleNamespace, scenes: Any, memory: bool = True) -> An
 
 @pytest.fixture(scope="module")
 def policy(examples: SimpleNamespace) -> Any:
-    return untrained(examples, examples.play.Objects(TASK, 4))
+    return untrained(examples, examples.training.ObjectsEnv(TASK, 4))
 
 
 @pytest.fixture(scope="module")
 def agent(examples: SimpleNamespace, policy: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("agent") / "agent.pt"
-    examples.play.save_policy(policy, path, TASK)
+    examples.training.save_policy(policy, path, TASK)
     return path
 
 
@@ -74,29 +74,29 @@ def lockstep(policy: Any, scenes: Any) -> tuple[np.ndarray, np.ndarray]:
     return returns, np.array(actions)
 
 
-def returns_of(player: Any, obs: str, **options: Any) -> list[float]:
-    result = engram.evaluate(player, TASK, obs=obs, episodes=EPISODES, threads=1, **options)
+def returns_of(runner: Any, obs: str, **options: Any) -> list[float]:
+    result = engram.evaluate(runner, TASK, obs=obs, episodes=EPISODES, threads=1, **options)
     return result["tasks"][0]["returns"]
 
 
 def test_an_evaluation_plays_as_learners_do(examples: SimpleNamespace, policy: Any) -> None:
-    expected, actions = lockstep(policy, examples.play.Objects(TASK, EPISODES))
+    expected, actions = lockstep(policy, examples.training.ObjectsEnv(TASK, EPISODES))
     assert np.ptp(actions[-1], axis=0).max() > 0.01  # the episodes differ
-    player = examples.player.Player(policy, task=TASK)
-    np.testing.assert_allclose(returns_of(player, "objects", num_envs=50), expected, atol=1e-3)
-    # The same player, the same places, new episodes in them: nothing is left of the old ones.
-    np.testing.assert_allclose(returns_of(player, "objects", num_envs=1), expected, atol=1e-3)
+    runner = examples.inference.PolicyRunner(policy, task=TASK)
+    np.testing.assert_allclose(returns_of(runner, "objects", num_envs=50), expected, atol=1e-3)
+    # The same runner and slots, new episodes: the old memories are gone.
+    np.testing.assert_allclose(returns_of(runner, "objects", num_envs=1), expected, atol=1e-3)
 
 
 def test_an_evaluation_from_pictures_plays_as_learners_do(examples: SimpleNamespace) -> None:
-    scenes = examples.pictures.Pictures(TASK, EPISODES)
+    scenes = examples.rgb_env.RgbEnv(TASK, EPISODES)
     with torch.no_grad():  # about half of what there is in view
-        scenes.eye.bias += 1.0 - scenes.eye(torch.zeros(1, 64, 64, 3, dtype=torch.uint8))[2][0]
+        scenes.detector.bias += 1.0 - scenes.detector(torch.zeros(1, 64, 64, 3, dtype=torch.uint8))[2][0]
     policy = untrained(examples, scenes)
     expected, _ = lockstep(policy, scenes)
-    player = examples.player.Player(policy, scenes.eye, TASK)
-    assert player.obs == "rgb"
-    np.testing.assert_allclose(returns_of(player, "rgb", num_envs=50), expected, atol=1e-3)
+    runner = examples.inference.PolicyRunner(policy, scenes.detector, TASK)
+    assert runner.obs == "rgb"
+    np.testing.assert_allclose(returns_of(runner, "rgb", num_envs=50), expected, atol=1e-3)
 
 
 def requests(count: int = EPISODES) -> list[dict[str, Any]]:
@@ -117,47 +117,47 @@ def part(request: dict[str, Any], which: list[int], slots: list[int]) -> dict[st
     return {"state": request["state"][which], "worker": 1, "slot": slots, "first": first}
 
 
-def test_an_episode_keeps_its_memory_wherever_its_row_is(
+def test_memories_follow_slots_whatever_the_order_of_rows(
     examples: SimpleNamespace, policy: Any
 ) -> None:
-    player = examples.player.Player(policy, task=TASK)
+    runner = examples.inference.PolicyRunner(policy, task=TASK)
     asked = requests()
-    expected = [player(request) for request in asked]
+    expected = [runner(request) for request in asked]
     # Two at a time, in another order, in places of their own.
     for request, actions in zip(asked, expected):
         for which, slots in (([3, 0], [7, 2]), ([1, 2], [0, 5])):
-            answer = player(part(request, which, slots))
+            answer = runner(part(request, which, slots))
             np.testing.assert_allclose(answer, actions[which], atol=1e-5)
 
 
-def test_what_it_remembers_matters_until_a_new_episode(
+def test_memories_last_until_a_new_episode(
     examples: SimpleNamespace, policy: Any
 ) -> None:
-    player = examples.player.Player(policy, task=TASK)
+    runner = examples.inference.PolicyRunner(policy, task=TASK)
     asked = requests()
     for request in asked[:-1]:
-        player(request)
-    kept = player(asked[-1])
-    new = player({**asked[-1], "first": [False, True, False, True]})
-    fresh = examples.player.Player(policy, task=TASK)({**asked[-1], "first": [True] * EPISODES})
+        runner(request)
+    kept = runner(asked[-1])
+    new = runner({**asked[-1], "first": [False, True, False, True]})
+    fresh = examples.inference.PolicyRunner(policy, task=TASK)({**asked[-1], "first": [True] * EPISODES})
     np.testing.assert_allclose(new[[1, 3]], fresh[[1, 3]], atol=1e-5)
     assert np.abs(kept - fresh).max(-1).min() > 1e-3
 
 
 def test_a_policy_without_memory_plays_too(examples: SimpleNamespace) -> None:
-    scenes = examples.play.Objects(TASK, EPISODES)
+    scenes = examples.training.ObjectsEnv(TASK, EPISODES)
     policy = untrained(examples, scenes, memory=False)
     expected, _ = lockstep(policy, scenes)
-    player = examples.player.Player(policy, task=TASK)
-    np.testing.assert_allclose(returns_of(player, "objects"), expected, atol=1e-3)
+    runner = examples.inference.PolicyRunner(policy, task=TASK)
+    np.testing.assert_allclose(returns_of(runner, "objects"), expected, atol=1e-3)
 
 
 def test_other_observations_are_refused(examples: SimpleNamespace, policy: Any) -> None:
-    player = examples.player.Player(policy, task=TASK)
+    runner = examples.inference.PolicyRunner(policy, task=TASK)
     with pytest.raises(ValueError, match="obs objects needed"):
-        returns_of(player, "rgb")
-    with pytest.raises(ValueError, match=f"35 numbers given, {player.width} needed"):
-        returns_of(player, "state")
+        returns_of(runner, "rgb")
+    with pytest.raises(ValueError, match=f"35 numbers given, {runner.width} needed"):
+        returns_of(runner, "state")
 
 
 class Pipe:
@@ -205,19 +205,19 @@ def actions_in(body: bytes) -> np.ndarray:
     return chunks["action"]
 
 
-def test_a_process_answers_as_the_player_does(
+def test_a_process_answers_as_the_runner_does(
     examples: SimpleNamespace, policy: Any, agent: Path
 ) -> None:
-    player, pipe, asked = examples.player.Player(policy, task=TASK), Pipe(agent), requests()
-    pipe.greet(3, player.width)
+    runner, pipe, asked = examples.inference.PolicyRunner(policy, task=TASK), Pipe(agent), requests()
+    pipe.greet(3, runner.width)
     for step, request in enumerate(asked):
         kind, body = pipe.ask(request, step)
         assert kind == CHUNKS
-        np.testing.assert_array_equal(actions_in(body), player(request))
+        np.testing.assert_array_equal(actions_in(body), runner(request))
     assert pipe.close() == 0
 
 
-def test_a_process_says_what_it_cannot_read(agent: Path) -> None:
+def test_a_process_reports_unreadable_observations(agent: Path) -> None:
     pipe = Pipe(agent)
     pipe.greet(2, 35)
     request = {"state": np.zeros((1, 35), np.float32), "slot": [0], "first": [True]}
@@ -246,7 +246,7 @@ def test_a_policy_is_compared_with_others(agent: Path) -> None:
     assert lines[-1].split() == ["oracle", "1.00", "1.00"]
 
 
-def test_rllib_workers_say_that_ray_is_missing() -> None:
+def test_rllib_workers_report_missing_ray() -> None:
     hidden = "import sys, runpy; sys.modules['ray'] = None; runpy.run_path(sys.argv[1])"
     command = [sys.executable, "-c", hidden, str(FOLDER / "rllib_workers.py")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""What an episode is made of: task, seed, pins, constants, options of the task, rules."""
+"""Specification of an episode: task, seed, pins, constants, options of the task, rules."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 
 import engram
 
-_RANDOM_SEEDS = 2**31  # short enough to be read out
+_RANDOM_SEEDS = 2**31  # short enough for people
 
 
 @dataclasses.dataclass(frozen=True)
-class Setting:
-    """All that the page may choose of an episode; rules are those of a folder that is watched."""
+class EpisodeSpec:
+    """Choices of the page for an episode; rules come from a folder that is watched."""
 
     id: str
     seed: int
@@ -26,8 +26,8 @@ class Setting:
     rules: str = "reference"
 
     @classmethod
-    def of(cls, message: Mapping[str, Any]) -> Setting:
-        """What a checked message says; without a seed, one that nobody knows."""
+    def from_message(cls, message: Mapping[str, Any]) -> EpisodeSpec:
+        """From a checked message; without a seed in it, with a random one."""
         given = message.get("seed") is not None
         return cls(
             message["id"],
@@ -39,17 +39,17 @@ class Setting:
         )
 
     @property
-    def plain(self) -> bool:
-        """Whether seed and actions alone make the episode again, and rates of the task apply."""
+    def is_default(self) -> bool:
+        """Without changes: seed and actions reproduce the episode, and rates of the task apply."""
         return not (self.pins or self.constants or self.options)
 
     @property
-    def kind(self) -> str:
-        """Settings of the same kind can be played by the same batch."""
+    def batch_key(self) -> str:
+        """Equal for episodes that the same batch can play."""
         return json.dumps([self.id, dict(self.constants), dict(self.options)], sort_keys=True)
 
-    def batch(self, num_envs: int = 1, **more: Any) -> engram.VectorEnv[Any]:
-        """A batch for such episodes, not yet reset; ended environments hold still."""
+    def make_batch(self, num_envs: int = 1, **more: Any) -> engram.VectorEnv[Any]:
+        """A batch for such episodes, not yet reset; ended environments are held."""
         given: Any = {
             "constants": dict(self.constants) or None,
             "task_options": dict(self.options) or None,
@@ -62,7 +62,7 @@ class Setting:
         return engram.make_vec(self.id, num_envs, **given)
 
     def reset(self, env: engram.VectorEnv[Any], seed: int | None = None) -> Any:
-        """Begins the episode in all environments of the batch, with seeds one after the other."""
+        """Begins the episode in all environments of the batch, with consecutive seeds."""
         return env.reset(
             seed=self.seed if seed is None else seed, options={"pins": dict(self.pins)}
         )

@@ -1,4 +1,4 @@
-"""An episode to look at, forwards and backwards: its curves, and the picture of every step."""
+"""Playback of an episode, forwards and backwards: its curves, and a picture of every step."""
 
 from __future__ import annotations
 
@@ -10,49 +10,49 @@ import numpy.typing as npt
 
 from engram.play import pictures
 from engram.play.phases import PhaseTrack
-from engram.play.episode_spec import Setting
+from engram.play.episode_spec import EpisodeSpec
 
 Actions = npt.NDArray[np.float32]
-# From a batch, and whether its episode has just begun, to the actions of its next step.
-Player = Callable[[Any, bool], Actions]
+# Called with a batch and a flag, true in the first step; returns the actions of the next step.
+Policy = Callable[[Any, bool], Actions]
 
-_KEPT = 8  # every so many steps a snapshot is kept; the steps between are played again
+_SNAPSHOT_INTERVAL = 8  # steps; those between snapshots are simulated again
 _VIEW = (640, 480)
 _SENSOR = (128, 128)
 
 
-def recorded(actions: Sequence[Actions]) -> Player:
-    """A player of given actions."""
+def recorded_policy(actions: Sequence[Actions]) -> Policy:
+    """A policy that repeats these actions."""
     rest = iter(actions)
     return lambda _env, _first: next(rest)[None]
 
 
-class Film:
-    """Plays an episode to its end, and shows any moment of it afterwards."""
+class Playback:
+    """Runs an episode to its end, and shows any step of it afterwards."""
 
     def __init__(
         self,
-        setting: Setting,
-        player: Player,
+        spec: EpisodeSpec,
+        policy: Policy,
         *,
         ends_at_success: bool | None = None,
         most_steps: int | None = None,
         obs_mode: Any = "state",
     ) -> None:
-        self.setting = setting
-        self._batch = setting.batch(
+        self.spec = spec
+        self._batch = spec.make_batch(
             obs_mode=obs_mode, terminate_on_success=ends_at_success, privileged=True
         )
         try:
-            self._play(player, most_steps)
+            self._run(policy, most_steps)
         except BaseException:
             self._batch.close()
             raise
 
-    def _play(self, player: Player, most_steps: int | None) -> None:
+    def _run(self, policy: Policy, most_steps: int | None) -> None:
         env = self._batch
         description: Any = env.description
-        _, info = self.setting.reset(env)
+        _, info = self.spec.reset(env)
         self.description = description
         self.instruction = env.instructions[0]
         self.actions: list[Actions] = []
@@ -64,9 +64,9 @@ class Film:
         phases = PhaseTrack(env, info)
         ended = False
         while not ended and (most_steps is None or len(self.actions) < most_steps):
-            if len(self.actions) % _KEPT == 0:
+            if len(self.actions) % _SNAPSHOT_INTERVAL == 0:
                 self._snapshots.append(env.save(0))
-            action = np.asarray(player(env, not self.actions), np.float32).copy()
+            action = np.asarray(policy(env, not self.actions), np.float32).copy()
             _, reward, terminated, truncated, info = env.step(action)
             self.actions.append(action[0])
             self._rewards.append(float(reward[0]))
@@ -78,20 +78,20 @@ class Film:
             ended = bool(terminated[0] or truncated[0])
         self._phases = phases.track
         self._proprio = np.array(proprio)
-        self._last = {name: info[name][0] for name in _TOLD if name in info}
+        self._last = {name: info[name][0] for name in _RESULT_FIELDS if name in info}
 
     def __len__(self) -> int:
-        """Pictures: one before each step, and one at the end."""
+        """Number of pictures: one before each step, and one at the end."""
         return len(self.actions) + 1
 
-    def told(self) -> dict[str, Any]:
-        """Curves and marks, one value per picture."""
-        told = self._last
-        answered = bool(told.get("answered", False))
+    def message(self) -> dict[str, Any]:
+        """Curves and marks for the page, one value per picture."""
+        last = self._last
+        answered = bool(last.get("answered", False))
         return {
-            "type": "film",
-            "id": self.setting.id,
-            "seed": str(self.setting.seed),
+            "type": "playback",
+            "id": self.spec.id,
+            "seed": str(self.spec.seed),
             "instruction": self.instruction,
             "frames": len(self),
             "reward": _rounded(self._rewards),
@@ -103,26 +103,26 @@ class Film:
             "phases": [phase["name"] for phase in self.description["phases"]],
             "phase": self._phases,
             "result": {
-                "success": bool(told["success_once"]),
-                "first_answer_correct": bool(told["first_answer_correct"]) if answered else None,
-                "return": float(told["episode_return"]),
+                "success": bool(last["success_once"]),
+                "first_answer_correct": bool(last["first_answer_correct"]) if answered else None,
+                "return": float(last["episode_return"]),
                 "steps": len(self.actions),
             },
         }
 
     def picture(self, frame: int) -> bytes:
-        """The message that shows one moment."""
+        """The message that shows one step."""
         env = self._batch
         # The last picture is one step after the last action.
-        kept = min(frame // _KEPT, len(self._snapshots) - 1)
-        env.restore(self._snapshots[kept], 0)
-        for action in self.actions[kept * _KEPT : frame]:
+        snapshot = min(frame // _SNAPSHOT_INTERVAL, len(self._snapshots) - 1)
+        env.restore(self._snapshots[snapshot], 0)
+        for action in self.actions[snapshot * _SNAPSHOT_INTERVAL : frame]:
             env.step(action[None])
         sensors = np.concatenate(
             [env.frame(0, name, _SENSOR) for name in ("base_camera", "hand_camera")], axis=-1
         )
         return pictures.packed(
-            {"kind": "film", "n": frame},
+            {"kind": "playback", "n": frame},
             pictures.jpeg(env.frame(0, "render_camera", _VIEW)),
             pictures.sensors(sensors),
         )
@@ -131,11 +131,11 @@ class Film:
         self._batch.close()
 
 
-_TOLD = ("success_once", "first_answer_correct", "answered", "episode_return")
+_RESULT_FIELDS = ("success_once", "first_answer_correct", "answered", "episode_return")
 
 
 def info_row(env: Any, name: str) -> npt.NDArray[np.float32]:
-    """What the first environment's output of that name is now."""
+    """A copy of the first environment's output of that name."""
     row: npt.NDArray[np.float32] = env._views[name][0].copy()
     return row
 

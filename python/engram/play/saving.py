@@ -1,4 +1,4 @@
-"""Keeps episodes that were played, in the form of `engram collect` (docs/datasets.md)."""
+"""Saves played episodes as demonstrations, in the format of `engram collect` (docs/datasets.md)."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from engram.datasets import DemonstrationFolder, checks
 from engram.datasets.checks import DatasetError
 
 _PLAYER = "engram play"
-_TIME = (1980, 1, 1, 0, 0, 0)  # so that an episode always makes the same bytes
+_TIME = (1980, 1, 1, 0, 0, 0)  # fixed, for reproducible files
 _LEVEL = 1
 
 
-class KeepError(Exception):
-    """An episode cannot be kept; the message says why."""
+class SaveError(Exception):
+    """An episode cannot be saved; the message gives the reason."""
 
 
-def keep(
+def save(
     out: Path, id: str, seed: int, actions: Sequence[npt.NDArray[np.float32]]
 ) -> tuple[Path, int]:
-    """Plays the actions again and writes what happens; returns the file and its folder's episodes.
+    """Replays the actions and writes the episode; returns the file and the folder's episode count.
 
     Raises:
-        KeepError: The episode is no demonstration, or the folder is somebody else's.
+        SaveError: The episode is no demonstration, or the folder holds other files.
     """
-    arrays, instruction = _play(id, seed, actions)
+    arrays, instruction = _replay(id, seed, actions)
     arrays["language_instruction"] = np.array(instruction)
     arrays["success_once"] = np.array(True)
     arrays["episode_length"] = np.array(len(actions), np.int32)
@@ -44,12 +44,12 @@ def keep(
     checks.env_id("id", id)  # it becomes the name of a folder
     folder = out / "data_npz" / id
     try:
-        with _opened(out, folder):
+        with _locked(out, folder):
             metadata = _metadata(folder, id)
             number = metadata["num_episodes"]
             file = folder / f"train_data_{number}.npz"
             if os.path.lexists(file):
-                raise KeepError(f"'{file}' is there already, but metadata.json tells of fewer")
+                raise SaveError(f"'{file}' exists already, but metadata.json lists fewer")
             _write(file, _npz(arrays))
             metadata["num_episodes"] = number + 1
             metadata["episode_lengths"].append(len(actions))
@@ -59,14 +59,14 @@ def keep(
             metadata["engram"]["attempts"] = number + 1
             _write(folder / "metadata.json", (json.dumps(metadata, indent=2) + "\n").encode())
     except (DatasetError, OSError, KeyError, TypeError, AttributeError) as error:
-        raise KeepError(f"'{folder}' cannot be written: {error}") from error
+        raise SaveError(f"'{folder}' cannot be written: {error}") from error
     return file, number + 1
 
 
-def _play(
+def _replay(
     id: str, seed: int, actions: Sequence[npt.NDArray[np.float32]]
 ) -> tuple[dict[str, npt.NDArray[Any]], str]:
-    """What a default environment shows, as `python -m engram.datasets replay` plays it."""
+    """Steps of a default environment, as `python -m engram.datasets replay` makes it."""
     rows: dict[str, list[Any]] = {name: [] for name in _STEPS}
     with contextlib.closing(engram.make(id, obs_mode="rgb")) as env:
         observation, _ = env.reset(seed=seed)
@@ -82,7 +82,7 @@ def _play(
             rows["done"].append(success or terminated or truncated)
     successes = rows["success"]
     if not successes or not successes[-1] or any(successes[:-1]):
-        raise KeepError("the episode did not succeed; demonstrations do")
+        raise SaveError("the episode did not succeed; demonstrations do")
     return {name: np.array(rows[name], dtype) for name, dtype in _STEPS.items()}, instruction
 
 
@@ -109,39 +109,39 @@ def _npz(arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
 
 
 @contextlib.contextmanager
-def _opened(out: Path, folder: Path) -> Iterator[None]:
-    """The folder, made and locked. Links below `out` are refused: they lead to somebody else's."""
+def _locked(out: Path, folder: Path) -> Iterator[None]:
+    """Creates and locks the folder. Links below `out` are refused: they lead outside of it."""
     out.mkdir(parents=True, exist_ok=True)
     for path in (folder.parent, folder):
         if path.is_symlink():
-            raise KeepError(f"'{path}' is a link; a folder needed, or another --out")
+            raise SaveError(f"'{path}' is a link; a folder needed, or another --out")
         path.mkdir(exist_ok=True)
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise KeepError(f"another process is at work in '{folder}'") from None
+            raise SaveError(f"another process writes to '{folder}'") from None
         yield
     finally:
         os.close(descriptor)
 
 
 def _metadata(folder: Path, id: str) -> dict[str, Any]:
-    """What the folder's metadata say, or those of an empty one."""
+    """The folder's metadata, or those of an empty one."""
     if not os.path.lexists(folder / "metadata.json"):
         if any(folder.iterdir()):
-            raise KeepError(f"'{folder}' holds other files; another --out allowed")
+            raise SaveError(f"'{folder}' holds other files; another --out allowed")
         return _new_metadata(id)
     found = DemonstrationFolder(folder)
-    made_how = found.metadata.get("engram", {})
-    if found.env_id != id or made_how.get("player") != _PLAYER:
-        raise KeepError(
+    origin = found.metadata.get("engram", {})
+    if found.env_id != id or origin.get("player") != _PLAYER:
+        raise SaveError(
             f"'{folder}' holds demonstrations that were not played here; another --out allowed"
         )
-    if made_how.get("version") != engram.__version__:
-        raise KeepError(
-            f"'{folder}' was played with version {made_how.get('version')}, this is "
+    if origin.get("version") != engram.__version__:
+        raise SaveError(
+            f"'{folder}' was played with version {origin.get('version')}, this is "
             f"{engram.__version__}; another --out allowed"
         )
     return found.metadata
@@ -172,7 +172,7 @@ def _new_metadata(id: str) -> dict[str, Any]:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """A file that appears whole."""
+    """Writes a file atomically."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}.engram-tmp")
     try:
         with open(temporary, "xb") as file:

@@ -1,4 +1,4 @@
-"""Several processes that learn one policy, as `torchrun` starts them: gradients are averaged.
+"""Data-parallel training in processes of `torchrun`: gradients are averaged.
 
 torchrun --nproc-per-node 2 ppo_recurrent.py --id RememberColor3-VLA-v0
 """
@@ -10,15 +10,15 @@ from torch import distributed
 
 
 def start():
-    """-> this process's number, and how many there are."""
+    """-> rank of this process, number of processes."""
     processes = int(os.environ.get("WORLD_SIZE", 1))
     if processes > 1:
         distributed.init_process_group("gloo")
     return int(os.environ.get("RANK", 0)), processes
 
 
-def agree(module):
-    """Takes over the first process's weights and buffers."""
+def broadcast(module):
+    """Copies the first process's weights and buffers to all processes."""
     if distributed.is_initialized():
         for tensor in module.state_dict().values():
             distributed.broadcast(tensor, 0)

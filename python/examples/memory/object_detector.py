@@ -1,9 +1,9 @@
-"""Sees objects in pictures: a small CNN whose output has the form of the objects observation.
+"""Object detector: a small CNN whose output has the form of the objects observation.
 
-One heat map per look that the task has; where a map peaks an object of that look stands, and the
-camera's pose says where on the table that is. It is taught with the places of what is in sight, as
-the objects observation tells them: privileged, in training only. For tasks whose objects all look
-different.
+One heat map per appearance in the task: its maximum is the pixel of the object, and the camera's
+pose gives the position on the table. Labels are the positions of visible objects in the objects
+observation, which are privileged and used in training only. For tasks whose objects all differ in
+appearance.
 """
 
 import copy
@@ -12,11 +12,11 @@ import numpy as np
 import torch
 from torch import nn
 
-SIDE = 64  # pixels of a picture's side, after halving
-CELL = 4  # pixels of a map's cell
+SIDE = 64  # pixels of an image's side, after downsampling
+CELL = 4  # pixels of a cell's side
 CELLS = SIDE // CELL
 ROBOT = 8
-# The base camera of all tasks, metres in the world: where it is, and its axes. It sees 90 degrees.
+# Base camera of all tasks: position in the world in metres, and axes. Its field of view is 90 degrees.
 CAMERA = torch.tensor([0.3, 0.0, 0.6])
 RIGHT = torch.tensor([0.0, 1.0, 0.0])
 UP = torch.tensor([-0.780869, 0.0, 0.624695])
@@ -24,43 +24,43 @@ FORWARD = torch.tensor([-0.624695, 0.0, -0.780869])
 METRES = 0.5  # positions in tokens are in units of this
 
 
-def halved(rgb):
+def downsample(rgb):
     """Base camera (N, 64, 64, 3) of pictures (N, 128, 128, 6), uint8 both."""
     parts = np.asarray(rgb)[..., :3].reshape(-1, SIDE, 2, SIDE, 2, 3)
     return torch.from_numpy(parts.mean((-4, -2), dtype=np.float32).astype(np.uint8))
 
 
-def robot(proprio):
-    """What a policy hears of the robot (..., ROBOT), from proprio (..., 7), without its jumps."""
+def robot_features(proprio):
+    """Continuous features of the robot (..., ROBOT), from proprio (..., 7)."""
     proprio = torch.from_numpy(np.array(proprio))
     angles, gripper = proprio[..., 3:6], proprio[..., 6:]
-    turned = [angles.sin(), angles[..., 2:].cos()]
-    return torch.cat([proprio[..., :3] / 0.5, *turned, gripper / 0.08], -1)
+    rotation = [angles.sin(), angles[..., 2:].cos()]
+    return torch.cat([proprio[..., :3] / 0.5, *rotation, gripper / 0.08], -1)
 
 
-def by_look(sight, looks, tokens):
-    """Tokens (..., looks, width) sorted by look, from tokens in any order."""
-    mine = sight.pairs(tokens)[..., None, :] == looks[:, None]
+def by_appearance(layout, appearances, tokens):
+    """Tokens (..., appearances, width) sorted by appearance, from tokens in any order."""
+    mine = layout.pairs(tokens)[..., None, :] == appearances[:, None]
     return mine.float() @ tokens
 
 
-def of_pictures(sight, looks):
-    """The Sight of rows that `robot` and an Eye for these looks make."""
-    seen = copy.copy(sight)
-    seen.agent, seen.tcp, seen.tokens = ROBOT, slice(0, 3), len(looks)
-    seen.arm_speed = slice(0, 0)  # proprio does not tell it: to pass by is to touch
-    return seen
+def detector_layout(layout, appearances):
+    """Layout of rows that `robot_features` and an ObjectDetector for these appearances make."""
+    result = copy.copy(layout)
+    result.agent, result.tcp, result.tokens = ROBOT, slice(0, 3), len(appearances)
+    result.arm_speed = slice(0, 0)  # proprio lacks it: a touch needs no rest
+    return result
 
 
-def spot(place):
-    """Where in the picture places (..., 3) of tokens are: pixels from its left and top (..., 2)."""
-    away = METRES * place - CAMERA
+def project(position):
+    """Projects positions (..., 3) of tokens to pixels from the image's left and top (..., 2)."""
+    away = METRES * position - CAMERA
     across = torch.stack([away @ RIGHT, -(away @ UP)], -1) / (away @ FORWARD)[..., None]
     return (across + 1) * SIDE / 2 - 0.5
 
 
-def place_at(pixels, height):
-    """Inverse of `spot`, for places of a known height, as in tokens: (..., 2)."""
+def unproject(pixels, height):
+    """Inverse of `project` for positions of a known height, as in tokens: (..., 2)."""
     across = (pixels + 0.5) * 2 / SIDE - 1
     ray = FORWARD + across[..., :1] * RIGHT - across[..., 1:] * UP
     reach = (METRES * height - CAMERA[2]) / ray[..., 2]
@@ -68,28 +68,27 @@ def place_at(pixels, height):
 
 
 def at(maps, cell):
-    """Values (B, looks, 2) of maps (B, 2, looks, cells) in a cell (B, looks)."""
+    """Values (B, appearances, 2) of maps (B, 2, appearances, cells) in a cell (B, appearances)."""
     cell = cell[:, None, :, None].expand(-1, 2, -1, -1)
     return maps.gather(-1, cell)[..., 0].transpose(1, 2)
 
 
-class Eye(nn.Module):
-    def __init__(self, looks, templates):
-        """looks: numbers as of `Sight.pairs`. templates (looks, width): a token of each."""
+class ObjectDetector(nn.Module):
+    def __init__(self, appearances, templates):
+        """appearances: indices of `ObservationLayout.pairs`. templates (appearances, width): tokens."""
         super().__init__()
-        self.register_buffer("looks", looks)
+        self.register_buffer("appearances", appearances)
         self.register_buffer("templates", templates)
         layers = [nn.Conv2d(6, 16, 5, 2, 2), nn.ReLU(), nn.Conv2d(16, 24, 3, 2, 1), nn.ReLU()]
-        self.maps = nn.Sequential(*layers, nn.Conv2d(24, 3 * len(looks), 3, 1, 1))
-        self.gain = nn.Parameter(torch.ones(len(looks)))
-        self.bias = nn.Parameter(torch.zeros(len(looks)))
+        self.maps = nn.Sequential(*layers, nn.Conv2d(24, 3 * len(appearances), 3, 1, 1))
+        self.gain = nn.Parameter(torch.ones(len(appearances)))
+        self.bias = nn.Parameter(torch.zeros(len(appearances)))
 
     def forward(self, pictures):
-        """Pictures (B, 64, 64, 3) uint8 -> maps over cells.
+        """Images (B, 64, 64, 3) uint8 -> maps over cells.
 
-        heat (B, looks, cells): highest where an object of that look is; within (B, 2, looks,
-        cells): how many cells right and down of a cell's pixel it is; seen (B, looks): how surely
-        it is in sight, as logits.
+        heat (B, appearances, cells): logits of the object's cell; within (B, 2, appearances,
+        cells): its offset from a cell in cells; seen (B, appearances): logits of its presence.
         """
         color = pictures.permute(0, 3, 1, 2).float() / 255
         tint = color / (color.sum(1, keepdim=True) + 0.1)
@@ -104,18 +103,18 @@ class Eye(nn.Module):
 
     @torch.no_grad()
     def rows(self, pictures, agent, place):
-        """Rows (N, D) of what is in sight. place: that part of a token."""
+        """Rows (N, D) of the detected objects. place: slice of a token."""
         heat, within, seen = self(pictures)
         cell = heat.argmax(-1)
         pixels = CELL * (torch.stack([cell % CELLS, cell // CELLS], -1) + at(within, cell))
         tokens = self.templates.repeat(len(seen), 1, 1)
-        tokens[..., place][..., :2] = place_at(pixels, self.templates[:, place][:, 2])
+        tokens[..., place][..., :2] = unproject(pixels, self.templates[:, place][:, 2])
         return torch.cat([agent, (tokens * (seen > 0)[..., None]).flatten(1)], -1)
 
     def loss(self, pictures, tokens, place):
-        """Of pictures (B, 64, 64, 3) that show these tokens (B, looks, width)."""
+        """Loss on images (B, 64, 64, 3) that show these tokens (B, appearances, width)."""
         heat, within, seen = self(pictures)
-        there, pixels = tokens[..., 0], spot(tokens[..., place])
+        there, pixels = tokens[..., 0], project(tokens[..., place])
         nearest = (pixels / CELL).round().clamp(0, CELLS - 1)
         cell = (nearest[..., 0] + CELLS * nearest[..., 1]).long()
         away = (at(within, cell) - (pixels / CELL - nearest)).abs().sum(-1)

@@ -1,4 +1,4 @@
-"""What the learners share: whole episodes in lockstep, evaluation, checkpoints and logs."""
+"""Shared parts of the learners: episodes in lockstep, evaluation, checkpoints and logs."""
 
 import csv
 import json
@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from eye import Eye, of_pictures
-from policy import Policy, Sight, arrivals
+from object_detector import ObjectDetector, detector_layout
+from policy import Policy, ObservationLayout, arrivals
 
 import engram
 
@@ -17,7 +17,7 @@ FINAL_SEED = 2_000_000
 
 
 def make_batch(task, num_envs, seed, obs_mode):
-    """A batch whose episodes all last to the horizon."""
+    """A batch whose episodes all run to the horizon."""
     return engram.make_vec(
         task,
         num_envs=num_envs,
@@ -31,71 +31,71 @@ def make_batch(task, num_envs, seed, obs_mode):
     )
 
 
-class Objects:
-    """Scenes as the objects observation tells them: a student's rows (N, D) are the truth."""
+class ObjectsEnv:
+    """Environment with objects observations: the student's rows (N, D) are the labels."""
 
-    eye = None  # needs none to see
+    detector = None  # only images need one
 
     def __init__(self, task, num_envs, seed=0, most_steps=None):
         self.batch = make_batch(task, num_envs, seed, "objects")
         self.num_envs, self.horizon = num_envs, self.batch.description["horizon"]
         self.horizon = min(self.horizon, most_steps or self.horizon)
-        self.sight = Sight(self.batch.description)
+        self.layout = ObservationLayout(self.batch.description)
         self.infos, self.truth = {}, None
 
     def reset(self, seed=None):
-        """-> what a student sees, (N, D)."""
+        """-> observations of the student (N, D)."""
         self.truth = torch.from_numpy(np.array(self.batch.reset(seed=seed)[0]))
         return self.truth
 
     def step(self, actions):
-        """Actions (N, 7) -> what a student sees, rewards (N,)."""
+        """Actions (N, 7) -> observations of the student, rewards (N,)."""
         rows, rewards, _, _, self.infos = self.batch.step(actions.numpy())
         self.truth = torch.from_numpy(np.array(rows))
         return self.truth, torch.from_numpy(np.array(rewards))
 
-    def keep(self):
-        """Called in steps that an eye is to learn from."""
+    def store(self):
+        """Called in steps on which a detector is trained."""
 
     def oracle(self):
         return torch.from_numpy(self.batch.act("oracle")).clamp(-1, 1)
 
 
 class Clock:
-    """Processor seconds of collecting and learning; evaluations are left out."""
+    """Processor seconds of collecting and learning, without evaluations."""
 
     def __init__(self):
-        # The first optimiser imports most of torch, which is not the learner's time.
+        # The first optimiser imports most of torch, which does not count.
         torch.optim.Adam([torch.zeros(1, requires_grad=True)])
         self.start, self.out = time.process_time(), 0.0
 
     def __call__(self):
         return time.process_time() - self.start - self.out
 
-    def leave_out(self, function, *arguments):
+    def exclude(self, function, *arguments):
         begin = time.process_time()
         result = function(*arguments)
         self.out += time.process_time() - begin
         return result
 
 
-def set_pace(optimiser, pace):
-    """Sets learning rates to a share of those that the optimiser was made with."""
+def scale_lr(optimiser, scale):
+    """Sets learning rates to a share of the optimiser's initial ones."""
     for group in optimiser.param_groups:
-        group["lr"] = pace * group.setdefault("full_lr", group["lr"])
+        group["lr"] = scale * group.setdefault("full_lr", group["lr"])
 
 
 @torch.no_grad()
-def success_of(policy, scenes, seed, forget=False):
-    """Shares of episodes with success and with a right first answer.
+def evaluate(policy, scenes, seed, forget=False):
+    """Rates of success and of correct first answers.
 
-    forget: the memory is wiped whenever something comes into sight.
+    forget: the memory is reset whenever an object appears.
     """
-    sight, rows, state = policy.sight, scenes.reset(seed=seed), None
+    layout, rows, state = policy.layout, scenes.reset(seed=seed), None
     for _ in range(scenes.horizon):
         if forget and state is not None:
-            tokens = sight.split(rows)[1]
-            bodies = sight.bodies(tokens, sight.pairs(tokens))
+            tokens = layout.split(rows)[1]
+            bodies = layout.bodies(tokens, layout.pairs(tokens))
             state = policy.wipe(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
         choice, _, state, _ = policy(rows[None], state)
         rows, _ = scenes.step(choice.best()[0])
@@ -119,7 +119,7 @@ class Log:
 
             self.board = SummaryWriter(str(folder))
         except ImportError:
-            pass  # CSV and the curve are there without it
+            pass  # optional: there are log.csv and the curve
 
     def add(self, **row):
         self.rows.append(row)
@@ -158,12 +158,12 @@ class Log:
 
 
 def finish(policy, scenes, args, log, cpu_s, learner):
-    """Draws the curve; says how the policy does in 200 fresh episodes, and without its memory."""
+    """Draws the curve; evaluates the policy in 200 new episodes, with and without its memory."""
     log.draw(f"{args.id}, {learner}, seed {args.seed}")
     result = {"id": args.id, "learner": learner, "seed": args.seed, "cpu_s": round(cpu_s, 1)}
-    result |= success_of(policy, scenes, FINAL_SEED)
+    result |= evaluate(policy, scenes, FINAL_SEED)
     if policy.memory:
-        result["wiped"] = success_of(policy, scenes, FINAL_SEED, forget=True)
+        result["wiped"] = evaluate(policy, scenes, FINAL_SEED, forget=True)
     if args.out:
         partial = args.out / "result.part"
         partial.write_text(json.dumps(result) + "\n")
@@ -171,25 +171,25 @@ def finish(policy, scenes, args, log, cpu_s, learner):
     print(json.dumps(result), flush=True)
 
 
-def save_policy(policy, path, task, eye=None):
+def save_policy(policy, path, task, detector=None):
     path.parent.mkdir(parents=True, exist_ok=True)
     saved = {"task": task, "memory": policy.memory, "weights": policy.state_dict()}
-    if eye is not None:
-        saved["eye"] = eye.state_dict()
+    if detector is not None:
+        saved["detector"] = detector.state_dict()
     torch.save(saved, path)
 
 
 def load_policy(path):
-    """-> policy, its Eye (None where it sees objects), its task."""
+    """-> policy, its ObjectDetector (None for objects observations), its task."""
     saved = torch.load(Path(path), weights_only=True)
-    sight, eye = Sight(engram.describe(saved["task"], obs_mode="objects")), None
-    if "eye" in saved:
-        eye = Eye(saved["eye"]["looks"], saved["eye"]["templates"])
-        eye.load_state_dict(saved["eye"])
-        sight = of_pictures(sight, eye.looks)
-    policy = Policy(sight, memory=saved["memory"])
+    layout, detector = ObservationLayout(engram.describe(saved["task"], obs_mode="objects")), None
+    if "detector" in saved:
+        detector = ObjectDetector(saved["detector"]["appearances"], saved["detector"]["templates"])
+        detector.load_state_dict(saved["detector"])
+        layout = detector_layout(layout, detector.appearances)
+    policy = Policy(layout, memory=saved["memory"])
     try:
         policy.load_state_dict(saved["weights"])
     except RuntimeError as error:
         raise ValueError(f"{path}: weights of another version of policy.py") from error
-    return policy, eye, saved["task"]
+    return policy, detector, saved["task"]
