@@ -1,4 +1,4 @@
-"""What stepping in two halves gains where the policy runs on another device.
+"""Gain of stepping in two halves when the policy runs on another device.
 
     python half_batches.py [--num-envs 256] [--latency 0.03] [--rounds 15]
 

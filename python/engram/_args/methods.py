@@ -30,7 +30,7 @@ def checked_actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
         raise InvalidArgumentError(f"actions: dtype {array.dtype} given, real numbers needed")
     if array.shape != shape:
         raise InvalidArgumentError(f"actions: shape {array.shape} given, {shape} needed")
-    with np.errstate(over="ignore"):  # what becomes infinite is refused by step
+    with np.errstate(over="ignore"):  # step refuses infinite values
         return np.require(array, np.float32, ["C_CONTIGUOUS", "ALIGNED"])
 
 

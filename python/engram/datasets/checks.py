@@ -1,4 +1,4 @@
-"""What data from others must be, before anything is done with it."""
+"""Checks of external data, before it is used."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class DatasetError(Exception):
 
 @contextlib.contextmanager
 def reading(path: Path | str) -> Iterator[None]:
-    """Turns whatever readers raise over somebody else's bytes into a DatasetError with the path.
+    """Turns exceptions of readers of external files into a DatasetError with the path.
 
     Parsers of archives, pictures, tables and messages raise errors of all kinds over damaged input,
     those of their own defects among them.

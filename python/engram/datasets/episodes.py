@@ -1,7 +1,7 @@
 """Reads what `engram collect` wrote: one .npz file per episode, and metadata.json.
 
-Data sets come from others. Everything that is read is checked before it is used: names before they
-are paths, sizes before there is memory for them, values before they are written anywhere.
+Data sets are external input. Everything is checked before it is used: names before they are paths,
+sizes before memory is allocated, values before they are written.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def _length(archive: zipfile.ZipFile) -> int:
 
 
 def _array(archive: zipfile.ZipFile, name: str, steps: int) -> np.ndarray:
-    """One array, read if its header tells of the type and shape that it must have."""
+    """One array, read if its header has the required type and shape."""
     member = archive.getinfo(f"{name}.npy")
     if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise DatasetError(f"{name} is neither stored nor deflated")
@@ -142,7 +142,7 @@ class DemonstrationFolder(Sequence):
             self.files.append(self.path / f"train_data_{i}.npz")
             if not self.files[-1].is_file():
                 raise DatasetError(
-                    f"'{self.files[-1]}' is missing; metadata.json tells of {count} episodes"
+                    f"'{self.files[-1]}' is missing; metadata.json has {count} episodes"
                 )
 
     def __len__(self) -> int:
@@ -159,10 +159,10 @@ class DemonstrationFolder(Sequence):
     def _load(self, index: int) -> Episode:
         episode = Episode.load(self.files[index])
         for name, value in (("length", len(episode)), ("seed", episode.episode_seed)):
-            told = self.metadata[f"episode_{name}s"][index]
-            if value != told:
+            listed = self.metadata[f"episode_{name}s"][index]
+            if value != listed:
                 raise DatasetError(
-                    f"'{self.files[index]}' has {name} {value}; metadata.json tells of {told}"
+                    f"'{self.files[index]}' has {name} {value}; metadata.json has {listed}"
                 )
         return episode
 
@@ -224,4 +224,4 @@ def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[Demonstratio
 
 
 def no_progress(done: int, total: int) -> None:
-    """What converters call after every episode, where nobody listens."""
+    """Callback of converters after every episode; does nothing."""

@@ -16,7 +16,7 @@ _RETURNED = ("observation", "rgb", "reward", "terminated", "truncated", "final_m
 # Infos that are NaN until there are any; until then their mask is False.
 _SOMETIMES = frozenset(["reward_dict"])
 
-# A name, that of its mask, the view of its values, and what hands them out.
+# A name, the name of its mask, the view of its values, and a function that returns them.
 _Column = tuple[str, str, np.ndarray, Callable[[], Any]]
 
 
@@ -37,7 +37,7 @@ class Infos:
         *,
         without: Collection[str],
         same_step: bool,
-        handed_out: Callable[[Any], Callable[[], Any]],
+        exported: Callable[[Any], Callable[[], Any]],
         language: bool,
     ) -> None:
         self._batch = batch
@@ -45,7 +45,7 @@ class Infos:
         left_out = {*_RETURNED, *layout.keys, *without}
         names = [name for name in outputs if name not in left_out]
         self.views = {name: _read_only(outputs[name]) for name in names}
-        self._columns = _columns(self.views, handed_out)
+        self._columns = _columns(self.views, exported)
         # Infos hold the array, so that new instructions go into a new one.
         self._instructions = np.full(batch.num_envs, "", dtype=object)
         self.final_views: dict[str, np.ndarray] = {}
@@ -56,10 +56,10 @@ class Infos:
             self._final_mask = outputs["final_mask"]
             self._final_observation = layout.views({**outputs, **finals})
             self.final_views = {name: _read_only(finals[name]) for name in names}
-            self._final_columns = _columns(self.final_views, handed_out)
+            self._final_columns = _columns(self.final_views, exported)
 
     def refresh_instructions(self, indices: Iterable[int]) -> None:
-        """Asks for the instructions of environments that have begun an episode, if infos tell."""
+        """Updates the instructions of environments that have begun an episode, if infos have them."""
         if not self._language:
             return
         fresh = self._instructions.copy()
@@ -104,8 +104,8 @@ class Infos:
         self, columns: list[_Column], instructions: np.ndarray, which: np.ndarray
     ) -> dict[str, Any]:
         info: dict[str, Any] = {}
-        for name, mask, view, hand_out in columns:
-            info[name] = hand_out()
+        for name, mask, view, export in columns:
+            info[name] = export()
             info[mask] = which & _is_known(view) if name in _SOMETIMES else which
         if self._language:
             info["language_instruction"] = _read_only(instructions)
@@ -126,9 +126,9 @@ class Infos:
 
 
 def _columns(
-    views: dict[str, np.ndarray], handed_out: Callable[[Any], Callable[[], Any]]
+    views: dict[str, np.ndarray], exported: Callable[[Any], Callable[[], Any]]
 ) -> list[_Column]:
-    return [(name, f"_{name}", view, handed_out(view)) for name, view in views.items()]
+    return [(name, f"_{name}", view, exported(view)) for name, view in views.items()]
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

@@ -41,7 +41,7 @@ class ImageBox(spaces.Box):
             setattr(self, name, np.broadcast_to(one, shape))
 
     def contains(self, x: Any) -> bool:
-        """Whether these are images of this shape, within the bounds: every byte is."""
+        """True for images of this shape within the bounds."""
         if isinstance(x, np.ndarray) and self.dtype == np.uint8 and self._most == 255:
             return np.can_cast(x.dtype, np.uint8) and x.shape == self.shape
         return super().contains(x)
@@ -71,7 +71,7 @@ def _batch_image_box(space: ImageBox, n: int = 1) -> ImageBox:
 
 
 class Layout:
-    """Where observations lie and which spaces they are in.
+    """Layout of observations in the outputs of a batch, and their spaces.
 
     Attributes:
         single: Space of one environment's observation.
@@ -104,7 +104,7 @@ class Layout:
         if self.obs_mode == "objects_dict":
             agent = {f["name"]: _bounded(f, (f["width"],)) for f in self._agent_fields()}
             objects = {
-                _said(field): _bounded(field, (self.tokens, field["width"]))
+                _field_name(field): _bounded(field, (self.tokens, field["width"]))
                 for field in self._token_fields()
             }
             return _dict({"agent": _dict(agent), "objects": _dict(objects)})
@@ -131,7 +131,7 @@ class Layout:
         return [f for f in self._fields if not f["name"].startswith(TOKEN)]
 
     def _token_fields(self) -> list[Field]:
-        """What every token says: the fields of the first one."""
+        """Fields of a token, by those of the first one."""
         return [f for f in self._fields if f["name"].startswith(TOKEN + "0_")]
 
     def _grouped(self) -> list[tuple[str, Field]]:
@@ -167,7 +167,7 @@ class Layout:
         objects = {}
         for field in fields:
             begin = field["offset"] - first
-            objects[_said(field)] = tokens[:, :, begin : begin + field["width"]]
+            objects[_field_name(field)] = tokens[:, :, begin : begin + field["width"]]
         return {"agent": agent, "objects": objects}
 
     @property
@@ -207,6 +207,6 @@ def _bounded(field: Field, shape: tuple[int, ...]) -> spaces.Box:
     return spaces.Box(field["low"], field["high"], shape, np.float32)
 
 
-def _said(field: Field) -> str:
-    """What a field of the first token says: position, color, ..."""
+def _field_name(field: Field) -> str:
+    """Name of a field of the first token without its prefix: position, color, ..."""
     return field["name"].removeprefix(TOKEN + "0_")

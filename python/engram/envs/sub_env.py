@@ -65,17 +65,17 @@ class SubEnv:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """That of the batch."""
+        """The batch's."""
         return self._batch.metadata
 
     @property
     def spec(self) -> Any:
-        """That of the batch."""
+        """The batch's."""
         return self._batch.spec
 
     @property
     def render_mode(self) -> str | None:
-        """That of the batch."""
+        """The batch's."""
         return self._batch.render_mode
 
     @property
@@ -130,7 +130,7 @@ class SubEnv:
         return getattr(self, name)
 
     def has_wrapper_attr(self, name: str) -> bool:
-        """Whether it has the attribute."""
+        """True if it has the attribute."""
         return hasattr(self, name)
 
     def set_wrapper_attr(self, name: str, value: Any) -> None:

@@ -1,4 +1,4 @@
-"""Pictures of a batch for people, tiled as the original tiles them."""
+"""Rendering for people, tiled as in the original."""
 
 from __future__ import annotations
 

@@ -107,11 +107,11 @@ class Agent:
         return self._env.control_mode
 
     def is_static(self, threshold: float = 0.2) -> torch.Tensor:
-        """Whether no joint of the arm moves faster than this, rad/s; bool (B)."""
+        """True where no joint of the arm moves faster than this, rad/s; bool (B)."""
         return self.robot.get_qvel()[:, :_ARM_JOINTS].abs().amax(1) <= threshold
 
     def is_grasping(self, actor: Any = None, **_: Any) -> torch.Tensor:
-        """Whether it holds the task's own object; bool (B).
+        """True where it holds the task's object; bool (B).
 
         Raises:
             UnavailableError: The task has no such information.

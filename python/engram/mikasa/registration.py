@@ -1,4 +1,4 @@
-"""Entry of classes in Gymnasium's registry, under bare ids, and the time limit around them."""
+"""Registration of classes with Gymnasium, without a namespace, and their time limit."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from engram.gym_registration import register as register_variant
 
 _Class = TypeVar("_Class", bound=type)
 
-# Classes by id: what Gymnasium's entry points lead to.
+# Classes by id, for Gymnasium's entry points.
 REGISTERED: dict[str, TaskMeta] = {}
 
 
@@ -60,7 +60,7 @@ class TimeLimitWrapper(Wrapper):
         return spec
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment; truncated where the limit is reached."""
+        """See the environment; truncated where the limit is reached."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         limit = self._max_episode_steps
         base: Any = self.unwrapped
@@ -81,8 +81,8 @@ def register_env(
     """A decorator that registers a class of a task under an id.
 
     Args:
-        uid: The id, for gym.make; where the class has other constants, engram's own doors have it
-            too.
+        uid: The id, for gym.make; if the class changes constants, the id is registered with
+            engram, too.
         max_episode_steps: Control steps of an episode; None: no limit.
         override: Whether an id that is taken gets a new meaning; otherwise it keeps the first one,
             with a warning.
@@ -121,7 +121,7 @@ def _register(
         warnings.warn(f"{uid} is registered already; override=True replaces it", stacklevel=4)
         return
     if not cls.__dict__.get("_generated", False):
-        _make_known(uid, cls, changed_constants(cls), max_episode_steps, override)
+        _register_variant(uid, cls, changed_constants(cls), max_episode_steps, override)
     REGISTERED[uid] = cls
     gym.registry.pop(uid, None)
     gym.register(
@@ -137,10 +137,10 @@ def _register(
     )
 
 
-def _make_known(
+def _register_variant(
     uid: str, cls: Any, constants: dict[str, Any], steps: int | None, override: bool
 ) -> None:
-    """Registers a class with other constants as a variant, for all of engram's doors."""
+    """Registers a class with other constants as a variant of engram."""
     if steps is not None:
         constants = {**constants, "max_episode_steps": steps}
     instruction = own_instruction(cls)
