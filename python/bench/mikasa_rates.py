@@ -29,7 +29,7 @@ import engram.mikasa as mikasa
 
 
 def own_interface(args: argparse.Namespace, mode: Any) -> engram.VectorEnv:
-    """engram's own interface, with the same episodes as the original's."""
+    """Engram's own interface, with the same episodes as the original's."""
     return engram.make_vec(
         args.id,
         args.num_envs,

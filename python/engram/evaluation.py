@@ -53,10 +53,10 @@ def evaluate(
     * ``first`` (N,): 1 at the first request of an episode
     * ``worker`` and ``slot`` (N,): constant during an episode
 
-    The arrays are copies. The policy returns an array of shape (N, 7) or (N, K, 7), or
-    a sequence of N arrays of shape (7), (K, 7) or (1, K, 7). The K
-    actions are used one per step before the policy is called for the episode again. It is called from several threads, by one at a time;
-    for one large batch, ``threads=1, num_envs=50``.
+    The arrays are copies. The policy returns an array of shape (N, 7) or (N, K, 7), or a sequence
+    of N arrays of shape (7), (K, 7) or (1, K, 7). The K actions are used one per step before the
+    policy is called for the episode again. It is called from several threads, by one at a time;
+    ``threads=1, num_envs=50`` makes one large batch.
 
     ``rules`` ("reference" or "original"), ``task_options``, ``constants``: those of the
     environments.

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from engram.envs.env import Env
+    from engram.envs.vector_env import VectorEnv
     from engram.typing import (
         BatchOptions,
         EnvOptions,
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
         RowMode,
         StateDict,
     )
-    from engram.envs.vector_env import VectorEnv
 
 
 @overload

@@ -10,12 +10,13 @@ from typing import Any
 from engram import _core
 from engram._args import values
 from engram._args.keywords import check_batch, check_single
-from engram.errors import InvalidArgumentError
 from engram._ids import NAMESPACE
+from engram.errors import InvalidArgumentError
 from engram.tasks import list_tasks
 
-# Entry points are strings "engram.gym_registration:<prefix><id>", which __getattr__ resolves: they can
-# be pickled and written as JSON, and need no keyword argument for the id (0.29 would not pass it).
+# Entry points are strings "engram.gym_registration:<prefix><id>", which __getattr__ resolves: they
+# can be pickled and written as JSON, and need no keyword argument for the id, which Gymnasium 0.29
+# would not pass.
 _ENV = "make."
 _VECTOR_ENV = "make_vec."
 

@@ -1,4 +1,4 @@
-"""What several tests need."""
+"""Shared fixtures and helpers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CLIENTS = (
 
 
 def pytest_report_header() -> str:
-    """The versions of what the tests run engram with."""
+    """Versions of the installed clients."""
     found = {d.metadata["Name"].replace("_", "-"): d.version for d in _distributions()}
     return "clients: " + ", ".join(f"{name} {found[name]}" for name in CLIENTS if name in found)
 
@@ -36,7 +36,7 @@ def _distributions() -> Any:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """--may-skip: what a complete run may leave out."""
+    """--may-skip: reasons for which a complete run may skip tests."""
     parser.addoption(
         "--may-skip",
         metavar="WORDS",
@@ -45,7 +45,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Fails a run that skipped what it may not."""
+    """Fails a run with other skipped tests."""
     words = session.config.getoption("--may-skip")
     reporter: Any = session.config.pluginmanager.get_plugin("terminalreporter")
     if words is None or reporter is None:

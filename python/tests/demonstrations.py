@@ -38,7 +38,7 @@ def demonstrations(tmp_path_factory) -> Path:
         check=True,
         stdout=subprocess.DEVNULL,
     )
-    # In processes of their own: film libraries of several packages may not end in one.
+    # In processes of their own: video libraries of several packages conflict at exit.
     for arguments in (["rlds", folder], ["lerobot", folder, "--fps", "20"]):
         subprocess.run([sys.executable, "-m", "engram.datasets", *arguments], check=True)
     return folder

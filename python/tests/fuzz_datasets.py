@@ -1,4 +1,4 @@
-"""Data sets that somebody damaged or made up, made from numbers, and what must hold over them.
+"""Fuzzing of data sets: damaged or invented ones, by number, and their invariants.
 
     python python/tests/fuzz_datasets.py [COUNT [FIRST]]
 
@@ -37,7 +37,7 @@ _LIBRARIES = ("pyarrow", "av", "pandas", "PIL", "google_crc32c", "google.protobu
 
 
 def has_libraries() -> bool:
-    """Whether the converters can run here."""
+    """True if the converters can run here."""
     return all(importlib.util.find_spec(name) for name in _LIBRARIES)
 
 
@@ -89,7 +89,7 @@ def write_sound(root: Path) -> Path:
 
 
 def is_sound(folder: Path) -> bool:
-    """Whether what the folder holds may be converted, by other means than engram's own."""
+    """True if the folder can be converted, checked independently of engram."""
     metadata = json.loads((folder / "metadata.json").read_text())
     for number in range(metadata["num_episodes"]):
         with np.load(folder / f"train_data_{number}.npz", allow_pickle=False) as file:
@@ -102,8 +102,9 @@ def is_sound(folder: Path) -> bool:
                     return False
             if np.abs(file["action"]).max() > 1 or file["reward"].shape != (steps,):
                 return False
-            told = (metadata["episode_lengths"][number], metadata["episode_seeds"][number])
-            if told != (steps, int(file["episode_seed"])) or not np.isfinite(file["reward"]).all():
+            listed = (metadata["episode_lengths"][number], metadata["episode_seeds"][number])
+            found = (steps, int(file["episode_seed"]))
+            if listed != found or not np.isfinite(file["reward"]).all():
                 return False
     return metadata["env_id"] == ID
 
@@ -287,7 +288,7 @@ class Case:
             file.writestr("../../../outside/deep/slipped.npy", b"x")
 
     def places(self) -> None:
-        """What lies where the results go."""
+        """Files at the output paths."""
         parts = ["data_rlds", ID] if self.kind == "rlds" else ["data_lerobot"]
         last = {"rlds": "1.0.0", "lerobot": ID}.get(self.kind, "x")
         parts = [*parts, last][: self.random.randint(1, 3)]
@@ -321,7 +322,7 @@ class Case:
             leftover.symlink_to(self.outside)
 
     def stored(self) -> None:
-        """What is replayed, of other formats."""
+        """Other formats for replay."""
         files = [
             path
             for path in sorted((self.root / f"data_{self.format}").rglob("*"))
@@ -373,7 +374,7 @@ class Case:
 
 
 def void(_: Any) -> None:
-    """For expressions whose value nobody needs."""
+    """Discards values of expressions."""
 
 
 # --- what must hold ---
@@ -394,7 +395,7 @@ def tree(place: Path) -> dict[str, Any]:
 
 
 def read_all(root: Path) -> int:
-    """What the command does before it converts, where its libraries are missing."""
+    """The command without its libraries: everything before the conversion."""
     from engram.datasets import DatasetError, find_folders
 
     try:
@@ -473,7 +474,7 @@ def problems(place: Path, number: int, template: Path) -> tuple[str, list[str]]:
     return "refused" if refused else "accepted", found
 
 
-def play(first: int, count: int, tell: Any = None) -> tuple[collections.Counter, list[str]]:
+def play(first: int, count: int, report: Any = None) -> tuple[collections.Counter, list[str]]:
     """Plays cases; returns how many were refused and accepted, and what does not hold."""
     memory = Path("/dev/shm")
     base = Path(tempfile.mkdtemp(dir=memory if memory.is_dir() else None))
@@ -495,8 +496,8 @@ def play(first: int, count: int, tell: Any = None) -> tuple[collections.Counter,
             counts[outcome] += 1
             findings += [f"case {number}: {text}" for text in found]
             shutil.rmtree(place)
-            if tell:
-                tell(number, findings)
+            if report:
+                report(number, findings)
     finally:
         shutil.rmtree(base, ignore_errors=True)
     return counts, findings

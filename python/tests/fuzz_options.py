@@ -1,4 +1,4 @@
-"""Arguments of the Python door that nobody should give, made from numbers.
+"""Fuzzing of the Python API's arguments, by number.
 
     python python/tests/fuzz_options.py [COUNT [FIRST]]
 
@@ -31,12 +31,12 @@ ID = "RememberColor3-VLA-v0"
 SECONDS = 60  # that one case may take
 
 _OPTIONS = sorted({*inspect.signature(engram.VectorEnv).parameters} - {"id", "num_envs"})
-# What would be dear, not wrong: a million environments, a thousand threads.
+# Valid but expensive: a million environments, a thousand threads.
 _DEAR = {"num_envs", "threads", "image_size"}
 
 
 class Index:
-    """What counts as an integer."""
+    """True for values that count as integers."""
 
     def __index__(self) -> int:
         return 2
@@ -118,7 +118,7 @@ def plausible(name: str, rng: random.Random) -> Any:
         "render_size": [0, 1, 2, 64, (1, 3), (64, 0), -1, 4097, (4097, 1)],
         "pins": [{"target": i} for i in (0, 2, 3, -1, 1.5, 2**53)],
         "constants": [{"CUE_PHASE_STEPS": v} for v in (1, 0, -1, (3, 1), [1, 2, 3], 10**9, "x")],
-        "cameras": [["base_camera"], ["base_camera", "nobody"], ["base_camera"] * 2, "base_camera"],
+        "cameras": [["base_camera"], ["base_camera", "none"], ["base_camera"] * 2, "base_camera"],
         "substeps": [0, 1, 5, 1000, 1001],
         "chunk": [0, 1, 2**31 - 1],
         "lanes": [0, 1, 2, 3, 8, 16],
@@ -234,14 +234,14 @@ def evaluate(rng: random.Random) -> Any:
     if name in ("output", "resume") and isinstance(given, (str, bytes, Path)):
         options[name] = "" if name == "output" else "/nowhere"
     if name == "policy" and callable(given):
-        options[name] = no_policy  # what others raise is theirs
+        options[name] = no_policy  # errors of other libraries
     if name in ("episodes", "num_envs", "threads") and _is_dear(given):
         options[name] = -1
     return engram.evaluate(options.pop("policy"), options.pop("ids"), **options)
 
 
 class Stop(engram.Error):
-    """What the policy raises: the arguments were taken."""
+    """Raised by the policy: the arguments were accepted."""
 
 
 def no_policy(_: Any) -> Any:

@@ -43,7 +43,7 @@ class Server:
             return json.load(answer)
 
     def refused(self) -> dict[str, int]:
-        """How many requests were refused so far, by reason."""
+        """Numbers of refused requests, by reason."""
         counts: dict[str, int] = self.get("refused.json")
         return counts
 

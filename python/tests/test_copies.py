@@ -1,4 +1,4 @@
-"""What leaves a batch stays as it is, however it is held; its memory is used again afterwards."""
+"""Copies stay unchanged however they are held, and their memory is reused afterwards."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ HOLDERS = {
 
 
 class Capsule:
-    """Holds a dlpack capsule that nobody has consumed yet."""
+    """Holds an unconsumed dlpack capsule."""
 
     def __init__(self, array):
         self._capsule = array.__dlpack__()

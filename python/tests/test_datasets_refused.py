@@ -23,7 +23,7 @@ CONVERTERS = {"rlds": Path("data_rlds") / ID / "1.0.0", "lerobot": Path("data_le
 
 @pytest.fixture
 def root(tmp_path) -> Path:
-    """A sound data set, beside a folder that is somebody else's."""
+    """A valid data set, beside a folder that must not change."""
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside" / "thesis.txt").write_text("the only copy")
     write_sound(tmp_path / "in")
@@ -163,7 +163,7 @@ def test_an_array_that_is_none_of_a_demonstration_is_refused(root, name, value):
 
 def test_episodes_are_those_that_metadata_tells_of(root):
     change_metadata(root, episode_seeds=[0, 2])
-    with pytest.raises(DatasetError, match=r"has seed 1; metadata\.json tells of 2"):
+    with pytest.raises(DatasetError, match=r"has seed 1; metadata\.json has 2"):
         DemonstrationFolder(root / "data_npz" / ID)[1]
 
 
@@ -218,7 +218,7 @@ def test_what_was_written_before_is_replaced(root, command, capsys):
     first = tree(root)
     place = root / CONVERTERS[command]
     for file in place.glob("[!.]*.json"):
-        file.write_text("{}")  # as it may look after a disk was full
+        file.write_text("{}")  # as after a full disk
     assert main([command, str(root), *options]) == 0
     assert tree(root) == first
     (place / "notes.txt").write_text("added by a user")

@@ -1,4 +1,4 @@
-"""Observation modes with depth and segmentation: shapes, spaces, doors, points."""
+"""Observation modes with depth and segmentation: shapes, spaces, interfaces, points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the quick start and the how-tos say in Python runs as it stands there."""
+"""Python code of the quick start and the how-tos runs unchanged."""
 
 from __future__ import annotations
 

@@ -106,7 +106,10 @@ def test_bad_options_are_refused(options, words):
         (lambda: engram.VectorEnv(TASK, num_env=4), "^VectorEnv.*'num_env'"),
         (lambda: engram.describe(TASK, controlmode="x"), "^describe\\(\\) .*'control_mode'"),
         (lambda: gymnasium.make(f"engram/{TASK}", num_env=4), "^gymnasium.make\\(\\) .*'num_env'"),
-        (lambda: engram.gym_registration._make_vec(TASK, 4, num_env=4), "^gymnasium.make_vec\\(\\) "),
+        (
+            lambda: engram.gym_registration._make_vec(TASK, 4, num_env=4),
+            "^gymnasium.make_vec\\(\\) ",
+        ),
     ],
 )
 def test_unknown_keywords_are_refused_in_the_name_of_what_was_called(call, words):
@@ -117,7 +120,7 @@ def test_unknown_keywords_are_refused_in_the_name_of_what_was_called(call, words
 @pytest.mark.filterwarnings("error")
 def test_a_batch_dies_in_silence():
     env = engram.make_vec(TASK)
-    env._batch = None  # as when the interpreter has torn it down before
+    env._batch = None  # as after the interpreter's teardown
     env.__del__()
     engram.VectorEnv.__new__(engram.VectorEnv).__del__()
 
@@ -506,14 +509,14 @@ def test_a_forked_process_is_told_and_can_make_its_own(make):
             try:
                 env.step(GOOD)
             except engram.BadStateError as error:
-                told = "fork" in str(error)
+                named = "fork" in str(error)
             env.close()
             own = engram.make_vec(TASK, 4, threads=2)
             same = np.array_equal(own.reset(seed=0)[0], expected)
             own.step(GOOD)
             own.close()
             del env, obs
-            status = 0 if told and same else 2
+            status = 0 if named and same else 2
         finally:
             os._exit(status)
     _, status = os.waitpid(child, 0)

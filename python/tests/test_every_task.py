@@ -1,4 +1,4 @@
-"""What holds for every task: observations lie in their spaces, infos are what is described."""
+"""Invariants of every task: observations are in their spaces, infos match the description."""
 
 from __future__ import annotations
 

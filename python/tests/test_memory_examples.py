@@ -29,10 +29,10 @@ def learners() -> Iterator[SimpleNamespace]:
     try:
         import distil
         import object_detector
-        import rgb_env
-        import training
         import policy
         import ppo_recurrent
+        import rgb_env
+        import training
 
         yield SimpleNamespace(
             distil=distil,
@@ -101,7 +101,9 @@ def test_labels_count_the_changes_of_a_lamp(learners: SimpleNamespace) -> None:
     task = "BlinkCountButtonPressEasy-VLA-v0"
     rows, layout = episodes(learners, task)
     policy = fitted(learners, rows, layout)
-    counts = learners.policy.MemoryLoss.labels(policy, rows)[2][..., learners.policy.N_APPEARANCES :]
+    counts = learners.policy.MemoryLoss.labels(policy, rows)[2][
+        ..., learners.policy.N_APPEARANCES :
+    ]
     tokens = layout.split(rows)[1]
     lamps = tokens[0, ..., layout.lamp] > 0
     lit = tokens[..., layout.part["state"]][..., 0] > 0.5
@@ -237,7 +239,9 @@ def test_an_untrained_policy_moves_to_the_chosen_object(learners: SimpleNamespac
     assert (mean.abs() > 0.9)[far].all()
 
 
-def test_an_untrained_policy_without_memory_chooses_the_nearest_object(learners: SimpleNamespace) -> None:
+def test_an_untrained_policy_without_memory_chooses_the_nearest_object(
+    learners: SimpleNamespace,
+) -> None:
     """It does not stay between objects."""
     rows, layout = episodes(learners, COLOR3)
     with torch.no_grad():

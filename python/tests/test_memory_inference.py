@@ -91,7 +91,9 @@ def test_an_evaluation_plays_as_learners_do(examples: SimpleNamespace, policy: A
 def test_an_evaluation_from_pictures_plays_as_learners_do(examples: SimpleNamespace) -> None:
     scenes = examples.rgb_env.RgbEnv(TASK, EPISODES)
     with torch.no_grad():  # about half of what there is in view
-        scenes.detector.bias += 1.0 - scenes.detector(torch.zeros(1, 64, 64, 3, dtype=torch.uint8))[2][0]
+        scenes.detector.bias += (
+            1.0 - scenes.detector(torch.zeros(1, 64, 64, 3, dtype=torch.uint8))[2][0]
+        )
     policy = untrained(examples, scenes)
     expected, _ = lockstep(policy, scenes)
     runner = examples.inference.PolicyRunner(policy, scenes.detector, TASK)
@@ -100,7 +102,7 @@ def test_an_evaluation_from_pictures_plays_as_learners_do(examples: SimpleNamesp
 
 
 def requests(count: int = EPISODES) -> list[dict[str, Any]]:
-    """What an evaluation asks of a policy: the oracle's episodes of that many places."""
+    """Requests of an evaluation: the oracle's episodes in that many slots."""
     batch = engram.make_vec(TASK, count, obs_mode="objects", threads=1, copy=True)
     rows, asked = batch.reset(seed=SEEDS)[0], []
     for step in range(12):
@@ -130,16 +132,16 @@ def test_memories_follow_slots_whatever_the_order_of_rows(
             np.testing.assert_allclose(answer, actions[which], atol=1e-5)
 
 
-def test_memories_last_until_a_new_episode(
-    examples: SimpleNamespace, policy: Any
-) -> None:
+def test_memories_last_until_a_new_episode(examples: SimpleNamespace, policy: Any) -> None:
     runner = examples.inference.PolicyRunner(policy, task=TASK)
     asked = requests()
     for request in asked[:-1]:
         runner(request)
     kept = runner(asked[-1])
     new = runner({**asked[-1], "first": [False, True, False, True]})
-    fresh = examples.inference.PolicyRunner(policy, task=TASK)({**asked[-1], "first": [True] * EPISODES})
+    fresh = examples.inference.PolicyRunner(policy, task=TASK)(
+        {**asked[-1], "first": [True] * EPISODES}
+    )
     np.testing.assert_allclose(new[[1, 3]], fresh[[1, 3]], atol=1e-5)
     assert np.abs(kept - fresh).max(-1).min() > 1e-3
 
@@ -208,7 +210,11 @@ def actions_in(body: bytes) -> np.ndarray:
 def test_a_process_answers_as_the_runner_does(
     examples: SimpleNamespace, policy: Any, agent: Path
 ) -> None:
-    runner, pipe, asked = examples.inference.PolicyRunner(policy, task=TASK), Pipe(agent), requests()
+    runner, pipe, asked = (
+        examples.inference.PolicyRunner(policy, task=TASK),
+        Pipe(agent),
+        requests(),
+    )
     pipe.greet(3, runner.width)
     for step, request in enumerate(asked):
         kind, body = pipe.ask(request, step)

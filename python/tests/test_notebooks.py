@@ -43,7 +43,7 @@ def code_cells(notebook: Any) -> list[Any]:
 
 @pytest.fixture(scope="module", params=["first_rollout", "demonstrations_to_score"])
 def notebook(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """What is stored, and what running it gives."""
+    """Stored outputs, and those of a run."""
     file = FOLDER / f"{request.param}.ipynb"
     fresh = executed(file, tmp_path_factory.mktemp(request.param))
     return request.param, code_cells(nbformat.read(file, as_version=4)), code_cells(fresh)

@@ -93,7 +93,7 @@ def test_observations_lie_in_their_space(make, id):
         actions = rows.act("random")
         obs, parts = rows.step(actions)[0], named.step(actions)[0]
     assert rows.single_observation_space.is_bounded("both")
-    # What is seen, and one of the colours, is 0 or 1.
+    # The fields "seen" and "color" are 0 or 1.
     box = named.single_observation_space["objects"]["color"]
     assert (box.low == 0).all()
     assert (box.high == 1).all()

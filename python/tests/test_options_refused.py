@@ -1,4 +1,4 @@
-"""Arguments that merely look like what is needed, and infos that nobody may write to."""
+"""Refused arguments of similar types, and infos that are read-only."""
 
 from __future__ import annotations
 
@@ -104,9 +104,9 @@ def test_views_in_infos_are_read_only(make, mode):
     for name, array in (*info.items(), *later.items()):
         if not name.startswith("_"):  # masks are made anew each time
             assert not array.flags.writeable, name
-    for told in (info, later):
+    for infos in (info, later):
         with pytest.raises(ValueError, match="read-only"):
-            told["language_instruction"][0] = "changed"
+            infos["language_instruction"][0] = "changed"
 
 
 def test_messages_are_lines_that_terminals_can_show():

@@ -1,4 +1,4 @@
-"""What environments tell on demand: robot, cameras, drawn values."""
+"""Queries of environments: robot, cameras, drawn values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import engram
 
 
 @pytest.mark.parametrize("obs_mode", ["none", "state", "rgb", "objects"])
-def test_the_robot_beside_any_observation(obs_mode):
+def test_robot_state_in_every_observation_mode(obs_mode):
     env = engram.make_vec(TASK, 3, obs_mode=obs_mode, privileged=True)
     with pytest.raises(engram.BadStateError, match="first reset"):
         env.robot_state()
@@ -34,7 +34,7 @@ def test_the_robot_beside_any_observation(obs_mode):
     env.close()
 
 
-def test_cameras_as_matrices():
+def test_camera_matrices():
     env = engram.make_vec(TASK, 2, obs_mode="rgb", image_size=(160, 120))
     env.reset(seed=1)
     cameras = env.camera_params()
@@ -54,7 +54,7 @@ def test_cameras_as_matrices():
     env.close()
 
 
-def test_the_tip_is_seen_by_the_hand():
+def test_the_tool_is_in_view_of_the_wrist_camera():
     """The point between the fingers is before the wrist camera, wherever the arm is."""
     env = engram.make_vec(TASK, 2)
     env.reset(seed=1)
@@ -66,7 +66,7 @@ def test_the_tip_is_seen_by_the_hand():
     env.close()
 
 
-def test_single_environments_tell_rows():
+def test_single_environments_return_rows():
     env = engram.make("TraceShapeSeqEasy-VLA-v0")
     env.reset(seed=2)
     assert env.robot_state()["tcp_pose"].shape == (7,)

@@ -85,7 +85,17 @@ def test_a_page_keeps_its_text(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("# Who remembers\n\n<!-- scores -->\nold\n<!-- end of scores -->\n\nThe end.\n")
     out = tmp_path / "runs"
-    arguments = [INTERCEPT, "--only", "oracle", "--seeds", "1", "--out", str(out), "--page", str(page)]
+    arguments = [
+        INTERCEPT,
+        "--only",
+        "oracle",
+        "--seeds",
+        "1",
+        "--out",
+        str(out),
+        "--page",
+        str(page),
+    ]
     assert main(arguments) == 0
     text = page.read_text()
     assert text.startswith("# Who remembers\n")

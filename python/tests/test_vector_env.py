@@ -9,9 +9,9 @@ import pytest
 from conftest import TASK, assert_same
 
 import engram
+from engram._args.option_list import OBS_MODE
 from engram.envs.compat import GYMNASIUM_1
 from engram.envs.spaces import take
-from engram._args.option_list import OBS_MODE
 
 
 @pytest.mark.parametrize("obs_mode", OBS_MODE)
@@ -67,17 +67,17 @@ def test_instructions_are_those_of_the_running_episodes(make):
 
 
 @pytest.mark.parametrize("id", ["RememberColor3-VLA-v0", "TraceShapeSeqEasy-VLA-v0"])
-def test_what_tells_the_answer_is_in_infos_on_request_only(make, id):
-    told = {o["name"] for o in engram.describe(id)["outputs"] if o["privileged"]}
-    assert told >= {"observation", "oracle_info", "obj_to_goal_pos", "reward_dict"}
+def test_privileged_infos_are_opt_in(make, id):
+    privileged = {o["name"] for o in engram.describe(id)["outputs"] if o["privileged"]}
+    assert privileged >= {"observation", "oracle_info", "obj_to_goal_pos", "reward_dict"}
     plain = make(id, autoreset_mode="SAME_STEP", max_episode_steps=None)
     _, info = plain.reset(seed=0)
-    assert not told & set(info)
+    assert not privileged & set(info)
     assert "success" in info
     assert "language_instruction" not in info
     _, everything = make(id, privileged=True).reset(seed=0)
     assert set(everything) - set(info) == {
-        name for n in told - {"observation"} for name in (n, f"_{n}")
+        name for n in privileged - {"observation"} for name in (n, f"_{n}")
     }
     np.testing.assert_array_equal(
         everything["oracle_info"], np.stack(plain.call("output", "oracle_info"))

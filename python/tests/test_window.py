@@ -14,13 +14,13 @@ import engram
 
 @pytest.fixture
 def pygame(monkeypatch):
-    """pygame, with windows that nobody sees."""
+    """The module pygame, with a dummy display."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     return pytest.importorskip("pygame")
 
 
 def shown(pygame) -> np.ndarray:
-    """What the window shows, (height, width, 3)."""
+    """Contents of the window, (height, width, 3)."""
     return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
 
 

@@ -6,8 +6,6 @@ import secrets
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from engram import _core
 from engram._args.option_list import AFTER_END, AUTO_RESET, CAMERAS, IMAGE_SIDE, KINDS
 from engram._args.values import (

@@ -13,9 +13,9 @@ from engram._args.methods import checked_actions
 from engram.envs.compat import ObsT
 from engram.envs.spaces import take
 from engram.envs.spec import spec_of
+from engram.envs.vector_env import VectorEnv
 from engram.envs.window import Window
 from engram.errors import BadStateError
-from engram.envs.vector_env import VectorEnv
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -59,7 +59,7 @@ class Infos:
             self._final_columns = _columns(self.final_views, exported)
 
     def refresh_instructions(self, indices: Iterable[int]) -> None:
-        """Updates the instructions of environments that have begun an episode, if infos have them."""
+        """Updates the instructions of environments that have begun an episode, if needed."""
         if not self._language:
             return
         fresh = self._instructions.copy()

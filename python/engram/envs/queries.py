@@ -41,8 +41,8 @@ class QueryMixin:
         """The cameras of rgb observations as matrices, by name, as new float32 arrays.
 
         Args:
-            size: Size of the pictures in pixels: a side or (width, height); default: ``image_size`` of
-                the constructor.
+            size: Size of the pictures in pixels: a side or (width, height); default:
+                ``image_size`` of the constructor.
 
         Returns:
             For each camera "extrinsic_cv", (N, 3, 4) from the world to the camera (x right, y

@@ -7,9 +7,9 @@ from typing import Any
 
 import gymnasium
 
+from engram._ids import NAMESPACE
 from engram.envs.compat import AutoresetMode
 from engram.errors import BadStateError
-from engram._ids import NAMESPACE
 
 
 def spec_of(arguments: Mapping[str, Any], defaults: Mapping[str, Any]) -> Any:

@@ -30,8 +30,8 @@ from engram.envs.infos import Infos
 from engram.envs.queries import QueryMixin
 from engram.envs.spaces import Layout, action_spaces
 from engram.envs.spec import spec_of
-from engram.errors import BadStateError, InvalidArgumentError
 from engram.envs.sub_env import SubEnv
+from engram.errors import BadStateError, InvalidArgumentError
 
 if TYPE_CHECKING:
     from engram.typing import (

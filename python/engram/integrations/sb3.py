@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
-from engram.envs.compat import AutoresetMode
 from engram._args.keywords import check_single
-from engram.errors import InvalidArgumentError
+from engram.envs.compat import AutoresetMode
 from engram.envs.vector_env import VectorEnv
+from engram.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -61,8 +61,8 @@ def of_state(base: StateSource, name: str) -> Any:
         return Actor(base, name)
     poses = ", ".join(one for one in _fields(base) if one.endswith(("_pose", "_pos", "_xy")))
     raise AttributeError(
-        f"{name!r} is a body of the original's scene, or a position of one; engram has poses in the "
-        f"observation modes state and state_dict: {poses}"
+        f"{name!r} is a body of the original's scene, or a position of one; engram has poses in "
+        f"the observation modes state and state_dict: {poses}"
     )
 
 

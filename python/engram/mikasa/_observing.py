@@ -13,10 +13,10 @@ from gymnasium import spaces
 from engram.envs.copies import Copier
 from engram.envs.queries import CAMERA_MATRICES
 from engram.envs.spaces import FIRST_EXTRA_FIELD, ImageBox
+from engram.envs.vector_env import VectorEnv
 from engram.mikasa import _families
 from engram.mikasa._torch import torch
 from engram.typing import TaskDescription
-from engram.envs.vector_env import VectorEnv
 
 _AGENT = ("qpos", "qvel")
 _FIXED = "base_camera"

@@ -105,7 +105,7 @@ MIKASA_VLA_ENV_IDS = tuple(VLA_WRAPPER_CONFIGS)
 
 
 def apply_mikasa_vla_wrappers(env: gym.Env[Any, Any], *, include_overlays: bool = True) -> Any:
-    """The environment with the observations of the benchmark's policies: {"rgb", "proprio"[, "task_cue"]}.
+    """The environment with observations {"rgb", "proprio"[, "task_cue"]} for policies.
 
     Args:
         env: From gym.make, with obs_mode="rgb".

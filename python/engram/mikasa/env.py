@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 import gymnasium as gym
 import numpy as np
 
+from engram.envs.vector_env import VectorEnv
 from engram.errors import BadStateError, InvalidArgumentError
 from engram.mikasa import _families, _keywords, _legacy_attributes, _observing, _rendering
 from engram.mikasa._torch import CPU, torch
 from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.agent import Agent
-from engram.envs.vector_env import VectorEnv
 
 _NO_LIMIT = (
     1_000_000  # control steps: episodes end where the time limit around the environment says

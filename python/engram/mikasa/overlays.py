@@ -89,7 +89,9 @@ class RenderStepInfoWrapper(OverlayWrapper):
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
-        drawing.put_text(picture, f"Step: {self._info_value('elapsed_steps', index) or 0}", (10, 30))
+        drawing.put_text(
+            picture, f"Step: {self._info_value('elapsed_steps', index) or 0}", (10, 30)
+        )
 
 
 class RenderRewardInfoWrapper(OverlayWrapper):
@@ -315,7 +317,11 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
         if active is None:
             return 0, self._info_value("oracle_info", index), None
         shapes = self._info_value("oracle_info", index) or []
-        return active, self._info_value("active_shape_id", index), sum(shape >= 0 for shape in shapes)
+        return (
+            active,
+            self._info_value("active_shape_id", index),
+            sum(shape >= 0 for shape in shapes),
+        )
 
     def _part(self, name: str, index: int, active: int) -> Any:
         """Points of one contour, (n, ...), as a list."""

@@ -14,11 +14,11 @@ from gymnasium.envs.registration import WrapperSpec
 
 from engram._args.values import text
 from engram.errors import InvalidArgumentError
+from engram.gym_registration import register as register_variant
 from engram.mikasa._base_wrappers import Wrapper
 from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.env import BaseEnv
 from engram.mikasa.gym_utils import find_max_episode_steps_value
-from engram.gym_registration import register as register_variant
 
 _Class = TypeVar("_Class", bound=type)
 

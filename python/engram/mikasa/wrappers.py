@@ -60,8 +60,8 @@ _LEAST_NORM = 1e-8
 class StateOnlyTensorToDictWrapper(ObservationWrapper):
     """Observations become dicts that hold also task_cue and oracle_info.
 
-    Both are (B, n); where a task has none, (B, 1) full of 4242424242. Observations with images lack the
-    cue of the lamps and of TraceShapeSeq, which is the answer.
+    Both are (B, n); where a task has none, (B, 1) full of 4242424242. Observations with images lack
+    the cue of the lamps and of TraceShapeSeq, which is the answer.
     """
 
     _passes_parts = True

@@ -37,9 +37,7 @@ def parser() -> argparse.ArgumentParser:
         prog="engram play",
         description="Opens a page to choose, play and watch episodes, and ends with it.",
     )
-    result.add_argument(
-        "--port", type=_port, default=0, help="default: a free one (0 to 65535)"
-    )
+    result.add_argument("--port", type=_port, default=0, help="default: a free one (0 to 65535)")
     result.add_argument(
         "--host",
         default="127.0.0.1",

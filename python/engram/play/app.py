@@ -18,11 +18,11 @@ from aiohttp import WSMsgType, web
 
 from engram.play import messages
 from engram.play.catalogue import Catalogue
+from engram.play.grid_view import ENVS
 from engram.play.guard import Guard, new_token
 from engram.play.score import Scores
 from engram.play.session import Channel, ServerContext, Session
 from engram.play.sources import Sources
-from engram.play.grid_view import ENVS
 
 _RELOAD_SECONDS = 3.0  # without a page, before the server ends
 _HEARTBEAT = 20.0

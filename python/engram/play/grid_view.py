@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from engram.play import pictures
-from engram.play.playback import Policy
 from engram.play.episode_spec import EpisodeSpec
+from engram.play.playback import Policy
 
 COLUMNS = 4
 ENVS = COLUMNS * COLUMNS

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from engram.play import pictures
-from engram.play.phases import PhaseTrack
 from engram.play.episode_spec import EpisodeSpec
+from engram.play.phases import PhaseTrack
 
 Actions = npt.NDArray[np.float32]
 # Called with a batch and a flag, true in the first step; returns the actions of the next step.

@@ -15,15 +15,15 @@ from typing import Any, TypeVar
 import engram
 from engram.datasets.checks import DatasetError
 from engram.play.catalogue import Catalogue
-from engram.play.playback import Playback, recorded_policy
-from engram.play.game import VIEWS, Game
-from engram.play.saving import SaveError, save
-from engram.play.messages import MessageError
-from engram.play.policy_process import PolicyError
-from engram.play.score import Scores
 from engram.play.episode_spec import EpisodeSpec
-from engram.play.sources import SourceError, Sources
+from engram.play.game import VIEWS, Game
 from engram.play.grid_view import COLUMNS, ENVS, GridView
+from engram.play.messages import MessageError
+from engram.play.playback import Playback, recorded_policy
+from engram.play.policy_process import PolicyError
+from engram.play.saving import SaveError, save
+from engram.play.score import Scores
+from engram.play.sources import SourceError, Sources
 
 T = TypeVar("T")
 CONTROL_STEP = 0.05  # seconds
@@ -145,7 +145,7 @@ class Session:
         await self._show()
 
     async def _game(self, spec: EpisodeSpec) -> Game:
-        """A game at the beginning of the episode; the last one if its batch can play the episode."""
+        """A game at the beginning of the episode; the last one if its batch can play it."""
         size, game = self._size, self._view
         if isinstance(game, Game) and game.spec.batch_key == spec.batch_key:
             self._pause()

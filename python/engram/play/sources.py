@@ -13,9 +13,9 @@ import numpy.typing as npt
 import engram
 from engram.datasets import DemonstrationFolder, checks, find_folders
 from engram.datasets.checks import DatasetError
+from engram.play.episode_spec import EpisodeSpec
 from engram.play.playback import Playback, Policy, recorded_policy
 from engram.play.policy_process import PolicyProcess
-from engram.play.episode_spec import EpisodeSpec
 
 BUILTIN = ("oracle", "sweep", "blind", "random", "zero")
 PROCESS = "process"
@@ -63,7 +63,9 @@ class Sources:
                 self._process = PolicyProcess(self._command, self._obs, self._slots, self._timeout)
             return self._process.act, self._obs
         if name not in BUILTIN:
-            raise SourceError(f"no policy '{name}'; there are: {', '.join(self.message()['sources'])}")
+            raise SourceError(
+                f"no policy '{name}'; there are: {', '.join(self.message()['sources'])}"
+            )
         return builtin_policy(name), "state"
 
     def stop_process(self) -> None:
@@ -144,7 +146,9 @@ class _Results:
             "tasks": tasks,
         }
 
-    def playback(self, task: int, episode: int, policy: Callable[[str], tuple[Policy, str]]) -> Playback:
+    def playback(
+        self, task: int, episode: int, policy: Callable[[str], tuple[Policy, str]]
+    ) -> Playback:
         id, episodes = _at(self._tasks, task, "task")
         seed = int(_at(episodes, episode, "episode")["seed"])
         own = self._policy in BUILTIN

@@ -12,20 +12,20 @@ import argparse
 from pathlib import Path
 
 import torch
+from policy import MemoryLoss, Policy, groups
 from rgb_env import RgbEnv
+from torch import nn
 from training import (
     EVALUATION_SEED,
     Clock,
     Log,
     ObjectsEnv,
+    evaluate,
     finish,
     load_policy,
     save_policy,
     scale_lr,
-    evaluate,
 )
-from policy import Policy, MemoryLoss, groups
-from torch import nn
 
 
 def arguments():

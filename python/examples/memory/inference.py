@@ -59,7 +59,9 @@ class PolicyRunner:
             raise ValueError(f"{given} given, obs {self.obs} needed: it was trained on them")
         if self.detector is not None:
             agent = robot_features(observation["proprio"])
-            return self.detector.rows(downsample(observation["rgb"]), agent, self.policy.layout.place)
+            return self.detector.rows(
+                downsample(observation["rgb"]), agent, self.policy.layout.place
+            )
         rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
         if rows.shape[1] != self.width:
             given = f"{rows.shape[1]} numbers given, {self.width} needed"

@@ -16,7 +16,7 @@ SIDE = 64  # pixels of an image's side, after downsampling
 CELL = 4  # pixels of a cell's side
 CELLS = SIDE // CELL
 ROBOT = 8
-# Base camera of all tasks: position in the world in metres, and axes. Its field of view is 90 degrees.
+# Base camera of all tasks: position in the world in metres, and axes; 90 degrees field of view.
 CAMERA = torch.tensor([0.3, 0.0, 0.6])
 RIGHT = torch.tensor([0.0, 1.0, 0.0])
 UP = torch.tensor([-0.780869, 0.0, 0.624695])
@@ -75,7 +75,7 @@ def at(maps, cell):
 
 class ObjectDetector(nn.Module):
     def __init__(self, appearances, templates):
-        """appearances: indices of `ObservationLayout.pairs`. templates (appearances, width): tokens."""
+        """appearances: of `ObservationLayout.pairs`. templates: tokens (appearances, width)."""
         super().__init__()
         self.register_buffer("appearances", appearances)
         self.register_buffer("templates", templates)

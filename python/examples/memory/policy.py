@@ -49,7 +49,9 @@ class ObservationLayout:
         )
         self.colors = self.part["color"].stop - self.part["color"].start
         self.shapes = self.part["shape"].stop - self.part["shape"].start
-        self.appearance = [i for name in ("color", "shape", "kind") for i in indices(self.part[name])]
+        self.appearance = [
+            i for name in ("color", "shape", "kind") for i in indices(self.part[name])
+        ]
         body = ("orientation", "size", "state", "kind")
         self.body = [i for name in body for i in indices(self.part[name])]
 
@@ -235,11 +237,15 @@ class Policy(nn.Module):
         shown = self.shown(known).unflatten(-1, (3 + N_MARKS, N_APPEARANCES))
         known = known.detach()
         stood = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
-        gated = self.global_proj(known)[..., None, :] * self.object_proj(torch.cat([read, plain], -1))
+        gated = self.global_proj(known)[..., None, :] * self.object_proj(
+            torch.cat([read, plain], -1)
+        )
         gated = torch.cat([gated, torch.sigmoid(stood.detach())], -1)
         shown_at = torch.sigmoid(shown[..., :3, :].detach())
         familiar = torch.einsum("tnvc,tnkc->tnkv", shown_at, code)
-        now = torch.cat([3 * layout.touched(rows)[..., None], new[..., None, :].expand_as(seen)], -1)
+        now = torch.cat(
+            [3 * layout.touched(rows)[..., None], new[..., None, :].expand_as(seen)], -1
+        )
         entry = torch.cat([read, familiar, gated, now], -1)
         slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
         slots = slots.unflatten(1, tokens.shape[1:3]) * seen
@@ -359,7 +365,9 @@ def first_at_position(layout, tokens, appearances):
     away = (where[:, :, :, None] - where[0][None, :, None]).norm(dim=-1)
     away = away.masked_fill(tokens[0, ..., 0][None, :, None] == 0, 9)
     near, which = away.min(-1)
-    stood = appearances[:1].expand_as(appearances).gather(2, which[..., None].expand_as(appearances))
+    stood = (
+        appearances[:1].expand_as(appearances).gather(2, which[..., None].expand_as(appearances))
+    )
     return stood * (near < NEAR)[..., None] * tokens[..., :1]
 
 

@@ -14,19 +14,19 @@ from pathlib import Path
 
 import data_parallel
 import torch
+from policy import MemoryLoss, Policy, can_act, groups
+from torch import nn
 from training import (
     EVALUATION_SEED,
     Clock,
     Log,
     ObjectsEnv,
+    evaluate,
     finish,
     load_policy,
     save_policy,
     scale_lr,
-    evaluate,
 )
-from policy import Policy, MemoryLoss, can_act, groups
-from torch import nn
 
 
 def arguments():

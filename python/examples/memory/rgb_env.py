@@ -45,7 +45,9 @@ class RgbEnv(ObjectsEnv):
 
     def observe(self, observation):
         picture, agent = downsample(observation["rgb"]), robot_features(observation["proprio"])
-        tokens = by_appearance(self.objects, self.detector.appearances, self.objects.split(self.truth)[1])
+        tokens = by_appearance(
+            self.objects, self.detector.appearances, self.objects.split(self.truth)[1]
+        )
         self.truth = torch.cat([agent, tokens.flatten(1)], -1)
         self.last = (picture, tokens)
         return self.detector.rows(picture, agent, self.layout.place)

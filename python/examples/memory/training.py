@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from object_detector import ObjectDetector, detector_layout
-from policy import Policy, ObservationLayout, arrivals
+from policy import ObservationLayout, Policy, arrivals
 
 import engram
 

@@ -86,8 +86,8 @@ def test_a_film(tmp_path):
     for _ in range(25):
         env.step(env.action_space.sample())
     env.close()
-    (film,) = tmp_path.glob("*.mp4")
-    assert film.stat().st_size > 500
+    (video,) = tmp_path.glob("*.mp4")
+    assert video.stat().st_size > 500
 
 
 @pytest.mark.parametrize("obs_mode", ["state", "state_dict", "rgb", "objects", "objects_dict"])

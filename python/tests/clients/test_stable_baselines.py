@@ -43,7 +43,7 @@ def test_a_replay_buffer_holds_what_was_played(id):
     env.close()
 
 
-# Our own door is faster; this one makes single environments by their id.
+# Sb3VecEnv is faster; make_vec_env makes single environments by their id.
 def test_its_own_vector_environments_of_single_ones():
     env = make_vec_env(f"engram/{TASK}", n_envs=2, seed=5)
     model = PPO("MlpPolicy", env, n_steps=50, batch_size=50, n_epochs=1, device="cpu")

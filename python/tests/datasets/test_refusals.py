@@ -1,4 +1,4 @@
-"""What the converters refuse, and their command."""
+"""Refusals of the converters and of their command."""
 
 from __future__ import annotations
 

@@ -30,9 +30,9 @@ def test_cameras_tell_what_the_mode_says(mode):
     observation, _ = env.reset(seed=7)
     expected, _ = own.reset(seed=7)
     for i, camera in enumerate(("base_camera", "hand_camera")):
-        told = observation["sensor_data"][camera]
-        assert tuple(told) == MODES[mode]
-        for name, picture in told.items():
+        data = observation["sensor_data"][camera]
+        assert tuple(data) == MODES[mode]
+        for name, picture in data.items():
             channels = 3 if name == "rgb" else 1
             assert picture.shape == (3, 128, 128, channels)
             assert picture.dtype == (torch.uint8 if name == "rgb" else torch.int16)

@@ -1,4 +1,4 @@
-"""Observations of which only a part is made, because nobody could look at the rest."""
+"""Observations of which only the needed part is made."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ IDS = [
 
 
 class Watching(mikasa.StateOnlyTensorToDictWrapper):
-    """A user's own, which may look at everything."""
+    """A user's wrapper, which may need everything."""
 
     def observation(self, observation):
         """Keeps what it sees."""
@@ -30,7 +30,7 @@ class Watching(mikasa.StateOnlyTensorToDictWrapper):
 
 
 def wrapped(env, first):
-    """As apply_mikasa_vla_wrappers, with another first wrapper."""
+    """apply_mikasa_vla_wrappers with another first wrapper."""
     env = mikasa.CurriculumPhaseNoopActionWrapper(first(env))
     env = mikasa.RenderStepInfoWrapper(env)
     env = mikasa.FlattenRGBDObservationWrapper(env, depth=False, state=False, joints=True)

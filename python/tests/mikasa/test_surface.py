@@ -126,7 +126,7 @@ SHAPED = {
     (BUNCH, "touched_cubes"): (2, 9),
 }
 
-# What a subclass may override, and what is refused by its name.
+# Methods that a subclass may override, and refused ones.
 OVERRIDES = [
     "evaluate",
     "step",
@@ -236,9 +236,9 @@ def test_attributes(id):
 def test_attributes_that_are_refused(id):
     with made(id, num_envs=2) as env:
         env.reset(seed=1)
-        for name, told in REFUSED_ATTRIBUTES[id].items():
+        for name, expected in REFUSED_ATTRIBUTES[id].items():
             assert documented(name), name
-            with pytest.raises(AttributeError, match=told):
+            with pytest.raises(AttributeError, match=expected):
                 getattr(env.unwrapped, name)
 
 
@@ -318,8 +318,8 @@ def test_evaluation_has_no_side_effects_and_rewards_are_asked_again():
                     assert torch.equal(value, info[name]), name
         given = {"obs": observation, "action": torch.zeros(2, 7), "info": info}
         assert torch.equal(base.compute_dense_reward(**given), reward)
-        told = base._description["success_reward"]
-        torch.testing.assert_close(base.compute_normalized_dense_reward(**given), reward / told)
+        expected = base._description["success_reward"]
+        torch.testing.assert_close(base.compute_normalized_dense_reward(**given), reward / expected)
         assert torch.equal(base.compute_sparse_reward(**given), info["success"])
 
 

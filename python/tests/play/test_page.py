@@ -72,7 +72,7 @@ def _check_address(url: str, server: Server, wrong: list[str]) -> None:
 
 
 def until(page: Any, condition: str) -> None:
-    """Waits until an expression is true. Playwright's own function needs eval, which the page forbids."""
+    """Waits until an expression is true. Playwright's own function needs a forbidden eval."""
     end = time.monotonic() + SECONDS
     while not page.evaluate(condition):
         assert time.monotonic() < end, condition
@@ -301,7 +301,10 @@ def test_pins_and_constants_can_be_watched(opened):
     screenshot(page, "watched_with_pins")
     for frame, phase in ((3, "cue"), (4, "empty")):
         page.locator("#playback-scrub").fill(str(frame))
-        until(page, f"document.getElementById('playback-status').textContent.includes('phase {phase}')")
+        until(
+            page,
+            f"document.getElementById('playback-status').textContent.includes('phase {phase}')",
+        )
 
 
 def test_a_second_tab_is_notified(opened, browser, server: Server):

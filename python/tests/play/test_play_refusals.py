@@ -160,7 +160,7 @@ def test_ten_thousand_made_up_messages_do_no_harm(server):
         sent = 0
         while sent < 10_000:
             text = mutated(rng)
-            # Those that happen to be good would have episodes played; they have tests of their own.
+            # Valid messages that start episodes are left out; they have tests of their own.
             if not text.isprintable() or not any(
                 k in text for k in ('"play"', '"watch"', '"grid"')
             ):

@@ -15,9 +15,9 @@ from play_server import SECONDS, Page, Server, serving
 
 import engram
 from engram.datasets import DemonstrationFolder
-from engram.play.playback import Playback, recorded_policy
-from engram.play.game import Game
 from engram.play.episode_spec import EpisodeSpec
+from engram.play.game import Game
+from engram.play.playback import Playback, recorded_policy
 from engram.play.sources import builtin_policy
 
 TASK = "RememberColor3-VLA-v0"
@@ -73,7 +73,7 @@ def test_only_the_cue_reveals_the_answer(server: Server, id, pin, values):
 
 
 def test_the_human_view_shows_what_sensors_may_see():
-    """Marks for people would tell where the cube of TakeItBack has to go back to."""
+    """Marks for people would reveal the initial position of the cube in TakeItBack."""
     game = Game(EpisodeSpec("TakeItBack-VLA-v0", 5))
     for _ in range(3):
         game.step([0, 0, 0, 0, 0, 0, 1])
@@ -194,7 +194,7 @@ def test_played_episodes_are_demonstrations(tmp_path):
         ["replay", out, "--format", "rlds"],
         ["replay", out, "--format", "lerobot"],
     ]
-    # In a process of its own: playback libraries of several packages may not end in one.
+    # In a process of its own: video libraries of several packages conflict at exit.
     words = [[str(word) for word in job] for job in jobs]
     script = f"from engram.datasets.__main__ import main; print([main(job) for job in {words}])"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)

@@ -1,4 +1,4 @@
-"""From demonstrations to a success rate by LeRobot alone: its reader, a policy, `lerobot-eval`."""
+"""LeRobot's own path from demonstrations to a success rate: reader, policy, `lerobot-eval`."""
 
 from __future__ import annotations
 
