@@ -403,7 +403,7 @@ def python_lists(indent):
     result.append(f"CAMERAS = ({cameras})")
     side = next(option for option in OPTIONS if option["name"] == "image_width")
     result.append(f"IMAGE_SIDE = ({side['low']}, {side['high']})  # pixels")
-    result += ["", "# How each keyword is converted: by type, or by the numbers behind its names."]
+    result += ["", "# Conversion of each keyword: by type, or by the numbers of its names."]
     result.append("KINDS: dict[str, str | dict[str, int]] = {")
     for option in CONVERTED:
         if option["python"] != option["name"] or "signature" in option:

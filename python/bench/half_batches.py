@@ -21,7 +21,7 @@ import engram
 
 
 def make_policy(latency: float, num_envs: int) -> Any:
-    """A function from observations to actions that takes as long as asked for."""
+    """A function from observations to actions with a given latency."""
 
     def policy(obs: np.ndarray) -> np.ndarray:
         time.sleep(latency * len(obs) / num_envs)

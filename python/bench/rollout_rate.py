@@ -77,7 +77,7 @@ def main() -> None:
         print(f"{name:12} {statistics.median(rates):10.0f} env steps/s")
     for baseline in ("C++ command", "C API"):
         pairs = zip(measured["Gymnasium"], measured[baseline])
-        ratio = statistics.median(ours / theirs for ours, theirs in pairs)
+        ratio = statistics.median(own / other for own, other in pairs)
         print(f"Gymnasium / {baseline}: {ratio:.3f}")
 
 

@@ -7,7 +7,7 @@
     for _ in range(env.description["horizon"]):
         obs, reward, terminated, truncated, info = env.step(env.act("oracle"))
 
-``VectorEnv`` says what a batch offers, ``list`` and ``describe`` which tasks there are.
+``VectorEnv`` documents a batch, ``list`` and ``describe`` return the tasks.
 """
 
 from __future__ import annotations

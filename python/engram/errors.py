@@ -48,7 +48,7 @@ class UnknownIdError(Error, KeyError):
 
 
 class UnavailableError(Error, RuntimeError):
-    """The machine lacks what was asked for: threads, memory, a device."""
+    """The machine lacks a resource: threads, memory, a device."""
 
 
 class BadStateError(Error, RuntimeError):

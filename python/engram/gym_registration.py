@@ -97,7 +97,7 @@ def __getattr__(name: str) -> Any:
     for prefix, maker in ((_ENV, _make_env), (_VECTOR_ENV, _make_vec)):
         if name.startswith(prefix):
             creator: Any = functools.partial(maker, name[len(prefix) :])
-            creator.metadata = METADATA  # gymnasium.make looks for render modes here
+            creator.metadata = METADATA  # gymnasium.make reads the render modes here
             return creator
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 

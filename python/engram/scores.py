@@ -107,7 +107,7 @@ def folder_of(out: Path, task: str, column: str, seed: int) -> Path:
 
 
 def learn(command: list[str], folder: Path, task: str, seed: int) -> None:
-    """Runs a learner, whose output goes to FOLDER/output.txt."""
+    """Runs a learner, with its output in FOLDER/output.txt."""
     folder.mkdir(parents=True, exist_ok=True)
     options = ["--id", task, "--seed", str(seed), "--out", str(folder)]
     with (folder / "output.txt").open("w") as output:
@@ -259,7 +259,7 @@ def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
             "",
             *table(["id", "chance", *columns], answers),
             "",
-            "## success_once, the memory wiped whenever something comes into sight",
+            "## success_once, the memory reset whenever an object appears",
             "",
             *table(["id", *learners[1:]], wiped),
             "",

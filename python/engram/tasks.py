@@ -33,7 +33,7 @@ def describe(
 
     Args:
         id: Task, such as "RememberColor9-VLA-v0".
-        obs_mode: As of ``VectorEnv``; state_fields depend on it.
+        obs_mode: See ``VectorEnv``; state_fields depend on it.
         **options: Those of ``VectorEnv`` that the description depends on, such as control_mode.
 
     Returns:

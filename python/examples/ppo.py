@@ -291,7 +291,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
         )
 
     # Rewards are positive all the way: where success ends an episode, the best-paid policy hovers
-    # just short of it. So training goes on to the horizon; evaluation plays by the task's rule.
+    # just short of it. So training runs to the horizon; evaluation uses the task's rule.
     env = make_env(args.num_envs, terminate_on_success=False)
     eval_env = make_env(args.eval_episodes, terminate_on_success=None)
     agent = Agent(env, args)

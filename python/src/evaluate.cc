@@ -18,7 +18,7 @@ namespace {
 
 using Chunk = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
 
-// A copy of the request's memory: what the policy keeps stays good.
+// A copy of the request's memory, because the policy may keep it.
 template <class T>
 nb::object array(const T* data, std::initializer_list<std::size_t> shape) {
   if (data == nullptr) return nb::none();

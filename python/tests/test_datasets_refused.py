@@ -218,7 +218,7 @@ def test_what_was_written_before_is_replaced(root, command, capsys):
     first = tree(root)
     place = root / CONVERTERS[command]
     for file in place.glob("[!.]*.json"):
-        file.write_text("{}")  # as after a full disk
+        file.write_text("{}")  # left by a full disk
     assert main([command, str(root), *options]) == 0
     assert tree(root) == first
     (place / "notes.txt").write_text("added by a user")

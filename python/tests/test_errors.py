@@ -120,7 +120,7 @@ def test_unknown_keywords_are_refused_in_the_name_of_what_was_called(call, words
 @pytest.mark.filterwarnings("error")
 def test_a_batch_dies_in_silence():
     env = engram.make_vec(TASK)
-    env._batch = None  # as after the interpreter's teardown
+    env._batch = None  # the state after the interpreter's teardown
     env.__del__()
     engram.VectorEnv.__new__(engram.VectorEnv).__del__()
 

@@ -1,4 +1,4 @@
-"""Keywords of a batch, and the numbers behind names: what the extension takes."""
+"""Keywords of a batch, and the numbers of names in the extension."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RULES = {"reference": 0, "original": 1}
 CAMERAS = ("base_camera", "hand_camera", "render_camera")
 IMAGE_SIDE = (1, 4096)  # pixels
 
-# How each keyword is converted: by type, or by the numbers behind its names.
+# Conversion of each keyword: by type, or by the numbers of its names.
 KINDS: dict[str, str | dict[str, int]] = {
     "num_envs": "int",
     "seed": "seed",

@@ -1,4 +1,4 @@
-"""Former names of modules. engram's search path ends here, so that they can still be imported."""
+"""Former names of modules, as the last entry of engram's search path."""
 
 from __future__ import annotations
 
@@ -22,5 +22,5 @@ def redirect(name: str) -> None:
     """Puts the module that has taken over from engram.<name> in its place."""
     old, new = f"engram.{name}", f"engram.{MOVED[name]}"
     sys.modules[old] = importlib.import_module(new)
-    # Of the frames between, the import system's do not count: the next is the importing one.
+    # Frames of the import system do not count: level 3 is the importing module.
     warnings.warn(f"{old} is now {new}", DeprecationWarning, stacklevel=3)

@@ -26,7 +26,7 @@ _LONGEST_ID = 100
 
 
 class DatasetError(Exception):
-    """A data set is missing, incomplete or damaged; the message says which and why.
+    """A data set is missing, incomplete or damaged; the message names it and the reason.
 
     The message is one line that terminals can show, whatever names and values are in it.
     """

@@ -54,7 +54,7 @@ class Episode:
         """Reads one file; raises DatasetError if it is damaged or no demonstration."""
         with reading(path), zipfile.ZipFile(path) as archive:
             steps = _length(archive)
-            values: dict[str, Any] = {name: _array(archive, name, steps) for name in _FIELDS}
+            values: dict[str, Any] = {name: _array(archive, name, steps) for name in FIELDS}
             for name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
                 values[name] = values[name].item()
             episode = cls(**values)
@@ -63,7 +63,7 @@ class Episode:
 
 
 # Types and shapes; the first size of what has several is the number of steps.
-_FIELDS: dict[str, tuple[type | None, tuple[int, ...]]] = {
+FIELDS: dict[str, tuple[type | None, tuple[int, ...]]] = {
     "rgb": (np.uint8, (-1, *checks.PICTURE_SHAPE)),
     "proprio": (np.float32, (-1, checks.PROPRIO_DIM)),
     "action": (np.float32, (-1, checks.ACTION_DIM)),
@@ -88,7 +88,7 @@ def _array(archive: zipfile.ZipFile, name: str, steps: int) -> np.ndarray:
     member = archive.getinfo(f"{name}.npy")
     if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise DatasetError(f"{name} is neither stored nor deflated")
-    kind, shape = _FIELDS[name]
+    kind, shape = FIELDS[name]
     expected = tuple(steps if size < 0 else size for size in shape)
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
@@ -127,7 +127,7 @@ def _check_values(episode: Episode) -> None:
 
 
 class DemonstrationFolder(Sequence):
-    """The episodes of one task, in order; each is read when it is asked for."""
+    """The episodes of one task, in order; each is read on access."""
 
     def __init__(self, path: Path | str):
         self.path = Path(path)
@@ -194,9 +194,9 @@ def _metadata(content: bytes) -> dict[str, Any]:
             raise DatasetError(f"{name}: {checks.short(values)} given; a list of {count} needed")
         for value in values:
             checks.whole_number(name, value, low, high)
-    made_how = document.get("engram", {})
-    if not isinstance(made_how, dict):
-        raise DatasetError(f"engram: {checks.short(made_how)} given; an object needed")
+    origin = document.get("engram", {})
+    if not isinstance(origin, dict):
+        raise DatasetError(f"engram: {checks.short(origin)} given; an object needed")
     return document
 
 
@@ -214,7 +214,7 @@ def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[Demonstratio
     folders = [DemonstrationFolder(parent / name) for name in dict.fromkeys(ids or present)]
     if not folders:
         raise DatasetError(f"'{parent}' holds no data sets")
-    for folder in folders:  # or two of them would be written to one place
+    for folder in folders:  # otherwise two of them could have the same output folder
         if folder.env_id != folder.path.name:
             raise DatasetError(
                 f"'{folder.metadata_path}': env_id: '{folder.env_id}' given; "

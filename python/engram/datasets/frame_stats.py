@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
-_MAX_IMAGES = 100  # of an episode that are looked at, evenly spread
+_MAX_IMAGES = 100  # of an episode, evenly spread
 
 
 def of_values(values: np.ndarray) -> dict[str, np.ndarray]:

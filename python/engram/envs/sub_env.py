@@ -1,4 +1,4 @@
-"""One environment of a batch, for code that looks at environments one by one."""
+"""One environment of a batch, for code that handles environments individually."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class SubEnv:
 
     @property
     def task_description(self) -> str:
-        """The same, under the name that LeRobot asks for."""
+        """The same, under LeRobot's name."""
         return self.language_instruction
 
     @property

@@ -266,7 +266,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         Args:
             seed: An int (environment i gets ``seed + i``), one per environment (None in it: as
                 without a seed), or None: the first reset uses the seed given to the constructor,
-                later ones go on to the next episode of each environment.
+                later ones begin the next episode of each environment.
             options: {"reset_mask": N bools, True where an environment is to be reset; "pins": dict
                 that replaces the pins of the environments that are reset; "constants": dict that
                 replaces their narrower ranges, such as {"EMPTY_PHASE_STEPS": (1, 3)}, each within
@@ -409,7 +409,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
 
     @functools.cached_property
     def envs(self) -> list[SubEnv]:
-        """One object per environment, for code that looks at environments one by one."""
+        """One object per environment, for code that handles environments individually."""
         return [SubEnv(self, i) for i in range(self.num_envs)]
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:

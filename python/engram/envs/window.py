@@ -13,7 +13,7 @@ class Window:
     """Open from its construction to ``close``.
 
     Args:
-        title: What its head says.
+        title: Of the window.
         size: Width and height in pixels.
         rate: Pictures per second: ``show`` waits until it is time for the next one.
 

@@ -30,7 +30,7 @@ def _attributes(task: TaskSummary) -> dict[str, Any]:
 
 
 def _first_of(tasks: list[TaskSummary]) -> TaskSummary:
-    """The plainest task of a family, whose constants its base class has."""
+    """The shortest task of a family; the base class has its constants."""
     plain = [task for task in tasks if "-Long" not in task["id"]]
     return min(plain, key=lambda task: (task["horizon"], len(task["id"])))
 

@@ -15,9 +15,7 @@ from engram.mikasa._torch import CPU, torch
 from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.agent import Agent
 
-_NO_LIMIT = (
-    1_000_000  # control steps: episodes end where the time limit around the environment says
-)
+_NO_LIMIT = 1_000_000  # control steps: the time limit around the environment ends episodes
 _FIRST_SEED = 2022
 
 

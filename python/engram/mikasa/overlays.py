@@ -201,7 +201,7 @@ class RotateRenderAngleInfoWrapper(OverlayWrapper):
 
 
 class RenderPressProgressInfoWrapper(OverlayWrapper):
-    """Presses: all, those that count, those that are asked for."""
+    """Presses: all, those that count, the required ones."""
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""

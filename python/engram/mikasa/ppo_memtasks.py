@@ -141,7 +141,7 @@ class NatureCNN(nn.Module):
         if "state" in sample_obs:
             parts["state"] = nn.Linear(sample_obs["state"].shape[-1], 256)
             self.out_features += 256
-        # The order in which features stand beside each other.
+        # Order of the concatenated features.
         order = [key for key in sample_obs if key in parts and key not in ("rgb", "state")]
         first, last = [k for k in ("rgb",) if k in parts], [k for k in ("state",) if k in parts]
         self.extractors = nn.ModuleDict({key: parts[key] for key in (*first, *order, *last)})
@@ -263,7 +263,7 @@ class AgentStateOnly(_ActorCritic):
 
 
 class Logger:
-    """Writes scalars to TensorBoard's writer, and to Weights & Biases if asked.
+    """Writes scalars to TensorBoard's writer, and optionally to Weights & Biases.
 
     Args:
         log_wandb: Whether wandb.log is called, too.

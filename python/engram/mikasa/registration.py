@@ -84,8 +84,7 @@ def register_env(
         uid: The id, for gym.make; if the class changes constants, the id is registered with
             engram, too.
         max_episode_steps: Control steps of an episode; None: no limit.
-        override: Whether an id that is taken gets a new meaning; otherwise it keeps the first one,
-            with a warning.
+        override: True: a registered id is replaced; otherwise it is unchanged, with a warning.
         asset_download_ids: Has no effect: there is nothing to download.
         **kwargs: Defaults of gym.make's keywords; JSON must be able to hold them.
 

@@ -22,10 +22,10 @@ class ManiSkillVectorEnv(gym.vector.VectorEnv):  # type: ignore[type-arg, unused
 
     Args:
         env: An environment, wrapped or not, or an id.
-        num_envs: Of an id; of environments it is theirs.
-        auto_reset: Whether ended episodes are followed by new ones.
-        ignore_terminations: Whether episodes end at the time limit only.
-        record_metrics: Whether infos have "episode".
+        num_envs: For an id; an environment has its own.
+        auto_reset: True: ended episodes are followed by new ones.
+        ignore_terminations: True: episodes end at the time limit only.
+        record_metrics: True: infos have "episode".
         **kwargs: Keywords of gym.make, with an id.
     """
 

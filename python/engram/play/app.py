@@ -27,7 +27,7 @@ from engram.play.sources import Sources
 _RELOAD_SECONDS = 3.0  # without a page, before the server ends
 _HEARTBEAT = 20.0
 _TRIES, _PAUSE = 10, 0.05  # before a tab is reported to be a second one
-_SHUTDOWN_SECONDS = 3.0  # for work that is still under way
+_SHUTDOWN_SECONDS = 3.0  # for unfinished work
 _CONTENT_TYPES = {
     ".html": "text/html",
     ".css": "text/css",

@@ -27,7 +27,7 @@ class EpisodeSpec:
 
     @classmethod
     def from_message(cls, message: Mapping[str, Any]) -> EpisodeSpec:
-        """From a checked message; without a seed in it, with a random one."""
+        """Makes it from a checked message; the seed is random if there is none."""
         given = message.get("seed") is not None
         return cls(
             message["id"],

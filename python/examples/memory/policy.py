@@ -157,8 +157,8 @@ class Policy(nn.Module):
         # Without memory, the nearest object: so the tool does not stop between objects.
         self.prior_gain = nn.Parameter(torch.tensor([0.0, 0, 0, 4, 0, 4, 0] if memory else [-8.0]))
         self.query = nn.Linear(seen + kept, token)
-        thing = token + (slot + N_PRIORS if memory else 0)
-        self.key = nn.Linear(thing, token)
+        object_width = token + (slot + N_PRIORS if memory else 0)
+        self.key = nn.Linear(object_width, token)
         self.context_proj = nn.Linear(seen + kept, width)
         self.offset_proj = nn.Linear(3 + len(layout.body), width, bias=False)
         self.act = mlp(width, width, 2 * actions, gain=0.01)
@@ -195,14 +195,14 @@ class Policy(nn.Module):
         read = self.read(torch.cat([tokens, offset], -1)) * seen
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
         priors = away = offset[..., :2].norm(dim=-1, keepdim=True)
-        parts, things, recalled = [scaled, read.sum(-2)], read, None
+        parts, objects, recalled = [scaled, read.sum(-2)], read, None
         if self.memory:
             known, slots, familiar, recalled, state = self.remember(rows, scaled, read, state)
             priors = self.priors(tokens, familiar, recalled, away)
             parts += [known, slots.sum(-2), (priors * seen).sum(-2)]
-            things = torch.cat([read, 4 * priors, slots], -1)
+            objects = torch.cat([read, 4 * priors, slots], -1)
         known = torch.cat(parts, -1)
-        match = (self.key(things) * self.query(known)[..., None, :]).sum(-1)
+        match = (self.key(objects) * self.query(known)[..., None, :]).sum(-1)
         match = match / math.sqrt(read.shape[-1]) + priors @ self.prior_gain
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
         # The action sees neither appearances nor weights: it is the same function for all objects.
@@ -212,7 +212,7 @@ class Policy(nn.Module):
         # Initial action: toward the chosen object. (Otherwise the opposite direction is as good.)
         reach = (5 * layout.to_top(rows)).clamp(-1, 1)
         mean = torch.cat([mean[..., :3] + reach, mean[..., 3:]], -1)
-        attended = (weights.exp()[..., None] * torch.cat([here, things], -1)).sum(-2)
+        attended = (weights.exp()[..., None] * torch.cat([here, objects], -1)).sum(-2)
         context = torch.cat([known, attended], -1)
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context
 
@@ -267,12 +267,12 @@ class Policy(nn.Module):
         """The state with the memory of some environments (N,) reset to an episode's first step."""
         if state is None:
             return None
-        keep = (~which).float()
+        retained = (~which).float()
         before, known, slots = state
         return (
             before.masked_fill(which[:, None], -1),
-            known * keep[None, :, None],
-            slots * keep.repeat_interleave(self.layout.tokens)[None, :, None],
+            known * retained[None, :, None],
+            slots * retained.repeat_interleave(self.layout.tokens)[None, :, None],
         )
 
 

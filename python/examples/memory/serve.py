@@ -4,7 +4,7 @@
     agent="python3 python/examples/memory/serve.py runs/color3/agent.pt"
     engram eval RememberColor3-VLA-v0 --obs objects --policy-command "$agent" \
         --threads 1 --num-envs 50
-    engram record RememberColor3-VLA-v0 --obs objects --policy-command "$agent" --out film.mp4
+    engram record RememberColor3-VLA-v0 --obs objects --policy-command "$agent" --out video.mp4
 
 `--obs rgb` is for a policy that was trained on images. One thread requests all episodes at once;
 more threads start a process each. The size of a request changes the rounding of sums, and so the

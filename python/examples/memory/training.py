@@ -17,7 +17,7 @@ FINAL_SEED = 2_000_000
 
 
 def make_batch(task, num_envs, seed, obs_mode):
-    """A batch whose episodes all run to the horizon."""
+    """A batch without early ends: all episodes run to the horizon."""
     return engram.make_vec(
         task,
         num_envs=num_envs,

@@ -228,7 +228,7 @@ def test_folders_with_other_files_are_not_changed(tmp_path):
     with serving(out) as server, server.page() as page:
         play_oracle(page, TASK, 9)
         page.send("save")
-        with pytest.raises(AssertionError, match="were not played here"):
+        with pytest.raises(AssertionError, match="did not write"):
             page.receive("saved")
     assert {file: file.read_bytes() for file in out.rglob("*") if file.is_file()} == before
 

@@ -149,7 +149,7 @@ function finished(message) {
   running = false;
   input.release();
   const outcome = message.success ? ['good', 'Success'] : message.failed ? ['bad', 'Failed'] : ['bad', 'Time is over'];
-  const answer = message.answered === null ? 'The task asks for no single answer.'
+  const answer = message.answered === null ? 'The task has no single answer.'
     : !message.answered ? 'No answer was given.'
       : message.first_answer_correct ? 'The first answer was right.' : 'The first answer was wrong.';
   find('result').replaceChildren(

@@ -9,7 +9,7 @@ const STEP = 50; // milliseconds
 
 let playback = null;
 let wanted = 0;
-let requested = null; // the picture under way
+let requested = null; // number of the requested picture
 let shown = -1;
 let running = false;
 let due = 0;
