@@ -34,7 +34,7 @@ def pictures(path: Path) -> list[np.ndarray]:
         return [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
 
 
-def test_lists_what_segmentation_shows():
+def test_info_lists_segmentation_names():
     done = run("info", TASK, "--obs", "rgb+segmentation", "--json")
     assert done.returncode == 0, done.stderr
     names = json.loads(done.stdout)["segmentation_names"]
@@ -101,7 +101,7 @@ def test_colours_of_a_film_are_those_of_a_picture(tmp_path):
     assert np.abs(sheet[corner].mean((0, 1)) - video[corner].mean((0, 1))).max() < 8
 
 
-def test_without_pyav_films_say_what_is_missing(tmp_path):
+def test_without_pyav_the_error_names_it(tmp_path):
     (tmp_path / "av.py").write_text("raise ImportError('no av')")
     video = tmp_path / "video.mp4"
     done = run("record", TASK, "--out", video, PYTHONPATH=str(tmp_path))
@@ -110,7 +110,7 @@ def test_without_pyav_films_say_what_is_missing(tmp_path):
     assert not video.exists()
 
 
-def test_films_that_cannot_be_written_leave_nothing(tmp_path):
+def test_failed_videos_leave_no_files(tmp_path):
     folder = tmp_path / "video.mp4"
     folder.mkdir()
     done = run("record", TASK, "--out", folder)

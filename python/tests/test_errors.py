@@ -112,7 +112,7 @@ def test_bad_options_are_refused(options, words):
         ),
     ],
 )
-def test_unknown_keywords_are_refused_in_the_name_of_what_was_called(call, words):
+def test_unknown_keywords_are_refused_with_the_name_of_the_function(call, words):
     with pytest.raises((TypeError, engram.InvalidArgumentError), match=words):
         call()
 
@@ -385,7 +385,7 @@ def test_views_of_infos_are_read_only(make):
             info[name][:] = 0
 
 
-def test_the_extension_itself_refuses_what_does_not_fit(make):
+def test_the_extension_refuses_wrong_types_and_shapes(make):
     env = make()
     batch = env._batch
     for call in (
@@ -498,7 +498,7 @@ def test_the_gil_is_free_while_a_step_runs(make):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_a_forked_process_is_told_and_can_make_its_own(make):
+def test_a_forked_process_gets_an_error_and_can_make_batches(make):
     env = make()
     obs, _ = env.reset(seed=0)
     expected = obs.copy()

@@ -184,7 +184,7 @@ def test_labels_keep_touched_objects(learners: SimpleNamespace) -> None:
 
 
 @pytest.mark.parametrize("memory", [True, False])
-def test_step_by_step_is_as_all_at_once(learners: SimpleNamespace, memory: bool) -> None:
+def test_single_steps_equal_a_whole_sequence(learners: SimpleNamespace, memory: bool) -> None:
     rows, layout = episodes(learners, LAMP, 4)
     policy = fitted(learners, rows, layout, memory)
     with torch.no_grad():

@@ -46,7 +46,7 @@ import engram
         ("max_episode_steps", True),
     ],
 )
-def test_what_merely_counts_as_a_value_is_refused(name, value):
+def test_truthy_values_are_refused(name, value):
     options = {"num_envs": 2, name: value}
     with pytest.raises(engram.InvalidArgumentError, match=name) as refused:
         engram.make_vec(TASK, **options)
@@ -56,7 +56,7 @@ def test_what_merely_counts_as_a_value_is_refused(name, value):
 @pytest.mark.parametrize(
     "id", [f"{TASK}\0", f"\0{TASK}", "\ud800", 3, None, b"RememberColor3-VLA-v0"]
 )
-def test_an_id_is_taken_whole(id):
+def test_a_registered_id_is_replaced_completely(id):
     with pytest.raises(engram.InvalidArgumentError, match="id: "):
         engram.make_vec(id)
 
@@ -114,7 +114,7 @@ def test_messages_are_lines_that_terminals_can_show():
     assert len(str(engram.IoError("x" * 10**6))) < 3000
 
 
-def test_a_slice_of_the_search_finds_nothing():
+def test_a_slice_of_the_fuzzing_finds_nothing():
     counts, findings = fuzz_options.play(0, 300)
     assert not findings
     assert counts["refused"] > 200

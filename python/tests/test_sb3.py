@@ -78,7 +78,7 @@ def test_mistakes_and_names():
     env.close()
 
 
-def test_results_are_copies_and_dones_tell_why(env):
+def test_results_are_copies_and_infos_separate_truncation(env):
     first = env.reset()
     kept = first.copy()
     for _ in range(25):

@@ -48,7 +48,7 @@ def test_its_samples_are_gymnasiums():
         np.testing.assert_array_equal(ours.sample(), theirs.sample())
 
 
-def test_it_contains_what_gymnasiums_does():
+def test_image_boxes_contain_the_same_as_gymnasiums():
     box = ImageBox(SHAPE)
     image = box.sample()
     assert box.contains(image)

@@ -16,7 +16,7 @@ def test_list_names_all_tasks():
     assert engram.list()[0]["id"] != "changed"
 
 
-def test_describe_tells_what_a_user_needs():
+def test_describe_has_horizon_actions_draws_and_fields():
     described = engram.describe("RememberColor3-VLA-v0")
     assert described["horizon"] == 25
     assert described["action_spaces"]["pd_ee_delta_pose"]["dim"] == 7

@@ -110,7 +110,7 @@ def test_variants_come_out_of_a_file(tmp_path):
 
 
 @pytest.mark.parametrize("steps", [7, 25, 40])
-def test_max_episode_steps_means_what_it_says(steps):
+def test_max_episode_steps_is_the_length_of_episodes(steps):
     env = gymnasium.make(f"engram/{TASK}", max_episode_steps=steps)
     assert steps_of_episode(env) == steps
     env.close()

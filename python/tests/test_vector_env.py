@@ -84,7 +84,7 @@ def test_privileged_infos_are_opt_in(make, id):
     )
 
 
-def test_final_infos_do_not_tell_the_answer_either(make):
+def test_final_infos_do_not_reveal_the_answer(make):
     env = make(num_envs=2, autoreset_mode="SAME_STEP")
     env.reset(seed=0)
     for _ in range(25):
@@ -138,7 +138,7 @@ def test_seed_none_is_drawn_from_the_system(make):
     assert not np.array_equal(make(seed=None).reset()[0], make(seed=None).reset()[0])
 
 
-def test_reset_mask_leaves_the_others_alone(make):
+def test_reset_mask_does_not_change_other_environments(make):
     env = make(autoreset_mode="DISABLED")
     env.reset(seed=0)
     obs, *_ = env.step(env.act("random"))
@@ -169,7 +169,7 @@ def test_a_batch_has_a_length(make):
     assert len(make(num_envs=3)) == 3
 
 
-def test_pins_fix_what_is_drawn(make):
+def test_pins_fix_random_variables(make):
     env = make(num_envs=8, pins={"target": 2}, privileged=True)
     info = env.reset(seed=0)[1]
     np.testing.assert_array_equal(info["oracle_info"].ravel(), np.full(8, 2))
@@ -239,7 +239,7 @@ def test_types_of_results(make):
     assert reward.shape == terminated.shape == truncated.shape == (4,)
 
 
-def test_the_oracle_solves_and_infos_tell(make):
+def test_the_oracle_solves_and_infos_report_success(make):
     env = make(num_envs=8, autoreset_mode="SAME_STEP")
     env.reset(seed=0)
     for _ in range(env.description["horizon"]):
@@ -330,7 +330,7 @@ def test_render_draws_every_environment(make):
     assert make(render_mode=None).render() is None
 
 
-def test_rgb_observation_equals_what_render_draws(make):
+def test_rgb_observation_equals_render(make):
     env = make(obs_mode="rgb", num_envs=2)
     obs, _ = env.reset(seed=0)
     np.testing.assert_array_equal(obs["rgb"][1, :, :, :3], env.frame(1, "base_camera", 128))

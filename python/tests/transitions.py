@@ -9,7 +9,7 @@ import numpy as np
 import engram
 
 
-def assert_played(
+def assert_transitions(
     id: str,
     *,
     obs: Any,

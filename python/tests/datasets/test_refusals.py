@@ -13,7 +13,7 @@ from engram.datasets import DatasetError, find_folders
 from engram.datasets.__main__ import main
 
 
-def test_damaged_files_are_told(demonstrations, tmp_path, capsys):
+def test_damaged_files_are_reported(demonstrations, tmp_path, capsys):
     target = tmp_path / "data_npz" / IDS[0]
     shutil.copytree(demonstrations / "data_npz" / IDS[0], target)
     file = target / "train_data_1.npz"

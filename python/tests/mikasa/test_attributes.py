@@ -39,7 +39,7 @@ def test_the_robot():
         assert shapes(env.unwrapped.agent.is_grasping("blue_cube")) == "bool (2,)"
 
 
-def test_what_scripts_ask_of_it():
+def test_attributes_that_scripts_use():
     with made(ID, num_envs=2, obs_mode="rgb", reconfiguration_freq=3) as env:
         base = env.unwrapped
         assert (base.control_mode, base.obs_mode, base.reward_mode, base.num_envs) == (
@@ -65,7 +65,7 @@ def test_what_scripts_ask_of_it():
             _ = base.cubes
 
 
-def test_rewards_can_be_asked_for():
+def test_rewards_can_be_computed_again():
     with made(ID, num_envs=2) as env:
         env.reset(seed=1)
         observation, reward, *_, info = env.step(torch.zeros(2, 7))
@@ -97,7 +97,7 @@ def test_states_go_on_where_they_were():
             base.set_state_dict({"actors": {}})
 
 
-def test_what_comes_out_is_the_callers():
+def test_results_are_copies():
     with made(ID, num_envs=2) as env:
         first, info = env.reset(seed=1)
         kept, steps = first.clone(), info["elapsed_steps"]

@@ -116,7 +116,7 @@ def test_other_shapes_colors_and_contours():
         assert (info["oracle_info"] == 1).all()
 
 
-def test_rewards_evaluation_and_step_of_ones_own():
+def test_rewards_evaluation_and_step_of_subclasses():
     steps = []
 
     @register_env("RememberColor3-Own-VLA-v0", max_episode_steps=25, reward_mode="dense")
@@ -150,7 +150,7 @@ def test_rewards_evaluation_and_step_of_ones_own():
     ["_load_scene", "_initialize_episode", "_load_agent", "_after_reconfigure", "_get_obs_extra",
      "_before_simulation_step", "_default_sensor_configs", "_default_sim_config"],
 )  # fmt: skip
-def test_what_builds_or_moves_bodies_is_refused_by_its_name(method):
+def test_methods_that_build_or_move_bodies_are_refused(method):
     cls = type(mikasa.RememberColor3VLAEnv)(
         "Moved", (mikasa.RememberColor3VLAEnv,), {method: lambda self: None}
     )
@@ -192,7 +192,7 @@ def test_ids_that_are_taken():
         assert env.reset(seed=1)[0].shape == (1, 18 + 7 + 1 + 4 * 3)
 
 
-def test_what_is_no_class_of_a_task():
+def test_classes_without_a_task_are_refused():
     with pytest.raises(engram.InvalidArgumentError, match="BaseEnv"):
         register_env("Nothing-VLA-v0")(dict)
     bare = type(mikasa.BaseEnv)("Bare", (mikasa.BaseEnv,), {})

@@ -24,7 +24,7 @@ MODES = {
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_cameras_tell_what_the_mode_says(mode):
+def test_cameras_have_the_images_of_the_mode(mode):
     env = gym.make(ID, num_envs=3, obs_mode=mode)
     own = engram.make_vec(ID, 3, obs_mode=mode.replace("rgbd", "rgb+depth"), rules="original")
     observation, _ = env.reset(seed=7)

@@ -61,7 +61,7 @@ def test_it_resets_environments_whose_episodes_ended():
         assert info["episode"]["episode_len"].tolist() == [1, 1, 5]
 
 
-def test_spaces_are_those_of_what_comes_out():
+def test_spaces_are_those_of_the_observations():
     with made(ID, num_envs=2, obs_mode="rgb") as env:
         batch = mikasa.ManiSkillVectorEnv(mikasa.apply_mikasa_vla_wrappers(env))
         observation, _ = batch.reset(seed=1)

@@ -320,7 +320,7 @@ def test_a_second_tab_is_notified(opened, browser, server: Server):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_phones_see_it_whole_and_every_control_has_a_name(opened, scheme):
+def test_the_page_fits_phones_and_every_control_has_a_name(opened, scheme):
     page = opened(
         viewport={"width": 360, "height": 740},
         color_scheme=scheme,

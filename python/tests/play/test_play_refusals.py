@@ -111,7 +111,7 @@ def test_nothing_can_be_sent_but_messages(server, method):
     assert status == 405
 
 
-def test_the_page_may_load_nothing_from_elsewhere(server):
+def test_the_page_loads_nothing_from_other_origins(server):
     connection = http.client.HTTPConnection(server.host, timeout=SECONDS)
     connection.request("GET", f"/{server.token}/")
     answer = connection.getresponse()
@@ -152,7 +152,7 @@ def test_bytes_and_broken_frames_are_refused(server):
             page.socket.recv(timeout=SECONDS)
 
 
-def test_ten_thousand_made_up_messages_do_no_harm(server):
+def test_ten_thousand_random_messages_do_no_harm(server):
     rng = random.Random(4242)
     before = server.refused().get("message", 0)
     with server.page() as page:
@@ -257,7 +257,7 @@ def test_the_engram_command_becomes_the_server(tmp_path):
         assert server.process.returncode == 130
 
 
-def test_it_listens_on_this_machine_alone(server):
+def test_it_listens_on_this_machine_only(server):
     port = int(server.host.rpartition(":")[2])
     others = {
         info[4][0]

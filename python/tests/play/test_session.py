@@ -72,7 +72,7 @@ def test_only_the_cue_reveals_the_answer(server: Server, id, pin, values):
         assert sent[0][5:] == sent[1][5:]  # the pictures too, once the cue is over
 
 
-def test_the_human_view_shows_what_sensors_may_see():
+def test_the_human_view_has_no_marks_for_people():
     """Marks for people would reveal the initial position of the cube in TakeItBack."""
     game = Game(EpisodeSpec("TakeItBack-VLA-v0", 5))
     for _ in range(3):
@@ -257,7 +257,7 @@ def test_a_playback_is_the_episode_of_the_library():
 @pytest.mark.parametrize(
     "id", ["RememberShape3-VLA-v0", "SeqOfColors3-VLA-v0", "ShellGameShuffleTouch-VLA-v0"]
 )
-def test_phases_are_as_long_as_pins_say(id):
+def test_phases_have_the_pinned_lengths(id):
     described = engram.describe(id)
     pins = {d["name"]: d["high"] for d in described["draws"] if "_step" in d["name"]}
     playback = Playback(EpisodeSpec(id, 5, pins=pins), builtin_policy("oracle"))

@@ -121,7 +121,7 @@ def test_environments_are_complete(envs, recwarn):
 
 
 @pytest.mark.parametrize("id", [TASK, ENDING_TASK])
-def test_a_rollout_is_what_engram_plays(id):
+def test_a_rollout_equals_that_of_engram(id):
     config = make_env_config("engram", task=id)
     env = make_env(config, n_envs=3)[id][0]
     policy = Player("oracle")
@@ -151,7 +151,7 @@ def test_a_rollout_is_what_engram_plays(id):
 
 
 @pytest.mark.parametrize("policy_name", ["oracle", "zero"])
-def test_an_evaluation_counts_what_engram_counts(envs, config, policy_name, tmp_path):
+def test_an_evaluation_counts_as_engram_does(envs, config, policy_name, tmp_path):
     policy = Player(policy_name)
     policy.batch = envs[TASK][0].unwrapped
     info = eval_policy_all(

@@ -66,7 +66,7 @@ def test_the_short_way_is_the_long_way(id):
         assert short.observation_space == long.observation_space
 
 
-def test_who_may_look_sees_everything():
+def test_user_wrappers_get_complete_observations():
     with made(IDS[0], num_envs=2, obs_mode="rgb") as env:
         chain = wrapped(env, Watching)
         chain.reset(seed=1)
@@ -84,7 +84,7 @@ def test_who_may_look_sees_everything():
         assert chain.step(torch.zeros(2, 7))[1].abs().min() > 0
 
 
-def test_the_environment_itself_tells_everything():
+def test_the_environment_has_all_infos():
     with made(IDS[0], num_envs=2, obs_mode="rgb") as env:
         chain = mikasa.apply_mikasa_vla_wrappers(env)
         assert chain._source is env.unwrapped._observations

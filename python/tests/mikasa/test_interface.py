@@ -252,7 +252,7 @@ def test_attributes_of_states_are_refused_beside_pictures():
 
 
 @pytest.mark.parametrize("method", OVERRIDES)
-def test_what_subclasses_override(method):
+def test_methods_that_subclasses_override(method):
     called = []
 
     def own(self, *args, **kwargs):
@@ -272,7 +272,7 @@ def test_what_subclasses_override(method):
 
 
 @pytest.mark.parametrize("method", REFUSED_OVERRIDES)
-def test_what_subclasses_may_not_override(method):
+def test_methods_that_subclasses_may_not_override(method):
     cls = type(mikasa.BaseEnv)(
         "Own", (mikasa.RememberColor3VLAEnv,), {method: lambda self, *args: None}
     )
@@ -291,7 +291,7 @@ def test_classes():
         assert getattr(mikasa, name) is cls
 
 
-def test_what_scripts_import():
+def test_imports_of_scripts():
     for module, names in SCRIPTS.items():
         missing = [name for name in names.split() if not hasattr(module, name)]
         assert not missing, module.__name__
@@ -305,7 +305,7 @@ def test_what_scripts_import():
     assert (benchmarking.OBS_MODE, benchmarking.CONTROL_MODE) == ("rgb", "pd_ee_delta_pose")
 
 
-def test_evaluation_has_no_side_effects_and_rewards_are_asked_again():
+def test_evaluation_has_no_side_effects_and_rewards_repeat():
     with made(BATTERIES, num_envs=2, reward_mode="dense") as env:
         env.reset(seed=1)
         observation, reward, *_, info = env.step(torch.full((2, 7), 0.2))
@@ -323,7 +323,7 @@ def test_evaluation_has_no_side_effects_and_rewards_are_asked_again():
         assert torch.equal(base.compute_sparse_reward(**given), info["success"])
 
 
-def test_states_of_a_batch_keep_the_tasks_variables():
+def test_states_of_a_batch_include_the_tasks_variables():
     with made(SEQUENCE, num_envs=2) as env:
         env.reset(seed=1)
         base = env.unwrapped
