@@ -482,7 +482,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
 
     # --- internals ---
 
-    def _checked(self, actions: Any) -> np.ndarray:
+    def _checked_actions(self, actions: Any) -> np.ndarray:
         """Actions as contiguous float32, checked."""
         if self._refuses_ended and self._ended.any():
             indices = ", ".join(map(str, np.flatnonzero(self._ended)[:10]))

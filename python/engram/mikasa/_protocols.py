@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -29,7 +29,7 @@ class StateSource(Protocol):
     """Parts that attributes are computed from; constants of the task are attributes too."""
 
     obs_mode: str
-    _family: str
+    _family: ClassVar[str]
     _env: VectorEnv[Any]
     _description: TaskDescription
 
