@@ -95,8 +95,8 @@ def position_encoding(position):
     """Position encoding (..., N_MARKS) of positions (..., 3) by Gaussians along x and y."""
     x = torch.linspace(-0.5, 0.7, 4, device=position.device)
     y = torch.linspace(-0.6, 0.6, 7, device=position.device)
-    away = torch.cat([position[..., :1] - x, position[..., 1:2] - y], -1)
-    return torch.exp(-((away / 0.2) ** 2))
+    distance = torch.cat([position[..., :1] - x, position[..., 1:2] - y], -1)
+    return torch.exp(-((distance / 0.2) ** 2))
 
 
 def arrivals(bodies, before=None):
@@ -194,11 +194,11 @@ class Policy(nn.Module):
         offset = 5 * (tokens[..., layout.place] - agent[..., None, layout.tcp]) * seen
         read = self.read(torch.cat([tokens, offset], -1)) * seen
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
-        priors = away = offset[..., :2].norm(dim=-1, keepdim=True)
+        priors = distance = offset[..., :2].norm(dim=-1, keepdim=True)
         parts, objects, recalled = [scaled, read.sum(-2)], read, None
         if self.memory:
-            known, slots, familiar, recalled, state = self.remember(rows, scaled, read, state)
-            priors = self.priors(tokens, familiar, recalled, away)
+            known, slots, was_shown, recalled, state = self.remember(rows, scaled, read, state)
+            priors = self.priors(tokens, was_shown, recalled, distance)
             parts += [known, slots.sum(-2), (priors * seen).sum(-2)]
             objects = torch.cat([read, 4 * priors, slots], -1)
         known = torch.cat(parts, -1)
@@ -207,8 +207,8 @@ class Policy(nn.Module):
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
         # The action sees neither appearances nor weights: it is the same function for all objects.
         here = torch.cat([offset, tokens[..., layout.body]], -1)
-        hand = torch.tanh(self.context_proj(known)[..., None, :] + self.offset_proj(here))
-        mean, deviation = self.act(hand).chunk(2, -1)
+        hidden = torch.tanh(self.context_proj(known)[..., None, :] + self.offset_proj(here))
+        mean, deviation = self.act(hidden).chunk(2, -1)
         # Initial action: toward the chosen object. (Otherwise the opposite direction is as good.)
         reach = (5 * layout.to_top(rows)).clamp(-1, 1)
         mean = torch.cat([mean[..., :3] + reach, mean[..., 3:]], -1)
@@ -231,37 +231,39 @@ class Policy(nn.Module):
         code = self.code(pairs)
         plain = torch.cat([tokens[..., layout.appearance], tokens[..., layout.place]], -1)
         marks = position_encoding(tokens[..., layout.place])
-        put = torch.einsum("tnkp,tnkc->tnpc", marks, code).flatten(-2)
-        entry = torch.cat([scaled, 3 * code.sum(-2), 3 * put, plain.sum(-2), new], -1)
+        bound = torch.einsum("tnkp,tnkc->tnpc", marks, code).flatten(-2)
+        entry = torch.cat([scaled, 3 * code.sum(-2), 3 * bound, plain.sum(-2), new], -1)
         known, state = self.gru(self.norm(self.encode(entry)), state)
         shown = self.shown(known).unflatten(-1, (3 + N_MARKS, N_APPEARANCES))
         known = known.detach()
-        stood = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
+        predecessor = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
         gated = self.global_proj(known)[..., None, :] * self.object_proj(
             torch.cat([read, plain], -1)
         )
-        gated = torch.cat([gated, torch.sigmoid(stood.detach())], -1)
+        gated = torch.cat([gated, torch.sigmoid(predecessor.detach())], -1)
         shown_at = torch.sigmoid(shown[..., :3, :].detach())
-        familiar = torch.einsum("tnvc,tnkc->tnkv", shown_at, code)
+        was_shown = torch.einsum("tnvc,tnkc->tnkv", shown_at, code)
         now = torch.cat(
             [3 * layout.touched(rows)[..., None], new[..., None, :].expand_as(seen)], -1
         )
-        entry = torch.cat([read, familiar, gated, now], -1)
+        entry = torch.cat([read, was_shown, gated, now], -1)
         slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
         slots = slots.unflatten(1, tokens.shape[1:3]) * seen
-        recalled = (shown[..., :3, :], stood, self.recall(slots))
-        return known, slots, familiar, recalled, (bodies[-1], state, slot_state)
+        recalled = (shown[..., :3, :], predecessor, self.recall(slots))
+        return known, slots, was_shown, recalled, (bodies[-1], state, slot_state)
 
-    def priors(self, tokens, familiar, recalled, away):
+    def priors(self, tokens, was_shown, recalled, distance):
         """Features (T, N, tokens, N_PRIORS) of attention priors, by object."""
         of_objects = recalled[2].detach()
         # Probability that the object first there has the colour of another visible one.
         colors = tokens[..., self.layout.part["color"]]
-        stood_colors = torch.sigmoid(of_objects[..., :N_APPEARANCES]) @ self.colors()
-        meant = (stood_colors * (colors.sum(-2, keepdim=True) - colors)).sum(-1, keepdim=True)
+        predecessor_colors = torch.sigmoid(of_objects[..., :N_APPEARANCES]) @ self.colors()
+        color_match = (predecessor_colors * (colors.sum(-2, keepdim=True) - colors)).sum(
+            -1, keepdim=True
+        )
         touched = torch.sigmoid(of_objects[..., -1:])
-        left = familiar[..., 1:2] * (1 - touched)
-        return torch.cat([familiar, meant, touched, left, away], -1)
+        remaining = was_shown[..., 1:2] * (1 - touched)
+        return torch.cat([was_shown, color_match, touched, remaining, distance], -1)
 
     def wipe(self, state, which):
         """The state with the memory of some environments (N,) reset to an episode's first step."""
@@ -316,8 +318,8 @@ class MemoryLoss:
     """Auxiliary loss of the memory. Labels come from the episode's own observations.
 
     * shown: by appearance, its presence in the first view, in any earlier one, and the first such.
-    * stood: by visible object, the appearance of the object that was first at its position, tracked
-      as it moves.
+    * predecessor: by visible object, the appearance of the object that was first at its position,
+      tracked as it moves.
     * changed: by visible object, the number of times that it (a lamp, a button) has gone on.
     * touched: by visible object, the tool has rested at its top; by button, it has been pressed
       and the tool has not been lifted since.
@@ -330,8 +332,8 @@ class MemoryLoss:
     def labels(cls, policy, rows):
         """Labels of whole episodes (T, N, D).
 
-        -> shown (T, N, 3, N_APPEARANCES); stood (T, N, tokens, N_APPEARANCES); labels by object
-        (T, N, tokens, WIDTH).
+        -> shown (T, N, 3, N_APPEARANCES); predecessor (T, N, tokens, N_APPEARANCES); labels by
+        object (T, N, tokens, WIDTH).
         """
         tokens = policy.layout.split(rows)[1]
         pairs = policy.layout.pairs(tokens)
@@ -346,7 +348,7 @@ class MemoryLoss:
     @staticmethod
     def loss(policy, rows, recalled, labels):
         seen = policy.layout.split(rows)[1][..., 0]
-        (shown, stood, of_objects), (shown_label, here, object_label) = recalled, labels
+        (shown, predecessor, of_objects), (shown_label, here, object_label) = recalled, labels
         error = binary_cross_entropy_with_logits(shown, shown_label, reduction="none")
         # Appearances that the episode never shows are left out: they would dominate the loss.
         error = error * shown_label[-1, ..., 2:, :].lt(1)
@@ -354,7 +356,7 @@ class MemoryLoss:
         of_all = error.sum((-1, -2)).mean()
         known = torch.cat([policy.vocabulary >= 0, policy.vocabulary.new_ones(N_COUNTS + 1) > 0])
         error = binary_cross_entropy_with_logits(of_objects, object_label, reduction="none") * known
-        of_places = binary_cross_entropy_with_logits(stood, here, reduction="none")
+        of_places = binary_cross_entropy_with_logits(predecessor, here, reduction="none")
         error = error.sum(-1) + (of_places * known[:N_APPEARANCES]).sum(-1)
         return of_all + (error * seen).sum() / seen.sum()
 
@@ -362,13 +364,13 @@ class MemoryLoss:
 def first_at_position(layout, tokens, appearances):
     """Appearance of the object first at every object's position (T, N, tokens, N_APPEARANCES)."""
     where = tokens[..., layout.place][..., :2]
-    away = (where[:, :, :, None] - where[0][None, :, None]).norm(dim=-1)
-    away = away.masked_fill(tokens[0, ..., 0][None, :, None] == 0, 9)
-    near, which = away.min(-1)
-    stood = (
+    distance = (where[:, :, :, None] - where[0][None, :, None]).norm(dim=-1)
+    distance = distance.masked_fill(tokens[0, ..., 0][None, :, None] == 0, 9)
+    near, which = distance.min(-1)
+    predecessor = (
         appearances[:1].expand_as(appearances).gather(2, which[..., None].expand_as(appearances))
     )
-    return stood * (near < NEAR)[..., None] * tokens[..., :1]
+    return predecessor * (near < NEAR)[..., None] * tokens[..., :1]
 
 
 def tracked(layout, rows, appearances, new):
@@ -402,9 +404,11 @@ def tracked(layout, rows, appearances, new):
         kept = torch.stack([changes + goes_on, touched, began], -1)
         known = torch.cat([known[..., :-3], kept], -1)
         result.append(known)
-    stood, changes, touched, _ = torch.stack(result).split([appearances.shape[-1], 1, 1, 1], -1)
+    predecessor, changes, touched, _ = torch.stack(result).split(
+        [appearances.shape[-1], 1, 1, 1], -1
+    )
     counts = changes[..., 0].long().clamp(max=N_COUNTS - 1)
-    return stood, nn.functional.one_hot(counts, N_COUNTS).float(), touched
+    return predecessor, nn.functional.one_hot(counts, N_COUNTS).float(), touched
 
 
 def associate(known, last, at_first, first, where):
@@ -412,12 +416,12 @@ def associate(known, last, at_first, first, where):
 
     They are those of the object last there, else those of the object first there.
     """
-    away = torch.cdist(where, torch.cat([last[0], first[0]], 1))
-    away = away.masked_fill(~torch.cat([last[1], first[1]], 1)[:, None], 9)
-    away[..., known.shape[1] :] += NEAR
-    away, which = away.min(-1)
+    distance = torch.cdist(where, torch.cat([last[0], first[0]], 1))
+    distance = distance.masked_fill(~torch.cat([last[1], first[1]], 1)[:, None], 9)
+    distance[..., known.shape[1] :] += NEAR
+    distance, which = distance.min(-1)
     source = torch.cat([known, at_first], 1)
-    return source.gather(1, which[..., None].expand_as(known)) * (away < 2 * NEAR)[..., None]
+    return source.gather(1, which[..., None].expand_as(known)) * (distance < 2 * NEAR)[..., None]
 
 
 def can_act(layout, rows):
