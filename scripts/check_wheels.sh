@@ -18,8 +18,8 @@ mirror=$(scripts/debian_mirror.sh)
 most_seconds=10  # of the processor, for the first rollout
 most_seconds_emulated=60
 # Those of python/tests that take less than ten minutes together there.
-emulated_tests=({env,vector_env,spaces,errors,options_refused,on_demand,objects,variants,registration}.py
-  registry.py copies.py)
+emulated_tests=({env,vector_env,spaces,errors,options_refused,queries,objects,variants,gym_registration}.py
+  tasks.py copies.py)
 if [ "$(id -u)" -ne 0 ]; then
   echo "check_wheels.sh needs root for chroot" >&2
   exit 1

@@ -9,7 +9,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 python=${PYTHON:-build/python-env/bin/python}
 failed=0
-for search in hostile_datasets hostile_options; do
+for search in fuzz_datasets fuzz_options; do
   "$python" -W ignore "python/tests/$search.py" "${1:-10000}" "${2:-0}" || failed=1
 done
 exit $failed

@@ -403,7 +403,7 @@ def python_lists(indent):
     result.append(f"CAMERAS = ({cameras})")
     side = next(option for option in OPTIONS if option["name"] == "image_width")
     result.append(f"IMAGE_SIDE = ({side['low']}, {side['high']})  # pixels")
-    result += ["", "# How each keyword is converted: by type, or by the numbers behind its names."]
+    result += ["", "# Conversion of each keyword: by type, or by the numbers of its names."]
     result.append("KINDS: dict[str, str | dict[str, int]] = {")
     for option in CONVERTED:
         if option["python"] != option["name"] or "signature" in option:
@@ -468,8 +468,8 @@ BLOCKS = {
     "api/c_options.cc": {"defaults": c_defaults, "conversions": conversions, "asserts": asserts},
     "apps/options.cc": {"switches": switches},
     "python/src/module.cc": {"bindings": bindings},
-    "python/engram/_option_list.py": {"lists": python_lists},
-    "python/engram/vector_env.py": {"signature": signature},
+    "python/engram/_args/option_list.py": {"lists": python_lists},
+    "python/engram/envs/vector_env.py": {"signature": signature},
     "python/engram/typing.py": {"types": python_types},
     "docs/embedding.md": {"table": table},
 }

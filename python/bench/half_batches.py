@@ -1,4 +1,4 @@
-"""What stepping in two halves gains where the policy runs on another device.
+"""Gain of stepping in two halves when the policy runs on another device.
 
     python half_batches.py [--num-envs 256] [--latency 0.03] [--rounds 15]
 
@@ -21,7 +21,7 @@ import engram
 
 
 def make_policy(latency: float, num_envs: int) -> Any:
-    """A function from observations to actions that takes as long as asked for."""
+    """A function from observations to actions with a given latency."""
 
     def policy(obs: np.ndarray) -> np.ndarray:
         time.sleep(latency * len(obs) / num_envs)

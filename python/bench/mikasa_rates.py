@@ -1,4 +1,4 @@
-"""What does the original's interface cost? Alternates it with engram's own, step by step.
+"""Cost of the original's interface, in alternation with engram's own, step by step.
 
     python mikasa_rates.py [--id ID] [--num-envs N] [--steps T] [--obs state|rgb|all] [--threads T]
                            [--profile]
@@ -28,8 +28,8 @@ import engram
 import engram.mikasa as mikasa
 
 
-def own_door(args: argparse.Namespace, mode: Any) -> engram.VectorEnv:
-    """The house's own, with the episodes that the original's interface has."""
+def own_interface(args: argparse.Namespace, mode: Any) -> engram.VectorEnv:
+    """Engram's own interface, with the same episodes as the original's."""
     return engram.make_vec(
         args.id,
         args.num_envs,
@@ -44,7 +44,7 @@ def own_door(args: argparse.Namespace, mode: Any) -> engram.VectorEnv:
     )
 
 
-def other_door(args: argparse.Namespace, mode: str) -> Any:
+def mikasa_interface(args: argparse.Namespace, mode: str) -> Any:
     """The original's interface, as scripts make it."""
     env = gym.make(
         args.id,
@@ -57,34 +57,34 @@ def other_door(args: argparse.Namespace, mode: str) -> Any:
 
 
 def measure(args: argparse.Namespace, mode: str) -> tuple[list[float], list[float]]:
-    """Seconds of each step, of both doors."""
-    doors = (own_door(args, mode), other_door(args, mode))
-    horizon = doors[0].description["horizon"]
-    shape = doors[0].action_space.shape
+    """Seconds of each step, of both interfaces."""
+    interfaces = (own_interface(args, mode), mikasa_interface(args, mode))
+    horizon = interfaces[0].description["horizon"]
+    shape = interfaces[0].action_space.shape
     rng = np.random.default_rng(0)
     times: tuple[list[float], list[float]] = ([], [])
-    told: list[Any] = [None, None]  # held until the next step, as loops do
+    results: list[Any] = [None, None]  # held until the next step, as loops do
     profile = cProfile.Profile() if args.profile else None
     gc.disable()
     for step in range(args.steps + 5):
         if step % horizon == 0:
-            for door in doors:
-                door.reset(seed=step)
+            for interface in interfaces:
+                interface.reset(seed=step)
         action = rng.uniform(-1, 1, shape).astype(np.float32)
         given = (action, torch.from_numpy(action))
         for which in (0, 1) if step % 2 else (1, 0):
             if profile and which:
                 profile.enable()
             start = time.perf_counter()
-            told[which] = doors[which].step(given[which])
+            results[which] = interfaces[which].step(given[which])
             spent = time.perf_counter() - start
             if profile:
                 profile.disable()
             if step >= 5:
                 times[which].append(spent)
     gc.enable()
-    for door in doors:
-        door.close()
+    for interface in interfaces:
+        interface.close()
     if profile:
         pstats.Stats(profile).sort_stats("tottime").print_stats(25)
     return times

@@ -74,14 +74,14 @@ def measure(page: Any, server: psutil.Process, seconds: float) -> dict[str, Any]
             due = time.monotonic() + every
             memory.append(round(server.memory_full_info().uss / 2**20, 1))
             loads.append(os.getloadavg()[0])
-            told = page.evaluate(
+            sample = page.evaluate(
                 "() => { const s = engramPlay.play; const t = s.frames.splice(0);"
                 " if (t.length) s.frames.push(t[t.length - 1]);"
                 " return [s.latencies.splice(0), t]; }"
             )
-            latencies += told[0]
-            gaps += [b - a for a, b in zip(told[1], told[1][1:])]
-            frames += max(0, len(told[1]) - 1)
+            latencies += sample[0]
+            gaps += [b - a for a, b in zip(sample[1], sample[1][1:])]
+            frames += max(0, len(sample[1]) - 1)
     return {
         "task": TASK,
         "seconds": seconds,

@@ -1,8 +1,8 @@
-"""How much slower than C++ is Python? Alternates three loops of random actions in one process tree.
+"""Overhead of Python over C++: three loops of random actions, in alternation.
 
     python rollout_rate.py [--id ID] [--num-envs N] [--steps T] [--rounds R] [--obs state|rgb]
 
-Per round, in turn: the C++ command (`engram rollout`, built by scripts/build.sh), the plain-C door
+Per round, in turn: the C++ command (`engram rollout`, built by scripts/build.sh), the C API
 called straight from Python's extension with nothing in between, and the Gymnasium environment.
 Prints the medians in environment steps per second, and the medians of the rounds' ratios.
 """
@@ -32,7 +32,7 @@ def command_rate(args: argparse.Namespace) -> float:
 
 
 def extension_rate(env: engram.VectorEnv, steps: int) -> float:
-    """Rate of the C door: act and step, no results taken."""
+    """Rate of the C API: act and step, no results taken."""
     env.reset(seed=0)
     actions = env.act("random")
     batch = env._batch
@@ -66,18 +66,18 @@ def main() -> None:
     args = parser.parse_args()
 
     env = engram.make_vec(args.id, args.num_envs, obs_mode=args.obs)
-    measured: dict[str, list[float]] = {"C++ command": [], "C door": [], "Gymnasium": []}
+    measured: dict[str, list[float]] = {"C++ command": [], "C API": [], "Gymnasium": []}
     for _ in range(args.rounds):
         measured["C++ command"].append(command_rate(args))
-        measured["C door"].append(extension_rate(env, args.steps))
+        measured["C API"].append(extension_rate(env, args.steps))
         measured["Gymnasium"].append(gymnasium_rate(env, args.steps))
     env.close()
 
     for name, rates in measured.items():
         print(f"{name:12} {statistics.median(rates):10.0f} env steps/s")
-    for baseline in ("C++ command", "C door"):
+    for baseline in ("C++ command", "C API"):
         pairs = zip(measured["Gymnasium"], measured[baseline])
-        ratio = statistics.median(ours / theirs for ours, theirs in pairs)
+        ratio = statistics.median(own / other for own, other in pairs)
         print(f"Gymnasium / {baseline}: {ratio:.3f}")
 
 

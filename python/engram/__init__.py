@@ -7,7 +7,7 @@
     for _ in range(env.description["horizon"]):
         obs, reward, terminated, truncated, info = env.step(env.act("oracle"))
 
-``VectorEnv`` says what a batch offers, ``list`` and ``describe`` which tasks there are.
+``VectorEnv`` documents a batch, ``list`` and ``describe`` return the tasks.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import builtins
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from engram import _core
+from engram import _core, _deprecated
 from engram.errors import (
     BadStateError,
     Error,
@@ -27,15 +27,15 @@ from engram.errors import (
     UnknownIdError,
 )
 from engram.evaluation import evaluate
-from engram.making import make, make_vec
-from engram.registration import load_variants, register
-from engram.registry import describe
-from engram.registry import list_tasks as list
+from engram.factory import make, make_vec
+from engram.gym_registration import load_variants, register
+from engram.tasks import describe
+from engram.tasks import list_tasks as list
 
 if TYPE_CHECKING:
-    from engram._compat import AutoresetMode
-    from engram.env import Env
-    from engram.vector_env import VectorEnv
+    from engram.envs.compat import AutoresetMode
+    from engram.envs.env import Env
+    from engram.envs.vector_env import VectorEnv
 
 __all__ = [
     "AutoresetMode",
@@ -60,21 +60,26 @@ __all__ = [
 __version__: str = _core.version()
 
 
+# Former names of modules are found there, with a warning.
+__path__ += _deprecated.__path__
+
 # Names that need Gymnasium, and their modules. They are loaded on first use, because Gymnasium
 # imports this package, to register its tasks, while it is itself being imported.
-_HOMES = {"AutoresetMode": "_compat", "Env": "env", "VectorEnv": "vector_env"}
+_LAZY = {"AutoresetMode": "envs.compat", "Env": "envs.env", "VectorEnv": "envs.vector_env"}
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name in _deprecated.MOVED:
+        return importlib.import_module(f"{__name__}.{name}")
+    if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    value = getattr(importlib.import_module(f"{__name__}.{_LAZY[name]}"), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> builtins.list[str]:
-    return sorted({*globals(), *_HOMES})
+    return sorted({*globals(), *_LAZY})
 
 
 register()

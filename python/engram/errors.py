@@ -24,7 +24,7 @@ class Error(Exception):
         super().__init__(*(_one_line(str(part)) for part in message))
 
 
-_LONGEST = 2000  # of what is told of a value
+_LONGEST = 2000  # characters
 
 
 def _one_line(message: str) -> str:
@@ -48,7 +48,7 @@ class UnknownIdError(Error, KeyError):
 
 
 class UnavailableError(Error, RuntimeError):
-    """The machine lacks what was asked for: threads, memory, a device."""
+    """The machine lacks a resource: threads, memory, a device."""
 
 
 class BadStateError(Error, RuntimeError):

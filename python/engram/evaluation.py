@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from engram import _core
-from engram._option_list import OBS_MODE, RULES
-from engram._values import constants_json, integer, one_of, path, real, seed_value, text
+from engram._args.option_list import OBS_MODE, RULES
+from engram._args.values import constants_json, integer, one_of, path, real, seed_value, text
 from engram.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -46,17 +46,17 @@ def evaluate(
     ``policy(observation)`` is called with the episodes that need actions, N of them:
 
     * ``rgb`` (N, 128, 128, 6) uint8, base camera before wrist camera; with ``obs="rgb"`` only
-    * ``state`` (N, state_dim) float32: the row of ``obs="state"`` or ``obs="objects"``, which the
-      results then say
+    * ``state`` (N, state_dim) float32: the row of ``obs="state"`` or ``obs="objects"``, recorded
+      in the results
     * ``proprio`` (N, 7) float32, ``instruction`` N strings, ``env_id``
-    * ``episode``, ``step`` (N,): number of the episode, control steps in it so far
+    * ``episode``, ``step`` (N,): number of the episode, control steps so far
     * ``first`` (N,): 1 at the first request of an episode
-    * ``worker`` and ``slot`` (N,): a place that the episode keeps from beginning to end
+    * ``worker`` and ``slot`` (N,): constant during an episode
 
-    The arrays are the policy's to keep. It returns an array of shape (N, 7) or (N, K, 7), or
-    a sequence of N arrays of shape (7), (K, 7) or (1, K, 7): actions that are used one per step
-    before the episode is asked for again. It is called from several threads, by one at a time;
-    for one large batch, ``threads=1, num_envs=50``.
+    The arrays are copies. The policy returns an array of shape (N, 7) or (N, K, 7), or a sequence
+    of N arrays of shape (7), (K, 7) or (1, K, 7). The K actions are used one per step before the
+    policy is called for the episode again. It is called from several threads, by one at a time;
+    ``threads=1, num_envs=50`` makes one large batch.
 
     ``rules`` ("reference" or "original"), ``task_options``, ``constants``: those of the
     environments.

@@ -1,16 +1,16 @@
-"""Scores of learners: who remembers what.
+"""Scores of learners on all tasks of a split.
 
     python -m engram.scores                         # runs what is missing, writes the tables
     python -m engram.scores --split short --jobs 2 --page scores.md
 
-Every learner learns every task from several seeds, each run in a process of its own. A run that
-has ended is kept under ``--out``; the command can be stopped at any time and goes on where it was.
-Beside the page, a file of its name that ends in .json has the results of all runs that the page
-shows. A run that is in it is not run again, so pages can be made over several machines and days.
-A learner is a script (``--learners`` names their folder) that takes ``--id ID --seed S --out
-FOLDER`` and leaves ``result.json`` in the folder: success_once and first_answer_correct over 200
-episodes that no learner has seen, cpu_s (processor seconds of collecting and learning) and, where
-it has a memory, wiped: the same with the memory wiped whenever something comes into sight.
+Every learner learns every task from several seeds, each run in a process of its own. Results are
+stored under ``--out``; the command can be stopped at any time and continues there.
+Beside the page, a .json file of its name has the results of all runs in the page. Runs in it are
+not repeated, so a page can be made on several machines over several days.
+A learner is a script (``--learners`` is their folder) with options ``--id ID --seed S --out
+FOLDER`` that writes ``result.json`` to the folder: success_once and first_answer_correct over 200
+episodes outside of the training, cpu_s (processor seconds of collecting and learning) and, with a
+memory, wiped: the same rates with the memory reset whenever an object appears.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ import engram
 __all__ = ["interval", "main", "tables"]
 
 EPISODES = 200
-FIRST_SEED = 2_000_000  # of episodes that own policies are scored on; learners have the same
+FIRST_SEED = 2_000_000  # of the scored episodes, for policies and learners
 LEARNERS = {
-    "memoryless": "memoryless.py",
-    "recurrent": "ppo_recurrent.py",
-    "distilled": "distil.py",
+    "memoryless": ("ppo_recurrent.py", "--no-memory"),
+    "recurrent": ("ppo_recurrent.py",),
+    "distilled": ("distil.py",),
 }
-OWN = ("sweep", "blind", "oracle")
+POLICIES = ("sweep", "blind", "oracle")
 MARK = ("<!-- scores -->", "<!-- end of scores -->")
 
 
@@ -55,11 +55,11 @@ def arguments(given: list[str] | None) -> argparse.Namespace:
     add("--split", default="short", choices=["short", "medium", "long", "extended"])
     add("--seeds", type=int, nargs="+", default=[1, 2, 3], help="of the learners' runs")
     add("--learners", type=Path, default=Path("python/examples/memory"), help="their folder")
-    add("--only", nargs="+", choices=[*LEARNERS, *OWN], help="these columns only")
-    add("--out", type=Path, default=Path("build/scores"), help="folder that keeps the runs")
+    add("--only", nargs="+", choices=[*LEARNERS, *POLICIES], help="these columns only")
+    add("--out", type=Path, default=Path("build/scores"), help="folder of the runs")
     add("--jobs", type=int, default=os.cpu_count() or 1, help="runs at the same time")
-    add("--page", type=Path, help="page whose tables are renewed; default: OUT/scores.md")
-    add("--tables", action="store_true", help="runs nothing; writes the tables of what is there")
+    add("--page", type=Path, help="page whose tables are replaced; default: OUT/scores.md")
+    add("--tables", action="store_true", help="runs nothing; writes the tables of existing runs")
     add("--pass", dest="more", default="", metavar="'...'", help="further options for learners")
     return parser.parse_args(given)
 
@@ -80,7 +80,7 @@ def known_runs(out: Path, page: Path) -> Runs:
         if stored["engram"] != engram.__version__:
             raise SystemExit(
                 f"{file}: results of engram {stored['engram']} given, of {engram.__version__} "
-                "needed; remove it, with the page's tables, to begin anew"
+                "needed; remove it, with the page's tables, to start again"
             )
         runs = {tuple(entry["run"]): entry["result"] for entry in stored["runs"]}
     for path in out.glob("*/*/result.json"):
@@ -89,7 +89,7 @@ def known_runs(out: Path, page: Path) -> Runs:
     return runs
 
 
-def keep(runs: Runs, page: Path) -> None:
+def store(runs: Runs, page: Path) -> None:
     """Writes all results beside the page, a line each."""
     lines = ",\n".join(json.dumps({"run": run, "result": runs[run]}) for run in sorted(runs))
     text = f'{{"engram": "{engram.__version__}", "runs": [\n{lines}\n]}}\n'
@@ -107,11 +107,11 @@ def folder_of(out: Path, task: str, column: str, seed: int) -> Path:
 
 
 def learn(command: list[str], folder: Path, task: str, seed: int) -> None:
-    """Runs a learner, whose output goes to FOLDER/output.txt."""
+    """Runs a learner, with its output in FOLDER/output.txt."""
     folder.mkdir(parents=True, exist_ok=True)
-    told = ["--id", task, "--seed", str(seed), "--out", str(folder)]
+    options = ["--id", task, "--seed", str(seed), "--out", str(folder)]
     with (folder / "output.txt").open("w") as output:
-        ended = subprocess.run([*command, *told], stdout=output, stderr=subprocess.STDOUT)
+        ended = subprocess.run([*command, *options], stdout=output, stderr=subprocess.STDOUT)
     if ended.returncode != 0:
         raise RuntimeError(f"{' '.join(command)} failed with {task}: see {folder}/output.txt")
 
@@ -143,8 +143,8 @@ def play(policy: Any, folder: Path, task: str, seed: int) -> None:
 
 
 def run(args: argparse.Namespace, ids: list[str], known: Runs) -> None:
-    """All runs that have not ended yet, the first seed of everything first."""
-    columns = args.only or [*OWN, *LEARNERS]
+    """Runs everything without a result, the first seed of all columns first."""
+    columns = args.only or [*POLICIES, *LEARNERS]
     plan = [
         (seed, task, column, folder_of(args.out, task, column, seed))
         for seed in args.seeds
@@ -156,8 +156,8 @@ def run(args: argparse.Namespace, ids: list[str], known: Runs) -> None:
     def do(job: tuple[int, str, str, Path]) -> None:
         seed, task, column, folder = job
         if column in LEARNERS:
-            script = args.learners / LEARNERS[column]
-            command = [sys.executable, str(script), *args.more.split()]
+            script, *options = LEARNERS[column]
+            command = [sys.executable, str(args.learners / script), *options, *args.more.split()]
             learn(command, folder, task, seed)
         else:
             play(column, folder, task, seed)
@@ -193,7 +193,7 @@ def interval(rate: float, episodes: int) -> tuple[float, float]:
 def by_column(runs: Runs, ids: Iterable[str], seeds: Iterable[int]) -> dict[Column, list[Any]]:
     """Results by task and column, a list over seeds."""
     results: dict[Column, list[Any]] = {}
-    for task, column, seed in itertools.product(ids, [*LEARNERS, *OWN], seeds):
+    for task, column, seed in itertools.product(ids, [*LEARNERS, *POLICIES], seeds):
         if (task, column, seed) in runs:
             results.setdefault((task, column), []).append(runs[task, column, seed])
     return results
@@ -216,7 +216,7 @@ def table(head: list[str], rows: list[list[str]]) -> list[str]:
 
 def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
     """Markdown: success, first answers, wiped memories and processor minutes."""
-    columns = [*LEARNERS, *OWN]
+    columns = [*LEARNERS, *POLICIES]
     success = [
         [task] + [rate_cell(results.get((task, c)), "success_once") for c in columns]
         for task in ids
@@ -259,7 +259,7 @@ def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
             "",
             *table(["id", "chance", *columns], answers),
             "",
-            "## success_once, the memory wiped whenever something comes into sight",
+            "## success_once, the memory reset whenever an object appears",
             "",
             *table(["id", *learners[1:]], wiped),
             "",
@@ -271,7 +271,7 @@ def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
 
 
 def write(page: Path, text: str) -> None:
-    """Puts the tables between a page's marks; makes the page where there is none."""
+    """Writes the tables between a page's marks; creates the page if it does not exist."""
     old = page.read_text() if page.exists() else "# Scores\n\n" + "\n".join(MARK) + "\n"
     begin, end = old.index(MARK[0]) + len(MARK[0]), old.index(MARK[1])
     page.parent.mkdir(parents=True, exist_ok=True)
@@ -285,7 +285,7 @@ def main(given: list[str] | None = None) -> int:
     if not args.tables:
         run(args, ids, known_runs(args.out, page))
     runs = known_runs(args.out, page)
-    keep(runs, page)
+    store(runs, page)
     write(page, tables(by_column(runs, ids, args.seeds), ids))
     print(page)
     return 0

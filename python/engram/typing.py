@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from engram._compat import AutoresetMode
+    from gymnasium.vector import AutoresetMode
 
 __all__ = [
     "ActionSpace",
@@ -142,38 +142,38 @@ class _Rgb(TypedDict):
 
 
 class RgbObservation(_Rgb, total=False):
-    """Of obs_mode "rgb"."""
+    """Observation in obs_mode "rgb"."""
 
     task_cue: Row  # (1,), Rotate families only
 
 
 class RgbDepthObservation(RgbObservation):
-    """Of obs_mode "rgb+depth"."""
+    """Observation in obs_mode "rgb+depth"."""
 
     depth: NDArray[np.int16]  # (height, width, cameras) mm along the camera's axis; 0: nothing
 
 
 class RgbSegmentationObservation(RgbObservation):
-    """Of obs_mode "rgb+segmentation"."""
+    """Observation in obs_mode "rgb+segmentation"."""
 
     segmentation: NDArray[np.int16]  # (height, width, cameras) index into segmentation_names
 
 
 class RgbDepthSegmentationObservation(RgbDepthObservation):
-    """Of obs_mode "rgb+depth+segmentation"."""
+    """Observation in obs_mode "rgb+depth+segmentation"."""
 
     segmentation: NDArray[np.int16]  # (height, width, cameras) index into segmentation_names
 
 
 class StateDict(TypedDict):
-    """Of obs_mode "state_dict"."""
+    """Observation in obs_mode "state_dict"."""
 
     agent: dict[str, Row]
     extra: dict[str, Row]
 
 
 class ObjectsDict(TypedDict):
-    """Of obs_mode "objects_dict"."""
+    """Observation in obs_mode "objects_dict"."""
 
     agent: dict[str, Row]
     objects: dict[str, Row]  # (tokens, width) each
@@ -185,7 +185,7 @@ Observation = Row | RgbObservation | StateDict | ObjectsDict
 
 
 class TaskSummary(TypedDict):
-    """What ``engram.list()`` tells of a task."""
+    """Entry of ``engram.list()``."""
 
     id: str
     family: str
@@ -200,7 +200,7 @@ class TaskSummary(TypedDict):
 
 
 class Quantity(TypedDict):
-    """A name, what it is measured in, and what it is."""
+    """Name, unit and description."""
 
     name: str
     unit: str
@@ -208,7 +208,7 @@ class Quantity(TypedDict):
 
 
 class Draw(Quantity):
-    """Drawn in every episode; ``pins`` fix it."""
+    """Random variable of an episode; ``pins`` fix it."""
 
     width: int
     integer: bool
@@ -217,7 +217,7 @@ class Draw(Quantity):
 
 
 class Drawn(Quantity):
-    """What ``drawn`` tells of an episode."""
+    """Value that ``drawn`` returns."""
 
     width: int
     integer: bool
@@ -261,11 +261,11 @@ class Field(_Field, total=False):
 
 
 class Output(Quantity):
-    """What a step gives, observations and infos."""
+    """Output of a step, in observations or infos."""
 
     dtype: str
     width: int
-    privileged: bool  # tells what a policy has to remember, or how near the robot is to it
+    privileged: bool  # reveals the hidden quantity, or the robot's distance to it
 
 
 class ActionSpace(TypedDict):
@@ -278,14 +278,14 @@ class ActionSpace(TypedDict):
 
 
 class Phase(TypedDict):
-    """A part of an episode, and the condition that it is in."""
+    """Part of an episode, and its condition."""
 
     name: str
     when: str
 
 
 class Prop(TypedDict):
-    """A thing on the table."""
+    """Object on the table."""
 
     name: str
     motion: str
@@ -294,7 +294,7 @@ class Prop(TypedDict):
 
 
 class TaskDescription(TaskSummary):
-    """What ``engram.describe(id)`` tells."""
+    """Result of ``engram.describe(id)``."""
 
     chance: float
     answer: str | None

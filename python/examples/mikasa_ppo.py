@@ -44,7 +44,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def make_envs(id: str, num_envs: int) -> mikasa.ManiSkillVectorEnv:
-    """As the original's collector makes them: states as dicts, frozen while the cue is shown."""
+    """Environments of the original's collector: states as dicts, frozen while the cue is shown."""
     env: Any = gym.make(id, num_envs=num_envs, obs_mode="state", control_mode="pd_ee_delta_pose")
     env = mikasa.StateOnlyTensorToDictWrapper(env)
     env = mikasa.CurriculumPhaseNoopActionWrapper(env)
@@ -146,7 +146,7 @@ def improve(agent: Any, optimiser: Any, batch: Any, args: argparse.Namespace) ->
 
 
 def train(args: argparse.Namespace) -> mikasa.AgentStateOnly:
-    """A policy that has learned the task; tells how far it is now and then."""
+    """A policy that has learned the task; prints its progress."""
     torch.manual_seed(args.seed)
     torch.set_num_threads(1)  # the networks are too small to share
     envs = make_envs(args.id, args.num_envs)
@@ -157,7 +157,7 @@ def train(args: argparse.Namespace) -> mikasa.AgentStateOnly:
     obs, _ = envs.reset(seed=args.seed)
     scale = Scale(obs["state"].shape[1])
     scale.update(obs["state"])
-    play(envs, agent, scale, args.gamma, args.gae_lambda)  # tells the sizes of things
+    play(envs, agent, scale, args.gamma, args.gae_lambda)  # sets the sizes of observations
     for iteration in range(1, args.iterations + 1):
         rate = max(0.2, 1 - iteration / 180)
         optimiser.param_groups[0]["lr"] = args.learning_rate * rate

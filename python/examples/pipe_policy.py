@@ -16,13 +16,13 @@ import sys
 
 HELLO, TASK, REQUEST, CHUNKS, FAILED = 1, 2, 3, 4, 5
 MAGIC, VERSION = 0x4D474E45, 1
-RGB, STATE, OBJECTS = 1, 2, 3  # what a policy observes
+RGB, STATE, OBJECTS = 1, 2, 3  # observations of a policy
 
 
 def act(task, request):
     """A chunk of K actions for each episode that needs one: its shape and its numbers.
 
-    This one moves about in ways that depend on what it sees and is told: no good policy, but short.
+    This one moves as a function of observations and instruction: short, not good.
     """
     chunks = []
     for i in range(request["count"]):

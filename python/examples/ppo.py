@@ -4,7 +4,7 @@
 
 Needs torch and matplotlib beside engram, and no accelerator: small networks on one core, the
 simulator on all of them, taking turns. The folder `--out` receives log.csv (a row per iteration),
-curve.png and agent.pt. docs/learning.md tells what to expect, and why the numbers are as they are.
+curve.png and agent.pt. docs/learning.md has results, and reasons for the numbers.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class Rollout:
     actions: Tensor
     log_probs: Tensor
     rewards: Tensor
-    next_observations: Tensor  # what the step led to, before any automatic reset
+    next_observations: Tensor  # the observation before an automatic reset
     terminated: Tensor
     ended: Tensor  # terminated or truncated
 
@@ -227,7 +227,7 @@ def improve(
         next_values = agent.value(agent.normalise(rollout.next_observations))
         errors = rewards + args.gamma * ~rollout.terminated * next_values - values
         advantages = estimate_advantages(errors, rollout.ended, args.gamma * args.gae_lambda)
-    # From here on, steps and environments are one dimension.
+    # Steps and environments become one dimension.
     inputs, actions = inputs.flatten(0, 1), rollout.actions.flatten(0, 1)
     old_log_probs, targets = rollout.log_probs.flatten(), (advantages + values).flatten()
     advantages = advantages.flatten()
@@ -291,7 +291,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
         )
 
     # Rewards are positive all the way: where success ends an episode, the best-paid policy hovers
-    # just short of it. So training goes on to the horizon; evaluation plays by the task's rule.
+    # just short of it. So training runs to the horizon; evaluation uses the task's rule.
     env = make_env(args.num_envs, terminate_on_success=False)
     eval_env = make_env(args.eval_episodes, terminate_on_success=None)
     agent = Agent(env, args)
@@ -299,7 +299,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
     scale = RewardScale(args.num_envs, args.gamma)
     collector = Collector(env, args.seed)
 
-    # A first rollout only tells the sizes of things. Later, moments change between iterations
+    # The first rollout sets the sizes of observations. Later, moments change between iterations
     # alone, so that a rollout and its updates see the same policy.
     rollout = collector.collect(agent, args.rollout)
     agent.moments.update(rollout.observations.flatten(0, 1))

@@ -106,7 +106,7 @@ class EngramBenchmark(StepBenchmark):
         }
 
     def get_observation_spec(self) -> dict[str, DimSpec]:
-        """What ``make_obs`` makes."""
+        """Observation of ``make_obs``."""
         return {
             "base_camera": IMAGE_RGB,
             "hand_camera": IMAGE_RGB,

@@ -36,7 +36,7 @@ void run(Call&& call) {
   check(status);
 }
 
-// Views of pins and options in the door's own types; they point into the arguments.
+// Views of pins and options in the C API's types; they point into the arguments.
 std::vector<engram_pin> as_pins(const NamedValues& pins) {
   std::vector<engram_pin> result;
   for (const auto& [name, values] : pins) {
@@ -142,7 +142,7 @@ Batch::Batch(const std::string& id, const Options& options)
 void Batch::close() {
   const std::shared_ptr<Handle> handle = std::move(handle_);
   handle_.reset();
-  // Arrays may keep the handle alive; a step under way ends here all the same.
+  // Arrays may keep the handle alive; a running step is waited for here in any case.
   if (handle && !handle->forked()) {
     engram_env* env = handle->env();
     without_lock([env] { engram_step_wait(env); });

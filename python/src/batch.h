@@ -1,4 +1,4 @@
-// A batch of environments as a Python object, on top of the plain-C door.
+// A batch of environments as a Python object, on top of the C API.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -26,10 +26,10 @@ using ActionsOut = nb::ndarray<float, nb::ndim<2>, nb::c_contig, nb::device::cpu
 using Mask = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Seeds = nb::ndarray<const std::uint64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-// What a batch is made of; the fields of engram_options that need memory of their own.
+// Options of a batch, with the memory that pointers in engram_options refer to.
 struct Options {
   engram_options plain;
-  std::deque<std::string> texts;  // what its fields point to
+  std::deque<std::string> texts;  // targets of its pointers
   NamedValues pins;
   NamedValue task_options;
   std::string constants;  // JSON; empty: none
@@ -105,8 +105,8 @@ class Batch {
 
 // Raises the Python exception for a status, with the library's message. Needs the GIL.
 [[noreturn]] void raise(engram_status status, const char* message);
-// A text as the C door takes it. Raises InvalidArgumentError if it holds a character 0, where that
-// door would cut it off.
+// A text for the C API. Raises InvalidArgumentError if it holds a character 0, at which the C API
+// would cut it off.
 const char* c_text(const std::string& text);
 // Raises the last error of this thread unless all is well.
 void check(engram_status status);

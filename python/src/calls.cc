@@ -13,14 +13,14 @@ namespace {
 constexpr std::chrono::seconds kLongestWait{10};
 constexpr std::chrono::milliseconds kPause{1};
 
-// Of this process alone: a forked one has none of the threads that are counted.
-std::atomic<int> calls_under_way = 0;
+// Calls of this process: a forked one has none of the counted threads.
+std::atomic<int> running_calls = 0;
 std::atomic<bool> ended = false;
 pthread_t ender;  // the thread that ends the calls; it may call on. Written before `ended`
 
 bool is_held_back() { return ended && pthread_equal(ender, pthread_self()) == 0; }
 
-const int forgotten_by_children = pthread_atfork(nullptr, nullptr, [] { calls_under_way = 0; });
+const int forgotten_by_children = pthread_atfork(nullptr, nullptr, [] { running_calls = 0; });
 
 }  // namespace
 
@@ -41,13 +41,13 @@ void hold_back_locked() {
 bool calls_have_ended() { return ended; }
 
 Call::Call() {
-  ++calls_under_way;
+  ++running_calls;
   if (!is_held_back()) return;
-  --calls_under_way;
+  --running_calls;
   sleep_forever();
 }
 
-Call::~Call() { --calls_under_way; }
+Call::~Call() { --running_calls; }
 
 void end_calls() {
   if (ended) return;
@@ -55,7 +55,7 @@ void end_calls() {
   ended = true;
   PyThreadState* const state = PyEval_SaveThread();
   const auto end = std::chrono::steady_clock::now() + kLongestWait;
-  while (calls_under_way > 0 && std::chrono::steady_clock::now() < end) {
+  while (running_calls > 0 && std::chrono::steady_clock::now() < end) {
     std::this_thread::sleep_for(kPause);
   }
   unless_ended([state] { PyEval_RestoreThread(state); });

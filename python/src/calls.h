@@ -2,8 +2,8 @@
 //
 // When it does, threads may still be in a call: Python does not wait for daemon threads, and ends
 // those that ask for its lock then by unwinding their stack, which C++ code answers by abort.
-// Therefore the end waits for calls under way, and no thread goes on beyond it: it sleeps until the
-// process has ended.
+// Therefore the end waits for running calls, and threads that return later sleep until the process
+// has ended.
 #pragma once
 
 #include <cxxabi.h>
@@ -11,20 +11,20 @@
 
 namespace engram_python {
 
-// Before calls from other threads than this one are held back. Waits for those under way, for some
-// seconds at most, without Python's lock. Python calls this at its end.
+// Blocks further calls from other threads. Waits for running ones, a few seconds at most, without
+// the GIL. Python calls this at its end.
 void end_calls();
-// Whether that has happened.
+// True after end_calls().
 bool calls_have_ended();
 
-// Sleeps for as long as there is a process.
+// Sleeps until the process ends.
 [[noreturn]] void sleep_forever();
-// Does so once calls have ended, but for the thread that ended them.
+// Sleeps if calls have ended, except in the thread that ended them.
 void hold_back();
-// The same for threads that hold Python's lock, which they give back.
+// The same for threads that hold the GIL, which they release.
 void hold_back_locked();
 
-// While one lives, its thread is in the library.
+// Marks its thread as inside the library during its lifetime.
 class Call {
  public:
   Call();  // does not return once calls have ended
@@ -33,7 +33,7 @@ class Call {
   Call& operator=(const Call&) = delete;
 };
 
-// f(), which asks for Python's lock or calls Python code. Does not return if Python would end the
+// Calls f(), which takes the GIL or calls Python code. Does not return if Python would end the
 // thread.
 template <class F>
 decltype(auto) unless_ended(F&& f) {

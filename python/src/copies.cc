@@ -12,7 +12,7 @@ namespace engram_python {
 namespace {
 
 constexpr std::align_val_t kAlignment{64};
-// A loop holds two or three observations; those that a buffer held and let go are not kept.
+// Loops hold two or three observations; more released arrays are freed.
 constexpr std::size_t kMostSpare = 4;
 
 struct Free {

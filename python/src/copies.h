@@ -1,4 +1,4 @@
-// Copies of arrays in memory that is used again once nobody holds it any more.
+// Copies of arrays in memory that is reused once no array refers to it.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -18,7 +18,7 @@ namespace {
 
 using Chunk = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
 
-// A copy of the request's memory: what the policy keeps stays good.
+// A copy of the request's memory, because the policy may keep it.
 template <class T>
 nb::object array(const T* data, std::initializer_list<std::size_t> shape) {
   if (data == nullptr) return nb::none();
@@ -38,7 +38,7 @@ class Session {
     return static_cast<Session*>(self)->answer(*request, reply);
   }
 
-  static int tell(void* self, int32_t episodes, int32_t all, uint64_t env_steps) {
+  static int report(void* self, int32_t episodes, int32_t all, uint64_t env_steps) {
     if (calls_have_ended()) return 1;
     const Locked locked;
     return static_cast<Session*>(self)->guarded([&] {
@@ -135,7 +135,7 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.task_options = choices.data();
   options.num_task_options = choices.size();
   options.constants = constants.empty() ? nullptr : c_text(constants);
-  options.progress = &Session::tell;
+  options.progress = &Session::report;
   options.rules = rules;
   char* document = nullptr;
   engram_status status = ENGRAM_OK;

@@ -1,4 +1,4 @@
-// The extension module engram._core. It adds nothing to the plain-C door but Python's conventions:
+// Extension module engram._core: the C API with Python's conventions:
 // exceptions, arrays that keep their memory alive, and the GIL released while the library works.
 // Users see the classes of engram/*.py instead.
 #include <nanobind/stl/optional.h>
@@ -134,7 +134,7 @@ void bind_copies(nb::module_& module) {
 NB_MODULE(_core, module) {
   // Environments that are still open when the interpreter exits are no defect.
   nanobind::set_leak_warnings(false);
-  module.doc() = "engram's plain-C door.";
+  module.doc() = "engram's C API.";
   module.def("version", &engram_version);
   module.def("end_calls", &engram_python::end_calls);
   nanobind::module_::import_("atexit").attr("register")(module.attr("end_calls"));

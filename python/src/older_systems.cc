@@ -1,6 +1,6 @@
 // Wheels are built on Debian 12 and run on systems as old as glibc 2.34 and GCC 11's C++ library,
-// which libmujoco asks for. These stand in for what newer ones have only; cmake/EngramWheel.cmake
-// tells the linker to send callers of the wrapped ones here.
+// which libmujoco needs. These functions replace those of newer systems; cmake/EngramWheel.cmake makes
+// the linker redirect callers of the wrapped ones to them.
 #include <pthread.h>
 #include <sys/random.h>
 
@@ -21,7 +21,7 @@ __asm__(".symver hypot_of_any_glibc, hypot@GLIBC_2.2.5");
 double hypot_of_any_glibc(double x, double y);
 double __wrap_hypot(double x, double y) { return hypot_of_any_glibc(x, y); }
 
-// Of glibc 2.36; Debian's libexpat.a shuffles its hash tables with it.
+// New in glibc 2.36; Debian's libexpat.a shuffles its hash tables with it.
 void arc4random_buf(void* buffer, std::size_t size) noexcept {
   auto* at = static_cast<unsigned char*>(buffer);
   while (size > 0) {

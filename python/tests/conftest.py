@@ -1,4 +1,4 @@
-"""What several tests need."""
+"""Shared fixtures and helpers."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from demonstrated import demonstrations, folder  # noqa: F401 (fixtures)
+from demonstrations import demonstrations, folder  # noqa: F401 (fixtures)
 
 import engram
 
 if TYPE_CHECKING:
-    from played import Server
+    from play_server import Server
 
 TASK = "RememberColor3-VLA-v0"  # 25 steps; never ends before
 ENDING_TASK = "ShellGameTouch-VLA-v0"  # ends at success
@@ -26,7 +26,7 @@ CLIENTS = (
 
 
 def pytest_report_header() -> str:
-    """The versions of what the tests run engram with."""
+    """Versions of the installed clients."""
     found = {d.metadata["Name"].replace("_", "-"): d.version for d in _distributions()}
     return "clients: " + ", ".join(f"{name} {found[name]}" for name in CLIENTS if name in found)
 
@@ -36,7 +36,7 @@ def _distributions() -> Any:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """--may-skip: what a complete run may leave out."""
+    """--may-skip: reasons for which a complete run may skip tests."""
     parser.addoption(
         "--may-skip",
         metavar="WORDS",
@@ -45,7 +45,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Fails a run that skipped what it may not."""
+    """Fails a run with other skipped tests."""
     words = session.config.getoption("--may-skip")
     reporter: Any = session.config.pluginmanager.get_plugin("terminalreporter")
     if words is None or reporter is None:
@@ -104,7 +104,7 @@ def noisy_oracle(env: engram.VectorEnv, rng: np.random.Generator) -> np.ndarray:
 @pytest.fixture(scope="module")
 def server(tmp_path_factory) -> Iterator[Server]:
     """`engram play`, one for all tests of a file; tabs come and go."""
-    from played import serving  # needs libraries that not all environments have
+    from play_server import serving  # needs libraries that not all environments have
 
     with serving(tmp_path_factory.mktemp("play") / "played") as running:
         yield running

@@ -8,7 +8,7 @@ import pytest
 from conftest import ENDING_TASK, TASK, assert_same, noisy_oracle
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 TELLING = {"privileged": True, "language_in_info": True}
 MODES = ["NEXT_STEP", "SAME_STEP", "DISABLED"]
@@ -153,7 +153,7 @@ def test_a_restored_environment_may_go_on(make):
     env.step(env.act("zero"))
 
 
-def test_ended_environments_stand_still_on_request(make):
+def test_ended_environments_are_held_on_request(make):
     env = make(num_envs=2, autoreset_mode="DISABLED", after_end="hold")
     last = played_to_the_end(env)
     after = env.step(env.act("zero"))
@@ -175,7 +175,7 @@ def test_ended_environments_go_on_on_request(make):
     assert not env.step(env.act("zero"))[3].any()
 
 
-def test_a_single_environment_goes_on_on_request():
+def test_a_single_environment_continues_after_the_end_on_request():
     env = engram.make(TASK, after_end="continue", max_episode_steps=3)
     env.reset(seed=1)
     ends = [env.step(env.act("random"))[3] for _ in range(6)]

@@ -30,11 +30,11 @@ def run(*words: object, **environment: str) -> subprocess.CompletedProcess[str]:
 
 
 def pictures(path: Path) -> list[np.ndarray]:
-    with av.open(str(path)) as film:
-        return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+    with av.open(str(path)) as video:
+        return [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
 
 
-def test_lists_what_segmentation_shows():
+def test_info_lists_segmentation_names():
     done = run("info", TASK, "--obs", "rgb+segmentation", "--json")
     assert done.returncode == 0, done.stderr
     names = json.loads(done.stdout)["segmentation_names"]
@@ -70,7 +70,7 @@ def test_exit_codes_are_the_commands_own():
     assert "NoSuchTask-v0" in done.stderr
 
 
-@pytest.mark.parametrize("name", ["film.mp4", "film.gif", "with: colon.mp4"])
+@pytest.mark.parametrize("name", ["video.mp4", "video.gif", "with: colon.mp4"])
 def test_films_have_every_frame(tmp_path, name):
     path = tmp_path / name
     done = run("record", TASK, "--seed", 1, "--out", path)
@@ -82,38 +82,38 @@ def test_films_have_every_frame(tmp_path, name):
 
 
 def test_films_are_the_same_bytes_again(tmp_path):
-    films = [tmp_path / "a.mp4", tmp_path / "b.mp4"]
-    for film in films:
-        assert run("record", TASK, "--seed", 1, "--out", film).returncode == 0
-    assert films[0].read_bytes() == films[1].read_bytes()
+    videos = [tmp_path / "a.mp4", tmp_path / "b.mp4"]
+    for video in videos:
+        assert run("record", TASK, "--seed", 1, "--out", video).returncode == 0
+    assert videos[0].read_bytes() == videos[1].read_bytes()
 
 
 def test_colours_of_a_film_are_those_of_a_picture(tmp_path):
     arguments = ("record", TASK, "--seed", 3)
-    assert run(*arguments, "--out", tmp_path / "film.mp4").returncode == 0
+    assert run(*arguments, "--out", tmp_path / "video.mp4").returncode == 0
     assert run(*arguments, "--out", tmp_path / "sheet.png", "--at", 0).returncode == 0
     from PIL import Image
 
     sheet = np.asarray(Image.open(tmp_path / "sheet.png").convert("RGB"), int)
-    film = pictures(tmp_path / "film.mp4")[0].astype(int)
-    height, width = (min(a, b) for a, b in zip(sheet.shape, film.shape[:2]))
+    video = pictures(tmp_path / "video.mp4")[0].astype(int)
+    height, width = (min(a, b) for a, b in zip(sheet.shape, video.shape[:2]))
     corner = np.s_[height // 4 : height // 2, width // 4 : width // 2]
-    assert np.abs(sheet[corner].mean((0, 1)) - film[corner].mean((0, 1))).max() < 8
+    assert np.abs(sheet[corner].mean((0, 1)) - video[corner].mean((0, 1))).max() < 8
 
 
-def test_without_pyav_films_say_what_is_missing(tmp_path):
+def test_without_pyav_the_error_names_it(tmp_path):
     (tmp_path / "av.py").write_text("raise ImportError('no av')")
-    film = tmp_path / "film.mp4"
-    done = run("record", TASK, "--out", film, PYTHONPATH=str(tmp_path))
+    video = tmp_path / "video.mp4"
+    done = run("record", TASK, "--out", video, PYTHONPATH=str(tmp_path))
     assert done.returncode == 1
     assert 'pip install "engram[video]"' in done.stderr
-    assert not film.exists()
+    assert not video.exists()
 
 
-def test_films_that_cannot_be_written_leave_nothing(tmp_path):
-    folder = tmp_path / "film.mp4"
+def test_failed_videos_leave_no_files(tmp_path):
+    folder = tmp_path / "video.mp4"
     folder.mkdir()
     done = run("record", TASK, "--out", folder)
     assert done.returncode != 0
-    assert "film.mp4" in done.stderr
+    assert "video.mp4" in done.stderr
     assert list(tmp_path.iterdir()) == [folder]

@@ -1,4 +1,4 @@
-"""What leaves a batch stays as it is, however it is held; its memory is used again afterwards."""
+"""Copies stay unchanged however they are held, and their memory is reused afterwards."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from conftest import TASK, assert_same
 
 import engram
 from engram import _core
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 MODES = ["state", "state_dict", "rgb", "rgb+depth+segmentation", "objects", "objects_dict"]
 
@@ -43,7 +43,7 @@ def first_leaf(tree):
 
 
 @pytest.mark.parametrize("obs_mode", MODES)
-def test_transitions_keep_what_they_held(make, obs_mode):
+def test_transitions_are_not_overwritten(make, obs_mode):
     for results, held in transitions(make(obs_mode=obs_mode)):
         assert_same(results, held)
         assert not np.array_equal(first_leaf(results["obs"]), first_leaf(results["next"]))
@@ -131,7 +131,7 @@ HOLDERS = {
 
 
 class Capsule:
-    """Holds a dlpack capsule that nobody has consumed yet."""
+    """Holds an unconsumed dlpack capsule."""
 
     def __init__(self, array):
         self._capsule = array.__dlpack__()
@@ -151,7 +151,7 @@ class Capsule:
 
 
 @pytest.mark.parametrize("holder", HOLDERS)
-def test_what_is_held_is_never_written_to(holder):
+def test_referenced_memory_is_never_written_to(holder):
     copies, rng = _core.Copies(), np.random.default_rng(0)
     held = []
     for _ in range(12):
@@ -171,7 +171,7 @@ def test_what_is_held_is_never_written_to(holder):
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.bool_, np.int32, np.uint64, np.float32, np.float64])
-def test_a_copy_is_as_any_other_array(dtype):
+def test_a_copy_is_an_ordinary_array(dtype):
     source = np.arange(2 * 3 * 50_000).reshape(2, 3, 50_000).astype(dtype)
     source.flags.writeable = False
     copy = _core.Copies().copy(source)
@@ -193,7 +193,7 @@ def test_memory_is_used_again():
     assert copies.copy(source[:-1]).shape == (999_999,)  # another size has memory of its own
 
 
-def test_little_memory_is_kept():
+def test_little_memory_is_retained():
     copies, source = _core.Copies(), np.zeros(10**6, np.uint8)
     many = [copies.copy(source) for _ in range(50)]
     assert copies.spare == 0

@@ -8,22 +8,22 @@ import subprocess
 import sys
 from pathlib import Path
 
-import hostile_datasets
+import fuzz_datasets
 import numpy as np
 import pytest
-from hostile_datasets import ID, arrays_of, sound_metadata, tree, write_sound
+from fuzz_datasets import ID, arrays_of, sound_metadata, tree, write_sound
 
 from engram.datasets import DatasetError, DemonstrationFolder, find_folders
 
 needs_libraries = pytest.mark.skipif(
-    not hostile_datasets.has_libraries(), reason="the libraries of engram[datasets] are missing"
+    not fuzz_datasets.has_libraries(), reason="the libraries of engram[datasets] are missing"
 )
 CONVERTERS = {"rlds": Path("data_rlds") / ID / "1.0.0", "lerobot": Path("data_lerobot") / ID}
 
 
 @pytest.fixture
 def root(tmp_path) -> Path:
-    """A sound data set, beside a folder that is somebody else's."""
+    """A valid data set, beside a folder that must not change."""
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside" / "thesis.txt").write_text("the only copy")
     write_sound(tmp_path / "in")
@@ -161,14 +161,14 @@ def test_an_array_that_is_none_of_a_demonstration_is_refused(root, name, value):
     assert str(refused.value).isprintable()
 
 
-def test_episodes_are_those_that_metadata_tells_of(root):
+def test_episodes_are_those_in_metadata(root):
     change_metadata(root, episode_seeds=[0, 2])
-    with pytest.raises(DatasetError, match=r"has seed 1; metadata\.json tells of 2"):
+    with pytest.raises(DatasetError, match=r"has seed 1; metadata\.json has 2"):
         DemonstrationFolder(root / "data_npz" / ID)[1]
 
 
 def test_nothing_is_unpickled(root, tmp_path):
-    touch = hostile_datasets.Touch(tmp_path / "ran")
+    touch = fuzz_datasets.Touch(tmp_path / "ran")
     change_array(root, "action", np.array(touch, object))
     with pytest.raises(DatasetError, match="action"):
         find_folders(root)[0][1]
@@ -201,7 +201,7 @@ def test_links_are_not_followed(root, command, depth):
 
 @needs_libraries
 @pytest.mark.parametrize("command", CONVERTERS)
-def test_what_others_wrote_is_not_replaced(root, command):
+def test_other_files_are_not_replaced(root, command):
     place = root / CONVERTERS[command]
     place.mkdir(parents=True)
     (place / "notes.txt").write_text("the only copy")
@@ -210,7 +210,7 @@ def test_what_others_wrote_is_not_replaced(root, command):
 
 @needs_libraries
 @pytest.mark.parametrize("command", CONVERTERS)
-def test_what_was_written_before_is_replaced(root, command, capsys):
+def test_earlier_output_is_replaced(root, command, capsys):
     from engram.datasets.__main__ import main
 
     options = ["--images"] if command == "lerobot" else []
@@ -218,7 +218,7 @@ def test_what_was_written_before_is_replaced(root, command, capsys):
     first = tree(root)
     place = root / CONVERTERS[command]
     for file in place.glob("[!.]*.json"):
-        file.write_text("{}")  # as it may look after a disk was full
+        file.write_text("{}")  # left by a full disk
     assert main([command, str(root), *options]) == 0
     assert tree(root) == first
     (place / "notes.txt").write_text("added by a user")
@@ -227,14 +227,14 @@ def test_what_was_written_before_is_replaced(root, command, capsys):
 
 @needs_libraries
 @pytest.mark.parametrize("command", CONVERTERS)
-def test_nothing_half_written_is_left(root, command):
+def test_no_partial_files_are_left(root, command):
     change_array(root, "action", np.full((3, 7), np.nan, np.float32))
     assert "not finite" in run(command, root)
     assert "not finite" in run(command, root, "--out", str(root.parent / "new" / "folder"))
 
 
 @needs_libraries
-def test_leftovers_go_and_who_still_writes_stays(root):
+def test_leftovers_are_removed_unless_a_process_still_writes(root):
     import fcntl
 
     from engram.datasets import rlds
@@ -288,8 +288,8 @@ def test_options_of_the_functions_are_checked_too(root):
 # --- the search ---
 
 
-def test_a_slice_of_the_search_finds_nothing():
-    counts, findings = hostile_datasets.play(0, 120)
+def test_a_slice_of_the_fuzzing_finds_nothing():
+    counts, findings = fuzz_datasets.play(0, 120)
     assert not findings
     assert counts["refused"] > 60
     assert counts["accepted"] > 0

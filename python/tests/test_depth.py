@@ -1,4 +1,4 @@
-"""Observation modes with depth and segmentation: shapes, spaces, doors, points."""
+"""Observation modes with depth and segmentation: shapes, spaces, interfaces, points."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from conftest import TASK
 
 import engram
-from engram._spaces import ImageBox
+from engram.envs.spaces import ImageBox
 
 MODES = {
     "rgb+depth": ["depth"],

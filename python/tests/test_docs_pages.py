@@ -1,4 +1,4 @@
-"""What the quick start and the how-tos say in Python runs as it stands there."""
+"""Python code of the quick start and the how-tos runs unchanged."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

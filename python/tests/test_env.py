@@ -78,7 +78,7 @@ def test_the_specification_makes_the_same_environment():
     other.close()
 
 
-def test_infos_do_not_tell_the_answer():
+def test_infos_do_not_reveal_the_answer():
     env = engram.make(TASK)
     _, info = env.reset(seed=0)
     assert {"oracle_info", "reward_dict", "language_instruction"}.isdisjoint(info)

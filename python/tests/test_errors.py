@@ -106,10 +106,13 @@ def test_bad_options_are_refused(options, words):
         (lambda: engram.VectorEnv(TASK, num_env=4), "^VectorEnv.*'num_env'"),
         (lambda: engram.describe(TASK, controlmode="x"), "^describe\\(\\) .*'control_mode'"),
         (lambda: gymnasium.make(f"engram/{TASK}", num_env=4), "^gymnasium.make\\(\\) .*'num_env'"),
-        (lambda: engram.registration._make_vec(TASK, 4, num_env=4), "^gymnasium.make_vec\\(\\) "),
+        (
+            lambda: engram.gym_registration._make_vec(TASK, 4, num_env=4),
+            "^gymnasium.make_vec\\(\\) ",
+        ),
     ],
 )
-def test_unknown_keywords_are_refused_in_the_name_of_what_was_called(call, words):
+def test_unknown_keywords_are_refused_with_the_name_of_the_function(call, words):
     with pytest.raises((TypeError, engram.InvalidArgumentError), match=words):
         call()
 
@@ -117,7 +120,7 @@ def test_unknown_keywords_are_refused_in_the_name_of_what_was_called(call, words
 @pytest.mark.filterwarnings("error")
 def test_a_batch_dies_in_silence():
     env = engram.make_vec(TASK)
-    env._batch = None  # as when the interpreter has torn it down before
+    env._batch = None  # the state after the interpreter's teardown
     env.__del__()
     engram.VectorEnv.__new__(engram.VectorEnv).__del__()
 
@@ -382,7 +385,7 @@ def test_views_of_infos_are_read_only(make):
             info[name][:] = 0
 
 
-def test_the_extension_itself_refuses_what_does_not_fit(make):
+def test_the_extension_refuses_wrong_types_and_shapes(make):
     env = make()
     batch = env._batch
     for call in (
@@ -495,7 +498,7 @@ def test_the_gil_is_free_while_a_step_runs(make):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_a_forked_process_is_told_and_can_make_its_own(make):
+def test_a_forked_process_gets_an_error_and_can_make_batches(make):
     env = make()
     obs, _ = env.reset(seed=0)
     expected = obs.copy()
@@ -506,14 +509,14 @@ def test_a_forked_process_is_told_and_can_make_its_own(make):
             try:
                 env.step(GOOD)
             except engram.BadStateError as error:
-                told = "fork" in str(error)
+                named = "fork" in str(error)
             env.close()
             own = engram.make_vec(TASK, 4, threads=2)
             same = np.array_equal(own.reset(seed=0)[0], expected)
             own.step(GOOD)
             own.close()
             del env, obs
-            status = 0 if told and same else 2
+            status = 0 if named and same else 2
         finally:
             os._exit(status)
     _, status = os.waitpid(child, 0)

@@ -119,7 +119,7 @@ def test_files_and_resume(tmp_path):
         engram.evaluate(policy, ids, episodes=3, obs="state", resume=folder)
 
 
-def test_results_say_whose_rules():
+def test_results_have_the_rules():
     assert engram.evaluate(still, ID, episodes=1)["tasks"][0]["rules"] == "reference"
     result = engram.evaluate(still, ID, episodes=1, rules="original")
     assert result["tasks"][0]["rules"] == "original"

@@ -1,4 +1,4 @@
-"""What holds for every task: observations lie in their spaces, infos are what is described."""
+"""Invariants of every task: observations are in their spaces, infos match the description."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 from conftest import assert_same, registered_ids
 
 import engram
+from engram.envs.spaces import take
 
 NUM_ENVS = 2
 # Outputs that `step` returns by themselves, not in infos; "observation" stands for all of them.
@@ -27,7 +28,7 @@ def check_in_space(env: engram.VectorEnv, obs: Any) -> None:
     """The batch's observation and each environment's, type and shape of every part included."""
     assert env.observation_space.contains(obs)
     for i in range(env.num_envs):
-        assert env.single_observation_space.contains(engram.env.take(obs, i))
+        assert env.single_observation_space.contains(take(obs, i))
     if not isinstance(obs, dict):
         assert obs.dtype == env.observation_space.dtype
         return

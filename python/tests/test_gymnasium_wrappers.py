@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import TASK
 
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 if not GYMNASIUM_1:
     pytest.skip("Gymnasium 0.29 has no such vector wrappers", allow_module_level=True)
@@ -50,7 +50,7 @@ def test_normalize_observation_and_reward(make):
 
 
 @pytest.mark.parametrize("obs_mode", ["objects", "objects_dict"])
-def test_objects_through_gymnasiums_own_door(obs_mode):
+def test_objects_modes_through_gymnasium(obs_mode):
     env = gymnasium.make_vec(f"engram/{TASK}", num_envs=3, obs_mode=obs_mode, threads=1)
     env = wrappers.FlattenObservation(wrappers.RecordEpisodeStatistics(env))
     episodes = 0

@@ -1,4 +1,4 @@
-"""python/examples/memory: what the memory is taught, that it is kept, and that the learners run."""
+"""python/examples/memory: labels of the memory's loss, the policy, and runs of the learners."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ def learners() -> Iterator[SimpleNamespace]:
     sys.path.insert(0, str(EXAMPLES))
     try:
         import distil
-        import eye
-        import pictures
-        import play
+        import object_detector
         import policy
         import ppo_recurrent
+        import rgb_env
+        import training
 
         yield SimpleNamespace(
             distil=distil,
-            eye=eye,
-            pictures=pictures,
-            play=play,
+            object_detector=object_detector,
+            rgb_env=rgb_env,
+            training=training,
             policy=policy,
             ppo=ppo_recurrent,
         )
@@ -49,74 +49,76 @@ def learners() -> Iterator[SimpleNamespace]:
 def episodes(
     learners: SimpleNamespace, task: str, num_envs: int = 8, steps: int | None = None
 ) -> tuple[Any, Any]:
-    """Rows (T, N, D) of the oracle's episodes, and what they are cut up by."""
-    scenes = learners.play.Objects(task, num_envs, 3, steps)
+    """Rows (T, N, D) of the oracle's episodes, and their layout."""
+    scenes = learners.training.ObjectsEnv(task, num_envs, 3, steps)
     rows = [scenes.reset(seed=3)]
     for _ in range(scenes.horizon - 1):
         rows.append(scenes.step(scenes.oracle())[0])
-    return torch.stack(rows), scenes.sight
+    return torch.stack(rows), scenes.layout
 
 
-def fitted(learners: SimpleNamespace, rows: Any, sight: Any, memory: bool = True) -> Any:
+def fitted(learners: SimpleNamespace, rows: Any, layout: Any, memory: bool = True) -> Any:
     torch.manual_seed(0)
-    policy = learners.policy.Policy(sight, memory=memory)
+    policy = learners.policy.Policy(layout, memory=memory)
     policy.fit(rows)
     return policy
 
 
-# --- what the memory is taught ---
+# --- labels of the memory's loss ---
 
 
-def test_recollection_names_the_look_that_the_cue_showed(learners: SimpleNamespace) -> None:
-    rows, sight = episodes(learners, COLOR3)
-    policy = fitted(learners, rows, sight)
-    shown, _, _ = learners.policy.Recollection.labels(policy, rows)
-    tokens = sight.split(rows)[1]
-    of_cue = policy.code(sight.pairs(tokens))[0].amax(-2)
+def test_labels_have_the_appearance_that_the_cue_showed(learners: SimpleNamespace) -> None:
+    rows, layout = episodes(learners, COLOR3)
+    policy = fitted(learners, rows, layout)
+    shown, _, _ = learners.policy.MemoryLoss.labels(policy, rows)
+    tokens = layout.split(rows)[1]
+    of_cue = policy.code(layout.pairs(tokens))[0].amax(-2)
     assert (of_cue.sum(-1) == 1).all()
-    assert (shown[:, :, 0] == of_cue).all()  # in all steps, whatever is in sight
+    assert (shown[:, :, 0] == of_cue).all()  # in all steps, whatever is in layout
     last = shown[-1, :, 1]
-    assert (last == of_cue).all()  # the other colours are in sight, but were not before
+    assert (last == of_cue).all()  # the other colours are in layout, but were not before
     assert (shown[0, :, 1] == 0).all()  # nothing was before the first view
 
 
-def test_recollection_follows_what_stands_under_a_moving_cup(learners: SimpleNamespace) -> None:
+def test_labels_track_an_object_under_a_moving_cup(learners: SimpleNamespace) -> None:
     """At the end the cup that the oracle touches hides the colour that the lamp shows."""
-    rows, sight = episodes(learners, LAMP)
-    policy = fitted(learners, rows, sight)
-    of_objects = learners.policy.Recollection.labels(policy, rows)[2]
-    tokens = sight.split(rows)[1][-1]
-    hidden = of_objects[-1, ..., : learners.policy.LOOKS] @ policy.colors()
-    lamp = tokens[..., sight.part["kind"]].argmax(-1) == 8
-    shown = tokens[lamp][..., sight.part["color"]]
-    cups = tokens[..., sight.part["kind"]].argmax(-1) == 2
-    near = (tokens[..., sight.place] - rows[-1, :, None, sight.tcp])[..., :2].norm(dim=-1)
+    rows, layout = episodes(learners, LAMP)
+    policy = fitted(learners, rows, layout)
+    of_objects = learners.policy.MemoryLoss.labels(policy, rows)[2]
+    tokens = layout.split(rows)[1][-1]
+    hidden = of_objects[-1, ..., : learners.policy.N_APPEARANCES] @ policy.colors()
+    lamp = tokens[..., layout.part["kind"]].argmax(-1) == 8
+    shown = tokens[lamp][..., layout.part["color"]]
+    cups = tokens[..., layout.part["kind"]].argmax(-1) == 2
+    near = (tokens[..., layout.place] - rows[-1, :, None, layout.tcp])[..., :2].norm(dim=-1)
     touched = near.masked_fill(~cups, 9).argmin(-1)
     under = hidden[torch.arange(len(touched)), touched]
     assert (under == shown).all()
     assert (hidden[cups].sum(-1) == 1).all()  # every cup hides one ball
 
 
-def test_recollection_counts_what_a_lamp_did(learners: SimpleNamespace) -> None:
+def test_labels_count_the_changes_of_a_lamp(learners: SimpleNamespace) -> None:
     task = "BlinkCountButtonPressEasy-VLA-v0"
-    rows, sight = episodes(learners, task)
-    policy = fitted(learners, rows, sight)
-    counts = learners.policy.Recollection.labels(policy, rows)[2][..., learners.policy.LOOKS :]
-    tokens = sight.split(rows)[1]
-    lamps = tokens[0, ..., sight.lamp] > 0
-    lit = tokens[..., sight.part["state"]][..., 0] > 0.5
+    rows, layout = episodes(learners, task)
+    policy = fitted(learners, rows, layout)
+    counts = learners.policy.MemoryLoss.labels(policy, rows)[2][
+        ..., learners.policy.N_APPEARANCES :
+    ]
+    tokens = layout.split(rows)[1]
+    lamps = tokens[0, ..., layout.lamp] > 0
+    lit = tokens[..., layout.part["state"]][..., 0] > 0.5
     rises = (lit[1:] & ~lit[:-1]).sum(0)[lamps]
     assert rises.amax() >= 2
     assert (counts[-1][lamps].argmax(-1) == rises).all()
 
 
 def presses(learners: SimpleNamespace, reach: float) -> tuple[Any, Any, Any, dict[str, Any]]:
-    """The oracle's episodes of BlinkCount, who comes down and goes up by that share of the way.
+    """Oracle's episodes of BlinkCount with vertical motion scaled by `reach`.
 
-    -> of the counting button: how far it was pressed (T, N), how often (T, N), whether the tool has
-    to be lifted (T, N); and the engine's infos of the same, by name.
+    -> of the counting button: depth (T, N), number of presses (T, N), label that the tool has to be
+    lifted (T, N); and the engine's infos of the same, by name.
     """
-    scenes = learners.play.Objects("BlinkCountButtonPressEasy-VLA-v0", 32, 3)
+    scenes = learners.training.ObjectsEnv("BlinkCountButtonPressEasy-VLA-v0", 32, 3)
     rows, infos = [scenes.reset(seed=3)], {"raw_press_count": [], "pending_press": []}
     for _ in range(scenes.horizon - 1):
         action = scenes.oracle()
@@ -124,67 +126,67 @@ def presses(learners: SimpleNamespace, reach: float) -> tuple[Any, Any, Any, dic
         rows.append(scenes.step(action)[0])
         for name, steps in infos.items():
             steps.append(torch.from_numpy(np.array(scenes.infos[name])))
-    rows, sight = torch.stack(rows), scenes.sight
-    tokens = sight.split(rows)[1]
-    red = (tokens[0, ..., sight.part["color"]][..., 0] > 0) & (tokens[0, ..., sight.button] > 0)
-    known = learners.policy.Recollection.labels(fitted(learners, rows, sight), rows)[2][1:, red]
-    depth = tokens[1:, red][..., sight.part["state"]][..., 0]
-    counts = known[..., learners.policy.LOOKS : -1].argmax(-1)
+    rows, layout = torch.stack(rows), scenes.layout
+    tokens = layout.split(rows)[1]
+    red = (tokens[0, ..., layout.part["color"]][..., 0] > 0) & (tokens[0, ..., layout.button] > 0)
+    known = learners.policy.MemoryLoss.labels(fitted(learners, rows, layout), rows)[2][1:, red]
+    depth = tokens[1:, red][..., layout.part["state"]][..., 0]
+    counts = known[..., learners.policy.N_APPEARANCES : -1].argmax(-1)
     return depth, counts, known[..., -1], {k: torch.stack(v) for k, v in infos.items()}
 
 
-def test_recollection_counts_shallow_presses(learners: SimpleNamespace) -> None:
-    """A button takes it for a press when its cap is down by 0.35 of the way."""
+def test_labels_count_shallow_presses(learners: SimpleNamespace) -> None:
+    """A press counts from 0.35 of the depth on."""
     depth, counts, _, infos = presses(learners, 0.6)
     assert (depth.amax(0) < 0.5).sum() > 5  # or nothing is tested
     assert counts[-1].amax() == 3
     assert (counts[-1] == infos["raw_press_count"][-1]).all()
 
 
-def test_recollection_knows_that_a_press_has_to_be_lifted(learners: SimpleNamespace) -> None:
+def test_labels_of_a_button_change_when_the_tool_is_lifted(learners: SimpleNamespace) -> None:
     """A press counts when the tool is up again. Until then the button is held to be touched."""
     _, counts, touched, infos = presses(learners, 1.0)
     assert counts[-1].amax() == 3
     assert (touched == infos["pending_press"].float()).all()
 
 
-def test_what_takes_the_place_of_another_comes_into_sight(learners: SimpleNamespace) -> None:
+def test_an_object_in_the_place_of_another_begins_a_view(learners: SimpleNamespace) -> None:
     """Every cube of the cue has a view of its own, even if it gets the token of the one before."""
-    scenes = learners.play.Objects("ChainOfColors3-VLA-v0", 128, 3)
+    scenes = learners.training.ObjectsEnv("ChainOfColors3-VLA-v0", 128, 3)
     rows = [scenes.reset(seed=3)]
     for _ in range(15):  # the longest cue, and a step after it
         rows.append(scenes.step(torch.zeros(128, 7))[0])
     rows = torch.stack(rows)
-    sight, tokens = scenes.sight, scenes.sight.split(rows)[1]
-    seen, pairs = tokens[..., 0] > 0, sight.pairs(tokens)
+    layout, tokens = scenes.layout, scenes.layout.split(rows)[1]
+    seen, pairs = tokens[..., 0] > 0, layout.pairs(tokens)
     in_place = (seen[1:] == seen[:-1]).all(-1) & (pairs[1:] != pairs[:-1]).any(-1)
     assert in_place.any()  # or nothing is tested
-    policy = fitted(learners, rows, sight)
-    first = learners.policy.Recollection.labels(policy, rows)[0][-1, :, 2]
-    views = learners.policy.Recollection.VIEWS * first
-    button = policy.code(pairs[0])[tokens[0, ..., sight.button] > 0]
+    policy = fitted(learners, rows, layout)
+    first = learners.policy.MemoryLoss.labels(policy, rows)[0][-1, :, 2]
+    views = learners.policy.MemoryLoss.VIEWS * first
+    button = policy.code(pairs[0])[tokens[0, ..., layout.button] > 0]
     views = views.masked_fill(button > 0, 9).sort(-1).values
     assert (views[:, :3] == torch.arange(3)).all()
 
 
-def test_recollection_keeps_what_the_tool_has_touched(learners: SimpleNamespace) -> None:
-    rows, sight = episodes(learners, "BunchOfColors3-VLA-v0", steps=100)
-    policy = fitted(learners, rows, sight)
-    tokens = sight.split(rows)[1]
-    touched = learners.policy.Recollection.labels(policy, rows)[2][-1, ..., -1] > 0
-    cue = policy.code(sight.pairs(tokens))[0].amax(-2)  # three cubes to touch, and the button
-    touched_looks = (policy.code(sight.pairs(tokens))[-1] * touched[..., None]).amax(-2)
+def test_labels_keep_touched_objects(learners: SimpleNamespace) -> None:
+    rows, layout = episodes(learners, "BunchOfColors3-VLA-v0", steps=100)
+    policy = fitted(learners, rows, layout)
+    tokens = layout.split(rows)[1]
+    touched = learners.policy.MemoryLoss.labels(policy, rows)[2][-1, ..., -1] > 0
+    cue = policy.code(layout.pairs(tokens))[0].amax(-2)  # three cubes to touch, and the button
+    touched_appearances = (policy.code(layout.pairs(tokens))[-1] * touched[..., None]).amax(-2)
     assert (touched.sum(-1) == 3).all()
-    assert (touched_looks <= cue).all()
+    assert (touched_appearances <= cue).all()
 
 
 # --- the policy ---
 
 
 @pytest.mark.parametrize("memory", [True, False])
-def test_step_by_step_is_as_all_at_once(learners: SimpleNamespace, memory: bool) -> None:
-    rows, sight = episodes(learners, LAMP, 4)
-    policy = fitted(learners, rows, sight, memory)
+def test_single_steps_equal_a_whole_sequence(learners: SimpleNamespace, memory: bool) -> None:
+    rows, layout = episodes(learners, LAMP, 4)
+    policy = fitted(learners, rows, layout, memory)
     with torch.no_grad():
         whole = policy(rows)[0]
         state = None
@@ -194,19 +196,19 @@ def test_step_by_step_is_as_all_at_once(learners: SimpleNamespace, memory: bool)
             np.testing.assert_allclose(choice.weights[0], whole.weights[t], atol=1e-4)
 
 
-def test_only_a_memory_tells_equal_sights_apart(learners: SimpleNamespace) -> None:
-    rows, sight = episodes(learners, COLOR3)
+def test_only_a_memory_distinguishes_equal_observations(learners: SimpleNamespace) -> None:
+    rows, layout = episodes(learners, COLOR3)
     late = rows.clone()
-    late[10:] = rows[10:, :1]  # the same sight for all, after different cues
+    late[10:] = rows[10:, :1]  # the same observation for all, after different cues
     for memory in (True, False):
         with torch.no_grad():
-            mean = fitted(learners, rows, sight, memory)(late)[0].best()[10:]
+            mean = fitted(learners, rows, layout, memory)(late)[0].best()[10:]
         assert (mean == mean[:, :1]).all().item() != memory
 
 
-def test_a_wiped_memory_is_that_of_a_new_episode(learners: SimpleNamespace) -> None:
-    rows, sight = episodes(learners, COLOR3, 4)
-    policy = fitted(learners, rows, sight)
+def test_a_reset_memory_is_that_of_a_new_episode(learners: SimpleNamespace) -> None:
+    rows, layout = episodes(learners, COLOR3, 4)
+    policy = fitted(learners, rows, layout)
     which = torch.tensor([True, False, True, False])
     with torch.no_grad():
         state = policy(rows[:12])[2]
@@ -226,24 +228,26 @@ def test_actions_are_those_for_the_object_of_most_weight(learners: SimpleNamespa
     np.testing.assert_allclose(choice.mixed()[0], 0.6, atol=1e-6)
 
 
-def test_a_new_hand_goes_to_the_object_that_is_picked(learners: SimpleNamespace) -> None:
-    rows, sight = episodes(learners, COLOR3)
+def test_an_untrained_policy_moves_to_the_chosen_object(learners: SimpleNamespace) -> None:
+    rows, layout = episodes(learners, COLOR3)
     with torch.no_grad():
-        choice = fitted(learners, rows, sight)(rows)[0]
-    seen = sight.split(rows)[1][..., 0] > 0
-    toward, mean = sight.to_top(rows)[seen], choice.mean[..., :3][seen]
+        choice = fitted(learners, rows, layout)(rows)[0]
+    seen = layout.split(rows)[1][..., 0] > 0
+    toward, mean = layout.to_top(rows)[seen], choice.mean[..., :3][seen]
     far = toward.abs() > 0.3
     assert (mean.sign() == toward.sign())[far].all()
     assert (mean.abs() > 0.9)[far].all()
 
 
-def test_a_new_policy_without_memory_goes_to_what_is_near(learners: SimpleNamespace) -> None:
-    """So it guesses an object, rather than to stay between them."""
-    rows, sight = episodes(learners, COLOR3)
+def test_an_untrained_policy_without_memory_chooses_the_nearest_object(
+    learners: SimpleNamespace,
+) -> None:
+    """It does not stay between objects."""
+    rows, layout = episodes(learners, COLOR3)
     with torch.no_grad():
-        weights = fitted(learners, rows, sight, memory=False)(rows)[0].weights
-    agent, tokens = sight.split(rows)
-    away = (tokens[..., sight.place] - agent[..., None, sight.tcp])[..., :2].norm(dim=-1)
+        weights = fitted(learners, rows, layout, memory=False)(rows)[0].weights
+    agent, tokens = layout.split(rows)
+    away = (tokens[..., layout.place] - agent[..., None, layout.tcp])[..., :2].norm(dim=-1)
     ordered, which = away.masked_fill(tokens[..., 0] == 0, 9).sort(-1)
     clear = (ordered[..., 1] - ordered[..., 0] > 0.1) & (tokens[..., 0].sum(-1) == 3)  # by 0.05 m
     assert clear.sum() > 10
@@ -253,10 +257,10 @@ def test_a_new_policy_without_memory_goes_to_what_is_near(learners: SimpleNamesp
 # --- distillation ---
 
 
-def test_the_oracle_leads_the_first_episodes_and_half_of_the_others(
+def test_the_oracle_guides_the_first_episodes_and_half_of_the_others(
     learners: SimpleNamespace,
 ) -> None:
-    scenes = learners.play.Objects(COLOR3, 64, seed=3)
+    scenes = learners.training.ObjectsEnv(COLOR3, 64, seed=3)
     policy = fitted(learners, *episodes(learners, COLOR3), memory=False)
     scenes.reset(seed=3)
     learners.distil.collect(policy, scenes, first=True)
@@ -266,7 +270,7 @@ def test_the_oracle_leads_the_first_episodes_and_half_of_the_others(
     assert 0.05 < scenes.infos["success_once"].mean() < 0.6
 
 
-def test_attention_learns_which_object_the_oracle_means(learners: SimpleNamespace) -> None:
+def test_attention_learns_the_object_of_the_oracle(learners: SimpleNamespace) -> None:
     weights = torch.zeros(2, requires_grad=True)
     mean = torch.stack([torch.zeros(7), torch.ones(7)])[None, None].requires_grad_()
     choice = learners.policy.Choice(weights.log_softmax(-1)[None, None], mean, mean)
@@ -291,41 +295,41 @@ def test_advantages_equal_their_definition(learners: SimpleNamespace) -> None:
     )
 
 
-# --- pictures ---
+# --- images ---
 
 
-def test_an_eye_knows_where_the_camera_is(learners: SimpleNamespace) -> None:
-    scenes = learners.pictures.Pictures(COLOR3, 16, seed=5)
+def test_the_detector_projects_positions_as_the_camera_does(learners: SimpleNamespace) -> None:
+    scenes = learners.rgb_env.RgbEnv(COLOR3, 16, seed=5)
     scenes.reset(seed=5)
     for _ in range(15):
         scenes.step(scenes.oracle())
     picture, tokens = scenes.last
-    place = tokens[..., scenes.sight.place]
-    pixels = learners.eye.spot(place)
-    at = learners.eye.place_at(pixels, place[..., 2])
+    place = tokens[..., scenes.layout.place]
+    pixels = learners.object_detector.project(place)
+    at = learners.object_detector.unproject(pixels, place[..., 2])
     np.testing.assert_allclose(at, place[..., :2], atol=1e-5)
     column, line = pixels.round().long().unbind(-1)
     colors = picture[torch.arange(16)[:, None], line, column].float()  # of cubes: red, lime, blue
-    meant = scenes.eye.looks // (scenes.objects.shapes + 1)
+    meant = scenes.detector.appearances // (scenes.objects.shapes + 1)
     assert meant.tolist() == [0, 1, 2]
     assert (colors.argmax(-1) == meant).float().mean() > 0.8  # the arm hides some
 
 
-def test_an_eye_learns_where_things_are(learners: SimpleNamespace) -> None:
+def test_the_detector_learns_positions(learners: SimpleNamespace) -> None:
     torch.manual_seed(0)
-    scenes = learners.pictures.Pictures(COLOR3, 16, seed=5)
-    assert len(scenes.eye.looks) == 3
+    scenes = learners.rgb_env.RgbEnv(COLOR3, 16, seed=5)
+    assert len(scenes.detector.appearances) == 3
     scenes.reset(seed=5)
     for _ in range(scenes.horizon):
-        scenes.keep()
+        scenes.store()
         scenes.step(scenes.oracle())
     scenes.learn(150)
     rows = scenes.reset(seed=99)
     for _ in range(8):
         rows, _ = scenes.step(scenes.oracle())
-    seen, true = (scenes.sight.split(r)[1] for r in (rows, scenes.truth))
+    seen, true = (scenes.layout.split(r)[1] for r in (rows, scenes.truth))
     assert (seen[..., 0] == true[..., 0]).float().mean() > 0.9
-    away = (seen - true)[..., scenes.sight.place].norm(dim=-1)[true[..., 0] > 0]
+    away = (seen - true)[..., scenes.layout.place].norm(dim=-1)[true[..., 0] > 0]
     assert away.median() * 0.5 < 0.02  # m; the cubes are spread over 0.4 m
 
 
@@ -348,9 +352,9 @@ PPO = ["--steps", "1600", "--evaluate-every", "1"]
     [
         [*DISTIL, "--envs", "32"],
         [*DISTIL, "--envs", "16", "--no-memory"],
-        [*DISTIL, "--envs", "16", "--obs", "rgb", "--eye-updates", "3"],
+        [*DISTIL, "--envs", "16", "--obs", "rgb", "--detector-updates", "3"],
         ["ppo_recurrent.py", *PPO, "--envs", "32"],
-        ["memoryless.py", *PPO, "--envs", "32"],
+        ["ppo_recurrent.py", "--no-memory", *PPO, "--envs", "32"],
     ],
     ids=["distil", "distil_no_memory", "distil_rgb", "ppo_recurrent", "memoryless"],
 )
@@ -361,20 +365,20 @@ def test_a_learner_runs_and_resumes(
     result = json.loads(lines[-1])
     assert result == json.loads((tmp_path / "result.json").read_text())
     assert 0 <= result["success_once"] <= 1
-    remembers = "--no-memory" not in command and command[0] != "memoryless.py"
+    remembers = "--no-memory" not in command
     assert ("wiped" in result) == remembers
     with (tmp_path / "log.csv").open(newline="") as file:
         assert len(list(csv.DictReader(file))) == 2
     assert (tmp_path / "curve.png").stat().st_size > 0
     logged = list(tmp_path.glob("events.out.tfevents.*"))
     assert logged or not importlib.util.find_spec("tensorboard")
-    policy, eye, task = learners.play.load_policy(tmp_path / "agent.pt")
-    assert (policy.memory, eye is not None, task) == (remembers, "rgb" in command, COLOR3)
+    policy, detector, task = learners.training.load_policy(tmp_path / "agent.pt")
+    assert (policy.memory, detector is not None, task) == (remembers, "rgb" in command, COLOR3)
     run(*command, "--out", str(tmp_path), "--resume")
 
 
 def test_distilling_learns(tmp_path: Path) -> None:
-    """A few seconds suffice for more than those get who do not remember (0.33)."""
+    """A few seconds of training exceed the rate without memory (0.33)."""
     arguments = ["--iterations", "4", "--evaluate-every", "4", "--out", str(tmp_path)]
     result = json.loads(run("distil.py", *arguments)[-1])
     assert result["success_once"] > 0.8
@@ -382,19 +386,19 @@ def test_distilling_learns(tmp_path: Path) -> None:
 
 
 def test_reinforcement_learns_with_memory_alone(tmp_path: Path) -> None:
-    """Half of the steps that ppo_recurrent.py takes by itself; without memory it is luck."""
+    """Half of the default steps of ppo_recurrent.py; without memory the policy guesses."""
     arguments = ["--steps", "100000", "--evaluate-every", "1000", "--out", str(tmp_path)]
     result = json.loads(run("ppo_recurrent.py", *arguments)[-1])
     assert result["success_once"] > 0.8
     assert result["wiped"]["success_once"] < 0.6
-    control = json.loads(run("memoryless.py", *arguments)[-1])
+    control = json.loads(run("ppo_recurrent.py", "--no-memory", *arguments)[-1])
     assert control["first_answer_correct"] < 0.5
 
 
-def test_processes_learn_together() -> None:
+def test_data_parallel_training() -> None:
     command = [sys.executable, "-m", "torch.distributed.run", "--nproc-per-node", "2"]
     script = [str(EXAMPLES / "ppo_recurrent.py"), *PPO, "--envs", "32"]
     done = subprocess.run([*command, *script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     results = [line for line in done.stdout.splitlines() if '"learner"' in line]
-    assert len(results) == 1  # the first process tells
+    assert len(results) == 1  # of the first process

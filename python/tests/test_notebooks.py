@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 for package in ("nbclient", "ipykernel", "torch", "matplotlib"):
     pytest.importorskip(package)
@@ -43,13 +43,13 @@ def code_cells(notebook: Any) -> list[Any]:
 
 @pytest.fixture(scope="module", params=["first_rollout", "demonstrations_to_score"])
 def notebook(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """What is stored, and what running it gives."""
+    """Stored outputs, and those of a run."""
     file = FOLDER / f"{request.param}.ipynb"
     fresh = executed(file, tmp_path_factory.mktemp(request.param))
     return request.param, code_cells(nbformat.read(file, as_version=4)), code_cells(fresh)
 
 
-def test_it_prints_what_the_site_shows(notebook: Any) -> None:
+def test_it_prints_the_output_of_the_site(notebook: Any) -> None:
     name, stored, fresh = notebook
     for old, new in zip(stored, fresh):
         if "varies" in old.metadata.get("tags", []):
@@ -66,7 +66,7 @@ def test_its_pictures_show_something(notebook: Any) -> None:
             assert picture[..., :3].std() > 0.1  # not one colour
 
 
-def test_what_it_says_is_so(notebook: Any) -> None:
+def test_descriptions_match_the_environment(notebook: Any) -> None:
     name, _, cells = notebook
     words = [line.rsplit(maxsplit=1) for cell in cells for line in printed(cell).splitlines()]
     values = {row[0].strip(): row[1] for row in words if len(row) == 2}

@@ -7,8 +7,8 @@ import pytest
 from conftest import TASK, assert_same, registered_ids
 
 import engram
-from engram._compat import GYMNASIUM_1
-from engram._spaces import take
+from engram.envs.compat import GYMNASIUM_1
+from engram.envs.spaces import take
 
 WIDTHS = {
     "seen": 1,
@@ -93,13 +93,13 @@ def test_observations_lie_in_their_space(make, id):
         actions = rows.act("random")
         obs, parts = rows.step(actions)[0], named.step(actions)[0]
     assert rows.single_observation_space.is_bounded("both")
-    # What is seen, and one of the colours, is 0 or 1.
+    # The fields "seen" and "color" are 0 or 1.
     box = named.single_observation_space["objects"]["color"]
     assert (box.low == 0).all()
     assert (box.high == 1).all()
 
 
-def test_time_is_observed_where_it_is_asked_for(make):
+def test_time_is_observed_on_request(make):
     plain = make(obs_mode="objects_dict")
     timed = make(obs_mode="objects_dict", observe_time=True)
     assert "time" not in plain.single_observation_space["agent"].spaces
@@ -119,7 +119,7 @@ def test_only_rotate_tasks_observe_their_cue(make):
 
 
 @pytest.mark.parametrize("obs_mode", ["objects", "objects_dict"])
-def test_last_observations_of_episodes_are_kept(make, obs_mode):
+def test_final_observations_are_stored(make, obs_mode):
     options = {"obs_mode": obs_mode, "observe_time": True, "num_envs": 2}
     env = make(autoreset_mode="SAME_STEP", **options)
     other = make(autoreset_mode="DISABLED", **options)
@@ -152,7 +152,7 @@ def test_a_batch_is_restored_with_what_it_observed(make, obs_mode):
     assert_same(other.step(actions)[0], after)
 
 
-def test_a_single_environment_observes_what_a_batch_does(make):
+def test_a_single_environment_observes_the_same_as_a_batch(make):
     batch = make(obs_mode="objects_dict", num_envs=2)
     single = engram.make(TASK, obs_mode="objects_dict")
     obs, _ = batch.reset(seed=5)

@@ -1,8 +1,8 @@
-"""Arguments that merely look like what is needed, and infos that nobody may write to."""
+"""Refused arguments of similar types, and infos that are read-only."""
 
 from __future__ import annotations
 
-import hostile_options
+import fuzz_options
 import numpy as np
 import pytest
 from conftest import TASK
@@ -46,7 +46,7 @@ import engram
         ("max_episode_steps", True),
     ],
 )
-def test_what_merely_counts_as_a_value_is_refused(name, value):
+def test_truthy_values_are_refused(name, value):
     options = {"num_envs": 2, name: value}
     with pytest.raises(engram.InvalidArgumentError, match=name) as refused:
         engram.make_vec(TASK, **options)
@@ -56,7 +56,7 @@ def test_what_merely_counts_as_a_value_is_refused(name, value):
 @pytest.mark.parametrize(
     "id", [f"{TASK}\0", f"\0{TASK}", "\ud800", 3, None, b"RememberColor3-VLA-v0"]
 )
-def test_an_id_is_taken_whole(id):
+def test_a_registered_id_is_replaced_completely(id):
     with pytest.raises(engram.InvalidArgumentError, match="id: "):
         engram.make_vec(id)
 
@@ -85,7 +85,7 @@ def test_an_id_is_taken_whole(id):
     ],
 )
 def test_arguments_of_evaluate_are_checked(name, value):
-    options = {"policy": hostile_options.no_policy, "ids": TASK, "episodes": 1, name: value}
+    options = {"policy": fuzz_options.no_policy, "ids": TASK, "episodes": 1, name: value}
     with pytest.raises(engram.InvalidArgumentError, match=name):
         engram.evaluate(options.pop("policy"), options.pop("ids"), **options)
 
@@ -104,9 +104,9 @@ def test_views_in_infos_are_read_only(make, mode):
     for name, array in (*info.items(), *later.items()):
         if not name.startswith("_"):  # masks are made anew each time
             assert not array.flags.writeable, name
-    for told in (info, later):
+    for infos in (info, later):
         with pytest.raises(ValueError, match="read-only"):
-            told["language_instruction"][0] = "changed"
+            infos["language_instruction"][0] = "changed"
 
 
 def test_messages_are_lines_that_terminals_can_show():
@@ -114,8 +114,8 @@ def test_messages_are_lines_that_terminals_can_show():
     assert len(str(engram.IoError("x" * 10**6))) < 3000
 
 
-def test_a_slice_of_the_search_finds_nothing():
-    counts, findings = hostile_options.play(0, 300)
+def test_a_slice_of_the_fuzzing_finds_nothing():
+    counts, findings = fuzz_options.play(0, 300)
     assert not findings
     assert counts["refused"] > 200
     assert counts["accepted"] > 5

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
@@ -30,7 +30,7 @@ def ppo() -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look themselves up
+    sys.modules[spec.name] = module  # dataclasses need it
     spec.loader.exec_module(module)
     return module
 

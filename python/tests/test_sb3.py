@@ -12,7 +12,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 import engram
-from engram.sb3 import Sb3VecEnv
+from engram.integrations.sb3 import Sb3VecEnv
 
 
 @pytest.fixture
@@ -78,7 +78,7 @@ def test_mistakes_and_names():
     env.close()
 
 
-def test_results_are_copies_and_dones_tell_why(env):
+def test_results_are_copies_and_infos_separate_truncation(env):
     first = env.reset()
     kept = first.copy()
     for _ in range(25):

@@ -1,4 +1,4 @@
-"""python -m engram.scores: runs that go on where they were, and the tables."""
+"""python -m engram.scores: resumed runs, and the tables."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ import argparse, json, pathlib
 parser = argparse.ArgumentParser()
 for name in ("--id", "--seed", "--out"):
     parser.add_argument(name)
+parser.add_argument("--no-memory", action="store_true")
 args = parser.parse_args()
 out = pathlib.Path(args.out)
 with (out.parent / "calls.txt").open("a") as calls:
@@ -35,7 +36,7 @@ result["wiped"] = {"success_once": 0.3}
 def learners(tmp_path: Path) -> Path:
     folder = tmp_path / "learners"
     folder.mkdir()
-    for name in ("memoryless.py", "ppo_recurrent.py", "distil.py"):
+    for name in ("ppo_recurrent.py", "distil.py"):
         (folder / name).write_text(LEARNER)
     return folder
 
@@ -49,8 +50,8 @@ def test_interval_is_wilsons() -> None:
 
 def test_scores_of_a_task(tmp_path: Path, learners: Path) -> None:
     out = tmp_path / "runs"
-    told = [COLOR3, "--seeds", "1", "2", "--learners", str(learners), "--out", str(out)]
-    assert main(told) == 0
+    arguments = [COLOR3, "--seeds", "1", "2", "--learners", str(learners), "--out", str(out)]
+    assert main(arguments) == 0
     page = (out / "scores.md").read_text()
     assert "recurrent 0 of 1" in page
     assert f"| {COLOR3} | 0.650 (0.60-0.70; 0.60) |" in page
@@ -61,31 +62,41 @@ def test_scores_of_a_task(tmp_path: Path, learners: Path) -> None:
     assert 0.2 < blind["success_once"] < 0.47
 
 
-def test_what_has_ended_is_not_run_again(tmp_path: Path, learners: Path) -> None:
+def test_finished_runs_are_not_repeated(tmp_path: Path, learners: Path) -> None:
     out = tmp_path / "runs"
-    told = [COLOR3, "--only", "distilled", "--learners", str(learners), "--out", str(out)]
-    told += ["--jobs", "1", "--seeds", "1", "2", "3"]
+    arguments = [COLOR3, "--only", "distilled", "--learners", str(learners), "--out", str(out)]
+    arguments += ["--jobs", "1", "--seeds", "1", "2", "3"]
     (out / COLOR3).mkdir(parents=True)
     broken = out / COLOR3 / "broken"
     broken.touch()
     with pytest.raises(RuntimeError, match=r"see .*output\.txt"):
-        main(told)
+        main(arguments)
     assert "broken" in (out / COLOR3 / "distilled-1" / "output.txt").read_text()
     broken.unlink()
     calls = out / COLOR3 / "calls.txt"
     calls.unlink()
-    assert main(told) == 0
+    assert main(arguments) == 0
     assert sorted(calls.read_text().split()) == ["1", "2", "3"]
-    assert main(told) == 0
+    assert main(arguments) == 0
     assert len(calls.read_text().split()) == 3
 
 
-def test_a_page_keeps_its_words(tmp_path: Path) -> None:
+def test_a_page_keeps_its_text(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("# Who remembers\n\n<!-- scores -->\nold\n<!-- end of scores -->\n\nThe end.\n")
     out = tmp_path / "runs"
-    told = [INTERCEPT, "--only", "oracle", "--seeds", "1", "--out", str(out), "--page", str(page)]
-    assert main(told) == 0
+    arguments = [
+        INTERCEPT,
+        "--only",
+        "oracle",
+        "--seeds",
+        "1",
+        "--out",
+        str(out),
+        "--page",
+        str(page),
+    ]
+    assert main(arguments) == 0
     text = page.read_text()
     assert text.startswith("# Who remembers\n")
     assert text.endswith("\n\nThe end.\n")
@@ -94,14 +105,14 @@ def test_a_page_keeps_its_words(tmp_path: Path) -> None:
     assert INTERCEPT not in answers.split("##")[0]  # it asks for no answer
 
 
-def test_runs_beside_the_page_are_not_run_again(tmp_path: Path, learners: Path) -> None:
+def test_runs_beside_the_page_are_not_repeated(tmp_path: Path, learners: Path) -> None:
     page, first, second = (tmp_path / name for name in ("page.md", "first", "second"))
-    told = [COLOR3, "--only", "recurrent", "--learners", str(learners), "--page", str(page)]
-    assert main([*told, "--out", str(first), "--seeds", "1"]) == 0
-    assert main([*told, "--out", str(second), "--seeds", "1", "2"]) == 0
+    arguments = [COLOR3, "--only", "recurrent", "--learners", str(learners), "--page", str(page)]
+    assert main([*arguments, "--out", str(first), "--seeds", "1"]) == 0
+    assert main([*arguments, "--out", str(second), "--seeds", "1", "2"]) == 0
     assert (second / COLOR3 / "calls.txt").read_text().split() == ["2"]
     assert "0.650 (0.60-0.70; 0.60)" in page.read_text()
     file = page.with_suffix(".json")
     file.write_text(file.read_text().replace(engram.__version__, "0.1.0"))
     with pytest.raises(SystemExit, match=r"results of engram 0\.1\.0 given"):
-        main([*told, "--out", str(second)])
+        main([*arguments, "--out", str(second)])

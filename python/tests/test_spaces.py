@@ -12,7 +12,7 @@ import pytest
 from gymnasium import spaces
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
 
-from engram._spaces import ImageBox
+from engram.envs.spaces import ImageBox
 
 SHAPE = (6, 5, 3)
 
@@ -48,7 +48,7 @@ def test_its_samples_are_gymnasiums():
         np.testing.assert_array_equal(ours.sample(), theirs.sample())
 
 
-def test_it_contains_what_gymnasiums_does():
+def test_image_boxes_contain_the_same_as_gymnasiums():
     box = ImageBox(SHAPE)
     image = box.sample()
     assert box.contains(image)

@@ -81,7 +81,7 @@ def test_sys_exit_keeps_its_code():
     assert run(with_threads(AT_WORK["step"], "sys.exit(7)")).returncode == 7
 
 
-def test_a_child_forked_while_threads_make_batches_can_make_its_own():
+def test_a_child_forked_while_threads_make_batches_can_make_batches():
     rest = """
         for attempt in range(20):
             time.sleep(0.05 + 0.013 * attempt % 0.1)

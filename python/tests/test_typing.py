@@ -1,4 +1,4 @@
-"""What type checkers, and people who look at things, are told."""
+"""Types for checkers, keys of descriptions, and texts of ``repr``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from conftest import registered_ids
 
 import engram
 from engram import typing as types
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 HERE = Path(__file__).parent / "typing"
 MISTAKES = [
@@ -39,22 +39,22 @@ def run(*command: str, folder: Path) -> str:
 
 
 def mypy(name: str, folder: Path) -> list[tuple[int, str]]:
-    """Lines in which mypy finds errors, and what it says."""
+    """Lines in which mypy finds errors, and its messages."""
     options = ("--strict", "--no-error-summary", "--output=json", "--config-file=")
-    # An editable or built copy beside the tests is silent, as an installed package is.
+    # Without errors inside the package itself, as for an installed one.
     found = run("mypy", *options, "--follow-imports=silent", str(HERE / name), folder=folder)
-    said = [json.loads(line) for line in found.splitlines()]
-    return [(one["line"], one["message"]) for one in said if one["severity"] == "error"]
+    messages = [json.loads(line) for line in found.splitlines()]
+    return [(one["line"], one["message"]) for one in messages if one["severity"] == "error"]
 
 
 def pyright(name: str, folder: Path) -> list[tuple[int, str]]:
-    """Lines in which pyright finds errors, and what it says."""
+    """Lines in which pyright finds errors, and its messages."""
     options = ("--outputjson", "--pythonpath", sys.executable)
     found = json.loads(run("pyright", *options, str(HERE / name), folder=folder))
-    said = found["generalDiagnostics"]
+    messages = found["generalDiagnostics"]
     return [
         (one["range"]["start"]["line"] + 1, one["message"])
-        for one in said
+        for one in messages
         if one["severity"] == "error"
     ]
 
@@ -97,14 +97,14 @@ def test_descriptions_have_the_keys_of_their_types(obs_mode):
     assert all(set(task) == keys_of(types.TaskSummary) for task in engram.list())
 
 
-def test_the_package_shows_what_it_has():
+def test_dir_lists_the_public_names():
     assert set(engram.__all__) <= set(dir(engram))
     assert {"VectorEnv", "Env", "AutoresetMode", "make", "describe"} <= set(dir(engram))
     with pytest.raises(AttributeError, match="nothing"):
         engram.nothing  # noqa: B018
 
 
-def test_objects_say_what_they_are(make):
+def test_repr_names_task_and_modes(make):
     env = make(num_envs=3, obs_mode="objects", autoreset_mode="SAME_STEP")
     for part in (
         "engram.VectorEnv",

@@ -14,7 +14,7 @@ import pytest
 from conftest import TASK
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 SLOW = {
     "COLORS": 2,
@@ -110,7 +110,7 @@ def test_variants_come_out_of_a_file(tmp_path):
 
 
 @pytest.mark.parametrize("steps", [7, 25, 40])
-def test_max_episode_steps_means_what_it_says(steps):
+def test_max_episode_steps_is_the_length_of_episodes(steps):
     env = gymnasium.make(f"engram/{TASK}", max_episode_steps=steps)
     assert steps_of_episode(env) == steps
     env.close()

@@ -9,8 +9,9 @@ import pytest
 from conftest import TASK, assert_same
 
 import engram
-from engram._compat import GYMNASIUM_1
-from engram._option_list import OBS_MODE
+from engram._args.option_list import OBS_MODE
+from engram.envs.compat import GYMNASIUM_1
+from engram.envs.spaces import take
 
 
 @pytest.mark.parametrize("obs_mode", OBS_MODE)
@@ -20,7 +21,7 @@ def test_observations_lie_in_their_space(make, obs_mode):
     for _ in range(3):
         assert env.observation_space.contains(obs)
         single = env.single_observation_space
-        assert single.contains(engram.env.take(obs, 1))
+        assert single.contains(take(obs, 1))
         obs, *_ = env.step(env.act("random"))
 
 
@@ -66,24 +67,24 @@ def test_instructions_are_those_of_the_running_episodes(make):
 
 
 @pytest.mark.parametrize("id", ["RememberColor3-VLA-v0", "TraceShapeSeqEasy-VLA-v0"])
-def test_what_tells_the_answer_is_in_infos_on_request_only(make, id):
-    told = {o["name"] for o in engram.describe(id)["outputs"] if o["privileged"]}
-    assert told >= {"observation", "oracle_info", "obj_to_goal_pos", "reward_dict"}
+def test_privileged_infos_are_opt_in(make, id):
+    privileged = {o["name"] for o in engram.describe(id)["outputs"] if o["privileged"]}
+    assert privileged >= {"observation", "oracle_info", "obj_to_goal_pos", "reward_dict"}
     plain = make(id, autoreset_mode="SAME_STEP", max_episode_steps=None)
     _, info = plain.reset(seed=0)
-    assert not told & set(info)
+    assert not privileged & set(info)
     assert "success" in info
     assert "language_instruction" not in info
     _, everything = make(id, privileged=True).reset(seed=0)
     assert set(everything) - set(info) == {
-        name for n in told - {"observation"} for name in (n, f"_{n}")
+        name for n in privileged - {"observation"} for name in (n, f"_{n}")
     }
     np.testing.assert_array_equal(
         everything["oracle_info"], np.stack(plain.call("output", "oracle_info"))
     )
 
 
-def test_final_infos_do_not_tell_the_answer_either(make):
+def test_final_infos_do_not_reveal_the_answer(make):
     env = make(num_envs=2, autoreset_mode="SAME_STEP")
     env.reset(seed=0)
     for _ in range(25):
@@ -137,7 +138,7 @@ def test_seed_none_is_drawn_from_the_system(make):
     assert not np.array_equal(make(seed=None).reset()[0], make(seed=None).reset()[0])
 
 
-def test_reset_mask_leaves_the_others_alone(make):
+def test_reset_mask_does_not_change_other_environments(make):
     env = make(autoreset_mode="DISABLED")
     env.reset(seed=0)
     obs, *_ = env.step(env.act("random"))
@@ -168,7 +169,7 @@ def test_a_batch_has_a_length(make):
     assert len(make(num_envs=3)) == 3
 
 
-def test_pins_fix_what_is_drawn(make):
+def test_pins_fix_random_variables(make):
     env = make(num_envs=8, pins={"target": 2}, privileged=True)
     info = env.reset(seed=0)[1]
     np.testing.assert_array_equal(info["oracle_info"].ravel(), np.full(8, 2))
@@ -238,7 +239,7 @@ def test_types_of_results(make):
     assert reward.shape == terminated.shape == truncated.shape == (4,)
 
 
-def test_the_oracle_solves_and_infos_tell(make):
+def test_the_oracle_solves_and_infos_report_success(make):
     env = make(num_envs=8, autoreset_mode="SAME_STEP")
     env.reset(seed=0)
     for _ in range(env.description["horizon"]):
@@ -329,7 +330,7 @@ def test_render_draws_every_environment(make):
     assert make(render_mode=None).render() is None
 
 
-def test_rgb_observation_equals_what_render_draws(make):
+def test_rgb_observation_equals_render(make):
     env = make(obs_mode="rgb", num_envs=2)
     obs, _ = env.reset(seed=0)
     np.testing.assert_array_equal(obs["rgb"][1, :, :, :3], env.frame(1, "base_camera", 128))

@@ -14,13 +14,13 @@ import engram
 
 @pytest.fixture
 def pygame(monkeypatch):
-    """pygame, with windows that nobody sees."""
+    """The module pygame, with a dummy display."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     return pytest.importorskip("pygame")
 
 
 def shown(pygame) -> np.ndarray:
-    """What the window shows, (height, width, 3)."""
+    """Contents of the window, (height, width, 3)."""
     return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
 
 
@@ -44,13 +44,13 @@ def test_a_window_shows_every_step(pygame, maker):
     plain.close()
 
 
-def test_without_a_display_it_says_so(pygame, monkeypatch):
+def test_without_a_display_there_is_an_error(pygame, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "nothing")
     with pytest.raises(engram.UnavailableError, match="no window can be opened here"):
         engram.make(TASK, render_mode="human")
 
 
-def test_without_pygame_it_says_so(monkeypatch):
+def test_without_pygame_there_is_an_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
     with pytest.raises(engram.UnavailableError, match="pip install pygame"):
         engram.make(TASK, render_mode="human")

@@ -1,4 +1,4 @@
-"""What a client's buffer must hold: the steps that engram gives for the same seed and actions."""
+"""Comparison of a client's buffer with engram's steps for the same seed and actions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import engram
 
 
-def assert_played(
+def assert_transitions(
     id: str,
     *,
     obs: Any,

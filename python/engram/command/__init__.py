@@ -9,9 +9,9 @@ from typing import NoReturn
 
 
 def main() -> NoReturn:
-    """Becomes the command, with the arguments of this process."""
+    """Replaces this process by the command, with the same arguments."""
     folder = Path(__file__).parent
-    os.environ["ENGRAM_PYTHON"] = sys.executable  # for films: video.py
-    # Text in pictures looks the same everywhere, with fonts on the system or without.
+    os.environ["ENGRAM_PYTHON"] = sys.executable  # for videos: video.py
+    # Text in pictures has the same font everywhere.
     os.environ.setdefault("FONTCONFIG_FILE", str(folder / "fonts.conf"))
     os.execv(folder / "engram", ["engram", *sys.argv[1:]])

@@ -1,6 +1,6 @@
-"""Encodes a film for the engram command: pictures come in, as media/video_python.cc sends them.
+"""Encodes a video for the engram command, from pictures that media/video_python.cc sends.
 
-The settings are those of media/video_libav.cc. What goes wrong is told in words on standard output.
+The settings are those of media/video_libav.cc. Errors are printed on standard output.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 _H264 = {"preset": "medium", "crf": "18"}
-_THREADS = 4  # fixed: what x264 writes depends on the number
+_THREADS = 4  # fixed: the output of x264 depends on the number
 _MPEG_RANGE = 1
 _BT709 = 1
 _PICTURE, _PALETTE, _END = b"p", b"c", b"e"
@@ -72,7 +72,7 @@ def _array(source: BinaryIO, dtype: npt.DTypeLike, *shape: int) -> npt.NDArray[A
 
 
 def encode(source: BinaryIO, file: str, kind: str, width: int, height: int, rate: int) -> None:
-    """Writes the file from what `source` says. Leaves off where that ends without an end."""
+    """Writes the file from the messages of `source`; leaves it unfinished without a final one."""
     stream = Stream(file, kind, width, height, rate)
     palette = np.zeros(256, np.uint32)
     while message := source.read(1):
@@ -88,14 +88,14 @@ def encode(source: BinaryIO, file: str, kind: str, width: int, height: int, rate
 
 
 def main() -> int:
-    # The command hears of Ctrl-C, too, and says then whether there is more to come.
+    # The command handles Ctrl-C and ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     file, kind, *numbers = sys.argv[1:]
     width, height, rate = map(int, numbers)
     try:
         encode(sys.stdin.buffer, file, kind, width, height, rate)
     except ImportError:
-        print('films need PyAV: pip install "engram[video]"', end="")
+        print('videos need PyAV: pip install "engram[video]"', end="")
         return 1
     except Exception as error:
         print(error, end="")

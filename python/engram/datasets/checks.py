@@ -1,4 +1,4 @@
-"""What data from others must be, before anything is done with it."""
+"""Checks of external data, before it is used."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LONGEST_ID = 100
 
 
 class DatasetError(Exception):
-    """A data set is missing, incomplete or damaged; the message says which and why.
+    """A data set is missing, incomplete or damaged; the message names it and the reason.
 
     The message is one line that terminals can show, whatever names and values are in it.
     """
@@ -40,7 +40,7 @@ class DatasetError(Exception):
 
 @contextlib.contextmanager
 def reading(path: Path | str) -> Iterator[None]:
-    """Turns whatever readers raise over somebody else's bytes into a DatasetError with the path.
+    """Turns exceptions of readers of external files into a DatasetError with the path.
 
     Parsers of archives, pictures, tables and messages raise errors of all kinds over damaged input,
     those of their own defects among them.

@@ -1,7 +1,7 @@
 """Reads what `engram collect` wrote: one .npz file per episode, and metadata.json.
 
-Data sets come from others. Everything that is read is checked before it is used: names before they
-are paths, sizes before there is memory for them, values before they are written anywhere.
+Data sets are external input. Everything is checked before it is used: names before they are paths,
+sizes before memory is allocated, values before they are written.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Episode:
         """Reads one file; raises DatasetError if it is damaged or no demonstration."""
         with reading(path), zipfile.ZipFile(path) as archive:
             steps = _length(archive)
-            values: dict[str, Any] = {name: _array(archive, name, steps) for name in _FIELDS}
+            values: dict[str, Any] = {name: _array(archive, name, steps) for name in FIELDS}
             for name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
                 values[name] = values[name].item()
             episode = cls(**values)
@@ -63,7 +63,7 @@ class Episode:
 
 
 # Types and shapes; the first size of what has several is the number of steps.
-_FIELDS: dict[str, tuple[type | None, tuple[int, ...]]] = {
+FIELDS: dict[str, tuple[type | None, tuple[int, ...]]] = {
     "rgb": (np.uint8, (-1, *checks.PICTURE_SHAPE)),
     "proprio": (np.float32, (-1, checks.PROPRIO_DIM)),
     "action": (np.float32, (-1, checks.ACTION_DIM)),
@@ -84,11 +84,11 @@ def _length(archive: zipfile.ZipFile) -> int:
 
 
 def _array(archive: zipfile.ZipFile, name: str, steps: int) -> np.ndarray:
-    """One array, read if its header tells of the type and shape that it must have."""
+    """One array, read if its header has the required type and shape."""
     member = archive.getinfo(f"{name}.npy")
     if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise DatasetError(f"{name} is neither stored nor deflated")
-    kind, shape = _FIELDS[name]
+    kind, shape = FIELDS[name]
     expected = tuple(steps if size < 0 else size for size in shape)
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
@@ -127,7 +127,7 @@ def _check_values(episode: Episode) -> None:
 
 
 class DemonstrationFolder(Sequence):
-    """The episodes of one task, in order; each is read when it is asked for."""
+    """The episodes of one task, in order; each is read on access."""
 
     def __init__(self, path: Path | str):
         self.path = Path(path)
@@ -142,7 +142,7 @@ class DemonstrationFolder(Sequence):
             self.files.append(self.path / f"train_data_{i}.npz")
             if not self.files[-1].is_file():
                 raise DatasetError(
-                    f"'{self.files[-1]}' is missing; metadata.json tells of {count} episodes"
+                    f"'{self.files[-1]}' is missing; metadata.json has {count} episodes"
                 )
 
     def __len__(self) -> int:
@@ -159,10 +159,10 @@ class DemonstrationFolder(Sequence):
     def _load(self, index: int) -> Episode:
         episode = Episode.load(self.files[index])
         for name, value in (("length", len(episode)), ("seed", episode.episode_seed)):
-            told = self.metadata[f"episode_{name}s"][index]
-            if value != told:
+            listed = self.metadata[f"episode_{name}s"][index]
+            if value != listed:
                 raise DatasetError(
-                    f"'{self.files[index]}' has {name} {value}; metadata.json tells of {told}"
+                    f"'{self.files[index]}' has {name} {value}; metadata.json has {listed}"
                 )
         return episode
 
@@ -194,9 +194,9 @@ def _metadata(content: bytes) -> dict[str, Any]:
             raise DatasetError(f"{name}: {checks.short(values)} given; a list of {count} needed")
         for value in values:
             checks.whole_number(name, value, low, high)
-    made_how = document.get("engram", {})
-    if not isinstance(made_how, dict):
-        raise DatasetError(f"engram: {checks.short(made_how)} given; an object needed")
+    origin = document.get("engram", {})
+    if not isinstance(origin, dict):
+        raise DatasetError(f"engram: {checks.short(origin)} given; an object needed")
     return document
 
 
@@ -214,7 +214,7 @@ def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[Demonstratio
     folders = [DemonstrationFolder(parent / name) for name in dict.fromkeys(ids or present)]
     if not folders:
         raise DatasetError(f"'{parent}' holds no data sets")
-    for folder in folders:  # or two of them would be written to one place
+    for folder in folders:  # otherwise two of them could have the same output folder
         if folder.env_id != folder.path.name:
             raise DatasetError(
                 f"'{folder.metadata_path}': env_id: '{folder.env_id}' given; "
@@ -224,4 +224,4 @@ def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[Demonstratio
 
 
 def no_progress(done: int, total: int) -> None:
-    """What converters call after every episode, where nobody listens."""
+    """Callback of converters after every episode; does nothing."""

@@ -1,9 +1,8 @@
-"""Folders that appear whole, and from which nothing leads outside.
+"""Output folders that are written atomically and never lead outside of the root.
 
 Converters write to <root>/<part>/...: `root` is the user's choice, the parts come from engram and
-from ids that were checked. Parts are real folders; links are refused, because what they point to
-belongs to somebody else. A folder that is finished lists its files, and only files that are on the
-list are ever deleted with it.
+from checked ids. Parts are real folders; links are refused, because they lead outside. A finished
+folder lists its files, and only listed files are ever deleted with it.
 """
 
 from __future__ import annotations
@@ -27,20 +26,20 @@ _LARGEST_LIST = 64 << 20  # bytes
 
 @contextlib.contextmanager
 def new_folder(root: Path | str, *parts: str) -> Iterator[Path]:
-    """A folder to fill; it takes the place of <root>/<parts> when the block ends well.
+    """A folder to fill; it replaces <root>/<parts> when the block ends without an error.
 
-    If it does not, nothing is left behind. Raises DatasetError if something is in that place that
-    was not written here, or if another process is writing there.
+    Otherwise nothing is left behind. Raises DatasetError if <root>/<parts> has files that were not
+    written here, or if another process is writing there.
     """
     made: list[Path] = []
     try:
         parent = _parents(Path(root), parts[:-1], made)
         target = parent / _plain_name(parts[-1])
-        _require_ours(target)
+        _require_own(target)
         with _temporary(parent, target.name) as path:
             yield path
             _write_list(path)
-            _require_ours(target)  # it may have changed meanwhile
+            _require_own(target)  # it may have changed meanwhile
             _put(path, target)
     except BaseException:
         for folder in reversed(made):
@@ -50,7 +49,7 @@ def new_folder(root: Path | str, *parts: str) -> Iterator[Path]:
 
 
 def _parents(root: Path, names: tuple[str, ...], made: list[Path]) -> Path:
-    """Makes <root>/<names>; adds to `made` what was not there."""
+    """Makes <root>/<names>; adds new folders to `made`."""
     missing = [path for path in (root, *root.parents) if not path.exists()]
     for path in reversed(missing):
         path.mkdir(exist_ok=True)
@@ -74,7 +73,7 @@ def _plain_name(name: str) -> str:
     return name
 
 
-# --- what is ours ---
+# --- files of finished folders ---
 
 
 def _files_in(folder: Path) -> Iterator[Path]:
@@ -92,8 +91,8 @@ def _write_list(folder: Path) -> None:
     (folder / LIST).write_text(json.dumps(document, indent=1) + "\n")
 
 
-def _require_ours(target: Path) -> None:
-    """Refuses a place that holds anything but what was written here, or nothing."""
+def _require_own(target: Path) -> None:
+    """Refuses a path with anything but files that were written here."""
     if not os.path.lexists(target):
         return
     if target.is_symlink() or not target.is_dir():
@@ -117,13 +116,13 @@ def _listed(target: Path) -> list[str]:
         return [str(name) for name in json.loads(path.read_text())["files"]]
 
 
-# --- while it is written ---
+# --- unfinished folders ---
 
 
 @contextlib.contextmanager
 def _temporary(parent: Path, name: str) -> Iterator[Path]:
     """A new folder beside the target, locked until the end; removed if it is still there then."""
-    with _locked(parent):  # others make and remove temporary folders one after the other
+    with _locked(parent):  # processes make and remove temporary folders one at a time
         _remove_leftovers(parent, name)
         path = parent / _temporary_name(name)
         path.mkdir()
@@ -141,7 +140,7 @@ def _temporary_name(name: str) -> str:
 
 
 def _remove_leftovers(parent: Path, name: str) -> None:
-    """Removes what killed processes have left. Those that live hold a lock."""
+    """Removes folders of killed processes. Running processes hold a lock."""
     form = re.compile(re.escape(name) + r"\.([0-9]+)-[0-9a-f]{8}" + re.escape(_SUFFIX))
     for entry in sorted(os.scandir(parent), key=lambda entry: entry.name):
         found = form.fullmatch(entry.name)
@@ -158,7 +157,7 @@ def _remove_leftovers(parent: Path, name: str) -> None:
 
 
 def _put(path: Path, target: Path) -> None:
-    """Moves the folder into its place; what was there goes when the new one is there."""
+    """Moves the folder to the target; an old one is removed afterwards."""
     if not target.exists():
         path.rename(target)
         return

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
-_MAX_IMAGES = 100  # of an episode that are looked at, evenly spread
+_MAX_IMAGES = 100  # of an episode, evenly spread
 
 
 def of_values(values: np.ndarray) -> dict[str, np.ndarray]:
-    """Of numbers, (T,) or (T, n): one value per component."""
+    """Statistics of numbers, (T,) or (T, n): one value per component."""
     table = values.reshape(len(values), -1).astype(np.float64)
     stats = {
         "min": table.min(0),
@@ -22,7 +22,7 @@ def of_values(values: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def of_images(images: np.ndarray) -> dict[str, np.ndarray]:
-    """Of images, (T, H, W, 3) bytes: values of 0 to 1 per channel, shaped (3, 1, 1)."""
+    """Statistics of images, (T, H, W, 3) bytes: values of 0 to 1 per channel, shaped (3, 1, 1)."""
     chosen = np.unique(np.linspace(0, len(images) - 1, _MAX_IMAGES).round().astype(int))
     levels = np.arange(256) / 255
     channels = []
@@ -48,7 +48,7 @@ def of_images(images: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def combined(episodes: list[dict[str, dict[str, np.ndarray]]]) -> dict[str, dict[str, list]]:
-    """Those of all episodes together, as LeRobot combines them: quantiles are weighted means."""
+    """Statistics over all episodes, as LeRobot combines them: quantiles are weighted means."""
     result = {}
     for key in episodes[0]:
         parts = {
@@ -71,7 +71,7 @@ def combined(episodes: list[dict[str, dict[str, np.ndarray]]]) -> dict[str, dict
 
 
 def flat(prefix: str, stats: dict[str, dict[str, np.ndarray]]) -> dict[str, list]:
-    """As columns of a table: prefix/feature/statistic."""
+    """Columns of a table, named prefix/feature/statistic."""
     return {
         f"{prefix}/{key}/{name}": value.tolist()
         for key, values in stats.items()

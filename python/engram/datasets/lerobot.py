@@ -101,7 +101,7 @@ class _Writer:
         return self
 
     def __exit__(self, kind, *_):
-        # What failed first is what is told.
+        # The first error is reported.
         with contextlib.suppress(Exception) if kind else contextlib.nullcontext():
             self.data.close()
             for video in self.videos.values():
@@ -279,7 +279,7 @@ class _VideoFiles:
         return {f"videos/{self.key}/{name}": value for name, value in place.items()}
 
     def info(self) -> dict:
-        """What info.json tells of the first file."""
+        """Properties of the first file, for info.json."""
         first = self.root / _VIDEO_PATH.format(video_key=self.key, chunk_index=0, file_index=0)
         with _encoding(self.codec), av.open(str(first)) as container:
             stream = container.streams.video[0]

@@ -89,7 +89,7 @@ def compare(
 
 
 def _environment(folder: DemonstrationFolder):
-    """An environment as the metadata says that it was."""
+    """An environment with the options in the metadata."""
     import engram
 
     made_how = folder.metadata.get("engram", {})

@@ -1,4 +1,4 @@
-"""Episodes as each format holds them, checked before anything is done with them."""
+"""Readers of episodes in every format, with checks of the contents."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST_ROWS = 10_000_000  # of a file of LeRobot's
 
 @dataclasses.dataclass(frozen=True)
 class StoredEpisode:
-    """What a format holds exactly of an episode; None where it does not."""
+    """Exactly stored parts of an episode; None for parts that a format lacks."""
 
     seed: int
     action: np.ndarray  # (T, 7) in [-1, 1]
@@ -60,7 +60,7 @@ def _from_npz(folder: DemonstrationFolder, _: Path) -> Iterator[StoredEpisode]:
 
 
 def _pictures(encoded: list[bytes]) -> np.ndarray:
-    """PNG files as (T, H, W, 3); their size is looked at before they are unpacked."""
+    """PNG files as (T, H, W, 3); their size is checked before they are unpacked."""
     from PIL import Image
 
     height, width, channels = checks.CAMERA_SHAPE
@@ -151,7 +151,7 @@ _PLACE = {
 class _Rows:
     """A file of LeRobot's, from which episodes are read one by one.
 
-    Without pyarrow's scanner of data sets, which waits for ever over some damaged files.
+    Without pyarrow's scanner of data sets, which never returns for some damaged files.
     """
 
     def __init__(self, file: Any):

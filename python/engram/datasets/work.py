@@ -1,4 +1,4 @@
-"""What the converters share: results of many threads in order, PNG."""
+"""Shared parts of the converters: results of many threads in order, PNG."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Out = TypeVar("Out")
 def in_order(function: Callable[[In], Out], items: Iterable[In], jobs: int = 0) -> Iterator[Out]:
     """function(item) for every item, in their order, from `jobs` threads (0: one per core).
 
-    No more than a few results are kept waiting. Threads are enough: inflating and PNG work outside
+    Only a few results are buffered. Threads are enough: inflating and PNG work outside
     Python's lock.
     """
     jobs = jobs or os.cpu_count() or 1

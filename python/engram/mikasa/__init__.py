@@ -7,8 +7,8 @@
                    control_mode="pd_ee_delta_pose")
     env = apply_mikasa_vla_wrappers(env)
 
-Importing it registers the benchmark's ids with Gymnasium, without a namespace. docs/mikasa.md says
-what is served, ignored and refused, and what is otherwise than in the original.
+Importing it registers the benchmark's ids with Gymnasium, without a namespace. docs/mikasa.md
+lists what is supported, ignored and refused, and differences from the original.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Wrappers that hand on attributes, as Gymnasium 0.29's do and 1.x's do not."""
+"""Wrappers that forward attributes, as Gymnasium 0.29's do and 1.x's do not."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from engram.mikasa._observing import Observations, Wanted
 
 
 class Wrapper(gym.Wrapper[Any, Any, Any, Any]):
-    """Asked for what it has not, it asks the environment within."""
+    """Wrapper that forwards unknown attributes to the wrapped environment."""
 
-    # Whether Wanted.POLICY is enough for it.
+    # True if Wanted.POLICY suffices.
     _passes_parts = False
 
     def __getattr__(self, name: str) -> Any:
@@ -23,14 +23,14 @@ class Wrapper(gym.Wrapper[Any, Any, Any, Any]):
 
     @property
     def spec(self) -> Any:  # type: ignore[override]
-        """That of the environment within."""
+        """Specification of the wrapped environment."""
         return self.env.spec
 
 
 def source(env: Any, part: Wanted) -> Observations | None:
-    """What makes the observations that reach a wrapper around ``env``, if it may make this part.
+    """Source of the observations of a wrapper around ``env``, if this part suffices.
 
-    None if somebody on the way, a wrapper of the user's or a class of theirs, could miss the rest.
+    None if a wrapper or a class of the user's in between may need the rest.
     """
     while env is not env.unwrapped:
         kind = type(env)
@@ -45,24 +45,24 @@ def source(env: Any, part: Wanted) -> Observations | None:
 class ObservationWrapper(Wrapper, gym.ObservationWrapper[Any, Any, Any]):
     """Changes observations."""
 
-    # What makes them, if it can make at once the part that this wrapper needs.
+    # Source that can make just the part that this wrapper needs, or None.
     _source: Observations | None = None
     _needs = Wanted.ALL
 
     def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        """As of the environment within."""
-        with self._asked():
+        """See the wrapped environment."""
+        with self._only_needed():
             observation, info = self.env.reset(**kwargs)
             return self.observation(observation), info
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment within."""
-        with self._asked():
+        """See the wrapped environment."""
+        with self._only_needed():
             observation, reward, terminated, truncated, info = self.env.step(action)
             return self.observation(observation), reward, terminated, truncated, info
 
-    def _asked(self) -> Any:
-        """While it lasts, what would be thrown away is not made."""
+    def _only_needed(self) -> Any:
+        """Context in which only the needed part of observations is made."""
         return nullcontext() if self._source is None else self._source.only(self._needs)
 
     def _update_space(self, observation: Any) -> None:
@@ -72,7 +72,7 @@ class ObservationWrapper(Wrapper, gym.ObservationWrapper[Any, Any, Any]):
 
 
 class ActionWrapper(Wrapper, gym.ActionWrapper[Any, Any, Any]):
-    """Changes actions; knows how many steps episodes have had."""
+    """Changes actions, and counts the steps of episodes."""
 
     _passes_parts = True
 
@@ -81,13 +81,13 @@ class ActionWrapper(Wrapper, gym.ActionWrapper[Any, Any, Any]):
         self.current_steps: Any = None
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment within."""
+        """See the wrapped environment."""
         result = self.env.step(self.action(action))
         self.current_steps = result[4]["elapsed_steps"]
         return result
 
     def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        """As of the environment within."""
+        """See the wrapped environment."""
         observation, info = self.env.reset(**kwargs)
         self.current_steps = info["elapsed_steps"]
         return observation, info

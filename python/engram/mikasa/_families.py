@@ -1,4 +1,4 @@
-"""What the families of tasks tell: keys and types of infos and observations, phases, classes.
+"""Families of tasks: keys and types of infos and observations, phases, classes.
 
 Names are the original's. A family is the ``family`` of ``engram.describe``.
 """
@@ -29,7 +29,7 @@ ROTATE = ("RotateLenient", "RotateStrict")
 TRACE = ("TraceShape", "TraceShapeSeq")
 BATTERIES = ("BatteriesCheckerEasy", "BatteriesCheckerHard")
 
-# --- infos: keys of a task's own, beside those that all have ---
+# --- infos: keys by family, beside the common ones ---
 
 _TOUCH = ("obj_to_goal_pos", "is_obj_placed", "is_robot_static")
 _MUG = (*_TOUCH, "mug_max_displacement", "is_mug_displacement_ok")
@@ -154,19 +154,18 @@ INFO_KEYS: Mapping[str, tuple[str, ...]] = {
 
 # --- types ---
 
-# The answer: of these families another type than uint8.
+# Types of the answer; uint8 for all other families.
 _ORACLE_TYPES: Mapping[str, torch.dtype] = {
     **dict.fromkeys((*ROTATE, *INTERCEPT, "TimedTransfer", "TakeItBack"), torch.float32),
     "TraceShapeSeq": torch.int64,
 }
-# The cue; None of all other families.
+# Types of the cue; all other families have none.
 _CUE_TYPES: Mapping[str, torch.dtype] = {
     **dict.fromkeys(ROTATE, torch.float16),
     **dict.fromkeys(LAMPS, torch.uint8),
     "TraceShapeSeq": torch.int64,
 }
-# State fields that are no infos and no floats; for names that are counted, what they begin or end
-# with.
+# Types of state fields that are neither infos nor floats.
 _FIELD_TYPES: Mapping[str, torch.dtype] = {
     "target_color": torch.uint8,
     "sequence_len": torch.int64,
@@ -195,7 +194,7 @@ def field_type(name: str, family: str) -> torch.dtype | None:
 
 
 def is_row(name: str, family: str) -> bool:
-    """Whether a field of width 1 keeps its second dimension: a list that happens to be short."""
+    """True for fields that keep their second dimension at width 1: lists of one element."""
     if name == "oracle_info":
         return family in CAPACITY + BATTERIES
     return name == "cubes_on_disc"

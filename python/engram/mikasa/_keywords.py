@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from engram._values import integer, nearest, one_of, real
+from engram._args.values import integer, nearest, one_of, real
 from engram.errors import InvalidArgumentError, UnavailableError
 from engram.mikasa._torch import torch
 from engram.typing import RewardMode, Rules
@@ -29,10 +29,10 @@ _RENDER_MODES = ("rgb_array", "sensors", "all")
 _CONTROL_MODE = "pd_joint_delta_pos"
 _SIZES = ("width", "height")
 
-# Where to compute, or how pictures for people are lit: nothing of what an episode is.
+# Devices and rendering for people, without effect on episodes.
 _IGNORED = {
-    "render_backend": "pictures are drawn on the CPU",
-    "shader_dir": "there is one way to draw",
+    "render_backend": "images are rendered on the CPU",
+    "shader_dir": "there is one shader",
     "viewer_camera_configs": "there is no viewer",
     "enhanced_determinism": "all results are deterministic",
 }
@@ -44,7 +44,7 @@ _REFUSED = {
 
 @dataclass
 class Settings:
-    """What an environment is made of."""
+    """Settings of an environment."""
 
     num_envs: int
     obs_mode: str
@@ -66,7 +66,7 @@ class Settings:
 
     @property
     def textures(self) -> tuple[str, ...]:
-        """What cameras tell: of "rgb", "depth", "segmentation"."""
+        """Images of the cameras, a subset of "rgb", "depth", "segmentation"."""
         if not self.obs_mode.startswith("rgb"):
             return ()
         return tuple(self.obs_mode.replace("rgbd", "rgb+depth").split("+"))
@@ -93,10 +93,10 @@ def read(given: Mapping[str, Any], *, takes: tuple[str, ...]) -> Settings:
 
     Args:
         given: Keywords of gym.make, without the id.
-        takes: Those of the task's own.
+        takes: Keywords of the task.
 
     Raises:
-        TypeError: There is no such keyword.
+        TypeError: A keyword is unknown.
         InvalidArgumentError: A value is refused; the message says why.
     """
     left = dict(given)
@@ -123,7 +123,7 @@ def read(given: Mapping[str, Any], *, takes: tuple[str, ...]) -> Settings:
     for name, keyword in (("enable_shadow", "shadows"), ("threads", "threads")):
         if name in left:
             options[keyword] = left.pop(name)
-    options.update(_own(own))
+    options.update(_task_options(own))
     _check_backend(left.pop("sim_backend", "auto"), num_envs)
     for name, why in _IGNORED.items():
         if name in left and left.pop(name) is not None:
@@ -152,7 +152,7 @@ def _unexpected(name: str, takes: tuple[str, ...]) -> TypeError:
 def _obs_mode(value: Any) -> str:
     if isinstance(value, str) and value not in _OBS_MODES:
         raise InvalidArgumentError(
-            f"obs_mode: {value!r} given; engram's cameras tell rgb, depth and segmentation; "
+            f"obs_mode: {value!r} given; engram's cameras have rgb, depth and segmentation; "
             f"allowed: {', '.join(_OBS_MODES)}"
         )
     return str(_name("obs_mode", value, "state", _OBS_MODES))
@@ -190,7 +190,7 @@ def _check_backend(value: Any, num_envs: int) -> None:
     if word in ("gpu", "cuda", "physx_cuda"):
         _warn_once(f"sim_backend {value}: engram computes on the CPU; tensors are on device cpu")
     elif word in ("cpu", "physx_cpu"):
-        if num_envs > 1:  # scripts that ask for this are stopped by the original, too
+        if num_envs > 1:  # the original refuses this, too
             raise InvalidArgumentError(
                 f"sim_backend: {value!r} given with num_envs {num_envs}; the original's CPU "
                 "backend has one environment; allowed: auto, gpu (both compute on the CPU here)"
@@ -199,8 +199,8 @@ def _check_backend(value: Any, num_envs: int) -> None:
         raise InvalidArgumentError(f"sim_backend: {value!r} given; allowed: auto, cpu, gpu, cuda:N")
 
 
-def _own(own: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords that only some tasks have."""
+def _task_options(own: Mapping[str, Any]) -> dict[str, Any]:
+    """Options from keywords of some tasks."""
     options: dict[str, Any] = {}
     if "angle_threshold" in own:
         options["constants"] = {"angle_threshold": real("angle_threshold", own["angle_threshold"])}

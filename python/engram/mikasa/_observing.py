@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from engram._copies import Copied
-from engram._on_demand import CAMERA_MATRICES
-from engram._spaces import FIRST_EXTRA_FIELD, ImageBox
+from engram.envs.copies import Copier
+from engram.envs.queries import CAMERA_MATRICES
+from engram.envs.spaces import FIRST_EXTRA_FIELD, ImageBox
+from engram.envs.vector_env import VectorEnv
 from engram.mikasa import _families
 from engram.mikasa._torch import torch
 from engram.typing import TaskDescription
-from engram.vector_env import VectorEnv
 
 _AGENT = ("qpos", "qvel")
 _FIXED = "base_camera"
@@ -38,11 +38,11 @@ def tensor(view: np.ndarray, dtype: torch.dtype | None = None) -> torch.Tensor:
 
 
 class Wanted(enum.Enum):
-    """How much of an observation with pictures anybody will look at."""
+    """Needed part of an observation with images."""
 
     ALL = 0
     NO_MATRICES = 1
-    POLICY = 2  # pictures of all cameras in one, and the seven numbers of proprio
+    POLICY = 2  # images of all cameras in one array, and the seven numbers of proprio
 
 
 class Only:
@@ -64,15 +64,15 @@ class Observations:
     """Makes observations of one mode.
 
     Args:
-        batch: What observes.
+        batch: The batch.
         description: Of the batch.
-        mode: As given to gym.make.
-        textures: What cameras tell; none in state modes.
+        mode: obs_mode of gym.make.
+        textures: Images of the cameras; none in state modes.
         cameras: In channel order.
         size: Of their pictures.
 
     Attributes:
-        wanted: What of observations with pictures is made.
+        wanted: Part of observations with images that is made.
     """
 
     def __init__(
@@ -88,24 +88,24 @@ class Observations:
         self.textures = textures
         self._cameras = cameras
         self.wanted = Wanted.ALL
-        self._fixed: Any = None  # matrices of the camera that stands still
+        self._fixed: Any = None  # matrices of the fixed camera
         self._size = size
         self._copied: dict[str, Callable[[], Any]] = {}
         if textures:
-            copied = Copied()
-            self._copied = {name: copied(batch._observation[name]) for name in textures}
+            copier = Copier()
+            self._copied = {name: copier(batch._observation[name]) for name in textures}
         elif mode != "none":
-            self._row = Copied()(batch._views["observation"])
+            self._row = Copier()(batch._views["observation"])
         self._parts = _state_parts(description) if mode == "state_dict" else []
         makers = {"state": self._state, "state_dict": self._state_dict, "none": dict}
         self._make: Callable[[], Any] = makers.get(mode, self._pictures)
 
     def __call__(self) -> Any:
-        """What is observed now; the caller's to keep."""
+        """The present observation, a copy."""
         return self._make()
 
     def only(self, part: Wanted) -> Only:
-        """While it lasts, this is made and no more; the outermost of several says what."""
+        """Context in which only this part is made; of nested ones, the outermost counts."""
         return Only(self, part if self.wanted is Wanted.ALL else self.wanted)
 
     def _state(self) -> torch.Tensor:
@@ -143,7 +143,7 @@ class Observations:
         return result
 
     def _matrices(self, camera: str) -> dict[str, torch.Tensor]:
-        """Those of one camera; only the wrist's change."""
+        """Matrices of one camera; only the wrist's change."""
         values = self._fixed
         if camera != _FIXED or values is None:
             values = self._batch._batch.camera_params(camera, *self._size)
@@ -160,7 +160,7 @@ class Observations:
 def _state_parts(
     description: TaskDescription,
 ) -> list[tuple[tuple[str, ...], Any, torch.dtype | None]]:
-    """Where each field of a state row stands in ``state_dict``: path, columns, type."""
+    """Position of each field of a state row in ``state_dict``: path, columns, type."""
     family = description["family"]
     infos = {output["name"]: output for output in description["outputs"]}
     fields = description["state_fields"]
@@ -202,10 +202,10 @@ def joined(pictures: Sequence[torch.Tensor]) -> torch.Tensor:
 
 
 class Evaluation:
-    """Makes infos: what the task's evaluation says of the state that it is in.
+    """Makes infos: the task's evaluation of the present state.
 
     Args:
-        batch: What is evaluated.
+        batch: The batch.
         description: Of the batch.
         instruction: In place of the batch's.
     """
@@ -232,7 +232,7 @@ class Evaluation:
         self._texts: Any = None
 
     def restart(self) -> None:
-        """Asks for instructions anew: episodes have begun."""
+        """Updates instructions after episodes have begun."""
         if self._instruction is not None:
             self._texts = self._instruction
         elif self._by_episode:
@@ -245,7 +245,7 @@ class Evaluation:
         return self._oracle()
 
     def task_cue(self) -> torch.Tensor | None:
-        """What a policy is told of the task."""
+        """The cue of the task."""
         return None if self._cue is None else self._cue()
 
     def reward_dict(self) -> dict[str, torch.Tensor] | None:
@@ -277,12 +277,12 @@ def _shared_type(view: np.ndarray) -> torch.dtype | None:
 def _column(
     view: np.ndarray, dtype: torch.dtype | None, keep: bool = False
 ) -> Callable[[], torch.Tensor]:
-    """What makes a copy of a buffer.
+    """Makes a function that copies a buffer.
 
     Args:
         view: The buffer.
         dtype: Type of the copies; None: that of the buffer.
-        keep: Whether a row of one value stays a row.
+        keep: True: rows of one value keep their dimension.
     """
     if keep and view.ndim == 1:
         view = view[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""Pictures of a batch for people, tiled as the original tiles them."""
+"""Rendering for people, tiled as in the original."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from engram.envs.vector_env import VectorEnv
 from engram.mikasa._keywords import Settings
 from engram.mikasa._torch import torch
-from engram.vector_env import VectorEnv
 
 
 def pictures(batch: VectorEnv[Any], mode: str, chosen: Settings) -> torch.Tensor:

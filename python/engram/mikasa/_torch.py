@@ -1,4 +1,4 @@
-"""torch, or an error that says how to get it."""
+"""Import of torch, with an error that explains its installation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Constants of classes: where they come from, and what a subclass changes."""
+"""Constants of classes, and their changes in subclasses."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import gymnasium as gym
 import numpy as np
 
 from engram.errors import InvalidArgumentError, UnknownIdError
-from engram.registry import describe
+from engram.tasks import describe
 
-# What the original lets subclasses override and what would build or move bodies here.
+# Methods that the original lets subclasses override and engram does not.
 _REFUSED_METHODS = {
     "_get_obs_extra": "the core makes observations; change them in a wrapper",
     "_get_obs_agent": "the core makes observations; change them in a wrapper",
@@ -40,11 +40,11 @@ _OTHERS = (
     "LANGUAGE_INSTRUCTION",
     "LANGUAGE_INSTRUCTION_TEMPLATE",
 )
-_SAME = 0.85  # how like a constant's a name has to be to be taken for a misspelling
+_SAME = 0.85  # similarity from which on a name counts as misspelt
 
 
 class TaskMeta(type(gym.Env)):  # type: ignore[misc]
-    """Classes of tasks: constants are class attributes, asked of engram when they are needed."""
+    """Metaclass of tasks: constants are class attributes, read from engram on use."""
 
     def __getattr__(cls, name: str) -> Any:
         """A constant of the task."""
@@ -84,7 +84,7 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def own_constants(cls: type) -> dict[str, Any]:
-    """What the user's classes say, by name."""
+    """Constants of the user's classes, by name."""
     given: dict[str, Any] = {}
     for one in reversed(cls.__mro__):
         if isinstance(one, TaskMeta) and not one.__dict__.get("_generated", False):
@@ -105,7 +105,7 @@ def changed_constants(cls: Any) -> dict[str, Any]:
     """Constants that a class changes, as ``engram.make_vec`` takes them.
 
     Raises:
-        InvalidArgumentError: The class overrides what cannot be, or a constant that is fixed.
+        InvalidArgumentError: The class overrides a method of the core, or a fixed constant.
         UnknownIdError: A name is nearly a constant's.
     """
     check_methods(cls)
@@ -138,14 +138,14 @@ def _refuse_misspelt(cls: type, name: str, names: list[str]) -> None:
 
 
 def check_methods(cls: type) -> None:
-    """Refuses classes that override what engram's core does."""
+    """Refuses classes that override methods of engram's core."""
     for one in cls.__mro__:
         if not isinstance(one, TaskMeta) or one.__dict__.get("_generated", False):
             continue
         for name, why in _REFUSED_METHODS.items():
             if name in vars(one):
                 raise InvalidArgumentError(
-                    f"{one.__name__}.{name} is overridden, which engram cannot heed: {why}; "
+                    f"{one.__name__}.{name} is overridden, which has no effect in engram: {why}; "
                     "allowed: step, evaluate, compute_dense_reward, "
                     "compute_normalized_dense_reward, compute_sparse_reward, constants"
                 )

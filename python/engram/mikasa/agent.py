@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from engram.errors import UnavailableError
+from engram.mikasa._protocols import RobotSource
 from engram.mikasa._torch import torch
-
-if TYPE_CHECKING:
-    from engram.mikasa.env import BaseEnv
 
 _BASE_X = -0.615  # m
 _ARM_JOINTS = 7
@@ -46,13 +44,13 @@ class Pose:
 class Link:
     """A part of the robot."""
 
-    def __init__(self, env: BaseEnv, name: str) -> None:
+    def __init__(self, env: RobotSource, name: str) -> None:
         self._env = env
         self.name = name
 
     @property
     def pose(self) -> Pose:
-        """Where it is now."""
+        """Present pose."""
         return Pose(self._env._robot_part("tcp_pose"))
 
 
@@ -61,7 +59,7 @@ class Robot:
 
     name = "panda"
 
-    def __init__(self, env: BaseEnv) -> None:
+    def __init__(self, env: RobotSource) -> None:
         self._env = env
 
     def get_qpos(self) -> torch.Tensor:
@@ -77,7 +75,7 @@ class Robot:
 
     @property
     def pose(self) -> Pose:
-        """Where the base stands."""
+        """Pose of the base."""
         raw = torch.zeros(self._env.num_envs, 7)
         raw[:, 0] = _BASE_X
         raw[:, 3] = 1
@@ -85,9 +83,9 @@ class Robot:
 
 
 class Agent:
-    """What tasks and planners ask of a robot."""
+    """The robot as tasks and planners use it."""
 
-    def __init__(self, env: BaseEnv) -> None:
+    def __init__(self, env: RobotSource) -> None:
         self._env = env
         self.uid = env.robot_uids
         self.robot = Robot(env)
@@ -105,24 +103,24 @@ class Agent:
 
     @property
     def control_mode(self) -> str:
-        """How actions move it."""
+        """Control mode of the environment."""
         return self._env.control_mode
 
     def is_static(self, threshold: float = 0.2) -> torch.Tensor:
-        """Whether no joint of the arm moves faster than this, rad/s; bool (B)."""
+        """True where no joint of the arm moves faster than this, rad/s; bool (B)."""
         return self.robot.get_qvel()[:, :_ARM_JOINTS].abs().amax(1) <= threshold
 
     def is_grasping(self, actor: Any = None, **_: Any) -> torch.Tensor:
-        """Whether it holds the task's own object; bool (B).
+        """True where it holds the task's object; bool (B).
 
         Raises:
-            UnavailableError: The task does not tell.
+            UnavailableError: The task has no such information.
         """
         for name in ("is_grasped", "is_ball_grasped"):
             grasped = self._env._view(name)
             if grasped is not None:
                 return torch.from_numpy(np.array(grasped, np.bool_))
         raise UnavailableError(
-            f"is_grasping: {self._env.task_id} does not tell; TimedTransfer, ShellGamePick and "
-            "InterceptGrab do"
+            f"is_grasping: {self._env.task_id} has no such information; TimedTransfer, "
+            "ShellGamePick and InterceptGrab have"
         )

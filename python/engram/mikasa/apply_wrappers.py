@@ -29,7 +29,7 @@ from engram.mikasa.wrappers import (
     ShellGameRenderCupInfoWrapper,
     StateOnlyTensorToDictWrapper,
 )
-from engram.registry import list_tasks
+from engram.tasks import list_tasks
 
 __all__ = [
     "MIKASA_VLA_ENV_IDS",
@@ -41,7 +41,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class VLAWrapperConfig:
-    """What is chosen for an id.
+    """Wrappers of an id.
 
     Attributes:
         overlays: Wrappers that draw over pictures, inner to outer.
@@ -99,17 +99,17 @@ def _configs() -> dict[str, VLAWrapperConfig]:
     return result
 
 
-# The benchmark's ids; ids of one's own may be added.
+# The benchmark's ids; users can add theirs.
 VLA_WRAPPER_CONFIGS: dict[str, VLAWrapperConfig] = _configs()
 MIKASA_VLA_ENV_IDS = tuple(VLA_WRAPPER_CONFIGS)
 
 
 def apply_mikasa_vla_wrappers(env: gym.Env[Any, Any], *, include_overlays: bool = True) -> Any:
-    """The environment as policies of the benchmark see it: {"rgb", "proprio"[, "task_cue"]}.
+    """The environment with observations {"rgb", "proprio"[, "task_cue"]} for policies.
 
     Args:
-        env: What gym.make made, with obs_mode="rgb".
-        include_overlays: Whether ``render`` writes what is asked for over its pictures.
+        env: From gym.make, with obs_mode="rgb".
+        include_overlays: True: ``render`` draws the answer over its pictures.
 
     Returns:
         The wrapped environment; it has also ``max_episode_steps``.

@@ -20,9 +20,9 @@ class RichBenchmarkUI:
             )
 
     Args:
-        tasks: That will be evaluated.
-        n_episodes: Of each.
-        initial_results: Of tasks that are done already.
+        tasks: The evaluated tasks.
+        n_episodes: Episodes of each.
+        initial_results: Results of finished tasks.
     """
 
     def __init__(

@@ -22,13 +22,13 @@ from typing import Any, Protocol
 import gymnasium as gym
 import numpy as np
 
-from engram._values import integer
+from engram._args.values import integer
 from engram.errors import BadStateError, InvalidArgumentError
 from engram.mikasa import classes as _classes  # noqa: F401 (registers the ids)
 from engram.mikasa._torch import torch
 from engram.mikasa.apply_wrappers import apply_mikasa_vla_wrappers
 from engram.mikasa.benchmark_ui import RichBenchmarkUI
-from engram.registry import list_tasks
+from engram.tasks import list_tasks
 
 __all__ = [
     "CONTROL_MODE",
@@ -63,13 +63,13 @@ CONTROL_MODE = "pd_ee_delta_pose"
 REWARD_MODE = "normalized_dense"
 WRAPPER_CHAIN = "apply_mikasa_vla_wrappers(include_overlays=False)"
 SUPPORTED_SPLITS = ("short", "medium", "long", "all")
-_FILM_RATE = 30  # pictures per second
+_VIDEO_RATE = 30  # pictures per second
 
 JsonDict = dict[str, Any]
 
 
 class ChunkPolicy(Protocol):
-    """What evaluations need of a policy."""
+    """Policy interface of evaluations."""
 
     chunk_size: int
 
@@ -90,7 +90,7 @@ class BenchmarkTask:
 
     @classmethod
     def from_csv_row(cls, row: Mapping[str, str]) -> BenchmarkTask:
-        """From a row of a table with the original's columns."""
+        """Makes a task from a row of a table with the original's columns."""
         return cls(
             env_id=row["Name"],
             split=_split(row["Horizon Split"]),
@@ -103,12 +103,12 @@ class BenchmarkTask:
 
 @dataclass(frozen=True)
 class BenchmarkConfig:
-    """How tasks are evaluated.
+    """Configuration of an evaluation.
 
     Attributes:
-        sim_backend: As of gym.make; engram computes on the CPU.
-        include_overlays: Whether pictures for people tell what is asked for.
-        save_videos: Whether each episode is filmed, with overlays, beside what the policy sees.
+        sim_backend: See gym.make; engram computes on the CPU.
+        include_overlays: True: pictures for people show the answer.
+        save_videos: True: videos of all episodes, with overlays, beside the observations.
     """
 
     start_seed: int = START_SEED
@@ -127,7 +127,7 @@ class BenchmarkConfig:
 
 @dataclass(frozen=True)
 class EpisodeResult:
-    """What came of an episode."""
+    """Result of an episode."""
 
     success_once: bool
     episode_return: float
@@ -195,7 +195,7 @@ def select_benchmark_tasks(
 
 
 def make_benchmark_env(env_id: str, config: BenchmarkConfig) -> Any:
-    """The environment of a task as the protocol has it."""
+    """The environment of a task in the protocol."""
     env = gym.make(
         env_id,
         num_envs=1,
@@ -227,7 +227,7 @@ def _actions(chunk: Any, shape: tuple[int, ...]) -> Iterable[torch.Tensor]:
 def run_episode(
     env: Any, policy: ChunkPolicy, episode_seed: int, *, collect_video: bool = False
 ) -> tuple[EpisodeResult, list[np.ndarray] | None]:
-    """One episode: its result and, if asked for, pictures before every step and after the last."""
+    """One episode: its result and, optionally, pictures before every step and after the last."""
     observation, _ = env.reset(seed=episode_seed)
     steps = getattr(env, "max_episode_steps", None)
     if steps is None:
@@ -252,7 +252,7 @@ def run_episode(
 
 
 def _frame(env: Any, observation: Mapping[str, Any]) -> np.ndarray:
-    """The picture for people, beside it what both cameras see, one above the other."""
+    """The picture for people, beside it the images of both cameras, one above the other."""
     from engram.mikasa import drawing
 
     general = np.asarray(env.render())[0]
@@ -307,9 +307,9 @@ def evaluate_task(
             if episode_callback is not None:
                 episode_callback(i, result)
             if frames and video_dir is not None:
-                from engram.mikasa.record import write_film
+                from engram.mikasa.record import write_video
 
-                write_film(Path(video_dir) / f"episode_{i:04d}.mp4", frames, _FILM_RATE)
+                write_video(Path(video_dir) / f"episode_{i:04d}.mp4", frames, _VIDEO_RATE)
     finally:
         env.close()
     successes = [episode.success_once for episode in episodes]
@@ -397,9 +397,9 @@ def evaluate_benchmark(
     Args:
         tasks: From ``select_benchmark_tasks``.
         policy: See the module.
-        config: How; None: as the protocol has it.
+        config: The configuration; None: that of the protocol.
         output_dir: Folder of the results, if there are to be files.
-        model: What results say of the policy, {"name": ..., "config": ...} by convention.
+        model: Description of the policy in the results, {"name": ..., "config": ...} by convention.
         progress: Called with a line before every task.
         task_start_callback: Called with a task's number and the task.
         episode_callback: Called with an episode's number and its result.
@@ -416,14 +416,14 @@ def evaluate_benchmark(
             progress(f"[{i + 1}/{len(tasks)}] {task.env_id}  ({config.n_episodes} episodes)")
         if task_start_callback is not None:
             task_start_callback(i, task)
-        films = config.save_videos and output_dir is not None
+        videos = config.save_videos and output_dir is not None
         result = evaluate_task(
             task,
             policy,
             config,
             model=model,
             commit=commit,
-            video_dir=Path(output_dir or ".") / "videos" / task.env_id if films else None,
+            video_dir=Path(output_dir or ".") / "videos" / task.env_id if videos else None,
             episode_callback=episode_callback,
         )
         results.append(result)

@@ -8,7 +8,7 @@ from engram.mikasa import _families
 from engram.mikasa._variants import TaskMeta
 from engram.mikasa.env import BaseEnv
 from engram.mikasa.registration import register_env
-from engram.registry import list_tasks
+from engram.tasks import list_tasks
 from engram.typing import TaskSummary
 
 __all__: list[str] = []
@@ -30,7 +30,7 @@ def _attributes(task: TaskSummary) -> dict[str, Any]:
 
 
 def _first_of(tasks: list[TaskSummary]) -> TaskSummary:
-    """The plainest task of a family, whose constants its base class has."""
+    """The shortest task of a family; the base class has its constants."""
     plain = [task for task in tasks if "-Long" not in task["id"]]
     return min(plain, key=lambda task: (task["horizon"], len(task["id"])))
 

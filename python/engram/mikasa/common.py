@@ -20,7 +20,7 @@ def flatten_state_dict(
     Args:
         state_dict: Tensors, arrays or lists of B rows, in dicts of any depth.
         use_torch: A tensor comes back, not an array.
-        device: Where to.
+        device: Of the result.
     """
     parts = [part for part in _rows(state_dict) if part.shape[-1] > 0]
     flat = torch.cat(parts, dim=-1) if parts else torch.zeros(0)

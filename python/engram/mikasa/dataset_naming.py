@@ -6,13 +6,13 @@ import re
 
 __all__ = ["env_id_to_dataset_name", "is_dataset_name"]
 
-# Where a word of an id ends: before a capital, and before a number that follows a word. A letter
-# alone keeps its number: v0, 3x2.
+# Ends of words in an id: before capitals, and before numbers after words. Single letters keep their
+# number: v0, 3x2.
 _WORD_ENDS = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[A-Za-z]{2})(?=[0-9])")
 
 
 def is_dataset_name(value: str) -> bool:
-    """Whether it has only small letters, digits and underscores."""
+    """True if it has only lower-case letters, digits and underscores."""
     return bool(value) and all(one.islower() or one.isdigit() or one == "_" for one in value)
 
 

@@ -1,4 +1,4 @@
-"""Text, swatches and lines in pictures, as overlays need them."""
+"""Drawing of text, swatches and lines, for overlays."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _font() -> tuple[np.ndarray, np.ndarray, int]:
 
 @functools.lru_cache(256)
 def _letter(letter: str, scale: float) -> tuple[np.ndarray, float]:
-    """Coverage of a letter, 0 to 1, and how far the next one stands."""
+    """Coverage of a letter, 0 to 1, and the distance of the next one."""
     letters, widths, _ = _font()
     number = ord(letter) - _FIRST
     number = number if 0 <= number < len(letters) else ord("?") - _FIRST

@@ -8,24 +8,22 @@ from typing import Any, ClassVar
 import gymnasium as gym
 import numpy as np
 
+from engram.envs.vector_env import VectorEnv
 from engram.errors import BadStateError, InvalidArgumentError
-from engram.mikasa import _families, _keywords, _observing, _rendering, _told
+from engram.mikasa import _families, _keywords, _legacy_attributes, _observing, _rendering
 from engram.mikasa._torch import CPU, torch
 from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.agent import Agent
-from engram.vector_env import VectorEnv
 
-_NO_LIMIT = (
-    1_000_000  # control steps: episodes end where the time limit around the environment says
-)
+_NO_LIMIT = 1_000_000  # control steps: the time limit around the environment ends episodes
 _FIRST_SEED = 2022
 
 
 class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     """A batch of environments of one task; ``gym.make`` makes it, within a time limit.
 
-    Everything that comes out are torch tensors on the CPU whose first dimension is the batch, for
-    one environment too. They are the caller's to keep.
+    All results are torch tensors on the CPU whose first dimension is the batch, for one environment
+    too. They are copies.
 
     Args:
         num_envs: Number of environments.
@@ -49,7 +47,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     control_timestep = 0.05
     device = CPU
 
-    _task: ClassVar[str]  # whose constants a class has
+    _task: ClassVar[str]
     _family: ClassVar[str]
 
     def __init__(self, num_envs: int = 1, **keywords: Any) -> None:
@@ -79,7 +77,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._drawn: dict[str, np.ndarray] | None = None
         options = dict(chosen.options)
         options["constants"] = {**constants, **options.get("constants", {})}
-        if options["constants"]:  # whether a cue leaves time to act is not for the base to say
+        if options["constants"]:  # the base has no time limit
             options["constants"]["max_episode_steps"] = _NO_LIMIT
         self._env = self._open(options)
         self.task_id = self._env.task_id
@@ -119,7 +117,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             terminate_on_success=False,
             terminate_on_failure=False,
             max_episode_steps=_NO_LIMIT,
-            freeze_cue=False,  # a wrapper does it
+            freeze_cue=False,  # a wrapper does that
             rules=chosen.rules,
             copy=False,
             privileged=True,
@@ -139,8 +137,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         Args:
             seed: An int (environment i has ``seed + i``), a list of one per environment, or None:
                 the next episodes.
-            options: {"env_idx": indices of those that are to be reset; "reconfigure": told in the
-                info}; others are those of ``engram.VectorEnv.reset``.
+            options: {"env_idx": indices of those that are to be reset; "reconfigure": copied
+                to the info}; others are those of ``engram.VectorEnv.reset``.
         """
         given = dict(options or {})
         indices = given.pop("env_idx", None)
@@ -198,21 +196,21 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         return torch.from_numpy(ended)
 
     def _unstable(self) -> torch.Tensor:
-        """Where physics diverged: the one reason to truncate that is not the wrapper's."""
+        """Environments whose physics diverged; all other truncation is the wrapper's."""
         return _observing.tensor(self._env._views["unstable"])
 
-    # --- what a step tells ---
+    # --- results of a step ---
 
     def evaluate(self) -> dict[str, Any]:
         """The infos but for elapsed_steps; subclasses may add to them."""
         return self._evaluation()
 
     def get_info(self) -> dict[str, Any]:
-        """The infos of the state that the environments are in."""
+        """Infos of the present state."""
         return {"elapsed_steps": self.elapsed_steps, **self.evaluate()}
 
     def get_obs(self, info: dict[str, Any] | None = None) -> Any:
-        """What is observed in the state that the environments are in."""
+        """Observation of the present state."""
         return self._observations()
 
     def get_reward(self, obs: Any, action: Any, info: dict[str, Any]) -> torch.Tensor:
@@ -229,7 +227,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         return success
 
     def compute_dense_reward(self, obs: Any, action: Any, info: dict[str, Any]) -> torch.Tensor:
-        """The task's reward of the last step, whatever is given."""
+        """The task's reward of the last step; arguments are ignored."""
         reward = self._computed_reward()
         if self.reward_mode == "normalized_dense":
             return reward * self._description["success_reward"]
@@ -262,7 +260,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
 
     @property
     def task_cue(self) -> torch.Tensor | None:
-        """What a policy is told of the task: the angle in rad, the lamp's colour, the shapes."""
+        """The cue of the task: the angle in rad, the lamp's colour, the shapes."""
         return self._evaluation.task_cue()
 
     @property
@@ -282,7 +280,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self.single_observation_space = _observing.space_of(_observing.single(obs))
 
     def _view(self, name: str) -> np.ndarray | None:
-        """A buffer of the core's, or what the episodes have drawn; None: there is none."""
+        """A buffer of the core, or values drawn for the episodes; None: there is none."""
         view = self._env._views.get(name)
         if view is None:
             if self._drawn is None:
@@ -291,7 +289,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         return view
 
     def _begun(self) -> None:
-        """Episodes have begun: what they have drawn is asked for anew."""
+        """Resets cached values after episodes have begun."""
         self._drawn = None
         self._most_steps = int(self._env._views["elapsed_steps"].max())  # no episode has had more
         self._evaluation.restart()
@@ -300,22 +298,22 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         return _observing.tensor(self._env.robot_state()[name])
 
     def __getattr__(self, name: str) -> Any:
-        """Constants, phases and what the task tells of itself."""
+        """Constants, phases and outputs of the task."""
         if name.startswith("_") or "_env" not in self.__dict__:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         if name.isupper():
             return getattr(type(self), name)
         if name == "shuffle_steps_per_env" and "Shuffle" in self._family:
             name = "empty_steps_per_env"
-        told = _told.attribute(self, name)
-        if told is not None:
-            return told
+        computed = _legacy_attributes.attribute(self, name)
+        if computed is not None:
+            return computed
         view = self._view(name)
         if view is not None:
             return _observing.tensor(view, torch.int64 if view.dtype == np.int32 else None)
-        told = _told.of_state(self, name)
-        if told is not None:
-            return told
+        computed = _legacy_attributes.of_state(self, name)
+        if computed is not None:
+            return computed
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -327,7 +325,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             )
         super().__setattr__(name, value)
 
-    # --- pictures, states, life ---
+    # --- rendering, states, end ---
 
     def render(self) -> torch.Tensor:  # type: ignore[override, unused-ignore]
         """Pictures, uint8 (B, height, width, 3), as render_mode says."""

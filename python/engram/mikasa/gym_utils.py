@@ -1,4 +1,4 @@
-"""How long episodes are."""
+"""Lengths of episodes."""
 
 from __future__ import annotations
 

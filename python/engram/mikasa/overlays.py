@@ -1,4 +1,4 @@
-"""What wrappers draw over the pictures of ``render``; observations stay as they are."""
+"""Overlays over the pictures of ``render``; observations are not changed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _CONTOURS = ("Circle", "Square", "Triangle")
 
 
 class OverlayWrapper(Wrapper):
-    """Draws over each environment's picture what the last step told."""
+    """Draws values of the last step over each environment's picture."""
 
     _passes_parts = True
 
@@ -46,13 +46,13 @@ class OverlayWrapper(Wrapper):
         self.reward: Any = None
 
     def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        """As of the environment within."""
+        """See the wrapped environment."""
         observation, self.info = self.env.reset(**kwargs)
         self.reward = None
         return observation, self.info
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment within."""
+        """See the wrapped environment."""
         result = self.env.step(action)
         self.reward, self.info = result[1], result[4]
         return result
@@ -71,7 +71,7 @@ class OverlayWrapper(Wrapper):
         """Draws over one environment's picture."""
         raise NotImplementedError
 
-    def _told(self, name: str, index: int) -> Any:
+    def _info_value(self, name: str, index: int) -> Any:
         """A value of the info as a plain number or list; None where there is none."""
         value = self.info.get(name)
         if value is None:
@@ -79,7 +79,7 @@ class OverlayWrapper(Wrapper):
         return value[index].tolist() if isinstance(value, torch.Tensor) else value
 
     def _attribute(self, name: str, index: int) -> Any:
-        """The same of an attribute of the environment itself."""
+        """An attribute of the environment as a plain number or list."""
         value = getattr(self.unwrapped, name, None)
         return value[index].tolist() if isinstance(value, torch.Tensor) else value
 
@@ -89,7 +89,9 @@ class RenderStepInfoWrapper(OverlayWrapper):
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
-        drawing.put_text(picture, f"Step: {self._told('elapsed_steps', index) or 0}", (10, 30))
+        drawing.put_text(
+            picture, f"Step: {self._info_value('elapsed_steps', index) or 0}", (10, 30)
+        )
 
 
 class RenderRewardInfoWrapper(OverlayWrapper):
@@ -117,11 +119,11 @@ class DebugRewardWrapper(OverlayWrapper):
 
 
 class ShellGameRenderCupInfoWrapper(OverlayWrapper):
-    """Which cup is the right one."""
+    """The correct cup."""
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
-        cup = self._told("oracle_info", index)
+        cup = self._info_value("oracle_info", index)
         known = isinstance(cup, int) and 0 <= cup < len(_CUPS)
         text = f"Target: {_CUPS[cup]}" if known else f"Oracle: {cup}"
         drawing.put_text(picture, text, (10, 60))
@@ -143,7 +145,7 @@ class RememberColorInfoWrapper(_ColorWrapper):
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
         drawing.put_text(picture, "Target:", (10, 60))
-        number = self._told("oracle_info", index)
+        number = self._info_value("oracle_info", index)
         if number is not None:
             drawing.swatch(picture, 130, 38, 22, self._color(number), _WHITE)
 
@@ -153,7 +155,7 @@ class RememberShapeInfoWrapper(OverlayWrapper):
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
-        number = self._told("oracle_info", index)
+        number = self._info_value("oracle_info", index)
         mapping = getattr(self.unwrapped, "SHAPE_MAPPING", dict(enumerate(_SHAPES)))
         drawing.put_text(picture, f"Target: {_named(mapping, number)}", (10, 60))
 
@@ -164,7 +166,7 @@ class RememberShapeAndColorInfoWrapper(_ColorWrapper):
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
         drawing.put_text(picture, "Target:", (10, 60))
-        answer = self._told("oracle_info", index)
+        answer = self._info_value("oracle_info", index)
         if answer is None:
             return
         shape, color = answer
@@ -174,13 +176,13 @@ class RememberShapeAndColorInfoWrapper(_ColorWrapper):
 
 
 class MemoryCapacityInfoWrapper(_ColorWrapper):
-    """The colours to touch; those that were touched have a white border, where that is told."""
+    """The colours to touch; touched ones have a white border, if infos have them."""
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
         drawing.put_text(picture, "Target: ", (10, 60))
         touched = self._attribute("touched_cubes", index)
-        for i, number in enumerate(self._told("oracle_info", index) or ()):
+        for i, number in enumerate(self._info_value("oracle_info", index) or ()):
             border = _WHITE if touched is not None and touched[number] else _BLACK
             drawing.swatch(picture, 130 + 25 * i, 45, 15, self._color(number), border)
 
@@ -192,19 +194,19 @@ class RotateRenderAngleInfoWrapper(OverlayWrapper):
         """See the class."""
         lines = (("Target :", "task_cue", 60), ("Current:", "relative_angle", 120))
         for text, name, height in lines:
-            angle = self._told(name, index)
+            angle = self._info_value(name, index)
             if angle is not None:
                 degrees = round(math.degrees(angle), 2)
                 drawing.put_text(picture, f"{text} {degrees} deg", (10, height))
 
 
 class RenderPressProgressInfoWrapper(OverlayWrapper):
-    """Presses: all, those that count, those that are asked for."""
+    """Presses: all, those that count, the required ones."""
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
         names = ("raw_press_count", "press_count", "target_blinks")
-        counts = "/".join(str(self._told(name, index)) for name in names)
+        counts = "/".join(str(self._info_value(name, index)) for name in names)
         drawing.put_text(picture, f"Press raw/conf: {counts}", (10, 120), 0.8)
 
 
@@ -214,12 +216,12 @@ class RenderWorkingBatteriesInfoWrapper(OverlayWrapper):
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
         names = ("found_working_count", "target_working_count")
-        counts = "/".join(str(self._told(name, index)) for name in names)
+        counts = "/".join(str(self._info_value(name, index)) for name in names)
         drawing.put_text(picture, f"Working found: {counts}", (10, 150), 0.8)
 
 
 class RenderTimedTransferInfoWrapper(OverlayWrapper):
-    """How long until the cube has to be on the red disc."""
+    """Time until the cube has to be on the red disc."""
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
@@ -228,7 +230,7 @@ class RenderTimedTransferInfoWrapper(OverlayWrapper):
             return
         base: Any = self.unwrapped
         begin, end = self._attribute("window_start", index), self._attribute("window_end", index)
-        elapsed = self._told("elapsed_steps", index) or 0
+        elapsed = self._info_value("elapsed_steps", index) or 0
         if elapsed < signal:
             phase, color = "WAIT", _WHITE
         elif elapsed < begin:
@@ -239,7 +241,7 @@ class RenderTimedTransferInfoWrapper(OverlayWrapper):
             phase, color = "LATE", _RED
         x = picture.shape[1] - 260
         delay = base.DELAY_STEPS
-        on_red = bool(self._told("cube_on_red", index))
+        on_red = bool(self._info_value("cube_on_red", index))
         drawing.put_text(picture, f"T-{max(0, signal + delay - elapsed)}", (x, 30), 1.0, color)
         drawing.put_text(picture, phase, (x, 60), 0.8, color)
         drawing.put_text(picture, f"[{begin},{end}] d={delay}", (x, 90), 0.6)
@@ -284,7 +286,7 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
 
             drawing.line(picture, pixels([*waypoints, waypoints[0]]), _WHITE)
             points = pixels(self._part("checkpoints", index, active))
-            # Of sequences it is known how many have been visited, and not which.
+            # Sequences have only the number of visited ones.
             colors = [_GREEN if seen else _YELLOW for seen in visited or ()]
             for (x, y), color in zip(points, colors or [_WHITE] * len(points)):
                 drawing.dot(picture, x, y, 3, color)
@@ -294,31 +296,35 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
             name = f"{name} [{sum(visited)}/{len(visited)}]"
         elif length is not None:
             checkpoints = self.unwrapped.NUM_CHECKPOINTS  # type: ignore[attr-defined]
-            seen = round((self._told("active_visit_fraction", index) or 0) * checkpoints)
+            seen = round((self._info_value("active_visit_fraction", index) or 0) * checkpoints)
             name = f"{name} [{seen}/{checkpoints}]"
         drawing.put_text(picture, name, (left, below), 0.5)
         masks = (("pre_demo_mask", "PRE-DEMO"), ("demo_mask", "DEMO"), ("action_mask", "ACTION"))
-        phase = next((text for mask, text in masks if self._told(mask, index)), "")
+        phase = next((text for mask, text in masks if self._info_value(mask, index)), "")
         drawing.put_text(picture, phase, (left, below + 18), 0.5)
-        closed = self._told("is_contour_closed", index) or self._told(
+        closed = self._info_value("is_contour_closed", index) or self._info_value(
             "is_active_contour_closed", index
         )
         drawing.put_text(picture, f"Closed: {'YES' if closed else 'NO'}", (left, below + 36), 0.5)
         if length is not None:
-            done = round((self._told("sequence_progress", index) or 0) * length)
+            done = round((self._info_value("sequence_progress", index) or 0) * length)
             text = f"Seq {active + 1}/{length} Done {done}/{length}"
             drawing.put_text(picture, text, (left, below + 54), 0.5)
 
     def _active(self, index: int) -> tuple[int, int | None, int | None]:
-        """Which contour of the sequence it is, its shape, and the length of the sequence."""
-        active = self._told("active_shape_idx", index)
+        """Index of the contour in the sequence, its shape, and the length of the sequence."""
+        active = self._info_value("active_shape_idx", index)
         if active is None:
-            return 0, self._told("oracle_info", index), None
-        shapes = self._told("oracle_info", index) or []
-        return active, self._told("active_shape_id", index), sum(shape >= 0 for shape in shapes)
+            return 0, self._info_value("oracle_info", index), None
+        shapes = self._info_value("oracle_info", index) or []
+        return (
+            active,
+            self._info_value("active_shape_id", index),
+            sum(shape >= 0 for shape in shapes),
+        )
 
     def _part(self, name: str, index: int, active: int) -> Any:
-        """Of one contour: (n, ...) as a list."""
+        """Points of one contour, (n, ...), as a list."""
         value = self._attribute(name, index)
         several = self.info.get("active_shape_idx") is not None
         return value[active] if value is not None and several else value

@@ -1,4 +1,4 @@
-"""What scripts take from the original's PPO baseline: flat observations, networks, a buffer.
+"""Parts of the original's PPO baseline: flat observations, networks, a buffer.
 
 The networks have the original's layers under the original's names, so that its checkpoints load.
 """
@@ -66,7 +66,7 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         self.include_oracle = oracle
         self.include_joints = joints
         self._source = source(env, self._needs) if rgb or depth else None
-        # Whether ConvertJointsToEEFXyzRpyGripperWrapper makes of it what policies see.
+        # True if ConvertJointsToEEFXyzRpyGripperWrapper makes the observations of policies from it.
         self._of_policies = rgb and joints and not (depth or state or oracle)
         observation, _ = self.reset()
         self._update_space(observation)
@@ -78,16 +78,16 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         private = {name: observation[name] for name in _PRIVATE if name in observation}
         if not self.include_oracle:
             private.pop("oracle_info", None)
-        private = {name: value for name, value in private.items() if _tells(value)}
+        private = {name: value for name, value in private.items() if _is_present(value)}
         if not (self.include_rgb or self.include_depth):
             return {**{k: v for k, v in observation.items() if k not in _PRIVATE}, **private}
         result: dict[str, torch.Tensor] = private
-        told: dict[str, Any] = {k: observation[k] for k in ("agent", "extra") if k in observation}
+        state: dict[str, Any] = {k: observation[k] for k in ("agent", "extra") if k in observation}
         if self.include_joints:
-            tool_first: dict[str, Any] = {k: told[k] for k in ("extra", "agent") if k in told}
+            tool_first: dict[str, Any] = {k: state[k] for k in ("extra", "agent") if k in state}
             result["proprio"] = flatten_state_dict(tool_first, use_torch=True)
         if self.include_state:
-            result["state"] = flatten_state_dict(told, use_torch=True)
+            result["state"] = flatten_state_dict(state, use_torch=True)
         kinds = [k for k, on in (("rgb", self.include_rgb), ("depth", self.include_depth)) if on]
         pictures = [
             camera[kind] for camera in observation["sensor_data"].values() for kind in kinds
@@ -96,7 +96,7 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         return result
 
 
-def _tells(value: torch.Tensor) -> bool:
+def _is_present(value: torch.Tensor) -> bool:
     return not (value.is_floating_point() and (value.numpy() == np.float32(NOTHING)).any())
 
 
@@ -141,7 +141,7 @@ class NatureCNN(nn.Module):
         if "state" in sample_obs:
             parts["state"] = nn.Linear(sample_obs["state"].shape[-1], 256)
             self.out_features += 256
-        # The order in which features stand beside each other.
+        # Order of the concatenated features.
         order = [key for key in sample_obs if key in parts and key not in ("rgb", "state")]
         first, last = [k for k in ("rgb",) if k in parts], [k for k in ("state",) if k in parts]
         self.extractors = nn.ModuleDict({key: parts[key] for key in (*first, *order, *last)})
@@ -263,7 +263,7 @@ class AgentStateOnly(_ActorCritic):
 
 
 class Logger:
-    """Writes scalars to TensorBoard's writer, and to Weights & Biases if asked.
+    """Writes scalars to TensorBoard's writer, and optionally to Weights & Biases.
 
     Args:
         log_wandb: Whether wandb.log is called, too.

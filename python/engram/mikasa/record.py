@@ -1,4 +1,4 @@
-"""Films of what a batch does."""
+"""Videos of a batch."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from engram.errors import InvalidArgumentError, UnavailableError
 from engram.mikasa._base_wrappers import Wrapper
 from engram.mikasa._torch import torch
 
-__all__ = ["RecordEpisode", "write_film"]
+__all__ = ["RecordEpisode", "write_video"]
 
 
-def write_film(path: Path, frames: list[np.ndarray], rate: int) -> None:
+def write_video(path: Path, frames: list[np.ndarray], rate: int) -> None:
     """Writes pictures, uint8 (height, width, 3) of even sides, as an mp4.
 
     Raises:
@@ -26,7 +26,7 @@ def write_film(path: Path, frames: list[np.ndarray], rate: int) -> None:
         import av  # noqa: F401
     except ImportError:
         raise UnavailableError(
-            f"{path.name}: films need PyAV: pip install 'engram[video]'"
+            f"{path.name}: videos need PyAV: pip install 'engram[video]'"
         ) from None
     from engram.command.video import Stream
 
@@ -51,18 +51,18 @@ def tiled(pictures: np.ndarray) -> np.ndarray:
 
 
 class RecordEpisode(Wrapper):
-    """Films episodes: OUTPUT_DIR/0.mp4, 1.mp4, ...
+    """Records episodes: OUTPUT_DIR/0.mp4, 1.mp4, ...
 
     Args:
         env: The environment; its render mode is not None.
-        output_dir: Folder of the films.
-        save_trajectory: Only False: simulator states of the original's form there are none.
+        output_dir: Folder of the videos.
+        save_trajectory: False only: states of the original's simulator do not exist.
         trajectory_name: Has no effect.
-        save_video: Whether films are made.
-        info_on_video: Only False: wrappers of this package write over pictures.
-        save_video_trigger: Called with the number of steps so far, says whether a film begins or
-            goes on; None: always.
-        max_steps_per_video: A film ends after so many steps; None: at a reset of all environments.
+        save_video: True: videos are recorded.
+        info_on_video: False only: wrappers of this package write over pictures.
+        save_video_trigger: Called with the number of steps so far; True records the step. None:
+            always.
+        max_steps_per_video: Steps of a video; None: until all environments are reset.
         video_fps: Pictures per second.
         source_type: Has no effect.
         source_desc: Has no effect.
@@ -91,12 +91,12 @@ class RecordEpisode(Wrapper):
             )
         if info_on_video:
             raise InvalidArgumentError(
-                "info_on_video: True given; allowed: False (RenderStepInfoWrapper and its kin "
-                "write over pictures)"
+                "info_on_video: True given; allowed: False (RenderStepInfoWrapper and "
+                "similar wrappers write over pictures)"
             )
         if save_video and env.render_mode is None:
             raise InvalidArgumentError(
-                "env: its render_mode is None; films need rgb_array, sensors or all"
+                "env: its render_mode is None; videos need rgb_array, sensors or all"
             )
         super().__init__(env)
         self.output_dir = Path(output_dir)
@@ -109,24 +109,24 @@ class RecordEpisode(Wrapper):
         self._frames: list[np.ndarray] = []
 
     def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        """As of the environment within; a film ends if all environments are reset."""
+        """See the wrapped environment; a video ends if all environments are reset."""
         indices = (kwargs.get("options") or {}).get("env_idx")
         everything = indices is None or len(indices) == self.unwrapped.num_envs  # type: ignore
         if everything and self.max_steps_per_video is None:
             self.flush_video()
         result = self.env.reset(**kwargs)
-        if everything and self._films() and not self._frames:
+        if everything and self._records() and not self._frames:
             self._frames.append(self._picture())
         return result
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment within."""
-        films = self._films()
-        if films and not self._frames:
+        """See the wrapped environment."""
+        records = self._records()
+        if records and not self._frames:
             self._frames.append(self._picture())
         result = self.env.step(action)
         self._steps += 1
-        if films:
+        if records:
             self._frames.append(self._picture())
             if self.max_steps_per_video and len(self._frames) > self.max_steps_per_video:
                 self.flush_video()
@@ -134,7 +134,7 @@ class RecordEpisode(Wrapper):
             self.flush_video()
         return result
 
-    def _films(self) -> bool:
+    def _records(self) -> bool:
         trigger = self.save_video_trigger
         return self.save_video and (trigger is None or bool(trigger(self._steps)))
 
@@ -144,15 +144,15 @@ class RecordEpisode(Wrapper):
         return tiled(array)
 
     def flush_video(self, name: str | None = None, **_: Any) -> None:
-        """Writes the film that is being made, if it has more than its first picture."""
+        """Writes the current video, if it has more than its first picture."""
         frames, self._frames = self._frames, []
         if len(frames) > 1:
             stem = name or str(self.video_nums)
-            write_film(self.output_dir / f"{stem}.mp4", frames, self.video_fps)
+            write_video(self.output_dir / f"{stem}.mp4", frames, self.video_fps)
             self.video_nums += 1
 
     def close(self) -> None:
-        """Writes the last film and ends the environment."""
+        """Writes the last video and ends the environment."""
         self.flush_video()
         self.env.close()
 

@@ -1,4 +1,4 @@
-"""Entry of classes in Gymnasium's registry, under bare ids, and the time limit around them."""
+"""Registration of classes with Gymnasium, without a namespace, and their time limit."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from typing import Any, TypeVar
 import gymnasium as gym
 from gymnasium.envs.registration import WrapperSpec
 
-from engram._values import text
+from engram._args.values import text
 from engram.errors import InvalidArgumentError
+from engram.gym_registration import register as register_variant
 from engram.mikasa._base_wrappers import Wrapper
 from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
 from engram.mikasa.env import BaseEnv
 from engram.mikasa.gym_utils import find_max_episode_steps_value
-from engram.registration import register as register_variant
 
 _Class = TypeVar("_Class", bound=type)
 
-# Classes by id: what Gymnasium's entry points lead to.
+# Classes by id, for Gymnasium's entry points.
 REGISTERED: dict[str, TaskMeta] = {}
 
 
@@ -60,7 +60,7 @@ class TimeLimitWrapper(Wrapper):
         return spec
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment; truncated where the limit is reached."""
+        """See the environment; truncated where the limit is reached."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         limit = self._max_episode_steps
         base: Any = self.unwrapped
@@ -81,11 +81,10 @@ def register_env(
     """A decorator that registers a class of a task under an id.
 
     Args:
-        uid: The id, for gym.make; where the class has other constants, engram's own doors have it
-            too.
+        uid: The id, for gym.make; if the class changes constants, the id is registered with
+            engram, too.
         max_episode_steps: Control steps of an episode; None: no limit.
-        override: Whether an id that is taken gets a new meaning; otherwise it keeps the first one,
-            with a warning.
+        override: True: a registered id is replaced; otherwise it is unchanged, with a warning.
         asset_download_ids: Has no effect: there is nothing to download.
         **kwargs: Defaults of gym.make's keywords; JSON must be able to hold them.
 
@@ -121,7 +120,7 @@ def _register(
         warnings.warn(f"{uid} is registered already; override=True replaces it", stacklevel=4)
         return
     if not cls.__dict__.get("_generated", False):
-        _make_known(uid, cls, changed_constants(cls), max_episode_steps, override)
+        _register_variant(uid, cls, changed_constants(cls), max_episode_steps, override)
     REGISTERED[uid] = cls
     gym.registry.pop(uid, None)
     gym.register(
@@ -137,10 +136,10 @@ def _register(
     )
 
 
-def _make_known(
+def _register_variant(
     uid: str, cls: Any, constants: dict[str, Any], steps: int | None, override: bool
 ) -> None:
-    """Registers a class with other constants as a variant, for all of engram's doors."""
+    """Registers a class with other constants as a variant of engram."""
     if steps is not None:
         constants = {**constants, "max_episode_steps": steps}
     instruction = own_instruction(cls)

@@ -22,10 +22,10 @@ class ManiSkillVectorEnv(gym.vector.VectorEnv):  # type: ignore[type-arg, unused
 
     Args:
         env: An environment, wrapped or not, or an id.
-        num_envs: Of an id; of environments it is theirs.
-        auto_reset: Whether ended episodes are followed by new ones.
-        ignore_terminations: Whether episodes end at the time limit only.
-        record_metrics: Whether infos have "episode".
+        num_envs: For an id; an environment has its own.
+        auto_reset: True: ended episodes are followed by new ones.
+        ignore_terminations: True: episodes end at the time limit only.
+        record_metrics: True: infos have "episode".
         **kwargs: Keywords of gym.make, with an id.
     """
 
@@ -72,27 +72,27 @@ class ManiSkillVectorEnv(gym.vector.VectorEnv):  # type: ignore[type-arg, unused
 
     @property
     def device(self) -> Any:
-        """Where tensors are: the CPU."""
+        """Device of tensors: the CPU."""
         return self.base_env.device
 
     @property
     def single_observation_space(self) -> Any:  # type: ignore[override]
-        """Of one environment."""
+        """Space of one environment's observation."""
         return self.base_env.single_observation_space
 
     @property
     def observation_space(self) -> Any:  # type: ignore[override]
-        """Of the batch."""
+        """Space of the batch's observation."""
         return self.base_env.observation_space
 
     @property
     def single_action_space(self) -> Any:  # type: ignore[override]
-        """Of one environment."""
+        """Space of one environment's action."""
         return self.base_env.single_action_space
 
     @property
     def action_space(self) -> Any:  # type: ignore[override]
-        """Of the batch."""
+        """Space of the batch's action."""
         return self.base_env._env.action_space
 
     # --- running ---
@@ -132,7 +132,7 @@ class ManiSkillVectorEnv(gym.vector.VectorEnv):  # type: ignore[type-arg, unused
         return observation, reward, terminated, truncated, info
 
     def _metrics(self, reward: torch.Tensor, info: dict[str, Any]) -> dict[str, torch.Tensor]:
-        """Of the episodes so far."""
+        """Metrics of the episodes so far."""
         self.returns = self.returns + reward
         self.success_once = self.success_once | info["success"]
         steps = info["elapsed_steps"]

@@ -60,8 +60,8 @@ _LEAST_NORM = 1e-8
 class StateOnlyTensorToDictWrapper(ObservationWrapper):
     """Observations become dicts that hold also task_cue and oracle_info.
 
-    Both are (B, n); where a task has none, (B, 1) full of 4242424242. Of the cue that the lamps and
-    TraceShapeSeq have, which is the answer, pictures come without.
+    Both are (B, n); where a task has none, (B, 1) full of 4242424242. Observations with images lack
+    the cue of the lamps and of TraceShapeSeq, which is the answer.
     """
 
     _passes_parts = True
@@ -69,17 +69,17 @@ class StateOnlyTensorToDictWrapper(ObservationWrapper):
     def observation(self, observation: Any) -> dict[str, Any]:
         """The dict; that of obs_mode "state" holds the row as "state"."""
         base: Any = self.unwrapped
-        cue = base.task_cue if _may_tell_cue(base) else None
+        cue = base.task_cue if _has_cue(base) else None
         if base._observations.wanted is Wanted.POLICY:
-            told = {} if cue is None else {"task_cue": _column(cue, base.num_envs)}
-            return {**told, **observation}
+            extra = {} if cue is None else {"task_cue": _column(cue, base.num_envs)}
+            return {**extra, **observation}
         result = observation if isinstance(observation, dict) else {"state": observation}
         result["task_cue"] = _column(cue, base.num_envs)
         result["oracle_info"] = _column(base.oracle_info, base.num_envs)
         return result
 
 
-def _may_tell_cue(base: Any) -> bool:
+def _has_cue(base: Any) -> bool:
     return base._family in _families.ROTATE or base.obs_mode in ("state", "state_dict")
 
 
@@ -90,7 +90,7 @@ def _column(value: torch.Tensor | None, count: int) -> torch.Tensor:
 
 
 class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
-    """Makes of joints (B, 25) what policies see: tool x, y, z, roll, pitch, yaw, gripper opening.
+    """Converts joints (B, 25) to tool x, y, z, roll, pitch, yaw, gripper opening.
 
     Args:
         env: Whose observations hold "proprio": tool pose 7, joint positions, joint velocities.
@@ -117,9 +117,9 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
         self._source = self._policy_source()
 
     def _policy_source(self) -> Any:
-        """What makes observations, if between it and here are the benchmark's own wrappers alone.
+        """Source of observations, if only the benchmark's own wrappers are in between.
 
-        Then it can make at once what all of them would make together.
+        It can then make the observations of policies directly.
         """
         flat: Any = self.env
         own = type(self) is ConvertJointsToEEFXyzRpyGripperWrapper and self._usual
@@ -152,10 +152,10 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
         return self.qpos_dim == _JOINTS and self.gripper_finger_dims == _FINGERS
 
     def _own(self, joints: torch.Tensor) -> torch.Tensor | None:
-        """What the core made of these joints, if they are the present ones.
+        """The core's result for these joints, if they are the present ones.
 
-        It is the same but for rounding, which decides between the two signs of a roll of pi, and
-        policies should see here what they see in ``engram eval``.
+        It differs by rounding only, which decides the sign of a roll of pi; policies get the same
+        as in ``engram eval``.
         """
         base: Any = self.unwrapped
         view = base._view("proprio")
@@ -183,7 +183,7 @@ class CurriculumPhaseNoopActionWrapper(ActionWrapper):
     It does nothing where a task has no cue.
     """
 
-    _episodes: Any = None  # what they have drawn
+    _episodes: Any = None  # values drawn for them
     _until: np.ndarray | None = None  # when their cue ends; None if that is over
 
     def action(self, action: Any) -> Any:
@@ -201,7 +201,7 @@ class CurriculumPhaseNoopActionWrapper(ActionWrapper):
         return array
 
     def _frozen(self) -> np.ndarray | None:
-        """Which environments are; None if none is."""
+        """Frozen environments; None if there are none."""
         if self.current_steps is None:
             return None
         base: Any = self.unwrapped
@@ -217,7 +217,7 @@ class CurriculumPhaseNoopActionWrapper(ActionWrapper):
         return None
 
     def _held(self, actions: np.ndarray) -> np.ndarray:
-        """What frozen environments do, of the shape of these actions."""
+        """Actions of frozen environments, of the shape of these actions."""
         return np.zeros_like(actions)
 
 
@@ -271,7 +271,7 @@ class InitialZeroActionWrapper(ActionWrapper):
 
 
 class CameraShutdownWrapper(Wrapper):
-    """Cameras see black, all of them, once an environment has had so many steps.
+    """Images of all cameras are black after a number of steps.
 
     Args:
         env: The environment, before its observations are flattened.
@@ -283,7 +283,7 @@ class CameraShutdownWrapper(Wrapper):
         self.n_initial_steps = n_initial_steps
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """As of the environment within."""
+        """See the wrapped environment."""
         result = self.env.step(action)
         if bool((result[4]["elapsed_steps"] > self.n_initial_steps).any()):
             for pictures in result[0]["sensor_data"].values():

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import NoReturn
 
-_MISSING = 'engram play: {}; pip install "engram[play]" brings what the page is served with'
+_MISSING = 'engram play: {}; pip install "engram[play]" installs what the server needs'
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -32,18 +32,16 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def parser() -> argparse.ArgumentParser:
-    """What the command takes; the page itself can change none of it."""
+    """Options of the command; the page itself can change none of them."""
     result = argparse.ArgumentParser(
         prog="engram play",
         description="Opens a page to choose, play and watch episodes, and ends with it.",
     )
-    result.add_argument(
-        "--port", type=_port, default=0, help="default: one that is free (0 to 65535)"
-    )
+    result.add_argument("--port", type=_port, default=0, help="default: a free one (0 to 65535)")
     result.add_argument(
         "--host",
         default="127.0.0.1",
-        help="address to listen at, default 127.0.0.1: nobody but this machine",
+        help="address to listen at, default 127.0.0.1: this machine only",
     )
     result.add_argument(
         "--no-open", action="store_true", help="prints the address and opens no browser"
@@ -53,7 +51,7 @@ def parser() -> argparse.ArgumentParser:
         type=_path,
         default=Path("played"),
         metavar="DIR",
-        help="where played episodes are kept: DIR/data_npz/<id>; default: played",
+        help="folder for saved episodes, DIR/data_npz/<id>; default: played",
     )
     result.add_argument(
         "--folder",
@@ -61,27 +59,27 @@ def parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="DIR",
-        help="demonstrations (of `engram collect`) or results (of `engram eval`) to look at; "
+        help="demonstrations (of `engram collect`) or results (of `engram eval`) to watch; "
         "may be given several times",
     )
     result.add_argument(
         "--policy-command",
         type=_command,
         metavar="COMMAND",
-        help="a policy's process to watch, as of `engram eval`",
+        help="a policy's process to watch, as for `engram eval`",
     )
     result.add_argument(
         "--policy-timeout",
         type=_seconds,
         default=300,
         metavar="SECONDS",
-        help="for every answer of that process, 1 to 86400, default 300",
+        help="limit for every answer of that process, 1 to 86400, default 300",
     )
     result.add_argument(
         "--obs",
         choices=("rgb", "objects", "state"),
         default="rgb",
-        help="what that process observes, default rgb",
+        help="observations of that process, default rgb",
     )
     result.add_argument(
         "--variants",
@@ -92,7 +90,7 @@ def parser() -> argparse.ArgumentParser:
         help="registers the variants of a file (docs/variants.md)",
     )
     result.add_argument(
-        "--stay", action="store_true", help="goes on when the page is closed, until Ctrl-C"
+        "--stay", action="store_true", help="keeps running when the page is closed, until Ctrl-C"
     )
     return result
 
@@ -134,7 +132,7 @@ def run() -> NoReturn:
     code = main()
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(code)  # a page that is being computed is waited for by nobody
+    os._exit(code)  # without waiting for pictures that are still computed
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The server: one page, one WebSocket, nothing else."""
+"""HTTP server: one page, one WebSocket, nothing else."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from aiohttp import WSMsgType, web
 
 from engram.play import messages
 from engram.play.catalogue import Catalogue
+from engram.play.grid_view import ENVS
 from engram.play.guard import Guard, new_token
 from engram.play.score import Scores
-from engram.play.session import Channel, House, Session
+from engram.play.session import Channel, ServerContext, Session
 from engram.play.sources import Sources
-from engram.play.wall import ENVS
 
-_GRACE = 3.0  # seconds that a page may be away, while it is loaded again
+_RELOAD_SECONDS = 3.0  # without a page, before the server ends
 _HEARTBEAT = 20.0
-_TRIES, _PAUSE = 10, 0.05  # before another tab is told to be one
-_PATIENCE = 3.0  # seconds at the end, for what is still at work
-_KINDS = {
+_TRIES, _PAUSE = 10, 0.05  # before a tab is reported to be a second one
+_SHUTDOWN_SECONDS = 3.0  # for unfinished work
+_CONTENT_TYPES = {
     ".html": "text/html",
     ".css": "text/css",
     ".js": "text/javascript",
@@ -45,17 +45,17 @@ def serve(options: argparse.Namespace) -> int:
 
 
 class Server:
-    """Answers requests that the guard lets through."""
+    """Answers requests that the guard allows."""
 
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
         self._token = new_token()
         self._guard = Guard(options.host, self._token)
-        # All that is ever served of the file system, read once: no request names a file.
+        # All files that are served, read once: no request reaches the file system.
         self._files = {
-            file.name: (file.read_bytes(), _KINDS[file.suffix])
+            file.name: (file.read_bytes(), _CONTENT_TYPES[file.suffix])
             for file in _PAGE.iterdir()
-            if file.suffix in _KINDS
+            if file.suffix in _CONTENT_TYPES
         }
         self._engine = concurrent.futures.ThreadPoolExecutor(1, "engram-play")
         self._library = concurrent.futures.ThreadPoolExecutor(1, "engram-choose")
@@ -66,17 +66,17 @@ class Server:
             options.policy_timeout,
             ENVS,
         )
-        self._house = House(options.out, Catalogue(), sources, Scores(), self._engine)
-        self._page: web.WebSocketResponse | None = None  # that plays
+        self._context = ServerContext(options.out, Catalogue(), sources, Scores(), self._engine)
+        self._page: web.WebSocketResponse | None = None  # of the tab that plays
         self._sockets: set[web.WebSocketResponse] = set()  # of all tabs
-        self._away: asyncio.TimerHandle | None = None
-        self._over = asyncio.Event()
+        self._shutdown: asyncio.TimerHandle | None = None
+        self._done = asyncio.Event()
         self._code = 0
 
     async def run(self) -> int:
-        """Listens until it is over; returns the exit code."""
+        """Listens until the page is closed or a signal arrives; returns the exit code."""
         app = web.Application(client_max_size=messages.LARGEST)
-        app.router.add_route("*", "/{token:[^/]*}{rest:.*}", self._answer)
+        app.router.add_route("*", "/{token:[^/]*}{rest:.*}", self._respond)
         runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1.0)
         await runner.setup()
         loop = asyncio.get_running_loop()
@@ -89,23 +89,23 @@ class Server:
             except OSError as error:
                 where = f"--host {self._options.host} --port {self._options.port}"
                 raise OSError(f"{where}: {error.strerror or error}") from error
-            self._greet(runner.addresses[0])
-            await self._over.wait()
+            self._print_address(runner.addresses[0])
+            await self._done.wait()
         finally:
-            self._house.sources.close()
+            self._context.sources.close()
             with contextlib.suppress(asyncio.TimeoutError, ConnectionError):
-                await asyncio.wait_for(self._leave(runner), _PATIENCE)
+                await asyncio.wait_for(self._close(runner), _SHUTDOWN_SECONDS)
             self._engine.shutdown(wait=False, cancel_futures=True)
             self._library.shutdown(wait=False, cancel_futures=True)
-            self._say_refused()
+            self._report_refused()
         return self._code
 
-    async def _leave(self, runner: web.AppRunner) -> None:
+    async def _close(self, runner: web.AppRunner) -> None:
         for socket in list(self._sockets):
             await socket.close(code=1001)
         await runner.cleanup()
 
-    def _greet(self, address: Any) -> None:
+    def _print_address(self, address: Any) -> None:
         host, port = address[0], address[1]
         shown = f"[{host}]" if ":" in host else host
         if host in ("0.0.0.0", "::"):
@@ -114,33 +114,33 @@ class Server:
         print(f"engram play: {link}\nClose the page or press Ctrl-C to end it.", flush=True)
         if host not in ("127.0.0.1", "::1"):
             print(
-                f"engram play: listens at {host}: whoever learns the address can play, and it is "
-                "sent in the clear",
+                f"engram play: listens at {host}: everybody who learns the address can play, and "
+                "it is sent unencrypted",
                 file=sys.stderr,
             )
         if not self._options.no_open:
             # Some browsers return only when they are closed.
             threading.Thread(target=webbrowser.open, args=(link,), daemon=True).start()
 
-    def _say_refused(self) -> None:
+    def _report_refused(self) -> None:
         if self._guard.refused:
             counts = ", ".join(f"{n} {what}" for what, n in sorted(self._guard.refused.items()))
             print(f"engram play: refused: {counts}", file=sys.stderr)
 
     def _stop(self, code: int) -> None:
         self._code = code
-        self._over.set()
+        self._done.set()
 
     # --- requests ---
 
-    async def _answer(self, request: web.Request) -> web.StreamResponse:
+    async def _respond(self, request: web.Request) -> web.StreamResponse:
         self._guard.check(request)
         if request.method not in ("GET", "HEAD"):
             self._guard.refused["method"] += 1
             raise web.HTTPMethodNotAllowed(request.method, ["GET", "HEAD"])
         path = request.match_info["rest"]
         if path == "/socket":
-            return await self._talk(request)
+            return await self._serve_socket(request)
         if path == "":
             raise web.HTTPMovedPermanently(f"/{self._token}/")
         body, kind = await self._content(path.removeprefix("/"))
@@ -153,23 +153,23 @@ class Server:
             return self._files[path or "index.html"]
         json_kind = "application/json"
         if path == "tasks.json":
-            return _json(self._house.catalogue.list()), json_kind
+            return _json(self._context.catalogue.list()), json_kind
         if path == "refused.json":
             return _json(dict(self._guard.refused)), json_kind
-        catalogue = self._house.catalogue
+        catalogue = self._context.catalogue
         folder, _, name = path.partition("/")
         id, _, suffix = name.rpartition(".")
         if id in catalogue and (folder, suffix) in (("task", "json"), ("picture", "jpg")):
-            look = catalogue.described if folder == "task" else catalogue.picture
+            query = catalogue.described if folder == "task" else catalogue.picture
             loop = asyncio.get_running_loop()
-            found: Any = await loop.run_in_executor(self._library, look, id)
+            found: Any = await loop.run_in_executor(self._library, query, id)
             return (_json(found), json_kind) if folder == "task" else (found, "image/jpeg")
         self._guard.refused["path"] += 1
         raise web.HTTPNotFound(text="no such page\n", headers=_HEADERS)
 
     # --- the page ---
 
-    async def _talk(self, request: web.Request) -> web.WebSocketResponse:
+    async def _serve_socket(self, request: web.Request) -> web.WebSocketResponse:
         socket = web.WebSocketResponse(
             max_msg_size=messages.LARGEST, heartbeat=_HEARTBEAT, compress=False
         )
@@ -177,22 +177,22 @@ class Server:
             self._guard.refused["upgrade"] += 1
             raise web.HTTPBadRequest(text="a WebSocket needed\n")
         await socket.prepare(request)
-        self._arrived(socket)
+        self._connected(socket)
         try:
-            if await self._may_play(socket):
-                await self._converse(socket)
+            if await self._acquire_page(socket):
+                await self._run_session(socket)
         finally:
-            self._left(socket)
+            self._disconnected(socket)
         return socket
 
-    async def _may_play(self, socket: web.WebSocketResponse) -> bool:
-        """Waits, where another tab plays, until this one takes over; False if it goes away."""
-        for _ in range(_TRIES):  # the page may have been loaded again: its old socket is on its way
+    async def _acquire_page(self, socket: web.WebSocketResponse) -> bool:
+        """Waits while another tab plays until this one takes over; False if this one is closed."""
+        for _ in range(_TRIES):  # after a reload, the old socket is about to close
             if self._page is not None:
                 await asyncio.sleep(_PAUSE)
         if self._page is not None:
             await socket.send_json({"type": "busy"})
-            while (message := await self._hear(socket)) is not None:
+            while (message := await self._receive(socket)) is not None:
                 if message and message["do"] == "take":
                     break
             else:
@@ -204,23 +204,23 @@ class Server:
         self._page = socket
         return True
 
-    async def _converse(self, socket: web.WebSocketResponse) -> None:
-        session = Session(self._house, Channel(socket.send_json, socket.send_bytes))
+    async def _run_session(self, socket: web.WebSocketResponse) -> None:
+        session = Session(self._context, Channel(socket.send_json, socket.send_bytes))
         try:
             await session.begin()
-            while (message := await self._hear(socket)) is not None:
+            while (message := await self._receive(socket)) is not None:
                 if message and message["do"] != "take":
                     await session.handle(message)
         except ConnectionError:
-            pass  # it has gone
+            pass  # the page was closed
         finally:
             if self._page is socket:
                 self._page = None
-            with contextlib.suppress(RuntimeError):  # of a thread that works no more
+            with contextlib.suppress(RuntimeError):  # of an executor that is shut down
                 await session.close()
 
-    async def _hear(self, socket: web.WebSocketResponse) -> dict[str, Any] | None:
-        """A message; {} for one that was refused, None when there will be no more."""
+    async def _receive(self, socket: web.WebSocketResponse) -> dict[str, Any] | None:
+        """A message; {} for a refused one, None at the end of the connection."""
         got = await socket.receive()
         if got.type is WSMsgType.ERROR:
             self._guard.refused["oversized or broken message"] += 1
@@ -236,16 +236,16 @@ class Server:
             await socket.send_json({"type": "error", "message": f"refused: {error}"})
             return {}
 
-    def _arrived(self, socket: web.WebSocketResponse) -> None:
+    def _connected(self, socket: web.WebSocketResponse) -> None:
         self._sockets.add(socket)
-        if self._away is not None:
-            self._away.cancel()
-            self._away = None
+        if self._shutdown is not None:
+            self._shutdown.cancel()
+            self._shutdown = None
 
-    def _left(self, socket: web.WebSocketResponse) -> None:
+    def _disconnected(self, socket: web.WebSocketResponse) -> None:
         self._sockets.discard(socket)
         if not self._sockets and not self._options.stay:
-            self._away = asyncio.get_running_loop().call_later(_GRACE, self._over.set)
+            self._shutdown = asyncio.get_running_loop().call_later(_RELOAD_SECONDS, self._done.set)
 
 
 _HEADERS = {
@@ -259,7 +259,7 @@ _HEADERS = {
 
 
 def _policy(host: str) -> str:
-    """What the page may load and do: its own files, its own socket."""
+    """Content security policy: the page's own files and its own socket."""
     return (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
         f"connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; "

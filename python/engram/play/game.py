@@ -1,7 +1,7 @@
-"""An episode that a person plays.
+"""Episode that a person plays.
 
-What the page is told before the end is what the robot could tell: pictures and the number of the
-step. Rewards, answers and the like stay here until then.
+Before its end, the page gets only what the robot could observe: pictures and the number of the
+step. Rewards, answers and the like are sent at the end.
 """
 
 from __future__ import annotations
@@ -12,35 +12,35 @@ import numpy as np
 import numpy.typing as npt
 
 from engram.play import pictures
-from engram.play.setting import Setting
+from engram.play.episode_spec import EpisodeSpec
 
-VIEWS = ((640, 480), (480, 360), (320, 240))  # the largest that the machine draws in time
+VIEWS = ((640, 480), (480, 360), (320, 240))  # the machine's speed decides
 
 
 class Game:
     """One episode at a time, as demonstrations are played: it ends at success.
 
-    The human view is drawn as an observation, by a batch that gets snapshots: so it has nothing
-    that is painted for people only, such as the place to which a cube has to come back.
+    The human view is rendered as an observation, by a second batch that restores snapshots: so it
+    has no marks for people, such as the position to which a cube has to return.
     """
 
-    def __init__(self, setting: Setting) -> None:
-        self.setting = setting
-        self._env = setting.batch(obs_mode="rgb", terminate_on_success=True)
+    def __init__(self, spec: EpisodeSpec) -> None:
+        self.spec = spec
+        self._env = spec.make_batch(obs_mode="rgb", terminate_on_success=True)
         self.description: Any = self._env.description
         self._view: Any = None
         self._size = -1
         self.resize(0)
-        self.start(setting)
+        self.start(spec)
 
     def resize(self, size: int) -> None:
-        """Draws the human view in another size from now on."""
+        """Sets the size of the human view."""
         if size == self._size:
             return
         if self._view is not None:
             self._view.close()
         self._size = size
-        self._view = self.setting.batch(
+        self._view = self.spec.make_batch(
             obs_mode="rgb",
             terminate_on_success=True,
             cameras=["render_camera"],
@@ -51,13 +51,13 @@ class Game:
 
     @property
     def size(self) -> int:
-        """Which of VIEWS."""
+        """Index in VIEWS."""
         return self._size
 
-    def start(self, setting: Setting) -> None:
-        """Begins an episode of the same kind of setting."""
-        self.setting = setting
-        self._observation, _ = setting.reset(self._env)
+    def start(self, spec: EpisodeSpec) -> None:
+        """Begins an episode that the same batch can play."""
+        self.spec = spec
+        self._observation, _ = spec.reset(self._env)
         self.instruction = self._env.instructions[0]
         self.elapsed = 0
         self.ended = False
@@ -79,7 +79,7 @@ class Game:
         self.ended = bool(terminated[0]) or self._truncated
 
     def picture(self, acted: int) -> bytes:
-        """The message that shows the scene now. acted: number of the input that moved it last."""
+        """The message that shows the scene. acted: number of the last input that had an effect."""
         view, _ = self._view.restore(self._env.save(0), 0)
         return pictures.packed(
             {"kind": "play", "n": self.elapsed, "input": acted, "ended": self.ended},
@@ -88,22 +88,22 @@ class Game:
         )
 
     def result(self) -> dict[str, Any]:
-        """How it went; known when it has ended."""
+        """The result of the ended episode."""
         info = self._info
 
-        def told(name: str) -> bool | None:
+        def flag(name: str) -> bool | None:
             return bool(info[name][0]) if name in info else None
 
-        answered = told("answered")
+        answered = flag("answered")
         return {
             "success": bool(info["success_once"][0]),
-            "failed": told("failed"),
+            "failed": flag("failed"),
             "truncated": self._truncated,
             "answered": answered,
-            "first_answer_correct": told("first_answer_correct") if answered else None,
+            "first_answer_correct": flag("first_answer_correct") if answered else None,
             "return": float(info["episode_return"][0]),
             "steps": self.elapsed,
-            "seed": str(self.setting.seed),
+            "seed": str(self.spec.seed),
         }
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Who may talk to the server: the page that it has served, opened by the address it printed."""
+"""Access control: only the page that was opened by the printed address may send requests."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
 
 def new_token() -> str:
-    """Part of the address; 192 bits that nobody guesses."""
+    """Secret part of the address, 192 random bits."""
     return secrets.token_urlsafe(24)
 
 
 class Guard:
-    """Checks every request before anything is done for it, and counts what it refuses.
+    """Checks every request before it is handled, and counts refused ones.
 
-    A page of somebody else's may send requests to this machine, by its name or by one that it has
-    pointed here (DNS rebinding). It knows no token, its Origin is another one, and so is its Host.
+    Pages of other origins may send requests to this machine, by its name or by one that resolves
+    to it (DNS rebinding). They have no token, another Origin and another Host.
     """
 
     def __init__(self, host: str, token: str) -> None:
@@ -39,25 +39,25 @@ class Guard:
         reason = self._reason(request)
         if reason is not None:
             self.refused[reason] += 1
-            raise web.HTTPForbidden(text=f"refused: {_WORDS[reason]}\n")
+            raise web.HTTPForbidden(text=f"refused: {_MESSAGES[reason]}\n")
 
     def _reason(self, request: web.Request) -> str | None:
         if not hmac.compare_digest(request.match_info.get("token", "").encode(), self._token):
             return "token"
         hosts = request.headers.getall("Host", [])
-        if len(hosts) != 1 or not self._is_ours(hosts[0]):
+        if len(hosts) != 1 or not self._is_own_host(hosts[0]):
             return "host"
         origins = request.headers.getall("Origin", [])
         upgrade = request.headers.get("Upgrade", "").lower() == "websocket"
-        # Browsers name the origin of every WebSocket, but not of what a page loads from its server.
+        # Browsers send the origin with every WebSocket, but not with files of the same server.
         if (upgrade and not origins) or any(one != f"http://{hosts[0]}" for one in origins):
             return "origin"
         if request.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
             return "origin"
         return None
 
-    def _is_ours(self, host: str) -> bool:
-        """Whether a Host header names this machine. Ports may differ: there are tunnels."""
+    def _is_own_host(self, host: str) -> bool:
+        """True if a Host header names this machine. Ports may differ: there are tunnels."""
         try:
             parts = urlsplit(f"//{host}")
             name = parts.hostname or ""
@@ -69,10 +69,10 @@ class Guard:
         return name in self._names or (self._everywhere and _is_address(name))
 
 
-_WORDS = {
+_MESSAGES = {
     "token": "the address lacks the token that the server has printed",
-    "host": "the server does not go by that name",
-    "origin": "asked for by another page",
+    "host": "the server does not have that name",
+    "origin": "sent by another page",
 }
 
 

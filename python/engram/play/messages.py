@@ -1,4 +1,4 @@
-"""What the page may say, and the check of it. Nothing that is not listed here gets any further."""
+"""Validation of the page's messages. Anything that is not listed here is refused."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _MOST_NUMBER = 2**53 - 1  # JavaScript's whole numbers
 
 
 class MessageError(Exception):
-    """A message that the page would not send; the text says what is wrong with it."""
+    """A message that the page would not send; the text names the fault."""
 
 
 def parse(text: str) -> dict[str, Any]:
-    """The message, once it has just the fields that one of its kind has, each of its type."""
+    """The message, if it has exactly the fields of its kind, each of its type."""
     try:
         message = json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError):
@@ -88,7 +88,7 @@ def _text(most: int) -> Callable[[str, Any], None]:
 
 
 def _seed(name: str, value: Any) -> None:
-    # As text: JavaScript's numbers do not hold all of them.
+    # A text: JavaScript's numbers cannot represent all of them.
     if value is None:
         return
     if not (isinstance(value, str) and value.isascii() and value.isdigit() and len(value) <= 19):
@@ -104,7 +104,7 @@ def _action(name: str, value: Any) -> None:
         _number(-1, 1)(name, one)
 
 
-def _plain(name: str, value: Any) -> None:
+def _scalar(name: str, value: Any) -> None:
     if isinstance(value, str):
         _text(_LONGEST_NAME)(name, value)
     else:
@@ -112,7 +112,7 @@ def _plain(name: str, value: Any) -> None:
 
 
 def _values(name: str, value: Any) -> None:
-    """Names with a number, a text, or a list of them; what they mean the simulator checks."""
+    """Names with a number, a text, or a list of them; the simulator checks their meaning."""
     if not isinstance(value, dict) or len(value) > _MOST_NAMES:
         raise _wrong(name, value, f"an object of at most {_MOST_NAMES} names")
     for key, one in value.items():
@@ -121,13 +121,13 @@ def _values(name: str, value: Any) -> None:
             if len(one) > _MOST_VALUES:
                 raise _wrong(name, one, f"a list of at most {_MOST_VALUES} values")
             for part in one:
-                _plain(name, part)
+                _scalar(name, part)
         else:
-            _plain(name, one)
+            _scalar(name, one)
 
 
 _Check = Callable[[str, Any], None]
-_SETTING: dict[str, tuple[bool, _Check]] = {
+_EPISODE_SPEC: dict[str, tuple[bool, _Check]] = {
     "id": (True, _text(_LONGEST_ID)),
     "seed": (False, _seed),
     "pins": (False, _values),
@@ -135,28 +135,28 @@ _SETTING: dict[str, tuple[bool, _Check]] = {
     "options": (False, _values),
 }
 _SOURCE = _text(20)
-# By kind: fields, whether they have to be there, and what they must be.
+# Fields by kind of message: required or not, and the check of the value.
 _KINDS: dict[str, dict[str, tuple[bool, _Check]]] = {
-    "play": _SETTING,  # a new episode
+    "play": _EPISODE_SPEC,  # a new episode
     "act": {
         "a": (True, _action),
         "n": (True, _whole(0, _MOST_NUMBER)),
-        "held": (True, _flag),  # whether a key, a stick or the mouse is at work
+        "held": (True, _flag),  # a key, a stick or the mouse is in use
     },
     "run": {"on": (True, _flag)},  # or pause
     "speed": {"of": (True, _number(0.02, 1)), "turns": (True, _flag)},
     "step": {"a": (True, _action), "n": (True, _whole(0, _MOST_NUMBER))},
     "seen": {"n": (True, _whole(0, _MOST_NUMBER))},
     "save": {},
-    "review": {},  # the episode that was played last
-    "watch": {**_SETTING, "source": (True, _SOURCE)},
+    "review": {},  # plays back the last episode
+    "watch": {**_EPISODE_SPEC, "source": (True, _SOURCE)},
     "stored": {
         "folder": (True, _whole(0, 1000)),
         "task": (True, _whole(0, 100_000)),
         "episode": (True, _whole(0, 10_000_000)),
     },
     "frame": {"n": (True, _whole(0, 10_000_000))},
-    "wall": {**_SETTING, "source": (True, _SOURCE)},
+    "grid": {**_EPISODE_SPEC, "source": (True, _SOURCE)},
     "leave": {},
-    "take": {},  # plays here, and no longer in another tab
+    "take": {},  # takes over from another tab
 }

@@ -1,7 +1,7 @@
-"""In which phase of its task an episode is, picture by picture, for plots.
+"""Phase of the task in every picture of an episode, for plots.
 
-Descriptions tell phases in words. Where lengths are drawn at the episode's beginning, those lengths
-tell one phase from the next; where the robot's deeds do, infos.
+Descriptions have phases in words. Phases whose lengths are drawn at the beginning are separated by
+these lengths; phases that the robot's actions end, by infos.
 """
 
 from __future__ import annotations
@@ -11,27 +11,27 @@ from typing import Any
 
 import engram
 
-_NONE = -1  # no phase: the window is over
+_NONE = -1  # after the last phase
 _CUE = "cue_steps_per_env"
-_GAP = "empty_steps_per_env"  # a shuffle's length, too
+_EMPTY = "empty_steps_per_env"  # of shuffles, too
 
 
 class PhaseTrack:
-    """Follows the first environment's episode; `track` has a number of a phase per picture."""
+    """Phases of the first environment's episode; `track` has the number of one per picture."""
 
     def __init__(self, env: engram.VectorEnv[Any], info: Mapping[str, Any]) -> None:
         self.track: list[int | None] = []
         names = tuple(phase["name"] for phase in env.description["phases"])
         drawn = env.drawn()
         self._rule = _RULES.get(names)
-        lengths = [int(drawn[name][0]) for name in (_CUE, _GAP) if name in drawn]
+        lengths = [int(drawn[name][0]) for name in (_CUE, _EMPTY) if name in drawn]
         if self._rule is None and len(lengths) == len(names) - 1:
             self._rule = lambda _info, _phase: _by_length(len(self.track), lengths)
         self._phase = 0
         self.add(info)
 
     def add(self, info: Mapping[str, Any]) -> None:
-        """Takes in the infos of the next picture."""
+        """Appends the phase of the next picture."""
         if self._rule is not None:
             self._phase = self._rule(info, self._phase)
         self.track.append(self._phase if self._rule is not None and self._phase != _NONE else None)
@@ -44,7 +44,7 @@ def _by_length(elapsed: int, lengths: list[int]) -> int:
     return phase
 
 
-# --- what infos say ---
+# --- rules by infos ---
 
 
 def _is(info: Mapping[str, Any], name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Pictures on their way to the page."""
+"""Encoding of pictures for the page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Picture = npt.NDArray[np.uint8]
 
 
 def jpeg(picture: Picture, quality: int = 88) -> bytes:
-    """A picture (height, width, 3) as a JPEG file, with all of its colour."""
+    """A picture (height, width, 3) as a JPEG file without chroma subsampling."""
     out = io.BytesIO()
     Image.fromarray(picture).save(out, "JPEG", quality=quality, subsampling=0)
     return out.getvalue()
@@ -36,6 +36,6 @@ def mosaic(pictures: list[Picture], columns: int) -> Picture:
 
 
 def packed(header: dict[str, Any], *files: bytes) -> bytes:
-    """A message: the header's length, the header, which tells the sizes of the files, the files."""
+    """A message: the header's length, the header with the sizes of the files, the files."""
     text = json.dumps({**header, "sizes": [len(file) for file in files]}).encode()
     return b"".join([struct.pack("<I", len(text)), text, *files])

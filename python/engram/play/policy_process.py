@@ -1,4 +1,4 @@
-"""A policy in a process of its own, asked over pipes (docs/evaluation.md has the protocol)."""
+"""Policy in a process of its own, queried over pipes (docs/evaluation.md has the protocol)."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ _MAGIC, _VERSION = 0x4D474E45, 1
 _OBSERVES = {"rgb": 1, "state": 2, "objects": 3}
 _LARGEST = 64 << 20  # bytes of an answer
 _MOST_DIMENSIONS = 3
-_PATIENCE = 2  # seconds to end by itself
+_SHUTDOWN_SECONDS = 2
 _DIM = 7
 
 Actions = npt.NDArray[np.float32]
 
 
 class PolicyError(Exception):
-    """The process ended, was too slow, answered nonsense or said that it failed."""
+    """The process ended, was too slow, sent an invalid answer or reported a failure."""
 
 
 class PolicyProcess:
-    """Plays a batch: asks for a chunk of actions where those of the last one are used up.
+    """Acts in a batch; requests a chunk of actions when those of the last one are used up.
 
     Args:
         command: For /bin/sh.
-        obs: What it observes, "rgb", "objects" or "state": the obs_mode of the batches it plays.
-        slots: Environments of the batches, at most.
+        obs: Observation mode of the batches, "rgb", "objects" or "state".
+        slots: Most environments of a batch.
         timeout: Seconds for every answer.
     """
 
@@ -56,13 +56,13 @@ class PolicyProcess:
         )
         picture = (128, 128, 6) if obs == "rgb" else (0, 0, 0)
         try:
-            self._say(
+            self._send(
                 _HELLO,
                 struct.pack("<9I", _MAGIC, _VERSION, _OBSERVES[obs], *picture, 7, _DIM, slots),
             )
-            answer = self._hear(_HELLO)
+            answer = self._receive(_HELLO)
             if answer != struct.pack("<2I", _MAGIC, _VERSION):
-                raise PolicyError("its greeting is not that of a policy")
+                raise PolicyError("the process did not answer the greeting as a policy does")
         except BaseException:
             self.close()
             raise
@@ -73,9 +73,9 @@ class PolicyProcess:
             self._begin(env)
         views = env._views
         running = ~(views["terminated"] | views["truncated"])
-        asking = [i for i in range(env.num_envs) if running[i] and not self._queues[i]]
-        if asking:
-            self._ask(env, asking)
+        waiting = [i for i in range(env.num_envs) if running[i] and not self._queues[i]]
+        if waiting:
+            self._request(env, waiting)
         actions = np.zeros((env.num_envs, _DIM), np.float32)
         for i in np.flatnonzero(running):
             actions[i] = self._queues[i].pop(0)
@@ -83,17 +83,17 @@ class PolicyProcess:
         return np.clip(actions, -1, 1)
 
     def close(self) -> None:
-        """Ends the process, and what it has started."""
+        """Ends the process and its children."""
         for pipe in (self._process.stdin, self._process.stdout):
             if pipe is not None:
                 pipe.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(_PATIENCE)
+            self._process.wait(_SHUTDOWN_SECONDS)
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
 
-    # --- questions ---
+    # --- requests ---
 
     def _begin(self, env: Any) -> None:
         self._queues = [[] for _ in range(env.num_envs)]
@@ -102,37 +102,37 @@ class PolicyProcess:
         if env.task_id != self._task:
             self._task = env.task_id
             size = 0 if self._obs == "rgb" else env._batch.state_dim
-            self._say(_TASK, _text(env.task_id) + struct.pack("<I", size))
+            self._send(_TASK, _text(env.task_id) + struct.pack("<I", size))
 
-    def _ask(self, env: Any, asking: list[int]) -> None:
-        count = len(asking)
+    def _request(self, env: Any, waiting: list[int]) -> None:
+        count = len(waiting)
         views = env._views
         instructions = env.instructions
         row = "rgb" if self._obs == "rgb" else "observation"
-        self._say(
+        self._send(
             _REQUEST,
             struct.pack("<I", count)
-            + np.array(asking, "<i4").tobytes()
+            + np.array(waiting, "<i4").tobytes()
             + np.full(count, self._episode, "<i4").tobytes()
-            + self._steps[asking].astype("<i4").tobytes()
-            + (self._steps[asking] == 0).astype(np.uint8).tobytes()
-            + b"".join(_text(instructions[i]) for i in asking)
-            + views["proprio"][asking].astype("<f4").tobytes()
-            + views[row][asking].tobytes(),
+            + self._steps[waiting].astype("<i4").tobytes()
+            + (self._steps[waiting] == 0).astype(np.uint8).tobytes()
+            + b"".join(_text(instructions[i]) for i in waiting)
+            + views["proprio"][waiting].astype("<f4").tobytes()
+            + views[row][waiting].tobytes(),
         )
-        for i, chunk in zip(asking, _chunks(self._hear(_CHUNKS), count)):
+        for i, chunk in zip(waiting, _chunks(self._receive(_CHUNKS), count)):
             self._queues[i] = list(chunk)
 
     # --- pipes ---
 
-    def _say(self, kind: int, body: bytes) -> None:
+    def _send(self, kind: int, body: bytes) -> None:
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(struct.pack("<2I", kind, len(body)) + body)
         except (OSError, ValueError):
-            raise PolicyError(f"the policy's process has ended{self._how()}") from None
+            raise PolicyError(f"the policy's process has ended{self._exit_status()}") from None
 
-    def _hear(self, expected: int) -> bytes:
+    def _receive(self, expected: int) -> bytes:
         end = time.monotonic() + self._timeout
         kind, size = struct.unpack("<2I", self._read(8, end))
         if kind not in (expected, _FAILED) or size > _LARGEST:
@@ -143,7 +143,7 @@ class PolicyProcess:
         body = self._read(size, end)
         if kind == _FAILED:
             words = "".join(c for c in body[:600].decode(errors="replace") if c.isprintable())
-            raise PolicyError(f"the policy says that it failed: {words}")
+            raise PolicyError(f"the policy reported a failure: {words}")
         return body
 
     def _read(self, size: int, end: float) -> bytes:
@@ -156,19 +156,19 @@ class PolicyProcess:
                 raise PolicyError(f"the policy did not answer within {self._timeout} s")
             part = os.read(pipe.fileno(), min(size - len(body), 1 << 20))
             if not part:
-                raise PolicyError(f"the policy's process has ended{self._how()}")
+                raise PolicyError(f"the policy's process has ended{self._exit_status()}")
             body += part
         return bytes(body)
 
-    def _how(self) -> str:
+    def _exit_status(self) -> str:
         try:
             return f" with exit code {self._process.wait(1)}"
         except subprocess.TimeoutExpired:
             return ""
 
 
-def _text(words: str) -> bytes:
-    data = words.encode()
+def _text(text: str) -> bytes:
+    data = text.encode()
     return struct.pack("<I", len(data)) + data
 
 
@@ -176,16 +176,16 @@ def _chunks(body: bytes, count: int) -> list[Actions]:
     """One array (K, 7) for each of `count` episodes."""
     at = 0
 
-    def numbers(how_many: int) -> tuple[int, ...]:
+    def numbers(size: int) -> tuple[int, ...]:
         nonlocal at
-        if len(body) - at < 4 * how_many:
+        if len(body) - at < 4 * size:
             raise PolicyError("the policy's answer ends too early")
-        at += 4 * how_many
-        return struct.unpack_from(f"<{how_many}I", body, at - 4 * how_many)
+        at += 4 * size
+        return struct.unpack_from(f"<{size}I", body, at - 4 * size)
 
-    (told,) = numbers(1)
-    if told != count:
-        raise PolicyError(f"the policy answered for {told} episodes, {count} had asked")
+    (given,) = numbers(1)
+    if given != count:
+        raise PolicyError(f"the policy answered for {given} episodes, {count} requested")
     chunks = []
     for _ in range(count):
         (dimensions,) = numbers(1)
@@ -204,5 +204,5 @@ def _chunks(body: bytes, count: int) -> list[Actions]:
             raise PolicyError("the policy's actions hold a number that is not finite")
         chunks.append(chunk.astype(np.float32))
     if at != len(body):
-        raise PolicyError("the policy's answer is longer than it says")
+        raise PolicyError("the policy's answer is longer than its header says")
     return chunks

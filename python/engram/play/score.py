@@ -1,4 +1,4 @@
-"""How good is your memory? Successes of the last ten episodes, beside what others achieve."""
+"""Score of the player: successes of the last ten episodes, beside the rates of policies."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ EPISODES = 10
 
 
 class Scores:
-    """Episodes that were played to their end, by task. A seed counts once: it was seen then."""
+    """Finished episodes by task. A seed counts once: later its answer is known."""
 
     def __init__(self) -> None:
         self._results: dict[str, collections.deque[tuple[bool, bool | None]]] = {}
         self._seeds: dict[str, set[int]] = {}
 
     def add(self, id: str, seed: int, success: bool, first: bool | None) -> bool:
-        """Takes in an episode; returns whether it counts."""
+        """Adds an episode; returns True if it counts."""
         seeds = self._seeds.setdefault(id, set())
         if seed in seeds:
             return False
@@ -32,7 +32,7 @@ class Scores:
         sweep = (ceilings.get("sweep") or {}).get("success_once")
         oracle = (ceilings.get("oracle") or {}).get("success_once")
         rate = sum(success for success, _ in results) / len(results) if results else None
-        told = [first for _, first in results if first is not None]
+        answers = [first for _, first in results if first is not None]
         memory = None
         if rate is not None and sweep is not None and oracle is not None and oracle - sweep > 0.05:
             memory = (rate - sweep) / (oracle - sweep)
@@ -42,8 +42,8 @@ class Scores:
             "successes": sum(success for success, _ in results),
             "results": [success for success, _ in results],
             "rate": rate,
-            "first_right": sum(told) if told else None,
-            "first_told": len(told),
+            "first_right": sum(answers) if answers else None,
+            "first_answers": len(answers),
             "chance": description["chance"],
             "answer_chance": description.get("answer_chance"),
             "sweep": sweep,

@@ -1,4 +1,4 @@
-"""The conversation with one page: what it asks for is done here, in the order of its messages."""
+"""Session of one page: handles its messages, one at a time and in their order."""
 
 from __future__ import annotations
 
@@ -15,41 +15,41 @@ from typing import Any, TypeVar
 import engram
 from engram.datasets.checks import DatasetError
 from engram.play.catalogue import Catalogue
-from engram.play.film import Film, recorded
+from engram.play.episode_spec import EpisodeSpec
 from engram.play.game import VIEWS, Game
-from engram.play.keeping import KeepError, keep
+from engram.play.grid_view import COLUMNS, ENVS, GridView
 from engram.play.messages import MessageError
+from engram.play.playback import Playback, recorded_policy
 from engram.play.policy_process import PolicyError
+from engram.play.saving import SaveError, save
 from engram.play.score import Scores
-from engram.play.setting import Setting
 from engram.play.sources import SourceError, Sources
-from engram.play.wall import COLUMNS, ENVS, Wall
 
 T = TypeVar("T")
 CONTROL_STEP = 0.05  # seconds
-_MOST_UNSEEN = 3  # pictures on their way; a page that is slower gets fewer
-_LATE = 0.25  # seconds behind after which lost time is let go
-_SLOW = 0.8 * CONTROL_STEP  # a step that takes longer than this leaves no time to spare
+_MOST_UNSEEN = 3  # pictures that are not acknowledged; a slower page gets fewer
+_LATE = 0.25  # seconds of delay that are not caught up
+_SLOW = 0.8 * CONTROL_STEP  # seconds of a step from which on it counts as slow
 _SLOW_STEPS = 10
-_TOLD = (
-    engram.Error, DatasetError, KeepError, MessageError, PolicyError, SourceError, OSError,
+REPORTED_ERRORS = (
+    engram.Error, DatasetError, SaveError, MessageError, PolicyError, SourceError, OSError,
 )  # fmt: skip
 
 
 @dataclasses.dataclass
-class House:
-    """What outlives a page."""
+class ServerContext:
+    """State that all sessions share."""
 
     out: Path
     catalogue: Catalogue
     sources: Sources
     scores: Scores
-    # All that simulates runs in one thread, so that messages are read and sent meanwhile.
+    # One thread for the simulation, while messages are read and sent.
     engine: concurrent.futures.Executor
 
 
 class Channel:
-    """Sends to the page."""
+    """Functions that send to the page."""
 
     def __init__(
         self,
@@ -61,18 +61,18 @@ class Channel:
 
 
 class Session:
-    """One page's game, film or wall; never more than one of them at a time."""
+    """One page's game, playback or grid, one of them at a time."""
 
-    def __init__(self, house: House, channel: Channel) -> None:
-        self._house = house
+    def __init__(self, context: ServerContext, channel: Channel) -> None:
+        self._context = context
         self._channel = channel
-        self._lock = asyncio.Lock()  # of what is on show
-        self._stage: Game | Film | Wall | None = None
-        self._played: Game | None = None  # whose last episode may be kept
+        self._lock = asyncio.Lock()  # of the view
+        self._view: Game | Playback | GridView | None = None
+        self._played: Game | None = None  # its last episode may be saved
         self._clock: asyncio.Task[None] | None = None
         self._wake = asyncio.Event()
         self._running = False
-        self._turns = False  # time passes only while the player acts
+        self._turns = False  # True: time passes only while the player acts
         self._speed = 1.0
         self._action = [0.0] * 6 + [1.0]
         self._held = False
@@ -80,23 +80,23 @@ class Session:
         self._sent = 0
         self._seen = 0
         self._slow = 0
-        self._size = 0  # of the human view, once a machine has turned out to be slow
+        self._size = 0  # of the human view; larger on slow machines
 
     async def begin(self) -> None:
-        """Greets the page."""
+        """Sends the page its first message."""
         await self._channel.text(
             {
                 "type": "hello",
                 "version": engram.__version__,
-                "out": str(self._house.out),
+                "out": str(self._context.out),
                 "envs": ENVS,
                 "columns": COLUMNS,
-                **self._house.sources.told(),
+                **self._context.sources.message(),
             }
         )
 
     async def handle(self, message: dict[str, Any]) -> None:
-        """Does what a checked message asks for; what cannot be done is told."""
+        """Handles a checked message; failures are sent to the page."""
         kind = message["do"]
         if kind == "act":
             self._take_action(message)
@@ -107,55 +107,55 @@ class Session:
         try:
             async with self._lock:
                 await _HANDLERS[kind](self, message)
-        except _TOLD as error:
+        except REPORTED_ERRORS as error:
             if isinstance(error, PolicyError):
-                await self._work(self._house.sources.lost)
-            await self._tell(str(error))
+                await self._run_in_engine(self._context.sources.stop_process)
+            await self._send_error(str(error))
         except Exception:
             traceback.print_exc(file=sys.stderr)
-            await self._tell("something went wrong; the terminal says what")
+            await self._send_error("internal error; the terminal has the details")
 
     async def close(self) -> None:
-        """Ends everything that this page has begun."""
+        """Ends the clock and the view of this page."""
         if self._clock is not None:
             self._clock.cancel()
             await asyncio.gather(self._clock, return_exceptions=True)
         async with self._lock:
-            await self._clear()
+            await self._close_view()
 
     # --- playing ---
 
     async def _play(self, message: dict[str, Any]) -> None:
-        setting = self._setting(message)
-        game = await self._game(setting)
+        spec = self._episode_spec(message)
+        game = await self._game(spec)
         self._played = game
         self._action = [0.0] * 6 + self._action[6:]
         await self._channel.text(
             {
                 "type": "opened",
-                "id": setting.id,
+                "id": spec.id,
                 "instruction": game.instruction,
                 "horizon": game.description["horizon"],
-                # A seed that was drawn is told at the end: it could be looked up.
-                "seed": str(setting.seed) if setting.seed_given else None,
+                # A random seed is sent at the end only: its answer could be looked up.
+                "seed": str(spec.seed) if spec.seed_given else None,
                 "view": list(VIEWS[game.size]),
-                "score": self._house.scores.of(game.description),
+                "score": self._context.scores.of(game.description),
             }
         )
         await self._show()
 
-    async def _game(self, setting: Setting) -> Game:
-        """A game at the beginning of the episode; the last one, where it is of the same kind."""
-        size, game = self._size, self._stage
-        if isinstance(game, Game) and game.setting.kind == setting.kind:
+    async def _game(self, spec: EpisodeSpec) -> Game:
+        """A game at the beginning of the episode; the last one if its batch can play it."""
+        size, game = self._size, self._view
+        if isinstance(game, Game) and game.spec.batch_key == spec.batch_key:
             self._pause()
             old = game
-            await self._work(lambda: old.start(setting))
+            await self._run_in_engine(lambda: old.start(spec))
         else:
-            await self._clear()
-            self._stage = game = await self._work(lambda: Game(setting))
+            await self._close_view()
+            self._view = game = await self._run_in_engine(lambda: Game(spec))
         new = game
-        await self._work(lambda: new.resize(size))
+        await self._run_in_engine(lambda: new.resize(size))
         return new
 
     def _take_action(self, message: dict[str, Any]) -> None:
@@ -166,8 +166,8 @@ class Session:
             self._wake.set()
 
     async def _step(self, message: dict[str, Any]) -> None:
-        if not isinstance(self._stage, Game):
-            raise MessageError("step: there is nothing to play; play first")
+        if not isinstance(self._view, Game):
+            raise MessageError("step: there is no episode; play first")
         if self._running:
             raise MessageError("step: the episode runs; pause first")
         self._action = message["a"]
@@ -175,8 +175,8 @@ class Session:
         await self._advance()
 
     async def _run(self, message: dict[str, Any]) -> None:
-        if not isinstance(self._stage, (Game, Wall)):
-            raise MessageError("run: there is nothing to run; play first")
+        if not isinstance(self._view, (Game, GridView)):
+            raise MessageError("run: there is no episode; play first")
         self._running = message["on"]
         self._seen = self._sent
         self._wake.set()
@@ -193,9 +193,9 @@ class Session:
         self._running = False
 
     @property
-    def _waits(self) -> bool:
-        """Whether time stands still."""
-        if isinstance(self._stage, Game) and self._turns and not self._held:
+    def _is_waiting(self) -> bool:
+        """True while time stands still."""
+        if isinstance(self._view, Game) and self._turns and not self._held:
             return True
         return not self._running
 
@@ -203,7 +203,7 @@ class Session:
         loop = asyncio.get_running_loop()
         due = loop.time()
         while True:
-            if self._waits:
+            if self._is_waiting:
                 self._wake.clear()
                 await self._wake.wait()
                 due = loop.time()
@@ -214,158 +214,160 @@ class Session:
             await asyncio.sleep(due - loop.time())
             try:
                 async with self._lock:
-                    if not self._waits:
+                    if not self._is_waiting:
                         await self._advance()
             except ConnectionError:
                 return
-            except _TOLD as error:
+            except REPORTED_ERRORS as error:
                 self._pause()
-                await self._tell(str(error))
+                await self._send_error(str(error))
             except Exception:
                 self._pause()
                 traceback.print_exc(file=sys.stderr)
-                await self._tell("something went wrong; the terminal says what")
+                await self._send_error("internal error; the terminal has the details")
 
     async def _advance(self) -> None:
-        """One step of what is on show, and its picture unless the page lags behind."""
-        stage = self._stage
+        """One step of the view, and its picture unless the page lags behind."""
+        view = self._view
         lags = self._running and self._sent - self._seen >= _MOST_UNSEEN
-        if isinstance(stage, Wall):
-            await self._work(stage.step)
+        if isinstance(view, GridView):
+            await self._run_in_engine(view.step)
             if not lags:
                 self._sent += 1
-                await self._channel.binary(await self._work(stage.picture))
-        elif isinstance(stage, Game) and not stage.ended:
+                await self._channel.binary(await self._run_in_engine(view.picture))
+        elif isinstance(view, Game) and not view.ended:
             action, number = self._action, self._input
             began = time.perf_counter()
-            picture = await self._work(lambda: _stepped(stage, action, number, lags))
-            await self._watch_speed(stage, time.perf_counter() - began)
+            picture = await self._run_in_engine(lambda: _stepped(view, action, number, lags))
+            await self._adapt_size(view, time.perf_counter() - began)
             if picture is not None:
                 self._sent += 1
                 await self._channel.binary(picture)
-            if stage.ended:
-                await self._end(stage)
+            if view.ended:
+                await self._end(view)
 
     async def _end(self, game: Game) -> None:
         self._pause()
-        setting, result = game.setting, game.result()
-        counted = setting.plain and self._house.scores.add(
-            setting.id, setting.seed, result["success"], result["first_answer_correct"]
+        spec, result = game.spec, game.result()
+        counted = spec.is_default and self._context.scores.add(
+            spec.id, spec.seed, result["success"], result["first_answer_correct"]
         )
         await self._channel.text(
             {
                 "type": "ended",
                 **result,
                 "counted": counted,
-                "keepable": result["success"] and setting.plain,
-                "score": self._house.scores.of(game.description),
+                "savable": result["success"] and spec.is_default,
+                "score": self._context.scores.of(game.description),
             }
         )
 
-    async def _watch_speed(self, game: Game, seconds: float) -> None:
-        """Draws smaller pictures where large ones take too long."""
+    async def _adapt_size(self, game: Game, seconds: float) -> None:
+        """Switches to smaller pictures when large ones take too long."""
         self._slow = self._slow + 1 if seconds > _SLOW else max(0, self._slow - 1)
         if self._slow >= _SLOW_STEPS and self._size + 1 < len(VIEWS):
             self._slow = 0
             self._size += 1
-            await self._work(lambda: game.resize(self._size))
+            await self._run_in_engine(lambda: game.resize(self._size))
 
     async def _show(self) -> None:
-        game = self._stage
+        game = self._view
         assert isinstance(game, Game)
         number = self._input
         self._sent += 1
-        await self._channel.binary(await self._work(lambda: game.picture(number)))
+        await self._channel.binary(await self._run_in_engine(lambda: game.picture(number)))
 
     async def _save(self, _message: dict[str, Any]) -> None:
         game = self._ended_game("save")
-        if not game.setting.plain:
-            raise KeepError(
-                "the episode had pins, constants or options of its own; seed and actions alone do "
-                "not make it again"
+        if not game.spec.is_default:
+            raise SaveError(
+                "the episode had pins, constants or options; seed and actions alone do not "
+                "reproduce it"
             )
-        out, setting, actions = self._house.out, game.setting, list(game.actions)
-        file, episodes = await self._work(lambda: keep(out, setting.id, setting.seed, actions))
+        out, spec, actions = self._context.out, game.spec, list(game.actions)
+        file, episodes = await self._run_in_engine(lambda: save(out, spec.id, spec.seed, actions))
         await self._channel.text({"type": "saved", "file": str(file), "episodes": episodes})
 
     def _ended_game(self, what: str) -> Game:
         if self._played is None or not self._played.ended:
-            raise MessageError(f"{what}: there is no episode that has been played to its end")
+            raise MessageError(f"{what}: there is no finished episode")
         return self._played
 
     # --- watching ---
 
     async def _review(self, _message: dict[str, Any]) -> None:
         game = self._ended_game("review")
-        setting, actions = game.setting, list(game.actions)
-        await self._open_film(
-            lambda: Film(setting, recorded(actions), ends_at_success=True, most_steps=len(actions)),
+        spec, actions = game.spec, list(game.actions)
+        await self._open_playback(
+            lambda: Playback(
+                spec, recorded_policy(actions), ends_at_success=True, most_steps=len(actions)
+            ),
         )
 
     async def _watch(self, message: dict[str, Any]) -> None:
-        setting, name = self._setting(message), message["source"]
+        spec, name = self._episode_spec(message), message["source"]
 
-        def make() -> Film:
-            player, obs = self._house.sources.player(name)
-            return Film(setting, player, obs_mode=obs)
+        def make() -> Playback:
+            policy, obs = self._context.sources.policy(name)
+            return Playback(spec, policy, obs_mode=obs)
 
-        await self._open_film(make)
+        await self._open_playback(make)
 
     async def _stored(self, message: dict[str, Any]) -> None:
         numbers = (message["folder"], message["task"], message["episode"])
-        await self._open_film(lambda: self._house.sources.stored(*numbers))
+        await self._open_playback(lambda: self._context.sources.stored(*numbers))
 
-    async def _open_film(self, make: Callable[[], Film]) -> None:
+    async def _open_playback(self, make: Callable[[], Playback]) -> None:
         self._pause()
-        film = await self._work(make)
-        await self._clear()
-        self._stage = film
-        await self._channel.text(film.told())
+        playback = await self._run_in_engine(make)
+        await self._close_view()
+        self._view = playback
+        await self._channel.text(playback.message())
 
     async def _frame(self, message: dict[str, Any]) -> None:
-        film, frame = self._stage, message["n"]
-        if not isinstance(film, Film):
-            raise MessageError("frame: there is no film; watch first")
-        if frame >= len(film):
-            raise MessageError(f"frame: {frame} given; 0 to {len(film) - 1} allowed")
-        await self._channel.binary(await self._work(lambda: film.picture(frame)))
+        playback, frame = self._view, message["n"]
+        if not isinstance(playback, Playback):
+            raise MessageError("frame: there is no playback; watch first")
+        if frame >= len(playback):
+            raise MessageError(f"frame: {frame} given; 0 to {len(playback) - 1} allowed")
+        await self._channel.binary(await self._run_in_engine(lambda: playback.picture(frame)))
 
-    async def _wall(self, message: dict[str, Any]) -> None:
-        setting, name = self._setting(message), message["source"]
-        await self._clear()
+    async def _grid(self, message: dict[str, Any]) -> None:
+        spec, name = self._episode_spec(message), message["source"]
+        await self._close_view()
 
-        def make() -> Wall:
-            player, obs = self._house.sources.player(name)
-            return Wall(setting, player, obs)
+        def make() -> GridView:
+            policy, obs = self._context.sources.policy(name)
+            return GridView(spec, policy, obs)
 
-        wall = await self._work(make)
-        self._stage = wall
-        await self._channel.text({"type": "wall", "id": setting.id, "source": name})
+        grid = await self._run_in_engine(make)
+        self._view = grid
+        await self._channel.text({"type": "grid", "id": spec.id, "source": name})
         self._sent += 1
-        await self._channel.binary(await self._work(wall.picture))
+        await self._channel.binary(await self._run_in_engine(grid.picture))
 
     async def _leave(self, _message: dict[str, Any]) -> None:
-        await self._clear()
+        await self._close_view()
 
-    # --- inside ---
+    # --- internals ---
 
-    def _setting(self, message: dict[str, Any]) -> Setting:
-        setting = Setting.of(message)
-        if setting.id not in self._house.catalogue:
-            raise MessageError(f"id: '{setting.id}' given, which is no task")
-        return setting
+    def _episode_spec(self, message: dict[str, Any]) -> EpisodeSpec:
+        spec = EpisodeSpec.from_message(message)
+        if spec.id not in self._context.catalogue:
+            raise MessageError(f"id: '{spec.id}' given, which is no task")
+        return spec
 
-    async def _clear(self) -> None:
-        """Takes away what is on show."""
+    async def _close_view(self) -> None:
+        """Closes the view."""
         self._pause()
-        stage, self._stage = self._stage, None
-        if stage is not None:
-            await self._work(stage.close)
+        view, self._view = self._view, None
+        if view is not None:
+            await self._run_in_engine(view.close)
 
-    async def _work(self, call: Callable[[], T]) -> T:
-        return await asyncio.get_running_loop().run_in_executor(self._house.engine, call)
+    async def _run_in_engine(self, call: Callable[[], T]) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._context.engine, call)
 
-    async def _tell(self, message: str) -> None:
+    async def _send_error(self, message: str) -> None:
         await self._channel.text({"type": "error", "message": message[:600]})
 
 
@@ -384,6 +386,6 @@ _HANDLERS: dict[str, Callable[[Session, dict[str, Any]], Awaitable[None]]] = {
     "watch": Session._watch,
     "stored": Session._stored,
     "frame": Session._frame,
-    "wall": Session._wall,
+    "grid": Session._grid,
     "leave": Session._leave,
 }

@@ -1,4 +1,4 @@
-"""Who plays episodes to watch, as the command line says: nothing here comes from the page."""
+"""Policies and folders to watch, from the command line only, never from the page."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import numpy.typing as npt
 import engram
 from engram.datasets import DemonstrationFolder, checks, find_folders
 from engram.datasets.checks import DatasetError
-from engram.play.film import Film, Player, recorded
+from engram.play.episode_spec import EpisodeSpec
+from engram.play.playback import Playback, Policy, recorded_policy
 from engram.play.policy_process import PolicyProcess
-from engram.play.setting import Setting
 
-OWN = ("oracle", "sweep", "blind", "random", "zero")
+BUILTIN = ("oracle", "sweep", "blind", "random", "zero")
 PROCESS = "process"
 _SETTINGS = "settings.json"
 _LARGEST_RESULT = 64 << 20  # bytes
@@ -25,10 +25,10 @@ _MOST_EPISODES = 100_000
 
 
 class SourceError(Exception):
-    """A folder of the command line is not what it should be; the message says why."""
+    """A folder of the command line cannot be used; the message gives the reason."""
 
 
-def own_player(policy: str) -> Player:
+def builtin_policy(policy: str) -> Policy:
     """One of engram's own policies."""
 
     def act(env: Any, _first: bool) -> npt.NDArray[np.float32]:
@@ -39,57 +39,59 @@ def own_player(policy: str) -> Player:
 
 
 class Sources:
-    """Policies and folders that the page may name, by word and by number."""
+    """Policies by name and folders by number, for the page to choose from."""
 
     def __init__(
         self, folders: list[Path], command: str | None, obs: str, timeout: float, slots: int
     ) -> None:
-        self._open = [_folder(path) for path in folders]
+        self._folders = [_folder(path) for path in folders]
         self._command = command
         self._obs = obs
         self._timeout = timeout
         self._slots = slots
         self._process: PolicyProcess | None = None
 
-    def told(self) -> dict[str, Any]:
-        """What there is to choose from."""
-        names = [*OWN, *([PROCESS] if self._command is not None else [])]
-        return {"sources": names, "folders": [folder.told() for folder in self._open]}
+    def message(self) -> dict[str, Any]:
+        """The choices, for the page."""
+        names = [*BUILTIN, *([PROCESS] if self._command is not None else [])]
+        return {"sources": names, "folders": [folder.message() for folder in self._folders]}
 
-    def player(self, name: str) -> tuple[Player, str]:
-        """Who plays under that name, and what the batch has to observe."""
+    def policy(self, name: str) -> tuple[Policy, str]:
+        """The policy of that name, and the observation mode that it needs."""
         if name == PROCESS and self._command is not None:
             if self._process is None:
                 self._process = PolicyProcess(self._command, self._obs, self._slots, self._timeout)
             return self._process.act, self._obs
-        if name not in OWN:
-            raise SourceError(f"no policy '{name}'; there are: {', '.join(self.told()['sources'])}")
-        return own_player(name), "state"
+        if name not in BUILTIN:
+            raise SourceError(
+                f"no policy '{name}'; there are: {', '.join(self.message()['sources'])}"
+            )
+        return builtin_policy(name), "state"
 
-    def lost(self) -> None:
-        """Ends the policy's process, which is started again when it is needed."""
+    def stop_process(self) -> None:
+        """Ends the policy's process; the next request starts a new one."""
         if self._process is not None:
             self._process.close()
             self._process = None
 
-    def stored(self, folder: int, task: int, episode: int) -> Film:
+    def stored(self, folder: int, task: int, episode: int) -> Playback:
         """An episode of a folder."""
-        if folder >= len(self._open):
-            raise SourceError(f"no folder {folder}; there are {len(self._open)}")
-        return self._open[folder].film(task, episode, self.player)
+        if folder >= len(self._folders):
+            raise SourceError(f"no folder {folder}; there are {len(self._folders)}")
+        return self._folders[folder].playback(task, episode, self.policy)
 
     def close(self) -> None:
-        self.lost()
+        self.stop_process()
 
 
 class _Demonstrations:
-    """What `engram collect` has written, or this page."""
+    """Demonstrations, of `engram collect` or of this page."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._folders: list[DemonstrationFolder] = find_folders(path)
+        self._data_sets: list[DemonstrationFolder] = find_folders(path)
 
-    def told(self) -> dict[str, Any]:
+    def message(self) -> dict[str, Any]:
         tasks = [
             {
                 "id": folder.env_id,
@@ -100,23 +102,23 @@ class _Demonstrations:
                     )
                 ][:_MOST_EPISODES],
             }
-            for folder in self._folders
+            for folder in self._data_sets
         ]
         return {"name": self._path.name, "kind": "demonstrations", "tasks": tasks}
 
-    def film(self, task: int, episode: int, _player: Any) -> Film:
-        folder = _at(self._folders, task, "data set")
+    def playback(self, task: int, episode: int, _policy: Any) -> Playback:
+        folder = _at(self._data_sets, task, "data set")
         stored = folder[_index(folder, episode, "episode")]
         rules = folder.metadata.get("engram", {}).get("rules", "reference")
-        return Film(
-            Setting(folder.env_id, stored.episode_seed, rules=str(rules)),
-            recorded(list(stored.action)),
+        return Playback(
+            EpisodeSpec(folder.env_id, stored.episode_seed, rules=str(rules)),
+            recorded_policy(list(stored.action)),
             most_steps=len(stored),
         )
 
 
 class _Results:
-    """What `engram eval` has written. Actions are not in it; the policy plays again."""
+    """Results of `engram eval`. They have no actions; the policy acts again."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -135,7 +137,7 @@ class _Results:
         if not self._tasks:
             raise SourceError(f"'{path}' holds no results of a finished task")
 
-    def told(self) -> dict[str, Any]:
+    def message(self) -> dict[str, Any]:
         tasks = [{"id": id, "episodes": episodes} for id, episodes in self._tasks]
         return {
             "name": self._path.name,
@@ -144,20 +146,22 @@ class _Results:
             "tasks": tasks,
         }
 
-    def film(self, task: int, episode: int, player: Callable[[str], tuple[Player, str]]) -> Film:
+    def playback(
+        self, task: int, episode: int, policy: Callable[[str], tuple[Policy, str]]
+    ) -> Playback:
         id, episodes = _at(self._tasks, task, "task")
         seed = int(_at(episodes, episode, "episode")["seed"])
-        own = self._policy in OWN
+        own = self._policy in BUILTIN
         try:
-            plays, obs = player(self._policy if own else PROCESS)
+            actor, obs = policy(self._policy if own else PROCESS)
         except SourceError:
             raise SourceError(
                 f"the policy '{self._policy}' has to be given again: --policy-command"
             ) from None
-        setting = Setting(
+        spec = EpisodeSpec(
             id, seed, constants=self._constants, options=self._options, rules=self._rules
         )
-        return Film(setting, plays, obs_mode=obs)
+        return Playback(spec, actor, obs_mode=obs)
 
 
 def _folder(path: Path) -> _Demonstrations | _Results:
@@ -175,7 +179,7 @@ def _folder(path: Path) -> _Demonstrations | _Results:
 
 
 def _table(path: Path, settings: dict[str, Any], name: str) -> dict[str, Any]:
-    """Names and values of settings.json; what they mean the simulator checks."""
+    """Names and values of settings.json; the simulator checks their meaning."""
     table = settings.get(name) or {}
     if not isinstance(table, dict):
         raise SourceError(f"'{path / _SETTINGS}': {name}: an object needed")
@@ -183,7 +187,7 @@ def _table(path: Path, settings: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def _register(path: Path, settings: dict[str, Any]) -> None:
-    """Registers the variants that were evaluated; the same one twice is one."""
+    """Registers the evaluated variants; equal ones may repeat."""
     variants = settings.get("variants") or []
     for one in variants if isinstance(variants, list) else []:
         if not isinstance(one, dict) or not isinstance(one.get("id"), str):
@@ -211,7 +215,7 @@ def _episodes(path: Path) -> list[dict[str, Any]]:
     with checks.reading(path):
         columns = [document[name] for name in ("episode_seeds", "episode_lengths", "successes")]
         if len({len(column) for column in columns}) != 1 or len(columns[0]) > _MOST_EPISODES:
-            raise DatasetError("lists of seeds, lengths and successes that do not fit one another")
+            raise DatasetError("lists of seeds, lengths and successes of different lengths")
         return [
             {
                 "seed": str(checks.whole_number("seed", seed, 0, 2**64 - 1)),

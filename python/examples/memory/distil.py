@@ -1,8 +1,8 @@
-"""Distils engram's oracle into a policy that remembers (DAgger), from objects or from pictures.
+"""Distils engram's oracle into a policy with memory (DAgger), from objects or from images.
 
-The student acts; the oracle, which knows what is hidden, says what it would do in every state that
-the student gets to. The memory is taught to recollect what the student has seen itself. Privileged,
-in training only: the oracle's actions; from pictures, the places of what is in sight besides.
+The student acts; the oracle, which uses privileged state, labels every visited state with its own
+action. The memory's loss uses the student's own observations. Privileged, in training only: the
+oracle's actions; with images, the positions of visible objects as well.
 
     python distil.py --id RememberColor9-VLA-v0 --out runs/color9
     python distil.py --id RememberColor3-VLA-v0 --obs rgb --out runs/pictures
@@ -12,20 +12,20 @@ import argparse
 from pathlib import Path
 
 import torch
-from pictures import Pictures
-from play import (
+from policy import MemoryLoss, Policy, groups
+from rgb_env import RgbEnv
+from torch import nn
+from training import (
     EVALUATION_SEED,
     Clock,
     Log,
-    Objects,
+    ObjectsEnv,
+    evaluate,
     finish,
     load_policy,
     save_policy,
-    set_pace,
-    success_of,
+    scale_lr,
 )
-from policy import Policy, Recollection, groups
-from torch import nn
 
 
 def arguments():
@@ -35,19 +35,19 @@ def arguments():
     add("--obs", default="objects", choices=["objects", "rgb"])
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
-    add("--resume", action="store_true", help="go on with the agent.pt of --out")
+    add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true")
     add("--envs", type=int, default=128, help="episodes per iteration")
     add("--most-steps", type=int, default=120, help="of a training episode")
     add("--iterations", type=int, default=14)
     add("--updates", type=int, default=64, help="per iteration")
-    add("--eye-updates", type=int, default=80, help="per iteration, from pictures")
-    add("--keep", type=int, default=20, help="iterations whose episodes are learnt from")
+    add("--detector-updates", type=int, default=80, help="per iteration, from images")
+    add("--keep", type=int, default=20, help="iterations whose episodes are trained on")
     add("--batch", type=int, default=1600, help="steps per update")
     add("--lr", type=float, default=3e-3)
     add("--memory-lr", type=float, default=1e-2)
-    add("--sight-lr", type=float, default=3e-3, help="of what reads objects and picks one")
-    add("--recall", type=float, default=1.0, help="weight of the loss that recollects")
+    add("--perception-lr", type=float, default=3e-3, help="of encoder and attention")
+    add("--recall", type=float, default=1.0, help="weight of the memory's loss")
     add("--evaluate-every", type=int, default=4, help="iterations")
     return parser.parse_args()
 
@@ -56,28 +56,28 @@ def arguments():
 def collect(policy, scenes, first):
     """An iteration's episodes: rows (T, N, D) and the oracle's actions.
 
-    The oracle leads the first iteration's, and half of the others up to some step: so the student
-    gets everywhere, however soon it errs for good.
+    The oracle's actions are used in the first iteration, and in half of the later episodes up to a
+    random step: so training covers late states even if the student fails early.
     """
     rows, labels, state = [], [], None
     row = scenes.reset()
-    led, until = torch.rand(2, scenes.num_envs, 1)
-    until = scenes.horizon * (torch.ones_like(until) if first else until * (led < 0.5))
+    guided, until = torch.rand(2, scenes.num_envs, 1)
+    until = scenes.horizon * (torch.ones_like(until) if first else until * (guided < 0.5))
     for t in range(scenes.horizon):
         label = scenes.oracle()
         choice, _, state, _ = policy(row[None], state)
         rows.append(scenes.truth)
         labels.append(label)
-        scenes.keep()
+        scenes.store()
         row, _ = scenes.step(torch.where(t < until, label, choice.best()[0]))
     return torch.stack(rows), torch.stack(labels)
 
 
 def imitation(choice, actions, doubt=0.1):
-    """How far (T, N) the action is from the oracle's.
+    """Distance (T, N) of the action from the oracle's.
 
-    The object for which it fits best counts most: so attention learns which one the oracle means,
-    and no action is a mean of several.
+    A soft minimum over objects: attention learns the oracle's object, and actions are not averaged
+    over objects.
     """
     actions = actions[..., None, :].expand_as(choice.mean)
     error = nn.functional.smooth_l1_loss(choice.mean, actions, reduction="none", beta=0.3).sum(-1)
@@ -86,18 +86,18 @@ def imitation(choice, actions, doubt=0.1):
 
 def learn(policy, optimiser, episodes, args):
     rows, actions, *labels = (torch.cat(parts, 1) for parts in zip(*episodes))
-    # Rest is soon learnt, and there is much of it: while the robot is held, and after success.
+    # Steps without motion have less weight: they are frequent and easy.
     weights = torch.where(actions[..., :-1].abs().amax(-1) > 0, 1.0, 0.1)
-    sums = {"hand": 0.0, "memory": 0.0}
+    sums = {"action": 0.0, "memory": 0.0}
     for _ in range(args.updates):
         pick = torch.randint(rows.shape[1], (max(1, args.batch // len(rows)),))
         choice, recalled, _, _ = policy(rows[:, pick])
         weight = weights[:, pick] / weights[:, pick].sum()
         loss = (imitation(choice, actions[:, pick]) * weight).sum()
-        sums["hand"] += loss.item() / args.updates
+        sums["action"] += loss.item() / args.updates
         if policy.memory:
-            told = [label[:, pick] for label in labels]
-            recall = Recollection.loss(policy, rows[:, pick], recalled, told)
+            picked = [label[:, pick] for label in labels]
+            recall = MemoryLoss.loss(policy, rows[:, pick], recalled, picked)
             sums["memory"] += recall.item() / args.updates
             loss = loss + args.recall * recall
         optimiser.zero_grad()
@@ -113,35 +113,35 @@ def main():
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
     resumed = args.resume and path.exists()
-    policy, eye, _ = load_policy(path) if resumed else (None, None, None)
+    policy, detector, _ = load_policy(path) if resumed else (None, None, None)
     if args.obs == "rgb":
-        scenes = Pictures(args.id, args.envs, args.seed, args.most_steps, eye)
-        test = Pictures(args.id, 200, eye=scenes.eye)
+        scenes = RgbEnv(args.id, args.envs, args.seed, args.most_steps, detector)
+        test = RgbEnv(args.id, 200, detector=scenes.detector)
     else:
-        scenes = Objects(args.id, args.envs, args.seed, args.most_steps)
-        test = Objects(args.id, 200)
-    policy = policy or Policy(scenes.sight, memory=not args.no_memory)
-    optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.sight_lr))
+        scenes = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps)
+        test = ObjectsEnv(args.id, 200)
+    policy = policy or Policy(scenes.layout, memory=not args.no_memory)
+    optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
     scenes.reset(seed=args.seed)
     for iteration in range(args.iterations):
         rows, actions = collect(policy, scenes, first=iteration == 0 and not resumed)
         if iteration == 0 and not resumed:
             policy.fit(rows)
-        episodes.append((rows, actions, *Recollection.labels(policy, rows)))
+        episodes.append((rows, actions, *MemoryLoss.labels(policy, rows)))
         del episodes[: -args.keep]
-        pace = min(1, 2 - 2 * iteration / args.iterations)
-        set_pace(optimiser, pace)
+        scale = min(1, 2 - 2 * iteration / args.iterations)
+        scale_lr(optimiser, scale)
         losses = learn(policy, optimiser, episodes, args)
-        if scenes.eye:
-            losses["eye"] = round(scenes.learn(args.eye_updates, pace), 4)
+        if scenes.detector:
+            losses["detector"] = round(scenes.learn(args.detector_updates, scale), 4)
         if (iteration + 1) % args.evaluate_every and iteration + 1 < args.iterations:
             continue
-        scores = clock.leave_out(success_of, policy, test, EVALUATION_SEED)
+        scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED)
         steps = (iteration + 1) * args.envs * scenes.horizon
         log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
-            save_policy(policy, path, args.id, scenes.eye)
+            save_policy(policy, path, args.id, scenes.detector)
     finish(policy, test, args, log, clock(), f"distilled from {args.obs}")
 
 

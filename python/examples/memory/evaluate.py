@@ -1,17 +1,17 @@
-"""How a trained policy does by the benchmark's protocol, beside what the task gives to others.
+"""Evaluation of a trained policy by the benchmark's protocol, beside chance, sweep and oracle.
 
     python evaluate.py runs/color3/agent.pt
     python evaluate.py runs/color3/agent.pt --json
 
 50 episodes with the benchmark's seeds. Chance is the rate of guessing; the sweep tries one answer
-after the other and remembers nothing of the cue; the oracle knows.
+after the other without memory of the cue; the oracle uses privileged state.
 """
 
 import argparse
 import json
 from pathlib import Path
 
-from player import Player
+from inference import PolicyRunner
 
 import engram
 
@@ -22,7 +22,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
     add("agent", type=Path, help="agent.pt of a learner's --out")
-    add("--id", help="another task than that which it has learnt")
+    add("--id", help="another task than that of its training")
     add("--episodes", type=int, default=50)
     add("--seed", type=int, default=4242424242, help="of the first episode")
     add("--json", action="store_true", help="one JSON document in place of the table")
@@ -30,12 +30,12 @@ def arguments():
     return parser.parse_args()
 
 
-def evaluate(player, task, episodes, seed, out=None):
-    """The figures of a policy, and those to compare them with."""
+def evaluate(runner, task, episodes, seed, out=None):
+    """Rates of a policy, and those of chance, sweep and oracle."""
     results = engram.evaluate(
-        player,
+        runner,
         task,
-        obs=player.obs,
+        obs=runner.obs,
         episodes=episodes,
         seed=seed,
         threads=1,
@@ -47,7 +47,7 @@ def evaluate(player, task, episodes, seed, out=None):
     unknown = dict.fromkeys(FIGURES)
     return {
         "id": task,
-        "obs": player.obs,
+        "obs": runner.obs,
         "episodes": episodes,
         "seed": seed,
         "policy": dict(zip(FIGURES, (one["sr"], one["first_answer_correct"]))),
@@ -60,17 +60,17 @@ def evaluate(player, task, episodes, seed, out=None):
 def table(figures):
     lines = ["{id} from {obs}, {episodes} episodes from seed {seed}".format(**figures)]
     lines.append(" " * 8 + "".join(f"{figure:>22}" for figure in FIGURES))
-    for who in ("policy", "chance", "sweep", "oracle"):
-        rates = (figures[who][figure] for figure in FIGURES)
+    for name in ("policy", "chance", "sweep", "oracle"):
+        rates = (figures[name][figure] for figure in FIGURES)
         cells = ("-" if rate is None else f"{rate:.2f}" for rate in rates)
-        lines.append(f"{who:8}" + "".join(f"{cell:>22}" for cell in cells))
+        lines.append(f"{name:8}" + "".join(f"{cell:>22}" for cell in cells))
     return "\n".join(lines)
 
 
 def main():
     args = arguments()
-    player = Player.load(args.agent)
-    figures = evaluate(player, args.id or player.task, args.episodes, args.seed, args.out)
+    runner = PolicyRunner.load(args.agent)
+    figures = evaluate(runner, args.id or runner.task, args.episodes, args.seed, args.out)
     print(json.dumps(figures) if args.json else table(figures))
 
 

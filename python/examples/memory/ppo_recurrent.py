@@ -1,9 +1,10 @@
 """Recurrent PPO from objects: whole episodes in lockstep, the gradient through all their steps.
 
-The policy sees objects (``obs_mode="objects"``) and learns from the reward alone. Its memory is
-taught to recollect what the policy has seen itself. Privileged: nothing but the reward.
+The policy observes objects (``obs_mode="objects"``) and learns from the reward. The memory's loss
+uses the policy's own observations. Nothing but the reward is privileged.
 
     python ppo_recurrent.py --id ShellGameTouch-VLA-v0 --out runs/shell
+    python ppo_recurrent.py --id ShellGameTouch-VLA-v0 --no-memory --out runs/control
     torchrun --nproc-per-node 2 ppo_recurrent.py --id ShellGameTouch-VLA-v0 --out runs/shell
 """
 
@@ -11,57 +12,57 @@ import argparse
 import time
 from pathlib import Path
 
-import together
+import data_parallel
 import torch
-from play import (
+from policy import MemoryLoss, Policy, can_act, groups
+from torch import nn
+from training import (
     EVALUATION_SEED,
     Clock,
     Log,
-    Objects,
+    ObjectsEnv,
+    evaluate,
     finish,
     load_policy,
     save_policy,
-    set_pace,
-    success_of,
+    scale_lr,
 )
-from policy import Policy, Recollection, can_act, groups
-from torch import nn
 
 
-def arguments(memory=True):
+def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
     add("--id", default="RememberColor3-VLA-v0")
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
-    add("--resume", action="store_true", help="go on with the agent.pt of --out")
+    add("--resume", action="store_true", help="continue with the agent.pt of --out")
+    add("--no-memory", action="store_true", help="the control: the same policy without its GRUs")
     add("--envs", type=int, default=64, help="episodes per iteration, of all processes")
     add("--steps", type=int, default=200_000, help="environment steps in all")
     add("--passes", type=int, default=2, help="over an iteration's episodes")
     add("--minibatches", type=int, default=2, help="per pass")
     add("--lr", type=float, default=1e-3)
     add("--memory-lr", type=float, default=1e-2)
-    add("--sight-lr", type=float, default=1e-3, help="of what reads objects and picks one")
-    add("--recall", type=float, default=0.5, help="weight of the loss that recollects")
+    add("--perception-lr", type=float, default=1e-3, help="of encoder and attention")
+    add("--recall", type=float, default=0.5, help="weight of the memory's loss")
     add("--gamma", type=float, default=0.9)
     add("--gae", type=float, default=0.9)
     add("--clip", type=float, default=0.2)
     add("--entropy", type=float, default=0.0)
     add("--evaluate-every", type=int, default=40, help="iterations")
-    parser.set_defaults(memory=memory)
     return parser.parse_args()
 
 
 class Agent(nn.Module):
-    """A policy and what it expects to earn."""
+    """Actor and critic."""
 
-    def __init__(self, sight, memory):
+    def __init__(self, layout, memory):
         super().__init__()
-        self.policy = Policy(sight, memory=memory)
+        self.policy = Policy(layout, memory=memory)
         self.critic = nn.Sequential(nn.LazyLinear(64), nn.Tanh(), nn.Linear(64, 1))
 
     def forward(self, rows, state=None):
-        """-> distribution of the action, value (T, N), what is recollected, the memory's state."""
+        """-> distribution of the action, value (T, N), predictions of the memory, its state."""
         choice, recalled, state, context = self.policy(rows, state)
         mean, deviation = choice.mixed()
         value = self.critic(context)[..., 0]
@@ -87,14 +88,14 @@ def advantages(rewards, values, args):
     """Generalised advantages (T, N) of episodes that end with their last step."""
     result, ahead, after = torch.zeros_like(rewards), 0.0, 0.0
     for t in reversed(range(len(rewards))):
-        surprise = rewards[t] + args.gamma * after - values[t]
-        result[t] = ahead = surprise + args.gamma * args.gae * ahead
+        error = rewards[t] + args.gamma * after - values[t]
+        result[t] = ahead = error + args.gamma * args.gae * ahead
         after = values[t]
     return result
 
 
 class Scale:
-    """Deviation of the discounted return, over all episodes so far."""
+    """Standard deviation of the discounted return, over all episodes so far."""
 
     def __init__(self, gamma):
         self.gamma, self.count, self.sum, self.squares = gamma, 0, 0.0, 0.0
@@ -115,12 +116,12 @@ class Scale:
 def learn(agent, optimiser, episodes, scale, args):
     rows, actions, before, values, rewards = episodes
     policy = agent.policy
-    counts = can_act(policy.sight, rows).float()
+    counts = can_act(policy.layout, rows).float()
     gain = advantages(rewards / scale(rewards), values, args)
     target = gain + values
     used = gain[counts > 0]
     gain = (gain - used.mean()) / (used.std() + 1e-8)
-    labels = Recollection.labels(policy, rows) if policy.memory else ()
+    labels = MemoryLoss.labels(policy, rows) if policy.memory else ()
     for _ in range(args.passes):
         for pick in torch.randperm(rows.shape[1]).chunk(args.minibatches):
             distribution, value, recalled, _ = agent(rows[:, pick])
@@ -132,52 +133,52 @@ def learn(agent, optimiser, episodes, scale, args):
             entropy = distribution.entropy().sum(-1)
             loss = ((error - better - args.entropy * entropy) * weight).sum()
             if policy.memory:
-                told = [label[:, pick] for label in labels]
-                loss = loss + args.recall * Recollection.loss(policy, rows[:, pick], recalled, told)
+                picked = [label[:, pick] for label in labels]
+                loss = loss + args.recall * MemoryLoss.loss(policy, rows[:, pick], recalled, picked)
             optimiser.zero_grad()
             loss.backward()
-            together.average(agent)
+            data_parallel.average(agent)
             nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
             optimiser.step()
 
 
-def main(memory=True):
-    args = arguments(memory)
-    rank, processes = together.start()
+def main():
+    args = arguments()
+    rank, processes = data_parallel.start()
     torch.manual_seed(args.seed + 1000 * rank)
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
-    scenes = Objects(args.id, args.envs // processes, seed=args.seed + 1000 * rank)
-    test = Objects(args.id, 200) if rank == 0 else None  # the first process tells how it goes
-    agent = Agent(scenes.sight, args.memory)
+    scenes = ObjectsEnv(args.id, args.envs // processes, seed=args.seed + 1000 * rank)
+    test = ObjectsEnv(args.id, 200) if rank == 0 else None  # the first process evaluates
+    agent = Agent(scenes.layout, memory=not args.no_memory)
     agent(scenes.reset(seed=args.seed + 1000 * rank)[None])  # the critic takes its size from this
     if args.resume and path.exists():
         agent.policy = load_policy(path)[0]
     else:
         agent.policy.fit(collect(agent, scenes)[0])
-    together.agree(agent)
+    data_parallel.broadcast(agent)
     critic = {"params": agent.critic.parameters(), "lr": args.lr}
     optimiser = torch.optim.Adam(
-        [*groups(agent.policy, args.lr, args.memory_lr, args.sight_lr), critic]
+        [*groups(agent.policy, args.lr, args.memory_lr, args.perception_lr), critic]
     )
     log, scale, begun = Log(args.out if rank == 0 else None), Scale(args.gamma), time.monotonic()
     per_iteration = args.envs * scenes.horizon
     iterations = max(1, args.steps // per_iteration)
     for iteration in range(iterations):
-        set_pace(optimiser, 1 - iteration / iterations)
+        scale_lr(optimiser, 1 - iteration / iterations)
         learn(agent, optimiser, collect(agent, scenes), scale, args)
         if rank > 0 or ((iteration + 1) % args.evaluate_every and iteration + 1 < iterations):
             continue
-        scores = clock.leave_out(success_of, agent.policy, test, EVALUATION_SEED)
+        scores = clock.exclude(evaluate, agent.policy, test, EVALUATION_SEED)
         steps = (iteration + 1) * per_iteration
         rate = round(steps / (time.monotonic() - begun))
         log.add(env_steps=steps, steps_per_s=rate, cpu_s=round(clock(), 1), **scores)
         if path:
             save_policy(agent.policy, path, args.id)
     if rank == 0:
-        learner = "recurrent PPO" if args.memory else "PPO without memory"
+        learner = "PPO without memory" if args.no_memory else "recurrent PPO"
         finish(agent.policy, test, args, log, clock(), learner)
-    together.end()
+    data_parallel.end()
 
 
 if __name__ == "__main__":

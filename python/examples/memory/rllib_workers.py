@@ -4,7 +4,7 @@
     python rllib_workers.py --workers 2
 
 Every worker steps one batch, which it makes by its id in Gymnasium: "engram:" has it import engram
-first. It shows how to connect the two; to remember takes RLlib's LSTM many more iterations.
+first. The script shows the connection; RLlib's LSTM needs many more iterations to learn a task.
 """
 
 import argparse
@@ -26,7 +26,7 @@ def arguments():
     add = parser.add_argument
     add("--id", default="RememberColor3-VLA-v0")
     add("--seed", type=int, default=1)
-    add("--workers", type=int, default=2, help="processes that play")
+    add("--workers", type=int, default=2, help="processes that sample")
     add("--envs", type=int, default=32, help="environments of each")
     add("--episodes", type=int, default=128, help="per iteration, of all workers")
     add("--iterations", type=int, default=5)
@@ -39,7 +39,7 @@ def note_success(episode, metrics_logger, **_):
 
 def configuration(args):
     horizon = engram.describe(args.id)["horizon"]
-    # RLlib keeps what it is given: copies, not views.
+    # Copies, because RLlib keeps the arrays.
     options = {"obs_mode": "objects", "threads": 1, "copy": True, "language_in_info": False}
     return (
         PPOConfig()

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Runs a trained policy for `engram eval` and `engram record`, as a process that they ask.
+"""Serves a trained policy to `engram eval` and `engram record`, as a process with pipes.
 
     agent="python3 python/examples/memory/serve.py runs/color3/agent.pt"
     engram eval RememberColor3-VLA-v0 --obs objects --policy-command "$agent" \
         --threads 1 --num-envs 50
-    engram record RememberColor3-VLA-v0 --obs objects --policy-command "$agent" --out film.mp4
+    engram record RememberColor3-VLA-v0 --obs objects --policy-command "$agent" --out video.mp4
 
-With `--obs rgb` for a policy that learnt from pictures. One thread asks for all episodes at once;
-more threads start a process each. How many are asked for together changes the rounding of sums, and
-so the last digits of returns.
+`--obs rgb` is for a policy that was trained on images. One thread requests all episodes at once;
+more threads start a process each. The size of a request changes the rounding of sums, and so the
+last digits of returns.
 """
 
 import sys
@@ -17,13 +17,13 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import pipe_policy
-from player import Player
+from inference import PolicyRunner
 
 
-def serve(player):
+def serve(runner):
     def act(task, request):
         try:
-            actions = player({**request, "worker": 0})
+            actions = runner({**request, "worker": 0})
         except ValueError as error:
             pipe_policy.send(pipe_policy.FAILED, str(error).encode())
             sys.exit(1)
@@ -36,4 +36,4 @@ def serve(player):
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit("serve.py: one agent.pt is needed")
-    serve(Player.load(sys.argv[1]))
+    serve(PolicyRunner.load(sys.argv[1]))

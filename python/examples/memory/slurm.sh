@@ -4,7 +4,7 @@
 #   sbatch python/examples/memory/slurm.sh learn --id ShellGameTouch-VLA-v0 --out runs/shell
 #   sbatch python/examples/memory/slurm.sh evaluate --policy oracle --out results
 #
-# What follows the first word goes to ppo_recurrent.py or to engram eval. Change the resources to
+# Arguments after the first word go to ppo_recurrent.py or to engram eval. Change the resources to
 # those of your cluster, here or on the command line of sbatch.
 #SBATCH --job-name=engram
 #SBATCH --nodes=4
@@ -26,9 +26,8 @@ learn() {
     --envs $((8 * SLURM_CPUS_PER_TASK * SLURM_JOB_NUM_NODES)) "$@"
 }
 
-# All ids. The nodes' processes talk by MPI. Where srun cannot start those (srun --mpi=list tells),
-# `mpirun --map-by node` takes the place of srun and its options. What was interrupted goes on with
-# --resume.
+# All ids. The nodes' processes communicate by MPI. If srun cannot start those (srun --mpi=list),
+# replace srun and its options by `mpirun --map-by node`. --resume continues an interrupted run.
 evaluate() {
   srun --mpi=pmix --kill-on-bad-exit=1 \
     engram eval --all --threads "$SLURM_CPUS_PER_TASK" "$@"

@@ -12,7 +12,7 @@ from gymnasium import wrappers
 from gymnasium.utils.env_checker import check_env
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 
 def rescaled(env):
@@ -86,12 +86,12 @@ def test_a_film(tmp_path):
     for _ in range(25):
         env.step(env.action_space.sample())
     env.close()
-    (film,) = tmp_path.glob("*.mp4")
-    assert film.stat().st_size > 500
+    (video,) = tmp_path.glob("*.mp4")
+    assert video.stat().st_size > 500
 
 
 @pytest.mark.parametrize("obs_mode", ["state", "state_dict", "rgb", "objects", "objects_dict"])
-def test_the_passive_checker_has_nothing_to_say(obs_mode):
+def test_the_passive_checker_has_no_warnings(obs_mode):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env = gymnasium.make(f"engram/{TASK}", obs_mode=obs_mode)
@@ -110,7 +110,7 @@ def test_the_checker_draws_it_too():
     env.close()
 
 
-def test_a_loop_that_keeps_what_it_got():
+def test_a_loop_that_keeps_its_observations():
     env = engram.make_vec(TASK, 3)
     obs, _ = env.reset(seed=1)
     kept = []

@@ -9,9 +9,9 @@ pytest.importorskip("torch")
 import gymnasium
 from conftest import TASK
 from single_file_ppo import train
-from transitions import assert_played
+from transitions import assert_transitions
 
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 ENVS = 16
 
@@ -35,10 +35,10 @@ def of_single_ones(num_envs: int):
 
 
 @pytest.mark.parametrize("make_envs", [by_vector_door, of_single_ones])
-def test_what_it_stores_is_what_was_played(make_envs):
+def test_it_stores_the_transitions_of_engram(make_envs):
     envs = make_envs(ENVS)
     stored = train(envs, steps=60, seed=7)
-    assert_played(
+    assert_transitions(
         TASK,
         obs=stored["obs"],
         actions=stored["actions"],

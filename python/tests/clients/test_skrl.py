@@ -15,10 +15,10 @@ from skrl.memories.torch import RandomMemory
 from skrl.trainers.torch import SequentialTrainer
 from skrl.utils import set_seed
 from skrl.utils.model_instantiators.torch import deterministic_model, gaussian_model
-from transitions import assert_played
+from transitions import assert_transitions
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 ENVS, STEPS = 3, 60
 NETWORK = [{"name": "net", "input": "OBSERVATIONS", "layers": [16], "activations": "tanh"}]
@@ -51,7 +51,7 @@ def agent(tmp_path):
     env.close()
 
 
-def test_ppo_trains_on_what_was_played(agent):
+def test_ppo_trains_on_the_transitions_of_engram(agent):
     agent.policy.init_state_dict(role="policy")
     before = [parameter.clone() for parameter in agent.policy.parameters()]
     trainer = SequentialTrainer(
@@ -70,7 +70,7 @@ def test_ppo_trains_on_what_was_played(agent):
     memory = agent.memory.tensors
     ended = (memory["terminated"] | memory["truncated"]).squeeze(-1)
     assert ended.sum() == ENVS * 2
-    assert_played(
+    assert_transitions(
         TASK,
         obs=memory["observations"],
         actions=memory["actions"],
@@ -80,7 +80,7 @@ def test_ppo_trains_on_what_was_played(agent):
     )
 
 
-def test_wrapped_observations_are_kept_apart(agent):
+def test_wrapped_observations_are_separate(agent):
     observations, _ = agent.env.reset()
     kept = observations.clone()
     later, *_ = agent.env.step(torch.ones(ENVS, 7))

@@ -15,22 +15,22 @@ from stable_baselines3.common.env_checker import check_env
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecMonitor
-from transitions import assert_played
+from transitions import assert_transitions
 
 import engram
-from engram.sb3 import Sb3VecEnv
+from engram.integrations.sb3 import Sb3VecEnv
 
 ENVS, STEPS = 3, 60
 
 
 @pytest.mark.parametrize("id", [TASK, ENDING_TASK])
-def test_a_replay_buffer_holds_what_was_played(id):
+def test_a_replay_buffer_holds_the_transitions_of_engram(id):
     env = Sb3VecEnv(id, num_envs=ENVS, threads=1)
     env.seed(5)
     model = SAC("MlpPolicy", env, buffer_size=ENVS * STEPS, learning_starts=10**6, device="cpu")
     model.learn(ENVS * STEPS)
     kept = model.replay_buffer
-    assert_played(
+    assert_transitions(
         id,
         obs=kept.observations,
         actions=kept.actions,
@@ -43,8 +43,8 @@ def test_a_replay_buffer_holds_what_was_played(id):
     env.close()
 
 
-# Our own door is faster; this one makes single environments by their id.
-def test_its_own_vector_environments_of_single_ones():
+# Sb3VecEnv is faster; make_vec_env makes single environments by their id.
+def test_vector_environments_of_gymnasium():
     env = make_vec_env(f"engram/{TASK}", n_envs=2, seed=5)
     model = PPO("MlpPolicy", env, n_steps=50, batch_size=50, n_epochs=1, device="cpu")
     model.learn(100)

@@ -13,10 +13,10 @@ from conftest import ENDING_TASK, TASK
 from torchrl.collectors import Collector
 from torchrl.data import LazyTensorStorage, ReplayBuffer
 from torchrl.envs import GymEnv, GymWrapper, check_env_specs
-from transitions import assert_played
+from transitions import assert_transitions
 
 import engram
-from engram._compat import GYMNASIUM_1
+from engram.envs.compat import GYMNASIUM_1
 
 ENVS, STEPS = 3, 60
 # TorchRL takes batches of Gymnasium 1.x in these modes; 0.29 has but one.
@@ -29,7 +29,7 @@ def batch(id: str, mode: str, **options) -> GymWrapper:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("id", [TASK, ENDING_TASK])
-def test_a_collector_gathers_what_was_played(id, mode):
+def test_a_collector_gathers_the_transitions_of_engram(id, mode):
     env = batch(id, mode)
     env.set_seed(5)
     collector = Collector(env, frames_per_batch=ENVS * STEPS, total_frames=ENVS * STEPS)
@@ -38,7 +38,7 @@ def test_a_collector_gathers_what_was_played(id, mode):
         buffer.extend(data.transpose(0, 1).contiguous())
     collector.shutdown()
     kept = buffer[:]
-    assert_played(
+    assert_transitions(
         id,
         obs=kept["observation"],
         actions=kept["action"],
@@ -52,7 +52,7 @@ def test_a_collector_gathers_what_was_played(id, mode):
     )
 
 
-def test_nothing_hidden_is_in_what_it_gathers():
+def test_gathered_infos_do_not_reveal_the_answer():
     env = batch(TASK, MODES[0])
     data = env.rollout(3)
     names = {name for key in data.keys(True) for name in (key if isinstance(key, tuple) else [key])}
@@ -85,7 +85,7 @@ def test_a_single_environment_by_its_id(id):
     assert not torch.equal(data["observation"], data["next", "observation"])
 
 
-def test_a_batch_from_gymnasiums_own_door():
+def test_a_batch_from_gymnasium_make_vec():
     if GYMNASIUM_1:
         made = gymnasium.make_vec(f"engram/{TASK}", num_envs=ENVS, autoreset_mode="DISABLED")
     else:

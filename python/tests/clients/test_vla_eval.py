@@ -21,7 +21,7 @@ EPISODES = 3
 
 
 class Pusher(PredictModelServer):
-    """A policy that looks at what it is given: away from where the gripper is, and down."""
+    """A policy as a function of its observation: away from the gripper, and down."""
 
     def __init__(self):
         super().__init__()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from demonstrated import EPISODES, SEED
+from demonstrations import EPISODES, SEED
 
 
 def test_numpy_reads_the_fields_of_the_table(folder):

@@ -1,4 +1,4 @@
-"""What the converters refuse, and their command."""
+"""Refusals of the converters and of their command."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import subprocess
 import sys
 
 import pytest
-from demonstrated import IDS
+from demonstrations import IDS
 
 from engram.datasets import DatasetError, find_folders
 from engram.datasets.__main__ import main
 
 
-def test_damaged_files_are_told(demonstrations, tmp_path, capsys):
+def test_damaged_files_are_reported(demonstrations, tmp_path, capsys):
     target = tmp_path / "data_npz" / IDS[0]
     shutil.copytree(demonstrations / "data_npz" / IDS[0], target)
     file = target / "train_data_1.npz"

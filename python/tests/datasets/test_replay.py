@@ -8,7 +8,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from demonstrated import COMMAND, EPISODES, IDS
+from demonstrations import COMMAND, EPISODES, IDS
 
 from engram.datasets.__main__ import main
 

@@ -1,4 +1,4 @@
-"""What the original's environments return, by family: keys, types and widths, written out."""
+"""Results of the original's environments, by family: keys, types and widths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the tests of engram.mikasa share."""
+"""Shared helpers of the tests of engram.mikasa."""
 
 from __future__ import annotations
 

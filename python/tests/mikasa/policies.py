@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Looking:
-    """Goes where the pictures and the arm tell it to go.
+    """Moves as a function of images and joints.
 
     Args:
         chunk_size: Actions per answer.

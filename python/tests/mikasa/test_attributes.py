@@ -33,13 +33,13 @@ def test_the_robot():
             for _ in range(3):
                 env.step(torch.ones(2, 7))
             assert not agent.is_static(0.2).any()
-            with pytest.raises(engram.UnavailableError, match="does not tell"):
+            with pytest.raises(engram.UnavailableError, match="has no such information"):
                 agent.is_grasping(None)
     with made("TimedTransferEasy-VLA-v0", num_envs=2) as env:
         assert shapes(env.unwrapped.agent.is_grasping("blue_cube")) == "bool (2,)"
 
 
-def test_what_scripts_ask_of_it():
+def test_attributes_that_scripts_use():
     with made(ID, num_envs=2, obs_mode="rgb", reconfiguration_freq=3) as env:
         base = env.unwrapped
         assert (base.control_mode, base.obs_mode, base.reward_mode, base.num_envs) == (
@@ -56,8 +56,8 @@ def test_what_scripts_ask_of_it():
         assert torch.equal(base.oracle_info, info["oracle_info"])
         assert base.task_cue is None
         assert shapes(base.get_obs(info))["extra"] == {"tcp_pose": "float32 (2, 7)"}
-        told = [env.reset()[1]["reconfigure"] for _ in range(6)]
-        assert told == [False, False, True, False, False, True]
+        flags = [env.reset()[1]["reconfigure"] for _ in range(6)]
+        assert flags == [False, False, True, False, False, True]
         assert env.reset(options={"reconfigure": True})[1]["reconfigure"]
         with pytest.raises(AttributeError, match="no attribute 'nothing'"):
             _ = base.nothing
@@ -65,7 +65,7 @@ def test_what_scripts_ask_of_it():
             _ = base.cubes
 
 
-def test_rewards_can_be_asked_for():
+def test_rewards_can_be_computed_again():
     with made(ID, num_envs=2) as env:
         env.reset(seed=1)
         observation, reward, *_, info = env.step(torch.zeros(2, 7))
@@ -97,7 +97,7 @@ def test_states_go_on_where_they_were():
             base.set_state_dict({"actors": {}})
 
 
-def test_what_comes_out_is_the_callers():
+def test_results_are_copies():
     with made(ID, num_envs=2) as env:
         first, info = env.reset(seed=1)
         kept, steps = first.clone(), info["elapsed_steps"]

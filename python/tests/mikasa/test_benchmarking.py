@@ -17,18 +17,18 @@ from engram.mikasa import benchmarking
 # In the order of engram's list, which its evaluation follows.
 IDS = ["ShellGameTouch-VLA-v0", "RememberColor3-VLA-v0", "RotateLenientPos-VLA-v0"]
 CONFIG = benchmarking.BenchmarkConfig(n_episodes=2, sim_backend="auto")
-# What the original says otherwise, or engram alone.
+# Keys that differ from the original's, or exist in engram only.
 OTHERS = ("benchmark_commit", "action_chunk_size")
 
 
 def test_results_are_those_of_engram_eval(tmp_path):
     tasks = benchmarking.select_benchmark_tasks(env_ids=IDS)
-    told = []
+    calls = []
     results, summary = benchmarking.evaluate_benchmark(
         tasks, Looking(3), CONFIG, output_dir=tmp_path, model={"name": "looking", "config": {}},
-        progress=told.append, task_start_callback=lambda i, task: told.append(task.env_id),
-        episode_callback=lambda i, result: told.append(result.seed),
-        task_done_callback=lambda i, result: told.append(result["sr"]),
+        progress=calls.append, task_start_callback=lambda i, task: calls.append(task.env_id),
+        episode_callback=lambda i, result: calls.append(result.seed),
+        task_done_callback=lambda i, result: calls.append(result["sr"]),
     )  # fmt: skip
     own = engram.evaluate(
         as_engram(Looking(3)), IDS, episodes=2, rules="original", name="looking", num_envs=2
@@ -39,7 +39,7 @@ def test_results_are_those_of_engram_eval(tmp_path):
         assert {key: mine[key] for key in common} == {key: theirs[key] for key in common}
         assert mine["action_chunk_size"] == 3
     assert {key: summary[key] for key in summary} == {key: own["summary"][key] for key in summary}
-    assert len(told) == 3 * (1 + 1 + 2 + 1)
+    assert len(calls) == 3 * (1 + 1 + 2 + 1)
     for result in results:
         assert json.loads((tmp_path / f"{result['env_id']}.json").read_text()) == result
     assert json.loads((tmp_path / "summary.json").read_text()) == summary
@@ -96,7 +96,7 @@ def test_answers(shape):
     env.close()
 
 
-def test_films(tmp_path):
+def test_videos(tmp_path):
     pytest.importorskip("av")
     config = benchmarking.BenchmarkConfig(n_episodes=1, save_videos=True)
     tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[1:2])

@@ -46,15 +46,15 @@ def listed(value):
 
 @pytest.mark.parametrize("id", registered_ids())
 def test_constants_are_class_attributes(id):
-    told = engram.describe(id)
+    described = engram.describe(id)
     cls = mikasa.registration.REGISTERED[id]
-    assert told["constants"]
-    for name, value in told["constants"].items():
+    assert described["constants"]
+    for name, value in described["constants"].items():
         assert listed(getattr(cls, name)) == value
     if "LANGUAGE_INSTRUCTION" in dir(cls):
-        assert told["instruction"] == cls.LANGUAGE_INSTRUCTION
+        assert described["instruction"] == cls.LANGUAGE_INSTRUCTION
     else:
-        assert told["family"] in ("RotateLenient", "RotateStrict", "TimedTransfer")
+        assert described["family"] in ("RotateLenient", "RotateStrict", "TimedTransfer")
 
 
 def test_constants_of_bases():
@@ -72,7 +72,7 @@ def test_constants_of_bases():
 
 
 def test_other_cue_and_delay():
-    @register_env("RememberColor5-Door-VLA-v0", max_episode_steps=100)
+    @register_env("RememberColor5-Variant-VLA-v0", max_episode_steps=100)
     class Medium(mikasa.RememberColorVLABaseEnv):
         COLORS = 5
         CUE_PHASE_STEPS = [30, 50]  # noqa: RUF012
@@ -80,7 +80,7 @@ def test_other_cue_and_delay():
         LANGUAGE_INSTRUCTION = "Touch it again."
         MY_OWN = 3
 
-    with made("RememberColor5-Door-VLA-v0", num_envs=8) as env:
+    with made("RememberColor5-Variant-VLA-v0", num_envs=8) as env:
         assert env.spec.max_episode_steps == 100
         _, info = env.reset(seed=1)
         base = env.unwrapped
@@ -90,33 +90,33 @@ def test_other_cue_and_delay():
         assert ((base.empty_steps_per_env >= 30) & (base.empty_steps_per_env <= 35)).all()
         assert info["language_instruction"] == "Touch it again."
         assert base.single_observation_space.shape == (41,)
-    known = engram.describe("RememberColor5-Door-VLA-v0")  # at engram's other doors, too
+    known = engram.describe("RememberColor5-Variant-VLA-v0")  # in engram's own interface, too
     assert known["horizon"] == 100
     assert known["changed"]["CUE_PHASE_STEPS"] == [30, 50]
     assert known["instruction"] == "Touch it again."
 
 
 def test_other_shapes_colors_and_contours():
-    @register_env("RememberShapeAndColor2x2-Door-VLA-v0", max_episode_steps=25)
+    @register_env("RememberShapeAndColor2x2-Variant-VLA-v0", max_episode_steps=25)
     class Combined(mikasa.RememberShapeAndColor3x2VLAEnv):
         SHAPES = 4
         BASE_SHAPES = {0: "star", 1: "cross"}  # noqa: RUF012
         COLOR_PALETTE = {0: np.array([0, 0, 1.0, 1]), 1: np.array([1.0, 1, 0, 1])}  # noqa: RUF012
 
-    @register_env("TraceShapeSquare-Door-VLA-v0", max_episode_steps=300)
+    @register_env("TraceShapeSquare-Variant-VLA-v0", max_episode_steps=300)
     class Squares(mikasa.TraceShapeVLABaseEnv):
         AVAILABLE_SHAPES = [mikasa.TraceShapeVLABaseEnv.SHAPE_SQUARE]  # noqa: RUF012
 
-    told = engram.describe("RememberShapeAndColor2x2-Door-VLA-v0")["changed"]
-    assert {name: told[name] for name in ("SHAPES", "BASE_SHAPES", "COLOR_PALETTE")} == {
+    described = engram.describe("RememberShapeAndColor2x2-Variant-VLA-v0")["changed"]
+    assert {name: described[name] for name in ("SHAPES", "BASE_SHAPES", "COLOR_PALETTE")} == {
         "SHAPES": 4, "BASE_SHAPES": ["star", "cross"], "COLOR_PALETTE": ["blue", "yellow"],
     }  # fmt: skip
-    with made("TraceShapeSquare-Door-VLA-v0", num_envs=4) as env:
+    with made("TraceShapeSquare-Variant-VLA-v0", num_envs=4) as env:
         _, info = env.reset(seed=1)
         assert (info["oracle_info"] == 1).all()
 
 
-def test_rewards_evaluation_and_step_of_ones_own():
+def test_rewards_evaluation_and_step_of_subclasses():
     steps = []
 
     @register_env("RememberColor3-Own-VLA-v0", max_episode_steps=25, reward_mode="dense")
@@ -150,7 +150,7 @@ def test_rewards_evaluation_and_step_of_ones_own():
     ["_load_scene", "_initialize_episode", "_load_agent", "_after_reconfigure", "_get_obs_extra",
      "_before_simulation_step", "_default_sensor_configs", "_default_sim_config"],
 )  # fmt: skip
-def test_what_builds_or_moves_bodies_is_refused_by_its_name(method):
+def test_methods_that_build_or_move_bodies_are_refused(method):
     cls = type(mikasa.RememberColor3VLAEnv)(
         "Moved", (mikasa.RememberColor3VLAEnv,), {method: lambda self: None}
     )
@@ -160,15 +160,15 @@ def test_what_builds_or_moves_bodies_is_refused_by_its_name(method):
 
 
 @pytest.mark.parametrize(
-    ("constants", "told"),
+    ("constants", "message"),
     [({"SUCCESS_BONUS": 1.0}, "fixed at 30"), ({"DELAY_STEP": 30}, "did you mean DELAY_STEPS"),
      ({"DELAY_STEPS": "long"}, "DELAY_STEPS")],
 )  # fmt: skip
-def test_constants_that_cannot_be(constants, told):
+def test_impossible_constants_are_refused(constants, message):
     cls = type(mikasa.TimedTransferVLABaseEnv)(
         "Wrong", (mikasa.TimedTransferVLABaseEnv,), dict(constants)
     )
-    with pytest.raises(engram.Error, match=told):
+    with pytest.raises(engram.Error, match=message):
         register_env("Wrong-VLA-v0", max_episode_steps=200)(cls)
 
 
@@ -183,16 +183,16 @@ def test_ids_that_are_taken():
             "Two", (mikasa.RememberColor3VLAEnv,), {"COLORS": colors}
         )
 
-    register_env("RememberColor2-Door-VLA-v0", max_episode_steps=25)(two(2))
+    register_env("RememberColor2-Variant-VLA-v0", max_episode_steps=25)(two(2))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        register_env("RememberColor2-Door-VLA-v0", max_episode_steps=25, override=True)(two(4))
-    with made("RememberColor2-Door-VLA-v0") as env:
+        register_env("RememberColor2-Variant-VLA-v0", max_episode_steps=25, override=True)(two(4))
+    with made("RememberColor2-Variant-VLA-v0") as env:
         assert env.unwrapped.COLORS == 4
         assert env.reset(seed=1)[0].shape == (1, 18 + 7 + 1 + 4 * 3)
 
 
-def test_what_is_no_class_of_a_task():
+def test_classes_without_a_task_are_refused():
     with pytest.raises(engram.InvalidArgumentError, match="BaseEnv"):
         register_env("Nothing-VLA-v0")(dict)
     bare = type(mikasa.BaseEnv)("Bare", (mikasa.BaseEnv,), {})

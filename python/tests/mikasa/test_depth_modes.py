@@ -24,15 +24,15 @@ MODES = {
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_cameras_tell_what_the_mode_says(mode):
+def test_cameras_have_the_images_of_the_mode(mode):
     env = gym.make(ID, num_envs=3, obs_mode=mode)
     own = engram.make_vec(ID, 3, obs_mode=mode.replace("rgbd", "rgb+depth"), rules="original")
     observation, _ = env.reset(seed=7)
     expected, _ = own.reset(seed=7)
     for i, camera in enumerate(("base_camera", "hand_camera")):
-        told = observation["sensor_data"][camera]
-        assert tuple(told) == MODES[mode]
-        for name, picture in told.items():
+        data = observation["sensor_data"][camera]
+        assert tuple(data) == MODES[mode]
+        for name, picture in data.items():
             channels = 3 if name == "rgb" else 1
             assert picture.shape == (3, 128, 128, channels)
             assert picture.dtype == (torch.uint8 if name == "rgb" else torch.int16)

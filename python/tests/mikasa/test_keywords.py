@@ -76,9 +76,9 @@ def test_ignored_with_one_warning(name):
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_refused_with_a_reason(name):
-    with pytest.raises((engram.Error, NotImplementedError), match=r"given|no control") as told:
+    with pytest.raises((engram.Error, NotImplementedError), match=r"given|no control") as error:
         gym.make(ID, **{name: REFUSED[name]})
-    assert name.replace("_", " ") in str(told.value).replace("_", " ")
+    assert name.replace("_", " ") in str(error.value).replace("_", " ")
 
 
 def test_unknown_ones_are_type_errors():

@@ -20,7 +20,7 @@ from engram.datasets.episodes import DemonstrationFolder
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "mikasa_ppo.py"
 WHEEL = "mikasa-robo-suite==1.0.0"
-# As docs/mikasa.md tells it.
+# The replacements of docs/mikasa.md.
 SED = [
     r"s/mikasa_robo_suite\.vla(\.utils)?\b/engram.mikasa/",
     r"s/^from (mani_skill[a-z_.]*|baselines\.ppo\.ppo_memtasks) import/from engram.mikasa import/",
@@ -67,10 +67,10 @@ def loaded(script):
 
 def test_benchmarking(wheel, tmp_path):
     original = loaded(changed(wheel, "mikasa_robo_suite/vla/benchmarking.py", tmp_path))
-    told = {task["id"]: task for task in engram.list()}
+    tasks = {task["id"]: task for task in engram.list()}
     tasks = [
         original.BenchmarkTask(
-            id, told[id]["split"], told[id]["memory_type"], told[id]["horizon"], "", ""
+            id, tasks[id]["split"], tasks[id]["memory_type"], tasks[id]["horizon"], "", ""
         )
         for id in IDS
     ]

@@ -35,7 +35,7 @@ def envs(ppo):
 def test_the_scale_is_folded_into_the_policy(ppo, envs):
     torch.manual_seed(0)
     rows = torch.rand(500, 35) * torch.linspace(0.1, 5, 35) + 3
-    rows[:, 4] = 7.0  # what does not change is not blown up
+    rows[:, 4] = 7.0  # constant values are not amplified
     scale = ppo.Scale(35)
     for part in rows.split(99):
         scale.update(part)

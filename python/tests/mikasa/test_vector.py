@@ -53,7 +53,7 @@ def test_it_resets_environments_whose_episodes_ended():
         final = info["final_observation"]["state"]
         assert torch.equal(final[2], observation["state"][2])
         assert not torch.equal(final[0], observation["state"][0])
-        for key in info["final_observation"]:  # as scripts do
+        for key in info["final_observation"]:  # like scripts
             info["final_observation"][key] = info["final_observation"][key][truncated]
         assert len(info["final_observation"]["state"]) == 2
         assert batch.returns.tolist()[:2] == [0, 0]
@@ -61,7 +61,7 @@ def test_it_resets_environments_whose_episodes_ended():
         assert info["episode"]["episode_len"].tolist() == [1, 1, 5]
 
 
-def test_spaces_are_those_of_what_comes_out():
+def test_spaces_are_those_of_the_observations():
     with made(ID, num_envs=2, obs_mode="rgb") as env:
         batch = mikasa.ManiSkillVectorEnv(mikasa.apply_mikasa_vla_wrappers(env))
         observation, _ = batch.reset(seed=1)
@@ -109,7 +109,7 @@ def test_by_id_and_by_gymnasium():
     batch.close()
 
 
-def test_films(tmp_path):
+def test_videos(tmp_path):
     av = pytest.importorskip("av")
     with made(
         ID,
@@ -118,16 +118,16 @@ def test_films(tmp_path):
         max_episode_steps=4,
         human_render_camera_configs={"width": 64, "height": 48},
     ) as env:
-        film = mikasa.RecordEpisode(env, tmp_path, save_trajectory=False, max_steps_per_video=4)
-        batch = mikasa.ManiSkillVectorEnv(film, 3, ignore_terminations=True)
+        recorder = mikasa.RecordEpisode(env, tmp_path, save_trajectory=False, max_steps_per_video=4)
+        batch = mikasa.ManiSkillVectorEnv(recorder, 3, ignore_terminations=True)
         _, info = batch.reset(seed=1)
         assert "reconfigure" in info
         for _ in range(9):
             batch.step(torch.zeros(3, 7))
         batch.close()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["0.mp4", "1.mp4", "2.mp4"]
-    with av.open(str(tmp_path / "0.mp4")) as film:
-        frames = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+    with av.open(str(tmp_path / "0.mp4")) as video:
+        frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
     assert len(frames) == 5
     assert frames[0].shape == (48, 3 * 64, 3)
     with made(ID, render_mode="rgb_array") as env:

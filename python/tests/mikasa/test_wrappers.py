@@ -46,7 +46,7 @@ def test_the_table():
     assert len(chains) == 12
 
 
-def test_what_policies_see():
+def test_observations_of_policies():
     with made(ID, num_envs=2, obs_mode="rgb") as env:
         env = mikasa.apply_mikasa_vla_wrappers(env)
         observation, _ = env.reset(seed=1)
@@ -63,7 +63,7 @@ def test_what_policies_see():
         env.step(torch.zeros(2, 7))
 
 
-def test_it_is_what_engram_itself_shows():
+def test_observations_are_those_of_engram():
     rng = np.random.default_rng(0)
     own = engram.make_vec(
         ID, 2, obs_mode="rgb", rules="original", autoreset_mode="DISABLED", privileged=True
@@ -91,7 +91,7 @@ def test_it_is_what_engram_itself_shows():
     [("RotateLenientPos-VLA-v0", 1), ("ShellGameColorLampTouch-VLA-v0", 0),
      ("TraceShapeSeqEasy-VLA-v0", 0)],
 )  # fmt: skip
-def test_only_rotate_tells_a_cue_beside_pictures(id, width):
+def test_only_rotate_has_a_cue_beside_images(id, width):
     with made(id, num_envs=2, obs_mode="rgb") as env:
         env = mikasa.apply_mikasa_vla_wrappers(env)
         observation, info = env.reset(seed=1)
@@ -138,7 +138,7 @@ def test_other_flags_of_the_flat_observation():
         assert agent.get_action_and_value(observation)[0].shape == (2, 7)
 
 
-def test_nothing_is_told_by_a_sentinel():
+def test_absent_values_are_not_sentinels():
     with made(ID, num_envs=2, obs_mode="state") as env:
         observation, _ = mikasa.StateOnlyTensorToDictWrapper(env).reset(seed=1)
         assert shapes(observation) == {

@@ -1,4 +1,4 @@
-"""What the page may say, and what is done with anything else."""
+"""Validation of the page's messages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GOOD = [
     {"do": "watch", "id": "x", "source": "oracle"},
     {"do": "stored", "folder": 0, "task": 0, "episode": 1},
     {"do": "frame", "n": 3},
-    {"do": "wall", "id": "x", "source": "sweep", "seed": "1"},
+    {"do": "grid", "id": "x", "source": "sweep", "seed": "1"},
     {"do": "save"},
 ]
 BAD = [
@@ -55,7 +55,7 @@ BAD = [
 
 
 @pytest.mark.parametrize("message", GOOD, ids=lambda message: message["do"])
-def test_what_the_page_says_is_taken(message):
+def test_messages_of_the_page_are_accepted(message):
     assert parse(json.dumps(message)) == message
 
 
@@ -82,13 +82,13 @@ def mutated(rng: random.Random) -> str:
     return text
 
 
-def test_made_up_messages_are_taken_or_refused_and_nothing_else():
+def test_random_messages_are_accepted_or_refused():
     rng = random.Random(7)
-    taken = 0
+    accepted = 0
     for _ in range(10_000):
         try:
             parse(mutated(rng))
-            taken += 1
+            accepted += 1
         except MessageError:
             pass
-    assert 0 < taken < 9_000
+    assert 0 < accepted < 9_000

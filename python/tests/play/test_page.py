@@ -1,4 +1,4 @@
-"""The page in a real browser: chosen, played, kept, looked at, by keyboard alone."""
+"""Page in a real browser: episodes chosen, played, saved and reviewed by keyboard alone."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from played import SECONDS, Server, serving
+from play_server import SECONDS, Server, serving
 
-from engram.play.setting import Setting
+from engram.play.episode_spec import EpisodeSpec
 
 playwright = pytest.importorskip("playwright.sync_api")
 
@@ -24,9 +24,9 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not instal
 
 TASK = "RememberColor3-VLA-v0"
 SEED = 12
-# What keys do, as seen over the table; the same stands in page/input.js.
+# Directions of the keys over the table, as in page/input.js.
 AWAY, RIGHT = np.array([-0.63, -0.77]), np.array([-0.77, 0.63])
-PICTURES = os.environ.get("ENGRAM_PLAY_PICTURES")  # a folder for pictures of the page, to look at
+PICTURES = os.environ.get("ENGRAM_PLAY_PICTURES")  # a folder for screenshots
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture
 def opened(browser, server: Server) -> Iterator[Callable[..., Any]]:
-    """Opens the page; it may say nothing on its console, and load nothing from elsewhere."""
+    """Opens the page; console messages and requests to other origins fail the test."""
     wrong: list[str] = []
     contexts = []
 
@@ -72,20 +72,20 @@ def _check_address(url: str, server: Server, wrong: list[str]) -> None:
 
 
 def until(page: Any, condition: str) -> None:
-    """Waits until an expression is true. What Playwright has for it, the page forbids: eval."""
+    """Waits until an expression is true. Playwright's own function needs a forbidden eval."""
     end = time.monotonic() + SECONDS
     while not page.evaluate(condition):
         assert time.monotonic() < end, condition
         time.sleep(0.02)
 
 
-def look(page: Any, name: str) -> None:
+def screenshot(page: Any, name: str) -> None:
     if PICTURES:
         page.screenshot(path=f"{PICTURES}/{name}.png", full_page=True)
 
 
 def tab_to(page: Any, wanted: str, back: bool = False) -> None:
-    """Presses Tab until the element is reached that a person would look for."""
+    """Presses Tab until an element that matches has the focus."""
     for _ in range(300):
         found = page.evaluate("wanted => document.activeElement.matches(wanted)", wanted)
         if found:
@@ -95,19 +95,19 @@ def tab_to(page: Any, wanted: str, back: bool = False) -> None:
 
 
 def keys_for(action: np.ndarray) -> list[str]:
-    """The keys that come nearest to where the oracle wants to go."""
+    """The keys whose motion is closest to the oracle's action."""
     right, away = action[:2] @ RIGHT, action[:2] @ AWAY
-    wishes = {"d": right, "a": -right, "w": away, "s": -away, "r": action[2], "f": -action[2]}
-    return [key for key, wish in wishes.items() if wish > 0.15]
+    motions = {"d": right, "a": -right, "w": away, "s": -away, "r": action[2], "f": -action[2]}
+    return [key for key, motion in motions.items() if motion > 0.15]
 
 
-def test_an_episode_is_chosen_played_and_kept_by_keyboard_alone(opened, server: Server):
+def test_an_episode_is_chosen_played_and_saved_by_keyboard_alone(opened, server: Server):
     page = opened()
     sent: list[dict[str, Any]] = []
-    # The socket is older than this listener: what the page sends is told by the page.
+    # The socket is older than this listener: the page records its messages itself.
     page.evaluate(
-        "() => { const send = WebSocket.prototype.send; globalThis.said = [];"
-        "WebSocket.prototype.send = function (text) { said.push(text); send.call(this, text); }; }"
+        "() => { const send = WebSocket.prototype.send; globalThis.sent = [];"
+        "WebSocket.prototype.send = function (text) { sent.push(text); send.call(this, text); }; }"
     )
     tab_to(page, "input[name=words]")
     page.keyboard.type(f"{TASK[:14]}")
@@ -122,7 +122,7 @@ def test_an_episode_is_chosen_played_and_kept_by_keyboard_alone(opened, server: 
     until(page, "document.activeElement.id === 'stage'")
     until(page, "engramPlay.play.last === 0")
 
-    mirror = Setting(TASK, SEED).batch(terminate_on_success=True)
+    mirror = EpisodeSpec(TASK, SEED).make_batch(terminate_on_success=True)
     mirror.reset(seed=SEED)
     page.keyboard.press("Space")  # closes the gripper
     held: set[str] = set()
@@ -138,7 +138,7 @@ def test_an_episode_is_chosen_played_and_kept_by_keyboard_alone(opened, server: 
         page.keyboard.press(".")
         steps += 1
         until(page, f"engramPlay.play.last === {steps}")
-        sent = [json.loads(text) for text in page.evaluate("said")]
+        sent = [json.loads(text) for text in page.evaluate("sent")]
         action = np.array([m["a"] for m in sent if m["do"] == "step"][-1], np.float32)
         _, _, terminated, truncated, info = mirror.step(action[None])
         ended = bool(terminated[0] or truncated[0])
@@ -148,11 +148,11 @@ def test_an_episode_is_chosen_played_and_kept_by_keyboard_alone(opened, server: 
     assert "Success" in page.inner_text("#result")
     assert "first answer was right" in page.inner_text("#result")
     assert "1 of 1" in page.inner_text("#score")
-    look(page, "played")
+    screenshot(page, "played")
 
     tab_to(page, "#save")
     page.keyboard.press("Enter")
-    until(page, "document.getElementById('result').textContent.includes('Kept:')")
+    until(page, "document.getElementById('result').textContent.includes('Saved:')")
     assert (server.out / "data_npz" / TASK / "train_data_0.npz").is_file()
     command = [sys.executable, "-m", "engram.datasets", "replay", "--json", str(server.out)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS)
@@ -161,16 +161,16 @@ def test_an_episode_is_chosen_played_and_kept_by_keyboard_alone(opened, server: 
 
     tab_to(page, "#review", back=True)
     page.keyboard.press("Enter")
-    page.wait_for_selector("#film-human[data-frame='0']")
-    tab_to(page, "#film-scrub")
+    page.wait_for_selector("#playback-human[data-frame='0']")
+    tab_to(page, "#playback-scrub")
     page.keyboard.press("End")
-    page.wait_for_selector(f"#film-human[data-frame='{steps}']")
+    page.wait_for_selector(f"#playback-human[data-frame='{steps}']")
     for _ in range(3):
         page.keyboard.press("ArrowLeft")
-    page.wait_for_selector(f"#film-human[data-frame='{steps - 3}']")
-    assert f"step {steps - 3} of {steps}" in page.inner_text("#film-told")
+    page.wait_for_selector(f"#playback-human[data-frame='{steps - 3}']")
+    assert f"step {steps - 3} of {steps}" in page.inner_text("#playback-status")
     assert page.locator("#plots svg[role=img]").count() == 4
-    look(page, "looked_at")
+    screenshot(page, "reviewed")
 
 
 def test_keys_move_the_tool_while_time_runs(opened):
@@ -201,7 +201,7 @@ def test_keys_move_the_tool_while_time_runs(opened):
     page.mouse.up()
 
 
-# What a gamepad would say; browsers without one can be told nothing else.
+# Simulated gamepad.
 GAMEPAD = """
 globalThis.pad = { axes: [0, 0, 0, 0], buttons: [...Array(16)].map(() => ({ pressed: false })) };
 navigator.getGamepads = () => [null, globalThis.pad];
@@ -215,16 +215,16 @@ def test_a_gamepad_moves_the_tool(opened):
     until(page, "document.activeElement.id === 'stage'")
     until(page, "engramPlay.play.last === 0")
     page.evaluate(
-        "() => { const send = WebSocket.prototype.send; globalThis.said = [];"
-        "WebSocket.prototype.send = function (text) { said.push(text); send.call(this, text); }; }"
+        "() => { const send = WebSocket.prototype.send; globalThis.sent = [];"
+        "WebSocket.prototype.send = function (text) { sent.push(text); send.call(this, text); }; }"
     )
 
     def action(axes: list[float]) -> np.ndarray:
-        """What the page sends once the sticks stand so."""
-        page.evaluate("axes => { said.length = 0; pad.axes = axes; }", axes)
-        until(page, "said.some((text) => text.includes('act'))")
-        said = [json.loads(text) for text in page.evaluate("said")]
-        return np.array([m["a"] for m in said if m["do"] == "act"][-1])
+        """The action that the page sends for these positions of the sticks."""
+        page.evaluate("axes => { sent.length = 0; pad.axes = axes; }", axes)
+        until(page, "sent.some((text) => text.includes('act'))")
+        sent = [json.loads(text) for text in page.evaluate("sent")]
+        return np.array([m["a"] for m in sent if m["do"] == "act"][-1])
 
     right = action([1.0, 0, 0, 0])
     assert right[:2] @ RIGHT > 0.5
@@ -234,7 +234,7 @@ def test_a_gamepad_moves_the_tool(opened):
     turned_up = action([0, 0, 0.5, -1.0])
     assert turned_up[2] > 0.5
     assert turned_up[5] != 0
-    still = action([0.02, 0, 0, 0])  # worn sticks do not come back to the middle
+    still = action([0.02, 0, 0, 0])  # worn sticks do not return to the centre
     assert not still[:6].any()
 
     def press(button: int) -> None:
@@ -242,10 +242,10 @@ def test_a_gamepad_moves_the_tool(opened):
         time.sleep(0.1)
         page.evaluate("button => { pad.buttons[button].pressed = false; }", button)
 
-    page.evaluate("said.length = 0")
+    page.evaluate("sent.length = 0")
     press(0)
-    until(page, "said.some((text) => text.includes('act'))")
-    gripper = [json.loads(text) for text in page.evaluate("said")][-1]["a"][6]
+    until(page, "sent.some((text) => text.includes('act'))")
+    gripper = [json.loads(text) for text in page.evaluate("sent")][-1]["a"][6]
     assert gripper == -still[6]
     press(9)
     until(page, "engramPlay.play.last >= 5")
@@ -255,29 +255,29 @@ def test_a_gamepad_moves_the_tool(opened):
     until(page, "engramPlay.play.last === 0")
 
 
-def test_a_wall_of_sixteen(opened):
+def test_a_grid_of_sixteen(opened):
     page = opened()
-    page.click("a[href='#wall']")
-    page.select_option("#wall-task", "ShellGameTouch-VLA-v0")
-    page.wait_for_selector("#wall-values details")
-    page.click("#wall-form button[type=submit]")
-    until(page, "engramPlay.wall.frames > 5")
-    until(page, "document.getElementById('wall-told').textContent.includes('16 of 16')")
-    look(page, "wall")
+    page.click("a[href='#grid']")
+    page.select_option("#grid-task", "ShellGameTouch-VLA-v0")
+    page.wait_for_selector("#grid-values details")
+    page.click("#grid-form button[type=submit]")
+    until(page, "engramPlay.grid.frames > 5")
+    until(page, "document.getElementById('grid-status').textContent.includes('16 of 16')")
+    screenshot(page, "grid")
 
 
 def test_policies_and_their_curves(opened):
     page = opened()
     page.fill("input[name=words]", "GatherAndRecall3")
     page.click("button[aria-label='Watch GatherAndRecall3-VLA-v0']")
-    page.wait_for_selector("#film-human[data-frame='0']")
-    assert "Success" in page.inner_text("#film-result")
-    page.locator("#film-scrub").fill("60")
-    page.wait_for_selector("#film-human[data-frame='60']")
-    page.select_option("#film-speed", "4")
-    page.click("#film-run")
-    until(page, "Number(document.getElementById('film-human').dataset.frame) > 80")
-    look(page, "watched")
+    page.wait_for_selector("#playback-human[data-frame='0']")
+    assert "Success" in page.inner_text("#playback-result")
+    page.locator("#playback-scrub").fill("60")
+    page.wait_for_selector("#playback-human[data-frame='60']")
+    page.select_option("#playback-speed", "4")
+    page.click("#playback-run")
+    until(page, "Number(document.getElementById('playback-human').dataset.frame) > 80")
+    screenshot(page, "watched")
 
 
 def test_pins_and_constants_can_be_watched(opened):
@@ -294,30 +294,33 @@ def test_pins_and_constants_can_be_watched(opened):
     page.click("#watch-form button[type=submit]")
     page.wait_for_selector("#notice:not([hidden])")
     assert "no time to act" in page.inner_text("#notice")
-    assert page.inner_text("#film-result") == ""
+    assert page.inner_text("#playback-result") == ""
     page.fill("#watch-values-constants-CUE_PHASE_STEPS", "4, 5")
     page.click("#watch-form button[type=submit]")
-    page.wait_for_selector("#film-human[data-frame='0']")
-    look(page, "watched_with_pins")
+    page.wait_for_selector("#playback-human[data-frame='0']")
+    screenshot(page, "watched_with_pins")
     for frame, phase in ((3, "cue"), (4, "empty")):
-        page.locator("#film-scrub").fill(str(frame))
-        until(page, f"document.getElementById('film-told').textContent.includes('phase {phase}')")
+        page.locator("#playback-scrub").fill(str(frame))
+        until(
+            page,
+            f"document.getElementById('playback-status').textContent.includes('phase {phase}')",
+        )
 
 
-def test_a_second_tab_is_told(opened, browser, server: Server):
+def test_a_second_tab_is_notified(opened, browser, server: Server):
     first = opened()
     second = browser.new_page()
     second.goto(server.link)
-    second.wait_for_selector("#away:not([hidden])")
-    assert "another tab" in second.inner_text("#away")
-    second.click("#away button")
+    second.wait_for_selector("#connection:not([hidden])")
+    assert "another tab" in second.inner_text("#connection")
+    second.click("#connection button")
     second.wait_for_selector("body[data-ready]")
-    until(first, "document.getElementById('away').textContent.includes('taken over')")
+    until(first, "document.getElementById('connection').textContent.includes('taken over')")
     second.close()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_phones_see_it_whole_and_every_control_has_a_name(opened, scheme):
+def test_the_page_fits_phones_and_every_control_has_a_name(opened, scheme):
     page = opened(
         viewport={"width": 360, "height": 740},
         color_scheme=scheme,
@@ -326,12 +329,12 @@ def test_phones_see_it_whole_and_every_control_has_a_name(opened, scheme):
         device_scale_factor=2,
     )
     page.wait_for_selector(".card img[src]")
-    look(page, f"choose_{scheme}")
+    screenshot(page, f"choose_{scheme}")
     page.fill("input[name=words]", TASK)
     page.tap(f"button[aria-label='Play {TASK}']")
     until(page, "engramPlay.play.last === 0")
-    look(page, f"play_{scheme}")
-    for view in ("play", "watch", "wall", "choose"):
+    screenshot(page, f"play_{scheme}")
+    for view in ("play", "watch", "grid", "choose"):
         page.evaluate("view => { location.hash = view; }", view)
         page.wait_for_selector(f"#{view}:not([hidden])")
         assert page.evaluate("document.documentElement.scrollWidth") <= 360
@@ -356,7 +359,7 @@ def test_the_page_ends_its_server(browser, tmp_path):
         page.wait_for_selector("body[data-ready]")
         page.reload()
         page.wait_for_selector("body[data-ready]")
-        assert page.is_hidden("#away")
+        assert page.is_hidden("#connection")
         assert server.process.poll() is None
         page.close()
         assert server.process.wait(SECONDS) == 0

@@ -10,7 +10,7 @@ import subprocess
 import sys
 
 import pytest
-from played import SECONDS, Server, serving
+from play_server import SECONDS, Server, serving
 from test_messages import mutated
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
@@ -111,7 +111,7 @@ def test_nothing_can_be_sent_but_messages(server, method):
     assert status == 405
 
 
-def test_the_page_may_load_nothing_from_elsewhere(server):
+def test_the_page_loads_nothing_from_other_origins(server):
     connection = http.client.HTTPConnection(server.host, timeout=SECONDS)
     connection.request("GET", f"/{server.token}/")
     answer = connection.getresponse()
@@ -135,7 +135,7 @@ def _is(status: int, answer: tuple[int, str]) -> None:
 def test_a_message_that_is_too_large_ends_the_connection(server):
     def attack():
         with server.page() as page:
-            page.hear("hello")
+            page.receive("hello")
             page.socket.send('{"do": "' + "x" * 20_000 + '"}')
             assert page.closed() == 1009
 
@@ -144,7 +144,7 @@ def test_a_message_that_is_too_large_ends_the_connection(server):
 
 def test_bytes_and_broken_frames_are_refused(server):
     with server.page() as page:
-        page.hear("hello")
+        page.receive("hello")
         page.socket.send(b"\x00\x01")
         assert "bytes given" in page.socket.recv(timeout=SECONDS)
         page.socket.socket.sendall(b"\xff\xff\xff\xff\xff\xff")
@@ -152,17 +152,17 @@ def test_bytes_and_broken_frames_are_refused(server):
             page.socket.recv(timeout=SECONDS)
 
 
-def test_ten_thousand_made_up_messages_do_no_harm(server):
+def test_ten_thousand_random_messages_do_no_harm(server):
     rng = random.Random(4242)
     before = server.refused().get("message", 0)
     with server.page() as page:
-        page.hear("hello")
+        page.receive("hello")
         sent = 0
         while sent < 10_000:
             text = mutated(rng)
-            # Those that happen to be good would have episodes played; they have tests of their own.
+            # Valid messages that start episodes are left out; they have tests of their own.
             if not text.isprintable() or not any(
-                k in text for k in ('"play"', '"watch"', '"wall"')
+                k in text for k in ('"play"', '"watch"', '"grid"')
             ):
                 page.socket.send(text)
                 sent += 1
@@ -187,41 +187,41 @@ def test_ten_thousand_made_up_messages_do_no_harm(server):
         ({"do": "play", "id": TASK, "constants": {"COLORS": 99}}, "COLORS"),
         ({"do": "step", "a": [0] * 7, "n": 1}, "play first"),
         ({"do": "run", "on": True}, "play first"),
-        ({"do": "save"}, "no episode"),
-        ({"do": "review"}, "no episode"),
+        ({"do": "save"}, "no finished episode"),
+        ({"do": "review"}, "no finished episode"),
         ({"do": "frame", "n": 0}, "watch first"),
         ({"do": "watch", "id": TASK, "source": "process"}, "no policy 'process'"),
         ({"do": "stored", "folder": 0, "task": 0, "episode": 0}, "no folder 0"),
     ],
     ids=lambda value: str(value)[:30],
 )
-def test_what_cannot_be_done_is_told(server, message, words):
+def test_impossible_requests_are_reported(server, message, words):
     with server.page() as page:
         fields = dict(message)
-        page.say(fields.pop("do"), **fields)
+        page.send(fields.pop("do"), **fields)
         while True:
-            heard = page.socket.recv(timeout=SECONDS)
-            assert isinstance(heard, str)
-            if '"error"' in heard:
+            received = page.socket.recv(timeout=SECONDS)
+            assert isinstance(received, str)
+            if '"error"' in received:
                 break
-        assert words in heard
+        assert words in received
 
 
 # --- tabs, and the end ---
 
 
-def test_a_second_tab_is_told_and_may_take_over(server):
+def test_a_second_tab_is_notified_and_can_take_over(server):
     with server.page() as first, server.page() as second:
-        first.hear("hello")
-        second.hear("busy")
-        second.say("play", id=TASK)  # not heard
-        second.say("take")
-        first.hear("taken")
+        first.receive("hello")
+        second.receive("busy")
+        second.send("play", id=TASK)  # ignored
+        second.send("take")
+        first.receive("taken")
         with pytest.raises(ConnectionClosed) as error:
             first.socket.recv(timeout=SECONDS)
         assert error.value.rcvd is not None
         assert error.value.rcvd.code == 4001
-        second.hear("hello")
+        second.receive("hello")
         second.play(TASK, 3)
 
 
@@ -229,20 +229,20 @@ def test_the_server_ends_with_its_page(tmp_path):
     with serving(tmp_path / "out", stay=False) as server:
         with server.page() as page:
             page.play(TASK)
-            page.say("run", on=True)
+            page.send("run", on=True)
         assert server.process.wait(SECONDS) == 0
         assert not (tmp_path / "out").exists()
 
 
-def test_ctrl_c_ends_it_and_tells_what_was_refused(tmp_path):
+def test_ctrl_c_ends_it_and_reports_refused_requests(tmp_path):
     with serving(tmp_path / "out") as server, server.page() as page:
         page.play(TASK)
-        page.say("run", on=True)
+        page.send("run", on=True)
         request(server, "/")
-        said = server.end()
+        log = server.end()
         assert server.process.returncode == 130
-        assert "refused: 1 token" in said
-        assert "Traceback" not in said
+        assert "refused: 1 token" in log
+        assert "Traceback" not in log
 
 
 def test_the_engram_command_becomes_the_server(tmp_path):
@@ -257,7 +257,7 @@ def test_the_engram_command_becomes_the_server(tmp_path):
         assert server.process.returncode == 130
 
 
-def test_it_listens_on_this_machine_alone(server):
+def test_it_listens_on_this_machine_only(server):
     port = int(server.host.rpartition(":")[2])
     others = {
         info[4][0]
@@ -280,7 +280,7 @@ def test_it_listens_on_this_machine_alone(server):
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_what_the_command_cannot_do_is_said_in_a_sentence(tmp_path, arguments, words):
+def test_invalid_options_are_reported_in_a_sentence(tmp_path, arguments, words):
     command = [sys.executable, "-m", "engram.play", "--no-open", *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, cwd=tmp_path)
     assert done.returncode != 0

@@ -1,4 +1,4 @@
-"""Playing, watching and keeping, by a tab without a browser."""
+"""Session over a WebSocket without a browser: playing, watching, saving."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from played import SECONDS, Page, Server, serving
+from play_server import SECONDS, Page, Server, serving
 
 import engram
 from engram.datasets import DemonstrationFolder
-from engram.play.film import Film, recorded
+from engram.play.episode_spec import EpisodeSpec
 from engram.play.game import Game
-from engram.play.setting import Setting
-from engram.play.sources import own_player
+from engram.play.playback import Playback, recorded_policy
+from engram.play.sources import builtin_policy
 
 TASK = "RememberColor3-VLA-v0"
 IDS = [task["id"] for task in engram.list()][:97]  # other tests register more
@@ -28,7 +28,7 @@ PIPE_POLICY = Path(__file__).parents[2] / "examples" / "pipe_policy.py"
 def play_oracle(page: Page, id: str, seed: int) -> dict:
     """An episode with the oracle's actions, to its end; returns how it ended."""
     page.play(id, seed)
-    mirror = Setting(id, seed).batch(terminate_on_success=True)
+    mirror = EpisodeSpec(id, seed).make_batch(terminate_on_success=True)
     mirror.reset(seed=seed)
     ended = False
     while not ended:
@@ -36,10 +36,10 @@ def play_oracle(page: Page, id: str, seed: int) -> dict:
         ended = page.step(action)["ended"]
         mirror.step(action.astype(np.float32)[None])
     mirror.close()
-    return page.hear("ended")
+    return page.receive("ended")
 
 
-# --- what is told, and when ---
+# --- information before and after the end ---
 
 
 @pytest.mark.parametrize(
@@ -50,31 +50,31 @@ def play_oracle(page: Page, id: str, seed: int) -> dict:
         ("TakeItBack-VLA-v0", "slot", (-1, 1)),
     ],
 )
-def test_nothing_but_the_cue_tells_the_answer(server: Server, id, pin, values):
+def test_only_the_cue_reveals_the_answer(server: Server, id, pin, values):
     """Two episodes that hide different things: what is sent is the same, until the end."""
-    heard, sent = [], []
+    received, sent = [], []
     for value in values:
         with server.page() as page:
-            page.hear("hello")
+            page.receive("hello")
             page.play(id, 11, pins={pin: value, **({"cue_steps": 2} if pin != "slot" else {})})
             files = [page.step([0, 0, 0, 0, 0, 0, 1], n) and page.files for n in range(1, 13)]
             # Pictures of the cue differ, and so do their sizes.
-            heard.append([{**m, "sizes": None} if "sizes" in m else m for m in page.heard])
+            received.append([{**m, "sizes": None} if "sizes" in m else m for m in page.received])
             sent.append(files)
-    assert heard[0] == heard[1]
+    assert received[0] == received[1]
     allowed = {"kind", "n", "input", "ended", "sizes"}
-    for message in heard[0]:
+    for message in received[0]:
         if "kind" in message:
             assert set(message) == allowed
-    opened = next(m for m in heard[0] if m.get("type") == "opened")
+    opened = next(m for m in received[0] if m.get("type") == "opened")
     assert set(opened) == {"type", "id", "instruction", "horizon", "seed", "view", "score"}
     if pin != "slot":  # there, the cube lies where it was
         assert sent[0][5:] == sent[1][5:]  # the pictures too, once the cue is over
 
 
-def test_the_human_view_shows_what_sensors_may_see():
-    """Marks for people would tell where the cube of TakeItBack has to go back to."""
-    game = Game(Setting("TakeItBack-VLA-v0", 5))
+def test_the_human_view_has_no_marks_for_people():
+    """Marks for people would reveal the initial position of the cube in TakeItBack."""
+    game = Game(EpisodeSpec("TakeItBack-VLA-v0", 5))
     for _ in range(3):
         game.step([0, 0, 0, 0, 0, 0, 1])
     with_marks = game._env.frame(0, "render_camera", (640, 480))
@@ -87,16 +87,16 @@ def test_the_human_view_shows_what_sensors_may_see():
     game.close()
 
 
-def test_a_drawn_seed_is_told_at_the_end_alone(server: Server):
+def test_a_random_seed_is_sent_at_the_end_only(server: Server):
     with server.page() as page:
         opened = page.play(TASK)
         assert opened["seed"] is None
         for n in range(25):
             page.step([0] * 6 + [1], n)
-        assert page.hear("ended")["seed"].isdigit()
+        assert page.receive("ended")["seed"].isdigit()
 
 
-def test_the_end_tells_success_answer_and_reward(server: Server):
+def test_the_end_reports_success_answer_and_reward(server: Server):
     with server.page() as page:
         ended = play_oracle(page, TASK, 21)
     assert ended["success"]
@@ -113,7 +113,7 @@ def test_the_end_tells_success_answer_and_reward(server: Server):
         assert not play_oracle(page, TASK, 21)["counted"]
 
 
-def test_what_is_played_is_what_the_library_plays(server: Server):
+def test_pictures_are_those_of_the_library(server: Server):
     """Step by step, and by the clock: pictures are those of the actions that were sent."""
     rng = np.random.default_rng(3)
     actions = rng.uniform(-1, 1, (8, 7)).round(3)
@@ -122,7 +122,7 @@ def test_what_is_played_is_what_the_library_plays(server: Server):
         for n, action in enumerate(actions):
             page.step(action, n)
         data = page.files[0]
-    game = Game(Setting(TASK, 4))
+    game = Game(EpisodeSpec(TASK, 4))
     for action in actions:
         game.step(action.tolist())
     assert data in game.picture(0)
@@ -132,45 +132,45 @@ def test_what_is_played_is_what_the_library_plays(server: Server):
 def test_time_passes_by_the_clock_and_stops(server: Server):
     with server.page() as page:
         page.play("RememberColor3-Long-VLA-v0", 4)
-        page.say("run", on=True)
+        page.send("run", on=True)
         for _ in range(10):
-            page.hear("play")
-            page.say("seen", n=0)
-        page.say("run", on=False)
-        while page.hear("running")["on"]:
+            page.receive("play")
+            page.send("seen", n=0)
+        page.send("run", on=False)
+        while page.receive("running")["on"]:
             pass
-        assert max(m.get("n", 0) for m in page.heard) >= 9
-        assert page.step([0] * 6 + [1])["n"] == max(m.get("n", 0) for m in page.heard)
+        assert max(m.get("n", 0) for m in page.received) >= 9
+        assert page.step([0] * 6 + [1])["n"] == max(m.get("n", 0) for m in page.received)
 
 
-def test_time_may_wait_for_the_player(server: Server):
+def test_time_can_wait_for_the_player(server: Server):
     with server.page() as page:
         page.play("RememberColor3-Long-VLA-v0", 4)
-        page.say("speed", of=1, turns=True)
-        page.say("run", on=True)
-        page.hear("running")
+        page.send("speed", of=1, turns=True)
+        page.send("run", on=True)
+        page.receive("running")
         with pytest.raises(TimeoutError):
             page.socket.recv(timeout=0.5)
-        page.say("act", a=[0.5, 0, 0, 0, 0, 0, 1], n=7, held=True)
-        assert page.hear("play")["input"] == 7
-        page.say("act", a=[0, 0, 0, 0, 0, 0, 1], n=8, held=False)
+        page.send("act", a=[0.5, 0, 0, 0, 0, 0, 1], n=7, held=True)
+        assert page.receive("play")["input"] == 7
+        page.send("act", a=[0, 0, 0, 0, 0, 0, 1], n=8, held=False)
 
 
-def test_a_page_that_does_not_look_gets_fewer_pictures(server: Server):
+def test_a_page_without_acknowledgements_gets_fewer_pictures(server: Server):
     with server.page() as page:
         page.play(TASK, 4)
-        page.say("run", on=True)
-        page.hear("ended")
-        shown = [m for m in page.heard if m.get("kind") == "play"]
+        page.send("run", on=True)
+        page.receive("ended")
+        shown = [m for m in page.received if m.get("kind") == "play"]
         assert len(shown) <= 6
         assert shown[-1]["ended"]
 
 
-# --- keeping ---
+# --- saving ---
 
 
 def test_played_episodes_are_demonstrations(tmp_path):
-    """Kept, read as such, replayed to the same bits, converted."""
+    """Saved, read, replayed to the same bits, converted."""
     for module in ("pyarrow", "av", "google_crc32c", "pandas"):
         pytest.importorskip(module)
     out = tmp_path / "played"
@@ -179,8 +179,8 @@ def test_played_episodes_are_demonstrations(tmp_path):
         for id in ids:
             for seed in (31, 5):
                 play_oracle(page, id, seed)
-                page.say("save")
-                saved = page.hear("saved")
+                page.send("save")
+                saved = page.receive("saved")
         assert saved["episodes"] == 2
         assert server.get("refused.json") == {}
     for id in ids:
@@ -194,126 +194,126 @@ def test_played_episodes_are_demonstrations(tmp_path):
         ["replay", out, "--format", "rlds"],
         ["replay", out, "--format", "lerobot"],
     ]
-    # In a process of its own: film libraries of several packages may not end in one.
+    # In a process of its own: video libraries of several packages conflict at exit.
     words = [[str(word) for word in job] for job in jobs]
     script = f"from engram.datasets.__main__ import main; print([main(job) for job in {words}])"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.stdout == "[0, 0, 0, 0, 0]\n", done.stderr
 
 
-def test_only_successes_of_the_task_as_it_is_are_kept(server: Server):
+def test_only_successes_in_unchanged_tasks_are_saved(server: Server):
     with server.page() as page:
         page.play(TASK, 6)
         for n in range(25):
             page.step([0] * 6 + [1], n)
-        page.hear("ended")
-        page.say("save")
+        page.receive("ended")
+        page.send("save")
         with pytest.raises(AssertionError, match="did not succeed"):
-            page.hear("saved")
+            page.receive("saved")
         page.play(TASK, 6, pins={"cue_steps": 2})
         for n in range(25):
             page.step([0] * 6 + [1], n)
-        assert not page.hear("ended")["counted"]
-        page.say("save")
+        assert not page.receive("ended")["counted"]
+        page.send("save")
         with pytest.raises(AssertionError, match="pins"):
-            page.hear("saved")
+            page.receive("saved")
     assert not server.out.exists()
 
 
-def test_folders_of_others_are_left_alone(tmp_path):
+def test_folders_with_other_files_are_not_changed(tmp_path):
     out = tmp_path / "played"
     command = [sys.executable, "-m", "engram", "collect", TASK, "--episodes=1", "--out", out]
     subprocess.run(command, check=True, capture_output=True, timeout=SECONDS)
     before = {file: file.read_bytes() for file in out.rglob("*") if file.is_file()}
     with serving(out) as server, server.page() as page:
         play_oracle(page, TASK, 9)
-        page.say("save")
-        with pytest.raises(AssertionError, match="were not played here"):
-            page.hear("saved")
+        page.send("save")
+        with pytest.raises(AssertionError, match="did not write"):
+            page.receive("saved")
     assert {file: file.read_bytes() for file in out.rglob("*") if file.is_file()} == before
 
 
 # --- watching ---
 
 
-def test_a_film_is_the_episode_of_the_library():
-    film = Film(Setting("GatherAndRecall3-VLA-v0", 5), own_player("oracle"))
-    told = film.told()
-    steps = told["result"]["steps"]
+def test_a_playback_is_the_episode_of_the_library():
+    playback = Playback(EpisodeSpec("GatherAndRecall3-VLA-v0", 5), builtin_policy("oracle"))
+    message = playback.message()
+    steps = message["result"]["steps"]
     for name in ("reward", "tcp", "gripper", "phase"):
-        assert len(told[name]) == steps + 1 == told["frames"]
-    names = [told["phases"][phase] for phase in told["phase"]]
+        assert len(message[name]) == steps + 1 == message["frames"]
+    names = [message["phases"][phase] for phase in message["phase"]]
     assert names[0] == "move"
     assert "flash" in names
     assert names[-1] == "press"
-    again = Film(film.setting, recorded(film.actions))
-    assert again.told() == told
+    again = Playback(playback.spec, recorded_policy(playback.actions))
+    assert again.message() == message
     for frame in (0, 7, 8, 9, steps, 3, steps - 1):
-        assert film.picture(frame) == again.picture(frame)
-    film.close()
+        assert playback.picture(frame) == again.picture(frame)
+    playback.close()
     again.close()
 
 
 @pytest.mark.parametrize(
     "id", ["RememberShape3-VLA-v0", "SeqOfColors3-VLA-v0", "ShellGameShuffleTouch-VLA-v0"]
 )
-def test_phases_are_as_long_as_pins_say(id):
+def test_phases_have_the_pinned_lengths(id):
     described = engram.describe(id)
     pins = {d["name"]: d["high"] for d in described["draws"] if "_step" in d["name"]}
-    film = Film(Setting(id, 5, pins=pins), own_player("oracle"))
-    phases = film.told()["phase"]
+    playback = Playback(EpisodeSpec(id, 5, pins=pins), builtin_policy("oracle"))
+    phases = playback.message()["phase"]
     assert phases == sorted(phases)
     gap = "empty_steps" if "empty_steps" in pins else "shuffle_steps"
     cue = pins.get("cue_steps", 3 * pins.get("cue_step_duration", 0))  # three colours
     assert [phases.count(0), phases.count(1)] == [cue, pins[gap]]
     assert set(phases) == {0, 1, 2}
-    film.close()
+    playback.close()
 
 
 @pytest.mark.parametrize("id", IDS)
-def test_every_moment_of_every_task_has_a_phase(id):
-    film = Film(Setting(id, 3), own_player("oracle"), most_steps=400)
-    told = film.told()
-    film.close()
-    names = [told["phases"][phase] for phase in told["phase"] if phase is not None]
-    over = len(told["phase"]) - len(names)  # a window that has passed
-    assert over == 0 or "window" in told["phases"]
-    assert names[0] == told["phases"][0]
+def test_every_step_of_every_task_has_a_phase(id):
+    playback = Playback(EpisodeSpec(id, 3), builtin_policy("oracle"), most_steps=400)
+    message = playback.message()
+    playback.close()
+    names = [message["phases"][phase] for phase in message["phase"] if phase is not None]
+    over = len(message["phase"]) - len(names)  # a window that has passed
+    assert over == 0 or "window" in message["phases"]
+    assert names[0] == message["phases"][0]
 
 
 def test_policies_can_be_watched_picture_by_picture(server: Server):
     with server.page() as page:
         for source in ("oracle", "blind", "sweep", "random"):
-            page.say("watch", id=TASK, source=source, seed="3")
-            told = page.hear("film")
-            assert told["frames"] == 26
+            page.send("watch", id=TASK, source=source, seed="3")
+            message = page.receive("playback")
+            assert message["frames"] == 26
             for frame in (25, 0, 13):
-                page.say("frame", n=frame)
-                assert page.hear("film")["n"] == frame
+                page.send("frame", n=frame)
+                assert page.receive("playback")["n"] == frame
                 assert Image.open(io.BytesIO(page.files[0])).size == (640, 480)
 
 
-def test_the_episode_that_was_played_can_be_looked_at_and_kept_afterwards(server: Server):
+def test_the_played_episode_can_be_reviewed_and_saved_afterwards(server: Server):
     with server.page() as page:
         ended = play_oracle(page, "ShellGameTouch-VLA-v0", 8)
-        page.say("review")
-        film = page.hear("film")
-        assert film["result"]["steps"] == ended["steps"]
-        assert film["result"]["return"] == pytest.approx(ended["return"])
-        assert film["seed"] == "8"
-        page.say("save")
-        page.hear("saved")
+        page.send("review")
+        playback = page.receive("playback")
+        assert playback["result"]["steps"] == ended["steps"]
+        assert playback["result"]["return"] == pytest.approx(ended["return"])
+        assert playback["seed"] == "8"
+        page.send("save")
+        page.receive("saved")
 
 
-def test_a_wall_shows_sixteen_at_once(server: Server):
+def test_a_grid_shows_sixteen_at_once(server: Server):
     with server.page() as page:
-        page.say("wall", id="ShellGameTouch-VLA-v0", source="oracle", seed="3")
-        page.hear("wall")
-        page.say("run", on=True)
-        header = page.hear("wall")
-        while "over" not in header or not all(header["over"]):
-            page.say("seen", n=0)
-            header = page.hear("wall")
+        page.send("grid", id="ShellGameTouch-VLA-v0", source="oracle", seed="3")
+        page.receive("grid")
+        page.send("run", on=True)
+        header = page.receive("grid")
+        while "ended" not in header or not all(header["ended"]):
+            page.send("seen", n=0)
+            header = page.receive("grid")
         assert len(header["success"]) == 16
         assert all(header["success"])
         assert Image.open(io.BytesIO(page.files[0])).size == (768, 576)
@@ -332,34 +332,34 @@ def test_folders_and_processes_of_the_command_line_can_be_watched(tmp_path):
     policy = f"{sys.executable} {PIPE_POLICY}"
     arguments = ["--folder", data, "--folder", run, "--policy-command", policy]
     with serving(tmp_path / "out", *arguments) as server, server.page() as page:
-        hello = page.hear("hello")
+        hello = page.receive("hello")
         assert hello["sources"][-1] == "process"
         stored, evaluated = hello["folders"]
-        page.say("stored", folder=0, task=0, episode=1)
-        film = page.hear("film")
-        assert film["result"]["steps"] == stored["tasks"][0]["episodes"][1]["steps"]
-        assert film["result"]["success"]
+        page.send("stored", folder=0, task=0, episode=1)
+        playback = page.receive("playback")
+        assert playback["result"]["steps"] == stored["tasks"][0]["episodes"][1]["steps"]
+        assert playback["result"]["success"]
         for number, episode in enumerate(evaluated["tasks"][0]["episodes"]):
-            page.say("stored", folder=1, task=0, episode=number)
-            film = page.hear("film")
-            assert film["seed"] == episode["seed"]
-            assert film["result"]["success"] == episode["success"]
-        page.say("watch", id=TASK, source="process", seed="4242424242")
-        film = page.hear("film")
-        page.say("wall", id=TASK, source="process", seed="1")
-        page.hear("wall")
-        page.say("run", on=True)
-        page.hear("running")
-        page.hear("wall")
+            page.send("stored", folder=1, task=0, episode=number)
+            playback = page.receive("playback")
+            assert playback["seed"] == episode["seed"]
+            assert playback["result"]["success"] == episode["success"]
+        page.send("watch", id=TASK, source="process", seed="4242424242")
+        playback = page.receive("playback")
+        page.send("grid", id=TASK, source="process", seed="1")
+        page.receive("grid")
+        page.send("run", on=True)
+        page.receive("running")
+        page.receive("grid")
     # The same as `engram eval` plays with it.
     outside = tmp_path / "outside"
     command = [*engram_command, "eval", TASK, "--policy-command", policy, "--episodes=1"]
     subprocess.run([*command, "--out", outside], check=True, capture_output=True, timeout=SECONDS)
     result = json.loads(next(outside.rglob(f"{TASK}.json")).read_text())
-    assert film["result"]["return"] == pytest.approx(result["returns"][0])
+    assert playback["result"]["return"] == pytest.approx(result["returns"][0])
 
 
-def test_results_with_other_rules_options_and_constants_play_as_they_did(tmp_path):
+def test_results_with_other_rules_options_and_constants_are_reproduced(tmp_path):
     engram_command = [sys.executable, "-m", "engram"]
     variants = tmp_path / "variants.json"
     variant = {
@@ -380,21 +380,21 @@ def test_results_with_other_rules_options_and_constants_play_as_they_did(tmp_pat
         runs.extend(path.parent for path in (tmp_path / name).rglob("settings.json"))
     arguments = [word for run in runs for word in ("--folder", run)]
     with serving(tmp_path / "out", *arguments) as server, server.page() as page:
-        for folder, told in enumerate(page.hear("hello")["folders"]):
+        for folder, message in enumerate(page.receive("hello")["folders"]):
             (file,) = runs[folder].glob("*-v0.json")
             result = json.loads(file.read_text())
-            assert len(told["tasks"][0]["episodes"]) == 3
+            assert len(message["tasks"][0]["episodes"]) == 3
             for episode in range(3):
-                page.say("stored", folder=folder, task=0, episode=episode)
-                film = page.hear("film")
-                assert film["result"]["success"] == bool(result["successes"][episode])
-                assert film["result"]["steps"] == result["episode_lengths"][episode]
-                assert film["result"]["return"] == pytest.approx(result["returns"][episode])
+                page.send("stored", folder=folder, task=0, episode=episode)
+                playback = page.receive("playback")
+                assert playback["result"]["success"] == bool(result["successes"][episode])
+                assert playback["result"]["steps"] == result["episode_lengths"][episode]
+                assert playback["result"]["return"] == pytest.approx(result["returns"][episode])
 
 
-def test_a_policy_that_fails_is_told_and_started_again(tmp_path):
+def test_a_failed_policy_is_reported_and_restarted(tmp_path):
     with serving(tmp_path / "out", "--policy-command", "echo no") as server, server.page() as page:
         for _ in range(2):
-            page.say("watch", id=TASK, source="process")
+            page.send("watch", id=TASK, source="process")
             with pytest.raises(AssertionError, match="the policy"):
-                page.hear("film")
+                page.receive("playback")

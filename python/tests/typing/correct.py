@@ -1,4 +1,4 @@
-"""Code that type checkers have nothing to say against."""
+"""Code without type errors."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def one(mode: EnvOptions) -> gymnasium.Env[NDArray[np.float32], NDArray[np.float
     return env
 
 
-def told() -> TaskDescription:
+def descriptions() -> TaskDescription:
     described = engram.describe(TASK, obs_mode="objects", rules="original")
     print([output["name"] for output in described["outputs"] if output["privileged"]])
     print({task["id"]: task["horizon"] + 1 for task in engram.list()})

@@ -1,4 +1,4 @@
-// All tasks, by family; pictures and rates are asked for when their card comes into view.
+// All tasks, by family; pictures and rates are fetched when their card comes into view.
 import { find, make, options, rates } from './draw.js';
 
 let tasks = [];
@@ -30,7 +30,7 @@ async function fill(card) {
   image.src = `picture/${task.id}.jpg`;
   const ceilings = task.ceilings ?? {};
   card.querySelector('.phases').textContent = task.phases.map((phase) => phase.name).join(' → ');
-  card.querySelector('.rates-here').replaceChildren(rates([
+  card.querySelector('.card-rates').replaceChildren(rates([
     ['chance', task.chance],
     ['sweep', ceilings.sweep?.success_once],
     ['oracle', ceilings.oracle?.success_once],
@@ -46,10 +46,10 @@ function card(task) {
     make('img', { alt: `A moment of ${task.id}`, width: 320, height: 240 }),
     make('div', {},
       make('h4', {}, task.id),
-      make('p', { class: 'say' }, task.instruction),
+      make('p', { class: 'instruction-text' }, task.instruction),
       make('p', {}, `${task.split}, ${task.memory_type}; ${task.horizon} steps, ${seconds} s`),
       make('p', { class: 'phases' }, '…'),
-      make('span', { class: 'rates-here' }),
+      make('span', { class: 'card-rates' }),
       make('span', { class: 'buttons' },
         make('button', { type: 'button', 'aria-label': `Play ${task.id}`, onclick: go('play') }, 'Play'),
         make('button', { type: 'button', 'aria-label': `Watch ${task.id}`, onclick: go('watch') }, 'Watch'))));

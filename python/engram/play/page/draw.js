@@ -16,7 +16,7 @@ export function options(select, values, chosen) {
   select.replaceChildren(...values.map(([value, words]) => make('option', { value, selected: value === chosen }, words)));
 }
 
-// Draws a file into a canvas; resolves when it is there.
+// Draws a file into a canvas; resolves when it is drawn.
 export async function paint(canvas, file) {
   const image = await createImageBitmap(file);
   if (canvas.width !== image.width || canvas.height !== image.height) {
@@ -39,7 +39,7 @@ export function rates(rows) {
   return list;
 }
 
-// What stands in a field for a seed; null if it is empty, undefined if it is no seed.
+// Value of a field for a seed; null if it is empty, undefined if it is no seed.
 export function seedIn(input) {
   if (input.value.trim() === '') return null;
   return input.validity.valid ? input.value.trim() : undefined;

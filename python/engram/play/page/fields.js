@@ -21,10 +21,10 @@ function group(summary, note, fields) {
 
 function show(place, task) {
   const groups = [
-    group('Pins: what is drawn', 'What stands here is not drawn. Leave fields empty to have them drawn.',
+    group('Pins: fixed values of random variables', 'Empty fields are random.',
       task.draws.map((draw) => field(place, 'pins', draw,
-        `${draw.description}${bounds(draw)}${unit(draw)}${draw.width > 1 ? `; ${draw.width} numbers` : ''}`, 'drawn'))),
-    group('Constants of the task', 'Another number makes another task; rates do not apply to it.',
+        `${draw.description}${bounds(draw)}${unit(draw)}${draw.width > 1 ? `; ${draw.width} numbers` : ''}`, 'random'))),
+    group('Constants of the task', 'Changed constants make another task; rates do not apply to it.',
       task.changeable.map((one) => field(place, 'constants', one,
         `${one.description}${bounds(one)}${unit(one)}${one.names ? '; ' + one.names.join(', ') : ''}`,
         Array.isArray(one.value) ? one.value.join(', ') : String(one.value)))),
@@ -34,7 +34,7 @@ function show(place, task) {
   place.replaceChildren(...groups.filter(Boolean));
 }
 
-// Shows the fields of a task under the element with that id, unless they are there.
+// Shows the fields of a task in the element with that id, unless it shows them already.
 export async function showFields(where, id) {
   const place = find(where);
   if (place.dataset.task === id) return;
@@ -46,7 +46,7 @@ export async function showFields(where, id) {
 
 const value = (text) => (text !== '' && Number.isFinite(Number(text)) ? Number(text) : text);
 
-// What stands in those fields, by group; several values are separated by commas.
+// Values of those fields, by group; several values are separated by commas.
 export function readValues(where) {
   const values = { pins: {}, constants: {}, options: {} };
   for (const input of find(where).querySelectorAll('input')) {

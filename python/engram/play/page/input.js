@@ -1,7 +1,7 @@
 // Keys, mouse, touch and gamepad become an action: 3 numbers of translation, 3 of rotation, gripper.
 import { find, make } from './draw.js';
 
-// Where the human view looks: away from the viewer, and to the right of it, over the table.
+// Directions of the human view over the table: away from the viewer, and to the right.
 const AWAY = [-0.63, -0.77];
 const RIGHT = [-0.77, 0.63];
 // right, away, up, then turns about z, y and x; a positive number turns the hand the negative way.
@@ -28,17 +28,17 @@ let sticks = [0, 0, 0, 0, 0, 0];
 let changed = () => {};
 
 export function action() {
-  const wish = [0, 0, 0, 0, 0, 0];
-  for (const code of held) if (KEYS[code]) wish[KEYS[code][0]] += KEYS[code][1];
-  if (drag) for (let i = 0; i < 6; ++i) wish[i] += drag.wish[i];
-  if (wheel) wish[2] += wheel;
-  for (let i = 0; i < 6; ++i) wish[i] = Math.max(-1, Math.min(1, wish[i] + sticks[i]));
+  const motion = [0, 0, 0, 0, 0, 0];
+  for (const code of held) if (KEYS[code]) motion[KEYS[code][0]] += KEYS[code][1];
+  if (drag) for (let i = 0; i < 6; ++i) motion[i] += drag.motion[i];
+  if (wheel) motion[2] += wheel;
+  for (let i = 0; i < 6; ++i) motion[i] = Math.max(-1, Math.min(1, motion[i] + sticks[i]));
   const strength = Number(find('strength').value);
-  const [right, away, up, yaw, pitch, roll] = wish.map((value) => value * strength);
+  const [right, away, up, yaw, pitch, roll] = motion.map((value) => value * strength);
   const numbers = [
     right * RIGHT[0] + away * AWAY[0], right * RIGHT[1] + away * AWAY[1], up, roll, pitch, yaw,
   ].map((value) => Math.round(Math.max(-1, Math.min(1, value)) * 1000) / 1000 + 0);
-  return { a: [...numbers, open ? 1 : -1], held: held.has('KeyT') || wish.some((value) => value !== 0) };
+  return { a: [...numbers, open ? 1 : -1], held: held.has('KeyT') || motion.some((value) => value !== 0) };
 }
 
 export function release() {
@@ -89,13 +89,13 @@ function mouse(stage) {
     if (event.button !== 0) return;
     stage.focus({ preventScroll: true });
     stage.setPointerCapture(event.pointerId);
-    drag = { x: event.clientX, y: event.clientY, wish: [0, 0, 0, 0, 0, 0] };
+    drag = { x: event.clientX, y: event.clientY, motion: [0, 0, 0, 0, 0, 0] };
   });
   stage.addEventListener('pointermove', (event) => {
     if (!drag) return;
     const x = Math.max(-1, Math.min(1, (event.clientX - drag.x) / DRAG));
     const y = Math.max(-1, Math.min(1, (drag.y - event.clientY) / DRAG));
-    drag.wish = event.shiftKey ? [0, 0, y, x, 0, 0] : [x, y, 0, 0, 0, 0];
+    drag.motion = event.shiftKey ? [0, 0, y, x, 0, 0] : [x, y, 0, 0, 0, 0];
     changed();
   });
   stage.addEventListener('pointerup', end);
@@ -156,7 +156,7 @@ function gamepad(commands) {
   }, 25);
 }
 
-// commands: what other keys do, by code. whenChanged: called when the action is another one.
+// commands: functions by key code. whenChanged: called when the action has changed.
 export function begin(commands, whenChanged) {
   changed = whenChanged;
   const stage = find('stage');

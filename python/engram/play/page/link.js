@@ -1,19 +1,19 @@
-// The connection to the server: texts are messages, bytes are a header and pictures.
+// Connection to the server: texts are messages, bytes are a header and pictures.
 const listeners = new Map();
 let socket = null;
 
 export function on(type, listener) { listeners.set(type, listener); }
 
-function tell(type, ...values) {
+function dispatch(type, ...values) {
   const listener = listeners.get(type);
   if (listener) listener(...values);
 }
 
-export function say(message) {
+export function send(message) {
   if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }
 
-// A message of bytes: length of the header, the header, files of the sizes that it tells.
+// A message of bytes: length of the header, the header, files of the sizes in it.
 function unpack(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
@@ -35,11 +35,11 @@ export function connect() {
   socket.addEventListener('message', (event) => {
     if (typeof event.data === 'string') {
       const message = JSON.parse(event.data);
-      tell(message.type, message);
+      dispatch(message.type, message);
     } else {
       const [header, files] = unpack(event.data);
-      tell('picture ' + header.kind, header, files);
+      dispatch('picture ' + header.kind, header, files);
     }
   });
-  socket.addEventListener('close', (event) => tell('closed', event.code));
+  socket.addEventListener('close', (event) => dispatch('closed', event.code));
 }

@@ -1,12 +1,12 @@
-// Views, and what holds for all of them.
+// Views of the page, their navigation and notices.
 import * as choose from './choose.js';
 import { find } from './draw.js';
-import { connect, on, say } from './link.js';
+import { connect, on, send } from './link.js';
 import * as play from './play.js';
-import * as wall from './wall.js';
+import * as grid from './grid.js';
 import * as watch from './watch.js';
 
-const VIEWS = ['choose', 'play', 'watch', 'wall'];
+const VIEWS = ['choose', 'play', 'watch', 'grid'];
 let view = 'choose';
 let notice = 0;
 
@@ -15,10 +15,10 @@ function show() {
   const next = VIEWS.includes(wish) ? wish : 'choose';
   if (view === 'play' && next !== 'play') play.pause();
   if (view === 'watch' && next !== 'watch') watch.stop();
-  if (view === 'wall' && next !== 'wall') say({ do: 'leave' });
+  if (view === 'grid' && next !== 'grid') send({ do: 'leave' });
   if (view !== next) window.scrollTo(0, 0);
   if (next === 'watch') watch.enter();
-  if (next === 'wall') wall.enter();
+  if (next === 'grid') grid.enter();
   view = next;
   for (const name of VIEWS) find(name).hidden = name !== view;
   for (const link of document.querySelectorAll('nav a')) {
@@ -27,16 +27,16 @@ function show() {
   }
 }
 
-function tell(words) {
-  find('notice').textContent = words;
+function showNotice(text) {
+  find('notice').textContent = text;
   find('notice').hidden = false;
   clearTimeout(notice);
   notice = setTimeout(() => { find('notice').hidden = true; }, 10000);
 }
 
-function away(words, button) {
-  const box = find('away');
-  box.querySelector('span').textContent = words;
+function showConnection(text, button) {
+  const box = find('connection');
+  box.querySelector('span').textContent = text;
   box.querySelector('button').hidden = !button;
   box.hidden = false;
 }
@@ -45,48 +45,48 @@ document.addEventListener('chosen', async (event) => {
   const { id, view: wish } = event.detail;
   location.hash = `#${wish}`;
   show();
-  wall.choose(id);
+  grid.choose(id);
   if (wish === 'watch') watch.watch(id);
   else await play.choose(id);
 });
 
 on('running', (message) => {
-  if (view === 'wall') wall.setRunning(message.on);
+  if (view === 'grid') grid.setRunning(message.on);
   else play.ran(message.on);
 });
-on('film', (message) => {
+on('playback', (message) => {
   play.leave();
   watch.opened(message);
 });
-on('wall', (message) => {
+on('grid', (message) => {
   play.leave();
   find('task-shown').textContent = message.id;
 });
 on('error', (message) => {
   watch.failed();
-  tell(message.message);
+  showNotice(message.message);
 });
-on('busy', () => away('engram is being played in another tab.', true));
-on('taken', () => away('Another tab has taken over. Close this one, or', true));
+on('busy', () => showConnection('engram is being played in another tab.', true));
+on('taken', () => showConnection('Another tab has taken over. Close this one, or', true));
 on('closed', (code) => {
-  if (code !== 4001) away('The server has ended. Start `engram play` again for a new address.', false);
+  if (code !== 4001) showConnection('The server has ended. Start `engram play` again for a new address.', false);
 });
-find('away').querySelector('button').addEventListener('click', () => {
-  if (find('away').textContent.includes('taken over')) location.reload();
-  else say({ do: 'take' });
+find('connection').querySelector('button').addEventListener('click', () => {
+  if (find('connection').textContent.includes('taken over')) location.reload();
+  else send({ do: 'take' });
 });
 
 await choose.begin();
 play.begin();
 watch.begin();
-wall.begin();
+grid.begin();
 on('hello', (message) => {
-  find('away').hidden = true;
+  find('connection').hidden = true;
   watch.sources(message);
-  wall.setColumns(message.columns);
+  grid.setColumns(message.columns);
   document.body.dataset.ready = 'yes';
 });
 window.addEventListener('hashchange', show);
-globalThis.engramPlay = { play: play.stats, wall: wall.stats };
+globalThis.engramPlay = { play: play.stats, grid: grid.stats };
 show();
 connect();

@@ -1,12 +1,12 @@
-// Playing an episode. What comes from the server before its end are pictures and step numbers.
+// Episode that the user plays. Before its end, the server sends only pictures and step numbers.
 import * as input from './input.js';
 import { described } from './choose.js';
 import { find, make, paint, percent, rates, seedIn } from './draw.js';
-import { on, say } from './link.js';
+import { on, send } from './link.js';
 import { readValues, showFields } from './fields.js';
 
-const SLOW_BELOW = 120; // steps of an episode for which real time is too fast for most
-const KEPT = 400; // latencies
+const SLOW_BELOW = 120; // steps; shorter episodes start at a quarter of real time
+const MOST_LATENCIES = 400;
 
 let id = null;
 let horizon = 1;
@@ -15,7 +15,7 @@ let ended = true;
 let number = 0; // of the last input
 let last = '';
 let speedChosen = false;
-const sentAt = new Map(); // input number: when
+const sentAt = new Map(); // times by input number
 export const stats = { latencies: [], frames: [], dropped: 0, last: -1 };
 
 export const playing = () => id;
@@ -29,12 +29,12 @@ export async function choose(task) {
 }
 
 export function pause() {
-  if (running) say({ do: 'run', on: false });
+  if (running) send({ do: 'run', on: false });
 }
 
-function tellSpeed() {
+function sendSpeed() {
   const value = find('speed').value;
-  say({ do: 'speed', of: value === 'turns' ? 1 : Number(value), turns: value === 'turns' });
+  send({ do: 'speed', of: value === 'turns' ? 1 : Number(value), turns: value === 'turns' });
 }
 
 function fresh() {
@@ -45,19 +45,19 @@ function fresh() {
     return;
   }
   last = '';
-  say({ do: 'play', id, seed, ...readValues('play-values') });
-  tellSpeed();
+  send({ do: 'play', id, seed, ...readValues('play-values') });
+  sendSpeed();
 }
 
 function toggle() {
   if (ended) fresh();
-  else say({ do: 'run', on: !running });
+  else send({ do: 'run', on: !running });
 }
 
 function step() {
   if (running || ended) return;
   const { a } = input.action();
-  say({ do: 'step', a, n: ++number });
+  send({ do: 'step', a, n: ++number });
 }
 
 function act() {
@@ -67,7 +67,7 @@ function act() {
   last = text;
   if (running) sentAt.set(++number, performance.now());
   else ++number;
-  say({ do: 'act', ...now, n: number });
+  send({ do: 'act', ...now, n: number });
 }
 
 function showButtons() {
@@ -85,7 +85,7 @@ function opened(message) {
   horizon = message.horizon;
   find('instruction').textContent = message.instruction;
   find('task-shown').textContent = message.id;
-  find('result').replaceChildren(make('p', { class: 'note' }, 'Look well, then press Start, or Enter in the picture.'));
+  find('result').replaceChildren(make('p', { class: 'note' }, 'Look at the scene, then press Start, or Enter in the picture.'));
   find('after').hidden = true;
   showScore(message.score);
   showClock(0);
@@ -101,7 +101,7 @@ function showClock(now) {
 }
 
 async function picture(header, files) {
-  say({ do: 'seen', n: header.n });
+  send({ do: 'seen', n: header.n });
   await Promise.all([paint(find('human'), files[0]), paint(find('sensors'), files[1])]);
   showClock(header.n);
   if (header.n === 1) showButtons();
@@ -115,7 +115,7 @@ async function picture(header, files) {
       sentAt.delete(sent);
       stats.latencies.push(now - when);
     }
-    if (stats.latencies.length > KEPT) stats.latencies.splice(0, stats.latencies.length - KEPT);
+    if (stats.latencies.length > MOST_LATENCIES) stats.latencies.splice(0, stats.latencies.length - MOST_LATENCIES);
     showLatency();
   });
 }
@@ -135,12 +135,12 @@ export function ran(on) {
   showButtons();
 }
 
-// Something else is on show now; an episode that was not at its end is given up.
+// Another view is shown; an unfinished episode is abandoned.
 export function leave() {
   if (ended) return;
   ended = true;
   running = false;
-  find('result').replaceChildren(make('p', { class: 'note' }, 'The episode was given up.'));
+  find('result').replaceChildren(make('p', { class: 'note' }, 'The episode was abandoned.'));
   showButtons();
 }
 
@@ -148,20 +148,20 @@ function finished(message) {
   ended = true;
   running = false;
   input.release();
-  const words = message.success ? ['good', 'Success'] : message.failed ? ['bad', 'Failed'] : ['bad', 'Time is over'];
-  const answer = message.answered === null ? 'The task asks for no single answer.'
+  const outcome = message.success ? ['good', 'Success'] : message.failed ? ['bad', 'Failed'] : ['bad', 'Time is over'];
+  const answer = message.answered === null ? 'The task has no single answer.'
     : !message.answered ? 'No answer was given.'
       : message.first_answer_correct ? 'The first answer was right.' : 'The first answer was wrong.';
   find('result').replaceChildren(
-    make('strong', { class: words[0] }, words[1]),
+    make('strong', { class: outcome[0] }, outcome[1]),
     make('p', {}, answer),
     make('p', {}, `${message.steps} steps, reward ${message.return.toFixed(2)}, seed ${message.seed}`));
   if (!message.counted) {
-    find('result').append(make('p', { class: 'note' }, 'It does not count: its seed has been played before, or the task was changed.'));
+    find('result').append(make('p', { class: 'note' }, 'It does not count: its seed was played before, or the task was changed.'));
   }
   find('after').hidden = false;
-  find('save').disabled = !message.keepable;
-  find('save').title = message.keepable ? '' : 'Demonstrations are successes, of the task as it is';
+  find('save').disabled = !message.savable;
+  find('save').title = message.savable ? '' : 'Demonstrations are successes in the unchanged task';
   showScore(message.score);
   showButtons();
   find('run').focus({ preventScroll: true });
@@ -169,16 +169,16 @@ function finished(message) {
 
 function showScore(score) {
   const beads = score.results.map((right) => (right ? '●' : '○')).join('');
-  const heading = score.episodes === 0 ? `How good is your memory? ${score.of} episodes tell.`
+  const heading = score.episodes === 0 ? `Score of ${score.of} episodes: none yet`
     : `${score.successes} of ${score.episodes} episodes`;
   const rows = [['chance', score.chance], ['sweep', score.sweep], ['you', score.rate], ['oracle', score.oracle]];
   const parts = [make('p', {}, make('strong', {}, heading), ' ', make('span', { class: 'beads', 'aria-hidden': 'true' }, beads))];
   parts.push(rates(rows));
-  if (score.first_told > 0) {
-    parts.push(make('p', { class: 'note' }, `first answers right: ${score.first_right} of ${score.first_told}; guessing: ${percent(score.answer_chance)}`));
+  if (score.first_answers > 0) {
+    parts.push(make('p', { class: 'note' }, `first answers right: ${score.first_right} of ${score.first_answers}; guessing: ${percent(score.answer_chance)}`));
   }
   if (score.memory !== null) {
-    const done = score.episodes >= score.of ? '' : `, after ${score.of} episodes for good`;
+    const done = score.episodes >= score.of ? '' : `, preliminary until ${score.of} episodes`;
     parts.push(make('p', { class: 'note' }, `memory score ${score.memory.toFixed(2)} (0: sweep, no memory; 1: oracle)${done}`));
   }
   find('score').replaceChildren(...parts);
@@ -197,11 +197,11 @@ export function begin() {
   });
   find('again').addEventListener('click', fresh);
   find('step').addEventListener('click', step);
-  find('save').addEventListener('click', () => say({ do: 'save' }));
-  find('review').addEventListener('click', () => say({ do: 'review' }));
+  find('save').addEventListener('click', () => send({ do: 'save' }));
+  find('review').addEventListener('click', () => send({ do: 'review' }));
   find('speed').addEventListener('change', () => {
     speedChosen = true;
-    tellSpeed();
+    sendSpeed();
   });
   document.addEventListener('visibilitychange', () => { if (document.hidden) pause(); });
   on('opened', opened);
@@ -209,6 +209,6 @@ export function begin() {
   on('ended', finished);
   on('saved', (message) => {
     find('save').disabled = true;
-    find('result').append(make('p', {}, `Kept: ${message.file} (${message.episodes} in the folder)`));
+    find('result').append(make('p', {}, `Saved: ${message.file} (${message.episodes} in the folder)`));
   });
 }

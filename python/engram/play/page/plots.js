@@ -78,13 +78,13 @@ function band(names, track) {
   return [figure, image, BAND];
 }
 
-// Fills the place; returns what moves the cursors to a picture.
-export function show(place, film) {
+// Fills the place; returns a function that moves the cursors to a picture.
+export function show(place, playback) {
   const rows = [
-    band(film.phases, film.phase),
-    curves('Reward of the step', [['reward', film.reward]]),
-    curves('Tool, m', ['x', 'y', 'z'].map((name, i) => [name, film.tcp.map((row) => row[i])])),
-    curves('Gripper, m', [['opening', film.gripper]], [0, 0.08]),
+    band(playback.phases, playback.phase),
+    curves('Reward of the step', [['reward', playback.reward]]),
+    curves('Tool, m', ['x', 'y', 'z'].map((name, i) => [name, playback.tcp.map((row) => row[i])])),
+    curves('Gripper, m', [['opening', playback.gripper]], [0, 0.08]),
   ];
   const cursors = rows.map(([, image, height]) => {
     const cursor = svg('line', { class: 'cursor', y1: 0, y2: height, 'vector-effect': 'non-scaling-stroke' });
@@ -93,7 +93,7 @@ export function show(place, film) {
   });
   place.replaceChildren(...rows.map(([figure]) => figure));
   return (frame) => {
-    const x = (frame / Math.max(1, film.frames - 1)) * WIDTH;
+    const x = (frame / Math.max(1, playback.frames - 1)) * WIDTH;
     for (const cursor of cursors) {
       cursor.setAttribute('x1', x);
       cursor.setAttribute('x2', x);

@@ -1,105 +1,105 @@
-// An episode of somebody else's, or the one just played: forwards, backwards, picture by picture.
+// Playback of an episode, of a policy or the user: forwards, backwards, picture by picture.
 import { all } from './choose.js';
 import { find, make, options, paint, seedIn } from './draw.js';
 import { readValues, showFields } from './fields.js';
-import { on, say } from './link.js';
+import { on, send } from './link.js';
 import * as plots from './plots.js';
 
 const STEP = 50; // milliseconds
 
-let film = null;
+let playback = null;
 let wanted = 0;
-let asked = null; // the picture that is on its way
+let requested = null; // number of the requested picture
 let shown = -1;
 let running = false;
 let due = 0;
 let move = () => {};
 let folders = [];
-let waits = false; // for an episode to be played
+let waiting = false; // for an episode
 
-// One picture is on its way at a time; then the newest wish is the next.
-function ask() {
-  if (!film || asked !== null || wanted === shown) return;
-  asked = wanted;
-  say({ do: 'frame', n: wanted });
+// Requests one picture at a time; then the newest wanted one.
+function request() {
+  if (!playback || requested !== null || wanted === shown) return;
+  requested = wanted;
+  send({ do: 'frame', n: wanted });
 }
 
 function go(frame) {
-  if (!film) return;
-  wanted = Math.max(0, Math.min(film.frames - 1, frame));
-  find('film-scrub').value = wanted;
-  tell();
+  if (!playback) return;
+  wanted = Math.max(0, Math.min(playback.frames - 1, frame));
+  find('playback-scrub').value = wanted;
+  showStatus();
   move(wanted);
-  ask();
+  request();
 }
 
-function tell() {
-  const phase = film.phase[wanted];
-  const reward = film.reward[wanted];
-  const [x, y, z] = film.tcp[wanted];
-  const words = [
-    `step ${wanted} of ${film.frames - 1}`,
-    phase === null ? null : `phase ${film.phases[phase]}`,
+function showStatus() {
+  const phase = playback.phase[wanted];
+  const reward = playback.reward[wanted];
+  const [x, y, z] = playback.tcp[wanted];
+  const parts = [
+    `step ${wanted} of ${playback.frames - 1}`,
+    phase === null ? null : `phase ${playback.phases[phase]}`,
     reward === null ? null : `reward ${reward.toFixed(3)}`,
     `tool ${x.toFixed(3)}, ${y.toFixed(3)}, ${z.toFixed(3)}`,
-    `gripper ${film.gripper[wanted].toFixed(3)}`,
+    `gripper ${playback.gripper[wanted].toFixed(3)}`,
   ];
-  const text = words.filter(Boolean).join('; ');
-  find('film-told').textContent = text;
-  find('film-scrub').setAttribute('aria-valuetext', text);
+  const text = parts.filter(Boolean).join('; ');
+  find('playback-status').textContent = text;
+  find('playback-scrub').setAttribute('aria-valuetext', text);
 }
 
 export function stop() {
   running = false;
-  find('film-run').textContent = 'Run';
+  find('playback-run').textContent = 'Run';
 }
 
 function run() {
-  if (!film) return;
+  if (!playback) return;
   running = !running;
-  find('film-run').textContent = running ? 'Pause' : 'Run';
-  if (running && wanted === film.frames - 1) go(0);
+  find('playback-run').textContent = running ? 'Pause' : 'Run';
+  if (running && wanted === playback.frames - 1) go(0);
   due = performance.now();
   if (running) requestAnimationFrame(advance);
 }
 
 function advance(now) {
   if (!running) return;
-  const step = STEP / Number(find('film-speed').value);
+  const step = STEP / Number(find('playback-speed').value);
   if (now - due > 500) due = now;
   const steps = Math.floor((now - due) / step);
   if (steps > 0) {
     due += steps * step;
     go(wanted + steps);
-    if (wanted === film.frames - 1) stop();
+    if (wanted === playback.frames - 1) stop();
   }
   requestAnimationFrame(advance);
 }
 
 async function picture(header, files) {
-  await Promise.all([paint(find('film-human'), files[0]), paint(find('film-sensors'), files[1])]);
+  await Promise.all([paint(find('playback-human'), files[0]), paint(find('playback-sensors'), files[1])]);
   shown = header.n;
-  find('film-human').dataset.frame = shown;
-  asked = null;
-  ask();
+  find('playback-human').dataset.frame = shown;
+  requested = null;
+  request();
 }
 
 export function opened(message) {
-  waits = false;
-  film = message;
-  asked = null;
+  waiting = false;
+  playback = message;
+  requested = null;
   shown = -1;
   location.hash = '#watch';
   showTask(message.id);
-  find('film-instruction').textContent = message.instruction;
+  find('playback-instruction').textContent = message.instruction;
   find('task-shown').textContent = message.id;
-  for (const id of ['film-back', 'film-run', 'film-on', 'film-scrub']) find(id).disabled = false;
-  find('film-scrub').max = message.frames - 1;
+  for (const id of ['playback-back', 'playback-run', 'playback-on', 'playback-scrub']) find(id).disabled = false;
+  find('playback-scrub').max = message.frames - 1;
   const result = message.result;
   const answer = result.first_answer_correct === null ? 'no answer'
     : result.first_answer_correct ? 'first answer right' : 'first answer wrong';
   const at = message.answered === null ? '' : ` in step ${message.answered}`;
-  find('film-result').replaceChildren(
+  find('playback-result').replaceChildren(
     make('strong', { class: result.success ? 'good' : 'bad' }, result.success ? 'Success' : 'No success'),
     make('p', {}, `${message.id}, seed ${message.seed}`),
     make('p', {}, `${result.steps} steps, reward ${result.return.toFixed(2)}; ${answer}${at}` +
@@ -121,10 +121,10 @@ export function watch(id) {
   submit();
 }
 
-// Nothing comes of what was asked for.
+// The request has failed.
 export function failed() {
-  if (waits) find('film-result').textContent = '';
-  waits = false;
+  if (waiting) find('playback-result').textContent = '';
+  waiting = false;
 }
 
 function submit() {
@@ -134,10 +134,10 @@ function submit() {
     return;
   }
   stop();
-  find('film-result').textContent = 'Playing …';
-  waits = true;
+  find('playback-result').textContent = 'Playing …';
+  waiting = true;
   const id = find('watch-task').value;
-  say({ do: 'watch', id, source: find('watch-source').value, seed, ...readValues('watch-values') });
+  send({ do: 'watch', id, source: find('watch-source').value, seed, ...readValues('watch-values') });
 }
 
 function showStored() {
@@ -153,7 +153,7 @@ function showEpisodes() {
 
 export function sources(message) {
   folders = message.folders;
-  for (const id of ['watch-source', 'wall-source']) {
+  for (const id of ['watch-source', 'grid-source']) {
     options(find(id), message.sources.map((name) => [name, name === 'process' ? "the policy's process" : name]));
   }
   find('stored-form').hidden = folders.length === 0;
@@ -174,16 +174,16 @@ export function begin() {
     event.preventDefault();
     stop();
     const number = (id) => Number(find(id).value);
-    say({ do: 'stored', folder: number('stored-folder'), task: number('stored-task'), episode: number('stored-episode') });
+    send({ do: 'stored', folder: number('stored-folder'), task: number('stored-task'), episode: number('stored-episode') });
   });
   find('stored-folder').addEventListener('change', showStored);
   find('stored-task').addEventListener('change', showEpisodes);
-  find('film-scrub').addEventListener('input', (event) => {
+  find('playback-scrub').addEventListener('input', (event) => {
     stop();
     go(Number(event.target.value));
   });
-  find('film-back').addEventListener('click', () => { stop(); go(wanted - 1); });
-  find('film-on').addEventListener('click', () => { stop(); go(wanted + 1); });
-  find('film-run').addEventListener('click', run);
-  on('picture film', picture);
+  find('playback-back').addEventListener('click', () => { stop(); go(wanted - 1); });
+  find('playback-on').addEventListener('click', () => { stop(); go(wanted + 1); });
+  find('playback-run').addEventListener('click', run);
+  on('picture playback', picture);
 }

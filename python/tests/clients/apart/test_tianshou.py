@@ -12,7 +12,7 @@ from conftest import ENDING_TASK, TASK
 from tianshou.algorithm.algorithm_base import RandomActionPolicy
 from tianshou.data import Collector, VectorReplayBuffer
 from tianshou.env import DummyVectorEnv, ShmemVectorEnv
-from transitions import assert_played
+from transitions import assert_transitions
 
 ENVS, STEPS = 3, 60
 
@@ -23,7 +23,7 @@ def single(id: str):
 
 @pytest.mark.parametrize("id", [TASK, ENDING_TASK])
 @pytest.mark.parametrize("kind", [DummyVectorEnv, ShmemVectorEnv])
-def test_a_collector_gathers_what_was_played(kind, id):
+def test_a_collector_gathers_the_transitions_of_engram(kind, id):
     envs = kind([single(id) for _ in range(ENVS)])
     buffer = VectorReplayBuffer(ENVS * STEPS, ENVS)
     collector = Collector(RandomActionPolicy(envs.action_space[0]), envs, buffer)
@@ -34,7 +34,7 @@ def test_a_collector_gathers_what_was_played(kind, id):
     def rows(values):  # environments are one behind the other
         return np.asarray(values).reshape(ENVS, STEPS, -1).swapaxes(0, 1)
 
-    assert_played(
+    assert_transitions(
         id,
         obs=rows(buffer.obs),
         actions=rows(buffer.act),

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("lerobot")
 
 import numpy as np
-from demonstrated import EPISODES
+from demonstrations import EPISODES
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from engram.datasets.__main__ import main

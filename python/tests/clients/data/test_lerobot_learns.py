@@ -1,4 +1,4 @@
-"""From demonstrations to a success rate by LeRobot alone: its reader, a policy, `lerobot-eval`."""
+"""LeRobot's own path from demonstrations to a success rate: reader, policy, `lerobot-eval`."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def checkpoint(demonstrations, tmp_path_factory) -> Path:
 def test_lerobot_eval_plays_a_checkpoint(checkpoint, recording, tmp_path):
     command = [
         str(Path(sys.executable).with_name("lerobot-eval")),
-        "--env.discover_packages_path=engram.lerobot",
+        "--env.discover_packages_path=engram.integrations.lerobot",
         "--env.type=engram",
         f"--env.task={TASK}",
         f"--policy.path={checkpoint}",

@@ -20,7 +20,7 @@ from lerobot.policies.act.configuration_act import ACTConfig
 from lerobot.scripts.lerobot_eval import eval_policy_all, rollout
 
 import engram
-import engram.lerobot
+import engram.integrations.lerobot
 
 SEED = 4242424242
 
@@ -93,7 +93,7 @@ def own_episodes(id: str, count: int, policy: str) -> list[dict]:
 
 def test_the_type_is_registered(config):
     assert "engram" in EnvConfig.get_known_choices()
-    assert isinstance(config, engram.lerobot.EngramEnvConfig)
+    assert isinstance(config, engram.integrations.lerobot.EngramEnvConfig)
     features = env_to_policy_features(config)
     assert features["observation.images.top"].shape == (3, 128, 128)
     assert features["observation.images.wrist"].shape == (3, 128, 128)
@@ -121,7 +121,7 @@ def test_environments_are_complete(envs, recwarn):
 
 
 @pytest.mark.parametrize("id", [TASK, ENDING_TASK])
-def test_a_rollout_is_what_engram_plays(id):
+def test_a_rollout_equals_that_of_engram(id):
     config = make_env_config("engram", task=id)
     env = make_env(config, n_envs=3)[id][0]
     policy = Player("oracle")
@@ -134,7 +134,7 @@ def test_a_rollout_is_what_engram_plays(id):
         assert int(result["done"][number].int().argmax()) + 1 == length
         np.testing.assert_array_equal(result["reward"][number, :length], episode["rewards"])
         assert bool(result["success"][number, :length].any()) == episode["success"]
-    # What policies saw, and what the rollout keeps, are of the right step.
+    # Observations of policies and of the rollout belong to the right step.
     obs, _ = (batch := engram.make_vec(id, 3, obs_mode="rgb")).reset(seed=seeds)
     top = result["observation"]["observation.images.top"]
     assert top.shape[2:] == (3, 128, 128)
@@ -151,7 +151,7 @@ def test_a_rollout_is_what_engram_plays(id):
 
 
 @pytest.mark.parametrize("policy_name", ["oracle", "zero"])
-def test_an_evaluation_counts_what_engram_counts(envs, config, policy_name, tmp_path):
+def test_an_evaluation_counts_as_engram_does(envs, config, policy_name, tmp_path):
     policy = Player(policy_name)
     policy.batch = envs[TASK][0].unwrapped
     info = eval_policy_all(
@@ -170,22 +170,22 @@ def test_an_evaluation_counts_what_engram_counts(envs, config, policy_name, tmp_
         [sum(episode["rewards"]) for episode in expected], rel=1e-5
     )
     assert info["overall"]["pc_success"] == (100 if policy_name == "oracle" else 0)
-    (film,) = info["overall"]["video_paths"]
-    assert Path(film).stat().st_size > 1000
+    (video,) = info["overall"]["video_paths"]
+    assert Path(video).stat().st_size > 1000
 
 
 def test_env_hub_loads_it(monkeypatch, tmp_path):
     """A repository whose env.py is one line, in the hub's cache."""
     commit = "0" * 40
-    repository = tmp_path / "models--somebody--engram-env"
+    repository = tmp_path / "models--user--engram-env"
     (repository / "refs").mkdir(parents=True)
     (repository / "refs" / "main").write_text(commit)
     (repository / "snapshots" / commit).mkdir(parents=True)
     (repository / "snapshots" / commit / "env.py").write_text(
-        "from engram.lerobot import make_env\n"
+        "from engram.integrations.lerobot import make_env\n"
     )
     made = make_env(
-        "somebody/engram-env", n_envs=2, trust_remote_code=True, hub_cache_dir=str(tmp_path)
+        "user/engram-env", n_envs=2, trust_remote_code=True, hub_cache_dir=str(tmp_path)
     )
     env = made[TASK][0]
     obs, _ = env.reset(seed=[1, 2])

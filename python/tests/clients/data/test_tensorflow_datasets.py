@@ -10,7 +10,7 @@ pytest.importorskip("tensorflow_datasets")
 
 import numpy as np
 import tensorflow_datasets as tfds
-from demonstrated import EPISODES, IDS
+from demonstrations import EPISODES, IDS
 
 from engram.datasets import find_folders, rlds
 

@@ -1,0 +1,49 @@
+"""Keywords of a batch, and the numbers of names in the extension."""
+
+from __future__ import annotations
+
+# begin options: lists (scripts/options.py writes this from api/options.toml)
+OBS_MODE = {
+    "none": 0,
+    "state": 1,
+    "state_dict": 2,
+    "rgb": 3,
+    "objects": 4,
+    "objects_dict": 5,
+    "rgb+depth": 6,
+    "rgb+segmentation": 7,
+    "rgb+depth+segmentation": 8,
+}
+REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
+AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
+AFTER_END = {"hold": 0, "continue": 1, "refuse": 2}
+POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3, "sweep": 4}
+RULES = {"reference": 0, "original": 1}
+CAMERAS = ("base_camera", "hand_camera", "render_camera")
+IMAGE_SIDE = (1, 4096)  # pixels
+
+# Conversion of each keyword: by type, or by the numbers of its names.
+KINDS: dict[str, str | dict[str, int]] = {
+    "num_envs": "int",
+    "seed": "seed",
+    "threads": "int",
+    "chunk": "int",
+    "obs_mode": OBS_MODE,
+    "observe_time": "bool",
+    "reward_mode": REWARD_MODE,
+    "control_mode": "text",
+    "rotation_sign": "int",
+    "freeze_cue": "bool",
+    "terminate_on_success": "maybe",
+    "robot_init_qpos_noise": "real",
+    "sleep": "bool",
+    "lanes": "int",
+    "substeps": "int",
+    "rules": RULES,
+    "renderer": "text",
+    "shadows": "bool",
+    "antialias": "bool",
+    "render_shadows": "bool",
+    "terminate_on_failure": "bool",
+}
+# end options

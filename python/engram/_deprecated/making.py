@@ -1,0 +1,5 @@
+"""Moved to engram.factory."""
+
+from engram._deprecated import redirect
+
+redirect("making")

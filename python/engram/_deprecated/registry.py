@@ -1,0 +1,5 @@
+"""Moved to engram.tasks."""
+
+from engram._deprecated import redirect
+
+redirect("registry")

@@ -1,0 +1,104 @@
+"""Queries of a batch beside its observations: robot, cameras, drawn values, pictures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engram import _core
+from engram._args import options, values
+
+if TYPE_CHECKING:
+    from engram.typing import Camera, TaskDescription
+
+CAMERA_MATRICES = ("extrinsic_cv", "cam2world_gl", "intrinsic_cv")
+
+
+class QueryMixin:
+    """Queries of ``VectorEnv``, which provides these attributes."""
+
+    _batch: _core.Batch
+    _arguments: dict[str, Any]
+    _render: tuple[str, int, int]  # camera, width, height
+    description: TaskDescription
+
+    def robot_state(self) -> dict[str, np.ndarray]:
+        """The robot, in every observation mode, as new float32 arrays.
+
+        Returns:
+            "qpos", (N, 9) in rad and m, arm joints and fingers; "qvel", (N, 9) in rad/s and m/s;
+            "tcp_pose", (N, 7), position in m and quaternion (w, x, y, z), in the world.
+
+        Raises:
+            BadStateError: Nothing was reset.
+        """
+        return dict(zip(("qpos", "qvel", "tcp_pose"), self._batch.robot_state()))
+
+    def camera_params(
+        self, size: int | tuple[int, int] | None = None
+    ) -> dict[str, dict[str, np.ndarray]]:
+        """The cameras of rgb observations as matrices, by name, as new float32 arrays.
+
+        Args:
+            size: Size of the pictures in pixels: a side or (width, height); default:
+                ``image_size`` of the constructor.
+
+        Returns:
+            For each camera "extrinsic_cv", (N, 3, 4) from the world to the camera (x right, y
+            down, z forward); "cam2world_gl", (N, 4, 4) from the camera (x right, y up, z backward)
+            to the world; "intrinsic_cv", (N, 3, 3) in pixels, where pixel (0, 0) covers 0 to 1.
+            hand_camera moves with the arm.
+
+        Raises:
+            BadStateError: Nothing was reset.
+        """
+        given = self._arguments
+        width, height = options.size_pair(given["image_size"] if size is None else size)
+        return {
+            camera: dict(zip(CAMERA_MATRICES, self._batch.camera_params(camera, width, height)))
+            for camera in given["cameras"] or options.SENSORS
+        }
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """Values drawn for the episodes, such as the lengths of their phases, as new arrays.
+
+        For analysis, and for scripts that read them in the original benchmark: they include
+        quantities that are hidden from policies. ``description["drawn"]`` explains them.
+
+        Returns:
+            Arrays by name, (N,) or (N, width), int64, or float32 where values are no whole numbers.
+
+        Raises:
+            BadStateError: Nothing was reset.
+        """
+        row: Any = self._batch.drawn()
+        result: dict[str, np.ndarray] = {}
+        at = 0
+        for field in self.description["drawn"]:
+            width = field["width"]
+            part = row[:, at] if width == 1 else row[:, at : at + width]
+            result[field["name"]] = part.astype(np.int64 if field["integer"] else np.float32)
+            at += width
+        return result
+
+    def frame(
+        self,
+        index: int = 0,
+        camera: Camera | None = None,
+        size: int | tuple[int, int] | None = None,
+    ) -> np.ndarray:
+        """One environment as it is now, uint8 (height, width, 3), row 0 on top.
+
+        Args:
+            index: Index of the environment.
+            camera: One of those in docs/cameras.md; default: ``render_camera`` of the constructor.
+            size: Side in pixels or (width, height), 1 to 4096; default: ``render_size``.
+        """
+        name, width, height = self._render
+        if size is not None:
+            width, height = options.size_pair(size)
+        if camera is not None:
+            name = values.text("camera", camera)
+        picture: Any = self._batch.render(values.integer("index", index), name, width, height)
+        return picture

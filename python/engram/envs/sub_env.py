@@ -1,0 +1,138 @@
+"""One environment of a batch, for code that handles environments individually."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from engram.errors import UnknownIdError
+
+if TYPE_CHECKING:
+    import gymnasium
+    import numpy as np
+
+    from engram import _core
+    from engram.typing import TaskDescription
+
+
+class Batch(Protocol):
+    """Parts of a ``VectorEnv`` that one of its environments uses."""
+
+    _batch: _core.Batch
+    _views: dict[str, Any]
+    description: TaskDescription
+    metadata: dict[str, Any]
+    render_mode: str | None
+    spec: Any
+    task_id: str
+
+    @property
+    def single_observation_space(self) -> gymnasium.Space[Any]: ...
+    @property
+    def single_action_space(self) -> gymnasium.Space[Any]: ...
+    def frame(self, index: int = 0) -> np.ndarray: ...
+    def save(self, index: int | None = None) -> bytes: ...
+    def restore(self, data: bytes, index: int | None = None) -> Any: ...
+
+
+class SubEnv:
+    """One environment of a ``VectorEnv``, to read from: it cannot be stepped on its own.
+
+    Attributes:
+        index: Its place in the batch.
+    """
+
+    def __init__(self, batch: Batch, index: int) -> None:
+        self._batch = batch
+        self.index = index
+
+    def __repr__(self) -> str:
+        return f"<environment {self.index} of {self._batch!r}>"
+
+    @property
+    def unwrapped(self) -> SubEnv:
+        """Itself."""
+        return self
+
+    @property
+    def observation_space(self) -> gymnasium.Space[Any]:
+        """Space of its observation."""
+        return self._batch.single_observation_space
+
+    @property
+    def action_space(self) -> gymnasium.Space[Any]:
+        """Space of its action."""
+        return self._batch.single_action_space
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """The batch's."""
+        return self._batch.metadata
+
+    @property
+    def spec(self) -> Any:
+        """The batch's."""
+        return self._batch.spec
+
+    @property
+    def render_mode(self) -> str | None:
+        """The batch's."""
+        return self._batch.render_mode
+
+    @property
+    def task(self) -> str:
+        """Id of the task."""
+        return self._batch.task_id
+
+    @property
+    def language_instruction(self) -> str:
+        """The instruction of the running episode."""
+        return self._batch._batch.instruction(self.index)
+
+    @property
+    def task_description(self) -> str:
+        """The same, under LeRobot's name."""
+        return self.language_instruction
+
+    @property
+    def max_episode_steps(self) -> int:
+        """Control steps of an episode."""
+        return int(self._batch.description["horizon"])
+
+    @property
+    def _max_episode_steps(self) -> int:
+        return self.max_episode_steps
+
+    def output(self, name: str) -> Any:
+        """A copy of one of its outputs: "success", "reward", "tcp_pose", ....
+
+        Raises:
+            UnknownIdError: There is no output of that name.
+        """
+        views = self._batch._views
+        if name not in views:
+            raise UnknownIdError(f"output {name!r} given; allowed: {', '.join(views)}")
+        return views[name][self.index].copy()
+
+    def render(self) -> np.ndarray | None:
+        """A picture of it, uint8 (height, width, 3); None without a render mode."""
+        return None if self.render_mode is None else self._batch.frame(self.index)
+
+    def save(self) -> bytes:
+        """A snapshot of it."""
+        return self._batch.save(self.index)
+
+    def restore(self, data: bytes) -> None:
+        """Restores a snapshot into it."""
+        self._batch.restore(data, self.index)
+
+    def get_wrapper_attr(self, name: str) -> Any:
+        """The attribute itself: there are no wrappers."""
+        return getattr(self, name)
+
+    def has_wrapper_attr(self, name: str) -> bool:
+        """True if it has the attribute."""
+        return hasattr(self, name)
+
+    def set_wrapper_attr(self, name: str, value: Any) -> None:
+        """Sets the attribute."""
+        setattr(self, name, value)

@@ -1,0 +1,1 @@
+"""Batches in the conventions of other libraries: Stable-Baselines3, LeRobot."""

@@ -1,0 +1,86 @@
+"""A batch in the form that LeRobot's rollout expects."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import VectorWrapper
+from gymnasium.vector.utils import batch_space
+
+from engram.envs.vector_env import VectorEnv
+
+CAMERAS = ("top", "wrist")
+
+
+class LeRobotEnv(VectorWrapper):
+    """A batch whose observations are {"pixels": {camera: images}, "agent_pos": proprio}.
+
+    ``envs[i].task_description`` is the instruction, and infos of ended episodes hold
+    "is_success": success at any time of the episode.
+
+    Args:
+        id: Task, such as "RememberColor3-VLA-v0".
+        num_envs: Number of environments.
+        **options: Those of ``VectorEnv``, except obs_mode, autoreset_mode and copy.
+    """
+
+    def __init__(self, id: str, num_envs: int, **options: Any) -> None:
+        # LeRobot's own environments reset in the same step, and its rollout keeps the arrays.
+        batch = VectorEnv(
+            id, num_envs, obs_mode="rgb", autoreset_mode="SAME_STEP", copy=True, **options
+        )
+        super().__init__(batch)
+        self.batch = batch
+        single: Any = batch.single_observation_space
+        image = spaces.Box(0, 255, (*single["rgb"].shape[:2], 3), np.uint8)
+        self.single_observation_space = spaces.Dict(
+            {
+                "pixels": spaces.Dict(dict.fromkeys(CAMERAS, image)),
+                "agent_pos": single["proprio"],
+            }
+        )
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+
+    @property
+    def envs(self) -> list[Any]:
+        """One object per environment: task, task_description, render(), ...."""
+        return list(self.batch.envs)
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """An attribute or method of each of ``envs``."""
+        return self.batch.call(name, *args, **kwargs)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of each of ``envs``."""
+        return self.batch.get_attr(name)
+
+    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[dict[str, Any], Any]:
+        """See ``engram.VectorEnv.reset``."""
+        obs, info = self.batch.reset(seed=seed, options=options)
+        return self._renamed(obs), info
+
+    def step(self, actions: Any) -> tuple[Any, ...]:
+        """See ``engram.VectorEnv.step``; actions beyond [-1, 1] are clipped by the controller."""
+        obs, reward, terminated, truncated, info = self.batch.step(actions)
+        if "final_info" in info:
+            final = info["final_info"]
+            final["is_success"] = final["success_once"] & info["_final_info"]
+        return self._renamed(obs), reward, terminated, truncated, info
+
+    def _renamed(self, obs: dict[str, np.ndarray]) -> dict[str, Any]:
+        rgb = obs["rgb"]
+        pixels = {camera: rgb[..., 3 * i : 3 * i + 3] for i, camera in enumerate(CAMERAS)}
+        return {"pixels": pixels, "agent_pos": obs["proprio"]}
+
+
+def make_env(
+    n_envs: int = 1,
+    use_async_envs: bool = False,
+    cfg: Any = None,
+    task: str = "RememberColor3-VLA-v0",
+) -> dict[str, dict[int, LeRobotEnv]]:
+    """Entry point for LeRobot's EnvHub, in the env.py of a repository: {id: {0: batch}}."""
+    id = getattr(cfg, "task", None) or task
+    return {id: {0: LeRobotEnv(id, n_envs)}}

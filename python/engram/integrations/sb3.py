@@ -1,0 +1,135 @@
+"""A batch as a Stable-Baselines3 VecEnv."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from stable_baselines3.common.vec_env import VecEnv
+
+from engram._args.keywords import check_single
+from engram.envs.compat import AutoresetMode
+from engram.envs.vector_env import VectorEnv
+from engram.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from engram.typing import EnvOptions, ObsMode
+
+
+class Sb3VecEnv(VecEnv):
+    """engram's batch in Stable-Baselines3's conventions.
+
+    All arrays are copies, because its algorithms keep them. Infos are empty
+    dicts, except in the step that ends an episode: then they hold "terminal_observation",
+    "TimeLimit.truncated", "is_success" (success at any time of the episode), "episode" (return,
+    length and seconds, as its Monitor gives them) and the task's own fields. The observation mode
+    "state_dict" is not supported (its policies know no nested dicts).
+
+    Its policies for dicts ("MultiInputPolicy", "MultiInputLstmPolicy") take all of an rgb
+    observation; those for images ("CnnPolicy", "CnnLstmPolicy") need ``images_only``.
+
+    Args:
+        id: Task, such as "RememberColor3-VLA-v0".
+        num_envs: Number of environments.
+        obs_mode: See ``VectorEnv``.
+        images_only: An rgb observation is its images alone, without proprio and task_cue.
+        **options: Those of ``VectorEnv``, except autoreset_mode and copy.
+    """
+
+    def __init__(
+        self,
+        id: str,
+        num_envs: int = 1,
+        *,
+        obs_mode: ObsMode = "state",
+        images_only: bool = False,
+        **options: Unpack[EnvOptions],
+    ) -> None:
+        check_single("Sb3VecEnv", options, own=("num_envs", "images_only"))
+        if images_only and obs_mode != "rgb":
+            raise InvalidArgumentError(f"images_only: obs_mode={obs_mode!r} given, 'rgb' needed")
+        self.batch: VectorEnv[Any] = VectorEnv(
+            id, num_envs, obs_mode=obs_mode, autoreset_mode=AutoresetMode.SAME_STEP, **options
+        )
+        self._images_only = images_only
+        self._start = time.time()
+        space: Any = self.batch.single_observation_space
+        super().__init__(
+            num_envs, space["rgb"] if images_only else space, self.batch.single_action_space
+        )
+
+    def __repr__(self) -> str:
+        return f"<engram.integrations.sb3.Sb3VecEnv of {self.batch!r}>"
+
+    def reset(self) -> Any:
+        """Starts new episodes; ``seed`` and ``set_options`` take effect here."""
+        seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
+        options = next((options for options in self._options if options), None)
+        observation, _ = self.batch.reset(seed=seeds, options=options)
+        self._reset_seeds()
+        self._reset_options()
+        self.reset_infos = [{} for _ in range(self.num_envs)]
+        return self._converted(observation)
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Begins a step."""
+        self.batch.step_async(actions)
+
+    def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """Waits for the step: observations, rewards, dones, infos."""
+        observation, reward, terminated, truncated, info = self.batch.step_wait()
+        dones = terminated | truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for i in np.flatnonzero(dones):
+            infos[i] = self._final_info(info, int(i), bool(truncated[i] and not terminated[i]))
+        return self._converted(observation), reward, dones, infos
+
+    def _converted(self, observation: Any) -> Any:
+        return observation["rgb"] if self._images_only else observation
+
+    def _final_info(self, info: dict[str, Any], index: int, truncated: bool) -> dict[str, Any]:
+        views = self.batch._infos.final_views
+        result: dict[str, Any] = {name: view[index].copy() for name, view in views.items()}
+        result["terminal_observation"] = self._converted(info["final_obs"][index])
+        result["TimeLimit.truncated"] = truncated
+        result["is_success"] = bool(views["success_once"][index])
+        result["episode"] = {
+            "r": float(views["episode_return"][index]),
+            "l": int(views["elapsed_steps"][index]),
+            "t": round(time.time() - self._start, 6),
+        }
+        return result
+
+    def close(self) -> None:
+        """Ends the batch."""
+        self.batch.close()
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """An attribute of the chosen environments; see ``SubEnv``."""
+        return [getattr(self.batch.envs[i], attr_name) for i in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Sets an attribute of the chosen environments."""
+        for i in self._get_indices(indices):
+            setattr(self.batch.envs[i], attr_name, value)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Calls a method of the chosen environments."""
+        return [
+            getattr(self.batch.envs[i], method_name)(*method_args, **method_kwargs)
+            for i in self._get_indices(indices)
+        ]
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+        """False: there are no wrappers."""
+        return [False for _ in self._get_indices(indices)]
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """One picture per environment."""
+        return self.batch.render() or [None] * self.num_envs

@@ -1,0 +1,68 @@
+"""Specification of an episode: task, seed, pins, constants, options of the task, rules."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import secrets
+from collections.abc import Mapping
+from typing import Any
+
+import engram
+
+_RANDOM_SEEDS = 2**31  # short enough for people
+
+
+@dataclasses.dataclass(frozen=True)
+class EpisodeSpec:
+    """Choices of the page for an episode; rules come from a folder that is watched."""
+
+    id: str
+    seed: int
+    seed_given: bool = True
+    pins: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    constants: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    rules: str = "reference"
+
+    @classmethod
+    def from_message(cls, message: Mapping[str, Any]) -> EpisodeSpec:
+        """Makes it from a checked message; the seed is random if there is none."""
+        given = message.get("seed") is not None
+        return cls(
+            message["id"],
+            int(message["seed"]) if given else secrets.randbelow(_RANDOM_SEEDS),
+            given,
+            message.get("pins", {}),
+            message.get("constants", {}),
+            message.get("options", {}),
+        )
+
+    @property
+    def is_default(self) -> bool:
+        """Without changes: seed and actions reproduce the episode, and rates of the task apply."""
+        return not (self.pins or self.constants or self.options)
+
+    @property
+    def batch_key(self) -> str:
+        """Equal for episodes that the same batch can play."""
+        return json.dumps([self.id, dict(self.constants), dict(self.options)], sort_keys=True)
+
+    def make_batch(self, num_envs: int = 1, **more: Any) -> engram.VectorEnv[Any]:
+        """A batch for such episodes, not yet reset; ended environments are held."""
+        given: Any = {
+            "constants": dict(self.constants) or None,
+            "task_options": dict(self.options) or None,
+            "rules": self.rules,
+            "autoreset_mode": "DISABLED",
+            "after_end": "hold",
+            "threads": 1,
+            **more,
+        }
+        return engram.make_vec(self.id, num_envs, **given)
+
+    def reset(self, env: engram.VectorEnv[Any], seed: int | None = None) -> Any:
+        """Begins the episode in all environments of the batch, with consecutive seeds."""
+        return env.reset(
+            seed=self.seed if seed is None else seed, options={"pins": dict(self.pins)}
+        )

@@ -1,0 +1,69 @@
+"""Inference with a trained policy, for `engram.evaluate` or over pipes (`serve.py`).
+
+runner = PolicyRunner.load("runs/color3/agent.pt")
+engram.evaluate(runner, runner.task, obs=runner.obs, threads=1, num_envs=50)
+"""
+
+import numpy as np
+import torch
+from object_detector import downsample, robot_features
+from training import load_policy
+
+
+def join(states):
+    """One state of a batch, from states of batches of one."""
+    return tuple(torch.cat(parts, axis) for parts, axis in zip(zip(*states), (0, 1, 1)))
+
+
+def split(state):
+    """States of batches of one, from that of a batch."""
+    before, known, slots = state
+    tokens = before.shape[1]
+    return zip(before.split(1), known.split(1, 1), slots.split(tokens, 1))
+
+
+class PolicyRunner:
+    """Policy with the memory of every running episode, by (worker, slot)."""
+
+    def __init__(self, policy, detector=None, task=None):
+        torch.set_num_threads(1)
+        self.policy, self.detector, self.task = policy.eval(), detector, task
+        self.obs = "objects" if detector is None else "rgb"
+        self.width = policy.layout.agent + policy.layout.tokens * policy.layout.width
+        self.states = {}
+        if policy.memory:
+            state = policy(torch.zeros(1, 1, self.width))[2]
+            self.initial = policy.wipe(state, torch.tensor([True]))
+
+    @classmethod
+    def load(cls, path):
+        return cls(*load_policy(path))
+
+    @torch.no_grad()
+    def __call__(self, observation):
+        """Observation of `engram.evaluate` -> actions (N, 7)."""
+        rows = self.rows(observation)
+        if not self.policy.memory:
+            return self.policy(rows[None])[0].best()[0].numpy()
+        keys = [(observation["worker"], slot) for slot in observation["slot"]]
+        begins = zip(keys, observation["first"])
+        states = [self.initial if first else self.states[key] for key, first in begins]
+        choice, _, state, _ = self.policy(rows[None], join(states))
+        self.states.update(zip(keys, split(state)))
+        return choice.best()[0].numpy()
+
+    def rows(self, observation):
+        """Inputs of the policy (N, width)."""
+        given = "pictures" if observation.get("rgb") is not None else "numbers"
+        if (given == "numbers") != (self.detector is None):
+            raise ValueError(f"{given} given, obs {self.obs} needed: it was trained on them")
+        if self.detector is not None:
+            agent = robot_features(observation["proprio"])
+            return self.detector.rows(
+                downsample(observation["rgb"]), agent, self.policy.layout.place
+            )
+        rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
+        if rows.shape[1] != self.width:
+            given = f"{rows.shape[1]} numbers given, {self.width} needed"
+            raise ValueError(f"{given}: obs objects of {self.task}, or of a task like it")
+        return rows
