@@ -8,7 +8,6 @@
 #include "core/base/error.h"
 #include "core/base/join.h"
 #include "core/math/real_functions.h"
-#include "tasks/common/colors.h"
 #include "tasks/common/overlap_guard.h"
 #include "tasks/common/poses.h"
 
@@ -61,6 +60,13 @@ Vec2 amid(int count, const Position& position) {
 }
 
 }  // namespace
+
+std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& storage,
+                                              RandomStream random) {
+  const auto colors = std::span(storage).first(static_cast<std::size_t>(count));
+  random.permutation(colors);
+  return colors;
+}
 
 void check_places(const ColorRecallParams& params) {
   constexpr int kLayouts = 20;

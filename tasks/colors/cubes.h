@@ -1,15 +1,25 @@
-// The cubes, nine or fewer, one of each colour: where they stand, and when they show.
+// The cubes, nine or fewer, one of each colour: their places, and when they show.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
 #include "core/env/task.h"
+#include "core/math/random.h"
 #include "mjcf/scene.h"
 #include "tasks/colors/params.h"
+#include "tasks/common/colors.h"
 #include "tasks/common/layout.h"
 
 namespace engram::tasks {
+
+// Room for all colours in some order.
+using ColorPermutation = std::array<std::int32_t, COLOR_MAPPING.size()>;
+
+// Colours 0, ..., count - 1 in a random order; `storage` holds them.
+std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& storage,
+                                              RandomStream random);
 
 inline constexpr double kArcX = -0.25;  // m: centre of the arc on which the cubes stand
 
@@ -22,12 +32,12 @@ class ColorCubes {
   ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params);
 
   void bind(const Bindings& bindings);
-  // Draws where the cubes stand in the action phase.
+  // Draws the places of the cubes in the action phase.
   void reset(const Episode& episode) const;
 
   // Between the cubes' places, nearer to the robot.
   Vec2 button_center(int env) const;
-  // Where a cube stands in the action phase.
+  // Place of a cube in the action phase.
   Vec2 slot(int env, int color) const {
     return {positions_.row(env)[2 * color], positions_.row(env)[2 * color + 1]};
   }
@@ -40,7 +50,7 @@ class ColorCubes {
   void hide_all(int env, std::span<const std::int32_t> past) const;
   void show_all(int env) const;
 
-  // How far the cubes are from their slots, m; of the reported poses, whatever the phase.
+  // Distances of the cubes from their slots, m; of the reported poses, whatever the phase.
   struct Displacement {
     double mean = 0;
     double largest = 0;

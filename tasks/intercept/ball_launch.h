@@ -1,4 +1,4 @@
-// The ball that rolls past the robot, and what Intercept and InterceptGrab know of it
+// Ball that rolls past the robot in Intercept and InterceptGrab
 // (docs/tasks/intercept.md).
 #pragma once
 
@@ -19,7 +19,7 @@ struct VelocityRange {
   Constant constant() const { return ConstantList{low, high}; }
 };
 
-// What the parameters of both families begin with.
+// Parameters that both families have.
 struct BallParams {
   VelocityRange VELOCITY_RANGE;
   double BALL_RADIUS = tasks::BALL_RADIUS;  // m

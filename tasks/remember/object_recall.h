@@ -1,4 +1,4 @@
-// What the Remember and Find-Imposter families share: objects of which some are shown, an empty
+// Base of the Remember and Find-Imposter families: objects of which some are shown, an empty
 // table, then all objects, of which one has to be touched (docs/tasks/remember.md).
 #pragma once
 
@@ -13,6 +13,7 @@
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/touch_target.h"
 #include "tasks/registry.h"
+#include "tasks/remember/expert.h"
 #include "tasks/remember/object_set.h"
 
 namespace engram::tasks {
@@ -45,16 +46,16 @@ class ObjectRecall : public FamilyBase {
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
   void observe(Range envs, FloatRows out) override;
-  void act(Range envs, Script script, FloatRows actions) override;
+  const Expert& expert() const override { return expert_; }
   void overlay(int env, Overlay& out) const override { objects_.overlay(target_[env], out); }
 
  protected:
-  // What every episode samples. Families add their own draws after these.
+  // Draws of every episode. Families add their own draws after these.
   enum DrawIndex { kTarget, kPositions, kCueSteps, kEmptySteps, kFamilyDraws };
 
   static constexpr double kHiddenHeight = 1000;  // reported while an object is hidden
 
-  // How a family words its draws.
+  // Wording of a family's draws.
   struct Wording {
     std::string target;       // name of the draw of the object to touch
     std::string target_text;  // that draw in words
@@ -69,7 +70,7 @@ class ObjectRecall : public FamilyBase {
   const PhaseClock& clock() const { return clock_; }
   int count() const { return params_.objects.count; }
   int target(int env) const { return target_[env]; }
-  // Where an object rests in the manipulation phase, m.
+  // Position of an object at rest in the manipulation phase, m.
   double* position(int env, int key) const { return positions_.row(env) + 3 * key; }
 
   void add_draw(Draw draw) { info_.draws.push_back(std::move(draw)); }
@@ -77,15 +78,15 @@ class ObjectRecall : public FamilyBase {
     info_.constants.emplace_back(name, std::move(value));
   }
 
-  // Whether to rest at the target is a success before the manipulation phase, too.
+  // Counts a rest at the target as a success before the manipulation phase, too.
   void count_success_in_cue(bool counts) { success_in_cue_ = counts; }
 
   // Samples target and phase lengths.
   void begin_episode(const Episode& episode) const;
-  // Samples where objects stand, by key: slots, jitter, permutation and guard, or the positions
+  // Samples the places of objects, by key: slots, jitter, permutation and guard, or the positions
   // that the user fixed. `spread`: three objects are spread and stretched.
   Layout draw_layout(const Episode& episode, bool spread) const;
-  // Stores where the objects rest in the manipulation phase.
+  // Stores the places of the objects in the manipulation phase.
   void set_positions(int env, const Layout& layout) const;
 
  private:
@@ -102,15 +103,7 @@ class ObjectRecall : public FamilyBase {
   void drawn_row(Row& row, int env) const {
     clock_.drawn_row(row, env);
   }
-  int guess(int env) const;
   void note_answer(int env) const;
-  void touch(int env, int key, float* action) const;
-  double sweep_reach() const;
-  void sweep(int env, float* action) const;
-  Eigen::Vector3d touch_point(int env, int key) const;
-  bool is_crowded(int env, int key) const;
-  double touch_height(bool rolls) const;
-  double gripper_for(int env, int key) const;
 
   ObjectRecallParams params_;
   ObjectSet objects_;
@@ -120,6 +113,7 @@ class ObjectRecall : public FamilyBase {
   bool success_in_cue_ = false;
   Column<std::int32_t> target_;
   Column<double> positions_;  // (count * 3) m
+  ObjectRecallExpert expert_;
 };
 
 }  // namespace engram::tasks

@@ -1,4 +1,4 @@
-// Angles of the Rotate families: targets, how far a peg has turned, and what is left.
+// Angles of the Rotate families: targets, turned so far, and left.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ double largest_angle(RotateMode mode);
 // ones small.
 double target_angle(RotateMode mode, double least, double u);
 
-// How often two targets are less than the smallest one apart: the share of guesses that are right.
+// Share of guesses that are right: two targets are less than the smallest one apart.
 double guess_rate(RotateMode mode, double least);
 
 // An angle in [-pi, pi).

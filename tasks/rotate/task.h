@@ -7,7 +7,7 @@
 
 namespace engram::tasks {
 
-// What the dense rewards are made of.
+// Inputs of the dense rewards.
 struct RotateRewardInputs {
   double distance = 0;     // peg centre to TCP, m
   double error = 0;        // rad

@@ -3,7 +3,6 @@
 #include <array>
 
 #include "core/image/overlay.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/poses.h"
 
 namespace engram::tasks {
@@ -124,9 +123,9 @@ int ShellGame::moved_mug(int env, double least) const {
   if (!is_manipulation(env)) return -1;
   int moved = -1;
   for (int mug = 0; mug < kCups; ++mug) {
-    const double way = (mugs_.pos(env, mug) - mugs_.standing_pos(env, mug)).norm();
-    if (way <= least) continue;
-    least = way;
+    const double distance = (mugs_.pos(env, mug) - mugs_.standing_pos(env, mug)).norm();
+    if (distance <= least) continue;
+    least = distance;
     moved = mug;
   }
   return moved;
@@ -136,14 +135,6 @@ void ShellGame::tell() {
   told_ = true;
   info_.guess_rate = 1;
   info_.answer_rate = 1;
-}
-
-// --- oracle ---
-
-int ShellGame::chosen_slot(int env, Script script) const {
-  if (script != Script::kBlind || told_) return answer(env);
-  RandomStream random = blind_guess(engine_, env);
-  return random.integer(0, kCups - 1);
 }
 
 // --- overlay ---

@@ -1,4 +1,4 @@
-// What the shell games share: three mugs in a row, a cue that tells which of them it is about, the
+// Base of the shell games: three mugs in a row, a cue that tells which of them it is about, the
 // phases, and the info that all have (docs/tasks/shell_game.md).
 #pragma once
 
@@ -32,17 +32,16 @@ class ShellGame : public FamilyBase {
   }
   void overlay(int env, Overlay& out) const override;
 
-  // --- what the parts of a game ask ---
+  // --- queries of the parts of a game ---
 
+  const Bindings& engine() const { return engine_; }
   const State& state() const { return *engine_.state; }
   const Mugs& mugs() const { return mugs_; }
   const RewardDict& reward_dict() const { return reward_dict_; }
   const ShellGameParams& params() const { return params_; }
   int target(int env) const { return target_[env]; }  // hidden cup or colour
   int answer(int env) const { return engine_.oracle_info[env]; }
-  // The slot that the oracle goes for: the answer, or a guess of who is blind to it.
-  int chosen_slot(int env, Script script) const;
-  // Whether what can be seen in the manipulation phase tells the answer.
+  // True if the answer can be seen in the manipulation phase.
   bool is_told() const { return told_; }
   // The robot commits to a mug, named by its slot; -1: to none.
   void note_answer(int env, int slot) const {
@@ -84,7 +83,7 @@ class ShellGame : public FamilyBase {
     const MugStance* stance = &kUpsideDown;
     bool shuffles = false;  // between cue and manipulation
   };
-  // What every episode samples; games go on from kFirstOwnDraw.
+  // Draws of every episode; games go on from kFirstOwnDraw.
   enum DrawIndex { kTarget, kBase, kCueSteps, kFirstOwnDraw };
 
   ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup);
@@ -113,7 +112,7 @@ class ShellGame : public FamilyBase {
 
   // Success in the manipulation phase, and the info fields that all games have.
   void conclude(int env, const Verdict& verdict) const;
-  // Of free mugs, the one that was moved or lifted farthest in the manipulation phase, if that is
+  // Free mug that was moved or lifted farthest in the manipulation phase, if that is
   // farther than `least`, m; otherwise -1.
   int moved_mug(int env, double least) const;
   // To be called by bind(): memory is not needed.

@@ -3,6 +3,7 @@
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/shuffle_phase.h"
+#include "tasks/shell_game/touch_expert.h"
 #include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {
@@ -34,9 +35,10 @@ class ShuffleTouch final : public ShellGame {
                   {.target_description = "first slot of the mug that hides the ball",
                    .frozen = params.frozen,
                    .shuffles = true}),
-        rule_(params, params.latest_end(), /*shoving=*/true),
+        rule_(params, /*shoving=*/true),
         shuffle_(params, kFirstOwnDraw),
-        ball_(add_red_ball()) {
+        ball_(add_red_ball()),
+        expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
     shuffle_.describe(info_);
@@ -99,11 +101,9 @@ class ShuffleTouch final : public ShellGame {
               [&] { return answer(env); });
   }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    rule_.act(*this, envs, script, actions);
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
   double ball_radius() const { return params().BALL_RADIUS; }
@@ -128,6 +128,7 @@ class ShuffleTouch final : public ShellGame {
   TouchRule rule_;
   ShufflePhase shuffle_;
   int ball_;
+  TouchExpert expert_;
 };
 
 // A ball of another colour is under every mug; a lamp names the colour after the shuffle.
@@ -139,9 +140,10 @@ class ShuffleColorLamp final : public ShellGame {
                    .target_description = LampCue::kTargetDescription,
                    .frozen = params.frozen,
                    .shuffles = true}),
-        rule_(params, params.latest_end(), /*shoving=*/false),
+        rule_(params, /*shoving=*/false),
         cue_(scene_, params.BALL_RADIUS, kMapping),
-        shuffle_(params, kFirstOwnDraw) {
+        shuffle_(params, kFirstOwnDraw),
+        expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
     LampCue::describe(info_);
@@ -205,11 +207,9 @@ class ShuffleColorLamp final : public ShellGame {
     LampCue::state_row(row, *this, env);
   }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    rule_.act(*this, envs, script, actions);
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
   enum OwnDraw { kMapping = kFirstOwnDraw + ShufflePhase::kDraws };
@@ -217,6 +217,7 @@ class ShuffleColorLamp final : public ShellGame {
   TouchRule rule_;
   LampCue cue_;
   ShufflePhase shuffle_;
+  TouchExpert expert_;
 };
 
 }  // namespace

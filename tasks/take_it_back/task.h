@@ -9,7 +9,7 @@
 
 namespace engram::tasks {
 
-// What the dense reward is made of.
+// Inputs of the dense reward.
 struct TakeItBackRewardInputs {
   Eigen::Vector3d cube = Eigen::Vector3d::Zero();
   Eigen::Vector3d tcp = Eigen::Vector3d::Zero();

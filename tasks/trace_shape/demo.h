@@ -1,17 +1,17 @@
-// What TraceShape and TraceShapeSeq share: a red cube traces one shape or several, one after the
-// other, while a lamp glows red; then the lamp turns green, the red cube is gone and a green cube
-// waits to be moved (docs/tasks/trace_shape.md).
+// Demonstration of TraceShape and TraceShapeSeq: a red cube traces one shape or several, one after
+// the other, while a lamp glows red; then the lamp turns green, the red cube is gone and a green
+// cube waits to be moved (docs/tasks/trace_shape.md).
 #pragma once
 
 #include <vector>
 
 #include "core/env/task.h"
+#include "core/math/random.h"
 #include "mjcf/scene.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/state_row.h"
 #include "tasks/trace_shape/contour.h"
-#include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
 
 namespace engram::tasks {
@@ -25,7 +25,7 @@ class TraceDemo {
   // Appends red cube, green cube and lamp to a scene, and a body for the red cube that nobody sees.
   TraceDemo(mjcf::Scene& scene, const TraceParams& params);
 
-  // What an episode samples, in the order of TraceDraw. The sequence's length is drawn
+  // Draws of an episode, in the order of TraceDraw. The sequence's length is drawn
   // only where it varies.
   std::vector<Draw> draws() const;
   static std::vector<TaskOptionSpec> options();
@@ -42,6 +42,7 @@ class TraceDemo {
   // The number of steps after which the demonstration is over.
   int demo_end(int env) const { return pre_demo_steps_[env] + contours_.waypoints() * length(env); }
 
+  const TraceParams& params() const { return params_; }
   const ContourSet& contours() const { return contours_; }
   // Shapes of the demonstration.
   int length(int env) const { return length_[env]; }
@@ -53,17 +54,13 @@ class TraceDemo {
   Contour candidate(int env, int element, int index) const {
     return contour_as(env, element, params_.AVAILABLE_SHAPES[index]);
   }
-  // What somebody who has not seen the demonstration would take it to be.
-  int guessed_length(int env) const;
-  Contour guessed_contour(int env, int element) const;
+  // Draws shape, size and turn, as a demonstration does.
+  Contour sample_contour(int env, RandomStream& random) const;
 
   // Position on the table of the shapes' common centre, of the lamp and of the green cube.
   Vec2 center(int env) const { return {center_.row(env)[0], center_.row(env)[1]}; }
   Vec2 lamp_at(int env) const;
   Vec2 green_at(int env) const;
-
-  // Where contours may lead, for who has not seen which.
-  SweepRings rings(int env) const;
 
   int green_cube() const { return green_; }
   // Declares the waypoints of the demonstration in a row of what was drawn.
@@ -90,7 +87,7 @@ class TraceDemo {
   }
 
  private:
-  // Where the red cube is when `elapsed` steps have passed, before the action phase.
+  // Place of the red cube when `elapsed` steps have passed, before the action phase.
   struct Place {
     int element = 0;
     int waypoint = 0;

@@ -1,4 +1,4 @@
-// What TraceShape and TraceShapeSeq are made of: variants and constants.
+// Variants and constants of TraceShape and TraceShapeSeq.
 #pragma once
 
 #include <array>
