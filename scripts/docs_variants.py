@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/variants.md: constants that users change, from `engram info ID --json`,
+"""Writes the tables of docs/data/variants.md: constants that users change, from `engram info ID --json`,
 and what the oracle makes of the values in tests/data/variants, from `engram eval`.
 
 The page marks each table: <!-- constants --> or <!-- tried -->, then <!-- end -->.
@@ -13,7 +13,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "variants.md"
+PAGE = ROOT / "docs" / "data" / "variants.md"
 TRIED = ROOT / "tests" / "data" / "variants"
 EPISODES = 20
 COMMON = ("max_episode_steps", "robot_init_qpos_noise")  # every family has them; the page says so

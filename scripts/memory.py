@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures what policies without memory achieve, and writes it down: the tables of docs/memory.md
+"""Measures what policies without memory achieve, and writes it down: the tables of docs/data/memory.md
 and the figures in protocol/batch/ceilings.cc, which `engram info` and the scores of `engram eval` go
 by. Build again afterwards.
 
@@ -19,7 +19,7 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "memory.md"
+PAGE = ROOT / "docs" / "data" / "memory.md"
 FIGURES = ROOT / "protocol" / "batch" / "ceilings.cc"
 POLICIES = ("blind", "sweep", "oracle")
 EPISODES = 200

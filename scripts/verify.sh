@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Builds engram, checks that every task gives the same bits however it is run, and writes the table
-# of docs/determinism.md: verify.sh [ID...], default all tasks (about ten minutes on two cores).
+# of docs/data/determinism.md: verify.sh [ID...], default all tasks (about ten minutes on two cores).
 # Fails, leaving the table as it was, if anything differs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 scripts/build.sh release engram_cli >&2
 engram=build/release/engram
-page=docs/determinism.md
+page=docs/data/determinism.md
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
