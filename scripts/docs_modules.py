@@ -17,8 +17,23 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PICTURE = ROOT / "docs" / "pictures" / "modules.svg"
-FOLDERS = ("core", "mjcf", "tasks", "render", "media", "protocol", "api", "apps", "bench")
-SPLIT = ("core", "render", "protocol", "tasks")  # their folders are modules of their own
+FOLDERS = (
+    "core",
+    "mjcf",
+    "tasks",
+    "render",
+    "media",
+    "protocol",
+    "api",
+    "apps",
+    "bench",
+)
+SPLIT = (
+    "core",
+    "render",
+    "protocol",
+    "tasks",
+)  # their folders are modules of their own
 SHARED_BY_TASKS = ("common", "parts")
 INCLUDE = re.compile(r'^\s*#include ["<]([\w./]+)[">]', re.MULTILINE)
 
@@ -79,7 +94,9 @@ def layers_of(modules, below):
             sys.exit(f"modules include each other in a circle: {' > '.join(circle)}")
         if module not in layers:
             open_modules.append(module)
-            layers[module] = max((visit(other) + 1 for other in sorted(below[module])), default=0)
+            layers[module] = max(
+                (visit(other) + 1 for other in sorted(below[module])), default=0
+            )
             open_modules.pop()
         return layers[module]
 
@@ -92,13 +109,17 @@ def direct_arrows(below):
     """Pairs of modules without those that follow from a longer path (transitive reduction)."""
 
     def reaches(module, goal):
-        return goal in below[module] or any(reaches(other, goal) for other in below[module])
+        return goal in below[module] or any(
+            reaches(other, goal) for other in below[module]
+        )
 
     return [
         (module, other)
         for module in sorted(below)
         for other in sorted(below[module])
-        if not any(reaches(between, other) for between in below[module] if between != other)
+        if not any(
+            reaches(between, other) for between in below[module] if between != other
+        )
     ]
 
 
@@ -154,11 +175,15 @@ def draw(files, includes):
             x += width_of(module, files) + BOX_GAP
 
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
-        f'height="{height}" font-family="sans-serif" text-anchor="middle">',
+        (
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
+            f'height="{height}" font-family="sans-serif" text-anchor="middle">'
+        ),
         "<title>Modules of engram and the #include lines between them</title>",
-        '<defs><marker id="head" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" '
-        'markerHeight="7" orient="auto"><path d="M0 0L8 4L0 8z" fill="#555"/></marker></defs>',
+        (
+            '<defs><marker id="head" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" '
+            'markerHeight="7" orient="auto"><path d="M0 0L8 4L0 8z" fill="#555"/></marker></defs>'
+        ),
         f'<rect width="{width}" height="{height}" fill="white"/>',
     ]
     for module, other in arrows:
@@ -177,25 +202,35 @@ def draw(files, includes):
             color = COLORS.get(module.split("/")[0], OTHER_COLOR)
             middle = x + box_width / 2
             lines += [
-                f'<rect x="{x:g}" y="{y:g}" width="{box_width}" height="{BOX_HEIGHT}" rx="5" '
-                f'fill="{color}" stroke="#555"/>',
-                f'<text x="{middle:g}" y="{y + 19:g}" font-size="13" font-weight="bold">'
-                f"{escape(module)}</text>",
-                f'<text x="{middle:g}" y="{y + 35:g}" font-size="11" fill="#444">'
-                f"{label_of(module, files)}</text>",
+                (
+                    f'<rect x="{x:g}" y="{y:g}" width="{box_width}" height="{BOX_HEIGHT}" rx="5" '
+                    f'fill="{color}" stroke="#555"/>'
+                ),
+                (
+                    f'<text x="{middle:g}" y="{y + 19:g}" font-size="13" font-weight="bold">'
+                    f"{escape(module)}</text>"
+                ),
+                (
+                    f'<text x="{middle:g}" y="{y + 35:g}" font-size="11" fill="#444">'
+                    f"{label_of(module, files)}</text>"
+                ),
             ]
     return "\n".join([*lines, "</svg>"]) + "\n"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; fail if it is stale")
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; fail if it is stale"
+    )
     check = parser.parse_args().check
     picture = draw(*read_modules())
     if not check:
         PICTURE.write_text(picture)
     elif not PICTURE.is_file() or PICTURE.read_text() != picture:
-        sys.exit(f"{PICTURE.relative_to(ROOT)} is stale; renew it with: scripts/docs_modules.py")
+        sys.exit(
+            f"{PICTURE.relative_to(ROOT)} is stale; renew it with: scripts/docs_modules.py"
+        )
 
 
 if __name__ == "__main__":
