@@ -59,7 +59,11 @@ catch_discover_tests(engram_tests TEST_SPEC "~[long]~[.]" TEST_LIST engram_quick
 catch_discover_tests(engram_tests TEST_SPEC "[long]" TEST_LIST engram_long_tests
   EXTRA_ARGS --warn NoTests PROPERTIES LABELS long TIMEOUT 3600)
 
-# Tables in docs/ are what the command says.
+# The picture of the modules in docs/ fits the #include lines.
+add_test(NAME docs_modules
+  COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/docs_modules.py" --check)
+
+# Tables in docs/ fit the output of the command.
 find_package(Python3 COMPONENTS Interpreter)
 if(TARGET engram_cli AND Python3_Interpreter_FOUND)
   add_test(NAME docs_tables COMMAND Python3::Interpreter

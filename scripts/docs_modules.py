@@ -38,7 +38,7 @@ SHARED_BY_TASKS = ("common", "parts")
 INCLUDE = re.compile(r'^\s*#include ["<]([\w./]+)[">]', re.MULTILINE)
 
 BOX_HEIGHT, LAYER_GAP, BOX_GAP, MARGIN = 44, 46, 14, 16  # pixels
-CHARACTER = 7.2  # pixels: mean width in the font of names
+CHARACTER = 8  # pixels: mean width in the font of names
 COLORS = {
     "core": "#dbe9f6",
     "mjcf": "#e4ecd8",
@@ -141,8 +141,12 @@ def ordered_rows(layers, arrows):
     return rows
 
 
+def counted(number, noun):
+    return f"{number} {noun}" + ("s" if number > 1 else "")
+
+
 def label_of(module, files):
-    return f"{files[module]} file" + ("s" if files[module] > 1 else "")
+    return counted(files[module], "file")
 
 
 def width_of(module, files):
@@ -190,11 +194,12 @@ def draw(files, includes):
         x1, y1 = boxes[module][0] + boxes[module][2] / 2, boxes[module][1] + BOX_HEIGHT
         x2, y2 = boxes[other][0] + boxes[other][2] / 2, boxes[other][1]
         bend = LAYER_GAP * 0.6
+        color = "#555" if layers[module] == layers[other] + 1 else "#aaa"
         lines.append(
             f'<path d="M{x1:g} {y1:g}C{x1:g} {y1 + bend:g} {x2:g} {y2 - bend:g} {x2:g} {y2:g}" '
-            f'fill="none" stroke="#555" stroke-width="1.2" marker-end="url(#head)">'
-            f"<title>{escape(module)} includes {escape(other)}: {includes[module, other]} "
-            "lines</title></path>"
+            f'fill="none" stroke="{color}" stroke-width="1.2" marker-end="url(#head)">'
+            f"<title>{escape(module)} includes {escape(other)}: "
+            f"{counted(includes[module, other], 'line')}</title></path>"
         )
     for row in rows:
         for module in row:

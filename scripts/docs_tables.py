@@ -6,12 +6,12 @@ A page marks where a table goes, each mark on a line of its own:
     <!-- table: KIND FAMILY... -->
     <!-- end -->
 
-What stands between the marks is replaced. KIND is one of ids, phases, draws, constants, state,
+The script replaces the text between the marks. KIND is one of ids, phases, draws, constants, state,
 info, rewards, options, rules. FAMILY is a family of tasks, such as RememberColor; several share a table.
-`table: rules`, without a family, has those of all. `table: all_ids`, without one, is an index of all ids by page: a task's page is the one with
-the family's `ids` table.
+`table: rules`, without a family, has those of all. `table: all_ids`, without one, is an index of all ids
+by page: a task's page is the one with the family's `ids` table.
 
-In cells where ids differ, a value stands behind the part of the id that tells them apart: of
+In cells where ids differ, a value follows the part of the id that distinguishes them: for
 RememberColor, `3` means RememberColor3-VLA-v0 and RememberColor3-Long-VLA-v0 alike, `3-Long` the
 latter only. A value without a name is that of the ids without Long.
 """
@@ -34,7 +34,7 @@ RANKS = {"Easy": 0, "Slow": 0, "Medium": 1, "Hard": 2, "Fast": 2}
 
 
 class TableError(Exception):
-    """What the user has to mend; its text goes to standard error."""
+    """Error that the user has to fix; its text goes to standard error."""
 
 
 class Engram:
@@ -69,7 +69,7 @@ class Engram:
 
     @functools.cached_property
     def common_outputs(self):
-        """Names of what every task puts out: tables of one family leave them out."""
+        """Names of outputs that every task has: tables of one family leave them out."""
         one_of_each = [self.info(ids[0])["outputs"] for ids in self.families.values()]
         names = [{output["name"] for output in outputs} for outputs in one_of_each]
         return set.intersection(*names) - {"oracle_info"}  # a different thing in every family
@@ -94,7 +94,7 @@ def code(text):
 
 
 def text_of(value):
-    """A constant as a cell has it."""
+    """Text of a constant for a cell."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, (int, float)):
@@ -122,9 +122,9 @@ def table(head, rows):
 
 
 class Ids:
-    """Ids of one family or of several; says in few words what they share and where they differ.
+    """Ids of one family or of several, with short labels for common and different values.
 
-    A tag is the part of an id that tells it from others of its family: 3, or 3-Long.
+    A tag is the part of an id that distinguishes it in its family: 3, or 3-Long.
     """
 
     def __init__(self, infos):
@@ -200,7 +200,7 @@ class Ids:
 
 
 def merged_names(lists):
-    """All names, each where its own list has it."""
+    """All names, in an order that agrees with each list."""
     names = []
     for items in lists:
         place = 0
@@ -258,10 +258,10 @@ def ids_table(ids):
     ]
     instructions = ids.groups([f"“{info['instruction']}”" for info in ids.infos])
     if len(instructions) == 1:
-        told = f" {instructions[0][1]}\n"
+        text = f" {instructions[0][1]}\n"
     else:
-        told = "\n\n" + "".join(f"* {label}: {text}\n" for label, text in instructions)
-    return table(head, rows) + "\nInstruction:" + told
+        text = "\n\n" + "".join(f"* {label}: {text}\n" for label, text in instructions)
+    return table(head, rows) + "\nInstruction:" + text
 
 
 def phases_table(ids):
@@ -462,7 +462,7 @@ def make_table(engram, page, kind, families):
 
 
 def renewed(engram, page, text):
-    """The page's text with all its tables as they should be, and which of them were not."""
+    """The page's text with all its tables renewed, and the names of those that were stale."""
     out, stale = [], []
     lines = iter(text.splitlines(keepends=True))
     in_code = False
