@@ -1,4 +1,4 @@
-"""Checks a built site: every link inside it leads somewhere, and showing it loads nothing else.
+"""Checks a built site: no link inside it is dead, and no page loads anything from other hosts.
 
 check_links.py FOLDER
 """
@@ -26,7 +26,7 @@ def anchors(file):
 
 
 def dead(file, address):
-    """What is wrong with an address that a page names, or None."""
+    """Error of an address on a page, or None."""
     parts = urlsplit(address)
     if parts.scheme or parts.netloc:
         return None  # out of this site

@@ -1,4 +1,4 @@
-"""How Sphinx makes the site out of docs/. scripts/docs_site.sh runs it."""
+"""Sphinx configuration of the documentation's site, which scripts/docs_site.sh builds."""
 
 import os
 import re
@@ -25,23 +25,23 @@ extensions = [
 exclude_patterns = ["site/Doxyfile"]
 external_toc_path = "site/toc.yml"
 
-# Pages are Markdown as repositories show it. Headings get the anchors that they have there; links
-# to pages and anchors that are not there are errors.
+# Pages are Markdown as repositories show it. Headings get the same anchors; dead links to pages and
+# anchors are errors.
 myst_heading_anchors = 4
-smartquotes = False  # "state" is to be copied
+smartquotes = False  # readers copy "state" with its quotes
 nitpicky = True
-# What is documented elsewhere: types of other packages, of C and of C++.
+# Types of other packages, of C and of C++, which are documented elsewhere, and internal protocols.
 nitpick_ignore_regex = [
     (
         "py:.*",
         r"(np|numpy|builtins|gymnasium|collections\.abc|os|pathlib|stable_baselines3)\..*",
     ),
-    ("py:class", r"AutoresetMode|.*\.ObsT"),
+    ("py:class", r"AutoresetMode|.*\.ObsT|engram\.envs\.sub_env\.Batch"),
     ("c:identifier", r"u?int\d+_t|size_t"),
     ("cpp:identifier", "engram|engram_env"),
 ]
 
-# Notebooks are shown as python/tests/test_notebooks.py has run them.
+# Notebooks keep their stored outputs, which python/tests/test_notebooks.py checks.
 nb_execution_mode = "off"
 
 # The reference of Python.
@@ -53,7 +53,7 @@ toc_object_entries_show_parents = "hide"
 autodoc_mock_imports = ["stable_baselines3"]
 napoleon_numpy_docstring = False
 
-# The reference of C++ and C, out of Doxygen's XML.
+# The reference of C++ and C, from Doxygen's XML.
 breathe_projects = {"engram": os.environ["ENGRAM_DOXYGEN_XML"]}
 breathe_default_project = "engram"
 NOT_PUBLIC = {"ENGRAM_API", "engram::VectorEnv::Close"}
@@ -70,7 +70,7 @@ html_domain_indices = False
 html_show_sphinx = False
 html_show_copyright = False
 
-# Pages of the root that the site has, by other names.
+# Pages of the root, which have other names in the site.
 ROOT_PAGES = {
     name: f"/site/{name.lower()}" for name in ("CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 }
@@ -91,7 +91,7 @@ def in_included(app, path, parent, source):
 
 
 def find_type(app, env, node, text):
-    """Annotations name the types of engram.typing without their module."""
+    """Resolves types of engram.typing, which annotations name without their module."""
     name = f"engram.typing.{node['reftarget']}"
     if node["refdomain"] != "py" or not hasattr(engram.typing, node["reftarget"]):
         return None
@@ -100,7 +100,7 @@ def find_type(app, env, node, text):
 
 
 def public_names(index):
-    """What the headers offer, by Doxygen's index."""
+    """Public names of the headers, by Doxygen's index."""
     for compound in ElementTree.parse(index).getroot():
         name = compound.findtext("name")
         if compound.get("kind") in ("class", "struct"):
@@ -113,7 +113,7 @@ def public_names(index):
 
 
 def check_reference(app, env):
-    """Whether the pages of C++ and C, which name things one by one, name all that there are."""
+    """Warns of public names that the pages of C++ and C leave out."""
     shown = {item[0] for domain in ("c", "cpp") for item in env.get_domain(domain).get_objects()}
     index = Path(breathe_projects["engram"]) / "index.xml"
     for name in sorted(set(public_names(index)) - shown - NOT_PUBLIC):
