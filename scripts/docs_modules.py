@@ -90,8 +90,8 @@ def layers_of(modules, below):
 
     def visit(module):
         if module in open_modules:
-            circle = [*open_modules[open_modules.index(module) :], module]
-            sys.exit(f"modules include each other in a circle: {' > '.join(circle)}")
+            cycle = [*open_modules[open_modules.index(module) :], module]
+            sys.exit(f"modules include each other in a cycle: {' > '.join(cycle)}")
         if module not in layers:
             open_modules.append(module)
             layers[module] = max(
