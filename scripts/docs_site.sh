@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds the documentation's site: docs_site.sh [FOLDER], default build/site; begin at its
-# index.html. It needs no server and no network. Every warning is an error: links and anchors that
-# lead nowhere, pages in no list, functions of the headers that the reference leaves out.
+# Builds the documentation's site: docs_site.sh [FOLDER], default build/site; its first page is
+# index.html. It needs no server and no network. Every warning is an error: dead links and anchors,
+# pages in no list, functions of the headers that the reference leaves out.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
