@@ -15,14 +15,14 @@ namespace engram::apps {
 
 struct EpisodeOptions {
   std::string id;
-  EnvOptions env;  // of the batch that is drawn for people
-  int steps = 0;   // at most; 0: to the end
+  MakeOptions env;  // of the batch that is drawn for people
+  int steps = 0;    // at most; 0: to the end
   Policy policy = Policy::kOracle;
   PolicyCommand command;       // takes the place of `policy` if it is given
   std::optional<ObsMode> obs;  // what the command sees; pictures by default
 
   // The environment as the command sees it.
-  EnvOptions observed() const;
+  MakeOptions observed() const;
 };
 
 // A command that plays one episode. It sees a batch of its own, which takes the same steps: its

@@ -8,6 +8,7 @@
 
 #include "bench/mixed_actions.h"
 #include "bench/row_hash.h"
+#include "core/env/snapshot.h"
 #include "core/robot/lane_kernel.h"
 #include "render/document_source.h"
 
@@ -139,8 +140,8 @@ class Checker {
       const int at = std::min(last, horizon * part / kSnapshots);
       for (; step < at; ++step) advance(*env, actions, record.traces);
       for (int i = 0; i < kEpisodes && snapshots != nullptr; ++i) {
-        (*snapshots)[static_cast<std::size_t>((part - 1) * kEpisodes + i)] = {env->state().seed[i],
-                                                                              env->save(i)};
+        (*snapshots)[static_cast<std::size_t>((part - 1) * kEpisodes + i)] = {
+            env->state().seed[i], Snapshotter(*env).save(i)};
       }
     }
     return record;
@@ -167,7 +168,7 @@ class Checker {
   }
 
   std::unique_ptr<Batch> batch(const Play& play, ObsMode obs_mode) const {
-    EnvOptions options;
+    MakeOptions options;
     options.num_envs = play.num_envs;
     options.threads = play.threads;
     options.chunk = play.chunk;
@@ -191,7 +192,7 @@ class Checker {
     env.reset({.mask = {}, .seeds = seeds});
     for (int i = 0; i < env.num_envs(); ++i) {
       const auto& snapshot = beginning(stretches[static_cast<std::size_t>(i)]).snapshot;
-      if (!snapshot.empty()) env.restore(i, snapshot);
+      if (!snapshot.empty()) Snapshotter(env).restore(i, snapshot);
     }
   }
 
@@ -218,9 +219,9 @@ class Checker {
     for (std::size_t i = 0; i < traces.size(); ++i) {
       Trace& trace = traces[i];
       trace.shown = chain(trace.shown, env.outputs(), i);
-      trace.shown = chain_row(trace.shown, env.rgb(), traces.size(), i);
-      trace.shown = chain_row(trace.shown, env.depth(), traces.size(), i);
-      trace.shown = chain_row(trace.shown, env.segmentation(), traces.size(), i);
+      trace.shown = chain_row(trace.shown, env.images().rgb, traces.size(), i);
+      trace.shown = chain_row(trace.shown, env.images().depth, traces.size(), i);
+      trace.shown = chain_row(trace.shown, env.images().segmentation, traces.size(), i);
       if (observes_objects(options_.obs_mode)) {
         trace.shown = chain_row(trace.shown, env.observation(), traces.size(), i);
       }
@@ -244,13 +245,12 @@ class Checker {
 }  // namespace
 
 std::unique_ptr<Batch> make_on(InstructionSet set, const std::string& id,
-                               const EnvOptions& options) {
-  return std::make_unique<Batch>(
-      make_task(id, options.constants), options,
-      [set](const std::string& document, const std::vector<std::string>& bodies,
-            const ImageSourceOptions& image_options, int workers) {
-        return make_document_source_on(set, document, bodies, image_options, workers);
-      });
+                               const MakeOptions& options) {
+  return make(id, options,
+              [set](const std::string& document, const std::vector<std::string>& bodies,
+                    const ImageSourceOptions& image_options, int workers) {
+                return make_document_source_on(set, document, bodies, image_options, workers);
+              });
 }
 
 std::span<const Play> plays() { return kPlays; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bench/rollout.h"
+#include "core/env/queries.h"
 #include "core/image/image_batch.h"
 #include "render/document_source.h"
 #include "render/mujoco_reference.h"
@@ -35,7 +36,8 @@ class CpuPainter {
       : gallery_(gallery), views_(gallery.env().physics_model(), 1) {
     ImageSourceOptions options;
     options.max_size = size;
-    source_ = make_document_source(gallery.env().document(), views_.body_names(), options, 1);
+    source_ =
+        make_document_source(Queries(gallery.env()).document(), views_.body_names(), options, 1);
     rgb_.resize(static_cast<std::size_t>(size * size * 3 * kCameras));
     for (int camera = 0; camera < kCameras; ++camera) {
       RenderImage image;
@@ -75,7 +77,7 @@ class MujocoPainter {
  public:
   MujocoPainter(Gallery& gallery, int size, MujocoReferenceOptions options)
       : gallery_(gallery),
-        model_(compile_model(gallery.env().document())),
+        model_(compile_model(Queries(gallery.env()).document())),
         data_(make_data(*model_)),
         size_(size),
         rgb_(static_cast<std::size_t>(size * size * 3)) {
@@ -169,7 +171,7 @@ std::vector<Row> run_render(const Options& options) {
     done += 2;
   }
 
-  EnvOptions rgb = batch(n, 1);
+  MakeOptions rgb = batch(n, 1);
   rgb.obs_mode = ObsMode::kRgb;
   Rollout with_images(id, rgb, options.policy);
   Rollout without(id, batch(n, 1), options.policy);
@@ -185,7 +187,7 @@ std::vector<Row> run_render(const Options& options) {
   rows.push_back(
       make_row("render.vs_state", "env steps/s", "a state rollout", state, options.rounds));
   for (int threads = 1; threads <= most; ++threads) {
-    EnvOptions more = rgb;
+    MakeOptions more = rgb;
     more.threads = threads;
     Rollout several(id, more, options.policy);
     const Comparison scaling = interleave(

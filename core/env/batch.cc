@@ -26,14 +26,14 @@ constexpr int kTcpPoseDim = 7;
 
 // Several claims per worker, since some environments take longer than others; several environments
 // per claim, since workers share the counter of claims, and whole blocks of lanes at best.
-int chosen_chunk(const EnvOptions& options) {
+int chosen_chunk(const BatchOptions& options) {
   const int lanes = options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
   const int share = (options.num_envs + options.threads - 1) / options.threads;
   const int chunk = std::clamp(options.num_envs / (options.threads * 8), 1, 16);
   return chunk < lanes ? std::min(lanes, share) : chunk - chunk % lanes;
 }
 
-EnvOptions checked(EnvOptions options) {
+BatchOptions checked(BatchOptions options) {
   check_ranges(options);
   if (options.threads == 0) {
     options.threads =
@@ -44,19 +44,20 @@ EnvOptions checked(EnvOptions options) {
   return options;
 }
 
-std::vector<Draw> all_draws(const TaskInfo& info) {
-  std::vector<Draw> draws = {{kRobotNoiseDraw, kArmJoints, false, -1, 1, "rad",
-                              "added to the seven arm joints of the start pose"}};
-  draws.insert(draws.end(), info.draws.begin(), info.draws.end());
-  return draws;
+// The engine's variable first, then the task's.
+std::vector<Draw> all_variables(const TaskInfo& info) {
+  std::vector<Draw> variables = {{kRobotNoiseDraw, kArmJoints, false, -1, 1, "rad",
+                                  "added to the seven arm joints of the start pose"}};
+  variables.insert(variables.end(), info.draws.begin(), info.draws.end());
+  return variables;
 }
 
 }  // namespace
 
-Batch::Batch(std::unique_ptr<Task> task, const EnvOptions& options, ImageSourceFactory renderers)
+Batch::Batch(std::unique_ptr<Task> task, const BatchOptions& options, ImageSourceFactory renderers)
     : Batch(IeeeScope{}, std::move(task), options, std::move(renderers)) {}
 
-Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const EnvOptions& options,
+Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const BatchOptions& options,
              ImageSourceFactory renderers)
     : task_(std::move(task)),
       options_(checked(options)),
@@ -91,13 +92,14 @@ Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const EnvOp
 
 Batch::~Batch() = default;
 
-// Adds all columns: the engine's memory and outputs, then the task's.
+// Adds all columns: the engine's memory and outputs, then the task's. Their order is part of a
+// snapshot's signature.
 void Batch::allocate() {
   const TaskInfo& info = task_->info();
   state_ = State(memory_, static_cast<int>(model_->props().size()));
   const bool goes_on = options_.after_end == AfterEnd::kContinue;
   memory_.limit("elapsed", 0, goes_on ? kMostElapsed : info.horizon);
-  pins_ = PinTable(pin_memory_, all_draws(info));
+  pins_ = PinTable(pin_memory_, all_variables(info));
   bindings_.state = &state_;
   bindings_.options = option_values_;
   bindings_.arm = &model_->arm();
@@ -111,7 +113,17 @@ void Batch::allocate() {
   bindings_.previous_action = memory_.add<float>("previous_action", action_dim());
   tokens_.bind(memory_);
   bindings_.freeze_steps = memory_.add<std::int32_t>("freeze_steps");
+  add_state_fields();
+  add_outputs();
+  task_->bind(bindings_);
+  if (observes_pictures(options_.obs_mode)) add_images();
+  if (observes_objects(options_.obs_mode)) add_objects();
+  final_outputs_.add_like(outputs_);
+  final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
+}
 
+void Batch::add_state_fields() {
+  const std::vector<Field>& of_task = task_->info().state_fields;
   state_fields_ = {{"qpos", kRobotJoints, DType::kFloat32, "rad, m", "arm joints, fingers"},
                    {"qvel", kRobotJoints, DType::kFloat32, "rad/s, m/s", "arm joints, fingers"}};
   if (controller_->state_dim() > 0) {
@@ -120,10 +132,13 @@ void Batch::allocate() {
   }
   state_fields_.push_back(
       {"tcp_pose", kTcpPoseDim, DType::kFloat32, "m", "position, quaternion (w, x, y, z)"});
-  state_fields_.insert(state_fields_.end(), info.state_fields.begin(), info.state_fields.end());
+  state_fields_.insert(state_fields_.end(), of_task.begin(), of_task.end());
+}
+
+void Batch::add_outputs() {
+  const TaskInfo& info = task_->info();
   int dim = 0;
   for (const Field& field : state_fields_) dim += field.width;
-
   observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation",
                                      observes_state(options_.obs_mode));
   proprio_ = outputs_.add<float>("proprio", kProprioDim, "m, rad",
@@ -149,24 +164,34 @@ void Batch::allocate() {
     bindings_.task_cue = outputs_.add_privileged<float>("task_cue", info.task_cue_dim);
   }
   if (!info.answer.empty()) bindings_.answers.bind(outputs_);
-  task_->bind(bindings_);
-  const ObsMode mode = options_.obs_mode;
-  if (observes_pictures(mode)) {
-    if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
-    const ImageKinds kinds = {observes_depth(mode), observes_segmentation(mode)};
-    images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, kinds, renderers_,
-                                           options_.image_options, num_envs(), options_.threads,
-                                           options_.auto_reset == AutoReset::kSameStep);
-  }
-  if (observes_objects(mode)) {
-    objects_ = std::make_unique<ObjectView>(
-        info, tokens_,
-        ObjectViewOptions{.num_envs = num_envs(),
-                          .time = options_.observe_time,
-                          .keeps_final = options_.auto_reset == AutoReset::kSameStep});
-  }
-  final_outputs_.add_like(outputs_);
-  final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
+}
+
+void Batch::add_images() {
+  if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
+  const ImageKinds kinds = {observes_depth(options_.obs_mode),
+                            observes_segmentation(options_.obs_mode)};
+  images_ = std::make_unique<ImageBatch>(
+      *model_, task_->document(), options_.images, kinds, renderers_, options_.image_options,
+      num_envs(), options_.threads, options_.auto_reset == AutoReset::kSameStep);
+}
+
+void Batch::add_objects() {
+  objects_ = std::make_unique<ObjectView>(
+      task_->info(), tokens_,
+      ObjectViewOptions{.num_envs = num_envs(),
+                        .time = options_.observe_time,
+                        .keeps_final = options_.auto_reset == AutoReset::kSameStep});
+}
+
+void Batch::check_env(int env) const {
+  if (env >= 0 && env < num_envs()) return;
+  throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
+                                           std::to_string(num_envs() - 1) + " allowed");
+}
+
+void Batch::require_started(const char* what) const {
+  if (started_) return;
+  throw Error(Error::kBadState, std::string(what) + " before the first reset; reset first");
 }
 
 // --- reset ---
@@ -210,7 +235,7 @@ void Batch::reset(const ResetRequest& request) {
       if (request.constants != nullptr) pins_.narrow(env, ranges);
       reset_env(worker, env, seed, episode);
       mark(clock(worker), StepPart::kReset);
-      draw(worker, env);
+      render_observation(worker, env);
       final_mask_[static_cast<std::size_t>(env)] = 0;
     }
   });
@@ -245,7 +270,7 @@ void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t epi
 // --- step ---
 
 void Batch::check_actions(std::span<const float> actions) const {
-  if (!started_) throw Error(Error::kBadState, "step before the first reset; reset first");
+  require_started("step");
   const auto dim = static_cast<std::size_t>(action_dim());
   require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
   const auto bad = std::find_if_not(actions.begin(), actions.end(),
@@ -291,7 +316,7 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
       if (options_.auto_reset != AutoReset::kOff) {
         reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
         mark(clock(worker), StepPart::kReset);
-        draw(worker, env);
+        render_observation(worker, env);
       } else {
         reward_[env] = 0;
       }
@@ -355,7 +380,7 @@ void Batch::finish_steps(int worker, Range envs) {
   compute_rewards(envs);
   for (int env = envs.begin; env < envs.end; ++env) {
     mark(time, StepPart::kTask);
-    draw(worker, env);
+    render_observation(worker, env);
     finish_step(worker, env);
   }
   mark(time, StepPart::kTask);
@@ -372,7 +397,7 @@ void Batch::evaluate(Range envs) {
   }
 }
 
-// What policies and learners see.
+// False if policies or learners would see NaN or infinity.
 bool Batch::outputs_finite(int env) const {
   const auto all_finite = [](std::span<const float> values) {
     bool finite = true;
@@ -421,10 +446,10 @@ void Batch::finish_step(int worker, int env) {
   terminated_[env] = flags[0];
   truncated_[env] = flags[1];
   unstable_[env] = flags[2];
-  draw(worker, env);
+  render_observation(worker, env);
 }
 
-void Batch::draw(int worker, int env) {
+void Batch::render_observation(int worker, int env) {
   if (!images_) return;
   images_->render(worker, state_, env);
   mark(clock(worker), StepPart::kRender);

@@ -27,6 +27,11 @@ class ObjectView {
   // The same parts with ranges.
   const std::vector<RangedField>& ranged_fields() const { return ranged_fields_; }
   int width() const { return row_.width; }
+  // Bytes that every further environment adds.
+  std::size_t bytes() const {
+    const std::size_t rows = options_.keeps_final ? 2 : 1;
+    return rows * sizeof(float) * static_cast<std::size_t>(row_.width);
+  }
   ColumnView rows() { return {&row_, reinterpret_cast<std::byte*>(rows_.data())}; }
   ColumnView final_rows() { return {&row_, reinterpret_cast<std::byte*>(final_rows_.data())}; }
   std::span<const float> all() const { return rows_.span(); }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "core/env/scripted_policy.h"
 #include "protocol/batch/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/c_api_fixture.h"
@@ -31,7 +32,7 @@ engram_options same_step(int num_envs) {
 
 TEST_CASE("The door shows the engine's bits, step by step and across resets", "[c_door]") {
   const BatchHandle batch = make_running(same_step(6));
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 6;
   options.threads = 1;
   options.seed = 11;
@@ -41,7 +42,7 @@ TEST_CASE("The door shows the engine's bits, step by step and across resets", "[
   std::vector<float> actions(42);
   int ended = 0;
   for (int i = 0; i < 60; ++i) {
-    engine->act(Policy::kOracle, actions);
+    ScriptedPolicy(*engine, Policy::kOracle).act(actions);
     REQUIRE(actions == actions_of(batch, ENGRAM_POLICY_ORACLE));
     engine->step(actions);
     REQUIRE(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
@@ -123,7 +124,7 @@ TEST_CASE("Depth and segmentation come beside images, and their last ones are ke
   options.image_width = 16;
   options.image_height = 12;
   const BatchHandle batch = make_running(options);
-  engram::EnvOptions same;
+  engram::BatchOptions same;
   same.num_envs = 2;
   same.seed = options.seed;
   same.obs_mode = engram::ObsMode::kRgbDepthSegmentation;
@@ -149,16 +150,18 @@ TEST_CASE("Depth and segmentation come beside images, and their last ones are ke
   }
   CHECK(output(batch, "depth").unit == std::string("mm"));
   for (int i = 0; i < 26; ++i) {
-    REQUIRE(equal(output(batch, "depth"), engine->depth()));
-    REQUIRE(equal(output(batch, "segmentation"), engine->segmentation()));
-    REQUIRE(equal(final_depth, engine->final_depth()));
-    REQUIRE(equal(final_segmentation, engine->final_segmentation()));
+    REQUIRE(equal(output(batch, "depth"), engine->images().depth));
+    REQUIRE(equal(output(batch, "segmentation"), engine->images().segmentation));
+    REQUIRE(equal(final_depth, engine->final_images().depth));
+    REQUIRE(equal(final_segmentation, engine->final_images().segmentation));
     step_by(batch, ENGRAM_POLICY_ZERO);
     engine->step(std::vector<float>(14));
   }
-  CHECK(std::ranges::any_of(engine->final_depth(), [](std::int16_t value) { return value > 0; }));
+  CHECK(std::ranges::any_of(engine->final_images().depth,
+                            [](std::int16_t value) { return value > 0; }));
   const auto names = nlohmann::json::parse(engram_describe_json(batch.get()))["segmentation_names"];
-  CHECK(std::ranges::equal(names.get<std::vector<std::string>>(), engine->segmentation_names()));
+  CHECK(std::ranges::equal(names.get<std::vector<std::string>>(),
+                           engine->images().segmentation_names));
 }
 
 TEST_CASE("A reset takes masks, seeds and pins", "[c_door]") {

@@ -33,7 +33,7 @@ nlohmann::json parts_of(const BatchHandle& batch) {
 TEST_CASE("The C door shows the engine's objects, and the last ones of an episode",
           "[c_door][objects]") {
   const BatchHandle batch = make_running(seeing(3));
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3;
   options.seed = 11;
   options.obs_mode = ObsMode::kObjects;

@@ -9,7 +9,7 @@ namespace {
 
 struct Words {
   std::string id;
-  EnvOptions env;
+  MakeOptions env;
   apps::TaskFilter filter;
   Policy policy = Policy::kZero;
   std::uint64_t seed = 0;

@@ -15,7 +15,7 @@ constexpr int kSide = 64;
 
 std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed, const Draw& draw,
                                    bool second) {
-  EnvOptions options;
+  BatchOptions options;
   options.seed = seed;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
@@ -36,20 +36,20 @@ struct Count {
 };
 
 bool same_cells(const Batch& one, const Batch& other) {
-  return std::ranges::equal(one.depth(), other.depth()) &&
-         std::ranges::equal(one.segmentation(), other.segmentation());
+  return std::ranges::equal(one.images().depth, other.images().depth) &&
+         std::ranges::equal(one.images().segmentation, other.images().segmentation);
 }
 
 void compare(Batch& one, Batch& other, Policy policy, Count& count) {
   test::play_unanswered(one, other, policy, [&](bool shown) {
     if (shown) {
-      count.shown += std::ranges::equal(one.rgb(), other.rgb()) ? 0 : 1;
+      count.shown += std::ranges::equal(one.images().rgb, other.images().rgb) ? 0 : 1;
       count.shaped += same_cells(one, other) ? 0 : 1;
-    } else if (!std::ranges::equal(one.rgb(), other.rgb())) {
+    } else if (!std::ranges::equal(one.images().rgb, other.images().rgb)) {
       ++count.uncovered;
     } else {
-      REQUIRE(std::ranges::equal(one.depth(), other.depth()));
-      REQUIRE(std::ranges::equal(one.segmentation(), other.segmentation()));
+      REQUIRE(std::ranges::equal(one.images().depth, other.images().depth));
+      REQUIRE(std::ranges::equal(one.images().segmentation, other.images().segmentation));
       ++count.steps;
     }
   });

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/snapshot.h"
 #include "tests/tasks/leak_check.h"
 
 namespace engram {
@@ -24,7 +25,7 @@ enum class Drawing {
 
 std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
                                    const std::vector<Pin>& pins) {
-  EnvOptions options;
+  BatchOptions options;
   options.seed = seed;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
@@ -175,7 +176,7 @@ TEST_CASE("A token or an info that told the hidden quantity would be noticed", "
 // So what is said of infos and rewards here holds of all of them.
 TEST_CASE("Infos and rewards are the same whatever is observed", "[objects][leak]") {
   for (const std::string& id : test::implemented_ids()) {
-    EnvOptions options;
+    BatchOptions options;
     options.seed = 5;
     options.images.width = options.images.height = 8;
     const auto first = make(id, options);
@@ -253,7 +254,7 @@ TEST_CASE("Objects of TakeItBack do not tell the start once the cube is on its t
     while (*test::row<std::uint8_t>(one->output("goal_reached_status"), 0) == 0) {
       test::step(*one, Policy::kOracle);
     }
-    other->restore(one->save());
+    Snapshotter(*other).restore(Snapshotter(*one).save());
     auto* start = reinterpret_cast<double*>(other->memory().find("initial").row(0));
     start[0] += 1;  // where the cube never comes
     for (int t = 0; t < 15; ++t, ++compared) {
@@ -270,28 +271,28 @@ TEST_CASE("Objects of TakeItBack do not tell the start once the cube is on its t
 // --- pictures ---
 
 // Pixels of the sensors' pictures that change when props are taken out of the scene. bare: a batch
-// of the same task, for that.
-int pixels_of(Batch& env, Batch& bare, std::uint64_t props) {
-  bare.restore(env.save());
+// of the same task, for that; pictures: of both.
+int pixels_of(Batch& env, Batch& bare, test::PicturePair& pictures, std::uint64_t props) {
+  Snapshotter(bare).restore(Snapshotter(env).save());
   for (int prop = 0; prop < env.state().num_props; ++prop) {
     if ((props >> prop & 1) == 0) continue;
     bare.state().prop_status.row(0)[prop] = static_cast<std::uint8_t>(PropStatus::kHidden);
   }
-  return test::differing_pixels(env, bare, "base_camera") +
-         test::differing_pixels(env, bare, "hand_camera");
+  return pictures.differing_pixels("base_camera") + pictures.differing_pixels("hand_camera");
 }
 
 TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothing else",
           "[objects][render][long]") {
   int tokens = 0;
   for (const std::string& id : test::implemented_ids()) {
-    EnvOptions options;
+    BatchOptions options;
     options.obs_mode = ObsMode::kObjects;
     options.threads = 1;
     const auto env = make(id, options);
     const auto bare = make(id, options);
     env->reset();
     bare->reset();
+    test::PicturePair pictures(*env, *bare);
     // Parts of other props have no token.
     std::uint64_t objects = 0;
     const std::vector<ObjectDescriptor> looks = make_task(id)->looks();
@@ -305,10 +306,10 @@ TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothin
       ever_seen |= seen;
       if (t % 3 == 0) {
         INFO(id << ", step " << t << ", seen " << seen);
-        REQUIRE(pixels_of(*env, *bare, objects & ~seen) == 0);
+        REQUIRE(pixels_of(*env, *bare, pictures, objects & ~seen) == 0);
         for (std::uint64_t left = seen & ~in_pictures; left != 0; left &= left - 1) {
           const std::uint64_t prop = left & (~left + 1);
-          if (pixels_of(*env, *bare, prop) > 0) in_pictures |= prop;
+          if (pixels_of(*env, *bare, pictures, prop) > 0) in_pictures |= prop;
         }
       }
       test::step(*env, Policy::kOracle);

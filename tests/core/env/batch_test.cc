@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/env/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -32,7 +33,7 @@ ResetRequest with_seeds(std::span<const std::uint64_t> seeds) {
 }
 
 TEST_CASE("Proprio is the TCP pose and the gripper opening", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.robot_init_qpos_noise = 0;
   const auto env = make_env(kId, options);
   env->reset();
@@ -49,7 +50,7 @@ TEST_CASE("Proprio is the TCP pose and the gripper opening", "[vector_env]") {
 
 TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[vector_env]") {
   for (const int sign : {-1, 1}) {
-    EnvOptions options;
+    BatchOptions options;
     options.robot_init_qpos_noise = 0;
     options.rotation_sign = sign;
     options.freeze_cue = false;
@@ -85,7 +86,7 @@ TEST_CASE("State fields name the parts of the state observation", "[vector_env]"
 }
 
 TEST_CASE("Target modes add the controller state after qvel", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.control_mode = ControlMode::kPdJointTargetDeltaPos;
   const auto env = make_env(kId, options);
   env->reset();
@@ -102,7 +103,7 @@ TEST_CASE("Target modes add the controller state after qvel", "[vector_env]") {
 }
 
 TEST_CASE("Observation modes choose what is written", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   const auto state = make_env(kId, options);
   options.obs_mode = ObsMode::kStateDict;
   const auto dict = make_env(kId, options);
@@ -120,7 +121,7 @@ TEST_CASE("Observation modes choose what is written", "[vector_env]") {
 }
 
 TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2000;
   const auto env = make_env(kId, options);
   env->reset();
@@ -143,7 +144,7 @@ TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[vec
 }
 
 TEST_CASE("Environment i has the seed of the batch plus i", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3;
   options.seed = 4242424242;
   const auto env = make_env(kId, options);
@@ -154,7 +155,7 @@ TEST_CASE("Environment i has the seed of the batch plus i", "[vector_env]") {
 }
 
 TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env(kId, options);
   env->reset();
@@ -171,7 +172,7 @@ TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[ve
 }
 
 TEST_CASE("Every environment can be given a seed of its own", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3;
   const auto env = make_env(kId, options);
   const std::uint64_t seeds[] = {77, 5, 77};
@@ -186,7 +187,7 @@ TEST_CASE("Every environment can be given a seed of its own", "[vector_env]") {
 }
 
 TEST_CASE("A reset by mask leaves all other environments byte for byte", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 6;
   const auto env = make_env(kId, options);
   env->reset();
@@ -209,7 +210,7 @@ TEST_CASE("A reset by mask leaves all other environments byte for byte", "[vecto
 }
 
 TEST_CASE("The first reset must reset all environments", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env(kId, options);
   const std::uint8_t mask[] = {1, 0};
@@ -220,7 +221,7 @@ TEST_CASE("The first reset must reset all environments", "[vector_env]") {
 
 TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[vector_env]") {
   for (int mode = 0; mode < kControlModes; ++mode) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 4;
     options.control_mode = static_cast<ControlMode>(mode);
     const auto env = make_env(kId, options);
@@ -238,12 +239,12 @@ TEST_CASE("The zero policy writes zeros and the random one stays within bounds",
       env->step(actions);
     }
     CHECK(distinct.size() > 100);
-    CHECK(env->unstable_count() == 0);
+    CHECK(Queries(*env).unstable_count() == 0);
   }
 }
 
 TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 5;
   options.threads = 1;
   const auto one = make_env(kId, options);
@@ -263,7 +264,7 @@ TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_en
 }
 
 TEST_CASE("Oracles speak the rotation sign of the environment", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.seed = 3;
   const auto upstream = make_env(kId, options);
   options.rotation_sign = 1;
@@ -297,9 +298,9 @@ TEST_CASE("Outputs are found by name", "[vector_env]") {
   }
   CHECK_THROWS_WITH(env->output("rewards"),
                     Catch::Contains("no output named 'rewards'") && Catch::Contains("proprio"));
-  CHECK(env->instruction(0) == env->info().instruction);
-  CHECK_THROWS_AS(env->instruction(1), Error);
-  CHECK_THROWS_AS(env->instruction(-1), Error);
+  CHECK(Queries(*env).instruction(0) == env->info().instruction);
+  CHECK_THROWS_AS(Queries(*env).instruction(1), Error);
+  CHECK_THROWS_AS(Queries(*env).instruction(-1), Error);
 }
 
 TEST_CASE("An additional environment costs a few kilobytes", "[vector_env]") {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/checksum.h"
+#include "core/env/queries.h"
 #include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 #include "tests/own_process.h"
@@ -23,12 +24,12 @@ constexpr const char* kOldProcessor =
 // steps.
 std::uint64_t bits_of(std::string_view id) {
   constexpr int kSteps = 12;
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   options.threads = 1;
   options.obs_mode = ObsMode::kRgb;
   const auto env = make(id, options);
-  std::uint64_t hash = checksum(env->document());
+  std::uint64_t hash = checksum(Queries(*env).document());
   for (const SceneModel& scene : env->physics_model().scenes()) {
     std::vector<std::byte> bytes(static_cast<std::size_t>(mj_sizeModel(scene.model.get())));
     mj_saveModel(scene.model.get(), nullptr, bytes.data(), static_cast<int>(bytes.size()));
@@ -39,7 +40,7 @@ std::uint64_t bits_of(std::string_view id) {
     test::step(*env, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
   }
   hash = checksum(test::batch_bytes(*env), hash);
-  return checksum(std::as_bytes(env->rgb()), hash);
+  return checksum(std::as_bytes(env->images().rgb), hash);
 }
 
 // Not for itself: what the other one runs in processes of their own.

@@ -1,4 +1,6 @@
 // What a batch tells on demand: robot, cameras, drawn values.
+#include "core/env/queries.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/scene_renderer.h"
 #include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 
@@ -19,7 +22,7 @@ std::vector<float> floats(const Batch& env, int width) {
 }
 
 TEST_CASE("The robot's state is told in every observation mode", "[tell]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3;
   const auto observed = make("RememberColor3-VLA-v0", options);
   options.obs_mode = ObsMode::kNone;
@@ -27,12 +30,12 @@ TEST_CASE("The robot's state is told in every observation mode", "[tell]") {
   std::vector<float> qpos = floats(*env, 9);
   std::vector<float> qvel = floats(*env, 9);
   std::vector<float> tcp = floats(*env, 7);
-  CHECK_THROWS_WITH(env->robot_state(qpos, qvel, tcp), Contains("before the first reset"));
+  CHECK_THROWS_WITH(Queries(*env).robot_state(qpos, qvel, tcp), Contains("before the first reset"));
   for (Batch* batch : {observed.get(), env.get()}) {
     batch->reset();
     for (int i = 0; i < 12; ++i) test::step(*batch, Policy::kRandom);
   }
-  env->robot_state(qpos, qvel, tcp);
+  Queries(*env).robot_state(qpos, qvel, tcp);
   for (int i = 0; i < 3; ++i) {
     // A row of the state begins with qpos, qvel and the TCP's pose.
     const float* row = observed->observation().data() + i * observed->state_dim();
@@ -40,9 +43,10 @@ TEST_CASE("The robot's state is told in every observation mode", "[tell]") {
     CHECK(std::equal(row + 9, row + 18, qvel.data() + 9 * i));
     CHECK(std::equal(row + 18, row + 25, tcp.data() + 7 * i));
   }
-  env->robot_state({}, {}, {});
+  Queries(*env).robot_state({}, {}, {});
   qpos.pop_back();
-  CHECK_THROWS_WITH(env->robot_state(qpos, {}, {}), Contains("26 values given, 27 needed"));
+  CHECK_THROWS_WITH(Queries(*env).robot_state(qpos, {}, {}),
+                    Contains("26 values given, 27 needed"));
 }
 
 struct Camera {
@@ -62,7 +66,7 @@ Camera camera_of(Batch& env, int index, const std::string& name, int width, int 
   std::vector<float> extrinsic = floats(env, 12);
   std::vector<float> pose = floats(env, 16);
   std::vector<float> intrinsic = floats(env, 9);
-  env.camera_params(name, width, height, {extrinsic, pose, intrinsic});
+  Queries(env).camera_params(name, width, height, {extrinsic, pose, intrinsic});
   Camera camera;
   camera.extrinsic = Eigen::Map<decltype(camera.extrinsic)>(extrinsic.data() + 12 * index);
   camera.pose = Eigen::Map<decltype(camera.pose)>(pose.data() + 16 * index);
@@ -73,7 +77,7 @@ Camera camera_of(Batch& env, int index, const std::string& name, int width, int 
 std::vector<std::uint8_t> picture(Batch& env, int index, const std::string& camera, int width,
                                   int height) {
   std::vector<std::uint8_t> rgb(static_cast<std::size_t>(3 * width * height));
-  env.render(index, camera, width, height, rgb);
+  SceneRenderer(env).render(index, camera, width, height, rgb);
   return rgb;
 }
 
@@ -98,7 +102,7 @@ Eigen::Vector2f middle_of_change(const std::vector<std::uint8_t>& first,
 }
 
 TEST_CASE("A ball is seen where the cameras' matrices say", "[tell]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   const auto env = make("InterceptSlow-VLA-v0", options);
   env->reset();
@@ -131,16 +135,16 @@ TEST_CASE("A ball is seen where the cameras' matrices say", "[tell]") {
   CHECK((first.pose - camera_of(*env, 1, "hand_camera", 128, 128).pose).norm() > 0.05F);
   CHECK(first.intrinsic(0, 0) == Approx(64));
   CHECK(first.intrinsic(1, 2) == 64);
-  CHECK_THROWS_WITH(env->camera_params("top", 128, 128, {}), Contains("hand_camera"));
-  CHECK_THROWS_WITH(env->camera_params("hand_camera", 0, 128, {}), Contains("1 to 4096"));
+  CHECK_THROWS_WITH(Queries(*env).camera_params("top", 128, 128, {}), Contains("hand_camera"));
+  CHECK_THROWS_WITH(Queries(*env).camera_params("hand_camera", 0, 128, {}), Contains("1 to 4096"));
 }
 
 // The drawn values of an environment by name, the first of each.
 std::map<std::string, double> drawn(const Batch& env, int index) {
-  std::vector<float> values = floats(env, env.drawn_dim());
-  env.drawn(values);
+  std::vector<float> values = floats(env, Queries(env).sampled_dim());
+  Queries(env).sampled_values(values);
   std::map<std::string, double> named;
-  std::size_t at = static_cast<std::size_t>(index * env.drawn_dim());
+  std::size_t at = static_cast<std::size_t>(index * Queries(env).sampled_dim());
   for (const Field& field : env.info().drawn) {
     named[field.name] = static_cast<double>(values[at]);
     at += static_cast<std::size_t>(field.width);
@@ -149,7 +153,7 @@ std::map<std::string, double> drawn(const Batch& env, int index) {
 }
 
 std::map<std::string, double> drawn_with(const std::string& id, std::vector<Pin> pins) {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   options.pins = std::move(pins);
   const auto env = test::make_env(id, options);
@@ -177,7 +181,7 @@ TEST_CASE("Drawn values are those of the episode", "[tell]") {
 }
 
 TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last", "[tell]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"shapes", {0, 0, 0, 0, 0}},    {"radii", {0.08, 0.09, 0.1, 0.11, 0.12}},
                   {"center_x", {-0.1}},           {"center_y", {0.05}},
                   {"rotations", {0, 1, 2, 3, 4}}, {"sequence_length", {3}}};
@@ -186,8 +190,8 @@ TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last"
   const std::vector<Field>& fields = env->info().drawn;
   REQUIRE(fields.back().name == "waypoints");
   REQUIRE(fields.back().width == 5 * 64 * 2);
-  std::vector<float> values = floats(*env, env->drawn_dim());
-  env->drawn(values);
+  std::vector<float> values = floats(*env, Queries(*env).sampled_dim());
+  Queries(*env).sampled_values(values);
   const float* next = values.data() + values.size() - 5 * 64 * 2;
   for (int shape = 0; shape < 5; ++shape) {
     for (int i = 0; i < 64; ++i, next += 2) {
@@ -206,7 +210,7 @@ TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last"
 TEST_CASE("Every task tells the lengths of its phases", "[tell]") {
   for (const std::string& id : test::implemented_ids()) {
     CAPTURE(id);
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 3;
     options.seed = 5;
     const auto env = test::make_env(id, options);
@@ -215,7 +219,7 @@ TEST_CASE("Every task tells the lengths of its phases", "[tell]") {
     for (int i = 0; i < 3; ++i) {
       std::map<std::string, double> values = drawn(*env, i);
       if (values.contains("cue_steps_per_env")) {
-        CHECK(values["cue_steps_per_env"] == env->cue_end(i));
+        CHECK(values["cue_steps_per_env"] == Queries(*env).cue_end(i));
       }
       for (const Field& field : env->info().drawn) {
         if (field.dtype == DType::kInt32)

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/snapshot.h"
 #include "tests/core/env/scene_task.h"
 #include "tests/env_helpers.h"
 
@@ -19,7 +20,7 @@ using test::step;
 using test::zeros;
 
 struct Logged {
-  explicit Logged(EnvOptions options = {}, int horizon = 1000) {
+  explicit Logged(BatchOptions options = {}, int horizon = 1000) {
     auto owned = std::make_unique<SceneTask>();
     task = owned.get();
     task->description.horizon = horizon;
@@ -101,7 +102,7 @@ TEST_CASE("With next step resets the step after an end ignores its action", "[ve
 }
 
 TEST_CASE("With same step resets the last observation is kept as final", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.auto_reset = AutoReset::kSameStep;
   Logged logged(options, 2);
   logged.env->reset();
@@ -124,7 +125,7 @@ TEST_CASE("With same step resets the last observation is kept as final", "[vecto
 }
 
 TEST_CASE("Without resets an environment that has ended is left alone", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   Logged logged(options, 2);
   logged.env->reset();
@@ -146,8 +147,8 @@ TEST_CASE("Without resets an environment that has ended is left alone", "[vector
   CHECK(logged.env->observation().back() == 0);
 }
 
-EnvOptions going_on() {
-  EnvOptions options;
+BatchOptions going_on() {
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   options.after_end = AfterEnd::kContinue;
   return options;
@@ -174,9 +175,9 @@ TEST_CASE("An environment that has ended can be simulated on", "[vector_env]") {
     CHECK(logged.env->observation().back() == static_cast<float>(i));
   }
   // A snapshot of it goes on where the same is asked for.
-  const std::vector<std::byte> saved = logged.env->save();
+  const std::vector<std::byte> saved = Snapshotter(*logged.env).save();
   step(*logged.env, Policy::kOracle);
-  logged.env->restore(saved);
+  Snapshotter(*logged.env).restore(saved);
   CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 6);
   step(*logged.env, Policy::kOracle);
   CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 7);
@@ -185,7 +186,7 @@ TEST_CASE("An environment that has ended can be simulated on", "[vector_env]") {
 }
 
 TEST_CASE("Steps after an end can be refused", "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   options.after_end = AfterEnd::kRefuse;
   Logged logged(options, 1);
@@ -204,7 +205,7 @@ TEST_CASE("Steps after an end can be refused", "[vector_env]") {
 }
 
 // Success from the third step on, failure in the second.
-std::unique_ptr<Logged> with_success(Termination rule, const EnvOptions& options,
+std::unique_ptr<Logged> with_success(Termination rule, const BatchOptions& options,
                                      bool fails = false) {
   auto logged = std::make_unique<Logged>(options);
   SceneTask* task = logged->task;
@@ -228,7 +229,7 @@ int steps_to_termination(Batch& env) {
 
 TEST_CASE("Termination follows the family unless the option overrides it", "[vector_env]") {
   const auto steps = [](Termination rule, std::optional<bool> override, bool fails = false) {
-    EnvOptions options;
+    BatchOptions options;
     options.terminate_on_success = override;
     return steps_to_termination(*with_success(rule, options, fails)->env);
   };
@@ -241,7 +242,7 @@ TEST_CASE("Termination follows the family unless the option overrides it", "[vec
   CHECK(steps(Termination::kSuccess, false) == 0);
   CHECK(steps(Termination::kSuccessOrFailed, false, true) == 2);
   const auto steps_on = [](std::optional<bool> override) {
-    EnvOptions options;
+    BatchOptions options;
     options.terminate_on_success = override;
     options.terminate_on_failure = false;
     return steps_to_termination(*with_success(Termination::kSuccessOrFailed, options, true)->env);
@@ -281,7 +282,7 @@ TEST_CASE("Success at reset counts for nothing", "[vector_env]") {
 
 TEST_CASE("Rewards are those of the mode", "[vector_env]") {
   const auto reward = [](RewardMode mode) {
-    EnvOptions options;
+    BatchOptions options;
     options.reward_mode = mode;
     auto owned = std::make_unique<SceneTask>();
     SceneTask* task = owned.get();
@@ -321,7 +322,7 @@ TEST_CASE("A task sees the action of the step and the one before", "[vector_env]
 TEST_CASE("Actions are frozen until the cue is over unless the option says otherwise",
           "[vector_env]") {
   const auto arm_moved_at = [](ControlMode mode, bool freeze) {
-    EnvOptions options;
+    BatchOptions options;
     options.control_mode = mode;
     options.freeze_cue = freeze;
     auto logged = std::make_unique<Logged>(options);
@@ -346,7 +347,7 @@ TEST_CASE("Actions are frozen until the cue is over unless the option says other
 
 TEST_CASE("A frozen action is zero in normalised modes and holds in joint positions",
           "[vector_env]") {
-  EnvOptions options;
+  BatchOptions options;
   options.robot_init_qpos_noise = 0;
   options.control_mode = GENERATE(ControlMode::kPdEeDeltaPose, ControlMode::kPdJointPos);
   Logged logged(options);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/scripted_policy.h"
 #include "protocol/demonstrations/folder.h"
 #include "protocol/demonstrations/npz.h"
 #include "protocol/formats/files.h"
@@ -86,7 +87,7 @@ TEST_CASE("Demonstrations: a recorded episode can be played again", "[demonstrat
        {"RememberColor3-VLA-v0", "ShellGamePush-VLA-v0", "RotateStrictPos-VLA-v0"}) {
     INFO(id);
     constexpr std::uint64_t kSeed = 4'242'424'242'424;
-    EnvOptions options = demonstration_options();
+    BatchOptions options = demonstration_options();
     options.num_envs = 2;
     options.threads = 1;
     const auto env = make(id, options);
@@ -96,7 +97,7 @@ TEST_CASE("Demonstrations: a recorded episode can be played again", "[demonstrat
     recorder.start(*env, 1);
     std::vector<float> actions(14);
     while ((env->terminated()[1] | env->truncated()[1]) == 0) {
-      env->act(Policy::kOracle, actions);
+      ScriptedPolicy(*env, Policy::kOracle).act(actions);
       recorder.before_step(*env, 1, std::span(actions).subspan(7));
       env->step(actions);
       recorder.after_step(*env, 1);
@@ -135,7 +136,7 @@ TEST_CASE("Demonstrations: a recorded episode can be played again", "[demonstrat
         const auto bytes = std::as_bytes(shown);
         return std::memcmp(bytes.data(), all.data() + t * bytes.size(), bytes.size()) == 0;
       };
-      equal = equal && same(again->rgb(), rgb) && same(again->proprio(), proprio);
+      equal = equal && same(again->images().rgb, rgb) && same(again->proprio(), proprio);
       std::memcpy(action.data(), stored.data() + t * 28, 28);
       CHECK(std::all_of(action.begin(), action.end(), [](float a) { return a >= -1 && a <= 1; }));
       again->step(action);

@@ -29,7 +29,7 @@ const Vector3d kFarAway(-0.1, 0, 0.4);
 
 // Without physics; battery 0 works.
 std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants = {}) {
-  EnvOptions options;
+  MakeOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.auto_reset = AutoReset::kOff;
@@ -82,7 +82,7 @@ TEST_CASE("Numbers of batteries change scene, answers and success", "[variants][
       if (draw.name == "working") CHECK((draw.width == 2 && draw.high == 4));
     }
     CHECK_THAT(task->document(), Contains("battery_4") && !Contains("battery_5"));
-    EnvOptions options;
+    MakeOptions options;
     options.constants = constants;
     const auto env = test::make_env(id, options);
     env->reset();

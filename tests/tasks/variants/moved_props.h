@@ -26,7 +26,7 @@ inline double mass_in(const std::string& document, const std::string& prop) {
 // A batch of one without physics, with dense rewards.
 inline std::unique_ptr<Batch> make_still(const char* id, const ConstantTable& constants,
                                          std::vector<Pin> pins = {}) {
-  EnvOptions options;
+  MakeOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.auto_reset = AutoReset::kOff;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "core/env/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -13,7 +14,7 @@ using test::row;
 
 std::unique_ptr<Batch> make(const std::string& id, const ConstantTable& constants,
                             int num_envs = 1) {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = num_envs;
   options.threads = 1;
   options.reward_mode = RewardMode::kDense;
@@ -26,7 +27,7 @@ std::unique_ptr<Batch> make(const std::string& id, const ConstantTable& constant
 const PropModel& first_prop(const Batch& env) { return env.physics_model().props().front(); }
 
 const Draw& draw(const Batch& env, const std::string& name) {
-  for (const Draw& one : env.draws()) {
+  for (const Draw& one : Queries(env).random_variables()) {
     if (one.name == name) return one;
   }
   FAIL("no draw " << name);
@@ -79,7 +80,7 @@ TEST_CASE("Cue and delay last as long as their constants say", "[variants]") {
   for (const char* id : {"RememberColor3-VLA-v0", "RememberShape3-Long-VLA-v0",
                          "FindImposterShapeAndColor3x3-VLA-v0"}) {
     const auto env = make(id, constants);
-    CHECK(env->cue_end(0) == 7);
+    CHECK(Queries(*env).cue_end(0) == 7);
     const auto shown = [&] {
       int count = 0;
       for (int prop = 0; prop < env->info().candidates; ++prop) {
