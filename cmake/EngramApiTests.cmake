@@ -1,8 +1,8 @@
-# Tests of the doors that are programs of their own: in plain C, and of the installed package.
+# Tests of the APIs that are programs of their own: in plain C, and of the installed package.
 
-set(engram_door engram::engram)
+set(engram_api engram::engram)
 if(TARGET engram_shared)
-  set(engram_door engram_shared)
+  set(engram_api engram_shared)
 endif()
 
 add_executable(engram_c_program "${PROJECT_SOURCE_DIR}/tests/api/c_program.c")
@@ -12,7 +12,7 @@ if(ENGRAM_SANITIZE)  # which have a part for C++
   set_target_properties(engram_c_program PROPERTIES LINKER_LANGUAGE CXX)
 endif()
 target_compile_options(engram_c_program PRIVATE -Wall -Wextra -Wpedantic -Werror)
-target_link_libraries(engram_c_program PRIVATE ${engram_door})
+target_link_libraries(engram_c_program PRIVATE ${engram_api})
 add_test(NAME c_program COMMAND engram_c_program)
 
 if(TARGET engram_cross_entropy)

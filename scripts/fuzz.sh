@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fuzzes every parser of outside bytes and the plain-C door: fuzz.sh [executions per target]
+# Fuzzes every parser of outside bytes and the plain C API: fuzz.sh [executions per target]
 # [target...]. Installs Clang if it is missing, builds the targets (tests/fuzz) with sanitizers and
 # runs each of them so many times, 1,000,000 unless said otherwise, from the corpus of the tests.
 # What is found lies in build/fuzz/findings; a finding ends its target and this script fails.
@@ -10,7 +10,7 @@ executions=${1:-1000000}
 shift || true
 targets=("$@")
 [ ${#targets[@]} -gt 0 ] ||
-  targets=(command_line policy_pipe npz results edits demonstrations snapshot c_door)
+  targets=(command_line policy_pipe npz results edits demonstrations snapshot c_api)
 
 scripts/install_dependencies.sh clang libclang-rt-dev
 cmake --preset fuzz

@@ -28,8 +28,8 @@ struct RegistryEntry {
   std::string_view base;
   const ConstantTable* constants = nullptr;
   int index = 0;  // place among all_entries()
-  // Control steps after which a user truncates episodes, be it too early to succeed; 0: the
-  // horizon.
+  // Control steps after which a user truncates episodes, even if that is too early to succeed; 0:
+  // the horizon.
   int max_episode_steps = 0;
 };
 

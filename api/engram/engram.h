@@ -82,12 +82,12 @@ enum class ObsMode {
   kObjects = ENGRAM_OBS_OBJECTS,
   /// The same row; the description of the batch names its parts.
   kObjectsDict = ENGRAM_OBS_OBJECTS_DICT,
-  /// As rgb, and "depth": mm along the axis of the camera to what each pixel shows.
+  /// Rgb, and "depth": mm along the axis of the camera to what each pixel shows.
   kRgbDepth = ENGRAM_OBS_RGB_DEPTH,
-  /// As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+  /// Rgb, and "segmentation": an index for each pixel; the description of the batch names the
   /// values.
   kRgbSegmentation = ENGRAM_OBS_RGB_SEGMENTATION,
-  /// As rgb, and both.
+  /// Rgb, and both.
   kRgbDepthSegmentation = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION,
 };
 
@@ -138,7 +138,7 @@ enum class Policy {
 enum class Rules {
   /// Engram's own, which follow the benchmark's documentation.
   kReference = ENGRAM_RULES_REFERENCE,
-  /// What the original's code does, as far as a task option can say it.
+  /// The original's code, as far as a task option can express it.
   kOriginal = ENGRAM_RULES_ORIGINAL,
 };
 
@@ -170,7 +170,7 @@ struct TaskOption {
   double value = 0;
 };
 
-/// Of rgb observations.
+/// Options of rgb observations.
 struct ImageOptions {
   // begin options: images
   /// Width of rgb observations. 1 to 4096 pixels.
@@ -240,15 +240,15 @@ struct EnvOptions {
   bool terminate_on_failure = true;
   /// Auto-reset off: effect of a step on an environment whose episode has ended.
   AfterEnd after_end = AfterEnd::kHold;
-  /// Control steps after which episodes are truncated, be it too early to succeed, instead of the
-  /// task's horizon. 0 (unset) to 1,000,000.
+  /// Control steps after which episodes are truncated, even if that is too early to succeed,
+  /// instead of the task's horizon. 0 (unset) to 1,000,000.
   int max_episode_steps = 0;
   // end options
   ImageOptions images = {};
 };
 
-/// Which environments to reset, and how. What is left empty: all environments; seeds, pins and
-/// ranges as before.
+/// Environments to reset, and their new seeds, pins and ranges. Empty members: all environments;
+/// seeds, pins and ranges as before.
 struct ResetRequest {
   std::span<const std::uint8_t> mask = {};    ///< N values, non-zero: reset
   std::span<const std::uint64_t> seeds = {};  ///< N values; masked-out ones are ignored
@@ -298,7 +298,7 @@ struct Image {
   std::vector<std::uint8_t> rgb;  ///< (height, width, 3)
 };
 
-/// Where the matrices of a camera go; empty spans are left out.
+/// Destinations of a camera's matrices; empty spans are left out.
 struct CameraParams {
   /// (N, 3, 4) from the world to the camera: x right, y down, z forward.
   std::span<float> extrinsic_cv = {};
@@ -320,7 +320,7 @@ class VectorEnv {
   VectorEnv(const std::string& id, const EnvOptions& options);
 
   // --- facts ---
-  /// Of the task.
+  /// Id of the task.
   const std::string& id() const { return id_; }
   int num_envs() const { return num_envs_; }
   int num_threads() const { return engram_num_threads(handle_.get()); }

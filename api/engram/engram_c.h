@@ -101,12 +101,12 @@ typedef enum engram_obs_mode {
   ENGRAM_OBS_OBJECTS = 4,
   /** The same row; the description of the batch names its parts. */
   ENGRAM_OBS_OBJECTS_DICT = 5,
-  /** As rgb, and "depth": mm along the axis of the camera to what each pixel shows. */
+  /** Rgb, and "depth": mm along the axis of the camera to what each pixel shows. */
   ENGRAM_OBS_RGB_DEPTH = 6,
-  /** As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+  /** Rgb, and "segmentation": an index for each pixel; the description of the batch names the
    * values. */
   ENGRAM_OBS_RGB_SEGMENTATION = 7,
-  /** As rgb, and both. */
+  /** Rgb, and both. */
   ENGRAM_OBS_RGB_DEPTH_SEGMENTATION = 8
 } engram_obs_mode;
 /* end options */
@@ -233,8 +233,8 @@ typedef struct engram_options {
   /** Auto-reset off: effect of a step on an environment whose episode has ended. An
    * engram_after_end; default ENGRAM_AFTER_END_HOLD. */
   int32_t after_end;
-  /** Control steps after which episodes are truncated, be it too early to succeed, instead of the
-   * task's horizon. 0 (unset) to 1,000,000; default 0. */
+  /** Control steps after which episodes are truncated, even if that is too early to succeed,
+   * instead of the task's horizon. 0 (unset) to 1,000,000; default 0. */
   int32_t max_episode_steps;
   /* end options */
 } engram_options;
@@ -316,7 +316,7 @@ ENGRAM_API engram_status engram_step_wait(engram_env* env);
 typedef enum engram_rules {
   /** Engram's own, which follow the benchmark's documentation. */
   ENGRAM_RULES_REFERENCE = 0,
-  /** What the original's code does, as far as a task option can say it. */
+  /** The original's code, as far as a task option can express it. */
   ENGRAM_RULES_ORIGINAL = 1
 } engram_rules;
 /* end options */

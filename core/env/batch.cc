@@ -45,10 +45,10 @@ BatchOptions checked(BatchOptions options) {
 }
 
 // The engine's variable first, then the task's.
-std::vector<Draw> all_variables(const TaskInfo& info) {
-  std::vector<Draw> variables = {{kRobotNoiseDraw, kArmJoints, false, -1, 1, "rad",
-                                  "added to the seven arm joints of the start pose"}};
-  variables.insert(variables.end(), info.draws.begin(), info.draws.end());
+std::vector<RandomVariable> all_variables(const TaskInfo& info) {
+  std::vector<RandomVariable> variables = {{kRobotNoiseVariable, kArmJoints, false, -1, 1, "rad",
+                                            "added to the seven arm joints of the start pose"}};
+  variables.insert(variables.end(), info.random_variables.begin(), info.random_variables.end());
   return variables;
 }
 
@@ -71,7 +71,7 @@ Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const Batch
           *model_, SimulatorOptions{options_.substeps, options_.sleep, options_.lanes},
           options_.threads, options_.num_envs)),
       renderers_(std::move(renderers)),
-      tokens_(task_->looks()),
+      tokens_(task_->object_descriptors()),
       memory_(options_.num_envs),
       pin_memory_(options_.num_envs),
       outputs_(options_.num_envs),
@@ -202,9 +202,9 @@ void Batch::reset(const ResetRequest& request) {
   if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
   if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
   if (request.pins != nullptr) pins_.check(*request.pins);
-  const std::vector<Narrowing> ranges = request.constants != nullptr
-                                            ? pins_.narrowings(*request.constants)
-                                            : std::vector<Narrowing>();
+  const std::vector<NarrowedRange> ranges = request.constants != nullptr
+                                                ? pins_.narrowed_ranges(*request.constants)
+                                                : std::vector<NarrowedRange>();
   const auto selected = [&request](int env) {
     return request.mask.empty() || request.mask[static_cast<std::size_t>(env)] != 0;
   };

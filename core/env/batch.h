@@ -60,7 +60,7 @@ class Batch {
   ~Batch();
 
   const TaskInfo& info() const { return task_->info(); }
-  // As given, with defaults resolved: threads and chunk are numbers, not 0.
+  // The given options, with defaults resolved: threads and chunk are numbers, not 0.
   const BatchOptions& options() const { return options_; }
   int num_envs() const { return options_.num_envs; }
   const PhysicsModel& physics_model() const { return *model_; }
@@ -104,7 +104,7 @@ class Batch {
   ColumnView final_output(std::string_view name) const;
   const ColumnStore& outputs() const { return outputs_; }
 
-  // From now on, steps and resets count their time on this clock; null stops that. The clock must
+  // Attaches a clock on which steps and resets count their time; null stops that. The clock must
   // have options().threads workers and live until then.
   void attach(StepClock* clock) { clock_ = clock; }
 

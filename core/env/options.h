@@ -33,12 +33,12 @@ enum class ObsMode {
   kObjects,
   // The same row; the description of the batch names its parts.
   kObjectsDict,
-  // As rgb, and "depth": mm along the axis of the camera to what each pixel shows.
+  // Rgb, and "depth": mm along the axis of the camera to what each pixel shows.
   kRgbDepth,
-  // As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+  // Rgb, and "segmentation": an index for each pixel; the description of the batch names the
   // values.
   kRgbSegmentation,
-  // As rgb, and both.
+  // Rgb, and both.
   kRgbDepthSegmentation,
 };
 inline constexpr std::array kObsModeNames = {
@@ -189,8 +189,8 @@ struct MakeOptions : BatchOptions {
   // begin options: task_fields
   // Constants of the task that differ from its own, by name: docs/variants.md.
   ConstantTable constants = {};
-  // Control steps after which episodes are truncated, be it too early to succeed, instead of the
-  // task's horizon. 0 (unset) to 1,000,000.
+  // Control steps after which episodes are truncated, even if that is too early to succeed, instead
+  // of the task's horizon. 0 (unset) to 1,000,000.
   int max_episode_steps = 0;
   // end options
 };

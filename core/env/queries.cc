@@ -70,7 +70,7 @@ void Queries::camera_params(std::string_view camera, int width, int height,
   const double focal = cameras_->focal_length(index, height);
   Eigen::Matrix3d intrinsic;
   intrinsic << focal, 0, width / 2.0, 0, focal, height / 2.0, 0, 0, 1;
-  // From x right, y up, z backward to x right, y down, z forward.
+  // Change of axes: x right, y up, z backward to x right, y down, z forward.
   const Eigen::Vector3d flip(1, -1, -1);
   for (int env = 0; env < num_envs; ++env) {
     const Eigen::Isometry3d pose = cameras_->pose(index, batch_.state().qpos.row(env));
@@ -85,7 +85,7 @@ void Queries::camera_params(std::string_view camera, int width, int height,
 
 int Queries::sampled_dim() const {
   int dim = 0;
-  for (const Field& field : batch_.info().drawn) dim += field.width;
+  for (const Field& field : batch_.info().sampled_values) dim += field.width;
   return dim;
 }
 
@@ -96,7 +96,7 @@ void Queries::sampled_values(std::span<float> values) const {
   require_length("drawn values", values.size(), static_cast<std::size_t>(num_envs) * dim);
   if (dim == 0) return;
   for (int env = 0; env < num_envs; ++env) {
-    batch_.task_->drawn(env, values.data() + static_cast<std::size_t>(env) * dim);
+    batch_.task_->sampled_values(env, values.data() + static_cast<std::size_t>(env) * dim);
   }
 }
 

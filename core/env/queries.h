@@ -25,17 +25,18 @@ class Queries {
   void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
   // A camera of the scene in all environments, for pictures of that size.
   void camera_params(std::string_view camera, int width, int height, const CameraSpans& out);
-  // Values that the episodes have drawn, (N, sampled_dim), info().drawn in order. Privileged.
+  // Values that the episodes have drawn, (N, sampled_dim), info().sampled_values in order.
+  // Privileged.
   void sampled_values(std::span<float> values) const;
   int sampled_dim() const;
 
   // The language instruction of an environment's episode.
   std::string instruction(int env) const;
-  // The number of steps from which on nothing shows info().hidden_draw any more.
+  // The number of steps from which on nothing shows info().hidden_variable any more.
   int cue_end(int env) const;
 
   // Random variables of an episode, the engine's robot_noise first.
-  const std::vector<Draw>& random_variables() const { return batch_.pins_.draws(); }
+  const std::vector<RandomVariable>& random_variables() const { return batch_.pins_.variables(); }
   // Values of info().options, in their order.
   std::span<const double> option_values() const { return batch_.option_values_; }
   // Fields of the observation's row with ranges; in the objects modes only.

@@ -9,7 +9,7 @@ namespace engram {
 // Rule set of a task, where the original's code differs from what it is meant to do.
 enum class Rules {
   kReference,  // engram's own, which follow the benchmark's documentation
-  kOriginal,   // what the original's code does, as far as a task option can say it
+  kOriginal,   // the original's code, as far as a task option can express it
 };
 inline constexpr std::array kRulesNames = {"reference", "original"};
 constexpr const auto& names_of(Rules) { return kRulesNames; }

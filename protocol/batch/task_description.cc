@@ -78,9 +78,9 @@ ConstantTable describe_quantity(const Quantity& about, const char* property,
           {"description", about.description}};
 }
 
-ConstantList describe_random_variables(const std::vector<Draw>& draws) {
+ConstantList describe_random_variables(const std::vector<RandomVariable>& draws) {
   ConstantList list;
-  for (const Draw& draw : draws) {
+  for (const RandomVariable& draw : draws) {
     list.emplace_back(describe_quantity(draw, "width", draw.width));
   }
   return list;
@@ -89,7 +89,7 @@ ConstantList describe_random_variables(const std::vector<Draw>& draws) {
 // Values of the random variables; whole numbers are int64 in Python.
 ConstantList describe_sampled_values(const TaskInfo& info) {
   ConstantList list;
-  for (const Field& field : info.drawn) {
+  for (const Field& field : info.sampled_values) {
     list.emplace_back(ConstantTable{{"name", field.name},
                                     {"width", field.width},
                                     {"integer", field.dtype == DType::kInt32},

@@ -16,7 +16,7 @@ class ColorLamp final : public ShellGame {
         cue_(scene_, params.BALL_RADIUS, kMapping) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
-    info_.draws.push_back(LampCue::mapping_draw());
+    info_.random_variables.push_back(LampCue::mapping_draw());
     rule_.describe(info_);
     LampCue::describe(info_);
     declare_state(*this);

@@ -65,7 +65,7 @@ enum OptionIndex { kMayOverlap };
 // slot: -1, 0 or 1.
 Vec2 middle_of_slot(int slot) { return {0, kSlotPitch * slot + kSlotWidth / 2}; }
 
-std::vector<Draw> draws() {
+std::vector<RandomVariable> draws() {
   return {
       {"slot", 1, true, -1, 1, "", "where the cube starts: right, middle or left"},
       {"initial_x", 1, false, -kStartX, kStartX, "m", "where the cube starts"},
@@ -128,7 +128,7 @@ class TakeItBack final : public FamilyBase {
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
     info_.oracle_is_real = true;
-    info_.draws = draws();
+    info_.random_variables = draws();
     info_.options = {{"may_overlap", 0, true, 0, 1, "",
                       "1: the discs of start and target may overlap, which makes success easy", 1}};
     info_.constants = constants(params);
@@ -316,7 +316,7 @@ class TakeItBack final : public FamilyBase {
   void draw_positions(const Episode& episode) const {
     // Pins may leave no choice.
     const int most_draws = engine_.options[kMayOverlap] != 0 ? 1 : 100;
-    const std::vector<Draw>& about = info_.draws;
+    const std::vector<RandomVariable>& about = info_.random_variables;
     const int slot = episode.integer(kSlot, -1, 1);
     slot_[episode.env()] = slot;
     std::array<double, kDraws> values{};

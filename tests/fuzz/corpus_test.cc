@@ -14,7 +14,7 @@ namespace engram {
 namespace {
 
 TEST_CASE("Fuzz targets: their corpora", "[fuzz]") {
-  // Batches of the C door's target, and their threads, last until the process ends.
+  // Batches of the C API's target, and their threads, last until the process ends.
   const test::ForgivenLeaks forgiven;
   for (const fuzz::Target& target : fuzz::kTargets) {
     const std::filesystem::path folder = std::filesystem::path(test::kData) / "fuzz" / target.name;

@@ -86,7 +86,7 @@ class Generator {
 };
 
 TEST_CASE("Fuzz targets: generated inputs", "[fuzz]") {
-  // Batches of the C door's target, and their threads, last until the process ends.
+  // Batches of the C API's target, and their threads, last until the process ends.
   const test::ForgivenLeaks forgiven;
   const char* wanted = std::getenv("ENGRAM_GENERATED_INPUTS");
   const int inputs = wanted == nullptr ? kInputs : std::atoi(wanted);

@@ -113,7 +113,7 @@ void put_file(const std::filesystem::path& path, std::string_view content);
 
 // The targets, each in <name>_target.cc.
 void fuzz_command_line(Data data);
-void fuzz_c_door(Data data);
+void fuzz_c_api(Data data);
 void fuzz_demonstrations(Data data);
 void fuzz_edits(Data data);
 void fuzz_npz(Data data);

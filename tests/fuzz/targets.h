@@ -12,7 +12,7 @@ struct Target {
 
 inline constexpr Target kTargets[] = {
     {"command_line", fuzz_command_line},
-    {"c_door", fuzz_c_door},
+    {"c_api", fuzz_c_api},
     {"demonstrations", fuzz_demonstrations},
     {"edits", fuzz_edits},
     {"npz", fuzz_npz},

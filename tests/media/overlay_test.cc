@@ -13,7 +13,7 @@ namespace {
 Overlay overlay_of(const char* id, double target) {
   BatchOptions options;
   options.threads = 1;
-  options.pins = {{make_task(id)->info().hidden_draw, {target}}};
+  options.pins = {{make_task(id)->info().hidden_variable, {target}}};
   Batch env(make_task(id), options);
   env.reset();
   Overlay overlay = make_overlay(512, 512);

@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kSide = 64;
 
-std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed, const Draw& draw,
-                                   bool second) {
+std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
+                                   const RandomVariable& draw, bool second) {
   BatchOptions options;
   options.seed = seed;
   options.threads = 1;
@@ -58,7 +58,7 @@ void compare(Batch& one, Batch& other, Policy policy, Count& count) {
 Count check(const std::string& id, Policy policy, std::uint64_t seed) {
   Count count;
   const TaskInfo info = make_task(id)->info();
-  const std::optional<Draw> draw = test::draw_named(info, info.hidden_draw);
+  const std::optional<RandomVariable> draw = test::draw_named(info, info.hidden_variable);
   if (!draw) return count;
   INFO(id << ", seed " << seed << ", " << name_of(policy));
   compare(*make_seeing(id, seed, *draw, false), *make_seeing(id, seed, *draw, true), policy, count);
@@ -103,7 +103,7 @@ TEST_CASE("Depth and segmentation of Rotate never tell the angle", "[render][lea
   for (const std::string& id : test::implemented_ids()) {
     if (id.find("Rotate") != 0) continue;
     INFO(id);
-    const Draw draw = *test::draw_named(make_task(id)->info(), "target_angle");
+    const RandomVariable draw = *test::draw_named(make_task(id)->info(), "target_angle");
     const auto one = make_seeing(id, 3, draw, false);
     const auto other = make_seeing(id, 3, draw, true);
     for (int t = 0; t < 30; ++t) {

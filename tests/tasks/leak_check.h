@@ -17,7 +17,7 @@
 namespace engram::test {
 
 // Two sets of values of a hidden draw, as different as possible.
-inline std::vector<double> hidden_values(const Draw& draw, bool other) {
+inline std::vector<double> hidden_values(const RandomVariable& draw, bool other) {
   const auto width = static_cast<std::size_t>(draw.width);
   std::vector<double> values(width, other ? draw.high : draw.low);
   for (std::size_t i = 0; draw.distinct && i < width; ++i) {
@@ -29,7 +29,8 @@ inline std::vector<double> hidden_values(const Draw& draw, bool other) {
 // A batch of one environment in which that draw has the one or the other values. All else is drawn
 // as ever.
 inline std::unique_ptr<Batch> make_hiding(const std::string& id, const ConstantTable& constants,
-                                          std::uint64_t seed, const Draw& draw, bool second) {
+                                          std::uint64_t seed, const RandomVariable& draw,
+                                          bool second) {
   MakeOptions options;
   options.seed = seed;
   options.threads = 1;
@@ -42,8 +43,8 @@ inline std::unique_ptr<Batch> make_hiding(const std::string& id, const ConstantT
   return env;
 }
 
-inline std::optional<Draw> draw_named(const TaskInfo& info, std::string_view name) {
-  for (const Draw& draw : info.draws) {
+inline std::optional<RandomVariable> draw_named(const TaskInfo& info, std::string_view name) {
+  for (const RandomVariable& draw : info.random_variables) {
     if (draw.name == name) return draw;
   }
   return std::nullopt;
@@ -156,7 +157,7 @@ inline void compare_pictures(const std::string& id, Batch& one, Batch& other,
 inline void check_leaks(const std::string& id, const ConstantTable& constants, std::uint64_t seed,
                         const LeakCheck& check = {}) {
   const std::unique_ptr<Task> task = make_task(id, constants);
-  const std::optional<Draw> draw = draw_named(task->info(), task->info().hidden_draw);
+  const std::optional<RandomVariable> draw = draw_named(task->info(), task->info().hidden_variable);
   if (!draw || hidden_values(*draw, false) == hidden_values(*draw, true)) return;
   const auto one = make_hiding(id, constants, seed, *draw, false);
   const auto other = make_hiding(id, constants, seed, *draw, true);

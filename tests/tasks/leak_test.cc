@@ -45,7 +45,7 @@ TEST_CASE("The families that hide nothing behind a cue are those that are tested
     INFO(id);
     const bool here = id.find("Rotate") == 0 || id.find("TakeItBack") == 0;
     const bool open = id.find("Intercept") == 0;  // nothing is hidden at all
-    CHECK(make_task(id)->info().hidden_draw.empty() == (here || open));
+    CHECK(make_task(id)->info().hidden_variable.empty() == (here || open));
   }
 }
 
@@ -54,7 +54,7 @@ TEST_CASE("Pictures of Rotate never tell the angle", "[render][leak]") {
     if (id.find("Rotate") != 0) continue;
     INFO(id);
     const std::unique_ptr<Task> task = make_task(id);
-    const Draw draw = *test::draw_named(task->info(), "target_angle");
+    const RandomVariable draw = *test::draw_named(task->info(), "target_angle");
     const auto one = test::make_hiding(id, {}, 3, draw, false);
     const auto other = test::make_hiding(id, {}, 3, draw, true);
     PicturePair pictures(*one, *other);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "core/env/snapshot.h"
 #include "tests/tasks/leak_check.h"
 
@@ -44,7 +45,8 @@ struct Pair {
   std::unique_ptr<Batch> other;
 };
 
-Pair make_pair(const std::string& id, std::uint64_t seed, const Draw& draw, Drawing drawing) {
+Pair make_pair(const std::string& id, std::uint64_t seed, const RandomVariable& draw,
+               Drawing drawing) {
   const auto pinned = [&draw](bool other) {
     return std::vector<Pin>{{draw.name, test::hidden_values(draw, other)}};
   };
@@ -94,7 +96,7 @@ Count check_all(Policy policy, Drawing drawing) {
   Count count;
   for (const std::string& id : test::implemented_ids()) {
     const TaskInfo info = make_task(id)->info();
-    const std::optional<Draw> draw = test::draw_named(info, info.hidden_draw);
+    const std::optional<RandomVariable> draw = test::draw_named(info, info.hidden_variable);
     if (!draw) continue;
     ++count.tasks;
     const int before = count.shown;
@@ -104,7 +106,7 @@ Count check_all(Policy policy, Drawing drawing) {
       REQUIRE(count.leaking == std::set<std::string>{});
     }
     INFO(id);
-    const bool at_a_set_time = make_seeing(id, 0, {})->cue_end(0) < info.horizon;
+    const bool at_a_set_time = Queries(*make_seeing(id, 0, {})).cue_end(0) < info.horizon;
     // What was drawn may be what the other has.
     if (at_a_set_time && drawing == Drawing::kExtremes) CHECK(count.shown > before);
   }
@@ -153,7 +155,7 @@ TEST_CASE("The ids that hide nothing behind a cue are those with tests of their 
 
 TEST_CASE("A token or an info that told the hidden quantity would be noticed", "[objects][leak]") {
   const std::string id = "RememberColor3-VLA-v0";
-  const Draw draw = *test::draw_named(make_task(id)->info(), "target");
+  const RandomVariable draw = *test::draw_named(make_task(id)->info(), "target");
   const auto leaking = [&](auto&& change) {
     Count count;
     compare(make_pair(id, 0, draw, Drawing::kExtremes), Policy::kRandom, count, change);
@@ -224,7 +226,7 @@ TEST_CASE("Objects of Rotate tell the angle in task_cue alone", "[objects][leak]
   const Policy policy = GENERATE(Policy::kZero, Policy::kRandom, Policy::kSweep);
   for (const std::string& id : test::implemented_ids()) {
     if (!id.starts_with("Rotate")) continue;
-    const Draw draw = *test::draw_named(make_task(id)->info(), "target_angle");
+    const RandomVariable draw = *test::draw_named(make_task(id)->info(), "target_angle");
     const auto [one, other] = make_pair(id, 3, draw, Drawing::kExtremes);
     for (int t = 0; t < 40; ++t) {
       std::size_t at = 0;
@@ -295,7 +297,7 @@ TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothin
     test::PicturePair pictures(*env, *bare);
     // Parts of other props have no token.
     std::uint64_t objects = 0;
-    const std::vector<ObjectDescriptor> looks = make_task(id)->looks();
+    const std::vector<ObjectDescriptor> looks = make_task(id)->object_descriptors();
     for (std::size_t prop = 0; prop < looks.size(); ++prop) {
       objects |= std::uint64_t{looks[prop].kind != ObjectKind::kPart} << prop;
     }

@@ -37,7 +37,7 @@ constexpr std::array kLengths = {"cue_steps", "cue_step_duration", "empty_steps"
 
 std::vector<Pin> length_pins(const TaskInfo& info) {
   std::vector<Pin> pins;
-  for (const Draw& draw : info.draws) {
+  for (const RandomVariable& draw : info.random_variables) {
     if (std::find(kLengths.begin(), kLengths.end(), draw.name) == kLengths.end()) continue;
     pins.push_back({draw.name, {std::min(draw.low + 1, draw.high)}});
   }

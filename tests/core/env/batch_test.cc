@@ -32,7 +32,7 @@ ResetRequest with_seeds(std::span<const std::uint64_t> seeds) {
   return request;
 }
 
-TEST_CASE("Proprio is the TCP pose and the gripper opening", "[vector_env]") {
+TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
   BatchOptions options;
   options.robot_init_qpos_noise = 0;
   const auto env = make_env(kId, options);
@@ -48,7 +48,7 @@ TEST_CASE("Proprio is the TCP pose and the gripper opening", "[vector_env]") {
   CHECK(proprio[6] == Approx(0.08));
 }
 
-TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[vector_env]") {
+TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[batch]") {
   for (const int sign : {-1, 1}) {
     BatchOptions options;
     options.robot_init_qpos_noise = 0;
@@ -61,7 +61,7 @@ TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[vector_e
   }
 }
 
-TEST_CASE("State fields name the parts of the state observation", "[vector_env]") {
+TEST_CASE("State fields name the parts of the state observation", "[batch]") {
   const auto env = make_env(kId);
   env->reset();
   int offset = 0;
@@ -85,7 +85,7 @@ TEST_CASE("State fields name the parts of the state observation", "[vector_env]"
   CHECK(env->observation()[21] == static_cast<float>(env->state().tcp_quat.row(0)[0]));
 }
 
-TEST_CASE("Target modes add the controller state after qvel", "[vector_env]") {
+TEST_CASE("Target modes add the controller state after qvel", "[batch]") {
   BatchOptions options;
   options.control_mode = ControlMode::kPdJointTargetDeltaPos;
   const auto env = make_env(kId, options);
@@ -102,7 +102,7 @@ TEST_CASE("Target modes add the controller state after qvel", "[vector_env]") {
   CHECK(pose->observation()[19] == pose->observation()[26]);
 }
 
-TEST_CASE("Observation modes choose what is written", "[vector_env]") {
+TEST_CASE("Observation modes choose what is written", "[batch]") {
   BatchOptions options;
   const auto state = make_env(kId, options);
   options.obs_mode = ObsMode::kStateDict;
@@ -120,7 +120,7 @@ TEST_CASE("Observation modes choose what is written", "[vector_env]") {
   CHECK(std::equal(state->proprio().begin(), state->proprio().end(), none->proprio().begin()));
 }
 
-TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[vector_env]") {
+TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[batch]") {
   BatchOptions options;
   options.num_envs = 2000;
   const auto env = make_env(kId, options);
@@ -143,7 +143,7 @@ TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[vec
   }
 }
 
-TEST_CASE("Environment i has the seed of the batch plus i", "[vector_env]") {
+TEST_CASE("Environment i has the seed of the batch plus i", "[batch]") {
   BatchOptions options;
   options.num_envs = 3;
   options.seed = 4242424242;
@@ -154,7 +154,7 @@ TEST_CASE("Environment i has the seed of the batch plus i", "[vector_env]") {
   }
 }
 
-TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[vector_env]") {
+TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[batch]") {
   BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env(kId, options);
@@ -171,7 +171,7 @@ TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[ve
   CHECK(batch_bytes(*env) == second);
 }
 
-TEST_CASE("Every environment can be given a seed of its own", "[vector_env]") {
+TEST_CASE("Every environment can be given a seed of its own", "[batch]") {
   BatchOptions options;
   options.num_envs = 3;
   const auto env = make_env(kId, options);
@@ -186,7 +186,7 @@ TEST_CASE("Every environment can be given a seed of its own", "[vector_env]") {
   CHECK(env_bytes(*env, 1) != env_bytes(*single, 0));
 }
 
-TEST_CASE("A reset by mask leaves all other environments byte for byte", "[vector_env]") {
+TEST_CASE("A reset by mask leaves all other environments byte for byte", "[batch]") {
   BatchOptions options;
   options.num_envs = 6;
   const auto env = make_env(kId, options);
@@ -209,7 +209,7 @@ TEST_CASE("A reset by mask leaves all other environments byte for byte", "[vecto
   CHECK(env->state().elapsed[0] == 12);
 }
 
-TEST_CASE("The first reset must reset all environments", "[vector_env]") {
+TEST_CASE("The first reset must reset all environments", "[batch]") {
   BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env(kId, options);
@@ -219,7 +219,7 @@ TEST_CASE("The first reset must reset all environments", "[vector_env]") {
   CHECK_THROWS_AS(env->step(zeros(*env)), Error);
 }
 
-TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[vector_env]") {
+TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[batch]") {
   for (int mode = 0; mode < kControlModes; ++mode) {
     BatchOptions options;
     options.num_envs = 4;
@@ -243,7 +243,7 @@ TEST_CASE("The zero policy writes zeros and the random one stays within bounds",
   }
 }
 
-TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_env]") {
+TEST_CASE("Random actions depend on neither threads nor batch size", "[batch]") {
   BatchOptions options;
   options.num_envs = 5;
   options.threads = 1;
@@ -254,7 +254,7 @@ TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_en
   three->reset();
   const std::vector<float> actions = test::act(*one, Policy::kRandom);
   CHECK(actions == test::act(*three, Policy::kRandom));
-  CHECK(actions == test::act(*one, Policy::kRandom));  // asked twice, told the same
+  CHECK(actions == test::act(*one, Policy::kRandom));  // asked twice, the same actions
   options.num_envs = 1;
   options.seed = 3;
   const auto single = make_env(kId, options);
@@ -263,7 +263,7 @@ TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_en
   CHECK(std::equal(alone.begin(), alone.end(), actions.begin() + 3 * 7));
 }
 
-TEST_CASE("Oracles speak the rotation sign of the environment", "[vector_env]") {
+TEST_CASE("Oracles speak the rotation sign of the environment", "[batch]") {
   BatchOptions options;
   options.seed = 3;
   const auto upstream = make_env(kId, options);
@@ -286,7 +286,7 @@ TEST_CASE("Oracles speak the rotation sign of the environment", "[vector_env]") 
   CHECK(turned > 0);
 }
 
-TEST_CASE("Outputs are found by name", "[vector_env]") {
+TEST_CASE("Outputs are found by name", "[batch]") {
   const auto env = make_env(kId);
   env->reset();
   for (const char* name :
@@ -303,8 +303,8 @@ TEST_CASE("Outputs are found by name", "[vector_env]") {
   CHECK_THROWS_AS(Queries(*env).instruction(-1), Error);
 }
 
-TEST_CASE("An additional environment costs a few kilobytes", "[vector_env]") {
-  CHECK(make_env("RememberColor9-VLA-v0")->bytes_per_env() < 10'000);
+TEST_CASE("An additional environment costs a few kilobytes", "[batch]") {
+  CHECK(Queries(*make_env("RememberColor9-VLA-v0")).bytes_per_env() < 10'000);
 }
 
 }  // namespace

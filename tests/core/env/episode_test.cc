@@ -79,7 +79,7 @@ TEST_CASE("Each draw can be fixed and all others stay as they were", "[pins]") {
 TEST_CASE("Draws are described with the engine's own first", "[pins]") {
   const auto env = make_env(kId);
   std::vector<std::string> names;
-  for (const Draw& draw : Queries(*env).random_variables()) names.push_back(draw.name);
+  for (const RandomVariable& draw : Queries(*env).random_variables()) names.push_back(draw.name);
   CHECK(names ==
         std::vector<std::string>{"robot_noise", "target", "positions", "cue_steps", "empty_steps"});
   CHECK(Queries(*env).random_variables()[1].integer);

@@ -48,7 +48,7 @@ TEST_CASE("Bits of the last task of every family", "[.][print_bits]") {
   std::map<std::string_view, std::string_view> last;
   for (const RegistryEntry& entry : registry()) last[entry.family] = entry.id;
   for (const auto& [family, id] : last) std::printf("bits of %s %016lx\n", id.data(), bits_of(id));
-  // Tells whether the C library believes what it is told.
+  // True if the C library obeys the setting.
   std::uint64_t sines = kChecksumSeed;
   for (int i = 0; i < 10000; ++i) {
     const double sine = std::sin(0.37 * i);
@@ -77,7 +77,7 @@ TEST_CASE("The C library's kind of processor changes no bits", "[determinism]") 
   CHECK(here.bits.size() > 20);
   CHECK(here.bits == there.bits);
   if (__builtin_cpu_supports("fma") && here.sines == there.sines) {
-    WARN("the C library has the same sines everywhere, or was not told");
+    WARN("the C library has the same sines everywhere, or ignored the setting");
   }
 }
 

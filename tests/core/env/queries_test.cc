@@ -1,4 +1,4 @@
-// What a batch tells on demand: robot, cameras, drawn values.
+// Queries of a batch: robot, cameras, sampled values.
 #include "core/env/queries.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ std::vector<float> floats(const Batch& env, int width) {
   return std::vector<float>(static_cast<std::size_t>(env.num_envs() * width));
 }
 
-TEST_CASE("The robot's state is told in every observation mode", "[tell]") {
+TEST_CASE("The robot's state is known in every observation mode", "[queries]") {
   BatchOptions options;
   options.num_envs = 3;
   const auto observed = make("RememberColor3-VLA-v0", options);
@@ -101,7 +101,7 @@ Eigen::Vector2f middle_of_change(const std::vector<std::uint8_t>& first,
   return sum / static_cast<float>(count);
 }
 
-TEST_CASE("A ball is seen where the cameras' matrices say", "[tell]") {
+TEST_CASE("A ball is seen where the cameras' matrices say", "[queries]") {
   BatchOptions options;
   options.num_envs = 2;
   const auto env = make("InterceptSlow-VLA-v0", options);
@@ -122,9 +122,9 @@ TEST_CASE("A ball is seen where the cameras' matrices say", "[tell]") {
       env->state().hide_prop(1, 0, ball.data());
       const auto without = picture(*env, 1, name, width, height);
       const Eigen::Vector2f seen = middle_of_change(with, without, width);
-      const Eigen::Vector2f told = camera.project(ball);
-      CAPTURE(seen.x(), seen.y(), told.x(), told.y());
-      CHECK((seen - told).norm() < 1.0F);
+      const Eigen::Vector2f projected = camera.project(ball);
+      CAPTURE(seen.x(), seen.y(), projected.x(), projected.y());
+      CHECK((seen - projected).norm() < 1.0F);
       // The same place in both conventions.
       const Eigen::Vector3f cv = camera.extrinsic * ball.cast<float>().homogeneous();
       CHECK((cv - Eigen::Vector3f(before.x(), -before.y(), -before.z())).norm() < 1e-5F);
@@ -145,7 +145,7 @@ std::map<std::string, double> drawn(const Batch& env, int index) {
   Queries(env).sampled_values(values);
   std::map<std::string, double> named;
   std::size_t at = static_cast<std::size_t>(index * Queries(env).sampled_dim());
-  for (const Field& field : env.info().drawn) {
+  for (const Field& field : env.info().sampled_values) {
     named[field.name] = static_cast<double>(values[at]);
     at += static_cast<std::size_t>(field.width);
   }
@@ -162,7 +162,7 @@ std::map<std::string, double> drawn_with(const std::string& id, std::vector<Pin>
   return drawn(*env, 1);
 }
 
-TEST_CASE("Drawn values are those of the episode", "[tell]") {
+TEST_CASE("Sampled values are those of the episode", "[queries]") {
   using Values = std::map<std::string, double>;
   CHECK(drawn_with("RememberShape9-Long-VLA-v0", {{"cue_steps", {60}}, {"empty_steps", {300}}}) ==
         Values{{"cue_steps_per_env", 60}, {"empty_steps_per_env", 300}});
@@ -180,14 +180,14 @@ TEST_CASE("Drawn values are those of the episode", "[tell]") {
   CHECK(drawn_with("BatteriesCheckerEasy-3-VLA-v0", {}).empty());
 }
 
-TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last", "[tell]") {
+TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last", "[queries]") {
   BatchOptions options;
   options.pins = {{"shapes", {0, 0, 0, 0, 0}},    {"radii", {0.08, 0.09, 0.1, 0.11, 0.12}},
                   {"center_x", {-0.1}},           {"center_y", {0.05}},
                   {"rotations", {0, 1, 2, 3, 4}}, {"sequence_length", {3}}};
   const auto env = test::make_env("TraceShapeSeqEasy-VLA-v0", options);
   env->reset();
-  const std::vector<Field>& fields = env->info().drawn;
+  const std::vector<Field>& fields = env->info().sampled_values;
   REQUIRE(fields.back().name == "waypoints");
   REQUIRE(fields.back().width == 5 * 64 * 2);
   std::vector<float> values = floats(*env, Queries(*env).sampled_dim());
@@ -207,7 +207,7 @@ TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last"
 }
 
 // Whether actions are frozen ends where these say, in the tasks that freeze them.
-TEST_CASE("Every task tells the lengths of its phases", "[tell]") {
+TEST_CASE("Every task reports the lengths of its phases", "[queries]") {
   for (const std::string& id : test::implemented_ids()) {
     CAPTURE(id);
     BatchOptions options;
@@ -221,7 +221,7 @@ TEST_CASE("Every task tells the lengths of its phases", "[tell]") {
       if (values.contains("cue_steps_per_env")) {
         CHECK(values["cue_steps_per_env"] == Queries(*env).cue_end(i));
       }
-      for (const Field& field : env->info().drawn) {
+      for (const Field& field : env->info().sampled_values) {
         if (field.dtype == DType::kInt32)
           CHECK(std::trunc(values[field.name]) == values[field.name]);
       }

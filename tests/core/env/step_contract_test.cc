@@ -45,7 +45,7 @@ struct Logged {
   std::unique_ptr<Batch> env;
 };
 
-TEST_CASE("A reset samples, evaluates once at elapsed 0 and observes", "[vector_env]") {
+TEST_CASE("A reset samples, evaluates once at elapsed 0 and observes", "[batch]") {
   Logged logged;
   CHECK(logged.log.empty());
   logged.env->reset();
@@ -54,7 +54,7 @@ TEST_CASE("A reset samples, evaluates once at elapsed 0 and observes", "[vector_
   CHECK(logged.env->reward()[0] == 0);
 }
 
-TEST_CASE("A step counts after physics and before evaluation", "[vector_env]") {
+TEST_CASE("A step counts after physics and before evaluation", "[batch]") {
   Logged logged;
   logged.env->reset();
   logged.log.clear();
@@ -68,7 +68,7 @@ TEST_CASE("A step counts after physics and before evaluation", "[vector_env]") {
   CHECK(logged.log.back() == "reward@2");
 }
 
-TEST_CASE("Truncation comes exactly at the horizon", "[vector_env]") {
+TEST_CASE("Truncation comes exactly at the horizon", "[batch]") {
   Logged logged({}, 5);
   logged.env->reset();
   for (int i = 1; i <= 5; ++i) {
@@ -78,7 +78,7 @@ TEST_CASE("Truncation comes exactly at the horizon", "[vector_env]") {
   }
 }
 
-TEST_CASE("With next step resets the step after an end ignores its action", "[vector_env]") {
+TEST_CASE("With next step resets the step after an end ignores its action", "[batch]") {
   Logged logged({}, 2);
   logged.env->reset();
   const std::vector<float> first(logged.env->observation().begin(),
@@ -101,7 +101,7 @@ TEST_CASE("With next step resets the step after an end ignores its action", "[ve
   CHECK(logged.env->state().episode[0] == 1);
 }
 
-TEST_CASE("With same step resets the last observation is kept as final", "[vector_env]") {
+TEST_CASE("With same step resets the last observation is kept as final", "[batch]") {
   BatchOptions options;
   options.auto_reset = AutoReset::kSameStep;
   Logged logged(options, 2);
@@ -124,7 +124,7 @@ TEST_CASE("With same step resets the last observation is kept as final", "[vecto
   CHECK(logged.env->observation().back() == 1);
 }
 
-TEST_CASE("Without resets an environment that has ended is left alone", "[vector_env]") {
+TEST_CASE("Without resets an environment that has ended is left alone", "[batch]") {
   BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   Logged logged(options, 2);
@@ -154,7 +154,7 @@ BatchOptions going_on() {
   return options;
 }
 
-TEST_CASE("An environment that has ended can be simulated on", "[vector_env]") {
+TEST_CASE("An environment that has ended can be simulated on", "[batch]") {
   Logged logged(going_on(), 2);
   SceneTask* task = logged.task;
   task->description.termination = Termination::kSuccess;
@@ -185,7 +185,7 @@ TEST_CASE("An environment that has ended can be simulated on", "[vector_env]") {
   CHECK(logged.env->truncated()[0] == 0);
 }
 
-TEST_CASE("Steps after an end can be refused", "[vector_env]") {
+TEST_CASE("Steps after an end can be refused", "[batch]") {
   BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   options.after_end = AfterEnd::kRefuse;
@@ -227,7 +227,7 @@ int steps_to_termination(Batch& env) {
   return 0;
 }
 
-TEST_CASE("Termination follows the family unless the option overrides it", "[vector_env]") {
+TEST_CASE("Termination follows the family unless the option overrides it", "[batch]") {
   const auto steps = [](Termination rule, std::optional<bool> override, bool fails = false) {
     BatchOptions options;
     options.terminate_on_success = override;
@@ -251,7 +251,7 @@ TEST_CASE("Termination follows the family unless the option overrides it", "[vec
   CHECK(steps_on(false) == 0);
 }
 
-TEST_CASE("Success is latched for the episode only", "[vector_env]") {
+TEST_CASE("Success is latched for the episode only", "[batch]") {
   Logged logged;
   SceneTask* task = logged.task;
   task->on_evaluate = [task](int env) {
@@ -268,7 +268,7 @@ TEST_CASE("Success is latched for the episode only", "[vector_env]") {
   CHECK(once() == 0);
 }
 
-TEST_CASE("Success at reset counts for nothing", "[vector_env]") {
+TEST_CASE("Success at reset counts for nothing", "[batch]") {
   Logged logged;
   SceneTask* task = logged.task;
   task->on_evaluate = [task](int env) {
@@ -280,7 +280,7 @@ TEST_CASE("Success at reset counts for nothing", "[vector_env]") {
   CHECK(*row<std::uint8_t>(logged.env->output("success_once"), 0) == 0);
 }
 
-TEST_CASE("Rewards are those of the mode", "[vector_env]") {
+TEST_CASE("Rewards are those of the mode", "[batch]") {
   const auto reward = [](RewardMode mode) {
     BatchOptions options;
     options.reward_mode = mode;
@@ -306,7 +306,7 @@ TEST_CASE("Rewards are those of the mode", "[vector_env]") {
   CHECK(reward(RewardMode::kNormalizedDense) == std::array{0.75F, 0.75F});
 }
 
-TEST_CASE("A task sees the action of the step and the one before", "[vector_env]") {
+TEST_CASE("A task sees the action of the step and the one before", "[batch]") {
   Logged logged;
   logged.env->reset();
   const Bindings& engine = logged.task->engine;
@@ -319,8 +319,7 @@ TEST_CASE("A task sees the action of the step and the one before", "[vector_env]
   CHECK(engine.previous_action.row(0)[6] == 0.25F);
 }
 
-TEST_CASE("Actions are frozen until the cue is over unless the option says otherwise",
-          "[vector_env]") {
+TEST_CASE("Actions are frozen until the cue is over unless the option says otherwise", "[batch]") {
   const auto arm_moved_at = [](ControlMode mode, bool freeze) {
     BatchOptions options;
     options.control_mode = mode;
@@ -345,8 +344,7 @@ TEST_CASE("Actions are frozen until the cue is over unless the option says other
   CHECK(arm_moved_at(ControlMode::kPdJointPos, false) == 1);
 }
 
-TEST_CASE("A frozen action is zero in normalised modes and holds in joint positions",
-          "[vector_env]") {
+TEST_CASE("A frozen action is zero in normalised modes and holds in joint positions", "[batch]") {
   BatchOptions options;
   options.robot_init_qpos_noise = 0;
   options.control_mode = GENERATE(ControlMode::kPdEeDeltaPose, ControlMode::kPdJointPos);

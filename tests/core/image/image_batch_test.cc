@@ -179,14 +179,4 @@ TEST_CASE("Bad sizes, cameras and renderers are refused by name", "[render]") {
   BatchOptions renderer = rgb_options(1);
   renderer.image_options.renderer = "vulkan";
   CHECK_THROWS_WITH(make(kId, renderer), Contains("vulkan") && Contains("cpu"));
-
-  const auto env = make(kId, {.num_envs = 1});
-  Image rgb(3);
-  CHECK_THROWS_WITH(SceneRenderer(*env).render(0, "base_camera", 1, 1, rgb), Contains("reset"));
-  env->reset();
-  CHECK_THROWS_WITH(SceneRenderer(*env).render(1, "base_camera", 1, 1, rgb), Contains("0 to 0"));
-  CHECK_THROWS_WITH(SceneRenderer(*env).render(0, "base_camera", 2, 1, rgb), Contains("6 needed"));
-  CHECK_THROWS_WITH(SceneRenderer(*env).render(0, "base_camera", 1, 5000, rgb),
-                    Contains("1 x 5000"));
-  CHECK_THROWS_WITH(SceneRenderer(*env).render(0, "nose", 1, 1, rgb), Contains("hand_camera"));
 }

@@ -22,7 +22,7 @@ BatchOptions hurried(const std::string& id, int num_envs = 1) {
   options.num_envs = num_envs;
   options.auto_reset = AutoReset::kOff;
   const auto task = make_task(id);
-  for (const Draw& draw : task->info().draws) {
+  for (const RandomVariable& draw : task->info().random_variables) {
     const bool waits = draw.unit == "control steps" || draw.name == "target_blinks";
     if (waits) {
       options.pins.push_back(

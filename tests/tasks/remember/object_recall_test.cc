@@ -135,7 +135,7 @@ TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall]
     options.auto_reset = AutoReset::kOff;
     // As soon as can be.
     const std::unique_ptr<Task> task = make_task(id);
-    for (const Draw& draw : task->info().draws) {
+    for (const RandomVariable& draw : task->info().random_variables) {
       if (draw.name == "cue_steps" || draw.name == "empty_steps") {
         options.pins.push_back({draw.name, {draw.low}});
       }
@@ -162,7 +162,7 @@ TEST_CASE("Episodes differ in nothing else if only what is hidden differs", "[ob
     BatchOptions options;
     options.seed = 5;
     const auto play = [&](double hidden) {
-      options.pins = {{make_task(id)->info().hidden_draw, {hidden}}};
+      options.pins = {{make_task(id)->info().hidden_variable, {hidden}}};
       auto env = make_env(id, options);
       env->reset();
       const int appearance = test::appearance_of(*env);

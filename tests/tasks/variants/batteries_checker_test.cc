@@ -78,7 +78,7 @@ TEST_CASE("Numbers of batteries change scene, answers and success", "[variants][
     CHECK(info.oracle_dim == 2);
     CHECK(test::constant_text(info, "ACTIVE_BATTERY_COUNT") == "5");
     CHECK(test::constant_text(info, "WORKING_BATTERY_COUNT") == "2");
-    for (const Draw& draw : info.draws) {
+    for (const RandomVariable& draw : info.random_variables) {
       if (draw.name == "working") CHECK((draw.width == 2 && draw.high == 4));
     }
     CHECK_THAT(task->document(), Contains("battery_4") && !Contains("battery_5"));

@@ -65,7 +65,7 @@ TEST_CASE("BLINK_COUNT_RANGE is what is counted, guessed and drawn", "[variants]
   CHECK(task->info().candidates == 4);
   CHECK(task->info().chance() == 0.25);
   CHECK(test::constant_text(task->info(), "BLINK_COUNT_RANGE") == "[2, 5]");
-  for (const Draw& draw : task->info().draws) {
+  for (const RandomVariable& draw : task->info().random_variables) {
     if (draw.name == "target_blinks") CHECK((draw.low == 2 && draw.high == 5));
     if (draw.name == "blink_on_steps") CHECK(draw.width == 5);
   }

@@ -78,9 +78,9 @@ TEST_CASE("Candidates follow SEQUENCE_LENGTH and COLORS", "[variants][color_reca
     CHECK(info.candidates == candidates);
     CHECK(info.chance() == Approx(1.0 / candidates));
     CHECK(info.oracle_dim == length);
-    CHECK(info.draws[0].width == length);
-    CHECK(info.draws[0].high == colors - 1);
-    CHECK(info.draws[1].width == 2 * colors);
+    CHECK(info.random_variables[0].width == length);
+    CHECK(info.random_variables[0].high == colors - 1);
+    CHECK(info.random_variables[1].width == 2 * colors);
     CHECK(task->scene().props.size() == static_cast<std::size_t>(colors) + 2);
     CHECK(test::constant_text(task->info(), "COLORS") == std::to_string(colors));
     CHECK(test::constant_text(task->info(), "SEQUENCE_LENGTH") == std::to_string(length));

@@ -52,8 +52,8 @@ inline bool succeeds_with(Batch& env, int prop, double x, double y, double z) {
 }
 
 // The draw of that name.
-inline Draw draw_of(const TaskInfo& info, const std::string& name) {
-  for (const Draw& draw : info.draws) {
+inline RandomVariable draw_of(const TaskInfo& info, const std::string& name) {
+  for (const RandomVariable& draw : info.random_variables) {
     if (draw.name == name) return draw;
   }
   return {};

@@ -26,8 +26,8 @@ std::unique_ptr<Batch> make(const std::string& id, const ConstantTable& constant
 
 const PropModel& first_prop(const Batch& env) { return env.physics_model().props().front(); }
 
-const Draw& draw(const Batch& env, const std::string& name) {
-  for (const Draw& one : Queries(env).random_variables()) {
+const RandomVariable& draw(const Batch& env, const std::string& name) {
+  for (const RandomVariable& one : Queries(env).random_variables()) {
     if (one.name == name) return one;
   }
   FAIL("no draw " << name);
@@ -41,7 +41,7 @@ TEST_CASE("COLORS is the number of cubes and of answers", "[variants]") {
       CHECK(env->info().candidates == colors);
       CHECK(env->info().chance() == Approx(1.0 / colors));
       CHECK(env->physics_model().props().size() == static_cast<std::size_t>(colors));
-      CHECK(draw(*env, env->info().hidden_draw).high == colors - 1);
+      CHECK(draw(*env, env->info().hidden_variable).high == colors - 1);
       CHECK(draw(*env, "positions").width == 2 * colors);
       // oracle_info and a pose per object
       CHECK(env->state_dim() == 25 + 1 + 3 * colors);

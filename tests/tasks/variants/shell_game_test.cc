@@ -149,9 +149,9 @@ TEST_CASE("Phases are as long as they were made", "[variants][shell]") {
       for (int e = 0; e < 60; ++e) seen.insert(memory_int(*env, ranges[i].column, e));
       CHECK(*seen.begin() == ranges[i].low);
       CHECK(*seen.rbegin() == ranges[i].high);
-      const auto draw =
-          std::ranges::find(env->info().draws, std::string(ranges[i].column), &Draw::name);
-      REQUIRE(draw != env->info().draws.end());
+      const auto draw = std::ranges::find(env->info().random_variables,
+                                          std::string(ranges[i].column), &RandomVariable::name);
+      REQUIRE(draw != env->info().random_variables.end());
       CHECK(draw->low == ranges[i].low);
       CHECK(draw->high == ranges[i].high);
     }
@@ -164,7 +164,8 @@ TEST_CASE("Phases are as long as they were made", "[variants][shell]") {
       for (int e = 0; e < 60; ++e) CHECK(memory_int(*env, ranges[i].column, e) == ranges[i].low);
     }
     if (!shuffles) continue;
-    const auto pairs = std::ranges::find(env->info().draws, "swap_pairs", &Draw::name);
+    const auto pairs =
+        std::ranges::find(env->info().random_variables, "swap_pairs", &RandomVariable::name);
     CHECK(pairs->width == 8);
     CHECK(env->memory().find("slots_after_swaps").field->width == 27);
   }

@@ -81,9 +81,10 @@ TEST_CASE("AVAILABLE_SHAPES are drawn, and pinned by their place in the list",
   const auto task = make_task(kEasy, constants);
   const TaskInfo& info = task->info();
   CHECK(info.candidates == 2);
-  CHECK(info.hidden_draw == "shape");
+  CHECK(info.hidden_variable == "shape");
   CHECK(test::constant_text(info, "AVAILABLE_SHAPES") == "[2, 0]");
-  CHECK((info.draws[0].high == 1 && info.draws[0].description == "0 triangle, 1 circle"));
+  CHECK((info.random_variables[0].high == 1 &&
+         info.random_variables[0].description == "0 triangle, 1 circle"));
   MakeOptions options;
   options.num_envs = 30;
   options.constants = constants;
@@ -211,7 +212,7 @@ TEST_CASE("A sequence of one shape is shown for as long as one", "[variants][tra
   const auto env = make(kSeq, {{"MIN_SEQUENCE_LENGTH", 1}, {"MAX_SEQUENCE_LENGTH", 1}},
                         {{"shapes", {2}}, {"sequence_length", {1}}});
   CHECK(Queries(*env).cue_end(0) == 4 + 64);
-  CHECK(env->info().hidden_draw == "shapes");
+  CHECK(env->info().hidden_variable == "shapes");
 }
 
 TEST_CASE("The chance of a guess grows with what is allowed", "[variants][trace]") {

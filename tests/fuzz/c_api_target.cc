@@ -1,4 +1,4 @@
-// The plain-C door as a state machine: calls in any order with any arguments. Batches that have
+// The plain C API as a state machine: calls in any order with any arguments. Batches that have
 // been made outlive an execution, because making one takes long: they are brought back to a known
 // state by a snapshot.
 #include <algorithm>
@@ -403,7 +403,7 @@ constexpr void (*kCalls[])(Run&) = {step,    step,   reset, step_async,  step_wa
 
 }  // namespace
 
-void fuzz_c_door(Data data) {
+void fuzz_c_api(Data data) {
   for (Batch& batch : batches()) batch.rewind();
   Run run{Input(data)};
   while (!run.input.empty()) kCalls[run.input.choice(std::size(kCalls))](run);
