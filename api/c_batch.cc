@@ -48,23 +48,20 @@ engram_array image_array(const Batch& env, const void* data, std::int32_t dtype,
   return array;
 }
 
-void add_images(const Batch& env, bool finals, std::vector<engram_array>& arrays) {
-  if (!env.rgb().empty()) {
-    const auto data = finals ? env.final_rgb() : env.rgb();
-    arrays.push_back(image_array(env, data.data(), ENGRAM_UINT8, 3));
+void add_images(const Batch& env, const ObservedImages& images, std::vector<engram_array>& arrays) {
+  if (!images.rgb.empty()) {
+    arrays.push_back(image_array(env, images.rgb.data(), ENGRAM_UINT8, 3));
     arrays.back().name = "rgb";
     arrays.back().description = "images, row 0 on top, cameras one behind the other in each pixel";
   }
-  if (!env.depth().empty()) {
-    const auto data = finals ? env.final_depth() : env.depth();
-    arrays.push_back(image_array(env, data.data(), ENGRAM_INT16, 1));
+  if (!images.depth.empty()) {
+    arrays.push_back(image_array(env, images.depth.data(), ENGRAM_INT16, 1));
     arrays.back().name = "depth";
     arrays.back().unit = "mm";
     arrays.back().description = "along the axis of each camera; 0: nothing there";
   }
-  if (!env.segmentation().empty()) {
-    const auto data = finals ? env.final_segmentation() : env.segmentation();
-    arrays.push_back(image_array(env, data.data(), ENGRAM_INT16, 1));
+  if (!images.segmentation.empty()) {
+    arrays.push_back(image_array(env, images.segmentation.data(), ENGRAM_INT16, 1));
     arrays.back().name = "segmentation";
     arrays.back().description = "what each camera sees: index into segmentation_names";
   }
@@ -82,7 +79,7 @@ engram_array mask_array(const Batch& env) {
   return array;
 }
 
-// `at` tells where a column's values are kept.
+// at: the column of these or of the final outputs.
 template <class At>
 std::vector<engram_array> list_columns(const Batch& env, At&& at) {
   std::vector<engram_array> arrays;
@@ -104,7 +101,7 @@ std::vector<engram_array> list_outputs(const Batch& env) {
   std::vector<engram_array> arrays = list_columns(
       env, [&env](const ColumnView& column) { return env.output(column.field->name); });
   arrays.push_back(mask_array(env));
-  add_images(env, false, arrays);
+  add_images(env, env.images(), arrays);
   return arrays;
 }
 
@@ -112,7 +109,7 @@ std::vector<engram_array> list_final_outputs(const Batch& env) {
   if (env.options().auto_reset != AutoReset::kSameStep) return {};
   std::vector<engram_array> arrays = list_columns(
       env, [&env](const ColumnView& column) { return env.final_output(column.field->name); });
-  add_images(env, true, arrays);
+  add_images(env, env.final_images(), arrays);
   return arrays;
 }
 
@@ -142,5 +139,8 @@ engram_status refuse_forked(const engram_env& env) noexcept {
 
 engram_env::engram_env(std::unique_ptr<engram::Batch> made)
     : batch(std::move(made)),
+      queries(*batch),
+      renderer(*batch),
+      snapshotter(*batch),
       outputs(engram::c::list_outputs(*batch)),
       final_outputs(engram::c::list_final_outputs(*batch)) {}

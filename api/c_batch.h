@@ -1,4 +1,4 @@
-// The object behind a handle of the C door.
+// The object behind a handle of the C API.
 #pragma once
 
 #include <sys/types.h>
@@ -11,30 +11,36 @@
 
 #include "api/c_error.h"
 #include "api/step_driver.h"
+#include "core/env/queries.h"
+#include "core/env/scene_renderer.h"
+#include "core/env/snapshot.h"
 #include "engram/engram_c.h"
 #include "protocol/batch/make.h"
 
 namespace engram::c {
 
-// How a handle is in use. Calls are refused unless it is kIdle.
+// State of a handle. Calls are refused unless it is kIdle.
 enum class Use : int {
   kIdle,
   kBusy,      // a call is at work
   kStepping,  // between step_async and step_wait
 };
 
-// The outputs of a batch as the C door shows them, in the order of engram_output_at.
+// The outputs of a batch as arrays of the C API, in the order of engram_output_at.
 std::vector<engram_array> list_outputs(const Batch& env);
 // Those that final outputs have; empty unless the batch keeps any.
 std::vector<engram_array> list_final_outputs(const Batch& env);
 
 }  // namespace engram::c
 
-// NOLINTNEXTLINE(readability-identifier-naming): the name is of the C door
+// NOLINTNEXTLINE(readability-identifier-naming): the name is of the C API
 struct engram_env {
   explicit engram_env(std::unique_ptr<engram::Batch> made);
 
   std::unique_ptr<engram::Batch> batch;
+  engram::Queries queries;
+  engram::SceneRenderer renderer;
+  engram::Snapshotter snapshotter;
   std::vector<engram_array> outputs;  // their names and memory are the batch's
   std::vector<engram_array> final_outputs;
   std::string description;                        // from the first call for it on
@@ -86,10 +92,10 @@ engram_status with_claim(engram_env* env, F&& f) noexcept {
   return guarded([&] { f(claim); });
 }
 
-// The same for calls that need nothing but the batch.
+// The same for calls that leave the handle idle.
 template <class F>
-engram_status with_batch(engram_env* env, F&& f) noexcept {
-  return with_claim(env, [&](Claim&) { f(*env->batch); });
+engram_status with_env(engram_env* env, F&& f) noexcept {
+  return with_claim(env, [&](Claim&) { f(*env); });
 }
 
 }  // namespace engram::c

@@ -12,7 +12,7 @@
 namespace engram::c {
 namespace {
 
-// Room for the longest list of names that a message has; what does not fit is cut off.
+// Long enough for the longest list of names that a message has; a longer message is cut off.
 thread_local std::array<char, 4096> message_buffer = {};
 
 engram_status status_of(Error::Kind kind) {

@@ -1,4 +1,4 @@
-// Failures of the C door: a status, and a message for engram_last_error.
+// Failures of the C API: a status, and a message for engram_last_error.
 #pragma once
 
 #include <string_view>

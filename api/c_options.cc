@@ -115,9 +115,9 @@ engram_options default_options() noexcept {
   return options;
 }
 
-EnvOptions to_env_options(const engram_options& options) {
+MakeOptions to_make_options(const engram_options& options) {
   check_struct_size(options);
-  EnvOptions out;
+  MakeOptions out;
   // begin options: conversions
   convert("num_envs", options.num_envs, out.num_envs);
   convert("seed", options.seed, out.seed);

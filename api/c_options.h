@@ -1,4 +1,5 @@
-// From the plain structs of the C door to the library's own, refusing what they cannot hold.
+// Conversions from the plain structs of the C API to the engine's own, which refuse values that
+// those cannot hold.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +12,8 @@ namespace engram::c {
 
 engram_options default_options() noexcept;
 
-// Throws Error for anything that Batch could not be asked for; Batch checks the rest.
-EnvOptions to_env_options(const engram_options& options);
+// Throws Error for values that MakeOptions cannot hold; make() checks the rest.
+MakeOptions to_make_options(const engram_options& options);
 
 Rules to_rules(std::int32_t rules);
 std::vector<TaskOptionValue> to_choices(const engram_task_option* choices, std::size_t count);

@@ -1,4 +1,4 @@
-// The C door: nothing but checks and translation in front of Batch.
+// The C API: nothing but checks and conversions in front of Batch.
 #include "engram/engram_c.h"
 
 #include <algorithm>
@@ -11,8 +11,13 @@
 #include "api/c_batch.h"
 #include "api/c_error.h"
 #include "api/c_options.h"
+#include "api/c_text.h"
 #include "core/base/join.h"
 #include "core/base/process_mutex.h"
+#include "core/env/queries.h"
+#include "core/env/scene_renderer.h"
+#include "core/env/scripted_policy.h"
+#include "core/env/snapshot.h"
 #include "protocol/batch/task_description.h"
 #include "protocol/batch/variants.h"
 
@@ -20,6 +25,7 @@ namespace {
 
 using engram::Batch;
 using engram::Error;
+using engram::ScriptedPolicy;
 using engram::c::Claim;
 using engram::c::fail;
 using engram::c::guarded;
@@ -27,14 +33,14 @@ using engram::c::refuse_busy;
 using engram::c::refuse_forked;
 using engram::c::refuse_null;
 using engram::c::Use;
-using engram::c::with_batch;
 using engram::c::with_claim;
+using engram::c::with_env;
 
 // A constant of a batch, or `otherwise` for NULL. Constants can be read at any time, even while
 // another call is at work.
 template <class T, class F>
-T fact(const engram_env* env, T otherwise, F&& f) noexcept {
-  if (env != nullptr) return f(*env->batch);
+T constant(const engram_env* env, T otherwise, F&& f) noexcept {
+  if (env != nullptr) return f(*env);
   refuse_null("env");
   return otherwise;
 }
@@ -48,8 +54,8 @@ const engram_array& named(const std::vector<engram_array>& arrays, const char* n
                                      engram::join(arrays, &engram_array::name));
 }
 
-// As JSON. Earlier lists stay, since callers hold them; a new one is made when there are more
-// tasks.
+// All tasks as JSON. Earlier lists stay, since callers hold them; a new one is made when there are
+// more tasks.
 const char* list_of_tasks() {
   static std::map<size_t, std::string> lists;  // by number of tasks
   const std::lock_guard lock(engram::process_mutex(engram::ProcessLock::kTaskTexts));
@@ -114,10 +120,10 @@ engram_status engram_register_variant(const char* id, const char* base, const ch
   if (base == nullptr) return refuse_null("base");
   return guarded([&] {
     engram::load_environment_variants();
-    engram::VariantDefinition definition{id, base};
-    if (constants != nullptr) definition.constants = engram::parse_constants(constants);
-    if (instruction != nullptr) definition.instruction = instruction;
-    engram::register_variants({&definition, 1});
+    engram::TaskVariant variant{id, base};
+    if (constants != nullptr) variant.constants = engram::parse_constants(constants);
+    if (instruction != nullptr) variant.instruction = instruction;
+    engram::register_variants({&variant, 1});
   });
 }
 
@@ -136,15 +142,22 @@ void engram_options_init(engram_options* options) {
   *options = engram::c::default_options();
 }
 
+namespace {
+
+// Options as given; NULL: the defaults.
+engram::MakeOptions given_options(const engram_options* options) {
+  engram::load_environment_variants();
+  return engram::c::to_make_options(options != nullptr ? *options : engram::c::default_options());
+}
+
+}  // namespace
+
 engram_status engram_make(const char* id, const engram_options* options, engram_env** env) {
   if (env == nullptr) return refuse_null("env");
   *env = nullptr;
   if (id == nullptr) return refuse_null("id");
   return guarded([&] {
-    engram::load_environment_variants();
-    const engram_options defaults = engram::c::default_options();
-    const engram_options& given = options != nullptr ? *options : defaults;
-    auto batch = engram::make(id, engram::c::to_env_options(given));
+    auto batch = engram::make(id, given_options(options));
     *env = std::make_unique<engram_env>(std::move(batch)).release();
   });
 }
@@ -162,36 +175,38 @@ void engram_close(engram_env* env) {
   delete env;
 }
 
-// ---- what a batch is ----
+// ---- facts about a batch ----
 
 int32_t engram_num_envs(const engram_env* env) {
-  return fact(env, 0, [](const Batch& batch) { return batch.num_envs(); });
+  return constant(env, 0, [](const engram_env& of) { return of.batch->num_envs(); });
 }
 
 int32_t engram_num_threads(const engram_env* env) {
-  return fact(env, 0, [](const Batch& batch) { return batch.threads(); });
+  return constant(env, 0, [](const engram_env& of) { return of.batch->options().threads; });
 }
 
 int32_t engram_action_dim(const engram_env* env) {
-  return fact(env, 0, [](const Batch& batch) { return batch.action_dim(); });
+  return constant(env, 0, [](const engram_env& of) { return of.batch->action_dim(); });
 }
 
 int32_t engram_state_dim(const engram_env* env) {
-  return fact(env, 0, [](const Batch& batch) { return batch.state_dim(); });
+  return constant(env, 0, [](const engram_env& of) { return of.batch->state_dim(); });
 }
 
 int32_t engram_horizon(const engram_env* env) {
-  return fact(env, 0, [](const Batch& batch) { return batch.info().horizon; });
+  return constant(env, 0, [](const engram_env& of) { return of.batch->info().horizon; });
 }
 
 const float* engram_action_low(const engram_env* env) {
   const float* none = nullptr;
-  return fact(env, none, [](const Batch& batch) { return batch.action_space().low.data(); });
+  return constant(env, none,
+                  [](const engram_env& of) { return of.batch->action_space().low.data(); });
 }
 
 const float* engram_action_high(const engram_env* env) {
   const float* none = nullptr;
-  return fact(env, none, [](const Batch& batch) { return batch.action_space().high.data(); });
+  return constant(env, none,
+                  [](const engram_env& of) { return of.batch->action_space().high.data(); });
 }
 
 const char* engram_describe_json(engram_env* env) {
@@ -205,14 +220,31 @@ const char* engram_describe_json(engram_env* env) {
   return text;
 }
 
+engram_status engram_describe_task_json(const char* id, const engram_options* options,
+                                        char** description) {
+  if (description == nullptr) return refuse_null("description");
+  *description = nullptr;
+  if (id == nullptr) return refuse_null("id");
+  return guarded([&] {
+    engram::MakeOptions given = given_options(options);
+    engram::check_ranges(given);
+    given.num_envs = 1;  // the description is the same for any number
+    given.threads = 1;
+    *description =
+        engram::c::new_text(engram::to_text(engram::describe_task(*engram::make(id, given))));
+  });
+}
+
 uint64_t engram_unstable_count(const engram_env* env) {
-  return fact(env, uint64_t{0}, [](const Batch& batch) { return batch.unstable_count(); });
+  return constant(env, uint64_t{0},
+                  [](const engram_env& of) { return of.queries.unstable_count(); });
 }
 
 // ---- running it ----
 
 engram_status engram_reset(engram_env* env, const engram_reset_request* request) {
-  return with_batch(env, [request](Batch& batch) {
+  return with_env(env, [request](engram_env& of) {
+    Batch& batch = *of.batch;
     engram::ResetRequest wanted;
     std::vector<engram::Pin> pins;
     engram::ConstantTable ranges;
@@ -235,7 +267,7 @@ engram_status engram_reset(engram_env* env, const engram_reset_request* request)
 
 engram_status engram_step(engram_env* env, const float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
-  return with_batch(env, [&](Batch& batch) { batch.step({actions, count}); });
+  return with_env(env, [&](engram_env& of) { of.batch->step({actions, count}); });
 }
 
 engram_status engram_step_async(engram_env* env, const float* actions, size_t count) {
@@ -258,12 +290,12 @@ engram_status engram_step_wait(engram_env* env) {
 
 engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
-  return with_batch(env, [&](Batch& batch) {
-    batch.act(engram::c::to_policy(policy), {actions, count});
+  return with_env(env, [&](engram_env& of) {
+    ScriptedPolicy(*of.batch, engram::c::to_policy(policy)).act({actions, count});
   });
 }
 
-// ---- what comes out ----
+// ---- outputs ----
 
 engram_status engram_output(engram_env* env, const char* name, engram_array* array) {
   if (name == nullptr) return refuse_null("name");
@@ -303,8 +335,8 @@ engram_status engram_output_at(engram_env* env, size_t index, engram_array* arra
 engram_status engram_instruction(engram_env* env, int32_t index, char* text, size_t capacity,
                                  size_t* length) {
   if (text == nullptr && capacity > 0) return refuse_null("text");
-  return with_batch(env, [&](Batch& batch) {
-    const std::string instruction = batch.instruction(index);
+  return with_env(env, [&](engram_env& of) {
+    const std::string instruction = of.queries.instruction(index);
     copy_text(instruction, text, capacity);
     if (length != nullptr) *length = instruction.size();
   });
@@ -314,26 +346,26 @@ engram_status engram_render(engram_env* env, int32_t index, const char* camera, 
                             int32_t height, uint8_t* rgb, size_t size) {
   if (camera == nullptr) return refuse_null("camera");
   if (rgb == nullptr) return refuse_null("rgb");
-  return with_batch(env, [&](Batch& batch) {
-    batch.render(index, camera, width, height, {rgb, size});
+  return with_env(env, [&](engram_env& of) {
+    of.renderer.render(index, camera, width, height, {rgb, size});
   });
 }
 
-// ---- on demand ----
+// ---- queries ----
 
 namespace {
 
 // A caller's array of `width` floats for each environment; empty if there is none.
-std::span<float> rows(const Batch& batch, float* values, size_t width) {
+std::span<float> rows(const engram_env& env, float* values, size_t width) {
   if (values == nullptr) return {};
-  return {values, static_cast<size_t>(batch.num_envs()) * width};
+  return {values, static_cast<size_t>(env.batch->num_envs()) * width};
 }
 
 }  // namespace
 
 engram_status engram_robot_state(engram_env* env, float* qpos, float* qvel, float* tcp_pose) {
-  return with_batch(env, [&](Batch& batch) {
-    batch.robot_state(rows(batch, qpos, 9), rows(batch, qvel, 9), rows(batch, tcp_pose, 7));
+  return with_env(env, [&](engram_env& of) {
+    of.queries.robot_state(rows(of, qpos, 9), rows(of, qvel, 9), rows(of, tcp_pose, 7));
   });
 }
 
@@ -341,21 +373,21 @@ engram_status engram_camera_params(engram_env* env, const char* camera, int32_t 
                                    int32_t height, float* extrinsic_cv, float* cam2world_gl,
                                    float* intrinsic_cv) {
   if (camera == nullptr) return refuse_null("camera");
-  return with_batch(env, [&](Batch& batch) {
-    batch.camera_params(camera, width, height,
-                        {.extrinsic_cv = rows(batch, extrinsic_cv, 12),
-                         .cam2world_gl = rows(batch, cam2world_gl, 16),
-                         .intrinsic_cv = rows(batch, intrinsic_cv, 9)});
+  return with_env(env, [&](engram_env& of) {
+    of.queries.camera_params(camera, width, height,
+                             {.extrinsic_cv = rows(of, extrinsic_cv, 12),
+                              .cam2world_gl = rows(of, cam2world_gl, 16),
+                              .intrinsic_cv = rows(of, intrinsic_cv, 9)});
   });
 }
 
 int32_t engram_drawn_dim(const engram_env* env) {
-  return fact(env, 0, [](const Batch& batch) { return batch.drawn_dim(); });
+  return constant(env, 0, [](const engram_env& of) { return of.queries.sampled_dim(); });
 }
 
 engram_status engram_drawn(engram_env* env, float* values, size_t count) {
   if (values == nullptr && count > 0) return refuse_null("values");
-  return with_batch(env, [&](Batch& batch) { batch.drawn({values, count}); });
+  return with_env(env, [&](engram_env& of) { of.queries.sampled_values({values, count}); });
 }
 
 // ---- snapshots ----
@@ -364,28 +396,28 @@ engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t ca
                           size_t* size) {
   if (bytes == nullptr && capacity > 0) return refuse_null("bytes");
   if (size == nullptr) return refuse_null("size");
-  return with_batch(env, [&](Batch& batch) {
+  return with_env(env, [&](engram_env& of) {
     const bool whole = index == ENGRAM_WHOLE_BATCH;
-    *size = whole ? batch.save_size() : batch.save_size(index);
+    *size = whole ? of.snapshotter.save_size() : of.snapshotter.save_size(index);
     if (capacity == 0) return;
     if (capacity < *size) {
       throw Error(Error::kInvalidArgument, "snapshot: room for " + std::to_string(capacity) +
                                                " bytes given, " + std::to_string(*size) +
                                                " needed");
     }
-    const std::vector<std::byte> saved = whole ? batch.save() : batch.save(index);
+    const std::vector<std::byte> saved = whole ? of.snapshotter.save() : of.snapshotter.save(index);
     std::memcpy(bytes, saved.data(), saved.size());
   });
 }
 
 engram_status engram_restore(engram_env* env, int32_t index, const void* bytes, size_t size) {
   if (bytes == nullptr) return refuse_null("bytes");
-  return with_batch(env, [&](Batch& batch) {
+  return with_env(env, [&](engram_env& of) {
     const std::span<const std::byte> saved(static_cast<const std::byte*>(bytes), size);
     if (index == ENGRAM_WHOLE_BATCH) {
-      batch.restore(saved);
+      of.snapshotter.restore(saved);
     } else {
-      batch.restore(index, saved);
+      of.snapshotter.restore(index, saved);
     }
   });
 }

@@ -1,12 +1,12 @@
-// The C door to the evaluation protocol: policies that are callbacks.
+// The C API of the evaluation protocol: policies that are callbacks.
 #include <cstdlib>
-#include <cstring>
 #include <mutex>
 #include <optional>
 #include <set>
 
 #include "api/c_error.h"
 #include "api/c_options.h"
+#include "api/c_text.h"
 #include "engram/engram_c.h"
 #include "protocol/batch/variants.h"
 #include "protocol/evaluation/evaluation_run.h"
@@ -103,7 +103,7 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
     if (!config || !engram::is_table(*config)) refuse("config_json: a JSON object needed");
     settings.policy_config = std::move(*config);
   }
-  engram::EnvOptions environment;
+  engram::MakeOptions environment;
   environment.obs_mode = static_cast<engram::ObsMode>(options.obs_mode);
   if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
   environment.rules = engram::c::to_rules(options.rules);
@@ -218,11 +218,7 @@ engram_status engram_evaluate(const engram_evaluation_options* options,
     if (options->struct_size != sizeof *options) {
       refuse("engram_evaluate: options not from engram_evaluation_options_init");
     }
-    const std::string text = evaluate(*options, policy, user);
-    char* copy = static_cast<char*>(std::malloc(text.size() + 1));
-    if (copy == nullptr) throw std::bad_alloc();
-    std::memcpy(copy, text.c_str(), text.size() + 1);
-    *document = copy;
+    *document = engram::c::new_text(evaluate(*options, policy, user));
   });
 }
 

@@ -25,8 +25,9 @@ class Digest {
     for (std::size_t i = 0; i < hashes_.size(); ++i) {
       std::uint64_t& hash = hashes_[i];
       hash = bench::chain_row(hash, env.observation(), hashes_.size(), i);
-      hash = bench::chain_row(hash, env.rgb(), hashes_.size(), i);
-      if (!env.rgb().empty()) hash = bench::chain_row(hash, env.proprio(), hashes_.size(), i);
+      hash = bench::chain_row(hash, env.images().rgb, hashes_.size(), i);
+      if (!env.images().rgb.empty())
+        hash = bench::chain_row(hash, env.proprio(), hashes_.size(), i);
       std::array<unsigned char, sizeof(float) + 2> rest{};
       std::memcpy(rest.data(), &env.reward()[i], sizeof(float));
       rest[sizeof(float)] = env.terminated()[i];

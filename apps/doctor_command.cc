@@ -11,6 +11,7 @@
 #include "api/media.h"
 #include "apps/options.h"
 #include "apps/output.h"
+#include "core/env/queries.h"
 #include "protocol/formats/document.h"
 
 namespace engram::apps {
@@ -105,10 +106,10 @@ Document examine() {
                        {"build", build_kind()},
                        {"instruction_sets", instruction_sets()},
                        {"cores", std::thread::hardware_concurrency()},
-                       {"threads", env->threads()},
+                       {"threads", env->options().threads},
                        {"memory_bytes", ::sysconf(_SC_PHYS_PAGES) * page_size()},
                        {"memory_task", kMeasuredTask},
-                       {"bytes_per_env", env->bytes_per_env()},
+                       {"bytes_per_env", Queries(*env).bytes_per_env()},
                        {"resident_bytes_per_env", measured_bytes_per_env()},
                        {"egl", describe(egl)},
                        {"egl_available", egl.available},

@@ -30,7 +30,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
   const Protocol& protocol = options.protocol;
   settings.episodes = protocol.episodes;
   settings.start_seed = protocol.start_seed;
-  EnvOptions environment = protocol.environment;
+  MakeOptions environment = protocol.environment;
   name_policy(options.policy, protocol.policy, settings);
   // Images are what the benchmark allows.
   if (options.policy.given() && !options.given.contains("obs_mode")) {

@@ -7,6 +7,7 @@
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/task_text.h"
+#include "core/env/queries.h"
 #include "protocol/batch/task_description.h"
 #include "protocol/formats/files.h"
 
@@ -16,7 +17,7 @@ namespace {
 struct InfoOptions {
   std::string id;
   std::string mjcf;  // file to write the scene to; "-": standard output
-  EnvOptions env = batch_options(1, 1);
+  MakeOptions env = batch_options(1, 1);
   bool json = false;
 };
 
@@ -28,10 +29,10 @@ void run(const InfoOptions& options) {
   }
   const auto env = make(options.id, options.env);
   if (options.mjcf == "-") {
-    print(env->document());
+    print(Queries(*env).document());
     return;
   }
-  if (!options.mjcf.empty()) write_output(options.mjcf, env->document());
+  if (!options.mjcf.empty()) write_output(options.mjcf, Queries(*env).document());
   const ConstantTable description = describe_task(*env);
   print(options.json ? to_text(description) : task_text(description));
 }

@@ -257,7 +257,7 @@ Option add_json(const Command& command, bool& json) {
                           "One JSON document on standard output, nothing else there");
 }
 
-void add_obs(const Command& command, EnvOptions& options, std::span<const ObsMode> modes) {
+void add_obs(const Command& command, MakeOptions& options, std::span<const ObsMode> modes) {
   add_choice(command, "--obs", options.obs_mode, named<ObsMode>(modes),
              "Observation; rgb: base and wrist camera, 128 x 128; objects: the "
              "visible objects as numbers",
@@ -275,11 +275,11 @@ void add_renderer(const Command& command, ImageSourceOptions& options) {
       .default_str("cpu");
 }
 
-std::string renderer_name(const EnvOptions& options) {
+std::string renderer_name(const MakeOptions& options) {
   return observes_pictures(options.obs_mode) ? options.image_options.renderer : "none";
 }
 
-void add_env_options(const Command& command, EnvOptions& options) {
+void add_env_options(const Command& command, MakeOptions& options) {
   add_control_mode(command, options.control_mode);
   add_reward(command, options.reward_mode);
   add_auto_reset(command, options.auto_reset);
@@ -339,8 +339,8 @@ void add_constants(const Command& command, ConstantTable& constants) {
       .type_name("NAME=VALUE");
 }
 
-EnvOptions batch_options(int num_envs, int threads) {
-  EnvOptions options;
+MakeOptions batch_options(int num_envs, int threads) {
+  MakeOptions options;
   options.num_envs = num_envs;
   options.threads = threads;
   return options;

@@ -66,13 +66,13 @@ Option add_lanes(const Command& command, int& lanes);
 Option add_json(const Command& command, bool& json);
 
 // --obs and --renderer.
-void add_obs(const Command& command, EnvOptions& options, std::span<const ObsMode> modes);
+void add_obs(const Command& command, MakeOptions& options, std::span<const ObsMode> modes);
 void add_renderer(const Command& command, ImageSourceOptions& options);
 // The renderer's name, or "none" without images.
-std::string renderer_name(const EnvOptions& options);
+std::string renderer_name(const MakeOptions& options);
 
 // Further options of a batch: control mode, reward, pins, ... .
-void add_env_options(const Command& command, EnvOptions& options);
+void add_env_options(const Command& command, MakeOptions& options);
 
 // --option NAME=VALUE, which may be given several times.
 void add_constants(const Command& command, ConstantTable& constants);
@@ -80,7 +80,7 @@ void add_task_options(const Command& command, std::vector<TaskOptionValue>& choi
                       const std::string& help);
 
 // The library's defaults for a batch of that size.
-EnvOptions batch_options(int num_envs, int threads);
+MakeOptions batch_options(int num_envs, int threads);
 
 // A selection of registered tasks.
 struct TaskFilter {

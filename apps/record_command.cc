@@ -167,7 +167,7 @@ RecordOptions completed(RecordOptions options) {
   if (episode.obs && !episode.command.given()) {
     refuse("--obs: what --policy-command sees; no such policy given");
   }
-  EnvOptions& env = episode.env;
+  MakeOptions& env = episode.env;
   env.obs_mode = ObsMode::kNone;
   env.auto_reset = AutoReset::kOff;  // the last frame is that of the last step
   env.image_options.renderer = env.render_options.renderer;

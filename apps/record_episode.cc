@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/env/scripted_policy.h"
+
 namespace engram::apps {
 namespace {
 
@@ -13,8 +15,8 @@ PolicyProcessOptions process_of(const EpisodeOptions& options, const Batch& env)
 
 }  // namespace
 
-EnvOptions EpisodeOptions::observed() const {
-  EnvOptions observed = env;
+MakeOptions EpisodeOptions::observed() const {
+  MakeOptions observed = env;
   observed.obs_mode = obs.value_or(ObsMode::kRgb);
   observed.image_options = {};
   observed.image_options.renderer = env.image_options.renderer;
@@ -62,7 +64,7 @@ void RecordedEpisode::step() {
     if (command_policy_) {
       command_policy_->act(actions);
     } else {
-      env_->act(policy_, actions);
+      ScriptedPolicy(*env_, policy_).act(actions);
     }
     actions_.push_back(std::move(actions));
   }

@@ -15,14 +15,14 @@ namespace engram::apps {
 
 struct EpisodeOptions {
   std::string id;
-  EnvOptions env;  // of the batch that is rendered
+  MakeOptions env;  // of the batch that is rendered
   int steps = 0;   // at most; 0: to the end
   Policy policy = Policy::kOracle;
   PolicyCommand command;       // takes the place of `policy` if it is given
   std::optional<ObsMode> obs;  // observation of the command; images by default
 
   // The environment as the command sees it.
-  EnvOptions observed() const;
+  MakeOptions observed() const;
 };
 
 // A command as the policy of one episode. It observes a batch of its own, which takes the same

@@ -9,7 +9,8 @@ std::string camera_name(const std::string& camera) { return camera + "_camera"; 
 
 }  // namespace
 
-RecordView::RecordView(Batch& env, const ViewOptions& options) : env_(&env), options_(options) {}
+RecordView::RecordView(const Batch& env, const ViewOptions& options)
+    : env_(env), renderer_(env), options_(options) {}
 
 std::vector<std::uint8_t> RecordView::draw() {
   const bool all = options_.camera == "all";
@@ -29,14 +30,14 @@ std::vector<std::uint8_t> RecordView::draw() {
 
 void RecordView::draw_camera(const std::string& name, int width, int height) {
   rgb_.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  env_->render(0, camera_name(name), width, height, rgb_);
+  renderer_.render(0, camera_name(name), width, height, rgb_);
 }
 
 void RecordView::draw_overlays(int width, int height, Canvas& canvas) const {
   Overlay overlay = make_overlay(width, height);
-  env_->overlay(0, overlay);
-  add_step(overlay, env_->state().elapsed[0]);
-  add_reward(overlay, env_->reward()[0]);
+  renderer_.overlay(0, overlay);
+  add_step(overlay, env_.state().elapsed[0]);
+  add_reward(overlay, env_.reward()[0]);
   draw_overlay(overlay, {0, 0}, std::min(width, height), canvas);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/media.h"
+#include "core/env/scene_renderer.h"
 #include "protocol/batch/make.h"
 
 namespace engram::apps {
@@ -23,7 +24,7 @@ struct ViewOptions {
 class RecordView {
  public:
   // The batch outlives the view.
-  RecordView(Batch& env, const ViewOptions& options);
+  RecordView(const Batch& env, const ViewOptions& options);
 
   int width() const { return options_.width; }
   int height() const { return options_.height; }
@@ -40,7 +41,8 @@ class RecordView {
   void draw_panel(const std::string& camera, const std::string& label, const Panel& panel,
                   Canvas& canvas);
 
-  Batch* env_;
+  const Batch& env_;
+  SceneRenderer renderer_;
   ViewOptions options_;
   std::vector<std::uint8_t> rgb_;  // of the last camera
 };

@@ -14,6 +14,8 @@
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "core/env/queries.h"
+#include "core/env/scripted_policy.h"
 #include "protocol/formats/document.h"
 
 namespace engram::apps {
@@ -24,7 +26,7 @@ constexpr int kDefaultEnvs = 256;
 
 struct RolloutOptions {
   std::string id;
-  EnvOptions env = batch_options(kDefaultEnvs, 0);
+  MakeOptions env = batch_options(kDefaultEnvs, 0);
   int num_envs = 0;  // 0: not given
   int steps = 0;     // 0: not given
   int episodes = 0;  // 0: not given
@@ -59,7 +61,7 @@ Report roll_out(Batch& env, const RolloutOptions& options, EpisodeLog& log) {
   Clock::duration stepping{};
   while (report.steps < options.steps && !log.complete()) {
     const Clock::time_point start = Clock::now();
-    env.act(options.policy, actions);
+    ScriptedPolicy(env, options.policy).act(actions);
     const Clock::time_point acted = Clock::now();
     env.step(actions);
     stepping += Clock::now() - acted;
@@ -77,7 +79,7 @@ Report roll_out(Batch& env, const RolloutOptions& options, EpisodeLog& log) {
   return report;
 }
 
-double images_per_step(const EnvOptions& options) {
+double images_per_step(const MakeOptions& options) {
   return observes_pictures(options.obs_mode) ? static_cast<double>(options.images.cameras.size())
                                              : 0.0;
 }
@@ -91,7 +93,7 @@ DocumentTable to_document(const Batch& env, const RolloutOptions& options, const
   return {{"id", env.info().id},
           {"num_envs", env.num_envs()},
           {"steps", report.steps},
-          {"threads", env.threads()},
+          {"threads", env.options().threads},
           {"obs", name_of(env.options().obs_mode)},
           {"policy", name_of(options.policy)},
           {"renderer", renderer_name(env.options())},
@@ -102,7 +104,7 @@ DocumentTable to_document(const Batch& env, const RolloutOptions& options, const
           {"episodes", log.episodes()},
           {"success_once", log.success_rate()},
           {"mean_return", log.mean_return()},
-          {"unstable", env.unstable_count()},
+          {"unstable", Queries(env).unstable_count()},
           {"hash", hash},
           {"wall_seconds", report.wall_seconds}};
 }
@@ -116,7 +118,7 @@ std::string to_plain_text(const Batch& env, const RolloutOptions& options, const
       "  env steps       {} in {:.3f} s\n"
       "  env steps/s     {} ({} for stepping alone, without the policy)\n"
       "  physics steps/s {}\n",
-      env.info().id, env.num_envs(), report.steps, env.threads(), name_of(options.policy),
+      env.info().id, env.num_envs(), report.steps, env.options().threads, name_of(options.policy),
       with_thousands(env_steps), report.wall_seconds, with_thousands(env_rate),
       with_thousands(rate(env_steps, report.step_seconds)),
       with_thousands(env_rate * env.options().substeps));
@@ -131,7 +133,8 @@ std::string to_plain_text(const Batch& env, const RolloutOptions& options, const
     text += fmt::format("  episodes        none finished (one takes up to {} steps)\n",
                         env.info().horizon);
   }
-  if (env.unstable_count() > 0) text += fmt::format("  unstable steps  {}\n", env.unstable_count());
+  const std::uint64_t unstable = Queries(env).unstable_count();
+  if (unstable > 0) text += fmt::format("  unstable steps  {}\n", unstable);
   if (report.hash) text += fmt::format("  hash            {:016x}\n", *report.hash);
   return text;
 }

@@ -46,7 +46,7 @@ std::vector<TaskCheck> check_all(const VerifyOptions& options) {
   }
   Progress progress("verify", "env steps");
   bench::IdentityOptions identity = options.identity;
-  identity.make_batch = [&options](InstructionSet set, const std::string& id, EnvOptions batch) {
+  identity.make_batch = [&options](InstructionSet set, const std::string& id, MakeOptions batch) {
     batch.constants = options.constants;
     return bench::make_on(set, id, batch);
   };

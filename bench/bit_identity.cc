@@ -8,6 +8,7 @@
 
 #include "bench/mixed_actions.h"
 #include "bench/row_hash.h"
+#include "core/env/snapshot.h"
 #include "core/robot/lane_kernel.h"
 #include "render/make_renderer.h"
 
@@ -140,8 +141,8 @@ class Checker {
       const int at = std::min(last, horizon * part / kSnapshots);
       for (; step < at; ++step) advance(*env, actions, record.traces);
       for (int i = 0; i < kEpisodes && snapshots != nullptr; ++i) {
-        (*snapshots)[static_cast<std::size_t>((part - 1) * kEpisodes + i)] = {env->state().seed[i],
-                                                                              env->save(i)};
+        (*snapshots)[static_cast<std::size_t>((part - 1) * kEpisodes + i)] = {
+            env->state().seed[i], Snapshotter(*env).save(i)};
       }
     }
     return record;
@@ -168,7 +169,7 @@ class Checker {
   }
 
   std::unique_ptr<Batch> batch(const RunConfig& config, ObsMode obs_mode) const {
-    EnvOptions options;
+    MakeOptions options;
     options.num_envs = config.num_envs;
     options.threads = config.threads;
     options.chunk = config.chunk;
@@ -193,7 +194,7 @@ class Checker {
     env.reset({.mask = {}, .seeds = seeds});
     for (int i = 0; i < env.num_envs(); ++i) {
       const auto& snapshot = start_of(segments[static_cast<std::size_t>(i)]).snapshot;
-      if (!snapshot.empty()) env.restore(i, snapshot);
+      if (!snapshot.empty()) Snapshotter(env).restore(i, snapshot);
     }
   }
 
@@ -220,9 +221,9 @@ class Checker {
     for (std::size_t i = 0; i < traces.size(); ++i) {
       SegmentTrace& trace = traces[i];
       trace.outputs = chain(trace.outputs, env.outputs(), i);
-      trace.outputs = chain_row(trace.outputs, env.rgb(), traces.size(), i);
-      trace.outputs = chain_row(trace.outputs, env.depth(), traces.size(), i);
-      trace.outputs = chain_row(trace.outputs, env.segmentation(), traces.size(), i);
+      trace.outputs = chain_row(trace.outputs, env.images().rgb, traces.size(), i);
+      trace.outputs = chain_row(trace.outputs, env.images().depth, traces.size(), i);
+      trace.outputs = chain_row(trace.outputs, env.images().segmentation, traces.size(), i);
       if (observes_objects(options_.obs_mode)) {
         trace.outputs = chain_row(trace.outputs, env.observation(), traces.size(), i);
       }
@@ -246,9 +247,9 @@ class Checker {
 }  // namespace
 
 std::unique_ptr<Batch> make_on(InstructionSet set, const std::string& id,
-                               const EnvOptions& options) {
-  return std::make_unique<Batch>(
-      make_task(id, options.constants), options,
+                               const MakeOptions& options) {
+  return make(
+      id, options,
       [set](const RenderScene& scene, const ImageSourceOptions& image_options, int workers) {
         return make_renderer_on(set, scene, image_options, workers);
       });

@@ -35,7 +35,7 @@ inline constexpr int kSegments = 128;
 
 // Makes a batch that runs on that instruction set.
 std::unique_ptr<Batch> make_on(InstructionSet set, const std::string& id,
-                               const EnvOptions& options);
+                               const MakeOptions& options);
 
 struct IdentityOptions {
   ObsMode obs_mode = ObsMode::kState;
@@ -43,7 +43,7 @@ struct IdentityOptions {
   std::uint64_t seed = 0;  // the first of 64
   // Makes the batches.
   std::function<std::unique_ptr<Batch>(InstructionSet set, const std::string& id,
-                                       const EnvOptions& options)>
+                                       const MakeOptions& options)>
       make_batch = make_on;
   std::function<void(double fraction)> progress = [](double) {};  // called between runs
 };

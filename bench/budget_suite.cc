@@ -79,8 +79,8 @@ class BudgetMeter {
   }
 
  private:
-  static EnvOptions batch_of(ObsMode obs, const SuiteOptions& options, int threads) {
-    EnvOptions result = batch(envs_or(options, 256), threads);
+  static MakeOptions batch_of(ObsMode obs, const SuiteOptions& options, int threads) {
+    MakeOptions result = batch(envs_or(options, 256), threads);
     result.obs_mode = obs;
     return result;
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/env/batch.h"
+#include "core/env/scripted_policy.h"
 
 namespace engram::bench {
 
@@ -21,8 +22,8 @@ class MixedActions {
   // random ones elsewhere. Valid until the next call.
   template <class Solved>
   std::span<const float> choose(Batch& env, Solved&& solved) {
-    env.act(Policy::kRandom, actions_);
-    env.act(Policy::kOracle, scripted_);
+    ScriptedPolicy(env, Policy::kRandom).act(actions_);
+    ScriptedPolicy(env, Policy::kOracle).act(scripted_);
     const std::ptrdiff_t dim = env.action_dim();
     for (int i = 0; i < env.num_envs(); ++i) {
       if (!solved(i)) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bench/rollout.h"
+#include "core/env/queries.h"
 #include "core/image/image_batch.h"
 #include "render/make_renderer.h"
 #include "render/mujoco_reference.h"
@@ -36,7 +37,7 @@ class CpuRenderLoop {
       : scenes_(scenes), views_(scenes.env().physics_model(), 1) {
     ImageSourceOptions options;
     options.max_size = size;
-    source_ = std::make_unique<ImageSource>(scenes.env().document(), views_.body_names(), options,
+    source_ = std::make_unique<ImageSource>(Queries(scenes.env()).document(), views_.body_names(), options,
                                             1, make_renderer);
     rgb_.resize(static_cast<std::size_t>(size * size * 3 * kCameras));
     for (int camera = 0; camera < kCameras; ++camera) {
@@ -77,7 +78,7 @@ class MujocoRenderLoop {
  public:
   MujocoRenderLoop(RenderScenes& scenes, int size, MujocoReferenceOptions options)
       : scenes_(scenes),
-        model_(compile_model(scenes.env().document())),
+        model_(compile_model(Queries(scenes.env()).document())),
         data_(make_data(*model_)),
         size_(size),
         rgb_(static_cast<std::size_t>(size * size * 3)) {
@@ -172,7 +173,7 @@ std::vector<Measurement> run_render(const SuiteOptions& options) {
     done += 2;
   }
 
-  EnvOptions rgb = batch(n, 1);
+  MakeOptions rgb = batch(n, 1);
   rgb.obs_mode = ObsMode::kRgb;
   Rollout with_images(id, rgb, options.policy);
   Rollout without(id, batch(n, 1), options.policy);
@@ -188,7 +189,7 @@ std::vector<Measurement> run_render(const SuiteOptions& options) {
   rows.push_back(
       make_measurement("render.vs_state", "env steps/s", "a state rollout", state, options.rounds));
   for (int threads = 1; threads <= most; ++threads) {
-    EnvOptions more = rgb;
+    MakeOptions more = rgb;
     more.threads = threads;
     Rollout several(id, more, options.policy);
     const Comparison scaling = interleave(

@@ -9,6 +9,7 @@
 
 #include "bench/interleave.h"
 #include "bench/measurement.h"
+#include "core/env/scripted_policy.h"
 #include "protocol/batch/make.h"
 
 namespace engram::bench {
@@ -42,13 +43,13 @@ struct Rollout {
   std::vector<float> actions;
   Policy policy;
 
-  Rollout(const std::string& id, const EnvOptions& options, Policy chosen)
+  Rollout(const std::string& id, const MakeOptions& options, Policy chosen)
       : env(make(id, options)), policy(chosen) {
     actions.resize(static_cast<std::size_t>(env->num_envs() * env->action_dim()));
     env->reset();
   }
 
-  void choose() { env->act(policy, actions); }
+  void choose() { ScriptedPolicy(*env, policy).act(actions); }
   double step_seconds() {
     return seconds([this] { env->step(actions); });
   }
@@ -63,8 +64,8 @@ struct Rollout {
   }
 };
 
-inline EnvOptions batch(int num_envs, int threads) {
-  EnvOptions options;
+inline MakeOptions batch(int num_envs, int threads) {
+  MakeOptions options;
   options.num_envs = num_envs;
   options.threads = threads;
   options.seed = 1;

@@ -13,6 +13,9 @@
 #include "bench/spin.h"
 #include "core/base/checksum.h"
 #include "core/base/thread_pool.h"
+#include "core/env/queries.h"
+#include "core/env/scripted_policy.h"
+#include "core/env/snapshot.h"
 #include "protocol/batch/make.h"
 #include "protocol/batch/rows.h"
 
@@ -112,7 +115,7 @@ ProbeResult probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
   reset_from(env, seed);
   ProbeResult result;
   for (int step = 0; step < kProbeSteps; ++step) {
-    env.act(Policy::kRandom, rollout.actions);
+    ScriptedPolicy(env, Policy::kRandom).act(rollout.actions);
     const double before = seconds([&] { spin(reference, kReferenceTurns); });
     const double spent = rollout.step_seconds();
     const double after = seconds([&] { spin(reference, kReferenceTurns); });
@@ -137,7 +140,7 @@ class TaskSoak {
   }
 
   void visit(int steps, ThreadPool& reference, std::vector<UnstableEpisode>& unstable) {
-    EnvOptions batch_options = batch(kEnvs, reference.threads());
+    MakeOptions batch_options = batch(kEnvs, reference.threads());
     batch_options.seed = options_.seed;
     Rollout rollout(task_.id, batch_options, Policy::kRandom);
     Batch& env = *rollout.env;
@@ -148,20 +151,21 @@ class TaskSoak {
     const auto solved = [&env](int i) {
       return kSoakPolicies[turn_of(i, env.state().episode[i])] == Policy::kOracle;
     };
-    std::uint64_t diverged = env.unstable_count();
+    const Queries queries(env);
+    std::uint64_t diverged = queries.unstable_count();
     const double heap = allocated_bytes();
     const double spent = seconds([&] {
       for (int step = 0; step < steps; ++step) {
         env.step(actions.choose(env, solved));
         count_episodes(env, visit);
-        if (env.unstable_count() == diverged) continue;
-        diverged = env.unstable_count();
+        if (queries.unstable_count() == diverged) continue;
+        diverged = queries.unstable_count();
         note_unstable(env, unstable);
       }
     });
     visit.grown_bytes = allocated_bytes() - heap;
     visit.env_steps_per_second = static_cast<double>(steps) * kEnvs / spent;
-    snapshot_ = env.save();
+    snapshot_ = Snapshotter(env).save();
     task_.visits.push_back(visit);
   }
 
@@ -184,7 +188,7 @@ class TaskSoak {
     if (snapshot_.empty()) {
       reset_from(env, options_.seed);
     } else {
-      env.restore(snapshot_);
+      Snapshotter(env).restore(snapshot_);
     }
   }
 
@@ -289,7 +293,7 @@ class Soak {
   // Batches of several sizes, with and without pictures, that live for a while or not at all.
   void make_and_close(int cycle) const {
     const std::string& id = ids_[static_cast<std::size_t>(cycle) % ids_.size()];
-    EnvOptions batch_options = batch(1 + cycle % 4, 1 + cycle % 5);
+    MakeOptions batch_options = batch(1 + cycle % 4, 1 + cycle % 5);
     if (cycle % 10 == 9) {
       batch_options.obs_mode = ObsMode::kRgb;
       batch_options.images.width = 32;
@@ -304,12 +308,12 @@ class Soak {
     env->reset();
     if (cycle % 3 == 1) return;
     std::vector<float> actions(static_cast<std::size_t>(env->num_envs() * env->action_dim()));
-    env->act(Policy::kOracle, actions);
+    ScriptedPolicy(*env, Policy::kOracle).act(actions);
     env->step(actions);
   }
 
   // A batch that fails halfway must leave nothing behind either.
-  static void refuse(const std::string& id, EnvOptions batch_options) {
+  static void refuse(const std::string& id, MakeOptions batch_options) {
     batch_options.pins = {{"no such draw", {0}}};
     try {
       make(id, batch_options);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/process_usage.h"
-#include "core/env/env_options.h"
+#include "core/env/options.h"
 
 namespace engram::bench {
 

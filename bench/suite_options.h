@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/env_options.h"
+#include "core/env/options.h"
 
 namespace engram::bench {
 
@@ -15,7 +15,7 @@ struct SuiteOptions {
   Policy policy = Policy::kRandom;  // of the physics suite
   int threads = 0;                  // most threads of the scaling suite; 0: one per core
   int num_envs = 0;                 // 0: the suite's own choice
-  int lanes = 0;                    // of the physics suite; see EnvOptions::lanes
+  int lanes = 0;                    // of the physics suite; see MakeOptions::lanes
   std::function<void(double fraction)> progress;  // called between rounds; may be empty
 };
 

@@ -23,7 +23,7 @@ namespace {
 std::vector<Measurement> run_overhead(const SuiteOptions& options) {
   constexpr int kSteps = 400;
   const int n = envs_or(options, 64);
-  EnvOptions bare = batch(n, 1);
+  MakeOptions bare = batch(n, 1);
   bare.substeps = 0;
   const std::string id = ids_or(options, {kMainId}).front();
   Rollout without(id, bare, Policy::kRandom);
@@ -69,7 +69,7 @@ Comparison compare_with_plain(const SuiteOptions& options, Rollout& rollout,
 }
 
 Comparison compare_with_one_lane(const SuiteOptions& options, const std::string& id,
-                                 EnvOptions batch_options) {
+                                 MakeOptions batch_options) {
   constexpr int kSteps = 25;
   Rollout wide(id, batch_options, options.policy);
   batch_options.lanes = 1;
@@ -86,7 +86,7 @@ std::vector<Measurement> run_physics(const SuiteOptions& options) {
   const int total = 3 * static_cast<int>(ids.size());
   for (const std::string& id : ids) {
     const int done = static_cast<int>(rows.size());
-    EnvOptions batch_options = batch(envs_or(options, 64), 1);
+    MakeOptions batch_options = batch(envs_or(options, 64), 1);
     // The plain loop has no curriculum: both get the same live actions.
     batch_options.freeze_cue = false;
     batch_options.lanes = options.lanes;
@@ -138,7 +138,7 @@ std::vector<Measurement> run_objects(const SuiteOptions& options) {
       ids_or(options, {kMainId, "BatteriesCheckerHard-12-VLA-v0"});  // few tokens, and the most
   std::vector<Measurement> rows;
   for (const std::string& id : ids) {
-    EnvOptions batch_options = batch(envs_or(options, 256), 1);
+    MakeOptions batch_options = batch(envs_or(options, 256), 1);
     Rollout state(id, batch_options, options.policy);
     batch_options.obs_mode = ObsMode::kObjects;
     Rollout objects(id, batch_options, options.policy);

@@ -208,7 +208,7 @@ def spaced(parts):
 
 
 def core_enums(indent):
-    numbers = [enum for enum in LIST["enum"] if not enum.get("text")]
+    numbers = [enum for enum in LIST["enum"] if not enum.get("text") and enum["name"] != "rules"]
     return spaced([*enum_in_cpp(enum, False), *names_in_cpp(enum)] for enum in numbers)
 
 
@@ -248,17 +248,19 @@ def c_fields(indent):
     return result
 
 
-def cpp_fields(door, struct=""):
-    """Fields of a struct; door: "cpp" or "core"; struct: which member of the options it is."""
+def cpp_fields(layer, struct="", of=None):
+    """Fields of a struct; layer: "cpp" or "core"; struct: which member of the options it is.
+
+    of: only options of the batch ("batch") or of its task ("task")."""
 
     def lines(indent):
         result = []
         for option in OPTIONS:
-            where, _, field = option[door].rpartition(".")
-            if where != struct:
+            where, _, field = option[layer].rpartition(".")
+            if where != struct or of not in (None, option.get("of", "batch")):
                 continue
-            kind = TYPES[option["type"]][1] if option["type"] else option[door + "_type"]
-            mark = "/// " if door == "cpp" else "// "
+            kind = TYPES[option["type"]][1] if option["type"] else option[layer + "_type"]
+            mark = "/// " if layer == "cpp" else "// "
             result += comment(indent, sentence(option["meaning"], allowed(option)), mark)
             result.append(f"{indent}{kind} {field} = {default_in_cpp(option)};")
         return result
@@ -274,21 +276,26 @@ def limits(indent):
     ]
 
 
-def ranges(indent):
-    """Checks; those of pictures are made where pictures are."""
-    result = []
-    for option in CONVERTED:
-        text = allowed(option, str)
-        if not text or "." in option["core"]:
-            continue
-        if "values" in option:
-            range_ = "{" + ", ".join(map(str, option["values"])) + "}"
-        else:
-            high = grouped(option["high"], "'") if "high" in option else "kNoLimit"
-            range_ = f"{option['low']}, {high}"
-        name = option["name"]
-        result.append(f'{indent}require("{name}", options.{option["core"]}, {range_}, "{text}");')
-    return result
+def ranges(of):
+    """Checks of options of the batch or of its task; those of pictures are made where pictures are."""
+
+    def lines(indent):
+        result = []
+        for option in CONVERTED:
+            text = allowed(option, str)
+            if not text or "." in option["core"] or option.get("of", "batch") != of:
+                continue
+            if "values" in option:
+                range_ = "{" + ", ".join(map(str, option["values"])) + "}"
+            else:
+                high = grouped(option["high"], "'") if "high" in option else "kNoLimit"
+                range_ = f"{option['low']}, {high}"
+            name = option["name"]
+            core = f"options.{option['core']}"
+            result.append(f'{indent}require("{name}", {core}, {range_}, "{text}");')
+        return result
+
+    return lines
 
 
 def c_defaults(indent):
@@ -440,8 +447,14 @@ def table(indent):
 # --- files ---
 
 BLOCKS = {
-    "core/env/env_options.h": {"enums": core_enums, "limits": limits, "fields": cpp_fields("core")},
-    "core/env/env_options.cc": {"ranges": ranges},
+    "core/env/rules.h": {"enum": core_enum("rules")},
+    "core/env/options.h": {
+        "enums": core_enums,
+        "limits": limits,
+        "fields": cpp_fields("core", of="batch"),
+        "task_fields": cpp_fields("core", of="task"),
+    },
+    "core/env/options.cc": {"ranges": ranges("batch"), "task_ranges": ranges("task")},
     "core/sim/control_mode.h": {"enum": core_enum("control_mode")},
     "core/image/image_options.h": {
         "shape": cpp_fields("core", "images"),

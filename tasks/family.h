@@ -1,5 +1,5 @@
-// A family of tasks, as it stands in the registry: what its ids mean to a benchmark, what makes
-// them, and what tests hold them to. Defined in the family's own file.
+// A family of tasks, as it stands in the registry: facts of its ids for a benchmark, the function
+// that makes them, and the expectations of tests. Defined in the family's own file.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ struct TaskRow {
   std::string_view instruction = {};  // where it is not the family's
 };
 
-// What holds for every task of a family. Tests watch that it does.
+// Facts that hold for every task of a family; tests check them.
 struct Expectations {
   // Normalised dense reward of a step without success (docs/rewards.md).
   double least_reward = 0;
@@ -36,7 +36,7 @@ struct Expectations {
   bool moves_untouched = false;  // props are simulated although nobody has touched them
   // Props sink a little while they are simulated: not those that the task puts back or moves.
   bool settles = true;
-  bool goal_for_people = false;  // the human view shows the goal, and so may tell what was hidden
+  bool goal_for_people = false;  // the human view shows the goal, and so may reveal what was hidden
   bool hides = false;            // props are hidden at some time
 };
 
@@ -46,7 +46,7 @@ struct Family {
   // In English; "{angle_deg}" stands for a number of the episode. Empty where tasks have their own.
   std::string_view instruction = {};
   std::span<const TaskRow> tasks;  // in the benchmark's order
-  // constants: what users change of this task, the entry's own included.
+  // constants: all that differ from the task's own, the entry's included.
   std::unique_ptr<Task> (*make)(const RegistryEntry& entry, const ConstantTable& constants);
   Expectations expectations = {};
 };

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <mutex>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
 #include "core/base/nearest.h"
+#include "core/base/process_mutex.h"
 #include "core/env/task.h"
-#include "tasks/variants.h"
 
 // The families, in the benchmark's order. A new one is one line here and its own files.
 #define ENGRAM_FAMILIES(FAMILY)           \
@@ -55,19 +57,63 @@ namespace {
 constexpr const Family* kFamilies[] = {ENGRAM_FAMILIES(ENGRAM_LIST)};
 #undef ENGRAM_LIST
 
-// All tasks of all families, in a row.
-class Table {
+constexpr std::size_t kLongestId = 100;
+
+struct RegisteredVariant {
+  TaskVariant variant;
+  RegistryEntry entry;
+};
+
+// Variants never move: entries and texts are pointed to.
+using VariantList = std::vector<std::unique_ptr<RegisteredVariant>>;
+
+// All tasks: the benchmark's, which never change, then users' variants.
+class TaskRegistry {
  public:
-  Table() noexcept {
+  // Allocates nothing: an allocation could fail where no error can be reported.
+  TaskRegistry() noexcept {
     for (const Family* family : kFamilies) {
       for (const TaskRow& row : family->tasks) add(*family, row);
     }
   }
 
-  std::span<const RegistryEntry> entries() const { return {entries_.data(), count_}; }
+  std::span<const RegistryEntry> benchmark() const noexcept { return {entries_.data(), count_}; }
+
+  const RegistryEntry* find(std::string_view id) const noexcept {
+    const auto found = std::ranges::find(benchmark(), id, &RegistryEntry::id);
+    if (found != benchmark().end()) return &*found;
+    const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
+    const auto own =
+        std::ranges::find(variants_, id, [](const auto& one) { return one->entry.id; });
+    return own == variants_.end() ? nullptr : &(*own)->entry;
+  }
+
+  std::vector<const RegistryEntry*> all() const {
+    std::vector<const RegistryEntry*> entries;
+    for (const RegistryEntry& entry : benchmark()) entries.push_back(&entry);
+    const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
+    for (const auto& one : variants_) entries.push_back(&one->entry);
+    return entries;
+  }
+
+  const RegistryEntry& at(int index) const {
+    const auto place = static_cast<std::size_t>(index);
+    if (place < count_) return entries_[place];
+    const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
+    return variants_.at(place - count_)->entry;
+  }
+
+  // All are in the list, or an exception leaves it as it was.
+  void append(VariantList added) {
+    const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
+    variants_.reserve(variants_.size() + added.size());
+    for (std::unique_ptr<RegisteredVariant>& one : added) {
+      one->entry.index = static_cast<int>(count_ + variants_.size());
+      variants_.push_back(std::move(one));
+    }
+  }
 
  private:
-  // Room without an allocation, which could fail where no error can be told.
   static constexpr std::size_t kMostTasks = 512;
 
   void add(const Family& family, const TaskRow& row) {
@@ -88,19 +134,106 @@ class Table {
 
   std::array<RegistryEntry, kMostTasks> entries_;
   std::size_t count_ = 0;
+  VariantList variants_;  // used under ProcessLock::kVariants
+};
+
+TaskRegistry& task_registry() noexcept {
+  static TaskRegistry tasks;
+  return tasks;
+}
+
+// True for name-vN, Gymnasium's form.
+bool is_id(std::string_view id) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto is_part = [&](char c) {
+    return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
+           c == '_' || c == '.';
+  };
+  const std::size_t version = id.rfind("-v");
+  return version != std::string_view::npos && version > 0 && id.size() <= kLongestId &&
+         id.size() > version + 2 && std::ranges::all_of(id, is_part) &&
+         std::ranges::all_of(id.substr(version + 2), is_digit);
+}
+
+// The same variant, on one of the benchmark's tasks.
+TaskVariant flattened(TaskVariant variant, const RegistryEntry& base) {
+  variant.base = base.base;
+  if (base.constants != nullptr) {
+    variant.constants = merge_constants(*base.constants, variant.constants);
+  }
+  if (variant.instruction.empty()) variant.instruction = base.instruction;
+  return variant;
+}
+
+// Takes the values as the task has them: a whole number stays one where 7.0 was given.
+void take_values(const TaskInfo& info, ConstantTable& constants) {
+  for (auto& [name, value] : constants) {
+    value = std::ranges::find(info.changeable, name, &TaskConstant::name)->value;
+  }
+}
+
+// Variants that are about to be registered, all of them or none.
+class NewVariants {
+ public:
+  void add(const TaskVariant& variant) {
+    const std::string& id = variant.id;
+    if (!is_id(id)) {
+      throw Error(Error::kInvalidArgument,
+                  "id of a variant: '" + id +
+                      "' given, letters, digits and '-_.' that end in -v and " +
+                      "a number allowed, at most " + std::to_string(kLongestId));
+    }
+    const RegistryEntry& base = base_of(variant);
+    TaskVariant own = flattened(variant, base);
+    const std::unique_ptr<Task> task = base.definition->make(base, own.constants);
+    take_values(task->info(), own.constants);
+    if (is_registered(own)) return;
+    list_.push_back(std::make_unique<RegisteredVariant>());
+    RegisteredVariant& added = *list_.back();
+    added.variant = std::move(own);
+    added.entry = base;
+    added.entry.id = added.variant.id;
+    added.entry.horizon = task->info().horizon;
+    added.entry.canonical = false;
+    added.entry.instruction = added.variant.instruction;
+    added.entry.constants = &added.variant.constants;
+  }
+
+  VariantList take() { return std::move(list_); }
+
+ private:
+  const RegistryEntry& base_of(const TaskVariant& variant) const {
+    const auto own =
+        std::ranges::find(list_, variant.base, [](const auto& one) { return one->variant.id; });
+    return own == list_.end() ? require_entry(variant.base) : (*own)->entry;
+  }
+
+  // True for the same variant. Throws Error if another has its id.
+  bool is_registered(const TaskVariant& own) const {
+    const auto added =
+        std::ranges::find(list_, own.id, [](const auto& one) { return one->variant.id; });
+    const RegistryEntry* taken = added == list_.end() ? find_entry(own.id) : &(*added)->entry;
+    if (taken == nullptr) return false;
+    if (taken->constants != nullptr && variant_of(*taken) == own) return true;
+    throw Error(Error::kInvalidArgument,
+                "id '" + own.id + "' is taken, by " +
+                    (taken->constants == nullptr ? "a task of the benchmark"
+                                                 : "a variant that is defined in another way") +
+                    "; another id needed");
+  }
+
+  VariantList list_;
 };
 
 }  // namespace
 
-std::span<const RegistryEntry> registry() noexcept {
-  static const Table table;
-  return table.entries();
-}
+std::span<const RegistryEntry> registry() noexcept { return task_registry().benchmark(); }
 
-const RegistryEntry* find_entry(std::string_view id) noexcept {
-  const auto found = std::ranges::find(registry(), id, &RegistryEntry::id);
-  return found == registry().end() ? find_variant_entry(id) : &*found;
-}
+std::vector<const RegistryEntry*> all_entries() { return task_registry().all(); }
+
+const RegistryEntry& entry_at(int index) { return task_registry().at(index); }
+
+const RegistryEntry* find_entry(std::string_view id) noexcept { return task_registry().find(id); }
 
 const RegistryEntry& require_entry(std::string_view id) {
   if (const RegistryEntry* entry = find_entry(id)) return *entry;
@@ -108,13 +241,41 @@ const RegistryEntry& require_entry(std::string_view id) {
                                      nearest_id(id) + "'? `engram list` shows all");
 }
 
+void register_variants(std::span<const TaskVariant> variants) {
+  // Held from the check that an id is free to its registration.
+  const std::scoped_lock one_at_a_time(process_mutex(ProcessLock::kRegistering));
+  const IeeeScope scope;
+  NewVariants added;
+  for (const TaskVariant& variant : variants) added.add(variant);
+  task_registry().append(added.take());
+}
+
+TaskVariant variant_of(const RegistryEntry& entry) {
+  if (entry.constants == nullptr) return {std::string(entry.id), std::string(entry.id), {}, {}};
+  return {std::string(entry.id), std::string(entry.base), *entry.constants,
+          std::string(entry.instruction)};
+}
+
+ConstantTable merge_constants(const ConstantTable& constants, const ConstantTable& others) {
+  ConstantTable all = constants;
+  for (const auto& [name, value] : others) {
+    const auto found = std::ranges::find(all, name, [](const auto& one) { return one.first; });
+    if (found == all.end()) {
+      all.emplace_back(name, value);
+    } else {
+      found->second = value;
+    }
+  }
+  return all;
+}
+
 std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& constants,
-                                int time_limit) {
+                                int max_episode_steps) {
   RegistryEntry entry = require_entry(id);
-  entry.time_limit = time_limit;
+  entry.max_episode_steps = max_episode_steps;
   const IeeeScope scope;
   if (entry.constants == nullptr) return entry.definition->make(entry, constants);
-  return entry.definition->make(entry, overridden(*entry.constants, constants));
+  return entry.definition->make(entry, merge_constants(*entry.constants, constants));
 }
 
 std::string nearest_id(std::string_view id) {

@@ -1,5 +1,5 @@
-// The registered tasks, the benchmark's own and those that users add: from an id to what it means
-// to a benchmark, and to a task that can be run.
+// The registered tasks, the benchmark's own and those that users add: from an id to the facts that
+// a benchmark needs, and to a task that can be run.
 #pragma once
 
 #include <memory>
@@ -23,31 +23,31 @@ struct RegistryEntry {
   std::string_view instruction;  // in English; "{angle_deg}" stands for a number of the episode
   double oracle_floor = 0;       // least share of episodes that the oracle solves
   const Family* definition = nullptr;
-  // Of a user's variant: the benchmark's task that it changes, and how. Otherwise its own id, and
-  // null.
+  // A user's variant: the benchmark's task that it changes, and its constants. Otherwise its own
+  // id, and null.
   std::string_view base;
   const ConstantTable* constants = nullptr;
   int index = 0;  // place among all_entries()
-  // Of a user's: when episodes are truncated, in control steps, be it too early to succeed; 0: at
+  // Control steps after which a user truncates episodes, even if that is too early to succeed; 0:
   // the horizon.
-  int time_limit = 0;
+  int max_episode_steps = 0;
 };
 
 // A new id for a task with other constants.
-struct VariantDefinition {
+struct TaskVariant {
   std::string id;    // "RememberColor7-Slow-v0"
   std::string base;  // "RememberColor9-VLA-v0"; may be a variant itself
   ConstantTable constants = {};
   std::string instruction = {};  // "": that of the base
 
-  friend bool operator==(const VariantDefinition&, const VariantDefinition&) = default;
+  friend bool operator==(const TaskVariant&, const TaskVariant&) = default;
 };
 
 // Registers all of them, or none, for the life of the process; may be called from any thread. A
-// later one may build on an earlier one; the same definition twice is one. Throws Error: kUnknownId
+// later one may build on an earlier one; the same variant twice is one. Throws Error: kUnknownId
 // if there is no such base or constant, kInvalidArgument if an id is taken or not of the form
 // name-vN, or the base's family refuses the constants.
-void register_variants(std::span<const VariantDefinition> definitions);
+void register_variants(std::span<const TaskVariant> variants);
 
 // The benchmark's tasks, in its order.
 std::span<const RegistryEntry> registry() noexcept;
@@ -57,14 +57,17 @@ std::span<const RegistryEntry> registry() noexcept;
 std::vector<const RegistryEntry*> all_entries();
 const RegistryEntry& entry_at(int index);
 
-// How a variant was defined, its base being one of the benchmark's tasks.
-VariantDefinition definition_of(const RegistryEntry& entry);
+// The variant behind an entry, its base being one of the benchmark's tasks.
+TaskVariant variant_of(const RegistryEntry& entry);
 
 // The task of that exact id, or nullptr.
 const RegistryEntry* find_entry(std::string_view id) noexcept;
 
 // The same. Throws Error with the nearest id if there is none.
 const RegistryEntry& require_entry(std::string_view id);
+
+// Constants in order, those of `others` instead of those of the same name.
+ConstantTable merge_constants(const ConstantTable& constants, const ConstantTable& others);
 
 // The registered id with the fewest edits from `id`, upper and lower case being alike; the first of
 // several. For suggestions in messages.
@@ -73,10 +76,10 @@ std::string nearest_id(std::string_view id);
 // "short", "medium", "long" or "extended".
 std::string_view split_name(Split split) noexcept;
 
-// constants: what users change, by name. Throws Error with the nearest id if there is no such task,
+// constants: a user's values, by name. Throws Error with the nearest id if there is no such task,
 // kUnknownId if it has no such constant, and kInvalidArgument if it cannot be made with these
-// values. time_limit: as in RegistryEntry.
+// values. max_episode_steps: as in RegistryEntry.
 std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& constants = {},
-                                int time_limit = 0);
+                                int max_episode_steps = 0);
 
 }  // namespace engram

@@ -1,4 +1,4 @@
-// How far two environments look alike.
+// Comparison of two environments by their pictures.
 #pragma once
 
 #include <algorithm>
@@ -6,20 +6,32 @@
 #include <vector>
 
 #include "core/env/batch.h"
+#include "core/env/scene_renderer.h"
 
 namespace engram::test {
 
-// Pixels in which a camera's pictures of two batches' first environments differ.
-inline int differing_pixels(Batch& a, Batch& b, const char* camera) {
-  std::vector<std::uint8_t> first(128 * 128 * 3);
-  std::vector<std::uint8_t> second(first.size());
-  a.render(0, camera, 128, 128, first);
-  b.render(0, camera, 128, 128, second);
-  int count = 0;
-  for (std::size_t i = 0; i < first.size(); i += 3) {
-    count += std::equal(&first[i], &first[i] + 3, &second[i]) ? 0 : 1;
+// Pictures of two batches' first environments.
+class PicturePair {
+ public:
+  PicturePair(const Batch& a, const Batch& b) : a_(a), b_(b) {}
+
+  // Pixels in which a camera's pictures differ.
+  int differing_pixels(const char* camera) {
+    constexpr int kSide = 128;
+    std::vector<std::uint8_t> first(kSide * kSide * 3);
+    std::vector<std::uint8_t> second(first.size());
+    a_.render(0, camera, kSide, kSide, first);
+    b_.render(0, camera, kSide, kSide, second);
+    int count = 0;
+    for (std::size_t i = 0; i < first.size(); i += 3) {
+      count += std::equal(&first[i], &first[i] + 3, &second[i]) ? 0 : 1;
+    }
+    return count;
   }
-  return count;
-}
+
+ private:
+  SceneRenderer a_;
+  SceneRenderer b_;
+};
 
 }  // namespace engram::test

@@ -1,4 +1,4 @@
-// What tests that run environments share.
+// Helpers of tests that run environments.
 #pragma once
 
 #include <memory>
@@ -7,13 +7,19 @@
 #include <vector>
 
 #include "core/env/batch.h"
+#include "core/env/scripted_policy.h"
 #include "tasks/registry.h"
 
 namespace engram::test {
 
-inline std::unique_ptr<Batch> make_env(std::string_view id, const EnvOptions& options = {}) {
+// Without a renderer.
+inline std::unique_ptr<Batch> make_env(std::string_view id, const BatchOptions& options = {}) {
+  return std::make_unique<Batch>(make_task(id), options);
+}
+inline std::unique_ptr<Batch> make_env(std::string_view id, const MakeOptions& options) {
+  const BatchOptions& of_batch = options;
   return std::make_unique<Batch>(make_task(id, options.constants, options.max_episode_steps),
-                                 options);
+                                 of_batch);
 }
 
 // The ids of all tasks, or of those of one family.
@@ -64,7 +70,7 @@ inline std::vector<float> zeros(const Batch& env) {
 
 inline std::vector<float> act(Batch& env, Policy policy) {
   std::vector<float> actions = zeros(env);
-  env.act(policy, actions);
+  ScriptedPolicy(env, policy).act(actions);
   return actions;
 }
 

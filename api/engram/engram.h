@@ -1,5 +1,5 @@
 /// @file
-/// engram: batched memory-manipulation tasks on CPUs. The C++ door, a thin layer over engram_c.h.
+/// engram: batched memory-manipulation tasks on CPUs. The C++ API, a thin layer over engram_c.h.
 ///
 ///     #include <engram/engram.h>
 ///
@@ -67,27 +67,27 @@ class ENGRAM_API Error : public std::runtime_error {
 };
 
 // begin options: enums (scripts/options.py writes what stands between these marks)
-/// What a batch observes.
+/// Contents of observations.
 enum class ObsMode {
   kNone = ENGRAM_OBS_NONE,
   /// One row of floats, in "observation".
   kState = ENGRAM_OBS_STATE,
   /// The same row; the description of the batch names its parts.
   kStateDict = ENGRAM_OBS_STATE_DICT,
-  /// Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
+  /// Images in "rgb" and "proprio"; "observation", which would reveal the hidden quantity, stays
   /// empty.
   kRgb = ENGRAM_OBS_RGB,
-  /// One row of floats, in "observation": the robot, and what cameras could tell of the objects;
+  /// One row of floats, in "observation": the robot, and what cameras can show of the objects;
   /// nothing that is hidden.
   kObjects = ENGRAM_OBS_OBJECTS,
   /// The same row; the description of the batch names its parts.
   kObjectsDict = ENGRAM_OBS_OBJECTS_DICT,
-  /// As rgb, and "depth": mm along the axis of the camera to what each pixel shows.
+  /// Rgb, and "depth": mm along the axis of the camera to what each pixel shows.
   kRgbDepth = ENGRAM_OBS_RGB_DEPTH,
-  /// As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+  /// Rgb, and "segmentation": an index for each pixel; the description of the batch names the
   /// values.
   kRgbSegmentation = ENGRAM_OBS_RGB_SEGMENTATION,
-  /// As rgb, and both.
+  /// Rgb, and both.
   kRgbDepthSegmentation = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION,
 };
 
@@ -101,7 +101,7 @@ enum class RewardMode {
   kNormalizedDense = ENGRAM_REWARD_NORMALIZED_DENSE,
 };
 
-/// What happens to an environment whose episode has ended, in Gymnasium's terms.
+/// Treatment of an environment whose episode has ended, in Gymnasium's terms.
 enum class AutoReset {
   /// The next step ignores its action and returns the first observation of a new episode.
   kNextStep = ENGRAM_AUTO_RESET_NEXT_STEP,
@@ -111,17 +111,17 @@ enum class AutoReset {
   kOff = ENGRAM_AUTO_RESET_OFF,
 };
 
-/// What a step does with an environment whose episode has ended, where nothing resets it.
+/// Effect of a step on an environment whose episode has ended, where nothing resets it.
 enum class AfterEnd {
   /// It keeps its last outputs, with reward 0, until it is reset.
   kHold = ENGRAM_AFTER_END_HOLD,
-  /// It is simulated on; success, reward and endings are told as in any step.
+  /// It is simulated on; success, reward and endings are reported as in any step.
   kContinue = ENGRAM_AFTER_END_CONTINUE,
   /// Steps are refused until it is reset.
   kRefuse = ENGRAM_AFTER_END_REFUSE,
 };
 
-/// Who chooses actions when the batch itself is asked to.
+/// Source of the actions that the batch itself chooses.
 enum class Policy {
   kZero = ENGRAM_POLICY_ZERO,
   /// Uniform over the action space.
@@ -134,15 +134,15 @@ enum class Policy {
   kSweep = ENGRAM_POLICY_SWEEP,
 };
 
-/// Whose rules a task follows where the original's code differs from what it is meant to do.
+/// Rule set of a task, where the original's code differs from what it is meant to do.
 enum class Rules {
   /// Engram's own, which follow the benchmark's documentation.
   kReference = ENGRAM_RULES_REFERENCE,
-  /// What the original's code does, as far as a task option can say it.
+  /// The original's code, as far as a task option can express it.
   kOriginal = ENGRAM_RULES_ORIGINAL,
 };
 
-/// What actions mean; in brackets their dimension.
+/// Meaning of actions; in brackets their dimension.
 enum class ControlMode {
   kPdJointDeltaPos,        ///< (8)
   kPdJointPos,             ///< (8) not normalised
@@ -170,7 +170,7 @@ struct TaskOption {
   double value = 0;
 };
 
-/// Of rgb observations.
+/// Options of rgb observations.
 struct ImageOptions {
   // begin options: images
   /// Width of rgb observations. 1 to 4096 pixels.
@@ -179,7 +179,7 @@ struct ImageOptions {
   int height = 128;
   /// Cameras of rgb observations, in channel order.
   std::vector<std::string> cameras = {"base_camera", "hand_camera"};
-  /// Who draws rgb observations. "cpu" or "egl".
+  /// Renderer of rgb observations. "cpu" or "egl".
   std::string renderer = "cpu";
   /// Shadows in rgb observations.
   bool shadows = false;
@@ -199,22 +199,22 @@ struct EnvOptions {
   int threads = 0;
   /// Most environments that a thread claims at a time. 0 (chosen) or more.
   int chunk = 0;
-  /// What is observed.
+  /// Contents of observations.
   ObsMode obs_mode = ObsMode::kState;
-  /// Objects modes: whether observations tell the time, as a share of the horizon.
+  /// Objects modes: elapsed time in observations, as a share of the horizon.
   bool observe_time = false;
   /// The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
-  /// What actions mean.
+  /// Meaning of actions.
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
-  /// What happens to an environment whose episode has ended.
+  /// Treatment of an environment whose episode has ended.
   AutoReset auto_reset = AutoReset::kNextStep;
   /// Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.
   int rotation_sign = -1;
   /// Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
   /// does so.
   bool freeze_cue = true;
-  /// Whether episodes end at success, whatever the task's own rule.
+  /// End of episodes at success, whatever the task's own rule.
   std::optional<bool> terminate_on_success = std::nullopt;
   /// Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad.
   double robot_init_qpos_noise = 0.02;
@@ -231,24 +231,24 @@ struct EnvOptions {
   std::vector<TaskOption> task_options = {};
   /// Constants of the task that differ from its own, by name: docs/variants.md.
   std::string constants = {};
-  /// Whose rules the task follows: the default of every task option; task_options win.
+  /// Rule set of the task: the default of every task option; task_options win.
   Rules rules = Rules::kReference;
   /// Soft shadows in pictures of render_camera; the original benchmark has none.
   bool render_shadows = false;
-  /// Whether episodes end at failure where the task's rule says so; off, with terminate_on_success
-  /// off as well: at the horizon only.
+  /// End of episodes at failure, where the task's rule has it; off, with terminate_on_success off
+  /// as well: at the horizon only.
   bool terminate_on_failure = true;
-  /// Auto-reset off: what a step does with an environment whose episode has ended.
+  /// Auto-reset off: effect of a step on an environment whose episode has ended.
   AfterEnd after_end = AfterEnd::kHold;
-  /// Control steps after which episodes are truncated, be it too early to succeed, instead of the
-  /// task's horizon. 0 (unset) to 1,000,000.
+  /// Control steps after which episodes are truncated, even if that is too early to succeed,
+  /// instead of the task's horizon. 0 (unset) to 1,000,000.
   int max_episode_steps = 0;
   // end options
   ImageOptions images = {};
 };
 
-/// Which environments to reset, and how. What is left empty: all environments; seeds, pins and
-/// ranges as before.
+/// Environments to reset, and their new seeds, pins and ranges. Empty members: all environments;
+/// seeds, pins and ranges as before.
 struct ResetRequest {
   std::span<const std::uint8_t> mask = {};    ///< N values, non-zero: reset
   std::span<const std::uint64_t> seeds = {};  ///< N values; masked-out ones are ignored
@@ -298,7 +298,7 @@ struct Image {
   std::vector<std::uint8_t> rgb;  ///< (height, width, 3)
 };
 
-/// Where the matrices of a camera go; empty spans are left out.
+/// Destinations of a camera's matrices; empty spans are left out.
 struct CameraParams {
   /// (N, 3, 4) from the world to the camera: x right, y down, z forward.
   std::span<float> extrinsic_cv = {};
@@ -319,8 +319,8 @@ class VectorEnv {
   /// See make().
   VectorEnv(const std::string& id, const EnvOptions& options);
 
-  // --- what it is ---
-  /// Of the task.
+  // --- facts ---
+  /// Id of the task.
   const std::string& id() const { return id_; }
   int num_envs() const { return num_envs_; }
   int num_threads() const { return engram_num_threads(handle_.get()); }
@@ -401,7 +401,7 @@ class VectorEnv {
   Image render(int env, const std::string& camera = "render_camera", int width = 512,
                int height = 512) const;
 
-  // --- on demand: no part of observations ---
+  // --- queries: no part of observations ---
   /// The robot in every observation mode: qpos (N, 9) and qvel (N, 9), arm joints and fingers, rad
   /// and m; tcp_pose (N, 7), position in m and quaternion (w, x, y, z) in the world. Empty spans
   /// are left out. Throws Error for other lengths, and before the first reset; so do the next two.
@@ -410,7 +410,7 @@ class VectorEnv {
   void camera_params(const std::string& camera, int width, int height,
                      const CameraParams& out) const;
   /// Values that episodes have drawn, (N, drawn_dim): "drawn" of describe() names them, in order.
-  /// They tell what policies must not know.
+  /// They reveal what policies must not know.
   void drawn(std::span<float> values) const;
   int drawn_dim() const { return engram_drawn_dim(handle_.get()); }
 

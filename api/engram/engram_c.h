@@ -1,5 +1,5 @@
 /** @file
- * engram: batched memory-manipulation tasks on CPUs. The plain-C door.
+ * engram: batched memory-manipulation tasks on CPUs. The plain C API.
  *
  *     engram_options options;
  *     engram_options_init(&options);
@@ -86,27 +86,27 @@ ENGRAM_API engram_status engram_load_variants(const char* path);
 /* ---- options ---- */
 
 /* begin options: obs_mode (scripts/options.py writes what stands between these marks) */
-/** What a batch observes. */
+/** Contents of observations. */
 typedef enum engram_obs_mode {
   ENGRAM_OBS_NONE = 0,
   /** One row of floats, in "observation". */
   ENGRAM_OBS_STATE = 1,
   /** The same row; the description of the batch names its parts. */
   ENGRAM_OBS_STATE_DICT = 2,
-  /** Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
+  /** Images in "rgb" and "proprio"; "observation", which would reveal the hidden quantity, stays
    * empty. */
   ENGRAM_OBS_RGB = 3,
-  /** One row of floats, in "observation": the robot, and what cameras could tell of the objects;
+  /** One row of floats, in "observation": the robot, and what cameras can show of the objects;
    * nothing that is hidden. */
   ENGRAM_OBS_OBJECTS = 4,
   /** The same row; the description of the batch names its parts. */
   ENGRAM_OBS_OBJECTS_DICT = 5,
-  /** As rgb, and "depth": mm along the axis of the camera to what each pixel shows. */
+  /** Rgb, and "depth": mm along the axis of the camera to what each pixel shows. */
   ENGRAM_OBS_RGB_DEPTH = 6,
-  /** As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+  /** Rgb, and "segmentation": an index for each pixel; the description of the batch names the
    * values. */
   ENGRAM_OBS_RGB_SEGMENTATION = 7,
-  /** As rgb, and both. */
+  /** Rgb, and both. */
   ENGRAM_OBS_RGB_DEPTH_SEGMENTATION = 8
 } engram_obs_mode;
 /* end options */
@@ -124,7 +124,7 @@ typedef enum engram_reward_mode {
 /* end options */
 
 /* begin options: auto_reset */
-/** What happens to an environment whose episode has ended, in Gymnasium's terms. */
+/** Treatment of an environment whose episode has ended, in Gymnasium's terms. */
 typedef enum engram_auto_reset {
   /** The next step ignores its action and returns the first observation of a new episode. */
   ENGRAM_AUTO_RESET_NEXT_STEP = 0,
@@ -136,11 +136,11 @@ typedef enum engram_auto_reset {
 /* end options */
 
 /* begin options: after_end */
-/** What a step does with an environment whose episode has ended, where nothing resets it. */
+/** Effect of a step on an environment whose episode has ended, where nothing resets it. */
 typedef enum engram_after_end {
   /** It keeps its last outputs, with reward 0, until it is reset. */
   ENGRAM_AFTER_END_HOLD = 0,
-  /** It is simulated on; success, reward and endings are told as in any step. */
+  /** It is simulated on; success, reward and endings are reported as in any step. */
   ENGRAM_AFTER_END_CONTINUE = 1,
   /** Steps are refused until it is reset. */
   ENGRAM_AFTER_END_REFUSE = 2
@@ -175,28 +175,28 @@ typedef struct engram_options {
   int32_t substeps;
   /** Environment i has seed + i. Default 0. */
   uint64_t seed;
-  /** What is observed. An engram_obs_mode; default ENGRAM_OBS_STATE. */
+  /** Contents of observations. An engram_obs_mode; default ENGRAM_OBS_STATE. */
   int32_t obs_mode;
   /** The reward of a step. An engram_reward_mode; default ENGRAM_REWARD_NORMALIZED_DENSE. */
   int32_t reward_mode;
-  /** What happens to an environment whose episode has ended. An engram_auto_reset; default
+  /** Treatment of an environment whose episode has ended. An engram_auto_reset; default
    * ENGRAM_AUTO_RESET_NEXT_STEP. */
   int32_t auto_reset;
-  /** What actions mean. Default "pd_ee_delta_pose". */
+  /** Meaning of actions. Default "pd_ee_delta_pose". */
   const char* control_mode;
   /** Sign of rotation actions; -1 as the original benchmark has it. -1 or 1; default -1. */
   int32_t rotation_sign;
   /** Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
    * does so. Default 1. */
   int32_t freeze_cue;
-  /** Whether episodes end at success, whatever the task's own rule. -1 (the task's own rule), 0 or
-   * 1; default -1. */
+  /** End of episodes at success, whatever the task's own rule. -1 (the task's own rule), 0 or 1;
+   * default -1. */
   int32_t terminate_on_success;
   /** Shortcuts of the physics; off: none of them, for comparison. Default 1. */
   int32_t sleep;
   /** Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad; default 0.02. */
   double robot_init_qpos_noise;
-  /** Objects modes: whether observations tell the time, as a share of the horizon. Default 0. */
+  /** Objects modes: elapsed time in observations, as a share of the horizon. Default 0. */
   int32_t observe_time;
   /** Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
    * same. 0, 1, 2, 4 or 8; default 0. */
@@ -209,8 +209,8 @@ typedef struct engram_options {
   size_t num_task_options;
   /** Constants of the task that differ from its own, by name: docs/variants.md. Default none. */
   const char* constants; /**< a JSON object: {"COLORS": 7, "CUE_PHASE_STEPS": [3, 5]}; NULL: none */
-  /** Whose rules the task follows: the default of every task option; task_options win. An
-   * engram_rules; default ENGRAM_RULES_REFERENCE. */
+  /** Rule set of the task: the default of every task option; task_options win. An engram_rules;
+   * default ENGRAM_RULES_REFERENCE. */
   int32_t rules;
   /** Width of rgb observations. 1 to 4096 pixels; default 128. */
   int32_t image_width;
@@ -219,7 +219,7 @@ typedef struct engram_options {
   /** Cameras of rgb observations, in channel order. Default base_camera, hand_camera. */
   const char* const* cameras; /**< num_cameras names; NULL: the default */
   size_t num_cameras;
-  /** Who draws rgb observations. "cpu" or "egl"; default "cpu". */
+  /** Renderer of rgb observations. "cpu" or "egl"; default "cpu". */
   const char* renderer;
   /** Shadows in rgb observations. Default 0. */
   int32_t shadows;
@@ -227,14 +227,14 @@ typedef struct engram_options {
   int32_t antialias;
   /** Soft shadows in pictures of render_camera; the original benchmark has none. Default 0. */
   int32_t render_shadows;
-  /** Whether episodes end at failure where the task's rule says so; off, with terminate_on_success
-   * off as well: at the horizon only. Default 1. */
+  /** End of episodes at failure, where the task's rule has it; off, with terminate_on_success off
+   * as well: at the horizon only. Default 1. */
   int32_t terminate_on_failure;
-  /** Auto-reset off: what a step does with an environment whose episode has ended. An
+  /** Auto-reset off: effect of a step on an environment whose episode has ended. An
    * engram_after_end; default ENGRAM_AFTER_END_HOLD. */
   int32_t after_end;
-  /** Control steps after which episodes are truncated, be it too early to succeed, instead of the
-   * task's horizon. 0 (unset) to 1,000,000; default 0. */
+  /** Control steps after which episodes are truncated, even if that is too early to succeed,
+   * instead of the task's horizon. 0 (unset) to 1,000,000; default 0. */
   int32_t max_episode_steps;
   /* end options */
 } engram_options;
@@ -248,7 +248,7 @@ typedef struct engram_env engram_env;
 
 /** Makes a batch of the task with that id. options: NULL for the defaults, else initialised by
  * engram_options_init; nothing in it is used after the call. Fails with ENGRAM_UNKNOWN_ID (the
- * message tells the nearest id), ENGRAM_INVALID_ARGUMENT or ENGRAM_UNAVAILABLE, and then *env is
+ * message names the nearest id), ENGRAM_INVALID_ARGUMENT or ENGRAM_UNAVAILABLE, and then *env is
  * NULL. */
 ENGRAM_API engram_status engram_make(const char* id, const engram_options* options,
                                      engram_env** env);
@@ -257,7 +257,7 @@ ENGRAM_API engram_status engram_make(const char* id, const engram_options* optio
  */
 ENGRAM_API void engram_close(engram_env* env);
 
-/* ---- what a batch is ---- */
+/* ---- facts about a batch ---- */
 
 ENGRAM_API int32_t engram_num_envs(const engram_env* env);
 ENGRAM_API int32_t engram_num_threads(const engram_env* env);
@@ -273,6 +273,11 @@ ENGRAM_API const float* engram_action_high(const engram_env* env);
  * for the life of the handle. NULL, with a message, if there is no memory for it or the handle is
  * in use. */
 ENGRAM_API const char* engram_describe_json(engram_env* env);
+/** The same without a handle: *description is that of a batch that engram_make would make, to be
+ * freed by engram_free_text; NULL if the call fails, as engram_make would. num_envs and threads
+ * change nothing. */
+ENGRAM_API engram_status engram_describe_task_json(const char* id, const engram_options* options,
+                                                   char** description);
 /** Environment steps in which physics diverged, since the batch was made. */
 ENGRAM_API uint64_t engram_unstable_count(const engram_env* env);
 
@@ -307,17 +312,17 @@ ENGRAM_API engram_status engram_step_async(engram_env* env, const float* actions
 ENGRAM_API engram_status engram_step_wait(engram_env* env);
 
 /* begin options: rules */
-/** Whose rules a task follows where the original's code differs from what it is meant to do. */
+/** Rule set of a task, where the original's code differs from what it is meant to do. */
 typedef enum engram_rules {
   /** Engram's own, which follow the benchmark's documentation. */
   ENGRAM_RULES_REFERENCE = 0,
-  /** What the original's code does, as far as a task option can say it. */
+  /** The original's code, as far as a task option can express it. */
   ENGRAM_RULES_ORIGINAL = 1
 } engram_rules;
 /* end options */
 
 /* begin options: policy */
-/** Who chooses actions when the batch itself is asked to. */
+/** Source of the actions that the batch itself chooses. */
 typedef enum engram_policy {
   ENGRAM_POLICY_ZERO = 0,
   /** Uniform over the action space. */
@@ -334,7 +339,7 @@ typedef enum engram_policy {
 /** Writes actions for the next step, (N, action_dim) floats; count: N * action_dim. */
 ENGRAM_API engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count);
 
-/* ---- what comes out ---- */
+/* ---- outputs ---- */
 
 typedef enum engram_dtype {
   ENGRAM_BOOL = 0, /**< one byte, 0 or 1 */
@@ -366,8 +371,8 @@ typedef struct engram_array {
  * shape (N). */
 ENGRAM_API engram_status engram_output(engram_env* env, const char* name, engram_array* array);
 /** The same at the end of the episode that ended last in each environment; the output "final_mask"
- * (N) tells for which environments that was in this step. All but final_mask are kept. Refused with
- * ENGRAM_BAD_STATE unless auto_reset is same-step. */
+ * (N) is 1 for the environments where that was in this step. All but final_mask are kept. Refused
+ * with ENGRAM_BAD_STATE unless auto_reset is same-step. */
 ENGRAM_API engram_status engram_final_output(engram_env* env, const char* name,
                                              engram_array* array);
 /** Outputs by number, 0 to engram_num_outputs - 1. */
@@ -384,7 +389,7 @@ ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char
 ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const char* camera,
                                        int32_t width, int32_t height, uint8_t* rgb, size_t size);
 
-/* ---- on demand: no part of observations ---- */
+/* ---- queries: no part of observations ---- */
 
 /** The robot in all environments, in every observation mode: qpos (N, 9) and qvel (N, 9), arm
  * joints and fingers, rad and m; tcp_pose (N, 7), position in m and quaternion (w, x, y, z) in the
@@ -400,7 +405,7 @@ ENGRAM_API engram_status engram_camera_params(engram_env* env, const char* camer
                                               float* cam2world_gl, float* intrinsic_cv);
 /** Values that an episode has drawn, such as the lengths of its phases: how many of them there are
  * ("drawn" of engram_describe_json names them, in order), and those of all environments, row by
- * row; count: N * engram_drawn_dim. They tell what policies must not know. */
+ * row; count: N * engram_drawn_dim. They reveal what policies must not know. */
 ENGRAM_API int32_t engram_drawn_dim(const engram_env* env);
 ENGRAM_API engram_status engram_drawn(engram_env* env, float* values, size_t count);
 
@@ -452,7 +457,8 @@ typedef struct engram_policy_reply engram_policy_reply;
 ENGRAM_API engram_status engram_policy_set(engram_policy_reply* reply, int32_t row,
                                            const float* actions, const int64_t* shape,
                                            int32_t ndim);
-/** Why the policy cannot answer; the callback then returns something else than 0. */
+/** Sets the reason why the policy cannot answer; the callback then returns something else than
+ * 0. */
 ENGRAM_API engram_status engram_policy_fail(engram_policy_reply* reply, const char* message);
 
 /** Answers a request by setting every row; returns 0, or anything else to end the evaluation.
@@ -460,7 +466,7 @@ ENGRAM_API engram_status engram_policy_fail(engram_policy_reply* reply, const ch
 typedef int (*engram_policy_callback)(void* user, const engram_policy_request* request,
                                       engram_policy_reply* reply);
 
-/** Progress of an evaluation, told several times a second by the thread that called
+/** Progress of an evaluation, reported several times a second by the thread that called
  * engram_evaluate. Returns 0, or anything else to end the evaluation. */
 typedef int (*engram_progress_callback)(void* user, int32_t episodes, int32_t all_episodes,
                                         uint64_t env_steps);

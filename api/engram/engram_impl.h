@@ -1,4 +1,4 @@
-// How engram.h works. Include that one.
+// Implementation of engram.h. Include that one.
 #ifndef ENGRAM_ENGRAM_IMPL_H
 #define ENGRAM_ENGRAM_IMPL_H
 
@@ -24,7 +24,7 @@ inline const char* checked(const char* text) {
   throw Error(Error::Kind::kInvalidArgument, message);
 }
 
-// A text as the C door takes it. That would end at a character 0, and mean something else.
+// Converts a text for the C API, where it would end at a character 0, and mean something else.
 inline const char* c_text(const std::string& text) {
   const std::size_t end = text.find('\0');
   if (end == std::string::npos) return text.c_str();
@@ -47,7 +47,7 @@ inline constexpr std::array kControlModeNames = {
 };
 // end options
 
-// Options as the C door takes them.
+// Conversions of options for the C API.
 inline std::int32_t plain(int value) { return value; }
 inline std::uint64_t plain(std::uint64_t value) { return value; }
 inline double plain(double value) { return value; }
@@ -327,7 +327,7 @@ inline void VectorEnv::drawn(std::span<float> values) const {
   detail::check(engram_drawn(handle(), values.data(), values.size()));
 }
 
-// `index` as the C door counts, where -1 is the whole batch, from one that must be an environment.
+// Converts an index that must be an environment for the C API, where -1 is the whole batch.
 inline int VectorEnv::slot(int env) const { return env == ENGRAM_WHOLE_BATCH ? num_envs_ : env; }
 
 inline Snapshot VectorEnv::save_index(int index) const {

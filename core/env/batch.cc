@@ -25,14 +25,14 @@ constexpr int kTcpPoseDim = 7;
 
 // Several claims per worker, since some environments take longer than others; several environments
 // per claim, since workers share the counter of claims, and whole blocks of lanes at best.
-int chosen_chunk(const EnvOptions& options) {
+int chosen_chunk(const BatchOptions& options) {
   const int lanes = options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
   const int share = (options.num_envs + options.threads - 1) / options.threads;
   const int chunk = std::clamp(options.num_envs / (options.threads * 8), 1, 16);
   return chunk < lanes ? std::min(lanes, share) : chunk - chunk % lanes;
 }
 
-EnvOptions checked(EnvOptions options) {
+BatchOptions checked(BatchOptions options) {
   check_ranges(options);
   if (options.threads == 0) {
     options.threads =
@@ -43,19 +43,20 @@ EnvOptions checked(EnvOptions options) {
   return options;
 }
 
-std::vector<Draw> all_draws(const TaskInfo& info) {
-  std::vector<Draw> draws = {{kRobotNoiseDraw, kArmJoints, false, -1, 1, "rad",
-                              "added to the seven arm joints of the start pose"}};
-  draws.insert(draws.end(), info.draws.begin(), info.draws.end());
-  return draws;
+// The engine's variable first, then the task's.
+std::vector<RandomVariable> all_variables(const TaskInfo& info) {
+  std::vector<RandomVariable> variables = {{kRobotNoiseVariable, kArmJoints, false, -1, 1, "rad",
+                                            "added to the seven arm joints of the start pose"}};
+  variables.insert(variables.end(), info.random_variables.begin(), info.random_variables.end());
+  return variables;
 }
 
 }  // namespace
 
-Batch::Batch(std::unique_ptr<Task> task, const EnvOptions& options, RendererFactory renderers)
+Batch::Batch(std::unique_ptr<Task> task, const BatchOptions& options, RendererFactory renderers)
     : Batch(IeeeScope{}, std::move(task), options, std::move(renderers)) {}
 
-Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const EnvOptions& options,
+Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const BatchOptions& options,
              RendererFactory renderers)
     : task_(std::move(task)),
       options_(checked(options)),
@@ -69,7 +70,7 @@ Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const EnvOp
           *model_, SimulatorOptions{options_.substeps, options_.sleep, options_.lanes},
           options_.threads, options_.num_envs)),
       renderers_(std::move(renderers)),
-      tokens_(task_->looks()),
+      tokens_(task_->object_descriptors()),
       memory_(options_.num_envs),
       pin_memory_(options_.num_envs),
       outputs_(options_.num_envs),
@@ -90,13 +91,14 @@ Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const EnvOp
 
 Batch::~Batch() = default;
 
-// Adds all columns: the engine's memory and outputs, then the task's.
+// Adds all columns: the engine's memory and outputs, then the task's. Their order is part of a
+// snapshot's signature.
 void Batch::allocate() {
   const TaskInfo& info = task_->info();
   state_ = State(memory_, static_cast<int>(model_->props().size()));
   const bool goes_on = options_.after_end == AfterEnd::kContinue;
   memory_.limit("elapsed", 0, goes_on ? kMostElapsed : info.horizon);
-  pins_ = PinTable(pin_memory_, all_draws(info));
+  pins_ = PinTable(pin_memory_, all_variables(info));
   bindings_.state = &state_;
   bindings_.options = option_values_;
   bindings_.arm = &model_->arm();
@@ -110,7 +112,17 @@ void Batch::allocate() {
   bindings_.previous_action = memory_.add<float>("previous_action", action_dim());
   tokens_.bind(memory_);
   bindings_.freeze_steps = memory_.add<std::int32_t>("freeze_steps");
+  add_state_fields();
+  add_outputs();
+  task_->bind(bindings_);
+  if (observes_pictures(options_.obs_mode)) add_images();
+  if (observes_objects(options_.obs_mode)) add_objects();
+  final_outputs_.add_like(outputs_);
+  final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
+}
 
+void Batch::add_state_fields() {
+  const std::vector<Field>& of_task = task_->info().state_fields;
   state_fields_ = {{"qpos", kRobotJoints, DType::kFloat32, "rad, m", "arm joints, fingers"},
                    {"qvel", kRobotJoints, DType::kFloat32, "rad/s, m/s", "arm joints, fingers"}};
   if (controller_->state_dim() > 0) {
@@ -119,10 +131,13 @@ void Batch::allocate() {
   }
   state_fields_.push_back(
       {"tcp_pose", kTcpPoseDim, DType::kFloat32, "m", "position, quaternion (w, x, y, z)"});
-  state_fields_.insert(state_fields_.end(), info.state_fields.begin(), info.state_fields.end());
+  state_fields_.insert(state_fields_.end(), of_task.begin(), of_task.end());
+}
+
+void Batch::add_outputs() {
+  const TaskInfo& info = task_->info();
   int dim = 0;
   for (const Field& field : state_fields_) dim += field.width;
-
   observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation",
                                      observes_state(options_.obs_mode));
   proprio_ = outputs_.add<float>("proprio", kProprioDim, "m, rad",
@@ -148,24 +163,34 @@ void Batch::allocate() {
     bindings_.task_cue = outputs_.add_privileged<float>("task_cue", info.task_cue_dim);
   }
   if (!info.answer.empty()) bindings_.answers.bind(outputs_);
-  task_->bind(bindings_);
-  const ObsMode mode = options_.obs_mode;
-  if (observes_pictures(mode)) {
-    if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
-    const ImageKinds kinds = {observes_depth(mode), observes_segmentation(mode)};
-    images_ = std::make_unique<ImageBatch>(*model_, document(), options_.images, kinds, renderers_,
-                                           options_.image_options, num_envs(), options_.threads,
-                                           options_.auto_reset == AutoReset::kSameStep);
-  }
-  if (observes_objects(mode)) {
-    objects_ = std::make_unique<ObjectView>(
-        info, tokens_,
-        ObjectViewOptions{.num_envs = num_envs(),
-                          .time = options_.observe_time,
-                          .keeps_final = options_.auto_reset == AutoReset::kSameStep});
-  }
-  final_outputs_.add_like(outputs_);
-  final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
+}
+
+void Batch::add_images() {
+  if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
+  const ImageKinds kinds = {observes_depth(options_.obs_mode),
+                            observes_segmentation(options_.obs_mode)};
+  images_ = std::make_unique<ImageBatch>(
+      *model_, task_->document(), options_.images, kinds, renderers_, options_.image_options,
+      num_envs(), options_.threads, options_.auto_reset == AutoReset::kSameStep);
+}
+
+void Batch::add_objects() {
+  objects_ = std::make_unique<ObjectView>(
+      task_->info(), tokens_,
+      ObjectViewOptions{.num_envs = num_envs(),
+                        .time = options_.observe_time,
+                        .keeps_final = options_.auto_reset == AutoReset::kSameStep});
+}
+
+void Batch::check_env(int env) const {
+  if (env >= 0 && env < num_envs()) return;
+  throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
+                                           std::to_string(num_envs() - 1) + " allowed");
+}
+
+void Batch::require_started(const char* what) const {
+  if (started_) return;
+  throw Error(Error::kBadState, std::string(what) + " before the first reset; reset first");
 }
 
 // --- reset ---
@@ -176,9 +201,9 @@ void Batch::reset(const ResetRequest& request) {
   if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
   if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
   if (request.pins != nullptr) pins_.check(*request.pins);
-  const std::vector<Narrowing> ranges = request.constants != nullptr
-                                            ? pins_.narrowings(*request.constants)
-                                            : std::vector<Narrowing>();
+  const std::vector<NarrowedRange> ranges = request.constants != nullptr
+                                                ? pins_.narrowed_ranges(*request.constants)
+                                                : std::vector<NarrowedRange>();
   const auto selected = [&request](int env) {
     return request.mask.empty() || request.mask[static_cast<std::size_t>(env)] != 0;
   };
@@ -209,7 +234,7 @@ void Batch::reset(const ResetRequest& request) {
       if (request.constants != nullptr) pins_.narrow(env, ranges);
       reset_env(worker, env, seed, episode);
       mark(clock(worker), StepPart::kReset);
-      draw(worker, env);
+      render_observation(worker, env);
       final_mask_[static_cast<std::size_t>(env)] = 0;
     }
   });
@@ -244,7 +269,7 @@ void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t epi
 // --- step ---
 
 void Batch::check_actions(std::span<const float> actions) const {
-  if (!started_) throw Error(Error::kBadState, "step before the first reset; reset first");
+  require_started("step");
   const auto dim = static_cast<std::size_t>(action_dim());
   require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
   const auto bad = std::find_if_not(actions.begin(), actions.end(),
@@ -290,7 +315,7 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
       if (options_.auto_reset != AutoReset::kOff) {
         reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
         mark(clock(worker), StepPart::kReset);
-        draw(worker, env);
+        render_observation(worker, env);
       } else {
         reward_[env] = 0;
       }
@@ -354,7 +379,7 @@ void Batch::finish_steps(int worker, Range envs) {
   compute_rewards(envs);
   for (int env = envs.begin; env < envs.end; ++env) {
     mark(time, StepPart::kTask);
-    draw(worker, env);
+    render_observation(worker, env);
     finish_step(worker, env);
   }
   mark(time, StepPart::kTask);
@@ -371,7 +396,7 @@ void Batch::evaluate(Range envs) {
   }
 }
 
-// What policies and learners see.
+// False if policies or learners would see NaN or infinity.
 bool Batch::outputs_finite(int env) const {
   const auto all_finite = [](std::span<const float> values) {
     bool finite = true;
@@ -420,10 +445,10 @@ void Batch::finish_step(int worker, int env) {
   terminated_[env] = flags[0];
   truncated_[env] = flags[1];
   unstable_[env] = flags[2];
-  draw(worker, env);
+  render_observation(worker, env);
 }
 
-void Batch::draw(int worker, int env) {
+void Batch::render_observation(int worker, int env) {
   if (!images_) return;
   images_->render(worker, state_, env);
   mark(clock(worker), StepPart::kRender);

@@ -1,8 +1,7 @@
-// What a batch shows: observations, rewards, and all outputs by name.
+// Outputs of a batch: observations, rewards, images, and all of them by name.
 #include <algorithm>
 
 #include "core/base/error.h"
-#include "core/base/ieee_scope.h"
 #include "core/base/join.h"
 #include "core/env/batch.h"
 
@@ -31,12 +30,6 @@ void Batch::observe(Range envs) {
 void Batch::observe_objects(int env) {
   const float* cue = info().task_cue_dim > 0 ? bindings_.task_cue.row(env) : nullptr;
   objects_->write(state_, env, bindings_.stream_key(env), cue);
-}
-
-std::size_t Batch::object_bytes() const {
-  if (!objects_) return 0;
-  const std::size_t rows = options_.auto_reset == AutoReset::kSameStep ? 2 : 1;
-  return rows * sizeof(float) * static_cast<std::size_t>(objects_->width());
 }
 
 void Batch::observe_state(Range envs) {
@@ -98,6 +91,26 @@ std::span<const std::uint8_t> Batch::success() const { return whole(bindings_.su
 std::span<const std::uint8_t> Batch::unstable() const { return whole(unstable_); }
 std::span<const std::uint8_t> Batch::final_mask() const { return final_mask_.span(); }
 
+ObservedImages Batch::images() const {
+  if (!images_) return {};
+  ObservedImages images = {images_->rgb().now.span(),
+                           images_->depth().now.span(),
+                           images_->segmentation().now.span(),
+                           {}};
+  if (!images.segmentation.empty()) images.segmentation_names = images_->segments();
+  return images;
+}
+
+ObservedImages Batch::final_images() const {
+  if (!images_) return {};
+  ObservedImages images = {images_->rgb().finals.span(),
+                           images_->depth().finals.span(),
+                           images_->segmentation().finals.span(),
+                           {}};
+  if (!images.segmentation.empty()) images.segmentation_names = images_->segments();
+  return images;
+}
+
 namespace {
 
 ColumnView named(const ColumnStore& store, std::string_view name) {
@@ -119,29 +132,6 @@ ColumnView Batch::output(std::string_view name) const {
 ColumnView Batch::final_output(std::string_view name) const {
   if (objects_ && name == kObservation) return objects_->final_rows();
   return named(final_outputs_, name);
-}
-
-std::string Batch::document() const {
-  const IeeeScope scope;
-  return task_->document();
-}
-
-std::string Batch::instruction(int env) const {
-  const IeeeScope scope;
-  check_env(env);
-  return task_->instruction(env);
-}
-
-int Batch::cue_end(int env) const {
-  const IeeeScope scope;
-  check_env(env);
-  return task_->cue_end(env);
-}
-
-void Batch::check_env(int env) const {
-  if (env >= 0 && env < num_envs()) return;
-  throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
-                                           std::to_string(num_envs() - 1) + " allowed");
 }
 
 }  // namespace engram

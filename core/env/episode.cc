@@ -15,20 +15,21 @@
 namespace engram {
 namespace {
 
-void check_value(const Draw& draw, double value) {
-  const bool whole = !draw.integer || std::nearbyint(value) == value;
-  if (whole && value >= draw.low && value <= draw.high) return;
+void check_value(const RandomVariable& variable, double value) {
+  const bool whole = !variable.integer || std::nearbyint(value) == value;
+  if (whole && value >= variable.low && value <= variable.high) return;
   throw Error(Error::kInvalidArgument,
-              "pin '" + draw.name + "': value " + shortest(value) + " given, " +
-                  (draw.integer ? "a whole number" : "a number") + " from " + shortest(draw.low) +
-                  " to " + shortest(draw.high) + " allowed");
+              "pin '" + variable.name + "': value " + shortest(value) + " given, " +
+                  (variable.integer ? "a whole number" : "a number") + " from " +
+                  shortest(variable.low) + " to " + shortest(variable.high) + " allowed");
 }
 
-[[noreturn]] void refuse_range(const std::vector<Draw>& draws, const std::string& name) {
+[[noreturn]] void refuse_range(const std::vector<RandomVariable>& variables,
+                               const std::string& name) {
   std::vector<std::string> names;
-  for (const Draw& draw : draws) {
-    const bool known = std::ranges::find(names, draw.constant) != names.end();
-    if (!draw.constant.empty() && !known) names.push_back(draw.constant);
+  for (const RandomVariable& variable : variables) {
+    const bool known = std::ranges::find(names, variable.constant) != names.end();
+    if (!variable.constant.empty() && !known) names.push_back(variable.constant);
   }
   throw Error(Error::kUnknownId, "no range '" + name + "' to narrow at reset; " +
                                      (names.empty() ? std::string("this task has none")
@@ -36,7 +37,7 @@ void check_value(const Draw& draw, double value) {
                                                           "'? This task has: " + join(names)));
 }
 
-// [least, greatest], or one number that is both; nothing for anything else.
+// Reads [least, greatest], or one number that is both; nothing for anything else.
 std::optional<std::pair<double, double>> read_range(const Constant& value) {
   const auto* list = std::get_if<ConstantList>(&value.value);
   const std::span<const Constant> bounds =
@@ -48,10 +49,11 @@ std::optional<std::pair<double, double>> read_range(const Constant& value) {
   return std::pair{*low, *high};
 }
 
-// Whether this is a range within that of the draw.
-bool is_within(const Draw& draw, double low, double high) {
+// True for a range within that of the variable.
+bool is_within(const RandomVariable& variable, double low, double high) {
   const bool whole = std::trunc(low) == low && std::trunc(high) == high;
-  return draw.low <= low && low <= high && high <= draw.high && (whole || !draw.integer);
+  return variable.low <= low && low <= high && high <= variable.high &&
+         (whole || !variable.integer);
 }
 
 void check_distinct(const Pin& pin) {
@@ -73,23 +75,25 @@ std::uint64_t stream_salt(std::string_view id) {
   return bits ^ bits >> 31;
 }
 
-PinTable::PinTable(ColumnStore& store, std::vector<Draw> draws) : draws_(std::move(draws)) {
-  if (draws_.size() > 64) throw Error(Error::kInternal, "more than 64 draws in a task");
+PinTable::PinTable(ColumnStore& store, std::vector<RandomVariable> variables)
+    : variables_(std::move(variables)) {
+  if (variables_.size() > 64) throw Error(Error::kInternal, "more than 64 draws in a task");
   int width = 0;
-  for (const Draw& draw : draws_) {
+  for (const RandomVariable& variable : variables_) {
     offsets_.push_back(width);
-    width += draw.width;
+    width += variable.width;
   }
   pinned_ = store.add<std::uint64_t>("pinned");
   values_ = store.add<double>("pin_values", width);
   narrowed_ = store.add<std::uint64_t>("narrowed");
-  ranges_ = store.add<double>("ranges", 2 * static_cast<int>(draws_.size()));
+  ranges_ = store.add<double>("ranges", 2 * static_cast<int>(variables_.size()));
 }
 
 int PinTable::find(const std::string& name) const {
-  const auto found = std::find_if(draws_.begin(), draws_.end(),
-                                  [&name](const Draw& draw) { return draw.name == name; });
-  return found == draws_.end() ? -1 : static_cast<int>(found - draws_.begin());
+  const auto found =
+      std::find_if(variables_.begin(), variables_.end(),
+                   [&name](const RandomVariable& variable) { return variable.name == name; });
+  return found == variables_.end() ? -1 : static_cast<int>(found - variables_.begin());
 }
 
 void PinTable::check(const std::vector<Pin>& pins) const {
@@ -97,39 +101,39 @@ void PinTable::check(const std::vector<Pin>& pins) const {
   for (const Pin& pin : pins) {
     const int index = find(pin.name);
     if (index < 0) {
-      throw Error(Error::kUnknownId, "no draw named '" + pin.name +
-                                         "' to pin; this task has: " + join(draws_, &Draw::name));
+      throw Error(Error::kUnknownId, "no draw named '" + pin.name + "' to pin; this task has: " +
+                                         join(variables_, &RandomVariable::name));
     }
     if ((seen >> index & 1) != 0) {
       throw Error(Error::kInvalidArgument, "pin '" + pin.name + "' given twice, once allowed");
     }
     seen |= std::uint64_t{1} << index;
-    const Draw& draw = draws_[static_cast<std::size_t>(index)];
-    if (pin.values.size() != static_cast<std::size_t>(draw.width)) {
+    const RandomVariable& variable = variables_[static_cast<std::size_t>(index)];
+    if (pin.values.size() != static_cast<std::size_t>(variable.width)) {
       throw Error(Error::kInvalidArgument,
                   "pin '" + pin.name + "': " + std::to_string(pin.values.size()) +
-                      " values given, " + std::to_string(draw.width) + " needed");
+                      " values given, " + std::to_string(variable.width) + " needed");
     }
-    for (const double value : pin.values) check_value(draw, value);
-    if (draw.distinct) check_distinct(pin);
+    for (const double value : pin.values) check_value(variable, value);
+    if (variable.distinct) check_distinct(pin);
   }
 }
 
 void PinTable::check_saved(std::span<const std::byte> row) const {
   std::uint64_t pinned = 0;
   std::memcpy(&pinned, row.data(), sizeof pinned);
-  if (draws_.size() < 64 && pinned >> draws_.size() != 0) {
+  if (variables_.size() < 64 && pinned >> variables_.size() != 0) {
     throw Error(Error::kInvalidArgument, "snapshot refused: it pins a draw that there is not");
   }
   std::vector<Pin> pins;
-  for (std::size_t draw = 0; draw < draws_.size(); ++draw) {
-    if ((pinned >> draw & 1) == 0) continue;
-    std::vector<double> values(static_cast<std::size_t>(draws_[draw].width));
+  for (std::size_t variable = 0; variable < variables_.size(); ++variable) {
+    if ((pinned >> variable & 1) == 0) continue;
+    std::vector<double> values(static_cast<std::size_t>(variables_[variable].width));
     std::memcpy(
         values.data(),
-        row.data() + sizeof pinned + static_cast<std::size_t>(offsets_[draw]) * sizeof(double),
+        row.data() + sizeof pinned + static_cast<std::size_t>(offsets_[variable]) * sizeof(double),
         values.size() * sizeof(double));
-    pins.push_back({draws_[draw].name, std::move(values)});
+    pins.push_back({variables_[variable].name, std::move(values)});
   }
   check(pins);
   check_saved_ranges(
@@ -139,50 +143,54 @@ void PinTable::check_saved(std::span<const std::byte> row) const {
 void PinTable::check_saved_ranges(std::span<const std::byte> row) const {
   std::uint64_t narrowed = 0;
   std::memcpy(&narrowed, row.data(), sizeof narrowed);
-  std::vector<double> ranges(2 * draws_.size());
+  std::vector<double> ranges(2 * variables_.size());
   std::memcpy(ranges.data(), row.data() + sizeof narrowed, ranges.size() * sizeof(double));
   for (std::size_t i = 0; i < 64; ++i) {
     if ((narrowed >> i & 1) == 0) continue;
-    if (i < draws_.size() && !draws_[i].constant.empty()) {
-      if (is_within(draws_[i], ranges[2 * i], ranges[2 * i + 1])) continue;
+    if (i < variables_.size() && !variables_[i].constant.empty()) {
+      if (is_within(variables_[i], ranges[2 * i], ranges[2 * i + 1])) continue;
     }
     throw Error(Error::kInvalidArgument, "snapshot refused: it narrows a range that there is not");
   }
 }
 
-std::vector<Narrowing> PinTable::narrowings(const ConstantTable& ranges) const {
-  std::vector<Narrowing> result;
+std::vector<NarrowedRange> PinTable::narrowed_ranges(const ConstantTable& ranges) const {
+  std::vector<NarrowedRange> result;
   for (const auto& range : ranges) {
     const std::string& name = range.first;
-    const auto of_this = [&name](const Draw& draw) { return draw.constant == name; };
-    auto draw = std::ranges::find_if(draws_, of_this);
-    if (draw == draws_.end() || name.empty()) refuse_range(draws_, name);
+    const auto of_this = [&name](const RandomVariable& variable) {
+      return variable.constant == name;
+    };
+    auto variable = std::ranges::find_if(variables_, of_this);
+    if (variable == variables_.end() || name.empty()) refuse_range(variables_, name);
     const std::optional<std::pair<double, double>> bounds = read_range(range.second);
-    if (!bounds || !is_within(*draw, bounds->first, bounds->second)) {
+    if (!bounds || !is_within(*variable, bounds->first, bounds->second)) {
       throw Error(Error::kInvalidArgument,
                   "constant '" + name + "' at reset: " + in_words(range.second) + " given, least " +
-                      "and greatest" + (draw->integer ? ", whole numbers" : "") + " from " +
-                      shortest(draw->low) + " to " + shortest(draw->high) + ", allowed");
+                      "and greatest" + (variable->integer ? ", whole numbers" : "") + " from " +
+                      shortest(variable->low) + " to " + shortest(variable->high) + ", allowed");
     }
-    for (; draw != draws_.end(); draw = std::find_if(draw + 1, draws_.end(), of_this)) {
-      result.push_back({static_cast<int>(draw - draws_.begin()), bounds->first, bounds->second});
+    for (; variable != variables_.end();
+         variable = std::find_if(variable + 1, variables_.end(), of_this)) {
+      result.push_back(
+          {static_cast<int>(variable - variables_.begin()), bounds->first, bounds->second});
     }
   }
   return result;
 }
 
-void PinTable::narrow(int env, std::span<const Narrowing> narrowings) const {
+void PinTable::narrow(int env, std::span<const NarrowedRange> ranges) const {
   narrowed_[env] = 0;
-  for (const Narrowing& narrowing : narrowings) {
-    narrowed_[env] |= std::uint64_t{1} << narrowing.draw;
-    ranges_.row(env)[2 * narrowing.draw] = narrowing.low;
-    ranges_.row(env)[2 * narrowing.draw + 1] = narrowing.high;
+  for (const NarrowedRange& range : ranges) {
+    narrowed_[env] |= std::uint64_t{1} << range.variable;
+    ranges_.row(env)[2 * range.variable] = range.low;
+    ranges_.row(env)[2 * range.variable + 1] = range.high;
   }
 }
 
-const double* PinTable::range(int env, int draw) const {
-  if ((narrowed_[env] >> draw & 1) == 0) return nullptr;
-  return ranges_.row(env) + 2 * static_cast<std::ptrdiff_t>(draw);
+const double* PinTable::range(int env, int variable) const {
+  if ((narrowed_[env] >> variable & 1) == 0) return nullptr;
+  return ranges_.row(env) + 2 * static_cast<std::ptrdiff_t>(variable);
 }
 
 void PinTable::set(int env, const std::vector<Pin>& pins) const {
@@ -195,21 +203,21 @@ void PinTable::set(int env, const std::vector<Pin>& pins) const {
   }
 }
 
-const double* PinTable::values(int env, int draw) const {
-  if ((pinned_[env] >> draw & 1) == 0) return nullptr;
-  return values_.row(env) + offsets_[static_cast<std::size_t>(draw)];
+const double* PinTable::values(int env, int variable) const {
+  if ((pinned_[env] >> variable & 1) == 0) return nullptr;
+  return values_.row(env) + offsets_[static_cast<std::size_t>(variable)];
 }
 
-int Episode::integer(int draw, int low, int high) const {
-  if (const double* value = pinned(draw)) return static_cast<int>(*value);
-  narrow(draw, low, high);
-  return stream(draw).integer(low, high);
+int Episode::integer(int variable, int low, int high) const {
+  if (const double* value = pinned(variable)) return static_cast<int>(*value);
+  narrow(variable, low, high);
+  return stream(variable).integer(low, high);
 }
 
-double Episode::real(int draw, double low, double high) const {
-  if (const double* value = pinned(draw)) return *value;
-  narrow(draw, low, high);
-  return stream(draw).uniform(low, high);
+double Episode::real(int variable, double low, double high) const {
+  if (const double* value = pinned(variable)) return *value;
+  narrow(variable, low, high);
+  return stream(variable).uniform(low, high);
 }
 
 }  // namespace engram

@@ -1,4 +1,4 @@
-// What an episode draws, and how users fix parts of it.
+// Random variables of an episode, and the pins and ranges by which users fix or narrow them.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 
 namespace engram {
 
-// One sampled quantity of an episode. Each has a random stream of its own, so fixing one does not
+// A sampled quantity of an episode. Each has a random stream of its own, so fixing one does not
 // change the others.
-struct Draw {
+struct RandomVariable {
   std::string name;
   int width = 1;         // number of values
   bool integer = false;  // whole numbers only
@@ -34,14 +34,14 @@ struct Pin {
   std::vector<double> values;
 };
 
-// Least and greatest value of a draw in one environment, within those of the batch.
-struct Narrowing {
-  int draw = 0;  // index, the engine's draw included
+// Least and greatest value of a random variable in one environment, within those of the batch.
+struct NarrowedRange {
+  int variable = 0;  // index, the engine's variable included
   double low = 0;
   double high = 0;
 };
 
-// Purposes of random streams that are not draws of a task begin here.
+// Purposes of random streams that are no variables of a task begin here.
 enum : std::uint32_t {
   kPurposeRobotNoise = 0x4000'0000,
   kPurposeBlindGuess = 0x4000'0001,
@@ -49,56 +49,56 @@ enum : std::uint32_t {
   kPurposeRandomPolicy = 0x8000'0000,  // + elapsed
 };
 
-// Sets a task's random streams apart from those of others with the same seed, so that what is
-// hidden in one task tells nothing about another. The key of a stream is the seed xor this.
+// Sets a task's random streams apart from those of others with the same seed, so that the hidden
+// quantity of one task reveals nothing about another. The key of a stream is the seed xor this.
 std::uint64_t stream_salt(std::string_view id);
 
-// Name of the engine's own draw, which every task has first.
-inline constexpr const char* kRobotNoiseDraw = "robot_noise";
+// Name of the engine's own variable, which every task has first.
+inline constexpr const char* kRobotNoiseVariable = "robot_noise";
 
 // The pins of every environment, and its narrower ranges, as columns.
 class PinTable {
  public:
   PinTable() = default;
-  // draws: the engine's and the task's, at most 64.
-  PinTable(ColumnStore& store, std::vector<Draw> draws);
+  // variables: the engine's and the task's, at most 64.
+  PinTable(ColumnStore& store, std::vector<RandomVariable> variables);
 
-  const std::vector<Draw>& draws() const { return draws_; }
+  const std::vector<RandomVariable>& variables() const { return variables_; }
 
-  // Throws Error, naming what is allowed, unless every pin names a draw, each draw once, and
-  // number, type and size of its values fit that draw.
+  // Throws Error, naming what is allowed, unless every pin names a variable, each variable once,
+  // and number, type and size of its values fit it.
   void check(const std::vector<Pin>& pins) const;
-  // What these values of range constants mean: [least, greatest], or one number. Throws Error,
-  // naming what is allowed, unless every constant is the range of a draw and keeps within it.
-  std::vector<Narrowing> narrowings(const ConstantTable& ranges) const;
+  // Reads values of range constants: [least, greatest], or one number. Throws Error, naming what is
+  // allowed, unless every constant is the range of a variable and keeps within it.
+  std::vector<NarrowedRange> narrowed_ranges(const ConstantTable& ranges) const;
 
-  // Throws what these would throw for a saved row of the columns.
+  // Throws the errors of both for a saved row of the columns.
   void check_saved(std::span<const std::byte> row) const;
   // Replaces the pins of one environment; they must have been checked.
   void set(int env, const std::vector<Pin>& pins) const;
 
   // Replaces the narrower ranges of one environment.
-  void narrow(int env, std::span<const Narrowing> narrowings) const;
+  void narrow(int env, std::span<const NarrowedRange> ranges) const;
 
-  // The values that a draw is fixed to, or null.
-  const double* values(int env, int draw) const;
+  // The values that a variable is fixed to, or null.
+  const double* values(int env, int variable) const;
   // The range of its values, [low, high], or null where nobody has narrowed it.
-  const double* range(int env, int draw) const;
+  const double* range(int env, int variable) const;
 
  private:
   int find(const std::string& name) const;
   void check_saved_ranges(std::span<const std::byte> row) const;
 
-  std::vector<Draw> draws_;
+  std::vector<RandomVariable> variables_;
   std::vector<int> offsets_;
-  Column<std::uint64_t> pinned_;  // bit per draw
+  Column<std::uint64_t> pinned_;  // bit per variable
   Column<double> values_;
-  Column<std::uint64_t> narrowed_;  // bit per draw
-  Column<double> ranges_;           // (draws * 2)
+  Column<std::uint64_t> narrowed_;  // bit per variable
+  Column<double> ranges_;           // (variables * 2)
 };
 
-// The episode that begins in one environment, as its task sees it. `draw` is an index of the task's
-// own draws.
+// The episode that begins in one environment, as its task sees it. `variable` is an index of the
+// task's own variables.
 class Episode {
  public:
   // key: of its random streams.
@@ -108,23 +108,25 @@ class Episode {
   int env() const { return env_; }
 
   // Values that the user has fixed, or null.
-  const double* pinned(int draw) const { return pins_.values(env_, draw + 1); }
+  const double* pinned(int variable) const { return pins_.values(env_, variable + 1); }
 
-  RandomStream stream(int draw) const { return {key_, number_, static_cast<std::uint32_t>(draw)}; }
+  RandomStream stream(int variable) const {
+    return {key_, number_, static_cast<std::uint32_t>(variable)};
+  }
   RandomStream engine_stream(std::uint32_t purpose) const { return {key_, number_, purpose}; }
 
-  // Narrows least and greatest value of a draw to what the user has said of its range.
+  // Narrows least and greatest value of a variable to the user's range.
   template <class T>
-  void narrow(int draw, T& low, T& high) const {
-    if (const double* range = pins_.range(env_, draw + 1)) {
+  void narrow(int variable, T& low, T& high) const {
+    if (const double* range = pins_.range(env_, variable + 1)) {
       low = static_cast<T>(range[0]);
       high = static_cast<T>(range[1]);
     }
   }
   // The pinned value, or one drawn uniformly from low..high, or from the narrower range.
-  int integer(int draw, int low, int high) const;
+  int integer(int variable, int low, int high) const;
   // The same from [low, high).
-  double real(int draw, double low, double high) const;
+  double real(int variable, double low, double high) const;
 
  private:
   const PinTable& pins_;

@@ -1,4 +1,4 @@
-// What a prop is to somebody who sees it: what the objects observation says of it.
+// Appearance of a prop in the objects observation.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace engram {
 
-// What can be done with it. A kPart belongs to another prop and is no object of its own.
+// Use of an object. A kPart belongs to another prop and is no object of its own.
 enum class ObjectKind : std::uint8_t {
   kPart,
   kObject,  // to be touched or carried
@@ -20,7 +20,7 @@ enum class ObjectKind : std::uint8_t {
   kButton,
   kLamp,
 };
-// Of those behind kPart.
+// Names of those behind kPart.
 inline constexpr std::array<std::string_view, 9> kObjectKindNames = {
     "object", "ball", "cup", "battery", "peg", "place", "rack", "button", "lamp"};
 
@@ -36,11 +36,11 @@ enum class ObjectShape : std::uint8_t {
   kTShape,
   kCrescent,
 };
-// As the original benchmark spells them.
+// Names, in the spelling of the original benchmark.
 inline constexpr std::array<std::string_view, 9> kObjectShapeNames = {
     "cube", "sphere", "cylinder", "cross", "torus", "star", "pyramide", "t_shape", "crescent"};
 
-// Colours that are told apart.
+// Colours that are distinguished.
 inline constexpr std::array<std::string_view, 12> kObjectColorNames = {
     "red",    "green",  "blue", "yellow", "magenta", "cyan",
     "maroon", "orange", "teal", "white",  "grey",    "black"};

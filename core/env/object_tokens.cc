@@ -18,23 +18,24 @@ constexpr int kMostProps = 64;
 
 }  // namespace
 
-ObjectTokens::ObjectTokens(const std::vector<ObjectDescriptor>& looks) {
-  if (looks.size() > kMostProps) throw Error(Error::kInternal, "more than 64 props in a task");
-  for (std::size_t prop = 0; prop < looks.size(); ++prop) {
-    const ObjectDescriptor& look = looks[prop];
-    if (look.kind == ObjectKind::kPart) continue;
-    Object object{static_cast<int>(prop), look};
+ObjectTokens::ObjectTokens(const std::vector<ObjectDescriptor>& descriptors) {
+  if (descriptors.size() > kMostProps)
+    throw Error(Error::kInternal, "more than 64 props in a task");
+  for (std::size_t prop = 0; prop < descriptors.size(); ++prop) {
+    const ObjectDescriptor& descriptor = descriptors[prop];
+    if (descriptor.kind == ObjectKind::kPart) continue;
+    Object object{static_cast<int>(prop), descriptor};
     const auto set = [&object](int at, double value) {
       object.token[static_cast<std::size_t>(at)] = static_cast<float>(value);
     };
     set(Layout::kSeen, 1);
     for (int i = 0; i < 3; ++i) {
-      const double scaled = look.half_size[static_cast<std::size_t>(i)] / kSizeScale;
+      const double scaled = descriptor.half_size[static_cast<std::size_t>(i)] / kSizeScale;
       set(Layout::kSize + i, std::min(scaled, kMost));
     }
-    set(Layout::kColor + look.color, 1);
-    if (look.shape >= 0) set(Layout::kShape + look.shape, 1);
-    set(Layout::kKind + static_cast<int>(look.kind) - 1, 1);
+    set(Layout::kColor + descriptor.color, 1);
+    if (descriptor.shape >= 0) set(Layout::kShape + descriptor.shape, 1);
+    set(Layout::kKind + static_cast<int>(descriptor.kind) - 1, 1);
     objects_.push_back(std::move(object));
   }
 }
@@ -118,15 +119,15 @@ void ObjectTokens::fill(const State& state, int env, const Object& object, float
   for (int i = 0; i < 4; ++i) {
     token[Layout::kOrientation + i] = static_cast<float>(sign * quat[i]);
   }
-  if (object.look.kind == ObjectKind::kLamp) {
+  if (object.descriptor.kind == ObjectKind::kLamp) {
     token[Layout::kState] = state.prop_emission.row(env)[object.prop] > 0 ? 1.0F : 0.0F;
-  } else if (object.look.kind == ObjectKind::kButton) {
-    const double sunk = (object.look.rest_height - pos[2]) / object.look.travel;
+  } else if (object.descriptor.kind == ObjectKind::kButton) {
+    const double sunk = (object.descriptor.rest_height - pos[2]) / object.descriptor.travel;
     token[Layout::kState] = static_cast<float>(std::clamp(sunk, 0.0, 1.0));
   }
   const float* painted = state.prop_rgba.row(env) + 4 * static_cast<std::ptrdiff_t>(object.prop);
   if (painted[3] > 0) {
-    token[Layout::kColor + object.look.color] = 0;
+    token[Layout::kColor + object.descriptor.color] = 0;
     const int color =
         nearest_object_color(static_cast<double>(painted[0]), static_cast<double>(painted[1]),
                              static_cast<double>(painted[2]));

@@ -1,5 +1,5 @@
-// The objects observation: what the sensors' cameras could tell of the scene, as numbers. A token
-// for every object; what is not there, or covered by another object, has a token of zeros.
+// The objects observation: as much of the scene as the sensors' cameras show, as numbers. A token
+// for every object; one that is hidden, or covered by another object, has a token of zeros.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace engram {
 
-// A part of a row, and what its values lie within.
+// A part of a row, and the range of its values.
 struct RangedField {
   Field field;
   double low = 0;
@@ -26,7 +26,7 @@ struct RangedField {
 
 class ObjectTokens {
  public:
-  // What a token says, and where.
+  // Offsets of a token's values.
   struct Layout {
     static constexpr int kSeen = 0;
     static constexpr int kPosition = 1;
@@ -41,19 +41,20 @@ class ObjectTokens {
   // Positions and sizes are divided by these, m.
   static constexpr double kPositionScale = 0.5;
   static constexpr double kSizeScale = 0.05;
-  // Scaled quantities are cut off here: what flies off the table stays a number for networks.
+  // Scaled quantities are cut off here: an object that flies off the table stays a number for
+  // networks.
   static constexpr double kMost = 10;
-  // What is no number stays none.
+  // NaN stays NaN.
   static float cut_off(double value) {
     constexpr auto kEnd = static_cast<float>(kMost);
     const auto number = static_cast<float>(value);
     return std::abs(number) > kEnd ? std::copysign(kEnd, number) : number;
   }
 
-  // looks: of the props, in the scene's order. Throws Error if they are more than 64.
-  explicit ObjectTokens(const std::vector<ObjectDescriptor>& looks);
+  // descriptors: of the props, in the scene's order. Throws Error if they are more than 64.
+  explicit ObjectTokens(const std::vector<ObjectDescriptor>& descriptors);
 
-  // Adds what an environment remembers of the order of its tokens.
+  // Adds the columns of each environment's order of tokens.
   void bind(ColumnStore& memory);
 
   int tokens() const { return static_cast<int>(objects_.size()); }
@@ -68,8 +69,8 @@ class ObjectTokens {
  private:
   struct Object {
     int prop = 0;
-    ObjectDescriptor look;
-    std::array<float, Layout::kWidth> token{};  // what does not change
+    ObjectDescriptor descriptor;
+    std::array<float, Layout::kWidth> token{};  // constant values
   };
 
   std::uint64_t in_view(const State& state, int env) const;
@@ -78,7 +79,7 @@ class ObjectTokens {
 
   std::vector<Object> objects_;
   Column<std::uint64_t> seen_;  // bits of props, in the last observation
-  Column<std::int32_t> epoch_;  // how often something has come into view
+  Column<std::int32_t> epoch_;  // number of times something has come into view
   Column<std::uint8_t> order_;  // (tokens) place of every object's token
 };
 

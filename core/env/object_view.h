@@ -1,5 +1,5 @@
 // Observations of the objects modes: the robot and the tokens of a batch, and those of the episodes
-// that ended last. They are no columns: what they say follows from the columns.
+// that ended last. They are no columns: they follow from the columns.
 #pragma once
 
 #include <span>
@@ -13,8 +13,8 @@ namespace engram {
 
 struct ObjectViewOptions {
   int num_envs = 0;
-  bool time = false;         // whether observations tell the time
-  bool keeps_final = false;  // whether those of ended episodes are kept
+  bool time = false;         // elapsed time is observed
+  bool keeps_final = false;  // observations of ended episodes are kept
 };
 
 class ObjectView {
@@ -27,10 +27,15 @@ class ObjectView {
   // The same parts with ranges.
   const std::vector<RangedField>& ranged_fields() const { return ranged_fields_; }
   int width() const { return row_.width; }
+  // Bytes that every further environment adds.
+  std::size_t bytes() const {
+    const std::size_t rows = options_.keeps_final ? 2 : 1;
+    return rows * sizeof(float) * static_cast<std::size_t>(row_.width);
+  }
   ColumnView rows() { return {&row_, reinterpret_cast<std::byte*>(rows_.data())}; }
   ColumnView final_rows() { return {&row_, reinterpret_cast<std::byte*>(final_rows_.data())}; }
   std::span<const float> all() const { return rows_.span(); }
-  // What is not of tokens. Theirs are numbers, because physics ends episodes with other poses.
+  // The part before the tokens. Those are numbers, because physics ends episodes with other poses.
   std::span<const float> robot_part(int env) const {
     const auto width = static_cast<std::size_t>(row_.width);
     return rows_.span().subspan(static_cast<std::size_t>(env) * width,

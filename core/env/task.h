@@ -1,4 +1,4 @@
-// What a task is to the engine.
+// Interface between a task and the engine.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ namespace engram {
 class Expert;    // core/env/expert.h
 struct Overlay;  // core/image/overlay.h
 
-// When an episode ends before its horizon.
+// Rule by which an episode ends before its horizon.
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
 
 // A task in words and numbers; everything here is constant.
@@ -35,32 +35,33 @@ struct TaskInfo {
   bool canonical = true;
   int horizon = 0;     // control steps
   int candidates = 1;  // equally likely answers: a guess is right with probability 1 / candidates
-  // How often a guess succeeds where answers are not equally likely, or where a wrong one may
+  // Success rate of a guess, where answers are not equally likely, or where a wrong one may
   // succeed; 0: 1 / candidates.
   double guess_rate = 0;
-  // What counts as the robot's answer, and what its number means; empty: there is no such moment.
+  // Definition of the robot's answer, and meaning of its number; empty: there is no such moment.
   std::string answer;
-  // How often the first answer is right if it is a guess; 0: 1 / candidates.
+  // Rate of right first answers by guessing; 0: 1 / candidates.
   double answer_rate = 0;
   Termination termination = Termination::kNever;
-  // Whether the benchmark's canonical wrappers zero actions until the cue is over.
+  // The benchmark's canonical wrappers zero actions until the cue is over.
   bool frozen_cue = false;
   double success_reward = 1;    // dense reward at success; normalised rewards are divided by it
   int task_cue_dim = 0;         // values of the cue that policies may see; 0: none
   int oracle_dim = 0;           // values of oracle_info
   bool oracle_is_real = false;  // they are float32 (Bindings::oracle_values), not int32
-  std::vector<Draw> draws;      // what an episode samples, and users may pin
-  std::string hidden_draw;      // the draw that an agent has to remember
-  std::vector<TaskOptionSpec> options;   // variants of the rules, for users to choose
-  ConstantTable constants;               // the class constants of the original benchmark
-  std::vector<TaskConstant> changeable;  // those that users may change, and a few more
-  ConstantTable changed;                 // those that users have changed, in that order
-  // Where that was changed: instead of the batch's option.
+  std::vector<RandomVariable> random_variables;  // sampled by an episode; users may pin them
+  std::string hidden_variable;                   // the one that an agent has to remember
+  std::vector<TaskOptionSpec> options;           // variants of the rules, for users to choose
+  ConstantTable constants;                       // the class constants of the original benchmark
+  std::vector<TaskConstant> changeable;          // those that users may change, and a few more
+  ConstantTable changed;                         // those that users have changed, in that order
+  // A changed constant, instead of the batch's option.
   std::optional<double> robot_init_qpos_noise;
   std::vector<Field> reward_terms;                          // columns of info "reward_dict"
   std::vector<std::pair<std::string, std::string>> phases;  // name, condition on elapsed
   std::vector<Field> state_fields;  // of the state observation, after tcp_pose
-  std::vector<Field> drawn;         // what Task::drawn tells: float32, or whole numbers (int32)
+  // Written by Task::sampled_values: float32, or whole numbers (int32).
+  std::vector<Field> sampled_values;
 
   // The success rate of guessing.
   double chance() const { return guess_rate > 0 ? guess_rate : 1.0 / candidates; }
@@ -82,8 +83,8 @@ struct FloatRows {
   float* row(int env) const { return data + static_cast<std::ptrdiff_t>(env) * stride; }
 };
 
-// What a task gets when a batch is made: stores for its own columns, and the columns of the engine
-// that it reads and fills in.
+// Stores for a task's own columns, and the columns of the engine that it reads and fills in; given
+// to it when a batch is made.
 struct Bindings {
   const State* state = nullptr;       // outlives the task's use of it
   std::span<const double> options;    // values of info().options, in order; outlive it too
@@ -118,8 +119,8 @@ class Task {
   // The whole scene for tools and renderers, lights and visual geometry included.
   virtual std::string document() const = 0;
 
-  // What the props of the scene are to who sees them, in their order.
-  virtual std::vector<ObjectDescriptor> looks() const { return {}; }
+  // Appearance of the scene's props, in their order.
+  virtual std::vector<ObjectDescriptor> object_descriptors() const { return {}; }
 
   // Called once, before anything else below.
   virtual void bind(const Bindings& bindings) = 0;
@@ -143,8 +144,9 @@ class Task {
   // The value of elapsed from which on nothing shows the hidden draw any more.
   virtual int cue_end(int env) const = 0;
 
-  // Writes what the episode of one environment has drawn, info().drawn in order. Privileged.
-  virtual void drawn(int /*env*/, float* /*out*/) const {}
+  // Writes the values that one environment's episode has sampled, info().sampled_values in order.
+  // Privileged.
+  virtual void sampled_values(int /*env*/, float* /*out*/) const {}
 
   // The instruction of one environment's episode.
   virtual std::string instruction(int /*env*/) const { return info().instruction; }

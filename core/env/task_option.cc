@@ -6,7 +6,6 @@
 
 #include "core/base/error.h"
 #include "core/base/join.h"
-#include "core/env/env_options.h"
 
 namespace engram {
 namespace {

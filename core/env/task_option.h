@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-namespace engram {
+#include "core/env/rules.h"
 
-enum class Rules;  // core/env/env_options.h
+namespace engram {
 
 // An option that a task has. A switch is a whole number of 0 and 1.
 struct TaskOptionSpec {

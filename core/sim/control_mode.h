@@ -8,7 +8,7 @@
 namespace engram {
 
 // begin options: enum (scripts/options.py writes this from api/options.toml)
-// What actions mean; in brackets their dimension.
+// Meaning of actions; in brackets their dimension.
 enum class ControlMode {
   kPdJointDeltaPos,        // (8)
   kPdJointPos,             // (8) not normalised

@@ -116,10 +116,10 @@ const Ceiling* find_ceiling(std::string_view id) noexcept {
 }
 
 std::optional<double> memory_score(const Ceiling& ceiling, double success_rate) noexcept {
-  constexpr double kLeastRoom = 0.05;  // below that, differences are luck
-  const double room = ceiling.oracle - ceiling.sweep;
-  if (room < kLeastRoom) return std::nullopt;
-  return (success_rate - ceiling.sweep) / room;
+  constexpr double kLeastRange = 0.05;  // below that, differences are luck
+  const double range = ceiling.oracle - ceiling.sweep;
+  if (range < kLeastRange) return std::nullopt;
+  return (success_rate - ceiling.sweep) / range;
 }
 
 }  // namespace engram

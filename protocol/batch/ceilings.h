@@ -1,4 +1,4 @@
-// What policies without memory achieve in the benchmark's tasks, by measurement (docs/memory.md).
+// Measured scores of policies without memory in the benchmark's tasks (docs/memory.md).
 #pragma once
 
 #include <optional>
@@ -19,11 +19,11 @@ struct Ceiling {
   double oracle_answer = -1;
 };
 
-// Of a task of the benchmark; null for users' variants.
+// The ceiling of a task of the benchmark; null for users' variants.
 const Ceiling* find_ceiling(std::string_view id) noexcept;
 
-// Where a success rate lies between that of the best policy without memory, 0, and the oracle's, 1.
-// Nothing where both are nearly the same.
+// Position of a success rate between that of the best policy without memory, 0, and the
+// oracle's, 1. Nothing where both are nearly the same.
 std::optional<double> memory_score(const Ceiling& ceiling, double success_rate) noexcept;
 
 }  // namespace engram

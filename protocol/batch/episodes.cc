@@ -2,11 +2,11 @@
 
 namespace engram {
 
-Batch& EpisodeBatch::of(std::string_view id, int count, int num_envs, const EnvOptions& options) {
+Batch& EpisodeBatch::of(std::string_view id, int count, int num_envs, const MakeOptions& options) {
   // A batch that has been played with may be larger than needed: the rest of it stands still.
   if (env_ == nullptr || id_ != id || env_->num_envs() < std::min(count, num_envs)) {
     env_.reset();
-    EnvOptions own = options;
+    MakeOptions own = options;
     own.auto_reset = AutoReset::kOff;
     own.threads = 1;
     own.num_envs = std::min(count, num_envs);

@@ -81,7 +81,7 @@ class EpisodeBatch {
  public:
   // A single-threaded batch that can play `count` episodes, with at most `num_envs` at a time.
   // options: of every batch; auto_reset, threads and num_envs are set here.
-  Batch& of(std::string_view id, int count, int num_envs, const EnvOptions& options);
+  Batch& of(std::string_view id, int count, int num_envs, const MakeOptions& options);
   void clear() { env_.reset(); }
 
  private:

@@ -1,4 +1,4 @@
-// From an id to a batch of environments, with everything that draws its pictures.
+// Makes batches of environments from ids, with everything that draws their pictures.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,11 @@ namespace engram {
 
 // A batch of environments of the task with that id. Throws Error: kUnknownId (with the nearest
 // id), kUnavailable if its family is not part of this version, kInvalidArgument for a bad option.
-std::unique_ptr<Batch> make(std::string_view id, const EnvOptions& options = {});
+std::unique_ptr<Batch> make(std::string_view id, const MakeOptions& options);
+std::unique_ptr<Batch> make(std::string_view id, const BatchOptions& options = {});
+// The same, with another factory of renderers.
+std::unique_ptr<Batch> make(std::string_view id, const MakeOptions& options,
+                            RendererFactory renderers);
 
 // Version of the library, "0.4.0".
 const char* version();

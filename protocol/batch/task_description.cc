@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/env/queries.h"
 #include "protocol/batch/ceilings.h"
 
 namespace engram {
@@ -43,7 +44,7 @@ ConstantList bounds(const std::vector<float>& values) {
   return list;
 }
 
-// Per control mode; a bound of null is none.
+// Action spaces by control mode; a bound of null is none.
 ConstantTable describe_actions(const Batch& env) {
   const PhysicsModel& model = env.physics_model();
   ConstantTable modes;
@@ -64,7 +65,7 @@ Constant number(bool integer, double value) {
   return integer ? Constant(static_cast<int>(value)) : Constant(value);
 }
 
-// A Draw or a TaskOptionSpec; `property` is what the other of them has not.
+// A random variable or a TaskOptionSpec; `property` is the one that the other of them has not.
 template <class Quantity>
 ConstantTable describe_quantity(const Quantity& about, const char* property,
                                 const Constant& value) {
@@ -77,18 +78,18 @@ ConstantTable describe_quantity(const Quantity& about, const char* property,
           {"description", about.description}};
 }
 
-ConstantList describe_draws(const std::vector<Draw>& draws) {
+ConstantList describe_random_variables(const std::vector<RandomVariable>& draws) {
   ConstantList list;
-  for (const Draw& draw : draws) {
+  for (const RandomVariable& draw : draws) {
     list.emplace_back(describe_quantity(draw, "width", draw.width));
   }
   return list;
 }
 
-// Whole numbers are int64 in Python.
-ConstantList describe_drawn(const TaskInfo& info) {
+// Values of the random variables; whole numbers are int64 in Python.
+ConstantList describe_sampled_values(const TaskInfo& info) {
   ConstantList list;
-  for (const Field& field : info.drawn) {
+  for (const Field& field : info.sampled_values) {
     list.emplace_back(ConstantTable{{"name", field.name},
                                     {"width", field.width},
                                     {"integer", field.dtype == DType::kInt32},
@@ -98,15 +99,16 @@ ConstantList describe_drawn(const TaskInfo& info) {
   return list;
 }
 
-// With the value that this batch has, and the one that the original's code has.
+// Options, with the value of this batch and that of the original's code.
 ConstantList describe_options(const Batch& env) {
   ConstantList list;
-  for (std::size_t i = 0; i < env.option_values().size(); ++i) {
+  const std::span<const double> values = Queries(env).option_values();
+  for (std::size_t i = 0; i < values.size(); ++i) {
     const TaskOptionSpec& option = env.info().options[i];
     const auto as_number = [&](double value) { return number(option.integer, value); };
     ConstantTable about = describe_quantity(option, "default", as_number(option.value));
     about.emplace_back("original", as_number(option.value_under(Rules::kOriginal)));
-    about.emplace_back("value", as_number(env.option_values()[i]));
+    about.emplace_back("value", as_number(values[i]));
     list.emplace_back(std::move(about));
   }
   return list;
@@ -183,8 +185,8 @@ ConstantList describe_layout(std::span<const RangedField> parts) {
 }
 
 ConstantList describe_observation(const Batch& env) {
-  return env.ranged_fields().empty() ? describe_layout(env.state_fields())
-                                     : describe_layout(env.ranged_fields());
+  const std::span<const RangedField> ranged = Queries(env).ranged_fields();
+  return ranged.empty() ? describe_layout(env.state_fields()) : describe_layout(ranged);
 }
 
 // The seven values of proprioception.
@@ -233,7 +235,7 @@ ConstantList describe_props(const PhysicsModel& model) {
 
 constexpr int kCanonicalActionDim = 7;  // of pd_ee_delta_pose
 
-// qpos, qvel, tcp_pose, then the task's fields: what a batch of the default options observes.
+// Observation of a batch of the default options: qpos, qvel, tcp_pose, then the task's fields.
 int canonical_state_dim(const TaskInfo& info) {
   constexpr int kTcpPoseDim = 7;
   int dim = 2 * kRobotJoints + kTcpPoseDim;
@@ -241,7 +243,7 @@ int canonical_state_dim(const TaskInfo& info) {
   return dim;
 }
 
-// What policies achieve, by measurement; nothing for tasks that differ from the benchmark's.
+// Measured scores of policies; nothing for tasks that differ from the benchmark's.
 Constant describe_ceilings(const TaskInfo& info) {
   const RegistryEntry* entry = find_entry(info.id);
   const bool as_measured =
@@ -257,7 +259,7 @@ Constant describe_ceilings(const TaskInfo& info) {
                        {"oracle", rates(ceiling->oracle, ceiling->oracle_answer)}};
 }
 
-// What a description begins with: what holds of the task in every batch.
+// The beginning of a description, which holds of the task in every batch.
 ConstantTable describe_rules(const TaskInfo& info) {
   return {{"id", info.id},
           {"family", info.family},
@@ -275,7 +277,7 @@ ConstantTable describe_rules(const TaskInfo& info) {
           {"frozen_cue", info.frozen_cue}};
 }
 
-// What of a description is said in lists.
+// Keys of a description that lists show.
 constexpr const char* kListed[] = {"id",        "family",    "split",       "memory_type",
                                    "horizon",   "canonical", "instruction", "action_dim",
                                    "state_dim", "candidates"};
@@ -299,8 +301,8 @@ ConstantTable describe_task(const Batch& env) {
   const ConstantTable rest = {{"action_dim", env.action_dim()},
                               {"control_mode", name_of(env.options().control_mode)},
                               {"action_spaces", describe_actions(env)},
-                              {"draws", describe_draws(env.draws())},
-                              {"drawn", describe_drawn(info)},
+                              {"draws", describe_random_variables(Queries(env).random_variables())},
+                              {"drawn", describe_sampled_values(info)},
                               {"rules", name_of(env.options().rules)},
                               {"options", describe_options(env)},
                               {"changeable", describe_changeable(info)},
@@ -309,7 +311,7 @@ ConstantTable describe_task(const Batch& env) {
                               {"state_dim", env.state_dim()},
                               {"state_fields", describe_observation(env)},
                               {"proprio", describe_layout(proprio_fields())},
-                              {"segmentation_names", list_of(env.segmentation_names())},
+                              {"segmentation_names", list_of(env.images().segmentation_names)},
                               {"task_cue_dim", info.task_cue_dim},
                               {"oracle_dim", info.oracle_dim},
                               {"outputs", describe_outputs(env)},

@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "core/base/join.h"
 #include "protocol/formats/files.h"
-#include "tasks/variants.h"
 
 namespace engram {
 namespace {
@@ -21,7 +20,7 @@ constexpr std::array kKeys = {"id", "base", "constants", "instruction"};
   throw Error(Error::kInvalidArgument, std::string(what) + ": " + why);
 }
 
-// The text under a key; "" where the key is missing and need not be there.
+// Returns the text under a key; "" where the key is missing and need not be there.
 std::string text_of(const Document& document, const char* key, bool needed, std::string_view what) {
   const Document* found = find(document, key);
   if (found == nullptr && !needed) return "";
@@ -30,13 +29,13 @@ std::string text_of(const Document& document, const char* key, bool needed, std:
   return *value;
 }
 
-std::vector<VariantDefinition> definitions_of(const Document& document, const std::string& what) {
+std::vector<TaskVariant> variants_in(const Document& document, const std::string& what) {
   const Document* variants = find(document, "variants");
   const auto* list = variants == nullptr ? nullptr : std::get_if<DocumentList>(&variants->value);
   if (list == nullptr) refuse(what, R"(not of the form {"variants": [...]})");
-  std::vector<VariantDefinition> definitions;
-  for (const Document& one : *list) definitions.push_back(to_definition(one, what));
-  return definitions;
+  std::vector<TaskVariant> all;
+  for (const Document& one : *list) all.push_back(to_variant(one, what));
+  return all;
 }
 
 }  // namespace
@@ -51,31 +50,30 @@ ConstantTable parse_constants(std::string_view json) {
   return std::move(*table);
 }
 
-Document to_document(const VariantDefinition& definition) {
+Document to_document(const TaskVariant& variant) {
   DocumentTable table = {
-      {"id", definition.id}, {"base", definition.base}, {"constants", definition.constants}};
-  if (!definition.instruction.empty()) table.emplace_back("instruction", definition.instruction);
+      {"id", variant.id}, {"base", variant.base}, {"constants", variant.constants}};
+  if (!variant.instruction.empty()) table.emplace_back("instruction", variant.instruction);
   return table;
 }
 
-VariantDefinition to_definition(const Document& document, std::string_view what) {
+TaskVariant to_variant(const Document& document, std::string_view what) {
   const auto* keys = std::get_if<DocumentTable>(&document.value);
   if (keys == nullptr) refuse(what, "a variant has to be a table of " + join(kKeys));
   for (const auto& [key, value] : *keys) {
     if (std::ranges::find(kKeys, key) != kKeys.end()) continue;
     refuse(what, "a variant has '" + key + "', allowed are: " + join(kKeys));
   }
-  VariantDefinition definition;
-  definition.id = text_of(document, "id", true, what);
-  definition.base = text_of(document, "base", true, what);
-  definition.instruction = text_of(document, "instruction", false, what);
+  TaskVariant variant;
+  variant.id = text_of(document, "id", true, what);
+  variant.base = text_of(document, "base", true, what);
+  variant.instruction = text_of(document, "instruction", false, what);
   if (const Document* constants = find(document, "constants")) {
     const auto* table = std::get_if<DocumentTable>(&constants->value);
-    if (table == nullptr)
-      refuse(what, "the constants of '" + definition.id + "' have to be a table");
-    definition.constants = *table;
+    if (table == nullptr) refuse(what, "the constants of '" + variant.id + "' have to be a table");
+    variant.constants = *table;
   }
-  return definition;
+  return variant;
 }
 
 void load_variants(const std::filesystem::path& file) {
@@ -86,7 +84,7 @@ void load_variants(const std::filesystem::path& file) {
   const std::optional<Document> document = parse_document(*text);
   if (!document) refuse(what, "not JSON");
   try {
-    register_variants(definitions_of(*document, what));
+    register_variants(variants_in(*document, what));
   } catch (const Error& error) {
     if (std::string_view(error.what()).starts_with(what)) throw;
     throw Error(error.kind(), what + ": " + error.what());
@@ -101,9 +99,9 @@ void load_environment_variants() {
   });
 }
 
-Document changes_document(const RegistryEntry& entry, const ConstantTable& changes) {
+Document variant_document(const RegistryEntry& entry, const ConstantTable& constants) {
   const ConstantTable all =
-      entry.constants == nullptr ? changes : overridden(*entry.constants, changes);
+      entry.constants == nullptr ? constants : merge_constants(*entry.constants, constants);
   if (all.empty() && entry.constants == nullptr) return nullptr;
   return DocumentTable{{"base", entry.base}, {"constants", all}};
 }

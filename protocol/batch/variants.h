@@ -1,5 +1,4 @@
-// Users' own ids as JSON (docs/variants.md): in files, and in what results and data sets say of
-// them.
+// Users' own ids as JSON (docs/variants.md): in files, in results and in data sets.
 #pragma once
 
 #include <filesystem>
@@ -14,22 +13,22 @@ namespace engram {
 // (kInvalidArgument) if it is anything else.
 ConstantTable parse_constants(std::string_view json);
 
-// One definition: id, base, constants, and instruction where it has its own.
-Document to_document(const VariantDefinition& definition);
-// Throws Error (kInvalidArgument) if a key is missing, unknown or of the wrong type. what: what the
-// definition is part of, for the message.
-VariantDefinition to_definition(const Document& document, std::string_view what);
+// One variant: id, base, constants, and instruction where it has its own.
+Document to_document(const TaskVariant& variant);
+// Throws Error (kInvalidArgument) if a key is missing, unknown or of the wrong type. what: the name
+// of the whole document, for the message.
+TaskVariant to_variant(const Document& document, std::string_view what);
 
-// Registers all variants of a file, {"variants": [definition, ...]}, or none. Throws Error: kIo if
+// Registers all variants of a file, {"variants": [variant, ...]}, or none. Throws Error: kIo if
 // it cannot be read, kInvalidArgument or kUnknownId, naming the file, if it is not such a file or a
 // variant is refused.
 void load_variants(const std::filesystem::path& file);
 // The same, once per process, with the file that the environment variable ENGRAM_VARIANTS names, if
-// it is set. Every door calls it before it looks for ids.
+// it is set. Every API calls it before it looks for ids.
 void load_environment_variants();
 
-// What the results of a task say of its definition: base and constants; null where it is one of the
-// benchmark's tasks with its own constants. changes: by argument.
-Document changes_document(const RegistryEntry& entry, const ConstantTable& changes);
+// The variant that results are of: base and constants; null for one of the benchmark's tasks with
+// its own constants. constants: those given by argument.
+Document variant_document(const RegistryEntry& entry, const ConstantTable& constants);
 
 }  // namespace engram

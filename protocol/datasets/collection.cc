@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/env/scripted_policy.h"
 #include "protocol/batch/episodes.h"
 #include "protocol/work/scheduler.h"
 
@@ -120,7 +121,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
       folders.push_back(std::make_unique<DemonstrationFolder>(options.out, *task, options.plan));
     }
   }
-  EnvOptions env_options = demonstration_options();
+  MakeOptions env_options = demonstration_options();
   env_options.image_options.renderer = options.plan.renderer;
   env_options.rules = options.plan.rules;
   env_options.constants = options.plan.constants;
@@ -133,7 +134,8 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
     EpisodeRecorder recorder{
         env, std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs())),
         std::vector<Demonstration>(static_cast<std::size_t>(item.count))};
-    const auto act = [&env](std::span<float> actions) { env.act(Policy::kOracle, actions); };
+    const ScriptedPolicy oracle(env, Policy::kOracle);
+    const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };
     if (!play_episodes(env, item.first_seed, item.count, context, act, recorder)) {
       batch.clear();
       return {};

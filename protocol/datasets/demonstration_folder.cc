@@ -35,14 +35,14 @@ int file_number(const std::string& name) {
 
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
 DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
-  const EnvOptions options = demonstration_options();
+  const MakeOptions options = demonstration_options();
   return {{"version", version()},
           {"start_seed", plan.start_seed},
           {"renderer", plan.renderer},
           {"rules", name_of(plan.rules)},
           {"control_mode", name_of(options.control_mode)},
           {"reward_mode", "normalized_dense"},
-          {"variant", changes_document(entry, plan.constants)}};
+          {"variant", variant_document(entry, plan.constants)}};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <array>
 #include <numeric>
 
+#include "core/env/queries.h"
 #include "protocol/batch/rows.h"
 #include "protocol/datasets/npz.h"
 
@@ -33,8 +34,8 @@ CollectionRule collection_rule(const RegistryEntry& entry) {
   return {.batch = entry.family == "ShellGamePick" ? 1 : 10, .min_steps = 10};
 }
 
-EnvOptions demonstration_options() {
-  EnvOptions options;
+MakeOptions demonstration_options() {
+  MakeOptions options;
   options.obs_mode = ObsMode::kRgb;
   options.auto_reset = AutoReset::kOff;
   options.terminate_on_success = true;  // where demonstrations end
@@ -45,7 +46,7 @@ EnvOptions demonstration_options() {
 
 void DemonstrationRecorder::start(const Batch& env, int index) {
   seed_ = static_cast<std::int64_t>(env.state().seed[index]);
-  instruction_ = env.instruction(index);
+  instruction_ = Queries(env).instruction(index);
   height_ = env.options().images.height;
   width_ = env.options().images.width;
   rgb_.clear();
@@ -58,7 +59,7 @@ void DemonstrationRecorder::start(const Batch& env, int index) {
 
 void DemonstrationRecorder::before_step(const Batch& env, int index, std::span<float> action) {
   for (float& component : action) component = std::clamp(component, -1.0F, 1.0F);
-  append(rgb_, row_of(env.rgb(), env, index));
+  append(rgb_, row_of(env.images().rgb, env, index));
   append(proprio_, row_of(env.proprio(), env, index));
   append(actions_, std::span<const float>(action));
 }

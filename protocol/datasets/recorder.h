@@ -24,7 +24,7 @@ CollectionRule collection_rule(const RegistryEntry& entry);
 
 // Options of the environments for recording and replay: the
 // library's defaults with images, episodes ending at success and then left alone.
-EnvOptions demonstration_options();
+MakeOptions demonstration_options();
 
 // Seeds are stored as int64.
 inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;

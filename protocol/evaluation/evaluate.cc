@@ -6,6 +6,8 @@
 #include <numeric>
 #include <string>
 
+#include "core/env/queries.h"
+#include "core/env/scripted_policy.h"
 #include "protocol/batch/episodes.h"
 #include "protocol/batch/rows.h"
 #include "protocol/evaluation/mean.h"
@@ -156,17 +158,19 @@ class ItemEvaluator {
     result.answer_chance = env.info().answer_chance();
     result.asks = env.info().answer.empty() ? 0 : 1;
     result.episodes.resize(static_cast<std::size_t>(item.count));
-    const std::uint64_t unstable = env.unstable_count();
+    const Queries queries(env);
+    const std::uint64_t unstable = queries.unstable_count();
     std::optional<ChunkedPolicy> chunked;
     if (workspace.policy) chunked.emplace(env, *workspace.policy, context);
     EpisodeObserver observer(env, result, chunked ? &*chunked : nullptr,
                              static_cast<int>(item.first_seed - protocol_.start_seed),
                              protocol_.samples);
+    const ScriptedPolicy scripted(env, protocol_.policy);
     const auto act = [&](std::span<float> actions) {
       if (chunked) {
         chunked->act(actions);
       } else {
-        env.act(protocol_.policy, actions);
+        scripted.act(actions);
       }
     };
     if (!play_episodes(env, item.first_seed, item.count, context, act, observer)) {
@@ -175,7 +179,7 @@ class ItemEvaluator {
     }
     if (chunked) result.chunk_size = chunked->longest_chunk();
     if (workspace.policy) workspace.policy->require_drained();
-    result.unstable = env.unstable_count() - unstable;
+    result.unstable = queries.unstable_count() - unstable;
     result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return result.pack();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/join.h"
+#include "core/env/queries.h"
 #include "protocol/batch/rows.h"
 
 namespace engram {
@@ -109,9 +110,10 @@ void ChunkedPolicy::request() {
     steps_.push_back(env_.state().elapsed[env]);
     first_.push_back(slot.first ? 1 : 0);
     slot.first = false;
-    instructions_.push_back(env_.instruction(env));
+    instructions_.push_back(Queries(env_).instruction(env));
     append(proprio_, row_of(env_.proprio(), env_, env));
-    if (env_.options().obs_mode == ObsMode::kRgb) append(rgb_, row_of(env_.rgb(), env_, env));
+    if (env_.options().obs_mode == ObsMode::kRgb)
+      append(rgb_, row_of(env_.images().rgb, env_, env));
     append(state_, row_of(env_.observation(), env_, env));
   }
   if (rows_.empty()) return;

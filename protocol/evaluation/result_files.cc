@@ -115,7 +115,7 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
       set("memory_score", *score);
     }
   }
-  Document variant = changes_document(*result.entry, settings.constants);
+  Document variant = variant_document(*result.entry, settings.constants);
   if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));
   return keys;
 }
@@ -251,7 +251,7 @@ std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings&
     const std::optional<TaskResult> result = task ? parse_result(*task, *entry) : std::nullopt;
     if (!result) continue;
     check_protocol(file, *task, expected);
-    check_variant(file, *task, changes_document(*entry, settings.constants));
+    check_variant(file, *task, variant_document(*entry, settings.constants));
     // Edited files count as damaged, too.
     if (!follows_protocol(*result, settings) || *task != task_document(*result, settings)) continue;
     tasks.emplace(id, std::move(*task));

@@ -8,7 +8,7 @@ namespace engram {
 
 // Takes a picture every so many steps; whenever there are too many, every second one is dropped and
 // the distance doubled.
-void SamplePictures::sample(Batch& env, int index) {
+void SamplePictures::sample(const Batch& env, int index) {
   constexpr std::size_t kMost = 16;
   const int step = env.state().elapsed[index];
   const bool ended = (env.terminated()[static_cast<std::size_t>(index)] |
@@ -20,19 +20,20 @@ void SamplePictures::sample(Batch& env, int index) {
   std::erase_if(pictures_, [this](const Picture& picture) { return picture.step % stride_ != 0; });
 }
 
-void SamplePictures::capture(Batch& env, int index) {
+void SamplePictures::capture(const Batch& env, int index) {
   Picture picture{env.state().elapsed[index],
                   std::vector<std::uint8_t>(std::size_t{kSide} * kSide * 3)};
   const ImageShape& shape = env.options().images;
   if (env.options().obs_mode == ObsMode::kRgb && shape.width == kSide && shape.height == kSide) {
     const std::uint8_t* pixel =
-        env.rgb().data() + static_cast<std::size_t>(index) * 3 * shape.cells();
+        env.images().rgb.data() + static_cast<std::size_t>(index) * 3 * shape.cells();
     const std::size_t stride = 3 * shape.cameras.size();
     for (std::size_t i = 0; i < picture.rgb.size(); i += 3, pixel += stride) {
       std::copy_n(pixel, 3, picture.rgb.begin() + static_cast<std::ptrdiff_t>(i));
     }
   } else {
-    env.render(index, ImageShape().cameras.front(), kSide, kSide, picture.rgb);
+    if (!renderer_) renderer_.emplace(env);
+    renderer_->render(index, ImageShape().cameras.front(), kSide, kSide, picture.rgb);
   }
   pictures_.push_back(std::move(picture));
 }

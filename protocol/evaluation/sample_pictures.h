@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "core/env/scene_renderer.h"
 #include "protocol/batch/make.h"
 #include "protocol/formats/bytes.h"
 
@@ -15,7 +17,7 @@ class SamplePictures {
   static constexpr int kPictures = 5;  // in the strip
 
   // After the reset and after every step.
-  void sample(Batch& env, int index);
+  void sample(const Batch& env, int index);
   // The strip: base camera from the first to the last sample.
   Bytes png() const;
 
@@ -25,8 +27,9 @@ class SamplePictures {
     std::vector<std::uint8_t> rgb;
   };
 
-  void capture(Batch& env, int index);
+  void capture(const Batch& env, int index);
 
+  std::optional<SceneRenderer> renderer_;  // from the first picture that needs it on
   std::vector<Picture> pictures_;
   int stride_ = 1;  // steps between two of them
 };

@@ -10,13 +10,13 @@ namespace engram {
 namespace {
 
 // Variants among these tasks.
-DocumentList definitions_of(const std::vector<std::string>& ids) {
-  DocumentList definitions;
+DocumentList variants_of(const std::vector<std::string>& ids) {
+  DocumentList variants;
   for (const std::string& id : ids) {
     const RegistryEntry& entry = require_entry(id);
-    if (entry.constants != nullptr) definitions.push_back(to_document(definition_of(entry)));
+    if (entry.constants != nullptr) variants.push_back(to_document(variant_of(entry)));
   }
-  return definitions;
+  return variants;
 }
 
 EvaluationSettings read(const Document& document) {
@@ -35,9 +35,9 @@ EvaluationSettings read(const Document& document) {
     settings.task_options[name] = number(value);
   }
   settings.constants = table(part(document, "constants"));
-  std::vector<VariantDefinition> variants;
+  std::vector<TaskVariant> variants;
   for (const Document& variant : list(part(document, "variants"))) {
-    variants.push_back(to_definition(variant, "variants"));
+    variants.push_back(to_variant(variant, "variants"));
   }
   register_variants(variants);
   return settings;
@@ -55,7 +55,7 @@ void require_this_version(const Document& document, const std::filesystem::path&
 
 }  // namespace
 
-void EvaluationSettings::set_environment(const EnvOptions& environment) {
+void EvaluationSettings::set_environment(const MakeOptions& environment) {
   obs_mode = environment.obs_mode;
   renderer = obs_mode == ObsMode::kRgb ? environment.image_options.renderer : "none";
   rules = environment.rules;
@@ -78,7 +78,7 @@ Document EvaluationSettings::document() const {
                        {"rules", name_of(rules)},
                        {"task_options", DocumentTable(task_options.begin(), task_options.end())},
                        {"constants", constants},
-                       {"variants", definitions_of(tasks)}};
+                       {"variants", variants_of(tasks)}};
 }
 
 EvaluationSettings EvaluationSettings::of(const Document& document,
@@ -107,7 +107,7 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   Protocol protocol;
   protocol.episodes = settings.episodes;
   protocol.start_seed = settings.start_seed;
-  EnvOptions& environment = protocol.environment;
+  MakeOptions& environment = protocol.environment;
   environment.obs_mode = settings.obs_mode;
   if (environment.obs_mode == ObsMode::kRgb) {
     environment.image_options.renderer = settings.renderer;

@@ -24,7 +24,7 @@ struct EvaluationSettings {
   ConstantTable constants;  // of all tasks, instead of their own
 
   // Takes over the observations, the renderer, the rules, the task options and the constants.
-  void set_environment(const EnvOptions& environment);
+  void set_environment(const MakeOptions& environment);
 
   Document document() const;
   // Registers the variants that it is about. Throws Error (kIo) if the document is not one of

@@ -140,11 +140,12 @@ void describe_batteries(const BatteryParams& params, TaskInfo& info) {
   info.termination = Termination::kSuccess;
   info.success_reward = kBatterySuccessReward;
   info.oracle_dim = params.WORKING_BATTERY_COUNT;
-  info.draws = {{"tray_x", 1, false, kTrayX[0], kTrayX[1], "m", "centre of the tray"},
-                {"tray_y", 1, false, kTrayY[0], kTrayY[1], "m", "centre of the tray"},
-                {"working", params.WORKING_BATTERY_COUNT, true, 0,
-                 params.ACTIVE_BATTERY_COUNT - 1.0, "", "slots of the batteries that work", true}};
-  info.hidden_draw = "working";
+  info.random_variables = {
+      {"tray_x", 1, false, kTrayX[0], kTrayX[1], "m", "centre of the tray"},
+      {"tray_y", 1, false, kTrayY[0], kTrayY[1], "m", "centre of the tray"},
+      {"working", params.WORKING_BATTERY_COUNT, true, 0, params.ACTIVE_BATTERY_COUNT - 1.0, "",
+       "slots of the batteries that work", true}};
+  info.hidden_variable = "working";
   info.options = {{"upstream_rewards", 0, true, 0, 1, "",
                    "1: button reach, found bonus and press penalty as in upstream's code", 1},
                   {"socket_battery_idx", -1, true, -1, 0, "",

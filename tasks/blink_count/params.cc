@@ -11,11 +11,11 @@
 namespace engram::tasks {
 namespace {
 
-std::vector<Draw> draws_of(const BlinkCountParams& params) {
+std::vector<RandomVariable> draws_of(const BlinkCountParams& params) {
   const int most = params.BLINK_COUNT_RANGE.high;
   const auto steps = [](const char* name, int width, StepRange range, const char* what,
                         const char* constant) {
-    Draw draw = range.draw(name, what, constant);
+    RandomVariable draw = range.draw(name, what, constant);
     draw.width = width;
     return draw;
   };
@@ -133,8 +133,8 @@ void describe_blink_count(const BlinkCountParams& params, TaskInfo& info) {
   info.termination = Termination::kSuccessOrFailed;
   info.success_reward = SUCCESS_BONUS;
   info.oracle_dim = 1;
-  info.draws = draws_of(params);
-  info.hidden_draw = "target_blinks";
+  info.random_variables = draws_of(params);
+  info.hidden_variable = "target_blinks";
   info.options = options();
   info.constants = constants_of(params);
   info.phases = {{"cue", "elapsed < C: the lamp blinks; presses do not count"},

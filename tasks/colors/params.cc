@@ -27,7 +27,7 @@ const char* cue_name(const ColorRecallParams& params) {
   return params.rule == ColorRule::kBunch ? "CUE_PHASE_STEPS" : "CUE_STEP_DURATION";
 }
 
-std::vector<Draw> draws_of(const ColorRecallParams& params) {
+std::vector<RandomVariable> draws_of(const ColorRecallParams& params) {
   const bool bunch = params.rule == ColorRule::kBunch;
   return {
       {"sequence", params.SEQUENCE_LENGTH, true, 0, params.COLORS - 1.0, "",
@@ -109,8 +109,8 @@ void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
   info.termination = Termination::kNever;
   info.success_reward = kColorSuccessReward;
   info.oracle_dim = params.SEQUENCE_LENGTH;
-  info.draws = draws_of(params);
-  info.hidden_draw = "sequence";
+  info.random_variables = draws_of(params);
+  info.hidden_variable = "sequence";
   info.options = {{"touch_radius", params.GOAL_THRESH, false, 0.001, 0.2, "m",
                    "how near its touch point a cube is touched", params.CUBE_HALFSIZE}};
   if (params.rule == ColorRule::kSeq) {

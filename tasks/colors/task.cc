@@ -44,7 +44,7 @@ class ColorRecall final : public FamilyBase {
     info_.reward_terms =
         reward_terms_of([&](auto& row) { list_color_terms(row, params.rule, {}, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -66,10 +66,10 @@ class ColorRecall final : public FamilyBase {
   }
 
   int cue_end(int env) const override { return clock_.cue_end(env); }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
-    clock_.drawn_row(row, env);
+  void sampled_row(Row& row, int env) const {
+    clock_.sampled_row(row, env);
   }
 
   // --- sampling ---

@@ -28,7 +28,7 @@ void FamilyBase::set_changeable(std::vector<TaskConstant> changeable,
   }
 }
 
-std::vector<ObjectDescriptor> FamilyBase::looks() const {
+std::vector<ObjectDescriptor> FamilyBase::object_descriptors() const {
   std::vector<ObjectDescriptor> looks;
   for (const mjcf::Prop& prop : scene_.props) looks.push_back(mjcf::describe_object(prop));
   return looks;

@@ -17,7 +17,7 @@ struct StepRange {
   Constant constant() const { return ConstantList{low, high}; }
   // A draw from this range, for TaskInfo::draws; `index` is its place there. constant: the name of
   // the range, where resets may narrow it.
-  Draw draw(std::string name, std::string description, std::string constant = {}) const {
+  RandomVariable draw(std::string name, std::string description, std::string constant = {}) const {
     return {.name = std::move(name),
             .integer = true,
             .low = static_cast<double>(low),

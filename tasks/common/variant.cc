@@ -1,6 +1,6 @@
 #include "tasks/common/variant.h"
 
-#include "core/env/env_options.h"
+#include "core/env/options.h"
 
 namespace engram::tasks {
 namespace {
@@ -12,7 +12,7 @@ constexpr double kLongestEpisode = 1'000'000;  // control steps
 void list_common_constants(Changes& list, RegistryEntry& entry) {
   list.integer(kHorizonConstant, entry.horizon, {1, kLongestEpisode}, "control steps",
                "horizon: how long an episode may last");
-  double noise = EnvOptions().robot_init_qpos_noise;
+  double noise = BatchOptions().robot_init_qpos_noise;
   list.real(kNoiseConstant, noise, {0, 1}, "rad",
             "standard deviation of the arm joints' noise in the start pose");
 }

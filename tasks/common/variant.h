@@ -41,7 +41,7 @@ std::unique_ptr<Task> make_variant(const RegistryEntry& entry, const ConstantTab
   list_common_constants(list, own);
   std::vector<TaskConstant> changeable = list.take();
   params.check(own.horizon);
-  if (own.time_limit > 0) own.horizon = own.time_limit;
+  if (own.max_episode_steps > 0) own.horizon = own.max_episode_steps;
   auto task = std::make_unique<Made>(own, params);
   task->set_changeable(std::move(changeable), constants);
   return task;

@@ -15,7 +15,7 @@ namespace {
 constexpr int kTimePerCube = 75;  // control steps
 constexpr int kTimeToPress = 25;
 
-std::vector<Draw> draws(const GatherParams& params) {
+std::vector<RandomVariable> draws(const GatherParams& params) {
   const int cubes = params.N_CUBES;
   return {
       {"flash_color", 1, true, 0, kColors - 1.0, "", "colour of the flash and of the right button"},
@@ -130,8 +130,8 @@ void describe_gather(const GatherParams& params, TaskInfo& info) {
   info.termination = Termination::kSuccessOrFailed;
   info.success_reward = kGatherSuccessReward;
   info.oracle_dim = 1;
-  info.draws = draws(params);
-  info.hidden_draw = "flash_color";
+  info.random_variables = draws(params);
+  info.hidden_variable = "flash_color";
   info.constants = constants(params);
   info.phases = {{"move", "not all cubes rest on the disc"},
                  {"flash", "flash_duration steps from the step with flash_trigger_count cubes"},

@@ -40,7 +40,7 @@ class GatherAndRecall final : public FamilyBase {
     describe_gather(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -68,9 +68,9 @@ class GatherAndRecall final : public FamilyBase {
     return flash_start_[env] + duration_[env];
   }
 
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("flash_trigger_count", 1, "", "cubes on the disc at which the lamp flashes",
               [&] { return trigger_count_[env]; });
     row.field("flash_duration", 1, "control steps", "length of the flash",

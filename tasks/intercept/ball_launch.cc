@@ -48,7 +48,7 @@ void describe_launch(VelocityRange speed, TaskInfo& info) {
   info.termination = Termination::kNever;
   info.oracle_dim = 3;
   info.oracle_is_real = true;
-  info.draws = {
+  info.random_variables = {
       {"ball_x", 1, false, kStartX.low, kStartX.high, "m", "where the ball starts"},
       {"ball_y", 1, false, kStartY.low, kStartY.high, "m", "where the ball starts"},
       {"velocity_x", 1, false, kDrift.low, kDrift.high, "m/s", "of the ball's launch"},

@@ -77,13 +77,13 @@ class Intercept final : public FamilyBase {
                  .ball_radius = params.ball.BALL_RADIUS,
                  .goal_radius = params.GOAL_RADIUS}) {
     describe_launch(params.ball.VELOCITY_RANGE, info_);
-    info_.draws.push_back(
+    info_.random_variables.push_back(
         {"goal_y", 1, false, -kGoalSpan, kGoalSpan, "m", "where the target lies"});
     info_.success_reward = kSuccessReward;
     info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
     scene_.props = {launched_ball(params.ball.BALL_RADIUS),
                     mjcf::target_disc("goal_region", params.GOAL_RADIUS, kTargetRed)};
     scene_.table_ends = true;
@@ -110,9 +110,9 @@ class Intercept final : public FamilyBase {
 
   void advance(Range /*envs*/) override {}
   int cue_end(int /*env*/) const override { return 0; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("initial_velocity", 3, "m/s", "of the ball",
               [&] { return launch_.initial_velocity(env); });
   }

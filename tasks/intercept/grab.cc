@@ -68,7 +68,7 @@ class InterceptGrab final : public FamilyBase {
     info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
     scene_.props = {launched_ball(params.ball.BALL_RADIUS)};
     scene_.table_ends = true;
   }
@@ -89,9 +89,9 @@ class InterceptGrab final : public FamilyBase {
 
   void advance(Range /*envs*/) override {}
   int cue_end(int /*env*/) const override { return 0; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("initial_velocity", 3, "m/s", "of the ball",
               [&] { return launch_.initial_velocity(env); });
   }

@@ -99,7 +99,7 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
   describe_constants();
   info_.oracle_dim = static_cast<int>(objects_.identity(0).size());
   declare_state(*this);
-  declare_drawn(*this);
+  declare_sampled_values(*this);
   for (int key = 0; key < count(); ++key) {
     mjcf::Prop prop = objects_.prop(key);
     const Vec2& slot = slots_[static_cast<std::size_t>(key)];
@@ -109,8 +109,8 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
 }
 
 void ObjectRecall::describe_episode(const Wording& wording) {
-  info_.hidden_draw = wording.target;
-  info_.draws = {
+  info_.hidden_variable = wording.target;
+  info_.random_variables = {
       {wording.target, 1, true, 0, count() - 1.0, "", wording.target_text},
       {"positions", 2 * count(), false, -0.5, 0.5, "m", wording.positions_text},
       params_.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase", "CUE_PHASE_STEPS"),

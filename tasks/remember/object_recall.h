@@ -42,7 +42,7 @@ class ObjectRecall : public FamilyBase {
  public:
   void bind(const Bindings& bindings) override;
   int cue_end(int env) const override { return clock_.cue_end(env); }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
   void observe(Range envs, FloatRows out) override;
@@ -73,7 +73,7 @@ class ObjectRecall : public FamilyBase {
   // Position of an object at rest in the manipulation phase, m.
   double* position(int env, int key) const { return positions_.row(env) + 3 * key; }
 
-  void add_draw(Draw draw) { info_.draws.push_back(std::move(draw)); }
+  void add_draw(RandomVariable draw) { info_.random_variables.push_back(std::move(draw)); }
   void add_constant(const char* name, Constant value) {
     info_.constants.emplace_back(name, std::move(value));
   }
@@ -100,8 +100,8 @@ class ObjectRecall : public FamilyBase {
   template <class Row>
   void state_row(Row& row, int env) const;
   template <class Row>
-  void drawn_row(Row& row, int env) const {
-    clock_.drawn_row(row, env);
+  void sampled_row(Row& row, int env) const {
+    clock_.sampled_row(row, env);
   }
   void note_answer(int env) const;
 

@@ -80,7 +80,7 @@ constexpr int kPeg = 0;
 
 enum DrawIndex { kTargetAngle, kInitialYaw, kPegX, kPegY };
 
-std::vector<Draw> draws(const Params& params) {
+std::vector<RandomVariable> draws(const Params& params) {
   const bool both = params.MODE == RotateMode::kPosNegAngle;
   const double largest = largest_angle(params.MODE);
   return {
@@ -136,12 +136,12 @@ class Rotate final : public FamilyBase {
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
     info_.task_cue_dim = 1;
-    info_.draws = draws(params);
+    info_.random_variables = draws(params);
     info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"manipulation", "always"}};
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
     scene_.props = {
         mjcf::peg("peg", params.PEG_HALF_LENGTH, params.PEG_HALF_WIDTH, kPegBlue, kPegBlue)};
     scene_.render_view = mjcf::RenderView::kAboveTable;
@@ -165,9 +165,9 @@ class Rotate final : public FamilyBase {
 
   // The target is in the instruction and in task_cue all the time.
   int cue_end(int /*env*/) const override { return 0; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("target_angle", 1, "rad", "by which to turn the peg", [&] { return target_[env]; });
   }
 

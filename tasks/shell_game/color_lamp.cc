@@ -18,7 +18,7 @@ class ColorLamp final : public ShellGame {
         expert_(*this, params, params.CUE_PHASE_STEPS.high) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
-    info_.draws.push_back(LampCue::mapping_draw());
+    info_.random_variables.push_back(LampCue::mapping_draw());
     rule_.describe(info_);
     LampCue::describe(info_);
     declare_state(*this);

@@ -18,9 +18,9 @@ ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, 
   info_.frozen_cue = setup.frozen;
   info_.success_reward = setup.success_reward;
   info_.oracle_dim = 1;
-  declare_drawn(*this);
-  info_.hidden_draw = setup.target;
-  info_.draws = {
+  declare_sampled_values(*this);
+  info_.hidden_variable = setup.target;
+  info_.random_variables = {
       {setup.target, 1, true, 0, kCups - 1, "", setup.target_description},
       Mugs::base_draw(),
       params.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase", "CUE_PHASE_STEPS"),

@@ -31,7 +31,7 @@ LampCue::LampCue(mjcf::Scene& scene, double ball_radius, int draw)
   lamp_ = Lamp(scene, "lamp");
 }
 
-Draw LampCue::mapping_draw() {
+RandomVariable LampCue::mapping_draw() {
   return {"mapping",
           1,
           true,
@@ -42,7 +42,7 @@ Draw LampCue::mapping_draw() {
 }
 
 void LampCue::describe(TaskInfo& info) {
-  info.hidden_draw = mapping_draw().name;
+  info.hidden_variable = mapping_draw().name;
   info.options = {{"fixed_mapping", 0, true, 0, 1, "",
                    "1: red left, green center, blue right in every episode whose mapping is not "
                    "pinned",

@@ -13,7 +13,7 @@ class LampCue {
   static constexpr const char* kTarget = "target_color";
   static constexpr const char* kTargetDescription = "colour of the lamp: 0 red, 1 green, 2 blue";
   // The draw of which ball goes with which mug.
-  static Draw mapping_draw();
+  static RandomVariable mapping_draw();
 
   // Appends balls and lamp to the scene. `draw`: index of the game's mapping_draw.
   LampCue(mjcf::Scene& scene, double ball_radius, int draw);

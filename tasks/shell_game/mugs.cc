@@ -58,7 +58,7 @@ void check_mugs(const ShellGameParams& params, const MugStance& stance, double r
   }
 }
 
-Draw Mugs::base_draw() {
+RandomVariable Mugs::base_draw() {
   return {"base", 2, false, -kBaseRange, kBaseRange, "m", "x, y of the center slot"};
 }
 

@@ -25,7 +25,7 @@ void check_mugs(const ShellGameParams& params, const MugStance& stance, double r
 class Mugs {
  public:
   // The draw of where the row stands.
-  static Draw base_draw();
+  static RandomVariable base_draw();
 
   // Appends the mugs to the scene. They are its props 0, 1, 2, named after the slots in which they
   // start.

@@ -148,7 +148,7 @@ class ShuffleColorLamp final : public ShellGame {
     rule_.describe(info_);
     LampCue::describe(info_);
     shuffle_.describe(info_);
-    info_.draws.push_back(LampCue::mapping_draw());
+    info_.random_variables.push_back(LampCue::mapping_draw());
     info_.constants.emplace_back("LAMP_RADIUS", 0.018);  // unused
     info_.constants.emplace_back(
         "COLOR_RGBA",

@@ -44,11 +44,12 @@ void ShufflePhase::describe(TaskInfo& info) {
   info.phases = {{"cue", "elapsed < cue_steps"},
                  {"shuffle", "cue_steps <= elapsed < cue_steps + shuffle_steps"},
                  {"manipulation", "elapsed >= cue_steps + shuffle_steps"}};
-  info.draws.push_back(params_.SHUFFLE_PHASE_STEPS.draw(
+  info.random_variables.push_back(params_.SHUFFLE_PHASE_STEPS.draw(
       "shuffle_steps", "length of the shuffle phase", "SHUFFLE_PHASE_STEPS"));
-  info.draws.push_back(params_.NUM_SWAPS.draw("num_swaps", "swaps in the shuffle", "NUM_SWAPS"));
-  info.draws.back().unit.clear();
-  info.draws.push_back(
+  info.random_variables.push_back(
+      params_.NUM_SWAPS.draw("num_swaps", "swaps in the shuffle", "NUM_SWAPS"));
+  info.random_variables.back().unit.clear();
+  info.random_variables.push_back(
       {"swap_pairs", params_.NUM_SWAPS.high, true, 0, 2, "",
        "slots of each swap: 0 left and center, 1 left and right, 2 center and right"});
   snap_back_option_ = info.options.size();

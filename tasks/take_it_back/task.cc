@@ -56,7 +56,7 @@ enum DrawIndex { kSlot, kInitialX, kInitialShift, kGoalX, kGoalY, kDraws };
 
 enum OptionIndex { kMayOverlap };
 
-std::vector<Draw> draws() {
+std::vector<RandomVariable> draws() {
   return {
       {"slot", 1, true, -1, 1, "", "where the cube starts: right, middle or left"},
       {"initial_x", 1, false, -kStartX, kStartX, "m", "where the cube starts"},
@@ -126,7 +126,7 @@ class TakeItBack final : public FamilyBase {
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
     info_.oracle_is_real = true;
-    info_.draws = draws();
+    info_.random_variables = draws();
     info_.options = {{"may_overlap", 0, true, 0, 1, "",
                       "1: the discs of start and target may overlap, which makes success easy", 1}};
     info_.constants = constants(params);
@@ -292,7 +292,7 @@ class TakeItBack final : public FamilyBase {
   void draw_positions(const Episode& episode) const {
     // Pins may leave no choice.
     const int most_draws = engine_.options[kMayOverlap] != 0 ? 1 : 100;
-    const std::vector<Draw>& about = info_.draws;
+    const std::vector<RandomVariable>& about = info_.random_variables;
     const int slot = episode.integer(kSlot, -1, 1);
     slot_[episode.env()] = slot;
     std::array<double, kDraws> values{};

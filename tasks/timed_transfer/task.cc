@@ -139,7 +139,7 @@ constexpr double kSinkage = 1.06e-4;  // m
 enum PropIndex { kGreenDisc, kRedDisc, kCube };
 enum DrawIndex { kCenterXDraw, kCenterYDraw, kSignalStep };
 
-std::vector<Draw> draws(const Params& params) {
+std::vector<RandomVariable> draws(const Params& params) {
   return {{"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "between the discs"},
           {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "between the discs"},
           params.PRE_SIGNAL_STEPS.draw("signal_step", "from which the lamp is green",
@@ -209,13 +209,13 @@ class TimedTransfer final : public FamilyBase {
     info_.success_reward = kTimedTransferSuccessReward;
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
-    info_.draws = draws(params);
-    info_.hidden_draw = "signal_step";
+    info_.random_variables = draws(params);
+    info_.hidden_variable = "signal_step";
     info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = phases(window);
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -236,9 +236,9 @@ class TimedTransfer final : public FamilyBase {
 
   // Whatever the draw, the lamp is green from there on.
   int cue_end(int /*env*/) const override { return params_.PRE_SIGNAL_STEPS.high; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("signal_step", 1, "control steps", "when the lamp turns green",
               [&] { return signal_step_[env]; });
     row.field("window_start", 1, "control steps", "first step in which the cube may arrive",

@@ -104,11 +104,11 @@ TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceParams& params)
   scene.props.push_back(red_body_prop());
 }
 
-std::vector<Draw> TraceDemo::draws() const {
+std::vector<RandomVariable> TraceDemo::draws() const {
   const int most = params_.MAX_SEQUENCE_LENGTH;
   const bool one = !params_.sequence;
   const auto [shortest, longest] = params_.SHAPE_RADIUS_RANGE;
-  std::vector<Draw> draws = {
+  std::vector<RandomVariable> draws = {
       {one ? "shape" : "shapes", most, true, 0, params_.AVAILABLE_SHAPES.size() - 1.0, "",
        in_words(params_.AVAILABLE_SHAPES)},
       {one ? "radius" : "radii", most, false, shortest, longest, "m", "", false,

@@ -27,7 +27,7 @@ class TraceDemo {
 
   // Draws of an episode, in the order of TraceDraw. The sequence's length is drawn
   // only where it varies.
-  std::vector<Draw> draws() const;
+  std::vector<RandomVariable> draws() const;
   static std::vector<TaskOptionSpec> options();
   // The class constants that both families have.
   ConstantTable constants() const;

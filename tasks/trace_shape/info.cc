@@ -11,7 +11,7 @@ std::vector<std::pair<std::string, std::string>> trace_phases(const std::string&
           {"action", "elapsed >= " + demo_end + "; green lamp"}};
 }
 
-std::string hidden_draw(const TraceParams& params) {
+std::string hidden_variable(const TraceParams& params) {
   const auto [least, most] = params.SHAPE_RADIUS_RANGE;
   if (params.AVAILABLE_SHAPES.size() > 1) return params.sequence ? "shapes" : "shape";
   if (least < most) return params.sequence ? "radii" : "radius";

@@ -14,7 +14,7 @@ namespace engram::tasks {
 std::vector<std::pair<std::string, std::string>> trace_phases(const std::string& demo_end);
 
 // The draw that an agent has to remember first of all: the first that is not always the same.
-std::string hidden_draw(const TraceParams& params);
+std::string hidden_variable(const TraceParams& params);
 
 // Adds the class constants that are not of the demonstration.
 void add_trace_constants(const TraceParams& params, double success_bonus, ConstantTable& table);

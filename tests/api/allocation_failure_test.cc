@@ -75,7 +75,7 @@ bool fails_well(const Call& call, std::int64_t number) {
   return happened;
 }
 
-TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][allocation]") {
+TEST_CASE("C API: a call that runs out of memory changes nothing", "[api][allocation]") {
   const BatchHandle keeper = make_running(small_options());  // the scenes stay compiled
   const test::MujocoMemory counted;
   const std::vector<std::uint8_t> state = saved(keeper);
@@ -128,7 +128,7 @@ TEST_CASE("C door: a call that runs out of memory changes nothing", "[api][alloc
 // A batch that was asked for with a failing allocation.
 struct Attempt {
   bool happened = false;  // the call came as far as that allocation
-  bool told = false;      // either a batch, or none and a status that says why
+  bool reported = false;  // either a batch, or none and a status that says why
   bool in_mujoco = false;
   std::int64_t leaked = 0;
 };
@@ -149,16 +149,16 @@ Attempt try_to_make(const engram_options& options, std::int64_t number) {
     // MuJoCo's parser may take the failure for one of the scene's text.
     const bool misread = std::strstr(error, "refused by MuJoCo") != nullptr;
     attempt.in_mujoco = misread || std::strstr(error, "MuJoCo: ") != nullptr;
-    attempt.told = status == ENGRAM_OK
-                       ? env != nullptr
-                       : env == nullptr && (status == ENGRAM_UNAVAILABLE || misread);
+    attempt.reported = status == ENGRAM_OK
+                           ? env != nullptr
+                           : env == nullptr && (status == ENGRAM_UNAVAILABLE || misread);
   }
   attempt.leaked = test::outstanding_allocations() - before;  // INFO allocates
   return attempt;
 }
 
-// Attempts, given as attempt(number), with each allocation failing in turn; all must tell and none
-// may leak. Returns how many allocations there are.
+// Attempts, given as attempt(number), with each allocation failing in turn; all must report it and
+// none may leak. Returns how many allocations there are.
 template <class F>
 std::int64_t all_fail_well(F&& attempt_with) {
   std::int64_t number = 1;
@@ -166,7 +166,7 @@ std::int64_t all_fail_well(F&& attempt_with) {
   for (Attempt attempt{.happened = true}; attempt.happened; ++number) {
     attempt = attempt_with(number);
     INFO("allocation " << number << ": " << engram_last_error());
-    CHECK(attempt.told);
+    CHECK(attempt.reported);
     // mj_makeData loses up to two blocks that it has already.
     if (attempt.in_mujoco) CHECK(attempt.leaked <= 2);
     if (!attempt.in_mujoco && attempt.leaked != 0) ++lost;
@@ -198,7 +198,7 @@ TEST_CASE("Scenes that there is no memory for end no program", "[api][allocation
   for (Attempt attempt{.happened = true}; attempt.happened; number += 1 + number / 2) {
     attempt = try_to_make(options, number);
     INFO("allocation " << number << ": " << engram_last_error());
-    CHECK(attempt.told);
+    CHECK(attempt.reported);
   }
   CHECK(number > 1000);
 }
@@ -272,9 +272,9 @@ Attempt try_to_evaluate(const Evaluation& evaluation, std::int64_t number,
     }
     const char* error = status == ENGRAM_OK ? "" : engram_last_error();
     attempt.in_mujoco = std::strstr(error, "MuJoCo") != nullptr;
-    attempt.told = status == ENGRAM_OK ? document != nullptr && document.get() == expected
-                                       : document == nullptr && *error != '\0';
-    if (!attempt.happened) attempt.told = attempt.told && status == ENGRAM_OK;
+    attempt.reported = status == ENGRAM_OK ? document != nullptr && document.get() == expected
+                                           : document == nullptr && *error != '\0';
+    if (!attempt.happened) attempt.reported = attempt.reported && status == ENGRAM_OK;
   }
   attempt.leaked = test::outstanding_allocations() - before;  // INFO allocates
   return attempt;
@@ -285,7 +285,7 @@ std::int64_t all_fail_well(const Evaluation& evaluation, const std::string& expe
       [&](std::int64_t number) { return try_to_evaluate(evaluation, number, expected); });
 }
 
-TEST_CASE("C door: evaluations that there is no memory for", "[api][allocation]") {
+TEST_CASE("C API: evaluations that there is no memory for", "[api][allocation]") {
   const BatchHandle keeper = make_running(small_options());  // the scenes stay compiled
   engram_status status = ENGRAM_OK;
   const std::string expected = Evaluation{}.run(status).get();
@@ -294,7 +294,7 @@ TEST_CASE("C door: evaluations that there is no memory for", "[api][allocation]"
 }
 
 // Results are there, and are read, summed up and written again.
-TEST_CASE("C door: finished evaluations that there is no memory for", "[api][allocation]") {
+TEST_CASE("C API: finished evaluations that there is no memory for", "[api][allocation]") {
   const tests::TemporaryFolder folder;
   const Evaluation evaluation{folder.path().string()};
   engram_status status = ENGRAM_OK;
@@ -303,7 +303,7 @@ TEST_CASE("C door: finished evaluations that there is no memory for", "[api][all
 }
 
 // Pictures of what was seen go into the folder, and need a scene (see above).
-TEST_CASE("C door: evaluations into a folder that there is no memory for end no program",
+TEST_CASE("C API: evaluations into a folder that there is no memory for end no program",
           "[api][allocation]") {
   // A thread of the evaluation compiles the scene: what MuJoCo leaks there cannot be forgiven.
   if (test::kSanitized) return;
@@ -316,13 +316,13 @@ TEST_CASE("C door: evaluations into a folder that there is no memory for end no 
     const tests::TemporaryFolder folder;
     attempt = try_to_evaluate({folder.path().string()}, number, expected);
     INFO("allocation " << number << ": " << engram_last_error());
-    CHECK(attempt.told);
+    CHECK(attempt.reported);
   }
   CHECK(number > 1000);
 }
 
 // The list is made once in a process.
-TEST_CASE("C door: the list of tasks is whole or not there", "[api][allocation]") {
+TEST_CASE("C API: the list of tasks is whole or not there", "[api][allocation]") {
   std::int64_t number = 1;
   bool listed = false;
   while (!listed) {

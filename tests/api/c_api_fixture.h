@@ -1,4 +1,4 @@
-// What tests of the plain-C door share.
+// Helpers of tests of the plain C API.
 #pragma once
 
 #include <catch2/catch.hpp>

@@ -18,7 +18,7 @@ engram_status status_of(const E& error) {
   return c::guarded([&error] { throw error; });
 }
 
-TEST_CASE("Each kind of error has a status", "[c_door]") {
+TEST_CASE("Each kind of error has a status", "[c_api]") {
   const std::vector<std::pair<Error::Kind, engram_status>> kinds = {
       {Error::kInvalidArgument, ENGRAM_INVALID_ARGUMENT},
       {Error::kUnknownId, ENGRAM_UNKNOWN_ID},
@@ -32,7 +32,7 @@ TEST_CASE("Each kind of error has a status", "[c_door]") {
   }
 }
 
-TEST_CASE("Exceptions of the standard library do not cross either", "[c_door]") {
+TEST_CASE("Exceptions of the standard library do not cross either", "[c_api]") {
   CHECK(status_of(std::bad_alloc()) == ENGRAM_UNAVAILABLE);
   CHECK(engram_last_error() == std::string("out of memory"));
   CHECK(status_of(std::system_error(std::make_error_code(
@@ -42,7 +42,7 @@ TEST_CASE("Exceptions of the standard library do not cross either", "[c_door]") 
   CHECK(status_of(42) == ENGRAM_INTERNAL);
 }
 
-TEST_CASE("Messages belong to their thread and stay until its next failure", "[c_door]") {
+TEST_CASE("Messages belong to their thread and stay until its next failure", "[c_api]") {
   c::fail(ENGRAM_IO, "of this thread");
   std::string elsewhere = "not asked yet";
   std::thread([&elsewhere] {
@@ -54,7 +54,7 @@ TEST_CASE("Messages belong to their thread and stay until its next failure", "[c
   CHECK(engram_last_error() == std::string("of this thread"));
 }
 
-TEST_CASE("Messages are one line of bounded length", "[c_door]") {
+TEST_CASE("Messages are one line of bounded length", "[c_api]") {
   c::fail(ENGRAM_IO, "two\nlines");
   CHECK(engram_last_error() == std::string("two?lines"));
   c::fail(ENGRAM_IO, std::string(100'000, 'x'));

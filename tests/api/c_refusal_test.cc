@@ -1,4 +1,4 @@
-// What the plain-C door refuses, and what it says then.
+// Refusals of the plain C API, and their messages.
 #include <array>
 #include <cmath>
 #include <functional>
@@ -16,7 +16,7 @@ using test::kId;
 using test::make_batch;
 using test::make_running;
 
-// A change of the options, and what the message must tell of it.
+// A change of the options, and a part of the message about it.
 struct BadOption {
   std::function<void(engram_options&)> change;
   engram_status status;
@@ -92,7 +92,7 @@ const std::vector<BadOption>& bad_options() {
   return bad;
 }
 
-TEST_CASE("Every bad option is refused with what was given and what is allowed", "[c_door]") {
+TEST_CASE("Every bad option is refused with what was given and what is allowed", "[c_api]") {
   for (const BadOption& bad : bad_options()) {
     engram_options options = default_options();
     bad.change(options);
@@ -103,7 +103,7 @@ TEST_CASE("Every bad option is refused with what was given and what is allowed",
   }
 }
 
-TEST_CASE("Making a batch needs an id that exists and somewhere to put it", "[c_door]") {
+TEST_CASE("Making a batch needs an id that exists and somewhere to put it", "[c_api]") {
   engram_env* env = nullptr;
   check_refused(engram_make(nullptr, nullptr, &env), ENGRAM_INVALID_ARGUMENT, "id: NULL");
   check_refused(engram_make(kId, nullptr, nullptr), ENGRAM_INVALID_ARGUMENT, "env: NULL");
@@ -112,7 +112,7 @@ TEST_CASE("Making a batch needs an id that exists and somewhere to put it", "[c_
   CHECK(env == nullptr);
 }
 
-TEST_CASE("No function crashes on a NULL batch", "[c_door]") {
+TEST_CASE("No function crashes on a NULL batch", "[c_api]") {
   std::array<float, 7> actions{};
   std::array<std::uint8_t, 12> bytes{};
   std::size_t size = 0;
@@ -148,7 +148,7 @@ TEST_CASE("No function crashes on a NULL batch", "[c_door]") {
   engram_close(nullptr);
 }
 
-TEST_CASE("No function crashes on a NULL buffer", "[c_door]") {
+TEST_CASE("No function crashes on a NULL buffer", "[c_api]") {
   const BatchHandle batch = make_running(1);
   engram_env* env = batch.get();
   engram_array array{};
@@ -176,7 +176,7 @@ TEST_CASE("No function crashes on a NULL buffer", "[c_door]") {
   check_refused(engram_reset(env, &request), ENGRAM_INVALID_ARGUMENT, "pins: NULL");
 }
 
-TEST_CASE("C: nothing runs before the first reset", "[c_door]") {
+TEST_CASE("C: nothing runs before the first reset", "[c_api]") {
   const BatchHandle batch = make_batch(1);
   engram_env* env = batch.get();
   std::array<float, 7> actions{};
@@ -193,7 +193,7 @@ TEST_CASE("C: nothing runs before the first reset", "[c_door]") {
   check_refused(engram_step_wait(env), ENGRAM_BAD_STATE, "no step is under way");
 }
 
-TEST_CASE("Wrong actions, indices, names and sizes are refused and change nothing", "[c_door]") {
+TEST_CASE("Wrong actions, indices, names and sizes are refused and change nothing", "[c_api]") {
   const BatchHandle batch = make_running(2);
   engram_env* env = batch.get();
   const std::vector<std::byte> before = test::outputs_of(batch);

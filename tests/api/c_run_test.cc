@@ -1,8 +1,9 @@
-// Running batches through the plain-C door: the same bits as the engine, whole or in two halves.
+// Running batches through the plain C API: the same bits as the engine, whole or in two halves.
 #include <atomic>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "core/env/scripted_policy.h"
 #include "protocol/batch/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/c_api_fixture.h"
@@ -29,9 +30,9 @@ engram_options same_step(int num_envs) {
   return options;
 }
 
-TEST_CASE("The door shows the engine's bits, step by step and across resets", "[c_door]") {
+TEST_CASE("Outputs are the engine's bits, step by step and across resets", "[c_api]") {
   const BatchHandle batch = make_running(same_step(6));
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 6;
   options.threads = 1;
   options.seed = 11;
@@ -41,7 +42,7 @@ TEST_CASE("The door shows the engine's bits, step by step and across resets", "[
   std::vector<float> actions(42);
   int ended = 0;
   for (int i = 0; i < 60; ++i) {
-    engine->act(Policy::kOracle, actions);
+    ScriptedPolicy(*engine, Policy::kOracle).act(actions);
     REQUIRE(actions == actions_of(batch, ENGRAM_POLICY_ORACLE));
     engine->step(actions);
     REQUIRE(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
@@ -61,7 +62,7 @@ TEST_CASE("The door shows the engine's bits, step by step and across resets", "[
   CHECK(ended >= 12);
 }
 
-TEST_CASE("Outputs have names, units, types and shapes, and stay where they are", "[c_door]") {
+TEST_CASE("Outputs have names, units, types and shapes, and stay where they are", "[c_api]") {
   const BatchHandle batch = make_running(3);
   const engram_array observation = output(batch, "observation");
   CHECK(observation.dtype == ENGRAM_FLOAT32);
@@ -86,7 +87,7 @@ TEST_CASE("Outputs have names, units, types and shapes, and stay where they are"
   CHECK(engram_horizon(batch.get()) == 25);
 }
 
-TEST_CASE("Images replace the state, and the last ones of an episode are kept", "[c_door]") {
+TEST_CASE("Images replace the state, and the last ones of an episode are kept", "[c_api]") {
   engram_options options = same_step(2);
   options.obs_mode = ENGRAM_OBS_RGB;
   options.image_width = 16;
@@ -117,13 +118,13 @@ TEST_CASE("Images replace the state, and the last ones of an episode are kept", 
   }
 }
 
-TEST_CASE("Depth and segmentation come beside images, and their last ones are kept", "[c_door]") {
+TEST_CASE("Depth and segmentation come beside images, and their last ones are kept", "[c_api]") {
   engram_options options = same_step(2);
   options.obs_mode = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION;
   options.image_width = 16;
   options.image_height = 12;
   const BatchHandle batch = make_running(options);
-  engram::EnvOptions same;
+  engram::BatchOptions same;
   same.num_envs = 2;
   same.seed = options.seed;
   same.obs_mode = engram::ObsMode::kRgbDepthSegmentation;
@@ -149,19 +150,21 @@ TEST_CASE("Depth and segmentation come beside images, and their last ones are ke
   }
   CHECK(output(batch, "depth").unit == std::string("mm"));
   for (int i = 0; i < 26; ++i) {
-    REQUIRE(equal(output(batch, "depth"), engine->depth()));
-    REQUIRE(equal(output(batch, "segmentation"), engine->segmentation()));
-    REQUIRE(equal(final_depth, engine->final_depth()));
-    REQUIRE(equal(final_segmentation, engine->final_segmentation()));
+    REQUIRE(equal(output(batch, "depth"), engine->images().depth));
+    REQUIRE(equal(output(batch, "segmentation"), engine->images().segmentation));
+    REQUIRE(equal(final_depth, engine->final_images().depth));
+    REQUIRE(equal(final_segmentation, engine->final_images().segmentation));
     step_by(batch, ENGRAM_POLICY_ZERO);
     engine->step(std::vector<float>(14));
   }
-  CHECK(std::ranges::any_of(engine->final_depth(), [](std::int16_t value) { return value > 0; }));
+  CHECK(std::ranges::any_of(engine->final_images().depth,
+                            [](std::int16_t value) { return value > 0; }));
   const auto names = nlohmann::json::parse(engram_describe_json(batch.get()))["segmentation_names"];
-  CHECK(std::ranges::equal(names.get<std::vector<std::string>>(), engine->segmentation_names()));
+  CHECK(std::ranges::equal(names.get<std::vector<std::string>>(),
+                           engine->images().segmentation_names));
 }
 
-TEST_CASE("A reset takes masks, seeds and pins", "[c_door]") {
+TEST_CASE("A reset takes masks, seeds and pins", "[c_api]") {
   const BatchHandle batch = make_running(3);
   const double target = 2;
   const engram_pin pin = {"target", &target, 1};
@@ -189,7 +192,7 @@ TEST_CASE("A reset takes masks, seeds and pins", "[c_door]") {
   CHECK(std::memcmp(&after[row], &bytes_of(output(batch, "observation"))[2 * row], row) == 0);
 }
 
-TEST_CASE("Two halves of a step do what a whole one does", "[c_door][async]") {
+TEST_CASE("Two halves of a step do what a whole one does", "[c_api][async]") {
   const BatchHandle whole = make_running(same_step(6));
   const BatchHandle halves = make_running(same_step(6));
   for (int i = 0; i < 40; ++i) {
@@ -206,7 +209,7 @@ TEST_CASE("Two halves of a step do what a whole one does", "[c_door][async]") {
   }
 }
 
-TEST_CASE("Between the halves of a step everything else is refused", "[c_door][async]") {
+TEST_CASE("Between the halves of a step everything else is refused", "[c_api][async]") {
   const BatchHandle batch = make_running(2);
   engram_env* env = batch.get();
   std::vector<float> actions(14);
@@ -236,7 +239,7 @@ TEST_CASE("Between the halves of a step everything else is refused", "[c_door][a
   CHECK(values<std::int32_t>(output(batch, "elapsed_steps"))[1] == 1);
 }
 
-TEST_CASE("A refused first half leaves no step under way", "[c_door][async]") {
+TEST_CASE("A refused first half leaves no step under way", "[c_api][async]") {
   const BatchHandle batch = make_running(1);
   float actions[7] = {0, 0, 0, 0, 0, 0, NAN};
   check_refused(engram_step_async(batch.get(), actions, 7), ENGRAM_INVALID_ARGUMENT, "component 6");
@@ -245,7 +248,7 @@ TEST_CASE("A refused first half leaves no step under way", "[c_door][async]") {
   CHECK(values<std::int32_t>(output(batch, "elapsed_steps"))[0] == 0);
 }
 
-TEST_CASE("Closing waits for a step, and another thread may wait too", "[c_door][async]") {
+TEST_CASE("Closing waits for a step, and another thread may wait too", "[c_api][async]") {
   for (int i = 0; i < 5; ++i) {
     BatchHandle batch = make_running(16);
     const std::vector<float> actions = actions_of(batch, ENGRAM_POLICY_RANDOM);
@@ -258,7 +261,7 @@ TEST_CASE("Closing waits for a step, and another thread may wait too", "[c_door]
   }
 }
 
-TEST_CASE("A batch at work in one thread refuses another", "[c_door]") {
+TEST_CASE("A batch at work in one thread refuses another", "[c_api]") {
   const BatchHandle batch = make_running(32);
   const std::vector<float> actions(test::action_count(batch));
   std::atomic<bool> refused = false;
@@ -284,7 +287,7 @@ TEST_CASE("A batch at work in one thread refuses another", "[c_door]") {
   CHECK_FALSE(wrong);
 }
 
-TEST_CASE("Snapshots travel between slots and batches", "[c_door]") {
+TEST_CASE("Snapshots travel between slots and batches", "[c_api]") {
   const BatchHandle from = make_running(2);
   const BatchHandle to = make_running(default_options(5));
   for (int i = 0; i < 8; ++i) step_by(from, ENGRAM_POLICY_ORACLE);
@@ -310,7 +313,7 @@ TEST_CASE("Snapshots travel between slots and batches", "[c_door]") {
   check_refused(engram_restore(to.get(), 0, bytes.data(), size), bad, "damaged");
 }
 
-TEST_CASE("Instructions are cut to the room that there is", "[c_door]") {
+TEST_CASE("Instructions are cut to the capacity given", "[c_api]") {
   const BatchHandle batch = make_running(1);
   std::size_t length = 0;
   REQUIRE(engram_instruction(batch.get(), 0, nullptr, 0, &length) == ENGRAM_OK);
@@ -320,7 +323,7 @@ TEST_CASE("Instructions are cut to the room that there is", "[c_door]") {
   CHECK(text == std::string("Obse"));
 }
 
-TEST_CASE("Descriptions are JSON and stay where they are", "[c_door]") {
+TEST_CASE("Descriptions are JSON and stay where they are", "[c_api]") {
   const auto list = nlohmann::json::parse(engram_list_json());
   REQUIRE(list.size() == engram_num_tasks());
   CHECK(list[0]["id"] == engram_task_id(0));
@@ -334,7 +337,7 @@ TEST_CASE("Descriptions are JSON and stay where they are", "[c_door]") {
   CHECK(description["state_dim"] == engram_state_dim(batch.get()));
 }
 
-TEST_CASE("Steps do not allocate, in one piece or two", "[c_door]") {
+TEST_CASE("Steps do not allocate, in one piece or two", "[c_api]") {
   const BatchHandle batch = make_running(same_step(4));
   std::vector<float> actions(28);
   const auto run = [&] {
@@ -350,6 +353,26 @@ TEST_CASE("Steps do not allocate, in one piece or two", "[c_door]") {
   const std::int64_t after = test::allocation_count();
   CHECK(steps == 30);
   CHECK(after == before);
+}
+
+TEST_CASE("A task is described without a handle as with one", "[c_api][describe]") {
+  engram_options options = default_options(5);
+  options.obs_mode = ENGRAM_OBS_OBJECTS;
+  options.constants = R"({"COLORS": 2})";
+  const BatchHandle batch = test::make_batch(options);
+  char* text = nullptr;
+  REQUIRE(engram_describe_task_json(kId, &options, &text) == ENGRAM_OK);
+  CHECK(std::string(text) == engram_describe_json(batch.get()));
+  engram_free_text(text);
+  REQUIRE(engram_describe_task_json(kId, nullptr, &text) == ENGRAM_OK);
+  CHECK(nlohmann::json::parse(text)["id"] == kId);
+  engram_free_text(text);
+  CHECK(engram_describe_task_json("RememberColour3", nullptr, &text) == ENGRAM_UNKNOWN_ID);
+  CHECK(text == nullptr);
+  options.num_envs = 0;
+  CHECK(engram_describe_task_json(kId, &options, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_describe_task_json(kId, nullptr, nullptr) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_describe_task_json(nullptr, nullptr, &text) == ENGRAM_INVALID_ARGUMENT);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ VectorEnv make_running(const EnvOptions& options) {
   return env;
 }
 
-TEST_CASE("The oracle succeeds through the C++ header", "[cpp_door]") {
+TEST_CASE("The oracle succeeds through the C++ header", "[cpp_api]") {
   VectorEnv env = make_running({.num_envs = 8, .seed = 3, .auto_reset = AutoReset::kOff});
   std::vector<float> actions = env.make_actions();
   CHECK(actions.size() == 56);
@@ -51,7 +51,7 @@ TEST_CASE("The oracle succeeds through the C++ header", "[cpp_door]") {
   CHECK(env.elapsed_steps()[0] > 5);
 }
 
-TEST_CASE("Views have one row per environment", "[cpp_door]") {
+TEST_CASE("Views have one row per environment", "[cpp_api]") {
   const VectorEnv env = make_running({.num_envs = 3, .threads = 1});
   CHECK(env.id() == kId);
   CHECK(env.num_threads() == 1);
@@ -71,7 +71,7 @@ TEST_CASE("Views have one row per environment", "[cpp_door]") {
   CHECK(env.instruction(2).back() == '.');
 }
 
-TEST_CASE("Outputs are typed views with their shape", "[cpp_door]") {
+TEST_CASE("Outputs are typed views with their shape", "[cpp_api]") {
   const VectorEnv env = make_running({.num_envs = 3, .pins = {{"target", {1}}}});
   const engram::Output oracle = env.output("oracle_info");
   CHECK(oracle.shape == std::vector<std::int64_t>{3});
@@ -88,7 +88,7 @@ TEST_CASE("Outputs are typed views with their shape", "[cpp_door]") {
   CHECK(kind_of([&] { env.final_output("reward"); }, "same-step") == Error::Kind::kBadState);
 }
 
-TEST_CASE("Options arrive", "[cpp_door]") {
+TEST_CASE("Options arrive", "[cpp_api]") {
   const VectorEnv env =
       make_running({.num_envs = 2,
                     .obs_mode = ObsMode::kRgb,
@@ -117,7 +117,7 @@ TEST_CASE("Options arrive", "[cpp_door]") {
   CHECK(kind_of([] { engram::make("RememberColor"); }, "did you mean") == Error::Kind::kUnknownId);
 }
 
-TEST_CASE("Depth and segmentation lie beside colours", "[cpp_door]") {
+TEST_CASE("Depth and segmentation lie beside colours", "[cpp_api]") {
   const engram::ImageOptions images = {.width = 8, .height = 6};
   const auto seeing = [&](ObsMode mode) {
     return make_running({.num_envs = 2, .obs_mode = mode, .images = images});
@@ -146,7 +146,7 @@ TEST_CASE("Depth and segmentation lie beside colours", "[cpp_door]") {
   CHECK(depth.describe().find("\"segmentation_names\": []") != std::string_view::npos);
 }
 
-TEST_CASE("Objects are rows of what the description names", "[cpp_door][objects]") {
+TEST_CASE("Objects are rows of what the description names", "[cpp_api][objects]") {
   VectorEnv env = make_running({.num_envs = 2, .obs_mode = ObsMode::kObjects});
   VectorEnv named = make_running({.num_envs = 2, .obs_mode = ObsMode::kObjectsDict});
   const VectorEnv timed =
@@ -172,7 +172,7 @@ TEST_CASE("Objects are rows of what the description names", "[cpp_door][objects]
   CHECK(std::equal(before.begin(), before.end(), env.observation().begin()));
 }
 
-TEST_CASE("Every control mode of the header is one of the library", "[cpp_door]") {
+TEST_CASE("Every control mode of the header is one of the library", "[cpp_api]") {
   const std::array<int, 11> dims = {8, 8, 4, 7, 7, 8, 4, 7, 8, 15, 15};
   for (std::size_t i = 0; i < dims.size(); ++i) {
     const VectorEnv env = engram::make(kId, {.control_mode = static_cast<engram::ControlMode>(i)});
@@ -180,7 +180,7 @@ TEST_CASE("Every control mode of the header is one of the library", "[cpp_door]"
   }
 }
 
-TEST_CASE("Halves of a step, and what is refused between them", "[cpp_door][async]") {
+TEST_CASE("Halves of a step, and what is refused between them", "[cpp_api][async]") {
   VectorEnv whole = make_running({.num_envs = 4, .seed = 5});
   VectorEnv halves = make_running({.num_envs = 4, .seed = 5});
   std::vector<float> actions = whole.make_actions();
@@ -198,7 +198,7 @@ TEST_CASE("Halves of a step, and what is refused between them", "[cpp_door][asyn
   halves.step_async(actions);  // the destructor waits
 }
 
-TEST_CASE("Resets take masks, seeds and pins", "[cpp_door]") {
+TEST_CASE("Resets take masks, seeds and pins", "[cpp_api]") {
   VectorEnv env = make_running({.num_envs = 2});
   const std::array<std::uint8_t, 2> mask = {0, 1};
   const std::array<std::uint64_t, 2> seeds = {0, 77};
@@ -217,7 +217,7 @@ TEST_CASE("Resets take masks, seeds and pins", "[cpp_door]") {
             "colour") == Error::Kind::kUnknownId);
 }
 
-TEST_CASE("Snapshots of one environment and of all", "[cpp_door]") {
+TEST_CASE("Snapshots of one environment and of all", "[cpp_api]") {
   VectorEnv env = make_running({.num_envs = 3});
   const engram::Snapshot all = env.save();
   const engram::Snapshot one = env.save(2);
@@ -232,7 +232,7 @@ TEST_CASE("Snapshots of one environment and of all", "[cpp_door]") {
   CHECK(kind_of([&] { env.restore(-1, one); }, "0 to 2") == Error::Kind::kInvalidArgument);
 }
 
-TEST_CASE("Pictures for people and of sensors", "[cpp_door]") {
+TEST_CASE("Pictures for people and of sensors", "[cpp_api]") {
   const VectorEnv env = make_running({});
   const engram::Image picture = env.render(0, "render_camera", 20, 10);
   CHECK(picture.rgb.size() == 600);
@@ -241,7 +241,7 @@ TEST_CASE("Pictures for people and of sensors", "[cpp_door]") {
         Error::Kind::kInvalidArgument);
 }
 
-TEST_CASE("Robot, cameras and drawn values on demand", "[cpp_door][tell]") {
+TEST_CASE("Robot, cameras and drawn values on demand", "[cpp_api][queries]") {
   VectorEnv env =
       engram::make("TimedTransferEasy-VLA-v0", {.num_envs = 2, .pins = {{"signal_step", {3}}}});
   std::vector<float> qpos(18);
@@ -266,7 +266,7 @@ TEST_CASE("Robot, cameras and drawn values on demand", "[cpp_door][tell]") {
   CHECK_THROWS_WITH(env.drawn(drawn), Contains("5 values given, 6 needed"));
 }
 
-TEST_CASE("Shadows in pictures for people are an option", "[cpp_door]") {
+TEST_CASE("Shadows in pictures for people are an option", "[cpp_api]") {
   const VectorEnv plain = make_running({});
   const VectorEnv shadowed = make_running({.render_shadows = true});
   const engram::Image lit = plain.render(0, "render_camera", 40, 40);
@@ -281,7 +281,7 @@ TEST_CASE("Shadows in pictures for people are an option", "[cpp_door]") {
         shadowed.render(0, "base_camera", 40, 40).rgb);
 }
 
-TEST_CASE("A batch moves, and its views stay", "[cpp_door]") {
+TEST_CASE("A batch moves, and its views stay", "[cpp_api]") {
   VectorEnv first = make_running({.num_envs = 2});
   const float* data = first.observation().data();
   VectorEnv second = std::move(first);
@@ -293,7 +293,7 @@ TEST_CASE("A batch moves, and its views stay", "[cpp_door]") {
   CHECK(first.num_envs() == 1);
 }
 
-TEST_CASE("Texts with a character 0 are refused, not cut off there", "[cpp_door]") {
+TEST_CASE("Texts with a character 0 are refused, not cut off there", "[cpp_api]") {
   const std::string cut = std::string("target") + '\0' + "2";
   const std::string id = std::string(kId) + '\0' + "-and-more";
   const auto refuses = [](auto&& f) {
@@ -312,7 +312,7 @@ TEST_CASE("Texts with a character 0 are refused, not cut off there", "[cpp_door]
   env.step(env.make_actions());
 }
 
-TEST_CASE("The header lists the tasks", "[cpp_door]") {
+TEST_CASE("The header lists the tasks", "[cpp_api]") {
   CHECK(engram::task_ids().size() == engram_num_tasks());
   CHECK(engram::task_ids().front() == "ShellGameTouch-VLA-v0");
   CHECK(engram::list().find("RememberColor9-VLA-v0") != std::string_view::npos);

@@ -1,4 +1,4 @@
-// The C door to the evaluation protocol.
+// The C API to the evaluation protocol.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -45,7 +45,7 @@ int still(void* user, const engram_policy_request* request, engram_policy_reply*
 
 }  // namespace
 
-TEST_CASE("C door: an empty text is no name and no folder", "[evaluation]") {
+TEST_CASE("C API: an empty text is no name and no folder", "[evaluation]") {
   Call call;
   for (const char* engram_evaluation_options::*const field :
        {&engram_evaluation_options::name, &engram_evaluation_options::output,
@@ -59,7 +59,7 @@ TEST_CASE("C door: an empty text is no name and no folder", "[evaluation]") {
   CHECK(call.requests == 0);
 }
 
-TEST_CASE("C door: a callback is evaluated", "[evaluation]") {
+TEST_CASE("C API: a callback is evaluated", "[evaluation]") {
   const engram_evaluation_options options = options_of(3);
   Call call;
   char* text = nullptr;
@@ -76,7 +76,7 @@ TEST_CASE("C door: a callback is evaluated", "[evaluation]") {
   CHECK(document["summary"]["tasks"][0] == kIds[0]);
 }
 
-TEST_CASE("C door: a policy may observe objects", "[evaluation][objects]") {
+TEST_CASE("C API: a policy may observe objects", "[evaluation][objects]") {
   engram_evaluation_options options = options_of(2);
   options.obs_mode = ENGRAM_OBS_OBJECTS;
   const auto policy = [](void* user, const engram_policy_request* request,
@@ -103,7 +103,7 @@ TEST_CASE("C door: a policy may observe objects", "[evaluation][objects]") {
   CHECK_THAT(engram_last_error(), Catch::Contains("ENGRAM_OBS_OBJECTS allowed"));
 }
 
-TEST_CASE("C door: results say whose rules were followed", "[evaluation][rules]") {
+TEST_CASE("C API: results name the rule set", "[evaluation][rules]") {
   for (const bool original : {false, true}) {
     engram_evaluation_options options = options_of(1);
     if (original) options.rules = ENGRAM_RULES_ORIGINAL;
@@ -116,7 +116,7 @@ TEST_CASE("C door: results say whose rules were followed", "[evaluation][rules]"
   }
 }
 
-TEST_CASE("C door: a policy's name may be any bytes", "[evaluation]") {
+TEST_CASE("C API: a policy's name may be any bytes", "[evaluation]") {
   engram_evaluation_options options = options_of(1);
   options.name = "caf\xe9";
   Call call;
@@ -127,7 +127,7 @@ TEST_CASE("C door: a policy's name may be any bytes", "[evaluation]") {
   CHECK(document["tasks"][0]["model"]["name"] == "caf\xef\xbf\xbd");
 }
 
-TEST_CASE("C door: an evaluation that cannot be says why", "[evaluation]") {
+TEST_CASE("C API: an evaluation that cannot be says why", "[evaluation]") {
   Call call;
   char* text = nullptr;
   const auto refused = [&](const engram_evaluation_options& options, engram_status status,

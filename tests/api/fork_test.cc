@@ -31,7 +31,7 @@ bool is_told(engram_status status) {
          message.find("process " + std::to_string(::getppid())) != std::string::npos;
 }
 
-TEST_CASE("A forked process is told that the batch is not its own", "[c_door]") {
+TEST_CASE("A forked process learns that the batch is not its own", "[c_api]") {
   const BatchHandle batch = make_running();
   engram_env* env = batch.get();
   std::vector<float> actions(test::action_count(batch));
@@ -58,7 +58,7 @@ TEST_CASE("A forked process is told that the batch is not its own", "[c_door]") 
   CHECK(engram_step(env, actions.data(), actions.size()) == ENGRAM_OK);
 }
 
-TEST_CASE("A forked process is told while a step is under way in the parent", "[c_door]") {
+TEST_CASE("A forked process learns it while a step is under way in the parent", "[c_api]") {
   const BatchHandle batch = make_running();
   const std::vector<float> actions(test::action_count(batch));
   REQUIRE(engram_step_async(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);

@@ -1,4 +1,4 @@
-// The objects observation through the plain-C door.
+// The objects observation through the plain C API.
 #include <nlohmann/json.hpp>
 
 #include "protocol/batch/make.h"
@@ -30,10 +30,10 @@ nlohmann::json parts_of(const BatchHandle& batch) {
   return nlohmann::json::parse(engram_describe_json(batch.get()))["state_fields"];
 }
 
-TEST_CASE("The C door shows the engine's objects, and the last ones of an episode",
-          "[c_door][objects]") {
+TEST_CASE("The C API shows the engine's objects, and the last ones of an episode",
+          "[c_api][objects]") {
   const BatchHandle batch = make_running(seeing(3));
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3;
   options.seed = 11;
   options.obs_mode = ObsMode::kObjects;
@@ -61,8 +61,8 @@ TEST_CASE("The C door shows the engine's objects, and the last ones of an episod
   CHECK(ended == 1);
 }
 
-TEST_CASE("The C door describes every part of a row, and rows lie in the ranges",
-          "[c_door][objects]") {
+TEST_CASE("The C API describes every part of a row, and rows lie in the ranges",
+          "[c_api][objects]") {
   engram_options options = seeing(4);
   options.observe_time = 1;
   const BatchHandle batch = make_running(options);
@@ -103,7 +103,7 @@ TEST_CASE("The C door describes every part of a row, and rows lie in the ranges"
 }
 
 TEST_CASE("By name it is the same row, and the time is there where it is asked for",
-          "[c_door][objects]") {
+          "[c_api][objects]") {
   const BatchHandle batch = make_running(seeing(2));
   const BatchHandle named = make_running(seeing(2, ENGRAM_OBS_OBJECTS_DICT));
   engram_options timed = seeing(2);
@@ -124,7 +124,7 @@ TEST_CASE("By name it is the same row, and the time is there where it is asked f
                 "observe_time: 2 given, 0 or 1");
 }
 
-TEST_CASE("Objects are restored with what surrounds them", "[c_door][objects]") {
+TEST_CASE("Objects are restored with what surrounds them", "[c_api][objects]") {
   const BatchHandle from = make_running(seeing(2));
   const BatchHandle to = make_running(seeing(5));
   for (int i = 0; i < 12; ++i) step_by(from, ENGRAM_POLICY_RANDOM);

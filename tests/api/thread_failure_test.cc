@@ -25,7 +25,7 @@ bool threads_fall_to(std::ptrdiff_t number) {
   return threads_of_this_process() <= number;
 }
 
-TEST_CASE("C door: a batch whose threads are refused is not made", "[api][fault]") {
+TEST_CASE("C API: a batch whose threads are refused is not made", "[api][fault]") {
   engram_options options = test::default_options(8);
   options.threads = 4;
   const BatchHandle keeper = test::make_batch(options);
@@ -45,7 +45,7 @@ TEST_CASE("C door: a batch whose threads are refused is not made", "[api][fault]
   CHECK(threads_fall_to(before));
 }
 
-TEST_CASE("C door: without a thread of its own a batch still steps", "[api][fault]") {
+TEST_CASE("C API: without a thread of its own a batch still steps", "[api][fault]") {
   const BatchHandle batch = test::make_running(test::default_options(1));
   const std::vector<float> actions(7);
   {
@@ -58,7 +58,7 @@ TEST_CASE("C door: without a thread of its own a batch still steps", "[api][faul
   CHECK(engram_step_wait(batch.get()) == ENGRAM_OK);
 }
 
-TEST_CASE("C door: an evaluation whose threads are refused ends with that", "[api][fault]") {
+TEST_CASE("C API: an evaluation whose threads are refused ends with that", "[api][fault]") {
   const char* const ids[] = {test::kId};
   engram_evaluation_options options;
   engram_evaluation_options_init(&options);

@@ -14,7 +14,7 @@ using engram::Error;
 
 constexpr const char* kBase = "RememberColor9-VLA-v0";
 
-TEST_CASE("Constants through the C++ header", "[cpp_door][variants]") {
+TEST_CASE("Constants through the C++ header", "[cpp_api][variants]") {
   engram::VectorEnv env = engram::make(
       kBase, {.num_envs = 4, .constants = R"({"COLORS": 2, "max_episode_steps": 30})"});
   CHECK(env.horizon() == 30);
@@ -27,8 +27,8 @@ TEST_CASE("Constants through the C++ header", "[cpp_door][variants]") {
   CHECK_THROWS_WITH(refused("{\"COLORS\"")(), Contains("a JSON object"));
 }
 
-TEST_CASE("A horizon of the user's, through the C++ header", "[cpp_door][variants]") {
-  // Be it too short to succeed, and whatever the constants say.
+TEST_CASE("A horizon of the user's, through the C++ header", "[cpp_api][variants]") {
+  // Even if it is too short to succeed, and whatever the constants say.
   for (const int steps : {1, 7, 25, 60}) {
     engram::VectorEnv env = engram::make(kBase, {.num_envs = 2,
                                                  .auto_reset = engram::AutoReset::kOff,
@@ -47,31 +47,29 @@ TEST_CASE("A horizon of the user's, through the C++ header", "[cpp_door][variant
   CHECK(engram::make(kBase).horizon() == 25);
 }
 
-TEST_CASE("Ids through the C++ header", "[cpp_door][variants]") {
+TEST_CASE("Ids through the C++ header", "[cpp_api][variants]") {
   const std::size_t before = engram::task_ids().size();
-  engram::register_variant({.id = "Door-Color2-v0",
-                            .base = kBase,
-                            .constants = "{\"COLORS\": 2}",
-                            .instruction = "Go."});
+  engram::register_variant(
+      {.id = "Api-Color2-v0", .base = kBase, .constants = "{\"COLORS\": 2}", .instruction = "Go."});
   CHECK(engram::task_ids().size() == before + 1);
-  CHECK(engram::task_ids().back() == "Door-Color2-v0");
-  CHECK_THAT(std::string(engram::list()), Contains("Door-Color2-v0"));
-  engram::VectorEnv env = engram::make("Door-Color2-v0");
+  CHECK(engram::task_ids().back() == "Api-Color2-v0");
+  CHECK_THAT(std::string(engram::list()), Contains("Api-Color2-v0"));
+  engram::VectorEnv env = engram::make("Api-Color2-v0");
   env.reset();
   CHECK(env.instruction(0) == "Go.");
-  CHECK_THROWS_AS(engram::register_variant({.id = "Door", .base = kBase, .constants = {}}), Error);
+  CHECK_THROWS_AS(engram::register_variant({.id = "Api", .base = kBase, .constants = {}}), Error);
 
   std::string folder = std::filesystem::temp_directory_path() / "engram-XXXXXX";
   REQUIRE(::mkdtemp(folder.data()) != nullptr);
   const std::string file = folder + "/variants.json";
-  std::ofstream(file) << R"({"variants": [{"id": "Door-File-v0", "base": "Door-Color2-v0"}]})";
+  std::ofstream(file) << R"({"variants": [{"id": "Api-File-v0", "base": "Api-Color2-v0"}]})";
   engram::load_variants(file);
-  CHECK(engram::make("Door-File-v0").horizon() == 25);
+  CHECK(engram::make("Api-File-v0").horizon() == 25);
   CHECK_THROWS_WITH(engram::load_variants(file + "x"), Contains("cannot be read"));
   std::filesystem::remove_all(folder);
 }
 
-TEST_CASE("Ranges are narrowed through the C++ header", "[cpp_door][variants]") {
+TEST_CASE("Ranges are narrowed through the C++ header", "[cpp_api][variants]") {
   engram::VectorEnv env = engram::make(
       kBase,
       {.num_envs = 4, .constants = R"({"EMPTY_PHASE_STEPS": [1, 60], "max_episode_steps": 100})"});
@@ -82,16 +80,15 @@ TEST_CASE("Ranges are narrowed through the C++ header", "[cpp_door][variants]") 
   env.reset({.constants = "{}"});
 }
 
-TEST_CASE("The plain-C door refuses what it cannot take", "[c_door][variants]") {
+TEST_CASE("The plain C API refuses what it cannot take", "[c_api][variants]") {
   CHECK(engram_register_variant(nullptr, kBase, nullptr, nullptr) == ENGRAM_INVALID_ARGUMENT);
-  CHECK(engram_register_variant("C-Door-v0", nullptr, nullptr, nullptr) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_register_variant("C-Api-v0", nullptr, nullptr, nullptr) == ENGRAM_INVALID_ARGUMENT);
   CHECK(engram_load_variants(nullptr) == ENGRAM_INVALID_ARGUMENT);
-  CHECK(engram_register_variant("C-Door-v0", "Nothing-v0", nullptr, nullptr) == ENGRAM_UNKNOWN_ID);
-  CHECK(engram_register_variant("C-Door-v0", kBase, "{\"COLOR\": 3}", nullptr) ==
-        ENGRAM_UNKNOWN_ID);
-  CHECK(engram_register_variant("C-Door-v0", kBase, "{", nullptr) == ENGRAM_INVALID_ARGUMENT);
-  CHECK(engram_register_variant("C-Door-v0", kBase, nullptr, nullptr) == ENGRAM_OK);
-  CHECK(engram_register_variant("C-Door-v0", kBase, nullptr, nullptr) == ENGRAM_OK);
+  CHECK(engram_register_variant("C-Api-v0", "Nothing-v0", nullptr, nullptr) == ENGRAM_UNKNOWN_ID);
+  CHECK(engram_register_variant("C-Api-v0", kBase, "{\"COLOR\": 3}", nullptr) == ENGRAM_UNKNOWN_ID);
+  CHECK(engram_register_variant("C-Api-v0", kBase, "{", nullptr) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_register_variant("C-Api-v0", kBase, nullptr, nullptr) == ENGRAM_OK);
+  CHECK(engram_register_variant("C-Api-v0", kBase, nullptr, nullptr) == ENGRAM_OK);
 }
 
 }  // namespace

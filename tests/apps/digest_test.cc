@@ -6,7 +6,7 @@ namespace engram::apps {
 namespace {
 
 std::uint64_t digest_of(std::uint64_t seed, int threads, ObsMode obs_mode, int steps) {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 3;
   options.threads = threads;
   options.seed = seed;

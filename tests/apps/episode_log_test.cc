@@ -9,7 +9,7 @@ namespace {
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
 std::unique_ptr<Batch> batch_of(int num_envs, AutoReset mode) {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = num_envs;
   options.threads = 1;
   options.auto_reset = mode;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "protocol/batch/make.h"
 #include "tests/apps/command.h"
 
@@ -37,7 +38,7 @@ TEST_CASE("info: agrees with the library", "[apps]") {
   CHECK(task["action_spaces"].size() == static_cast<std::size_t>(kControlModes));
   CHECK(task["action_spaces"]["pd_ee_delta_pose"]["dim"] == 7);
   CHECK(task["action_spaces"]["pd_ee_delta_pose"]["low"] == std::vector<double>(7, -1));
-  CHECK(task["draws"].size() == env->draws().size());
+  CHECK(task["draws"].size() == Queries(*env).random_variables().size());
   CHECK(task["draws"][1]["name"] == "target");
   CHECK(task["outputs"].size() == env->outputs().size());
   std::set<std::string> privileged;

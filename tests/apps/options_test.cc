@@ -55,7 +55,7 @@ TEST_CASE("Filters select tasks in the registry's order", "[apps][options]") {
 }
 
 TEST_CASE("A renderer is named only where something is rendered", "[apps][options]") {
-  EnvOptions options = batch_options(2, 1);
+  MakeOptions options = batch_options(2, 1);
   CHECK(options.num_envs == 2);
   CHECK(renderer_name(options) == "none");
   options.obs_mode = ObsMode::kRgb;

@@ -22,7 +22,7 @@ TEST_CASE("Results name engram's own policies, or the command", "[apps]") {
 }
 
 TEST_CASE("A policy's process gets command, timeout and observations", "[apps]") {
-  EnvOptions environment;
+  MakeOptions environment;
   environment.obs_mode = ObsMode::kRgb;
   const PolicyProcessOptions options =
       process_options({.command = "x", .name = "", .timeout = 7}, environment, 5);

@@ -32,7 +32,7 @@ TEST_CASE("A command observes images of the default size", "[apps]") {
   EpisodeOptions options;
   options.env.obs_mode = ObsMode::kNone;
   options.env.image_options.antialias = true;
-  const EnvOptions observed = options.observed();
+  const MakeOptions observed = options.observed();
   CHECK(observed.obs_mode == ObsMode::kRgb);
   CHECK_FALSE(observed.image_options.antialias);
 }

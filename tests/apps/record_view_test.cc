@@ -7,7 +7,7 @@ namespace engram::apps {
 namespace {
 
 std::unique_ptr<Batch> scene() {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 1;
   options.threads = 1;
   auto env = make("RememberColor3-VLA-v0", options);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/digest.h"
+#include "core/env/scripted_policy.h"
 #include "protocol/batch/make.h"
 #include "tests/apps/command.h"
 
@@ -72,7 +73,7 @@ TEST_CASE("rollout: images are counted and hashed", "[apps]") {
 }
 
 TEST_CASE("rollout: the hash is that of the library's outputs", "[apps]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 4;
   options.seed = 9;
   options.threads = 1;
@@ -83,7 +84,7 @@ TEST_CASE("rollout: the hash is that of the library's outputs", "[apps]") {
   env->reset();
   digest.update(*env);
   for (int step = 0; step < 30; ++step) {
-    env->act(Policy::kRandom, actions);
+    ScriptedPolicy(*env, Policy::kRandom).act(actions);
     env->step(actions);
     digest.update(*env);
   }

@@ -44,7 +44,7 @@ IdentityResult check_changed(const Change& change, std::uint64_t seed = 0) {
   options.steps = 4;
   options.seed = seed;
   options.make_batch = [&change]([[maybe_unused]] InstructionSet set, const std::string&,
-                                 const EnvOptions& env_options) {
+                                 const BatchOptions& env_options) {
     auto task = std::make_unique<SceneTask>();
     task->description.horizon = 20;
     if constexpr (std::is_invocable_v<Change, SceneTask&, InstructionSet>) {

@@ -9,7 +9,7 @@ namespace {
 
 struct Words {
   std::string id;
-  EnvOptions env;
+  MakeOptions env;
   apps::TaskFilter filter;
   Policy policy = Policy::kZero;
   std::uint64_t seed = 0;
@@ -42,7 +42,7 @@ void use(const Words& words) {
   const std::unique_ptr<Task> task = make_task(entry.id);
   (void)option_values(task->info().options, words.env.task_options, words.env.rules);
   ColumnStore store(1);
-  const PinTable table(store, task->info().draws);
+  const PinTable table(store, task->info().random_variables);
   table.check(words.env.pins);
   table.set(0, words.env.pins);
 }

@@ -8,6 +8,10 @@
 #include <vector>
 
 #include "core/base/checksum.h"
+#include "core/env/queries.h"
+#include "core/env/scene_renderer.h"
+#include "core/env/scripted_policy.h"
+#include "core/env/snapshot.h"
 #include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
 #include "tests/fuzz/input.h"
@@ -36,7 +40,7 @@ Saved& batch(int id, bool physics) {
   static std::map<int, Saved> batches;
   Saved& saved = batches[2 * id + (physics ? 1 : 0)];
   if (saved.env == nullptr) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 1;
     options.threads = 1;
     options.substeps = physics ? 1 : 0;
@@ -44,13 +48,13 @@ Saved& batch(int id, bool physics) {
     options.auto_reset = AutoReset::kSameStep;
     saved.env = make(ids()[static_cast<std::size_t>(id)], options);
     saved.env->reset();
-    saved.early = saved.env->save();
+    saved.early = Snapshotter(*saved.env).save();
     std::vector<float> actions(7);
     for (int i = 0; i < 8; ++i) {
-      saved.env->act(Policy::kOracle, actions);
+      ScriptedPolicy(*saved.env, Policy::kOracle).act(actions);
       saved.env->step(actions);
     }
-    saved.late = saved.env->save();
+    saved.late = Snapshotter(*saved.env).save();
   }
   return saved;
 }
@@ -99,11 +103,11 @@ void edit(const Batch& env, Input& input, std::vector<std::byte>& bytes) {
 void use(Batch& env) {
   std::vector<float> actions(7);
   Overlay overlay;
-  env.overlay(0, overlay);
-  require(!env.instruction(0).empty(), "no instruction");
-  (void)env.cue_end(0);
+  SceneRenderer(env).overlay(0, overlay);
+  require(!Queries(env).instruction(0).empty(), "no instruction");
+  (void)Queries(env).cue_end(0);
   for (const Policy policy : {Policy::kOracle, Policy::kBlind, Policy::kRandom}) {
-    env.act(policy, actions);
+    ScriptedPolicy(env, policy).act(actions);
     for (float& action : actions) action = std::isfinite(action) ? action : 0.0F;
     env.step(actions);
   }
@@ -116,7 +120,7 @@ void fuzz_snapshot(Data data) {
   const int flags = input.take<std::uint8_t>();
   Saved& saved = batch(input.choice(ids().size()), (flags & 7) == 7);
   Batch& env = *saved.env;
-  env.restore(saved.late);
+  Snapshotter(env).restore(saved.late);
   std::vector<std::byte> bytes = (flags & 8) != 0 ? saved.early : saved.late;
   if ((flags & 48) == 48) {  // any bytes at all
     bytes.resize(input.rest().size());
@@ -125,14 +129,14 @@ void fuzz_snapshot(Data data) {
     edit(env, input, bytes);
     if ((flags & 64) != 0) fix_checksum(bytes);
   }
-  if (!accepted([&] { env.restore(bytes); })) {
-    require(env.save() == saved.late, "a refused snapshot changed something");
+  if (!accepted([&] { Snapshotter(env).restore(bytes); })) {
+    require(Snapshotter(env).save() == saved.late, "a refused snapshot changed something");
     return;
   }
   // Observations are computed again; everything else is as given.
-  const std::vector<std::byte> taken = env.save();
-  env.restore(taken);
-  require(env.save() == taken, "a restored snapshot differs from what was given");
+  const std::vector<std::byte> taken = Snapshotter(env).save();
+  Snapshotter(env).restore(taken);
+  require(Snapshotter(env).save() == taken, "a restored snapshot differs from what was given");
   use(env);
 }
 

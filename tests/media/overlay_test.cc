@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
+#include "core/env/scene_renderer.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -10,13 +11,13 @@ namespace {
 
 // The overlay of a task of that id over its first environment.
 Overlay overlay_of(const char* id, double target) {
-  EnvOptions options;
+  BatchOptions options;
   options.threads = 1;
-  options.pins = {{make_task(id)->info().hidden_draw, {target}}};
+  options.pins = {{make_task(id)->info().hidden_variable, {target}}};
   Batch env(make_task(id), options);
   env.reset();
   Overlay overlay = make_overlay(512, 512);
-  env.overlay(0, overlay);
+  SceneRenderer(env).overlay(0, overlay);
   return overlay;
 }
 

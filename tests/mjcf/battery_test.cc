@@ -28,8 +28,8 @@ double tilt(const Rig& rig, int prop) {
   return std::acos(std::min(1.0, std::abs(axis.z())));
 }
 
-EnvOptions with_sleep(bool sleep) {
-  EnvOptions options;
+BatchOptions with_sleep(bool sleep) {
+  BatchOptions options;
   options.sleep = sleep;
   return options;
 }

@@ -109,7 +109,7 @@ TEST_CASE("A mug rests on its rim without creeping or sinking", "[mjcf][mug]") {
     const test::Placement place{{0.1, -0.15, mjcf::kMugRestingHeight},
                                 PropStatus::kAwake,
                                 Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
-    EnvOptions options;
+    BatchOptions options;
     options.sleep = false;
     test::Rig rig({mjcf::mug("mug")}, {place}, options);
     double highest_speed = 0;

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/scene_renderer.h"
 #include "protocol/batch/make.h"
 #include "tests/build_paths.h"
 
@@ -33,7 +34,7 @@ using Color = std::array<double, 3>;
 
 // The arm held still, the gripper open.
 Image draw(const Json& original) {
-  EnvOptions options;
+  BatchOptions options;
   options.threads = 1;
   options.freeze_cue = false;
   for (const auto& [name, values] : original["pins"].items()) {
@@ -45,7 +46,7 @@ Image draw(const Json& original) {
   action.back() = 1;
   for (int i = 0; i < original["step"].get<int>(); ++i) env->step(action);
   Image rgb(3 * kSize * kSize);
-  env->render(0, original["camera"].get<std::string>(), kSize, kSize, rgb);
+  SceneRenderer(*env).render(0, original["camera"].get<std::string>(), kSize, kSize, rgb);
   return rgb;
 }
 

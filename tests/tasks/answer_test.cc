@@ -21,7 +21,7 @@ struct Outcome {
 };
 
 Outcome play(const std::string& id, Policy policy, bool strict, int episodes) {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = episodes;
   options.seed = 77'000;
   options.threads = 2;
@@ -122,7 +122,7 @@ TEST_CASE("All tasks ask for answers but those that hide nothing", "[answer]") {
 
 TEST_CASE("Strictness changes nothing while first answers are right", "[answer]") {
   for (const char* id : {"RememberColor3-VLA-v0", "RememberShape9-VLA-v0"}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 16;
     const auto usual = make_env(id, options);
     options.task_options = {{kStrictOption, 1}};
@@ -140,7 +140,7 @@ TEST_CASE("Strictness changes nothing while first answers are right", "[answer]"
 // A robot that answers wrongly first and rightly afterwards.
 TEST_CASE("A wrong first answer fails a strict episode for good", "[answer]") {
   for (const bool strict : {false, true}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 64;
     options.auto_reset = AutoReset::kOff;
     options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
@@ -167,7 +167,7 @@ TEST_CASE("A wrong first answer fails a strict episode for good", "[answer]") {
 
 TEST_CASE("Nobody has answered before there is anything to answer", "[answer]") {
   for (const std::string& id : asking(false)) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 8;
     const auto env = make_env(id, options);
     env->reset();

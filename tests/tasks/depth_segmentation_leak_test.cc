@@ -13,9 +13,9 @@ namespace {
 
 constexpr int kSide = 64;
 
-std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed, const Draw& draw,
-                                   bool second) {
-  EnvOptions options;
+std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
+                                   const RandomVariable& draw, bool second) {
+  BatchOptions options;
   options.seed = seed;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
@@ -36,20 +36,20 @@ struct Count {
 };
 
 bool same_cells(const Batch& one, const Batch& other) {
-  return std::ranges::equal(one.depth(), other.depth()) &&
-         std::ranges::equal(one.segmentation(), other.segmentation());
+  return std::ranges::equal(one.images().depth, other.images().depth) &&
+         std::ranges::equal(one.images().segmentation, other.images().segmentation);
 }
 
 void compare(Batch& one, Batch& other, Policy policy, Count& count) {
   test::play_unanswered(one, other, policy, [&](bool shown) {
     if (shown) {
-      count.shown += std::ranges::equal(one.rgb(), other.rgb()) ? 0 : 1;
+      count.shown += std::ranges::equal(one.images().rgb, other.images().rgb) ? 0 : 1;
       count.shaped += same_cells(one, other) ? 0 : 1;
-    } else if (!std::ranges::equal(one.rgb(), other.rgb())) {
+    } else if (!std::ranges::equal(one.images().rgb, other.images().rgb)) {
       ++count.uncovered;
     } else {
-      REQUIRE(std::ranges::equal(one.depth(), other.depth()));
-      REQUIRE(std::ranges::equal(one.segmentation(), other.segmentation()));
+      REQUIRE(std::ranges::equal(one.images().depth, other.images().depth));
+      REQUIRE(std::ranges::equal(one.images().segmentation, other.images().segmentation));
       ++count.steps;
     }
   });
@@ -58,7 +58,7 @@ void compare(Batch& one, Batch& other, Policy policy, Count& count) {
 Count check(const std::string& id, Policy policy, std::uint64_t seed) {
   Count count;
   const TaskInfo info = make_task(id)->info();
-  const std::optional<Draw> draw = test::draw_named(info, info.hidden_draw);
+  const std::optional<RandomVariable> draw = test::draw_named(info, info.hidden_variable);
   if (!draw) return count;
   INFO(id << ", seed " << seed << ", " << name_of(policy));
   compare(*make_seeing(id, seed, *draw, false), *make_seeing(id, seed, *draw, true), policy, count);
@@ -103,7 +103,7 @@ TEST_CASE("Depth and segmentation of Rotate never tell the angle", "[render][lea
   for (const std::string& id : test::implemented_ids()) {
     if (id.find("Rotate") != 0) continue;
     INFO(id);
-    const Draw draw = *test::draw_named(make_task(id)->info(), "target_angle");
+    const RandomVariable draw = *test::draw_named(make_task(id)->info(), "target_angle");
     const auto one = make_seeing(id, 3, draw, false);
     const auto other = make_seeing(id, 3, draw, true);
     for (int t = 0; t < 30; ++t) {

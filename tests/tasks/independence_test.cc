@@ -24,7 +24,7 @@ constexpr int kManySeeds = 1000;
 // What is hidden in the episodes of these seeds: the numbers of oracle_info, empty where it has
 // none, or always the same ones.
 std::vector<std::vector<int>> hidden(const std::string& id, std::uint64_t seed, int episodes) {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = episodes;
   options.seed = seed;
   options.threads = 2;
@@ -165,7 +165,7 @@ TEST_CASE("What one task hides tells nothing about another", "[independence]") {
 }
 
 TEST_CASE("Constants given by argument keep the streams of the id", "[independence]") {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = kSeeds;
   const auto usual = make_env("RememberColor9-VLA-v0", options);
   options.constants = {{"CUE_PHASE_STEPS", ConstantList{3, 3}}};

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "protocol/batch/make.h"
 #include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
@@ -16,7 +17,7 @@
 namespace engram::test {
 
 // Two sets of values of a hidden draw, as different as possible.
-inline std::vector<double> hidden_values(const Draw& draw, bool other) {
+inline std::vector<double> hidden_values(const RandomVariable& draw, bool other) {
   const auto width = static_cast<std::size_t>(draw.width);
   std::vector<double> values(width, other ? draw.high : draw.low);
   for (std::size_t i = 0; draw.distinct && i < width; ++i) {
@@ -28,8 +29,9 @@ inline std::vector<double> hidden_values(const Draw& draw, bool other) {
 // A batch of one environment in which that draw has the one or the other values. All else is drawn
 // as ever.
 inline std::unique_ptr<Batch> make_hiding(const std::string& id, const ConstantTable& constants,
-                                          std::uint64_t seed, const Draw& draw, bool second) {
-  EnvOptions options;
+                                          std::uint64_t seed, const RandomVariable& draw,
+                                          bool second) {
+  MakeOptions options;
   options.seed = seed;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
@@ -41,8 +43,8 @@ inline std::unique_ptr<Batch> make_hiding(const std::string& id, const ConstantT
   return env;
 }
 
-inline std::optional<Draw> draw_named(const TaskInfo& info, std::string_view name) {
-  for (const Draw& draw : info.draws) {
+inline std::optional<RandomVariable> draw_named(const TaskInfo& info, std::string_view name) {
+  for (const RandomVariable& draw : info.random_variables) {
     if (draw.name == name) return draw;
   }
   return std::nullopt;
@@ -62,7 +64,8 @@ inline std::vector<std::string> differing_outputs(const Batch& one, const Batch&
     const auto bytes = static_cast<std::size_t>(a.field->width) * size_of(a.field->dtype);
     if (!std::equal(a.row(0), a.row(0) + bytes, other.output(name).row(0))) names.push_back(name);
   }
-  if (one.instruction(0) != other.instruction(0)) names.emplace_back("instruction");
+  if (Queries(one).instruction(0) != Queries(other).instruction(0))
+    names.emplace_back("instruction");
   return names;
 }
 
@@ -90,7 +93,7 @@ inline bool shows(const Batch& env) {
       if (view.field != nullptr) return *row<std::uint8_t>(view, 0) != 0;
     }
   }
-  return env.state().elapsed[0] < env.cue_end(0);
+  return env.state().elapsed[0] < Queries(env).cue_end(0);
 }
 
 inline bool has_answered(const Batch& env) {
@@ -123,19 +126,20 @@ void play_unanswered(Batch& one, Batch& other, Policy policy, Look&& look) {
 inline void compare_pictures(const std::string& id, Batch& one, Batch& other,
                              const LeakCheck& check) {
   const bool goal_for_people = require_entry(id).definition->expectations.goal_for_people;
+  PicturePair pictures(one, other);
   std::vector<float> rest = zeros(one);
   int since_cue = 0;
   int seen = 0;
-  const bool timed = one.cue_end(0) < one.info().horizon;
+  const bool timed = Queries(one).cue_end(0) < one.info().horizon;
   while (one.state().finished[0] == 0 && other.state().finished[0] == 0) {
     if (shows(one) || shows(other)) {
       for (const char* sensor : {"base_camera", "hand_camera"}) {
-        if (seen < check.enough) seen = std::max(seen, differing_pixels(one, other, sensor));
+        if (seen < check.enough) seen = std::max(seen, pictures.differing_pixels(sensor));
       }
     } else if (since_cue++ <= check.closely || since_cue % 50 == 0) {
       for (const char* camera : {"base_camera", "hand_camera", "render_camera"}) {
         if (goal_for_people && camera == std::string_view("render_camera")) continue;
-        REQUIRE(differing_pixels(one, other, camera) == 0);
+        REQUIRE(pictures.differing_pixels(camera) == 0);
       }
     }
     if (has_answered(one) || has_answered(other)) break;
@@ -153,7 +157,7 @@ inline void compare_pictures(const std::string& id, Batch& one, Batch& other,
 inline void check_leaks(const std::string& id, const ConstantTable& constants, std::uint64_t seed,
                         const LeakCheck& check = {}) {
   const std::unique_ptr<Task> task = make_task(id, constants);
-  const std::optional<Draw> draw = draw_named(task->info(), task->info().hidden_draw);
+  const std::optional<RandomVariable> draw = draw_named(task->info(), task->info().hidden_variable);
   if (!draw || hidden_values(*draw, false) == hidden_values(*draw, true)) return;
   const auto one = make_hiding(id, constants, seed, *draw, false);
   const auto other = make_hiding(id, constants, seed, *draw, true);

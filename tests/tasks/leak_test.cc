@@ -3,12 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "core/env/snapshot.h"
 #include "tests/tasks/leak_check.h"
 
 namespace engram {
 namespace {
 
-using test::differing_pixels;
+using test::PicturePair;
 
 constexpr std::uint64_t kEpisodes = 2;  // of long tasks: one
 
@@ -44,7 +45,7 @@ TEST_CASE("The families that hide nothing behind a cue are those that are tested
     INFO(id);
     const bool here = id.find("Rotate") == 0 || id.find("TakeItBack") == 0;
     const bool open = id.find("Intercept") == 0;  // nothing is hidden at all
-    CHECK(make_task(id)->info().hidden_draw.empty() == (here || open));
+    CHECK(make_task(id)->info().hidden_variable.empty() == (here || open));
   }
 }
 
@@ -53,12 +54,13 @@ TEST_CASE("Pictures of Rotate never tell the angle", "[render][leak]") {
     if (id.find("Rotate") != 0) continue;
     INFO(id);
     const std::unique_ptr<Task> task = make_task(id);
-    const Draw draw = *test::draw_named(task->info(), "target_angle");
+    const RandomVariable draw = *test::draw_named(task->info(), "target_angle");
     const auto one = test::make_hiding(id, {}, 3, draw, false);
     const auto other = test::make_hiding(id, {}, 3, draw, true);
+    PicturePair pictures(*one, *other);
     for (int t = 0; t < 60; ++t) {
       for (const char* camera : {"base_camera", "hand_camera", "render_camera"}) {
-        REQUIRE(differing_pixels(*one, *other, camera) == 0);
+        REQUIRE(pictures.differing_pixels(camera) == 0);
       }
       const std::vector<float> actions = test::act(*one, Policy::kSweep);
       one->step(actions);
@@ -71,7 +73,7 @@ TEST_CASE("Pictures of Rotate never tell the angle", "[render][leak]") {
 // start in the environment's memory, and the same robot, pictures are the same.
 TEST_CASE("Pictures of TakeItBack do not tell the start once the cube is on its target",
           "[render][leak]") {
-  EnvOptions options;
+  BatchOptions options;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
@@ -83,17 +85,18 @@ TEST_CASE("Pictures of TakeItBack do not tell the start once the cube is on its 
     while (*test::row<std::uint8_t>(one->output("goal_reached_status"), 0) == 0) {
       test::step(*one, Policy::kOracle);
     }
-    other->restore(one->save());
+    Snapshotter(*other).restore(Snapshotter(*one).save());
     // What the robot has to remember.
     auto* start = reinterpret_cast<double*>(other->memory().find("initial").row(0));
     start[0] = -start[0];
     start[1] = -start[1] - 0.05;
+    PicturePair pictures(*one, *other);
     for (int t = 0; t < 15; ++t) {
       const std::vector<float> actions = test::act(*one, Policy::kRandom);
       one->step(actions);
       other->step(actions);
       for (const char* sensor : {"base_camera", "hand_camera"}) {
-        REQUIRE(differing_pixels(*one, *other, sensor) == 0);
+        REQUIRE(pictures.differing_pixels(sensor) == 0);
       }
     }
   }

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
+#include "core/env/snapshot.h"
 #include "tests/tasks/leak_check.h"
 
 namespace engram {
@@ -24,7 +26,7 @@ enum class Drawing {
 
 std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
                                    const std::vector<Pin>& pins) {
-  EnvOptions options;
+  BatchOptions options;
   options.seed = seed;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
@@ -43,7 +45,8 @@ struct Pair {
   std::unique_ptr<Batch> other;
 };
 
-Pair make_pair(const std::string& id, std::uint64_t seed, const Draw& draw, Drawing drawing) {
+Pair make_pair(const std::string& id, std::uint64_t seed, const RandomVariable& draw,
+               Drawing drawing) {
   const auto pinned = [&draw](bool other) {
     return std::vector<Pin>{{draw.name, test::hidden_values(draw, other)}};
   };
@@ -93,7 +96,7 @@ Count check_all(Policy policy, Drawing drawing) {
   Count count;
   for (const std::string& id : test::implemented_ids()) {
     const TaskInfo info = make_task(id)->info();
-    const std::optional<Draw> draw = test::draw_named(info, info.hidden_draw);
+    const std::optional<RandomVariable> draw = test::draw_named(info, info.hidden_variable);
     if (!draw) continue;
     ++count.tasks;
     const int before = count.shown;
@@ -103,7 +106,7 @@ Count check_all(Policy policy, Drawing drawing) {
       REQUIRE(count.leaking == std::set<std::string>{});
     }
     INFO(id);
-    const bool at_a_set_time = make_seeing(id, 0, {})->cue_end(0) < info.horizon;
+    const bool at_a_set_time = Queries(*make_seeing(id, 0, {})).cue_end(0) < info.horizon;
     // What was drawn may be what the other has.
     if (at_a_set_time && drawing == Drawing::kExtremes) CHECK(count.shown > before);
   }
@@ -152,7 +155,7 @@ TEST_CASE("The ids that hide nothing behind a cue are those with tests of their 
 
 TEST_CASE("A token or an info that told the hidden quantity would be noticed", "[objects][leak]") {
   const std::string id = "RememberColor3-VLA-v0";
-  const Draw draw = *test::draw_named(make_task(id)->info(), "target");
+  const RandomVariable draw = *test::draw_named(make_task(id)->info(), "target");
   const auto leaking = [&](auto&& change) {
     Count count;
     compare(make_pair(id, 0, draw, Drawing::kExtremes), Policy::kRandom, count, change);
@@ -175,7 +178,7 @@ TEST_CASE("A token or an info that told the hidden quantity would be noticed", "
 // So what is said of infos and rewards here holds of all of them.
 TEST_CASE("Infos and rewards are the same whatever is observed", "[objects][leak]") {
   for (const std::string& id : test::implemented_ids()) {
-    EnvOptions options;
+    BatchOptions options;
     options.seed = 5;
     options.images.width = options.images.height = 8;
     const auto first = make(id, options);
@@ -223,7 +226,7 @@ TEST_CASE("Objects of Rotate tell the angle in task_cue alone", "[objects][leak]
   const Policy policy = GENERATE(Policy::kZero, Policy::kRandom, Policy::kSweep);
   for (const std::string& id : test::implemented_ids()) {
     if (!id.starts_with("Rotate")) continue;
-    const Draw draw = *test::draw_named(make_task(id)->info(), "target_angle");
+    const RandomVariable draw = *test::draw_named(make_task(id)->info(), "target_angle");
     const auto [one, other] = make_pair(id, 3, draw, Drawing::kExtremes);
     for (int t = 0; t < 40; ++t) {
       std::size_t at = 0;
@@ -253,7 +256,7 @@ TEST_CASE("Objects of TakeItBack do not tell the start once the cube is on its t
     while (*test::row<std::uint8_t>(one->output("goal_reached_status"), 0) == 0) {
       test::step(*one, Policy::kOracle);
     }
-    other->restore(one->save());
+    Snapshotter(*other).restore(Snapshotter(*one).save());
     auto* start = reinterpret_cast<double*>(other->memory().find("initial").row(0));
     start[0] += 1;  // where the cube never comes
     for (int t = 0; t < 15; ++t, ++compared) {
@@ -270,31 +273,31 @@ TEST_CASE("Objects of TakeItBack do not tell the start once the cube is on its t
 // --- pictures ---
 
 // Pixels of the sensors' pictures that change when props are taken out of the scene. bare: a batch
-// of the same task, for that.
-int pixels_of(Batch& env, Batch& bare, std::uint64_t props) {
-  bare.restore(env.save());
+// of the same task, for that; pictures: of both.
+int pixels_of(Batch& env, Batch& bare, test::PicturePair& pictures, std::uint64_t props) {
+  Snapshotter(bare).restore(Snapshotter(env).save());
   for (int prop = 0; prop < env.state().num_props; ++prop) {
     if ((props >> prop & 1) == 0) continue;
     bare.state().prop_status.row(0)[prop] = static_cast<std::uint8_t>(PropStatus::kHidden);
   }
-  return test::differing_pixels(env, bare, "base_camera") +
-         test::differing_pixels(env, bare, "hand_camera");
+  return pictures.differing_pixels("base_camera") + pictures.differing_pixels("hand_camera");
 }
 
 TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothing else",
           "[objects][render][long]") {
   int tokens = 0;
   for (const std::string& id : test::implemented_ids()) {
-    EnvOptions options;
+    BatchOptions options;
     options.obs_mode = ObsMode::kObjects;
     options.threads = 1;
     const auto env = make(id, options);
     const auto bare = make(id, options);
     env->reset();
     bare->reset();
+    test::PicturePair pictures(*env, *bare);
     // Parts of other props have no token.
     std::uint64_t objects = 0;
-    const std::vector<ObjectDescriptor> looks = make_task(id)->looks();
+    const std::vector<ObjectDescriptor> looks = make_task(id)->object_descriptors();
     for (std::size_t prop = 0; prop < looks.size(); ++prop) {
       objects |= std::uint64_t{looks[prop].kind != ObjectKind::kPart} << prop;
     }
@@ -305,10 +308,10 @@ TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothin
       ever_seen |= seen;
       if (t % 3 == 0) {
         INFO(id << ", step " << t << ", seen " << seen);
-        REQUIRE(pixels_of(*env, *bare, objects & ~seen) == 0);
+        REQUIRE(pixels_of(*env, *bare, pictures, objects & ~seen) == 0);
         for (std::uint64_t left = seen & ~in_pictures; left != 0; left &= left - 1) {
           const std::uint64_t prop = left & (~left + 1);
-          if (pixels_of(*env, *bare, prop) > 0) in_pictures |= prop;
+          if (pixels_of(*env, *bare, pictures, prop) > 0) in_pictures |= prop;
         }
       }
       test::step(*env, Policy::kOracle);

@@ -95,7 +95,7 @@ TEST_CASE("While it waits the oracle holds its gripper as the demonstrations do"
 TEST_CASE("Long Remember: the fingers stay open, but for neighbours of what is touched",
           "[oracle][gripper]") {
   for (const bool crowded : {false, true}) {
-    EnvOptions options;
+    BatchOptions options;
     const double beside = crowded ? 0.07 : 0.15;
     options.pins = {{"target", {0}},
                     {"cue_steps", {10}},
@@ -135,7 +135,7 @@ TEST_CASE("The colour tasks' oracle closes its fingers for the button alone", "[
 
 TEST_CASE("Open fingers nudge no coloured cube", "[oracle][gripper]") {
   for (const char* id : {"BunchOfColors7-VLA-v0", "ChainOfColors5-VLA-v0"}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 30;
     options.threads = 2;
     options.auto_reset = AutoReset::kOff;

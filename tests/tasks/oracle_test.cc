@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -19,7 +20,7 @@ constexpr std::uint64_t kCanonicalSeed = 4242424242;
 
 std::vector<std::uint8_t> outcomes(const std::string& id, Policy policy, bool sleep = true,
                                    int episodes = 50, Rules rules = Rules::kReference) {
-  EnvOptions options;
+  BatchOptions options;
   options.rules = rules;
   options.num_envs = episodes;
   options.seed = kCanonicalSeed;
@@ -37,7 +38,7 @@ std::vector<std::uint8_t> outcomes(const std::string& id, Policy policy, bool sl
     return true;
   };
   while (!all_over()) test::step(*env, policy);
-  CHECK(env->unstable_count() == 0);
+  CHECK(Queries(*env).unstable_count() == 0);
   std::vector<std::uint8_t> result;
   for (int i = 0; i < episodes; ++i) {
     result.push_back(*row<std::uint8_t>(env->output("success_once"), i));
@@ -140,7 +141,7 @@ struct Differences {
 };
 
 Differences compare_sleep(const std::string& id, bool closing) {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 40;
   options.auto_reset = AutoReset::kOff;
   const auto asleep = make_env(id, options);

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
+#include "core/env/snapshot.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -51,15 +53,15 @@ const std::map<std::string, std::set<std::string>> kFamilies = {
     {"socket_battery_idx", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
 };
 
-EnvOptions under(Rules rules, std::vector<TaskOptionValue> choices = {}) {
-  EnvOptions options;
+BatchOptions under(Rules rules, std::vector<TaskOptionValue> choices = {}) {
+  BatchOptions options;
   options.rules = rules;
   options.task_options = std::move(choices);
   return options;
 }
 
 std::vector<double> values(const Batch& env) {
-  return {env.option_values().begin(), env.option_values().end()};
+  return {Queries(env).option_values().begin(), Queries(env).option_values().end()};
 }
 
 TEST_CASE("Both rules set every option of every task as documented", "[rules]") {
@@ -90,7 +92,7 @@ TEST_CASE("Both rules set every option of every task as documented", "[rules]") 
 
 // touch_radius, strict_order, strict.
 TEST_CASE("Rules without a word are the reference's", "[rules]") {
-  CHECK(EnvOptions().rules == Rules::kReference);
+  CHECK(BatchOptions().rules == Rules::kReference);
   CHECK(values(*make_env("SeqOfColors3-VLA-v0")) == std::vector<double>{0.05, 0, 0});
 }
 
@@ -129,15 +131,16 @@ TEST_CASE("Snapshots of other rules are refused by name", "[rules][snapshot]") {
     reference->reset();
     original->reset();
     const test::Bytes before = test::env_bytes(*original, 0);
-    CHECK_THROWS_WITH(original->restore(reference->save()),
+    CHECK_THROWS_WITH(Snapshotter(*original).restore(Snapshotter(*reference).save()),
                       Catch::Contains("it is of " + std::string(id)) &&
                           Catch::Contains("rules=reference") &&
                           Catch::Contains("; this batch is of " + std::string(id)) &&
                           Catch::Contains("rules=original"));
-    CHECK_THROWS_WITH(reference->restore(0, original->save(0)), Catch::Contains("rules=original"));
+    CHECK_THROWS_WITH(Snapshotter(*reference).restore(0, Snapshotter(*original).save(0)),
+                      Catch::Contains("rules=original"));
     CHECK((test::env_bytes(*original, 0) == before));
     const auto another = make_env(id, under(Rules::kOriginal));
-    another->restore(original->save());
+    Snapshotter(*another).restore(Snapshotter(*original).save());
     CHECK((test::env_bytes(*another, 0) == before));
   }
 }

@@ -11,8 +11,8 @@ using test::batch_bytes;
 using test::Bytes;
 using test::make_env;
 
-EnvOptions going_on(int threads = 1) {
-  EnvOptions options;
+MakeOptions going_on(int threads = 1) {
+  MakeOptions options;
   options.num_envs = 3;
   options.threads = threads;
   options.seed = 11;
@@ -59,7 +59,7 @@ TEST_CASE("Every task goes on for twice its horizon, whatever the threads",
 TEST_CASE("Every policy goes on after the end of every task", "[past_the_end]") {
   for (const std::string& id : test::implemented_ids()) {
     CAPTURE(id);
-    EnvOptions options = going_on();
+    MakeOptions options = going_on();
     options.num_envs = 2;
     options.substeps = 0;
     options.terminate_on_success = false;
@@ -76,7 +76,7 @@ TEST_CASE("Every task can be truncated at any time", "[past_the_end]") {
   for (const std::string& id : test::implemented_ids()) {
     CAPTURE(id);
     const int own = make_env(id)->info().horizon;
-    EnvOptions options = going_on();
+    MakeOptions options = going_on();
     options.num_envs = 1;
     options.substeps = 0;
     for (const int steps : {1, 5, own + 10}) {

@@ -9,7 +9,7 @@
 namespace engram::test {
 
 // Joint angles that bring the TCP there, pointing down, and no velocity. Without physics
-// (EnvOptions::substeps 0) the tool stays there, and the next step measures it there.
+// (BatchOptions::substeps 0) the tool stays there, and the next step measures it there.
 inline void pose_tool(const Batch& env, const Eigen::Vector3d& pos, int index = 0) {
   constexpr double kLongest = 0.1;  // step, m and rad: longer ones may lead anywhere
   const Arm& arm = env.physics_model().arm();

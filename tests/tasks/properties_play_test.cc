@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "tasks/family_samples.h"
 #include "tests/build_paths.h"
 #include "tests/env_helpers.h"
@@ -36,7 +37,7 @@ constexpr std::array kLengths = {"cue_steps", "cue_step_duration", "empty_steps"
 
 std::vector<Pin> length_pins(const TaskInfo& info) {
   std::vector<Pin> pins;
-  for (const Draw& draw : info.draws) {
+  for (const RandomVariable& draw : info.random_variables) {
     if (std::find(kLengths.begin(), kLengths.end(), draw.name) == kLengths.end()) continue;
     pins.push_back({draw.name, {std::min(draw.low + 1, draw.high)}});
   }
@@ -55,7 +56,7 @@ Timing timing_of(const TaskInfo& info) {
 }
 
 std::unique_ptr<Batch> make_play(const std::string& id) {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = kEnvs;
   options.seed = kSeed;
   options.auto_reset = AutoReset::kOff;
@@ -269,7 +270,7 @@ void watch_episodes(const std::string& id) {
     step_mixed(*env);
     look();
   }
-  CHECK(env->unstable_count() == 0);
+  CHECK(Queries(*env).unstable_count() == 0);
 }
 
 TEST_CASE("Whole episodes of every task keep what the spec promises", "[properties]") {
@@ -325,7 +326,7 @@ TEST_CASE("docs/rewards.md says what the tasks expect of rewards", "[properties]
 // The same steps in all modes: the mode scales the reward and changes nothing else.
 void compare_modes(const std::string& id, int steps) {
   INFO(id);
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   options.seed = kSeed;
   options.auto_reset = AutoReset::kOff;

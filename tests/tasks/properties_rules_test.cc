@@ -10,6 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
+#include "core/env/scene_renderer.h"
+#include "core/env/snapshot.h"
 #include "engram/engram_c.h"
 #include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
@@ -38,7 +41,7 @@ int last_step_of_idlers(Batch& env) {
 
 void check_horizon(const std::string& id, AutoReset mode) {
   INFO(id << ", auto-reset " << static_cast<int>(mode));
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 2;
   options.auto_reset = mode;
   options.substeps = 0;  // physics has no say in this
@@ -100,7 +103,7 @@ int drag_hidden_props_into_view(const State& state, int env) {
 std::vector<std::uint8_t> picture(Batch& env, const char* camera) {
   constexpr int kSide = 48;
   std::vector<std::uint8_t> rgb(kSide * kSide * 3);
-  env.render(0, camera, kSide, kSide, rgb);
+  SceneRenderer(env).render(0, camera, kSide, kSide, rgb);
   return rgb;
 }
 
@@ -120,7 +123,7 @@ std::vector<double> bodies(const State& state) {
 // be felt nor seen. Returns how many were hidden in all.
 int compare_with_dragged(const std::string& id, bool sleep) {
   INFO(id << ", sleep " << sleep);
-  EnvOptions options;
+  MakeOptions options;
   options.auto_reset = AutoReset::kOff;
   options.sleep = sleep;
   const auto plain = make(id, options);
@@ -129,7 +132,7 @@ int compare_with_dragged(const std::string& id, bool sleep) {
   other->reset();
   int hidden = 0;
   for (int step = 0; step < 12; ++step) {
-    other->restore(plain->save());
+    Snapshotter(*other).restore(Snapshotter(*plain).save());
     const int dragged = drag_hidden_props_into_view(other->state(), 0);
     hidden += dragged;
     if (dragged > 0 && step % 4 == 0) {
@@ -207,7 +210,7 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
   std::size_t index = 0;
   for (const std::string& id : test::implemented_ids()) {
     INFO(id);
-    EnvOptions options;
+    MakeOptions options;
     options.num_envs = 8;
     const auto env = make_env(id, options);
     env->reset();
@@ -218,7 +221,7 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     const json task = json::parse(engram_describe_json(batch.get()));
 
     for (int i = 0; i < options.num_envs; ++i) {
-      CHECK(env->instruction(i) == instruction_of(*env, i));
+      CHECK(Queries(*env).instruction(i) == instruction_of(*env, i));
     }
     for (const json& text : {task, listed[index]}) {
       CHECK(text["id"] == id);
@@ -236,7 +239,7 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     CHECK(task["success_reward"] == info.success_reward);
     CHECK(checked_row(task["state_fields"]) == env->state_dim());
     check_fields(task["outputs"], env->outputs());
-    CHECK(task["draws"].size() == env->draws().size());
+    CHECK(task["draws"].size() == Queries(*env).random_variables().size());
     CHECK(task["props"].size() == env->physics_model().props().size());
     CHECK(task["reward_terms"].size() == info.reward_terms.size());
 
@@ -290,7 +293,7 @@ TEST_CASE("Who does nothing, or anything, wins no more often than by chance",
   constexpr int kEpisodes = 300;
   for (const std::string& id : test::implemented_ids()) {
     if (require_entry(id).horizon > 100) continue;
-    EnvOptions options;
+    MakeOptions options;
     options.num_envs = kEpisodes;
     options.auto_reset = AutoReset::kOff;
     const auto env = make_env(id, options);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/env/task.h"
 #include "tests/tasks/benchmark_table.h"
 
@@ -103,6 +104,30 @@ TEST_CASE("A misspelt id leads to the one that was meant", "[registry]") {
 TEST_CASE("Any text leads to some id, soon", "[registry]") {
   CHECK(find_entry(nearest_id("")) != nullptr);
   CHECK(find_entry(nearest_id(std::string(1'000'000, 'x'))) != nullptr);
+}
+
+TEST_CASE("Constants are merged by name; later values win", "[registry]") {
+  const ConstantTable base = {{"COLORS", 9}, {"GOAL_THRESH", 0.1}};
+  const ConstantTable others = {{"GOAL_THRESH", 0.2}, {"CUBES", 3}};
+  const ConstantTable merged = merge_constants(base, others);
+  CHECK((merged == ConstantTable{{"COLORS", 9}, {"GOAL_THRESH", 0.2}, {"CUBES", 3}}));
+  CHECK((merge_constants(base, {}) == base));
+}
+
+TEST_CASE("max_episode_steps sets the horizon, whatever constants say", "[registry]") {
+  const char* id = "RememberColor3-VLA-v0";
+  const int horizon = require_entry(id).horizon;
+  CHECK(make_task(id)->info().horizon == horizon);
+  CHECK(make_task(id, {{"max_episode_steps", 90}})->info().horizon == 90);
+  CHECK(make_task(id, {{"max_episode_steps", 90}}, 40)->info().horizon == 40);
+  // A user may truncate too early to succeed; a constant may not.
+  CHECK(make_task(id, {}, 1)->info().horizon == 1);
+  CHECK_THROWS_AS(make_task(id, {{"max_episode_steps", 1}}), Error);
+}
+
+TEST_CASE("An entry stands at its index", "[registry]") {
+  for (const RegistryEntry* entry : all_entries()) CHECK(&entry_at(entry->index) == entry);
+  CHECK(all_entries().size() >= registry().size());
 }
 
 }  // namespace

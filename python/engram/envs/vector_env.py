@@ -79,7 +79,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
             (N, height, width, 3 per camera), "proprio": float32 (N, 7)} and, for the Rotate
             families, "task_cue"; "rgb+depth", "rgb+segmentation" and "rgb+depth+segmentation": the
             same, and "depth" (mm) or "segmentation", int16 (N, height, width, cameras); "objects":
-            one float32 row of what cameras could tell; "objects_dict": the same by name, {"agent":
+            one float32 row of what cameras can show; "objects_dict": the same by name, {"agent":
             ..., "objects": (N, tokens, values)}; "none".
         seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system.
         threads: Threads that work on a step, the caller's included; results do not depend on it. 0
@@ -102,10 +102,10 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         render_camera: Camera of ``render``; docs/cameras.md says what each of them sees.
         image_size: Side of rgb observations in pixels, or (width, height).
         cameras: Of rgb observations, in channel order. Default: base_camera, hand_camera.
-        renderer: Who draws rgb observations. "cpu" or "egl".
+        renderer: Renderer of rgb observations. "cpu" or "egl".
         shadows: Shadows in rgb observations.
         antialias: 2 x 2 samples per pixel in rgb observations.
-        terminate_on_success: Whether episodes end at success, whatever the task's own rule.
+        terminate_on_success: End of episodes at success, whatever the task's own rule.
         rotation_sign: Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.
         freeze_cue: Actions are replaced by zeros during cue and empty phase, where the canonical
             wrapper chain does so.
@@ -117,23 +117,22 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         chunk: Most environments that a thread claims at a time. 0 (chosen) or more.
         lanes: Environments whose robots move side by side in vector registers: 1, 2, 4 or 8;
             results are the same. 0, 1, 2, 4 or 8.
-        language_in_info: Whether infos hold "language_instruction"; ``instructions`` always tells
-            it.
+        language_in_info: Infos with "language_instruction"; ``instructions`` always has it.
         max_episode_steps: Control steps of an episode, shorter or longer than the task's own; None:
             the task's horizon, or what constants say.
-        observe_time: Objects modes: whether observations tell the time, as a share of the horizon.
-        rules: Whose rules the task follows: the default of every task option; task_options win.
-            "reference" or "original".
+        observe_time: Objects modes: elapsed time in observations, as a share of the horizon.
+        rules: Rule set of the task: the default of every task option; task_options win. "reference"
+            or "original".
         render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
-        terminate_on_failure: Whether episodes end at failure where the task's rule says so; off,
-            with terminate_on_success off as well: at the horizon only.
-        after_end: Mode DISABLED and single environments: what a step does with an environment whose
+        terminate_on_failure: End of episodes at failure, where the task's rule has it; off, with
+            terminate_on_success off as well: at the horizon only.
+        after_end: Mode DISABLED and single environments: effect of a step on an environment whose
             episode has ended. "refuse": raises BadStateError; "hold": it stands still, with reward
-            0, until it is reset; "continue": it is simulated on, and tells success, reward and
+            0, until it is reset; "continue": it is simulated on, and reports success, reward and
             endings as in any step.
-        privileged: Whether infos hold what tells the hidden quantity, or how near the robot is to
-            it: oracle_info, reward_dict and others; ``engram.describe(id)["outputs"]`` marks them.
-            For analysis, not for policies.
+        privileged: Infos with what reveals the hidden quantity, or how near the robot is to it:
+            oracle_info, reward_dict and others; ``engram.describe(id)["outputs"]`` marks them. For
+            analysis, not for policies.
 
     Raises:
         UnknownIdError: No task of that id; the message names the nearest one.

@@ -1,6 +1,11 @@
 // Whatever mode the host program computes in, the bits are the same, and it gets its mode back.
 #include "core/base/ieee_scope.h"
 
+#include "core/env/queries.h"
+#include "core/env/scene_renderer.h"
+#include "core/env/scripted_policy.h"
+#include "core/env/snapshot.h"
+
 #if defined(__SSE__)  // modes are set by hand here
 
 #include <atomic>
@@ -56,7 +61,7 @@ void append(test::Bytes& to, std::span<const T> values) {
 // An episode's beginning, a snapshot and its restoration, made in one mode and played in another.
 Played play(const std::string& id, unsigned when_made, unsigned later) {
   Played played;
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3;
   options.threads = 2;
   options.chunk = 1;
@@ -69,11 +74,11 @@ Played play(const std::string& id, unsigned when_made, unsigned later) {
   Host host(later);
   const auto note = [&] {
     append<std::byte>(played.bytes, test::batch_bytes(*env));
-    append(played.bytes, env->rgb());
+    append(played.bytes, env->images().rgb);
   };
   std::vector<float> actions = test::zeros(*env);
   const auto play_on = [&](Policy policy) {
-    host.run([&] { env->act(policy, actions); });
+    host.run([&] { ScriptedPolicy(*env, policy).act(actions); });
     host.run([&] { env->step(actions); });
     note();
   };
@@ -81,15 +86,15 @@ Played play(const std::string& id, unsigned when_made, unsigned later) {
   note();
   for (int i = 0; i < 4; ++i) play_on(i % 2 == 0 ? Policy::kRandom : Policy::kOracle);
   test::Bytes saved;
-  host.run([&] { saved = env->save(); });
+  host.run([&] { saved = Snapshotter(*env).save(); });
   for (int i = 0; i < 3; ++i) play_on(Policy::kRandom);
-  host.run([&] { env->restore(saved); });
+  host.run([&] { Snapshotter(*env).restore(saved); });
   note();
   play_on(Policy::kOracle);
   std::vector<std::uint8_t> picture(std::size_t{3} * 48 * 48);
-  host.run([&] { env->render(0, "render_camera", 48, 48, picture); });
+  host.run([&] { SceneRenderer(*env).render(0, "render_camera", 48, 48, picture); });
   append<std::uint8_t>(played.bytes, picture);
-  host.run([&] { played.text = env->document() + env->instruction(0); });
+  host.run([&] { played.text = Queries(*env).document() + Queries(*env).instruction(0); });
   played.changed = maker.changed() + host.changed();
   return played;
 }

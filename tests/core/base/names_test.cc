@@ -5,7 +5,7 @@
 #include <set>
 #include <string>
 
-#include "core/env/env_options.h"
+#include "core/env/options.h"
 
 namespace engram {
 namespace {

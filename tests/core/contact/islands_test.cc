@@ -39,8 +39,8 @@ Placement tumbling(double x, double y) {
 
 Placement hidden() { return {{0.3, 0.6, 0.02}, PropStatus::kHidden}; }
 
-EnvOptions options(bool sleep) {
-  EnvOptions result;
+BatchOptions options(bool sleep) {
+  BatchOptions result;
   result.sleep = sleep;
   return result;
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/scripted_policy.h"
 #include "tests/allocation_counter.h"
 #include "tests/env_helpers.h"
 
@@ -31,7 +32,7 @@ std::int64_t allocations_in_steps(Batch& env, int steps) {
   mujoco_allocations = 0;
   mju_user_malloc = counted;
   for (int i = 0; i < steps; ++i) {
-    env.act(Policy::kOracle, actions);
+    ScriptedPolicy(env, Policy::kOracle).act(actions);
     for (std::size_t k = 2; k < actions.size(); k += 7) {
       if (i % 25 > 16) actions[k] = -0.5F;
     }
@@ -42,7 +43,7 @@ std::int64_t allocations_in_steps(Batch& env, int steps) {
 }
 
 TEST_CASE("Steps do not allocate", "[allocation]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 8;
   options.threads = GENERATE(1, 2);
   options.sleep = GENERATE(true, false);
@@ -58,7 +59,7 @@ TEST_CASE("Steps do not allocate", "[allocation]") {
 // Without physics, whose scenes are the same for all.
 TEST_CASE("No task allocates in steps, automatic resets and policies", "[allocation]") {
   for (const std::string& id : test::implemented_ids()) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 2;
     options.substeps = 0;
     const auto env = make_env(id, options);
@@ -67,7 +68,7 @@ TEST_CASE("No task allocates in steps, automatic resets and policies", "[allocat
     const std::int64_t before = test::allocation_count();
     while (env->state().episode[0] < 2) {
       for (const Policy policy : {Policy::kRandom, Policy::kBlind, Policy::kOracle}) {
-        env->act(policy, actions);
+        ScriptedPolicy(*env, policy).act(actions);
       }
       env->step(actions);
     }
@@ -87,7 +88,7 @@ TEST_CASE("The counter of allocations counts those of MuJoCo too", "[allocation]
 
 TEST_CASE("Steps in every control mode do not allocate", "[allocation]") {
   for (int mode = 0; mode < kControlModes; ++mode) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 2;
     options.control_mode = static_cast<ControlMode>(mode);
     const auto env = make_env("RememberColor3-VLA-v0", options);
@@ -95,7 +96,7 @@ TEST_CASE("Steps in every control mode do not allocate", "[allocation]") {
     std::vector<float> actions = test::zeros(*env);
     const std::int64_t before = test::allocation_count();
     for (int i = 0; i < 30; ++i) {
-      env->act(Policy::kRandom, actions);
+      ScriptedPolicy(*env, Policy::kRandom).act(actions);
       env->step(actions);
     }
     const std::int64_t allocated = test::allocation_count() - before;

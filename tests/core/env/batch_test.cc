@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/env/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -31,8 +32,8 @@ ResetRequest with_seeds(std::span<const std::uint64_t> seeds) {
   return request;
 }
 
-TEST_CASE("Proprio is the TCP pose and the gripper opening", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
+  BatchOptions options;
   options.robot_init_qpos_noise = 0;
   const auto env = make_env(kId, options);
   env->reset();
@@ -47,9 +48,9 @@ TEST_CASE("Proprio is the TCP pose and the gripper opening", "[vector_env]") {
   CHECK(proprio[6] == Approx(0.08));
 }
 
-TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[vector_env]") {
+TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[batch]") {
   for (const int sign : {-1, 1}) {
-    EnvOptions options;
+    BatchOptions options;
     options.robot_init_qpos_noise = 0;
     options.rotation_sign = sign;
     options.freeze_cue = false;
@@ -60,7 +61,7 @@ TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[vector_e
   }
 }
 
-TEST_CASE("State fields name the parts of the state observation", "[vector_env]") {
+TEST_CASE("State fields name the parts of the state observation", "[batch]") {
   const auto env = make_env(kId);
   env->reset();
   int offset = 0;
@@ -84,8 +85,8 @@ TEST_CASE("State fields name the parts of the state observation", "[vector_env]"
   CHECK(env->observation()[21] == static_cast<float>(env->state().tcp_quat.row(0)[0]));
 }
 
-TEST_CASE("Target modes add the controller state after qvel", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Target modes add the controller state after qvel", "[batch]") {
+  BatchOptions options;
   options.control_mode = ControlMode::kPdJointTargetDeltaPos;
   const auto env = make_env(kId, options);
   env->reset();
@@ -101,8 +102,8 @@ TEST_CASE("Target modes add the controller state after qvel", "[vector_env]") {
   CHECK(pose->observation()[19] == pose->observation()[26]);
 }
 
-TEST_CASE("Observation modes choose what is written", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Observation modes choose what is written", "[batch]") {
+  BatchOptions options;
   const auto state = make_env(kId, options);
   options.obs_mode = ObsMode::kStateDict;
   const auto dict = make_env(kId, options);
@@ -119,8 +120,8 @@ TEST_CASE("Observation modes choose what is written", "[vector_env]") {
   CHECK(std::equal(state->proprio().begin(), state->proprio().end(), none->proprio().begin()));
 }
 
-TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[batch]") {
+  BatchOptions options;
   options.num_envs = 2000;
   const auto env = make_env(kId, options);
   env->reset();
@@ -142,8 +143,8 @@ TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[vec
   }
 }
 
-TEST_CASE("Environment i has the seed of the batch plus i", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Environment i has the seed of the batch plus i", "[batch]") {
+  BatchOptions options;
   options.num_envs = 3;
   options.seed = 4242424242;
   const auto env = make_env(kId, options);
@@ -153,8 +154,8 @@ TEST_CASE("Environment i has the seed of the batch plus i", "[vector_env]") {
   }
 }
 
-TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[batch]") {
+  BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env(kId, options);
   env->reset();
@@ -170,8 +171,8 @@ TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[ve
   CHECK(batch_bytes(*env) == second);
 }
 
-TEST_CASE("Every environment can be given a seed of its own", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Every environment can be given a seed of its own", "[batch]") {
+  BatchOptions options;
   options.num_envs = 3;
   const auto env = make_env(kId, options);
   const std::uint64_t seeds[] = {77, 5, 77};
@@ -185,8 +186,8 @@ TEST_CASE("Every environment can be given a seed of its own", "[vector_env]") {
   CHECK(env_bytes(*env, 1) != env_bytes(*single, 0));
 }
 
-TEST_CASE("A reset by mask leaves all other environments byte for byte", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("A reset by mask leaves all other environments byte for byte", "[batch]") {
+  BatchOptions options;
   options.num_envs = 6;
   const auto env = make_env(kId, options);
   env->reset();
@@ -208,8 +209,8 @@ TEST_CASE("A reset by mask leaves all other environments byte for byte", "[vecto
   CHECK(env->state().elapsed[0] == 12);
 }
 
-TEST_CASE("The first reset must reset all environments", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("The first reset must reset all environments", "[batch]") {
+  BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env(kId, options);
   const std::uint8_t mask[] = {1, 0};
@@ -218,9 +219,9 @@ TEST_CASE("The first reset must reset all environments", "[vector_env]") {
   CHECK_THROWS_AS(env->step(zeros(*env)), Error);
 }
 
-TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[vector_env]") {
+TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[batch]") {
   for (int mode = 0; mode < kControlModes; ++mode) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 4;
     options.control_mode = static_cast<ControlMode>(mode);
     const auto env = make_env(kId, options);
@@ -238,12 +239,12 @@ TEST_CASE("The zero policy writes zeros and the random one stays within bounds",
       env->step(actions);
     }
     CHECK(distinct.size() > 100);
-    CHECK(env->unstable_count() == 0);
+    CHECK(Queries(*env).unstable_count() == 0);
   }
 }
 
-TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Random actions depend on neither threads nor batch size", "[batch]") {
+  BatchOptions options;
   options.num_envs = 5;
   options.threads = 1;
   const auto one = make_env(kId, options);
@@ -253,7 +254,7 @@ TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_en
   three->reset();
   const std::vector<float> actions = test::act(*one, Policy::kRandom);
   CHECK(actions == test::act(*three, Policy::kRandom));
-  CHECK(actions == test::act(*one, Policy::kRandom));  // asked twice, told the same
+  CHECK(actions == test::act(*one, Policy::kRandom));  // asked twice, the same actions
   options.num_envs = 1;
   options.seed = 3;
   const auto single = make_env(kId, options);
@@ -262,8 +263,8 @@ TEST_CASE("Random actions depend on neither threads nor batch size", "[vector_en
   CHECK(std::equal(alone.begin(), alone.end(), actions.begin() + 3 * 7));
 }
 
-TEST_CASE("Oracles speak the rotation sign of the environment", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Oracles speak the rotation sign of the environment", "[batch]") {
+  BatchOptions options;
   options.seed = 3;
   const auto upstream = make_env(kId, options);
   options.rotation_sign = 1;
@@ -285,7 +286,7 @@ TEST_CASE("Oracles speak the rotation sign of the environment", "[vector_env]") 
   CHECK(turned > 0);
 }
 
-TEST_CASE("Outputs are found by name", "[vector_env]") {
+TEST_CASE("Outputs are found by name", "[batch]") {
   const auto env = make_env(kId);
   env->reset();
   for (const char* name :
@@ -297,13 +298,13 @@ TEST_CASE("Outputs are found by name", "[vector_env]") {
   }
   CHECK_THROWS_WITH(env->output("rewards"),
                     Catch::Contains("no output named 'rewards'") && Catch::Contains("proprio"));
-  CHECK(env->instruction(0) == env->info().instruction);
-  CHECK_THROWS_AS(env->instruction(1), Error);
-  CHECK_THROWS_AS(env->instruction(-1), Error);
+  CHECK(Queries(*env).instruction(0) == env->info().instruction);
+  CHECK_THROWS_AS(Queries(*env).instruction(1), Error);
+  CHECK_THROWS_AS(Queries(*env).instruction(-1), Error);
 }
 
-TEST_CASE("An additional environment costs a few kilobytes", "[vector_env]") {
-  CHECK(make_env("RememberColor9-VLA-v0")->bytes_per_env() < 10'000);
+TEST_CASE("An additional environment costs a few kilobytes", "[batch]") {
+  CHECK(Queries(*make_env("RememberColor9-VLA-v0")).bytes_per_env() < 10'000);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ using test::make_env;
 // Bytes of all environments after every step, environment by environment.
 using History = std::vector<std::vector<Bytes>>;
 
-History play(const std::string& id, const EnvOptions& options, Policy policy, int steps) {
+History play(const std::string& id, const BatchOptions& options, Policy policy, int steps) {
   const auto env = make_env(id, options);
   env->reset();
   History history(static_cast<std::size_t>(options.num_envs));
@@ -38,7 +38,7 @@ constexpr int kSteps = 40;
 void check_threads_and_chunks(const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {
     for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
-      EnvOptions options;
+      BatchOptions options;
       options.num_envs = 7;
       options.threads = 1;
       const History reference = play(id, options, policy, kSteps);
@@ -66,14 +66,14 @@ TEST_CASE("Results of every task depend on neither threads nor chunks", "[determ
 void check_singles(const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {
     for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
-      EnvOptions options;
+      BatchOptions options;
       options.num_envs = 64;
       options.threads = 2;
       options.seed = 100;
       const History batch = play(id, options, policy, kSteps);
       INFO(id);
       for (const int index : {0, 5, 31, 63}) {
-        EnvOptions single;
+        BatchOptions single;
         single.seed = options.seed + static_cast<std::uint64_t>(index);
         const History alone = play(id, single, policy, kSteps);
         CHECK((alone[0] == batch[static_cast<std::size_t>(index)]));
@@ -91,7 +91,7 @@ TEST_CASE("An environment of a batch of any task equals the single one", "[deter
 }
 
 TEST_CASE("Different seeds give different episodes", "[determinism]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   const History history = play("RememberColor9-VLA-v0", options, Policy::kZero, 1);
   CHECK((history[0][0] != history[1][0]));

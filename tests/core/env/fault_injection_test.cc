@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/scripted_policy.h"
 #include "core/math/random.h"
 #include "tasks/family_samples.h"
 #include "tests/env_helpers.h"
@@ -122,7 +123,7 @@ void play(const Trial& trial, RandomStream& random, Batch& sound, Batch& env) {
 void run_trials(const std::string& id, int trials, bool physical) {
   RandomStream random(physical ? 5 : 6, 0, 0);
   for (const AutoReset mode : {AutoReset::kNextStep, AutoReset::kSameStep, AutoReset::kOff}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = kEnvs;
     options.threads = 1;  // so that a fault could spread by way of the workspace
     options.auto_reset = mode;
@@ -153,7 +154,7 @@ TEST_CASE("Absurd actions end an episode at worst, in every control mode", "[fau
   constexpr float kActions[] = {0, 0.3F, -1, 1, -7, 3e3F, -1e9F, 1e20F, -3e38F, 3.4e38F, 1e-40F};
   RandomStream random(9, 0, 0);
   for (int mode = 0; mode < kControlModes; ++mode) {
-    EnvOptions options;
+    BatchOptions options;
     options.control_mode = static_cast<ControlMode>(mode);
     options.num_envs = 2;
     options.freeze_cue = false;
@@ -165,7 +166,7 @@ TEST_CASE("Absurd actions end an episode at worst, in every control mode", "[fau
     std::vector<float> calm(static_cast<std::size_t>(env->action_dim()));
     for (int step = 0; step < 60; ++step) {
       // The first environment moves sensibly and is never disturbed by the second.
-      alone->act(Policy::kRandom, calm);
+      ScriptedPolicy(*alone, Policy::kRandom).act(calm);
       std::vector<float> actions = test::zeros(*env);
       std::copy(calm.begin(), calm.end(), actions.begin());
       for (std::size_t i = calm.size(); i < actions.size(); ++i) {

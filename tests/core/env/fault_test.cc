@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/env/queries.h"
+#include "core/env/scripted_policy.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -88,7 +90,7 @@ TEST_CASE("Physics that diverges ends that episode alone", "[fault]") {
   const bool sleep = GENERATE(true, false);
   const AutoReset auto_reset = GENERATE(AutoReset::kNextStep, AutoReset::kSameStep);
   for (const Fault& fault : faults) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 4;
     options.threads = 1;  // so that a fault could spread by way of the workspace
     options.sleep = sleep;
@@ -114,7 +116,7 @@ TEST_CASE("Physics that diverges ends that episode alone", "[fault]") {
     CHECK(env->unstable()[1] == 1);
     CHECK(env->truncated()[1] == 1);
     CHECK(env->terminated()[1] == 0);
-    CHECK(env->unstable_count() == 1);
+    CHECK(Queries(*env).unstable_count() == 1);
     CHECK((env->final_mask()[1] != 0) == (auto_reset == AutoReset::kSameStep));
     for (const int i : {0, 2, 3}) CHECK(env_bytes(*env, i) == env_bytes(*sound, i));
 
@@ -126,13 +128,13 @@ TEST_CASE("Physics that diverges ends that episode alone", "[fault]") {
       REQUIRE(env->unstable()[1] == 0);
       for (const float value : env->observation()) REQUIRE(std::isfinite(value));
     }
-    CHECK(env->unstable_count() == 1);
+    CHECK(Queries(*env).unstable_count() == 1);
     CHECK(env->state().episode[1] == 1);
   }
 }
 
 TEST_CASE("Actions that are not finite are refused whole", "[fault]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3;
   const auto env = make_env(kId, options);
   env->reset();
@@ -150,18 +152,18 @@ TEST_CASE("Actions that are not finite are refused whole", "[fault]") {
   for (const std::size_t length : {0u, 7u, 20u, 22u}) {
     CHECK_THROWS_WITH(env->step(std::vector<float>(length)), Catch::Contains("21 needed"));
     std::vector<float> out(length);
-    CHECK_THROWS_WITH(env->act(Policy::kZero, out), Catch::Contains("21 needed"));
+    CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kZero).act(out), Catch::Contains("21 needed"));
   }
   CHECK(test::batch_bytes(*env) == before);
   const float largest = std::numeric_limits<float>::max();
   env->step(std::vector<float>(21, largest));  // finite, and clipped
-  CHECK(env->unstable_count() == 0);
+  CHECK(Queries(*env).unstable_count() == 0);
 }
 
 TEST_CASE("Absurd targets of absolute modes end an episode at worst", "[fault]") {
   for (const ControlMode mode :
        {ControlMode::kPdJointPos, ControlMode::kPdEePose, ControlMode::kPdJointPosVel}) {
-    EnvOptions options;
+    BatchOptions options;
     options.control_mode = mode;
     options.freeze_cue = false;
     const auto env = make_env(kId, options);
@@ -175,32 +177,6 @@ TEST_CASE("Absurd targets of absolute modes end an episode at worst", "[fault]")
       }
     }
   }
-}
-
-TEST_CASE("Options out of range are refused with what is allowed", "[fault]") {
-  const auto refuse = [](const std::function<void(EnvOptions&)>& change, const char* message) {
-    EnvOptions options;
-    change(options);
-    try {
-      make_env(kId, options);
-      FAIL("accepted: " << message);
-    } catch (const Error& error) {
-      CHECK(error.kind() == Error::kInvalidArgument);
-      CHECK_THAT(error.what(), Catch::Contains(message));
-    }
-  };
-  refuse([](EnvOptions& o) { o.num_envs = 0; }, "num_envs: 0 given, 1 to 1000000 allowed");
-  refuse([](EnvOptions& o) { o.num_envs = -5; }, "num_envs");
-  refuse([](EnvOptions& o) { o.num_envs = 1'000'001; }, "num_envs");
-  refuse([](EnvOptions& o) { o.threads = -1; }, "threads: -1 given");
-  refuse([](EnvOptions& o) { o.threads = 5000; }, "threads: 5000 given");
-  refuse([](EnvOptions& o) { o.chunk = -1; }, "chunk: -1 given");
-  refuse([](EnvOptions& o) { o.substeps = -1; }, "substeps");
-  refuse([](EnvOptions& o) { o.substeps = 1001; }, "substeps");
-  refuse([](EnvOptions& o) { o.rotation_sign = 0; }, "rotation_sign: 0 given, -1 or 1 allowed");
-  refuse([](EnvOptions& o) { o.robot_init_qpos_noise = -0.1; }, "robot_init_qpos_noise");
-  refuse([](EnvOptions& o) { o.robot_init_qpos_noise = kNan; }, "robot_init_qpos_noise");
-  refuse([](EnvOptions& o) { o.robot_init_qpos_noise = kInfinity; }, "robot_init_qpos_noise");
 }
 
 TEST_CASE("Every registered task can be made, and an unknown one is refused", "[fault]") {
@@ -220,22 +196,12 @@ TEST_CASE("Nothing runs before the first reset", "[fault]") {
   const auto env = make_env(kId);
   std::vector<float> actions = zeros(*env);
   CHECK_THROWS_WITH(env->step(actions), Catch::Contains("before the first reset"));
-  CHECK_THROWS_WITH(env->act(Policy::kZero, actions), Catch::Contains("before the first reset"));
-}
-
-TEST_CASE("Oracles need the canonical control mode", "[fault]") {
-  EnvOptions options;
-  options.control_mode = ControlMode::kPdJointPos;
-  const auto env = make_env(kId, options);
-  env->reset();
-  std::vector<float> actions = zeros(*env);
-  CHECK_THROWS_WITH(env->act(Policy::kOracle, actions),
-                    Catch::Contains("pd_joint_pos, pd_ee_delta_pose needed"));
-  CHECK_THROWS_AS(env->act(Policy::kBlind, actions), Error);
+  CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kZero).act(actions),
+                    Catch::Contains("before the first reset"));
 }
 
 TEST_CASE("A reset request of the wrong length changes nothing", "[fault]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env(kId, options);
   env->reset();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/checksum.h"
+#include "core/env/queries.h"
 #include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 #include "tests/own_process.h"
@@ -23,12 +24,12 @@ constexpr const char* kOldProcessor =
 // steps.
 std::uint64_t bits_of(std::string_view id) {
   constexpr int kSteps = 12;
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   options.threads = 1;
   options.obs_mode = ObsMode::kRgb;
   const auto env = make(id, options);
-  std::uint64_t hash = checksum(env->document());
+  std::uint64_t hash = checksum(Queries(*env).document());
   for (const SceneModel& scene : env->physics_model().scenes()) {
     std::vector<std::byte> bytes(static_cast<std::size_t>(mj_sizeModel(scene.model.get())));
     mj_saveModel(scene.model.get(), nullptr, bytes.data(), static_cast<int>(bytes.size()));
@@ -39,7 +40,7 @@ std::uint64_t bits_of(std::string_view id) {
     test::step(*env, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
   }
   hash = checksum(test::batch_bytes(*env), hash);
-  return checksum(std::as_bytes(env->rgb()), hash);
+  return checksum(std::as_bytes(env->images().rgb), hash);
 }
 
 // Not for itself: what the other one runs in processes of their own.
@@ -47,7 +48,7 @@ TEST_CASE("Bits of the last task of every family", "[.][print_bits]") {
   std::map<std::string_view, std::string_view> last;
   for (const RegistryEntry& entry : registry()) last[entry.family] = entry.id;
   for (const auto& [family, id] : last) std::printf("bits of %s %016lx\n", id.data(), bits_of(id));
-  // Tells whether the C library believes what it is told.
+  // True if the C library obeys the setting.
   std::uint64_t sines = kChecksumSeed;
   for (int i = 0; i < 10000; ++i) {
     const double sine = std::sin(0.37 * i);
@@ -76,7 +77,7 @@ TEST_CASE("The C library's kind of processor changes no bits", "[determinism]") 
   CHECK(here.bits.size() > 20);
   CHECK(here.bits == there.bits);
   if (__builtin_cpu_supports("fma") && here.sines == there.sines) {
-    WARN("the C library has the same sines everywhere, or was not told");
+    WARN("the C library has the same sines everywhere, or ignored the setting");
   }
 }
 

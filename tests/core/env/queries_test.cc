@@ -1,4 +1,6 @@
-// What a batch tells on demand: robot, cameras, drawn values.
+// Queries of a batch: robot, cameras, sampled values.
+#include "core/env/queries.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/scene_renderer.h"
 #include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 
@@ -18,8 +21,8 @@ std::vector<float> floats(const Batch& env, int width) {
   return std::vector<float>(static_cast<std::size_t>(env.num_envs() * width));
 }
 
-TEST_CASE("The robot's state is told in every observation mode", "[tell]") {
-  EnvOptions options;
+TEST_CASE("The robot's state is known in every observation mode", "[queries]") {
+  BatchOptions options;
   options.num_envs = 3;
   const auto observed = make("RememberColor3-VLA-v0", options);
   options.obs_mode = ObsMode::kNone;
@@ -27,12 +30,12 @@ TEST_CASE("The robot's state is told in every observation mode", "[tell]") {
   std::vector<float> qpos = floats(*env, 9);
   std::vector<float> qvel = floats(*env, 9);
   std::vector<float> tcp = floats(*env, 7);
-  CHECK_THROWS_WITH(env->robot_state(qpos, qvel, tcp), Contains("before the first reset"));
+  CHECK_THROWS_WITH(Queries(*env).robot_state(qpos, qvel, tcp), Contains("before the first reset"));
   for (Batch* batch : {observed.get(), env.get()}) {
     batch->reset();
     for (int i = 0; i < 12; ++i) test::step(*batch, Policy::kRandom);
   }
-  env->robot_state(qpos, qvel, tcp);
+  Queries(*env).robot_state(qpos, qvel, tcp);
   for (int i = 0; i < 3; ++i) {
     // A row of the state begins with qpos, qvel and the TCP's pose.
     const float* row = observed->observation().data() + i * observed->state_dim();
@@ -40,9 +43,10 @@ TEST_CASE("The robot's state is told in every observation mode", "[tell]") {
     CHECK(std::equal(row + 9, row + 18, qvel.data() + 9 * i));
     CHECK(std::equal(row + 18, row + 25, tcp.data() + 7 * i));
   }
-  env->robot_state({}, {}, {});
+  Queries(*env).robot_state({}, {}, {});
   qpos.pop_back();
-  CHECK_THROWS_WITH(env->robot_state(qpos, {}, {}), Contains("26 values given, 27 needed"));
+  CHECK_THROWS_WITH(Queries(*env).robot_state(qpos, {}, {}),
+                    Contains("26 values given, 27 needed"));
 }
 
 struct Camera {
@@ -62,7 +66,7 @@ Camera camera_of(Batch& env, int index, const std::string& name, int width, int 
   std::vector<float> extrinsic = floats(env, 12);
   std::vector<float> pose = floats(env, 16);
   std::vector<float> intrinsic = floats(env, 9);
-  env.camera_params(name, width, height, {extrinsic, pose, intrinsic});
+  Queries(env).camera_params(name, width, height, {extrinsic, pose, intrinsic});
   Camera camera;
   camera.extrinsic = Eigen::Map<decltype(camera.extrinsic)>(extrinsic.data() + 12 * index);
   camera.pose = Eigen::Map<decltype(camera.pose)>(pose.data() + 16 * index);
@@ -73,7 +77,7 @@ Camera camera_of(Batch& env, int index, const std::string& name, int width, int 
 std::vector<std::uint8_t> picture(Batch& env, int index, const std::string& camera, int width,
                                   int height) {
   std::vector<std::uint8_t> rgb(static_cast<std::size_t>(3 * width * height));
-  env.render(index, camera, width, height, rgb);
+  SceneRenderer(env).render(index, camera, width, height, rgb);
   return rgb;
 }
 
@@ -97,8 +101,8 @@ Eigen::Vector2f middle_of_change(const std::vector<std::uint8_t>& first,
   return sum / static_cast<float>(count);
 }
 
-TEST_CASE("A ball is seen where the cameras' matrices say", "[tell]") {
-  EnvOptions options;
+TEST_CASE("A ball is seen where the cameras' matrices say", "[queries]") {
+  BatchOptions options;
   options.num_envs = 2;
   const auto env = make("InterceptSlow-VLA-v0", options);
   env->reset();
@@ -118,9 +122,9 @@ TEST_CASE("A ball is seen where the cameras' matrices say", "[tell]") {
       env->state().hide_prop(1, 0, ball.data());
       const auto without = picture(*env, 1, name, width, height);
       const Eigen::Vector2f seen = middle_of_change(with, without, width);
-      const Eigen::Vector2f told = camera.project(ball);
-      CAPTURE(seen.x(), seen.y(), told.x(), told.y());
-      CHECK((seen - told).norm() < 1.0F);
+      const Eigen::Vector2f projected = camera.project(ball);
+      CAPTURE(seen.x(), seen.y(), projected.x(), projected.y());
+      CHECK((seen - projected).norm() < 1.0F);
       // The same place in both conventions.
       const Eigen::Vector3f cv = camera.extrinsic * ball.cast<float>().homogeneous();
       CHECK((cv - Eigen::Vector3f(before.x(), -before.y(), -before.z())).norm() < 1e-5F);
@@ -131,17 +135,17 @@ TEST_CASE("A ball is seen where the cameras' matrices say", "[tell]") {
   CHECK((first.pose - camera_of(*env, 1, "hand_camera", 128, 128).pose).norm() > 0.05F);
   CHECK(first.intrinsic(0, 0) == Approx(64));
   CHECK(first.intrinsic(1, 2) == 64);
-  CHECK_THROWS_WITH(env->camera_params("top", 128, 128, {}), Contains("hand_camera"));
-  CHECK_THROWS_WITH(env->camera_params("hand_camera", 0, 128, {}), Contains("1 to 4096"));
+  CHECK_THROWS_WITH(Queries(*env).camera_params("top", 128, 128, {}), Contains("hand_camera"));
+  CHECK_THROWS_WITH(Queries(*env).camera_params("hand_camera", 0, 128, {}), Contains("1 to 4096"));
 }
 
 // The drawn values of an environment by name, the first of each.
 std::map<std::string, double> drawn(const Batch& env, int index) {
-  std::vector<float> values = floats(env, env.drawn_dim());
-  env.drawn(values);
+  std::vector<float> values = floats(env, Queries(env).sampled_dim());
+  Queries(env).sampled_values(values);
   std::map<std::string, double> named;
-  std::size_t at = static_cast<std::size_t>(index * env.drawn_dim());
-  for (const Field& field : env.info().drawn) {
+  std::size_t at = static_cast<std::size_t>(index * Queries(env).sampled_dim());
+  for (const Field& field : env.info().sampled_values) {
     named[field.name] = static_cast<double>(values[at]);
     at += static_cast<std::size_t>(field.width);
   }
@@ -149,7 +153,7 @@ std::map<std::string, double> drawn(const Batch& env, int index) {
 }
 
 std::map<std::string, double> drawn_with(const std::string& id, std::vector<Pin> pins) {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   options.pins = std::move(pins);
   const auto env = test::make_env(id, options);
@@ -158,7 +162,7 @@ std::map<std::string, double> drawn_with(const std::string& id, std::vector<Pin>
   return drawn(*env, 1);
 }
 
-TEST_CASE("Drawn values are those of the episode", "[tell]") {
+TEST_CASE("Sampled values are those of the episode", "[queries]") {
   using Values = std::map<std::string, double>;
   CHECK(drawn_with("RememberShape9-Long-VLA-v0", {{"cue_steps", {60}}, {"empty_steps", {300}}}) ==
         Values{{"cue_steps_per_env", 60}, {"empty_steps_per_env", 300}});
@@ -176,18 +180,18 @@ TEST_CASE("Drawn values are those of the episode", "[tell]") {
   CHECK(drawn_with("BatteriesCheckerEasy-3-VLA-v0", {}).empty());
 }
 
-TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last", "[tell]") {
-  EnvOptions options;
+TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last", "[queries]") {
+  BatchOptions options;
   options.pins = {{"shapes", {0, 0, 0, 0, 0}},    {"radii", {0.08, 0.09, 0.1, 0.11, 0.12}},
                   {"center_x", {-0.1}},           {"center_y", {0.05}},
                   {"rotations", {0, 1, 2, 3, 4}}, {"sequence_length", {3}}};
   const auto env = test::make_env("TraceShapeSeqEasy-VLA-v0", options);
   env->reset();
-  const std::vector<Field>& fields = env->info().drawn;
+  const std::vector<Field>& fields = env->info().sampled_values;
   REQUIRE(fields.back().name == "waypoints");
   REQUIRE(fields.back().width == 5 * 64 * 2);
-  std::vector<float> values = floats(*env, env->drawn_dim());
-  env->drawn(values);
+  std::vector<float> values = floats(*env, Queries(*env).sampled_dim());
+  Queries(*env).sampled_values(values);
   const float* next = values.data() + values.size() - 5 * 64 * 2;
   for (int shape = 0; shape < 5; ++shape) {
     for (int i = 0; i < 64; ++i, next += 2) {
@@ -203,10 +207,10 @@ TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last"
 }
 
 // Whether actions are frozen ends where these say, in the tasks that freeze them.
-TEST_CASE("Every task tells the lengths of its phases", "[tell]") {
+TEST_CASE("Every task reports the lengths of its phases", "[queries]") {
   for (const std::string& id : test::implemented_ids()) {
     CAPTURE(id);
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 3;
     options.seed = 5;
     const auto env = test::make_env(id, options);
@@ -215,9 +219,9 @@ TEST_CASE("Every task tells the lengths of its phases", "[tell]") {
     for (int i = 0; i < 3; ++i) {
       std::map<std::string, double> values = drawn(*env, i);
       if (values.contains("cue_steps_per_env")) {
-        CHECK(values["cue_steps_per_env"] == env->cue_end(i));
+        CHECK(values["cue_steps_per_env"] == Queries(*env).cue_end(i));
       }
-      for (const Field& field : env->info().drawn) {
+      for (const Field& field : env->info().sampled_values) {
         if (field.dtype == DType::kInt32)
           CHECK(std::trunc(values[field.name]) == values[field.name]);
       }

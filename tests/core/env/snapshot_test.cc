@@ -1,3 +1,5 @@
+#include "core/env/snapshot.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -38,8 +40,8 @@ std::vector<Bytes> future(Batch& env, int index, int steps = 45) {
   return history;
 }
 
-EnvOptions batch_of(int num_envs, std::uint64_t seed = 0) {
-  EnvOptions options;
+BatchOptions batch_of(int num_envs, std::uint64_t seed = 0) {
+  BatchOptions options;
   options.num_envs = num_envs;
   options.seed = seed;
   return options;
@@ -53,26 +55,26 @@ TEST_CASE("An environment goes on bit for bit after it was restored", "[snapshot
     const int steps = random.integer(0, 40);
     for (int i = 0; i < steps; ++i) press(*env);
     const int index = random.integer(0, 2);
-    const std::vector<std::byte> saved = env->save(index);
+    const std::vector<std::byte> saved = Snapshotter(*env).save(index);
     const Bytes now = env_bytes(*env, index);
     const std::vector<Bytes> expected = future(*env, index);
 
     // Into the same slot, another slot, and a batch of another size and seed.
-    env->restore(index, saved);
+    Snapshotter(*env).restore(index, saved);
     CHECK(env_bytes(*env, index) == now);
     CHECK((future(*env, index) == expected));
-    env->restore((index + 1) % 3, saved);
+    Snapshotter(*env).restore((index + 1) % 3, saved);
     CHECK((future(*env, (index + 1) % 3) == expected));
     const auto other = make_env(kId, batch_of(5, 999));
     other->reset();
     for (int i = 0; i < round; ++i) press(*other);
-    other->restore(4, saved);
+    Snapshotter(*other).restore(4, saved);
     CHECK((future(*other, 4) == expected));
   }
 }
 
 TEST_CASE("A snapshot in the middle of a contact goes on bit for bit", "[snapshot]") {
-  EnvOptions options = batch_of(1, 3);
+  BatchOptions options = batch_of(1, 3);
   options.sleep = GENERATE(true, false);
   const auto env = make_env(kId, options);
   env->reset();
@@ -85,12 +87,12 @@ TEST_CASE("A snapshot in the middle of a contact goes on bit for bit", "[snapsho
     press(*env);
     if (!in_contact()) continue;
     ++contacts;
-    const std::vector<std::byte> saved = env->save();
+    const std::vector<std::byte> saved = Snapshotter(*env).save();
     const std::vector<Bytes> expected = future(*env, 0, 10);
     const auto fresh = make_env(kId, options);
-    fresh->restore(saved);
+    Snapshotter(*fresh).restore(saved);
     CHECK((future(*fresh, 0, 10) == expected));
-    env->restore(saved);
+    Snapshotter(*env).restore(saved);
   }
   CHECK(contacts >= 2);
 }
@@ -110,10 +112,10 @@ TEST_CASE("Every task goes on bit for bit from the middle of an episode", "[snap
     env->reset();
     for (const int steps : {2, 10, 10}) {
       play(*env, steps);
-      const std::vector<std::byte> saved = env->save();
+      const std::vector<std::byte> saved = Snapshotter(*env).save();
       const std::vector<Bytes> expected = play(*env, 6);
       const auto fresh = make_env(id, batch_of(2, 50));
-      fresh->restore(saved);
+      Snapshotter(*fresh).restore(saved);
       INFO(id);
       CHECK((play(*fresh, 6) == expected));
     }
@@ -138,15 +140,15 @@ TEST_CASE("A reset leaves nothing of the episode before", "[reset]") {
 }
 
 TEST_CASE("A whole batch is restored into a fresh one, pins included", "[snapshot]") {
-  EnvOptions options = batch_of(4);
+  BatchOptions options = batch_of(4);
   options.pins = {{"target", {6}}};
   const auto env = make_env(kId, options);
   env->reset();
   for (int i = 0; i < 20; ++i) press(*env);
-  const std::vector<std::byte> saved = env->save();
-  CHECK(env->save() == saved);
+  const std::vector<std::byte> saved = Snapshotter(*env).save();
+  CHECK(Snapshotter(*env).save() == saved);
   const auto fresh = make_env(kId, batch_of(4, 50));  // never reset, without pins
-  fresh->restore(saved);
+  Snapshotter(*fresh).restore(saved);
   for (int i = 0; i < 40; ++i) {  // over an automatic reset
     press(*env);
     press(*fresh);
@@ -159,11 +161,11 @@ TEST_CASE("A whole batch is restored into a fresh one, pins included", "[snapsho
 TEST_CASE("Restoring one environment leaves its neighbours alone", "[snapshot]") {
   const auto env = make_env(kId, batch_of(3));
   env->reset();
-  const std::vector<std::byte> saved = env->save(0);
+  const std::vector<std::byte> saved = Snapshotter(*env).save(0);
   for (int i = 0; i < 12; ++i) press(*env);
   const Bytes first = env_bytes(*env, 0);
   const Bytes last = env_bytes(*env, 2);
-  env->restore(1, saved);
+  Snapshotter(*env).restore(1, saved);
   CHECK(env_bytes(*env, 0) == first);
   CHECK(env_bytes(*env, 2) == last);
   CHECK(env->state().elapsed[1] == 0);
@@ -173,12 +175,12 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   const auto env = make_env(kId, batch_of(2));
   env->reset();
   for (int i = 0; i < 5; ++i) press(*env);
-  const std::vector<std::byte> good = env->save();
-  const std::vector<std::byte> single = env->save(0);
+  const std::vector<std::byte> good = Snapshotter(*env).save();
+  const std::vector<std::byte> single = Snapshotter(*env).save(0);
   press(*env);
   const Bytes before = test::batch_bytes(*env);
   const auto refuse = [&](const std::vector<std::byte>& bytes, const char* why) {
-    CHECK_THROWS_WITH(env->restore(bytes),
+    CHECK_THROWS_WITH(Snapshotter(*env).restore(bytes),
                       Catch::StartsWith("snapshot refused: ") && Catch::Contains(why));
     CHECK(test::batch_bytes(*env) == before);
   };
@@ -213,11 +215,12 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   older[8] = std::byte{1};
   refuse(older, "version 1 given, 5 needed");
   refuse(single, "1 environments given, 2 needed");
-  CHECK_THROWS_WITH(env->restore(0, good), Catch::Contains("2 environments given, 1 needed"));
+  CHECK_THROWS_WITH(Snapshotter(*env).restore(0, good),
+                    Catch::Contains("2 environments given, 1 needed"));
 
   const auto foreign = make_env("RememberColor5-VLA-v0", batch_of(2));
   foreign->reset();
-  refuse(foreign->save(),
+  refuse(Snapshotter(*foreign).save(),
          "it is of RememberColor5-VLA-v0, pd_ee_delta_pose, rules=reference, success_in_cue=0, "
          "strict=0; "
          "this batch is of RememberColor9-VLA-v0, pd_ee_delta_pose, rules=reference, "
@@ -225,15 +228,16 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   // The same columns, but another task.
   const auto lengthy = make_env("RememberColor9-Long-VLA-v0", batch_of(2));
   lengthy->reset();
-  refuse(lengthy->save(), "it is of RememberColor9-Long-VLA-v0, ");
-  EnvOptions other_mode = batch_of(2);
+  refuse(Snapshotter(*lengthy).save(), "it is of RememberColor9-Long-VLA-v0, ");
+  BatchOptions other_mode = batch_of(2);
   other_mode.control_mode = ControlMode::kPdEePose;  // the same columns here too
   const auto mode = make_env(kId, other_mode);
   mode->reset();
-  refuse(mode->save(), "it is of RememberColor9-VLA-v0, pd_ee_pose, rules=reference, ");
+  refuse(Snapshotter(*mode).save(),
+         "it is of RememberColor9-VLA-v0, pd_ee_pose, rules=reference, ");
   CHECK(test::batch_bytes(*env) == before);
-  env->restore(good);  // the good one still is
-  CHECK(env->save() == good);
+  Snapshotter(*env).restore(good);  // the good one still is
+  CHECK(Snapshotter(*env).save() == good);
 }
 
 // --- bytes that somebody has made up, with a checksum that fits ---
@@ -271,13 +275,13 @@ std::vector<std::byte> made_up(std::vector<std::byte> bytes, std::size_t at, T v
 TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
   const auto env = make_env(kId, batch_of(1));
   env->reset();
-  const std::vector<std::byte> good = env->save();
+  const std::vector<std::byte> good = Snapshotter(*env).save();
   const Bytes before = test::batch_bytes(*env);
   const auto position = [&](const char* column) { return place_of(*env, good, column); };
   const auto with = [&good](std::size_t at, auto value) { return made_up(good, at, value); };
   const auto refuse = [&](const std::vector<std::byte>& bytes, const char* why) {
-    CHECK_THROWS_WITH(env->restore(bytes), Catch::Contains(why));
-    CHECK_THROWS_WITH(env->restore(0, bytes), Catch::Contains(why));
+    CHECK_THROWS_WITH(Snapshotter(*env).restore(bytes), Catch::Contains(why));
+    CHECK_THROWS_WITH(Snapshotter(*env).restore(0, bytes), Catch::Contains(why));
     CHECK((test::batch_bytes(*env) == before));
   };
   for (const std::int32_t target : {-1, 9, 1'000'000, INT32_MIN, INT32_MAX}) {
@@ -289,7 +293,8 @@ TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
   refuse(with(position("prop_status"), std::uint8_t{3}), "'prop_status'");
   const std::size_t pins = rows_of(good) + env->memory().row_bytes();
   refuse(with(pins, ~std::uint64_t{0}), "snapshot refused");
-  env->restore(with(position("target"), std::int32_t{8}));  // what one can have is taken
+  Snapshotter(*env).restore(
+      with(position("target"), std::int32_t{8}));  // what one can have is taken
   CHECK(*test::row<std::int32_t>(env->memory().find("target"), 0) == 8);
 }
 
@@ -298,15 +303,16 @@ TEST_CASE("Snapshots with visits of checkpoints that there are not are refused",
   for (const char* id : {"TraceShapeEasy-VLA-v0", "TraceShapeSeqEasy-VLA-v0"}) {
     const auto env = make_env(id, batch_of(1));
     env->reset();
-    const std::vector<std::byte> good = env->save();
+    const std::vector<std::byte> good = Snapshotter(*env).save();
     for (const char* column : {"visited", "guess_visited"}) {
       for (const std::int32_t visits : {-1, INT32_MAX}) {
         INFO(id << " " << column << " " << visits);
-        CHECK_THROWS_WITH(env->restore(made_up(good, place_of(*env, good, column), visits)),
-                          Catch::Contains(std::string("'") + column + "' has a value that no"));
+        CHECK_THROWS_WITH(
+            Snapshotter(*env).restore(made_up(good, place_of(*env, good, column), visits)),
+            Catch::Contains(std::string("'") + column + "' has a value that no"));
       }
     }
-    CHECK(env->save() == good);
+    CHECK(Snapshotter(*env).save() == good);
   }
 }
 
@@ -314,38 +320,38 @@ TEST_CASE("Snapshots with visits of checkpoints that there are not are refused",
 TEST_CASE("Snapshots of more blinks than there can be are refused", "[snapshot]") {
   const auto env = make_env("BlinkCountButtonPressEasy-VLA-v0", batch_of(1));
   env->reset();
-  const std::vector<std::byte> good = env->save();
+  const std::vector<std::byte> good = Snapshotter(*env).save();
   const std::size_t target = place_of(*env, good, "target_blinks");
   for (const std::int32_t count : {-1, 1000, INT32_MAX}) {
-    CHECK_THROWS_WITH(env->restore(made_up(good, target, count)),
+    CHECK_THROWS_WITH(Snapshotter(*env).restore(made_up(good, target, count)),
                       Catch::Contains("'target_blinks' has a value that no"));
   }
-  CHECK(env->save() == good);
+  CHECK(Snapshotter(*env).save() == good);
 }
 
 TEST_CASE("A snapshot goes only into batches of the same task options", "[snapshot]") {
   constexpr const char* kRecall = "SeqOfColors3-VLA-v0";
-  EnvOptions options = batch_of(1);
+  BatchOptions options = batch_of(1);
   options.task_options = {{"touch_radius", 0.031}};
   const auto narrow = make_env(kRecall, options);
   narrow->reset();
   const auto usual = make_env(kRecall, batch_of(1));
   usual->reset();
   const Bytes before = env_bytes(*usual, 0);
-  CHECK_THROWS_WITH(usual->restore(narrow->save()),
+  CHECK_THROWS_WITH(Snapshotter(*usual).restore(Snapshotter(*narrow).save()),
                     Catch::Contains("it is of SeqOfColors3-VLA-v0, pd_ee_delta_pose, "
                                     "rules=reference, touch_radius=0.031, ") &&
                         Catch::Contains("; this batch is of SeqOfColors3-VLA-v0, pd_ee_delta_pose, "
                                         "rules=reference, touch_radius=0.05, "));
   CHECK((env_bytes(*usual, 0) == before));
   const auto same = make_env(kRecall, options);
-  same->restore(narrow->save());
+  Snapshotter(*same).restore(Snapshotter(*narrow).save());
   CHECK((env_bytes(*same, 0) == env_bytes(*narrow, 0)));
 }
 
 TEST_CASE("What is observed of a snapshot is up to the batch it goes into", "[snapshot]") {
   for (const std::string& id : test::implemented_ids()) {
-    EnvOptions blind = batch_of(1, 7);
+    BatchOptions blind = batch_of(1, 7);
     blind.obs_mode = ObsMode::kNone;
     const auto unseen = make_env(id, blind);
     const auto seen = make_env(id, batch_of(1, 7));
@@ -359,10 +365,10 @@ TEST_CASE("What is observed of a snapshot is up to the batch it goes into", "[sn
     const Bytes bytes_unseen = env_bytes(*unseen, 0);
     INFO(id);
     REQUIRE(bytes != bytes_unseen);
-    const std::vector<std::byte> saved = seen->save();
-    seen->restore(unseen->save());
+    const std::vector<std::byte> saved = Snapshotter(*seen).save();
+    Snapshotter(*seen).restore(Snapshotter(*unseen).save());
     CHECK((env_bytes(*seen, 0) == bytes));
-    unseen->restore(saved);
+    Snapshotter(*unseen).restore(saved);
     CHECK((env_bytes(*unseen, 0) == bytes_unseen));
   }
 }
@@ -372,14 +378,14 @@ TEST_CASE("A snapshot goes on by the rules of the batch it goes into", "[snapsho
   env->reset();
   for (int i = 0; i < env->info().horizon; ++i) press(*env);
   REQUIRE(env->truncated()[0] == 1);
-  const std::vector<std::byte> ended = env->save();
+  const std::vector<std::byte> ended = Snapshotter(*env).save();
 
   const auto episode_after_step = [&](AutoReset rule) {
-    EnvOptions options = batch_of(1, 40);
+    BatchOptions options = batch_of(1, 40);
     options.auto_reset = rule;
     options.reward_mode = RewardMode::kSparse;
     const auto other = make_env(kId, options);
-    other->restore(ended);
+    Snapshotter(*other).restore(ended);
     press(*other);
     return std::pair(other->state().episode[0], other->state().elapsed[0]);
   };
@@ -391,19 +397,22 @@ TEST_CASE("A snapshot goes on by the rules of the batch it goes into", "[snapsho
 
 TEST_CASE("Saving needs a reset and an environment of the batch", "[snapshot]") {
   const auto env = make_env(kId, batch_of(2));
-  CHECK_THROWS_WITH(env->save(), Catch::Contains("before the first reset"));
-  CHECK_THROWS_WITH(env->save_size(), Catch::Contains("before the first reset"));
-  CHECK_THROWS_AS(env->save(0), Error);
-  CHECK_THROWS_AS(env->save_size(0), Error);
+  CHECK_THROWS_WITH(Snapshotter(*env).save(), Catch::Contains("before the first reset"));
+  CHECK_THROWS_WITH(Snapshotter(*env).save_size(), Catch::Contains("before the first reset"));
+  CHECK_THROWS_AS(Snapshotter(*env).save(0), Error);
+  CHECK_THROWS_AS(Snapshotter(*env).save_size(0), Error);
   env->reset();
-  CHECK(env->save().size() == env->save_size());
-  CHECK(env->save(0).size() == env->save_size(0));
-  CHECK_THROWS_WITH(env->save_size(2), Catch::Contains("environment 2 given, 0 to 1 allowed"));
-  const std::vector<std::byte> saved = env->save(0);
-  CHECK_THROWS_WITH(env->save(2), Catch::Contains("environment 2 given, 0 to 1 allowed"));
-  CHECK_THROWS_AS(env->restore(-1, saved), Error);
+  CHECK(Snapshotter(*env).save().size() == Snapshotter(*env).save_size());
+  CHECK(Snapshotter(*env).save(0).size() == Snapshotter(*env).save_size(0));
+  CHECK_THROWS_WITH(Snapshotter(*env).save_size(2),
+                    Catch::Contains("environment 2 given, 0 to 1 allowed"));
+  const std::vector<std::byte> saved = Snapshotter(*env).save(0);
+  CHECK_THROWS_WITH(Snapshotter(*env).save(2),
+                    Catch::Contains("environment 2 given, 0 to 1 allowed"));
+  CHECK_THROWS_AS(Snapshotter(*env).restore(-1, saved), Error);
   const auto fresh = make_env(kId, batch_of(2));
-  CHECK_THROWS_WITH(fresh->restore(0, saved), Catch::Contains("before the first reset"));
+  CHECK_THROWS_WITH(Snapshotter(*fresh).restore(0, saved),
+                    Catch::Contains("before the first reset"));
 }
 
 }  // namespace

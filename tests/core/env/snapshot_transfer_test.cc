@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/checksum.h"
+#include "core/env/snapshot.h"
 #include "core/math/random.h"
 #include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
@@ -30,7 +31,7 @@ struct Subject {
   ObsMode obs_mode = ObsMode::kState;
 
   std::unique_ptr<Batch> batch(int num_envs, int threads, std::uint64_t seed) const {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = num_envs;
     options.threads = threads;
     options.seed = seed;
@@ -53,9 +54,10 @@ void step(Batch& env) {
 // What one environment remembers and shows.
 std::uint64_t digest(const Batch& env, int index, std::uint64_t before) {
   const std::uint64_t hash = checksum(test::env_bytes(env, index), before);
-  const std::size_t image = env.rgb().size() / static_cast<std::size_t>(env.num_envs());
-  return checksum(std::as_bytes(env.rgb().subspan(static_cast<std::size_t>(index) * image, image)),
-                  hash);
+  const std::size_t image = env.images().rgb.size() / static_cast<std::size_t>(env.num_envs());
+  return checksum(
+      std::as_bytes(env.images().rgb.subspan(static_cast<std::size_t>(index) * image, image)),
+      hash);
 }
 
 // The futures of snapshots that are restored into neighbouring slots, from `slot` on.
@@ -67,7 +69,7 @@ std::vector<std::uint64_t> futures(Batch& env, std::span<const test::Bytes> save
     }
   };
   for (std::size_t i = 0; i < saved.size(); ++i) {
-    env.restore((slot + static_cast<int>(i)) % env.num_envs(), saved[i]);
+    Snapshotter(env).restore((slot + static_cast<int>(i)) % env.num_envs(), saved[i]);
   }
   note();
   for (int i = 0; i < kFuture; ++i) {
@@ -110,7 +112,7 @@ Journey travel(Batch& env, int count, int end, std::uint64_t seed) {
     for (std::size_t i = 0; i < steps.size(); ++i) {
       if (steps[i] == now) {
         journey.slots.push_back(random.integer(0, env.num_envs() - 1));
-        journey.saved.push_back(env.save(journey.slots.back()));
+        journey.saved.push_back(Snapshotter(env).save(journey.slots.back()));
       }
       if (steps[i] <= now && now <= steps[i] + kFuture) {
         journey.futures[i] = digest(env, journey.slots[i], journey.futures[i]);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/snapshot.h"
 #include "tests/core/env/scene_task.h"
 #include "tests/env_helpers.h"
 
@@ -19,7 +20,7 @@ using test::step;
 using test::zeros;
 
 struct Logged {
-  explicit Logged(EnvOptions options = {}, int horizon = 1000) {
+  explicit Logged(BatchOptions options = {}, int horizon = 1000) {
     auto owned = std::make_unique<SceneTask>();
     task = owned.get();
     task->description.horizon = horizon;
@@ -44,7 +45,7 @@ struct Logged {
   std::unique_ptr<Batch> env;
 };
 
-TEST_CASE("A reset samples, evaluates once at elapsed 0 and observes", "[vector_env]") {
+TEST_CASE("A reset samples, evaluates once at elapsed 0 and observes", "[batch]") {
   Logged logged;
   CHECK(logged.log.empty());
   logged.env->reset();
@@ -53,7 +54,7 @@ TEST_CASE("A reset samples, evaluates once at elapsed 0 and observes", "[vector_
   CHECK(logged.env->reward()[0] == 0);
 }
 
-TEST_CASE("A step counts after physics and before evaluation", "[vector_env]") {
+TEST_CASE("A step counts after physics and before evaluation", "[batch]") {
   Logged logged;
   logged.env->reset();
   logged.log.clear();
@@ -67,7 +68,7 @@ TEST_CASE("A step counts after physics and before evaluation", "[vector_env]") {
   CHECK(logged.log.back() == "reward@2");
 }
 
-TEST_CASE("Truncation comes exactly at the horizon", "[vector_env]") {
+TEST_CASE("Truncation comes exactly at the horizon", "[batch]") {
   Logged logged({}, 5);
   logged.env->reset();
   for (int i = 1; i <= 5; ++i) {
@@ -77,7 +78,7 @@ TEST_CASE("Truncation comes exactly at the horizon", "[vector_env]") {
   }
 }
 
-TEST_CASE("With next step resets the step after an end ignores its action", "[vector_env]") {
+TEST_CASE("With next step resets the step after an end ignores its action", "[batch]") {
   Logged logged({}, 2);
   logged.env->reset();
   const std::vector<float> first(logged.env->observation().begin(),
@@ -100,8 +101,8 @@ TEST_CASE("With next step resets the step after an end ignores its action", "[ve
   CHECK(logged.env->state().episode[0] == 1);
 }
 
-TEST_CASE("With same step resets the last observation is kept as final", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("With same step resets the last observation is kept as final", "[batch]") {
+  BatchOptions options;
   options.auto_reset = AutoReset::kSameStep;
   Logged logged(options, 2);
   logged.env->reset();
@@ -123,8 +124,8 @@ TEST_CASE("With same step resets the last observation is kept as final", "[vecto
   CHECK(logged.env->observation().back() == 1);
 }
 
-TEST_CASE("Without resets an environment that has ended is left alone", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Without resets an environment that has ended is left alone", "[batch]") {
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   Logged logged(options, 2);
   logged.env->reset();
@@ -146,14 +147,14 @@ TEST_CASE("Without resets an environment that has ended is left alone", "[vector
   CHECK(logged.env->observation().back() == 0);
 }
 
-EnvOptions going_on() {
-  EnvOptions options;
+BatchOptions going_on() {
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   options.after_end = AfterEnd::kContinue;
   return options;
 }
 
-TEST_CASE("An environment that has ended can be simulated on", "[vector_env]") {
+TEST_CASE("An environment that has ended can be simulated on", "[batch]") {
   Logged logged(going_on(), 2);
   SceneTask* task = logged.task;
   task->description.termination = Termination::kSuccess;
@@ -174,9 +175,9 @@ TEST_CASE("An environment that has ended can be simulated on", "[vector_env]") {
     CHECK(logged.env->observation().back() == static_cast<float>(i));
   }
   // A snapshot of it goes on where the same is asked for.
-  const std::vector<std::byte> saved = logged.env->save();
+  const std::vector<std::byte> saved = Snapshotter(*logged.env).save();
   step(*logged.env, Policy::kOracle);
-  logged.env->restore(saved);
+  Snapshotter(*logged.env).restore(saved);
   CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 6);
   step(*logged.env, Policy::kOracle);
   CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 7);
@@ -184,8 +185,8 @@ TEST_CASE("An environment that has ended can be simulated on", "[vector_env]") {
   CHECK(logged.env->truncated()[0] == 0);
 }
 
-TEST_CASE("Steps after an end can be refused", "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("Steps after an end can be refused", "[batch]") {
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   options.after_end = AfterEnd::kRefuse;
   Logged logged(options, 1);
@@ -204,7 +205,7 @@ TEST_CASE("Steps after an end can be refused", "[vector_env]") {
 }
 
 // Success from the third step on, failure in the second.
-std::unique_ptr<Logged> with_success(Termination rule, const EnvOptions& options,
+std::unique_ptr<Logged> with_success(Termination rule, const BatchOptions& options,
                                      bool fails = false) {
   auto logged = std::make_unique<Logged>(options);
   SceneTask* task = logged->task;
@@ -226,9 +227,9 @@ int steps_to_termination(Batch& env) {
   return 0;
 }
 
-TEST_CASE("Termination follows the family unless the option overrides it", "[vector_env]") {
+TEST_CASE("Termination follows the family unless the option overrides it", "[batch]") {
   const auto steps = [](Termination rule, std::optional<bool> override, bool fails = false) {
-    EnvOptions options;
+    BatchOptions options;
     options.terminate_on_success = override;
     return steps_to_termination(*with_success(rule, options, fails)->env);
   };
@@ -241,7 +242,7 @@ TEST_CASE("Termination follows the family unless the option overrides it", "[vec
   CHECK(steps(Termination::kSuccess, false) == 0);
   CHECK(steps(Termination::kSuccessOrFailed, false, true) == 2);
   const auto steps_on = [](std::optional<bool> override) {
-    EnvOptions options;
+    BatchOptions options;
     options.terminate_on_success = override;
     options.terminate_on_failure = false;
     return steps_to_termination(*with_success(Termination::kSuccessOrFailed, options, true)->env);
@@ -250,7 +251,7 @@ TEST_CASE("Termination follows the family unless the option overrides it", "[vec
   CHECK(steps_on(false) == 0);
 }
 
-TEST_CASE("Success is latched for the episode only", "[vector_env]") {
+TEST_CASE("Success is latched for the episode only", "[batch]") {
   Logged logged;
   SceneTask* task = logged.task;
   task->on_evaluate = [task](int env) {
@@ -267,7 +268,7 @@ TEST_CASE("Success is latched for the episode only", "[vector_env]") {
   CHECK(once() == 0);
 }
 
-TEST_CASE("Success at reset counts for nothing", "[vector_env]") {
+TEST_CASE("Success at reset counts for nothing", "[batch]") {
   Logged logged;
   SceneTask* task = logged.task;
   task->on_evaluate = [task](int env) {
@@ -279,9 +280,9 @@ TEST_CASE("Success at reset counts for nothing", "[vector_env]") {
   CHECK(*row<std::uint8_t>(logged.env->output("success_once"), 0) == 0);
 }
 
-TEST_CASE("Rewards are those of the mode", "[vector_env]") {
+TEST_CASE("Rewards are those of the mode", "[batch]") {
   const auto reward = [](RewardMode mode) {
-    EnvOptions options;
+    BatchOptions options;
     options.reward_mode = mode;
     auto owned = std::make_unique<SceneTask>();
     SceneTask* task = owned.get();
@@ -305,7 +306,7 @@ TEST_CASE("Rewards are those of the mode", "[vector_env]") {
   CHECK(reward(RewardMode::kNormalizedDense) == std::array{0.75F, 0.75F});
 }
 
-TEST_CASE("A task sees the action of the step and the one before", "[vector_env]") {
+TEST_CASE("A task sees the action of the step and the one before", "[batch]") {
   Logged logged;
   logged.env->reset();
   const Bindings& engine = logged.task->engine;
@@ -318,10 +319,9 @@ TEST_CASE("A task sees the action of the step and the one before", "[vector_env]
   CHECK(engine.previous_action.row(0)[6] == 0.25F);
 }
 
-TEST_CASE("Actions are frozen until the cue is over unless the option says otherwise",
-          "[vector_env]") {
+TEST_CASE("Actions are frozen until the cue is over unless the option says otherwise", "[batch]") {
   const auto arm_moved_at = [](ControlMode mode, bool freeze) {
-    EnvOptions options;
+    BatchOptions options;
     options.control_mode = mode;
     options.freeze_cue = freeze;
     auto logged = std::make_unique<Logged>(options);
@@ -344,9 +344,8 @@ TEST_CASE("Actions are frozen until the cue is over unless the option says other
   CHECK(arm_moved_at(ControlMode::kPdJointPos, false) == 1);
 }
 
-TEST_CASE("A frozen action is zero in normalised modes and holds in joint positions",
-          "[vector_env]") {
-  EnvOptions options;
+TEST_CASE("A frozen action is zero in normalised modes and holds in joint positions", "[batch]") {
+  BatchOptions options;
   options.robot_init_qpos_noise = 0;
   options.control_mode = GENERATE(ControlMode::kPdEeDeltaPose, ControlMode::kPdJointPos);
   Logged logged(options);

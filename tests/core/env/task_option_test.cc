@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "core/env/env_options.h"
+#include "core/env/options.h"
 #include "tests/core/env/scene_task.h"
 
 namespace engram {
@@ -61,7 +61,7 @@ TEST_CASE("A task is given its options when it is bound", "[options]") {
     auto task = std::make_unique<test::SceneTask>();
     task->description.options = kOptions;
     const test::SceneTask& seen = *task;
-    EnvOptions options;
+    BatchOptions options;
     options.task_options = choices;
     const Batch env(std::move(task), options);
     return std::vector<double>(seen.engine.options.begin(), seen.engine.options.end());

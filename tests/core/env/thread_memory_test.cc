@@ -27,7 +27,7 @@ TEST_CASE("Bytes of a process that has played", "[.][print_memory]") {
   const char* id = std::getenv("ENGRAM_TEST_ID");
   const char* threads = std::getenv("ENGRAM_TEST_THREADS");
   if (id == nullptr || threads == nullptr) return;
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 36;
   options.threads = std::atoi(threads);
   options.chunk = 1;

@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
+#include "core/env/scripted_policy.h"
+#include "core/env/snapshot.h"
 #include "protocol/batch/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/env_helpers.h"
@@ -23,8 +26,8 @@ constexpr const char* kCameras[2] = {"base_camera", "hand_camera"};
 constexpr double kTableTop = -0.0005;  // of the box that is seen
 constexpr double kHalfCube = 0.02;
 
-EnvOptions seeing(ObsMode mode, int num_envs, std::uint64_t seed = 11) {
-  EnvOptions options;
+BatchOptions seeing(ObsMode mode, int num_envs, std::uint64_t seed = 11) {
+  BatchOptions options;
   options.num_envs = num_envs;
   options.seed = seed;
   options.threads = 1;
@@ -41,13 +44,13 @@ Cells cells_of(std::span<const std::int16_t> all, int env) {
 
 // Depth and segmentation, one after the other.
 Cells all_cells(const Batch& env) {
-  Cells cells(env.depth().begin(), env.depth().end());
-  cells.insert(cells.end(), env.segmentation().begin(), env.segmentation().end());
+  Cells cells(env.images().depth.begin(), env.images().depth.end());
+  cells.insert(cells.end(), env.images().segmentation.begin(), env.images().segmentation.end());
   return cells;
 }
 
 int segment_named(const Batch& env, const std::string& name) {
-  const auto names = env.segmentation_names();
+  const auto names = env.images().segmentation_names;
   const auto found = std::find(names.begin(), names.end(), name);
   REQUIRE(found != names.end());
   return static_cast<int>(found - names.begin());
@@ -60,8 +63,9 @@ class Eye {
     const auto count = static_cast<std::size_t>(env.num_envs());
     std::vector<float> extrinsic(12 * count);
     std::vector<float> intrinsic(9 * count);
-    env.camera_params(kCameras[camera], kSide, kSide,
-                      {.extrinsic_cv = extrinsic, .cam2world_gl = {}, .intrinsic_cv = intrinsic});
+    Queries(env).camera_params(
+        kCameras[camera], kSide, kSide,
+        {.extrinsic_cv = extrinsic, .cam2world_gl = {}, .intrinsic_cv = intrinsic});
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         pose_(row, column) =
@@ -71,8 +75,8 @@ class Eye {
     focal_ = static_cast<double>(intrinsic[static_cast<std::size_t>(9 * index)]);
   }
 
-  int depth(int x, int y) const { return env_.depth()[at(x, y)]; }
-  int segment(int x, int y) const { return env_.segmentation()[at(x, y)]; }
+  int depth(int x, int y) const { return env_.images().depth[at(x, y)]; }
+  int segment(int x, int y) const { return env_.images().segmentation[at(x, y)]; }
 
   // Where the pixel's middle meets what it shows.
   Eigen::Vector3d point(int x, int y) const {
@@ -128,25 +132,27 @@ TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][
   for (Batch* env : all) env->reset();
   for (int t = 0; t < 8; ++t) {
     for (Batch* env : all) {
-      CHECK(std::ranges::equal(env->rgb(), rgb->rgb()));
+      CHECK(std::ranges::equal(env->images().rgb, rgb->images().rgb));
       CHECK(env->observation().empty());
       CHECK(std::ranges::equal(env->proprio(), rgb->proprio()));
     }
-    REQUIRE(both->depth().size() == 2 * kCells);
-    REQUIRE(both->segmentation().size() == 2 * kCells);
-    CHECK(std::ranges::equal(depth->depth(), both->depth()));
-    CHECK(std::ranges::equal(segmentation->segmentation(), both->segmentation()));
+    REQUIRE(both->images().depth.size() == 2 * kCells);
+    REQUIRE(both->images().segmentation.size() == 2 * kCells);
+    CHECK(std::ranges::equal(depth->images().depth, both->images().depth));
+    CHECK(std::ranges::equal(segmentation->images().segmentation, both->images().segmentation));
     const std::vector<float> actions = test::act(*rgb, Policy::kOracle);
     for (Batch* env : all) env->step(actions);
   }
-  CHECK(rgb->depth().empty());
-  CHECK(rgb->segmentation().empty());
-  CHECK(rgb->segmentation_names().empty());
-  CHECK(depth->segmentation().empty());
-  CHECK(depth->segmentation_names().empty());
-  CHECK(segmentation->depth().empty());
-  CHECK(segmentation->segmentation_names().size() == both->segmentation_names().size());
-  CHECK(rgb->bytes_per_env() + sizeof(std::int16_t) * 2 * kCells == both->bytes_per_env());
+  CHECK(rgb->images().depth.empty());
+  CHECK(rgb->images().segmentation.empty());
+  CHECK(rgb->images().segmentation_names.empty());
+  CHECK(depth->images().segmentation.empty());
+  CHECK(depth->images().segmentation_names.empty());
+  CHECK(segmentation->images().depth.empty());
+  CHECK(segmentation->images().segmentation_names.size() ==
+        both->images().segmentation_names.size());
+  CHECK(Queries(*rgb).bytes_per_env() + sizeof(std::int16_t) * 2 * kCells ==
+        Queries(*both).bytes_per_env());
 }
 
 TEST_CASE("Depth is the distance along the axis to what is there", "[render][cells]") {
@@ -223,8 +229,8 @@ TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[r
 
 TEST_CASE("Segments are named in the scene's order, the same in all episodes", "[render][cells]") {
   const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 1));
-  const std::vector<std::string> names(env->segmentation_names().begin(),
-                                       env->segmentation_names().end());
+  const std::vector<std::string> names(env->images().segmentation_names.begin(),
+                                       env->images().segmentation_names.end());
   REQUIRE(names.size() > 12);
   CHECK(names[0] == "background");
   CHECK(names[1] == "table");
@@ -232,20 +238,20 @@ TEST_CASE("Segments are named in the scene's order, the same in all episodes", "
   CHECK(names[3] == "link0");
   CHECK(std::set<std::string>(names.begin(), names.end()).size() == names.size());
   const auto other = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2, 99));
-  CHECK(std::ranges::equal(names, other->segmentation_names()));
+  CHECK(std::ranges::equal(names, other->images().segmentation_names));
 }
 
 TEST_CASE("Values of segmentation are those that have names, in all tasks", "[render][cells]") {
   for (const std::string& id : test::implemented_ids()) {
     const auto env = make(id, seeing(ObsMode::kRgbDepthSegmentation, 1, 3));
     env->reset();
-    const auto names = env->segmentation_names();
+    const auto names = env->images().segmentation_names;
     const std::vector<PropModel>& props = env->physics_model().props();
     std::set<std::string> known(names.begin(), names.end());
     INFO(id);
     CHECK(known.size() == names.size());
     CHECK(!known.contains(""));
-    for (const std::int16_t value : env->segmentation()) {
+    for (const std::int16_t value : env->images().segmentation) {
       REQUIRE(value >= 0);
       REQUIRE(static_cast<std::size_t>(value) < names.size());
     }
@@ -253,13 +259,13 @@ TEST_CASE("Values of segmentation are those that have names, in all tasks", "[re
       return known.contains(prop.name);
     });
     CHECK(named > 0);
-    CHECK(std::ranges::count(env->segmentation(), segment_named(*env, "table")) > 2000);
+    CHECK(std::ranges::count(env->images().segmentation, segment_named(*env, "table")) > 2000);
   }
 }
 
 TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch size and slot",
           "[render][cells]") {
-  const auto run = [](EnvOptions options) {
+  const auto run = [](BatchOptions options) {
     const auto env = make(kId, options);
     env->reset();
     Cells cells = all_cells(*env);
@@ -270,8 +276,8 @@ TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch si
     }
     return cells;
   };
-  const EnvOptions one = seeing(ObsMode::kRgbDepthSegmentation, 5);
-  EnvOptions three = one;
+  const BatchOptions one = seeing(ObsMode::kRgbDepthSegmentation, 5);
+  BatchOptions three = one;
   three.threads = 3;
   three.chunk = 2;
   CHECK(run(one) == run(three));
@@ -281,8 +287,8 @@ TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch si
   batch->reset();
   single->reset();
   for (int t = 0; t < 10; ++t) {
-    CHECK(cells_of(batch->depth(), 3) == cells_of(single->depth(), 0));
-    CHECK(cells_of(batch->segmentation(), 3) == cells_of(single->segmentation(), 0));
+    CHECK(cells_of(batch->images().depth, 3) == cells_of(single->images().depth, 0));
+    CHECK(cells_of(batch->images().segmentation, 3) == cells_of(single->images().segmentation, 0));
     test::step(*batch, Policy::kOracle);
     test::step(*single, Policy::kOracle);
   }
@@ -290,9 +296,9 @@ TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch si
 
 TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours do",
           "[render][cells]") {
-  EnvOptions same = seeing(ObsMode::kRgbDepthSegmentation, 1);
+  BatchOptions same = seeing(ObsMode::kRgbDepthSegmentation, 1);
   same.auto_reset = AutoReset::kSameStep;
-  EnvOptions off = same;
+  BatchOptions off = same;
   off.auto_reset = AutoReset::kOff;
   const auto env = make(kId, same);
   const auto twin = make(kId, off);
@@ -302,23 +308,23 @@ TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours d
   Cells then;
   for (int t = 0; t < env->info().horizon; ++t) {
     if (t == 20) {
-      snapshot = twin->save();
+      snapshot = Snapshotter(*twin).save();
       then = all_cells(*twin);
     }
     test::step(*env, Policy::kOracle);
     test::step(*twin, Policy::kOracle);
   }
   REQUIRE(env->final_mask()[0] == 1);
-  CHECK(std::ranges::equal(env->final_depth(), twin->depth()));
-  CHECK(std::ranges::equal(env->final_segmentation(), twin->segmentation()));
-  CHECK(twin->final_depth().empty());
+  CHECK(std::ranges::equal(env->final_images().depth, twin->images().depth));
+  CHECK(std::ranges::equal(env->final_images().segmentation, twin->images().segmentation));
+  CHECK(twin->final_images().depth.empty());
   CHECK(all_cells(*env) != all_cells(*twin));
-  twin->restore(snapshot);
+  Snapshotter(*twin).restore(snapshot);
   CHECK(all_cells(*twin) == then);
 }
 
 TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][cells][allocation]") {
-  EnvOptions options = seeing(ObsMode::kRgbDepthSegmentation, 4);
+  BatchOptions options = seeing(ObsMode::kRgbDepthSegmentation, 4);
   options.threads = GENERATE(1, 2);
   options.auto_reset = AutoReset::kSameStep;
   const auto env = make(kId, options);
@@ -326,14 +332,14 @@ TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][ce
   std::vector<float> actions = test::zeros(*env);
   const std::int64_t before = test::allocation_count();
   for (int t = 0; t < env->info().horizon + 5; ++t) {
-    env->act(Policy::kOracle, actions);
+    ScriptedPolicy(*env, Policy::kOracle).act(actions);
     env->step(actions);
   }
   CHECK(test::allocation_count() == before);
 }
 
 TEST_CASE("Depth and segmentation can be had of other sizes and cameras", "[render][cells]") {
-  EnvOptions options = seeing(ObsMode::kRgbDepthSegmentation, 1);
+  BatchOptions options = seeing(ObsMode::kRgbDepthSegmentation, 1);
   options.images.width = 33;
   options.images.height = 20;
   options.images.cameras = {"render_camera", "base_camera", "hand_camera"};
@@ -341,15 +347,15 @@ TEST_CASE("Depth and segmentation can be had of other sizes and cameras", "[rend
   options.image_options.shadows = GENERATE(false, true);
   const auto env = make(kId, options);
   env->reset();
-  REQUIRE(env->depth().size() == 33 * 20 * 3);
-  REQUIRE(env->segmentation().size() == 33 * 20 * 3);
+  REQUIRE(env->images().depth.size() == 33 * 20 * 3);
+  REQUIRE(env->images().segmentation.size() == 33 * 20 * 3);
   options.images.cameras = {"base_camera"};
   options.image_options.antialias = options.image_options.shadows = false;
   const auto alone = make(kId, options);
   alone->reset();
   for (std::size_t i = 0; i < 33 * 20; ++i) {
-    REQUIRE(env->depth()[3 * i + 1] == alone->depth()[i]);
-    REQUIRE(env->segmentation()[3 * i + 1] == alone->segmentation()[i]);
+    REQUIRE(env->images().depth[3 * i + 1] == alone->images().depth[i]);
+    REQUIRE(env->images().segmentation[3 * i + 1] == alone->images().segmentation[i]);
   }
 }
 

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "core/env/scene_renderer.h"
+#include "core/env/snapshot.h"
 #include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 
@@ -11,8 +13,8 @@ using namespace engram;
 constexpr const char* kId = "RememberColor9-VLA-v0";
 constexpr std::size_t kBytes = 128 * 128 * 6;
 
-EnvOptions rgb_options(int num_envs, std::uint64_t seed = 11) {
-  EnvOptions options;
+BatchOptions rgb_options(int num_envs, std::uint64_t seed = 11) {
+  BatchOptions options;
   options.num_envs = num_envs;
   options.seed = seed;
   options.threads = 1;
@@ -23,26 +25,26 @@ EnvOptions rgb_options(int num_envs, std::uint64_t seed = 11) {
 using Image = std::vector<std::uint8_t>;
 
 Image image_of(const Batch& env, int index) {
-  const auto rgb = env.rgb().subspan(kBytes * static_cast<std::size_t>(index), kBytes);
+  const auto rgb = env.images().rgb.subspan(kBytes * static_cast<std::size_t>(index), kBytes);
   return {rgb.begin(), rgb.end()};
 }
 
-Image all_images(const Batch& env) { return {env.rgb().begin(), env.rgb().end()}; }
+Image all_images(const Batch& env) { return {env.images().rgb.begin(), env.images().rgb.end()}; }
 
 Image picture(Batch& env, int index, const char* camera) {
   Image rgb(128 * 128 * 3);
-  env.render(index, camera, 128, 128, rgb);
+  SceneRenderer(env).render(index, camera, 128, 128, rgb);
   return rgb;
 }
 
 // The images of every step of a run with the oracle.
-Image run(const EnvOptions& options, int steps) {
+Image run(const BatchOptions& options, int steps) {
   const auto env = make(kId, options);
   env->reset();
   Image images = all_images(*env);
   for (int i = 0; i < steps; ++i) {
     test::step(*env, Policy::kOracle);
-    images.insert(images.end(), env->rgb().begin(), env->rgb().end());
+    images.insert(images.end(), env->images().rgb.begin(), env->images().rgb.end());
   }
   return images;
 }
@@ -53,7 +55,7 @@ TEST_CASE("Image observations are base camera then wrist camera, beside proprio 
           "[render]") {
   const auto env = make(kId, rgb_options(2));
   env->reset();
-  REQUIRE(env->rgb().size() == 2 * kBytes);
+  REQUIRE(env->images().rgb.size() == 2 * kBytes);
   CHECK(env->observation().empty());
   CHECK(env->proprio()[6] == Approx(0.08));
   for (int index = 0; index < 2; ++index) {
@@ -72,13 +74,13 @@ TEST_CASE("Image observations are base camera then wrist camera, beside proprio 
 TEST_CASE("State observations have no images", "[render]") {
   const auto env = make(kId, {.num_envs = 1});
   env->reset();
-  CHECK(env->rgb().empty());
-  CHECK(env->final_rgb().empty());
+  CHECK(env->images().rgb.empty());
+  CHECK(env->final_images().rgb.empty());
 }
 
 TEST_CASE("Images are the same bytes for any threads, chunks, batch size and slot", "[render]") {
   const Image expected = run(rgb_options(5), 12);
-  EnvOptions other = rgb_options(5);
+  BatchOptions other = rgb_options(5);
   other.threads = 3;
   other.chunk = 2;
   CHECK(run(other, 12) == expected);
@@ -107,9 +109,9 @@ TEST_CASE("A partial reset redraws only what it resets", "[render]") {
 }
 
 TEST_CASE("The last image of an episode is kept when its reset is in the same step", "[render]") {
-  EnvOptions same = rgb_options(1);
+  BatchOptions same = rgb_options(1);
   same.auto_reset = AutoReset::kSameStep;
-  EnvOptions off = rgb_options(1);
+  BatchOptions off = rgb_options(1);
   off.auto_reset = AutoReset::kOff;
   const auto env = make(kId, same);
   const auto twin = make(kId, off);
@@ -120,12 +122,13 @@ TEST_CASE("The last image of an episode is kept when its reset is in the same st
     test::step(*twin, Policy::kOracle);
   }
   REQUIRE(env->final_mask()[0] == 1);
-  CHECK(std::equal(env->final_rgb().begin(), env->final_rgb().end(), twin->rgb().begin()));
+  CHECK(std::equal(env->final_images().rgb.begin(), env->final_images().rgb.end(),
+                   twin->images().rgb.begin()));
   CHECK(image_of(*env, 0) != image_of(*twin, 0));
 }
 
 TEST_CASE("Next-step resets show the last image, then the first", "[render]") {
-  EnvOptions options = rgb_options(1);
+  BatchOptions options = rgb_options(1);
   options.auto_reset = AutoReset::kNextStep;
   const auto env = make(kId, options);
   env->reset();
@@ -145,43 +148,35 @@ TEST_CASE("Restoring a snapshot restores the image", "[render]") {
   const auto env = make(kId, rgb_options(2));
   env->reset();
   for (int i = 0; i < 9; ++i) test::step(*env, Policy::kOracle);
-  const std::vector<std::byte> snapshot = env->save(0);
+  const std::vector<std::byte> snapshot = Snapshotter(*env).save(0);
   const Image then = image_of(*env, 0);
   for (int i = 0; i < 5; ++i) test::step(*env, Policy::kOracle);
   REQUIRE(image_of(*env, 0) != then);
-  env->restore(1, snapshot);
+  Snapshotter(*env).restore(1, snapshot);
   CHECK(image_of(*env, 1) == then);
 }
 
 TEST_CASE("Other sizes and cameras can be had", "[render]") {
-  EnvOptions options = rgb_options(1);
+  BatchOptions options = rgb_options(1);
   options.images.width = 33;
   options.images.height = 20;
   options.images.cameras = {"render_camera", "base_camera", "hand_camera"};
   const auto env = make(kId, options);
   env->reset();
-  CHECK(env->rgb().size() == 33 * 20 * 9);
-  CHECK(std::any_of(env->rgb().begin(), env->rgb().end(), [](std::uint8_t b) { return b > 0; }));
+  CHECK(env->images().rgb.size() == 33 * 20 * 9);
+  CHECK(std::any_of(env->images().rgb.begin(), env->images().rgb.end(),
+                    [](std::uint8_t b) { return b > 0; }));
 }
 
 TEST_CASE("Bad sizes, cameras and renderers are refused by name", "[render]") {
   using Catch::Contains;
-  EnvOptions size = rgb_options(1);
+  BatchOptions size = rgb_options(1);
   size.images.width = 0;
   CHECK_THROWS_WITH(make(kId, size), Contains("0 x 128") && Contains("4096"));
-  EnvOptions camera = rgb_options(1);
+  BatchOptions camera = rgb_options(1);
   camera.images.cameras = {"side_camera"};
   CHECK_THROWS_WITH(make(kId, camera), Contains("side_camera") && Contains("base_camera"));
-  EnvOptions renderer = rgb_options(1);
+  BatchOptions renderer = rgb_options(1);
   renderer.image_options.renderer = "vulkan";
   CHECK_THROWS_WITH(make(kId, renderer), Contains("vulkan") && Contains("cpu"));
-
-  const auto env = make(kId, {.num_envs = 1});
-  Image rgb(3);
-  CHECK_THROWS_WITH(env->render(0, "base_camera", 1, 1, rgb), Contains("reset"));
-  env->reset();
-  CHECK_THROWS_WITH(env->render(1, "base_camera", 1, 1, rgb), Contains("0 to 0"));
-  CHECK_THROWS_WITH(env->render(0, "base_camera", 2, 1, rgb), Contains("6 needed"));
-  CHECK_THROWS_WITH(env->render(0, "base_camera", 1, 5000, rgb), Contains("1 x 5000"));
-  CHECK_THROWS_WITH(env->render(0, "nose", 1, 1, rgb), Contains("hand_camera"));
 }

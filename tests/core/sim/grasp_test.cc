@@ -89,7 +89,7 @@ TEST_CASE("A grasp needs force and direction on both fingers", "[state]") {
 }
 
 TEST_CASE("A grasped cube is lifted, held without slip and let go", "[physics]") {
-  EnvOptions options;
+  BatchOptions options;
   options.sleep = GENERATE(true, false);
   Rig rig = Rig::cubes({{{-0.05, 0.05, 0.02}}, {{0.05, -0.1, 0.02}}}, options);
   const auto grasping = [&] { return is_grasping(rig.state(), 0, 0); };
@@ -145,7 +145,7 @@ TEST_CASE("The force of a grip is that of the drives", "[physics]") {
 }
 
 TEST_CASE("Forces on the joints end when a held cube vanishes", "[physics]") {
-  EnvOptions options;
+  BatchOptions options;
   options.sleep = GENERATE(true, false);
   Rig rig = Rig::cubes({{{-0.05, 0.05, 0.02}}}, options);
   const auto strongest = [&] {

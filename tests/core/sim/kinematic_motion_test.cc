@@ -12,7 +12,7 @@ using test::Rig;
 constexpr double kStart = -0.2;
 constexpr double kPace = 0.01;  // m per control step
 
-Rig make_rig(const EnvOptions& options) {
+Rig make_rig(const BatchOptions& options) {
   std::vector<mjcf::Prop> props = {mjcf::cube("red", 0.02, {1, 0, 0, 1}),
                                    mjcf::cube("ahead", 0.02, {0, 1, 0, 1}),
                                    mjcf::cube("aside", 0.02, {0, 0, 1, 1})};
@@ -32,7 +32,7 @@ void move_red(Rig& rig, int steps) {
 
 TEST_CASE("A moving kinematic prop wakes what is ahead of it and pushes it evenly",
           "[physics][sleep]") {
-  EnvOptions options;
+  BatchOptions options;
   options.sleep = GENERATE(true, false);
   Rig rig = make_rig(options);
   move_red(rig, 2);

@@ -20,7 +20,7 @@ struct Placement {
 
 class Rig {
  public:
-  Rig(std::vector<mjcf::Prop> props, std::vector<Placement> placements, EnvOptions options = {})
+  Rig(std::vector<mjcf::Prop> props, std::vector<Placement> placements, BatchOptions options = {})
       : placements_(std::move(placements)) {
     auto task = std::make_unique<SceneTask>(std::move(props));
     task_ = task.get();
@@ -34,7 +34,7 @@ class Rig {
   }
 
   // Cubes of half size 0.02 m, one for each placement.
-  static Rig cubes(std::vector<Placement> placements, const EnvOptions& options = {}) {
+  static Rig cubes(std::vector<Placement> placements, const BatchOptions& options = {}) {
     std::vector<mjcf::Prop> props;
     for (std::size_t i = 0; i < placements.size(); ++i) {
       props.push_back(mjcf::cube("cube_" + std::to_string(i), 0.02, {1, 0, 0, 1}));

@@ -18,7 +18,7 @@ using Vec3 = Eigen::Vector3d;
 // --- landing ---
 
 TEST_CASE("What drops does not sink into the table", "[pushing]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 1;
   options.sleep = GENERATE(true, false);
   const double drop = GENERATE(0.0181, 0.02, 0.0234);  // m; the way of a substep ends elsewhere
@@ -47,7 +47,7 @@ TEST_CASE("What drops does not sink into the table", "[pushing]") {
 // --- pressing ---
 
 TEST_CASE("A cube that is pressed with all force stays on the table", "[pushing]") {
-  EnvOptions options;
+  BatchOptions options;
   options.sleep = GENERATE(true, false);
   Rig rig = Rig::cubes({{{0, 0, 0.02}}}, options);
   rig.move({0, 0, 0.08}, 30, -0.6);
@@ -71,7 +71,7 @@ struct Appearance {
 };
 
 Appearance appear(mjcf::ObjectShape shape, const Vec3& offset, double yaw, bool sleep) {
-  EnvOptions options;
+  BatchOptions options;
   options.sleep = sleep;
   const mjcf::Prop prop = mjcf::shape_prop("shape", shape, {1, 0, 0, 1});
   const double rest = mjcf::resting_height(shape);

@@ -17,8 +17,8 @@ constexpr double kRadius = 0.02;
 constexpr double kGravity = 9.81;
 
 // Every control step is one substep, so that nothing happens unseen in between.
-EnvOptions fine_steps(bool sleep = true) {
-  EnvOptions options;
+BatchOptions fine_steps(bool sleep = true) {
+  BatchOptions options;
   options.substeps = 1;
   options.sleep = sleep;
   return options;
@@ -132,7 +132,7 @@ TEST_CASE("A ball that rolls off the table falls to the ground beside it", "[rol
   auto task = std::make_unique<test::SceneTask>(std::vector<mjcf::Prop>{ball()});
   task->parts.table_ends = true;
   test::SceneTask* scene = task.get();
-  Batch env(std::move(task), EnvOptions{});
+  Batch env(std::move(task), BatchOptions{});
   scene->on_reset = [&](int index) {
     const double pos[3] = {-0.1, 1.0, kRadius};
     const double quat[4] = {1, 0, 0, 0};

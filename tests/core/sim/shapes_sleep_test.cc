@@ -76,7 +76,7 @@ TEST_CASE("A prop that moves a millimetre beside others leaves them asleep", "[s
 
 // Pushes a shape along x with the closed gripper, low over the table, and goes away.
 Eigen::Vector3d push(ObjectShape which, bool sleep) {
-  EnvOptions options;
+  BatchOptions options;
   options.sleep = sleep;
   const double height = mjcf::resting_height(which);
   Rig rig({shape(which, 0)}, {{{0.0, 0.0, height}}}, options);

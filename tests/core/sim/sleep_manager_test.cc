@@ -15,8 +15,8 @@ namespace {
 using test::Placement;
 using test::Rig;
 
-EnvOptions with_sleep(bool sleep) {
-  EnvOptions options;
+BatchOptions with_sleep(bool sleep) {
+  BatchOptions options;
   options.sleep = sleep;
   return options;
 }

@@ -72,7 +72,7 @@ Attempt try_to_collect(const fs::path& root, std::int64_t number) {
 
 TEST_CASE("A collection continues after running out of memory", "[collection][allocation]") {
   // Models of the physics are compiled once.
-  EnvOptions options = demonstration_options();
+  BatchOptions options = demonstration_options();
   options.num_envs = 1;
   const auto keeper = make(kId, options);
   const TemporaryFolder whole;

@@ -42,7 +42,7 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
        {"RememberColor3-VLA-v0", "ShellGamePush-VLA-v0", "RotateStrictPos-VLA-v0"}) {
     INFO(id);
     constexpr std::uint64_t kSeed = 4'242'424'242'424;
-    EnvOptions options = demonstration_options();
+    MakeOptions options = demonstration_options();
     options.num_envs = 2;
     options.threads = 1;
     const auto env = make(id, options);

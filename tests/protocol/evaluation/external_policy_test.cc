@@ -116,7 +116,7 @@ TEST_CASE("External policy: objects, as a batch of them observes", "[policy][obj
   evaluate_with(policy, ObsMode::kObjects, 2);
   CHECK(policy.asked.size() == 75);
   CHECK(policy.rgb_size == 0);
-  EnvOptions options;
+  BatchOptions options;
   options.obs_mode = ObsMode::kObjects;
   CHECK(policy.state_size == static_cast<std::size_t>(make(kId, options)->state_dim()));
 }
@@ -166,7 +166,7 @@ TEST_CASE("External policy: actions are those of the chunk, in order", "[policy]
   };
   Known policy;
   const TaskResult result = evaluate_with(policy, ObsMode::kState, 2);
-  EnvOptions options;
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   const auto env = make(kId, options);
   for (std::size_t episode = 0; episode < 3; ++episode) {

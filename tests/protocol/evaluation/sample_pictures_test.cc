@@ -18,7 +18,7 @@ std::pair<int, int> size_of(const Bytes& png) {
 }
 
 TEST_CASE("A strip of samples has as many pictures as the episode allows", "[evaluation]") {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 1;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;

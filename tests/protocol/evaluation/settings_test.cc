@@ -12,7 +12,7 @@ EvaluationSettings example() {
   settings.start_seed = UINT64_MAX;
   settings.policy = "mine";
   settings.policy_config = DocumentTable{{"layers", 3}};
-  EnvOptions environment;
+  MakeOptions environment;
   environment.obs_mode = ObsMode::kRgb;
   environment.image_options.renderer = "egl";
   environment.rules = Rules::kOriginal;
@@ -60,7 +60,7 @@ TEST_CASE("Settings of another version are refused by its name", "[evaluation][s
 
 TEST_CASE("Settings name no renderer without images", "[evaluation][settings]") {
   EvaluationSettings settings = example();
-  EnvOptions environment;
+  MakeOptions environment;
   environment.obs_mode = ObsMode::kState;
   environment.image_options.renderer = "egl";
   settings.set_environment(environment);

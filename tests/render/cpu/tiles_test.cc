@@ -6,6 +6,8 @@
 #include <thread>
 #include <vector>
 
+#include "core/env/queries.h"
+#include "core/env/scripted_policy.h"
 #include "core/image/image_batch.h"
 #include "render/cpu/backdrop.h"
 #include "render/make_renderer.h"
@@ -67,21 +69,21 @@ TEST_CASE("tiles of the tasks' scenes have the colours of pixels drawn one by on
                              "RotateLenientPos-VLA-v0",        "GatherAndRecall3-VLA-v0",
                              "InterceptGrabMedium-VLA-v0",     "BlinkCountButtonPressEasy-VLA-v0"};
   for (const std::string& id : ids) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 2;
     const auto env = make_env(id, options);
     env->reset();
     SceneViews views(env->physics_model(), 1);
     ImageSourceOptions image_options;
     image_options.for_people = false;
-    ImageSource source(env->document(), views.body_names(), image_options, 1, make_renderer);
+    ImageSource source(Queries(*env).document(), views.body_names(), image_options, 1, make_renderer);
     std::vector<int> cameras;
     for (const char* name : {"base_camera", "hand_camera", "render_camera"}) {
       cameras.push_back(find_camera(source, name));
     }
     std::vector<float> actions(static_cast<std::size_t>(2 * env->action_dim()));
     for (int step = 0; step < 12; ++step) {
-      env->act(Policy::kOracle, actions);
+      ScriptedPolicy(*env, Policy::kOracle).act(actions);
       env->step(actions);
       const auto bodies = views.view(0, env->state(), step % 2);
       const int width = step % 3 == 0 ? 128 : 40 + 7 * step;

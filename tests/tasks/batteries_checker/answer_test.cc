@@ -24,7 +24,7 @@ Vector3d slot(int battery) { return {-0.05 * battery, -0.084, 0.03}; }
 
 // Everything stays where a test puts it.
 std::unique_ptr<Batch> start(const char* id, bool strict = false) {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.auto_reset = AutoReset::kOff;
   options.pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}};

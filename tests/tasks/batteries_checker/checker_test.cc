@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/env/snapshot.h"
 #include "mjcf/battery.h"
 #include "tests/env_helpers.h"
 
@@ -19,7 +20,7 @@ const std::vector<Pin> kLayout = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}};
 
 std::unique_ptr<Batch> start(const std::string& id, std::vector<double> working,
                              std::vector<TaskOptionValue> choices = {}) {
-  EnvOptions options;
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   options.pins = kLayout;
   options.pins.push_back({"working", std::move(working)});
@@ -90,7 +91,7 @@ TEST_CASE("The state observation has the specified widths", "[battery]") {
 }
 
 TEST_CASE("Working batteries are distinct active slots, in ascending order", "[battery]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 40;
   const auto env = make_env("BatteriesCheckerEasy-6-VLA-v0", options);
   env->reset();
@@ -283,14 +284,14 @@ TEST_CASE("Snapshots in the middle of grasps and insertions go on bit for bit",
     const auto env = start(id, {0});
     int taken = 0;
     const auto check = [&] {
-      const std::vector<std::byte> saved = env->save();
+      const std::vector<std::byte> saved = Snapshotter(*env).save();
       std::vector<test::Bytes> expected;
       for (int i = 0; i < 8; ++i) {
         test::step(*env, Policy::kOracle);
         expected.push_back(test::env_bytes(*env, 0));
       }
       const auto fresh = start(id, {1});
-      fresh->restore(saved);
+      Snapshotter(*fresh).restore(saved);
       for (const test::Bytes& bytes : expected) {
         test::step(*fresh, Policy::kOracle);
         CHECK(test::env_bytes(*fresh, 0) == bytes);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "tasks/blink_count/reward.h"
 #include "tasks/common/reward_dict.h"
 #include "tests/env_helpers.h"
@@ -37,8 +38,8 @@ T value(const Batch& env, const char* name, int index = 0) {
 bool flag(const Batch& env, const char* name) { return value<std::uint8_t>(env, name) != 0; }
 int count(const Batch& env, const char* name) { return value<std::int32_t>(env, name); }
 
-EnvOptions placed(double blinks) {
-  EnvOptions options;
+BatchOptions placed(double blinks) {
+  BatchOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.auto_reset = AutoReset::kOff;
@@ -50,18 +51,18 @@ EnvOptions placed(double blinks) {
 std::unique_ptr<Batch> after_cue(double blinks) {
   auto env = make_env(kEasy, placed(blinks));
   env->reset();
-  while (env->state().elapsed[0] < env->cue_end(0) - 1) step_at(*env, kFarAway);
+  while (env->state().elapsed[0] < Queries(*env).cue_end(0) - 1) step_at(*env, kFarAway);
   return env;
 }
 
 TEST_CASE("The lamp blinks as the worked example says", "[blink_count]") {
-  EnvOptions options = placed(2);
+  BatchOptions options = placed(2);
   options.pins.push_back({"pre_blink_off_steps", {5}});
   options.pins.push_back({"blink_on_steps", {3, 3, 3}});
   options.pins.push_back({"blink_off_steps", {4, 3, 5}});
   const auto env = make_env(kEasy, options);
   env->reset();
-  CHECK(env->cue_end(0) == 18);
+  CHECK(Queries(*env).cue_end(0) == 18);
   const auto& props = env->physics_model().props();
   const auto index = [&props](const std::string& name) {
     return static_cast<int>(
@@ -95,7 +96,7 @@ TEST_CASE("The lamp blinks as the worked example says", "[blink_count]") {
 }
 
 TEST_CASE("The lamp's colour is an option", "[blink_count]") {
-  EnvOptions options = placed(1);
+  BatchOptions options = placed(1);
   options.task_options = {{"blink_red", 51}, {"blink_green", 255}, {"blink_blue", 0}};
   options.pins.push_back({"pre_blink_off_steps", {5}});
   const auto env = make_env(kEasy, options);
@@ -125,7 +126,7 @@ TEST_CASE("Episodes draw what the ranges allow", "[blink_count]") {
   };
   for (const auto& [id, ranges] : table) {
     INFO(id);
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 3000;
     const auto env = make_env(id, options);
     env->reset();
@@ -136,8 +137,8 @@ TEST_CASE("Episodes draw what the ranges allow", "[blink_count]") {
     int longest = 0;
     for (int i = 0; i < options.num_envs; ++i) {
       ++blinks[value<std::int32_t>(*env, "target_blinks", i)];
-      shortest = std::min(shortest, env->cue_end(i));
-      longest = std::max(longest, env->cue_end(i));
+      shortest = std::min(shortest, Queries(*env).cue_end(i));
+      longest = std::max(longest, Queries(*env).cue_end(i));
       const double* red = row<double>(env->memory().find("button_xy"), i);
       const double* black = row<double>(env->memory().find("confirm_button_xy"), i);
       CHECK((red[0] >= -0.15 && red[0] < -0.05 && red[1] >= -0.12 && red[1] < 0.12));
@@ -196,7 +197,7 @@ TEST_CASE("Presses lead to the worked outcomes", "[blink_count]") {
 TEST_CASE("A press of the cue counts in the first step of the action phase", "[blink_count]") {
   const auto env = after_cue(1);
   const int last = env->state().elapsed[0];
-  CHECK(last == env->cue_end(0) - 1);
+  CHECK(last == Queries(*env).cue_end(0) - 1);
   test::pose_tool(*env, over(kRed, 0.08));
   // Again the last evaluation of the cue, now with the tool on the button.
   env->state().elapsed[0] = last - 1;
@@ -204,17 +205,17 @@ TEST_CASE("A press of the cue counts in the first step of the action phase", "[b
   CHECK(count(*env, "raw_press_count") == 0);
   CHECK(value<float>(*env, "press_depth") == Approx(0.008).margin(1e-6));  // though the cap sinks
   step_at(*env, over(kRed, 0.08));
-  CHECK(env->state().elapsed[0] == env->cue_end(0));
+  CHECK(env->state().elapsed[0] == Queries(*env).cue_end(0));
   CHECK(count(*env, "raw_press_count") == 1);
   CHECK(flag(*env, "new_raw_press_event"));
 }
 
 TEST_CASE("The cap sinks ahead of the finger, and stops a hard press", "[blink_count]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"target_blinks", {1}}, {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}};
   const auto env = make_env(kEasy, options);
   env->reset();
-  while (env->state().elapsed[0] < env->cue_end(0)) test::step(*env, Policy::kZero);
+  while (env->state().elapsed[0] < Queries(*env).cue_end(0)) test::step(*env, Policy::kZero);
   for (int i = 0; i < 60 && count(*env, "raw_press_count") == 0; ++i) {
     test::step(*env, Policy::kOracle);
   }
@@ -234,15 +235,15 @@ TEST_CASE("The cap sinks ahead of the finger, and stops a hard press", "[blink_c
   // The tips end 9.5 mm below the TCP, the sunken cap at 0.044.
   CHECK(lowest > 0.044 + 0.0095 - 0.004);
   CHECK(lowest < 0.044 + 0.0095 + 0.002);
-  CHECK(env->unstable_count() == 0);
+  CHECK(Queries(*env).unstable_count() == 0);
 }
 
 TEST_CASE("Without termination at success a later press too many fails", "[blink_count]") {
-  EnvOptions options = placed(1);
+  BatchOptions options = placed(1);
   options.terminate_on_success = false;
   const auto env = make_env(kEasy, options);
   env->reset();
-  while (env->state().elapsed[0] < env->cue_end(0)) step_at(*env, kFarAway);
+  while (env->state().elapsed[0] < Queries(*env).cue_end(0)) step_at(*env, kFarAway);
   for (const double height : {0.08, 0.09, 0.17}) step_at(*env, over(kRed, height));
   step_at(*env, over(kBlack, 0.08));
   CHECK(env->success()[0] == 1);
@@ -322,7 +323,7 @@ TEST_CASE("The blink reward has the worked value of a hasty step", "[reward][bli
 }
 
 TEST_CASE("The first action is compared with zero", "[reward][blink_count]") {
-  EnvOptions options = placed(1);
+  BatchOptions options = placed(1);
   const auto env = make_env(kEasy, options);
   env->reset();
   env->step(std::vector<float>{0.3F, 0, 0, 0, 0, 0, 0.4F});
@@ -357,15 +358,15 @@ TEST_CASE("The answer is the count that is submitted, or one too many", "[blink_
 
 TEST_CASE("Only the first count is the answer, and none before the action phase",
           "[blink_count][answer]") {
-  EnvOptions options = placed(1);
+  BatchOptions options = placed(1);
   options.terminate_on_success = false;
   const auto env = make_env(kEasy, options);
   env->reset();
-  while (env->state().elapsed[0] < env->cue_end(0) - 2) {
+  while (env->state().elapsed[0] < Queries(*env).cue_end(0) - 2) {
     step_at(*env, over(kBlack, env->state().elapsed[0] % 2 == 0 ? 0.08 : 0.2));
     CHECK_FALSE(flag(*env, "answered"));
   }
-  while (env->state().elapsed[0] < env->cue_end(0)) step_at(*env, kFarAway);
+  while (env->state().elapsed[0] < Queries(*env).cue_end(0)) step_at(*env, kFarAway);
   answer(*env, 1, true);
   CHECK(flag(*env, "first_answer_correct"));
   step_at(*env, kFarAway);

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/pose_tool.h"
 
@@ -54,14 +55,14 @@ Eigen::Vector2d button(const Batch& env) {
 
 // An environment without physics in the first step of its action phase.
 std::unique_ptr<Batch> acting(const std::string& id, std::vector<double> sequence = {4, 1, 7},
-                              EnvOptions options = {}) {
+                              BatchOptions options = {}) {
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   const char* cue = id.find("Bunch") == 0 ? "cue_steps" : "cue_step_duration";
   options.pins = {{"sequence", std::move(sequence)}, {cue, {1}}, {"empty_steps", {1}}};
   auto env = make_env(id, options);
   env->reset();
-  const int start = env->cue_end(0) + 1;
+  const int start = Queries(*env).cue_end(0) + 1;
   for (int t = 0; t < start; ++t) step_at(*env, kFarAway);
   CHECK(env->state().elapsed[0] == start);
   return env;
@@ -82,13 +83,13 @@ void press_button(Batch& env) {
 }
 
 TEST_CASE("The cue is shown as the worked examples say", "[color_recall]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}};
   for (const char* id : {"SeqOfColors3-VLA-v0", "ChainOfColors3-VLA-v0"}) {
     const auto env = make_env(id, options);
     env->reset();
-    CHECK(env->cue_end(0) == 6);
+    CHECK(Queries(*env).cue_end(0) == 6);
     for (int t = 0; t <= 20; ++t) {
       INFO(id << ", elapsed " << t);
       const int item = t / 2;
@@ -109,7 +110,7 @@ TEST_CASE("The cue is shown as the worked examples say", "[color_recall]") {
 }
 
 TEST_CASE("Bunch shows all colours at once, each in its place", "[color_recall]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}, {"sequence", {8, 0, 3}}};
   const auto env = make_env("BunchOfColors3-VLA-v0", options);
@@ -151,7 +152,7 @@ TEST_CASE("Cubes are put back in the first five steps of the action phase", "[co
 
 TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle",
           "[color_recall]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 4000;
   const auto env = make_env("ChainOfColors7-VLA-v0", options);
   env->reset();
@@ -216,19 +217,19 @@ TEST_CASE("A touch asks for the phase, stillness and the radius", "[color_recall
   CHECK(touched(*env, 4));
 
   // With upstream's radius a touch is nearer.
-  EnvOptions narrow;
+  BatchOptions narrow;
   narrow.task_options = {{"touch_radius", 0.02}};
   const auto strict = acting("BunchOfColors3-VLA-v0", {4, 1, 7}, narrow);
   step_at(*strict, cube(*strict, 4) + Eigen::Vector3d(0, 0, 0.07));
   CHECK_FALSE(touched(*strict, 4));
   step_at(*strict, cube(*strict, 4) + Eigen::Vector3d(0, 0, 0.035));
   CHECK(touched(*strict, 4));
-  EnvOptions wrong;
+  BatchOptions wrong;
   wrong.task_options = {{"touch_radius", 0}};
   CHECK_THROWS_WITH(make_env("BunchOfColors3-VLA-v0", wrong), Catch::Contains("0.001 to 0.2"));
 
   // Not during the cue.
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}};
   const auto early = make_env("ChainOfColors3-VLA-v0", options);
@@ -284,7 +285,7 @@ TEST_CASE("The button opens when the colours are touched, and success needs all 
 }
 
 TEST_CASE("With strict order Seq demands the cue's order", "[color_recall]") {
-  EnvOptions strict;
+  BatchOptions strict;
   strict.task_options = {{"strict_order", 1}};
   for (const bool right : {true, false}) {
     const auto env = acting("SeqOfColors3-VLA-v0", {4, 1, 7}, strict);
@@ -339,7 +340,7 @@ TEST_CASE("The goal vector leads from colour to colour and to the button", "[col
 }
 
 TEST_CASE("The cap sinks in the action phase only", "[color_recall]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {2}}};
   const auto env = make_env("BunchOfColors5-VLA-v0", options);
@@ -382,7 +383,7 @@ TEST_CASE("Colour tasks have the published sizes", "[color_recall]") {
 }
 
 TEST_CASE("Colours that are pinned twice are refused", "[color_recall]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"sequence", {4, 1, 4}}};
   CHECK_THROWS_WITH(make_env("ChainOfColors3-VLA-v0", options), Catch::Contains("4 given twice"));
 }
@@ -421,7 +422,7 @@ TEST_CASE("The answer is the first wrong touch, or the last that is needed",
 
 TEST_CASE("A wrong touch fails a strict episode", "[color_recall][answer]") {
   for (const bool strict : {false, true}) {
-    EnvOptions options;
+    BatchOptions options;
     options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
     const auto env = acting("BunchOfColors3-VLA-v0", {4, 1, 7}, options);
     touch(*env, 1);

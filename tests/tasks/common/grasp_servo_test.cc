@@ -17,7 +17,7 @@ using namespace tasks;
 constexpr double kOnDisc = 0.026;  // m
 
 // A cube on the table, and a disc.
-Rig make_rig(double cube_yaw = 0, const EnvOptions& options = {}) {
+Rig make_rig(double cube_yaw = 0, const BatchOptions& options = {}) {
   std::vector<mjcf::Prop> props = {mjcf::cube("cube", 0.02, {1, 0, 0, 1}),
                                    mjcf::disc("disc", 0.07, 0.003, {0, 1, 0, 1})};
   const Eigen::Quaterniond turned(Eigen::AngleAxisd(cube_yaw, Eigen::Vector3d::UnitZ()));
@@ -67,7 +67,7 @@ TEST_CASE("A cube in the oracle's grip slips less than 2 mm in 200 steps", "[gra
 }
 
 TEST_CASE("A cube is brought onto a disc, left there and rests", "[grasp]") {
-  EnvOptions options;
+  BatchOptions options;
   options.sleep = GENERATE(true, false);
   Rig rig = make_rig(0.4, options);
   const Eigen::Vector3d place(0.02, 0.14, kOnDisc);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/snapshot.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -16,12 +17,12 @@ using test::make_env;
 using test::row;
 
 // Every draw that makes an episode long at its least, so that the course begins soon.
-EnvOptions hurried(const std::string& id, int num_envs = 1) {
-  EnvOptions options;
+BatchOptions hurried(const std::string& id, int num_envs = 1) {
+  BatchOptions options;
   options.num_envs = num_envs;
   options.auto_reset = AutoReset::kOff;
   const auto task = make_task(id);
-  for (const Draw& draw : task->info().draws) {
+  for (const RandomVariable& draw : task->info().random_variables) {
     const bool waits = draw.unit == "control steps" || draw.name == "target_blinks";
     if (waits) {
       options.pins.push_back(
@@ -69,13 +70,13 @@ TEST_CASE("A snapshot in the middle of a press goes on bit for bit", "[snapshot]
       test::step(*env, Policy::kOracle);
     }
     REQUIRE(pending(*env));
-    const std::vector<std::byte> saved = env->save();
+    const std::vector<std::byte> saved = Snapshotter(*env).save();
     const std::vector<Bytes> expected = course(*env, 12);
     CHECK_FALSE(pending(*env));
     const auto fresh = make_env(id, hurried(id));
-    fresh->restore(saved);
+    Snapshotter(*fresh).restore(saved);
     CHECK((course(*fresh, 12) == expected));
-    env->restore(saved);
+    Snapshotter(*env).restore(saved);
     CHECK((course(*env, 12) == expected));
   }
 }
@@ -95,7 +96,7 @@ TEST_CASE("Courses of presses repeat after a reset and in a batch", "[determinis
     const std::vector<std::uint64_t> seeds = {env->options().seed};
     env->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
     CHECK((course(*env, steps) == expected));
-    EnvOptions options = hurried(id, 3);
+    BatchOptions options = hurried(id, 3);
     options.threads = 3;
     const auto batch = make_env(id, options);
     batch->reset();

@@ -105,7 +105,7 @@ TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Row& task = rows[seed];
     INFO(task.id);
-    EnvOptions options;
+    BatchOptions options;
     options.seed = seed;
     options.reward_mode = RewardMode::kDense;
     options.freeze_cue = seed % 2 == 0;
@@ -136,7 +136,7 @@ TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
 }
 
 TEST_CASE("The reward terms in the info are those of the step before", "[reward]") {
-  EnvOptions options;
+  BatchOptions options;
   options.reward_mode = RewardMode::kDense;
   const auto env = test::make_env("RememberColor3-VLA-v0", options);
   std::vector<std::string> names;
@@ -162,7 +162,7 @@ TEST_CASE("The reward terms in the info are those of the step before", "[reward]
     CHECK(term("success") == (success ? 1 : 0));
     CHECK(term("reaching_reward") == Approx(1 - std::tanh(10 * distance)).margin(1e-6));
   }
-  EnvOptions sparse;
+  BatchOptions sparse;
   sparse.reward_mode = RewardMode::kSparse;
   const auto without = test::make_env("RememberColor3-VLA-v0", sparse);
   without->reset();

@@ -20,7 +20,7 @@ struct Rig {
   Tour tour;
 
   Rig() {
-    EnvOptions options;
+    BatchOptions options;
     options.substeps = 0;
     env = test::make_env("RememberColor3-Long-VLA-v0", options);
     env->reset();

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
+#include "core/env/snapshot.h"
 #include "tasks/common/tcp_servo.h"
 #include "tasks/gather_and_recall/rules.h"
 #include "tests/env_helpers.h"
@@ -17,7 +19,7 @@ const Eigen::Vector3d kDisc(0.04, 0.14, 0.026);
 constexpr double kUpright[4] = {1, 0, 0, 0};
 
 std::unique_ptr<Batch> start(int cubes, double color, double trigger, double duration = 8) {
-  EnvOptions options;
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   options.pins = {{"disc_x", {0.04}},
                   {"disc_y", {0.14}},
@@ -81,7 +83,7 @@ TEST_CASE("Cubes, disc and buttons stand where they should", "[gather]") {
 TEST_CASE("The flash lasts its steps, begins with the cube that triggers it and comes once",
           "[gather]") {
   const auto env = start(3, 2, 2, 9);
-  CHECK(env->cue_end(0) == env->info().horizon);
+  CHECK(Queries(*env).cue_end(0) == env->info().horizon);
   idle(*env, 3);
   put_on_disc(*env, 0);
   idle(*env, 3);
@@ -99,7 +101,7 @@ TEST_CASE("The flash lasts its steps, begins with the cube that triggers it and 
     CHECK((rgba[0] == 0) == active);  // blue against white
   }
   CHECK(lit == std::vector<int>{7, 8, 9, 10, 11, 12, 13, 14, 15});
-  CHECK(env->cue_end(0) == 16);
+  CHECK(Queries(*env).cue_end(0) == 16);
 }
 
 TEST_CASE("Cubes that left the disc stay counted, but no longer all are there", "[gather]") {
@@ -205,9 +207,9 @@ TEST_CASE("A snapshot in the middle of a grasp goes on bit for bit - gathering",
   int steps = 0;
   while (!is_grasping(env->state(), 0, 0) && ++steps < 60) test::step(*env, Policy::kOracle);
   REQUIRE(is_grasping(env->state(), 0, 0));
-  const std::vector<std::byte> saved = env->save();
+  const std::vector<std::byte> saved = Snapshotter(*env).save();
   const auto fresh = start(3, 1, 2);
-  fresh->restore(saved);
+  Snapshotter(*fresh).restore(saved);
   for (int i = 0; i < 30; ++i) {
     test::step(*env, Policy::kOracle);
     test::step(*fresh, Policy::kOracle);
@@ -217,7 +219,7 @@ TEST_CASE("A snapshot in the middle of a grasp goes on bit for bit - gathering",
 
 TEST_CASE("Only the first button is the answer", "[gather][answer]") {
   for (const bool strict : {false, true}) {
-    EnvOptions options;
+    BatchOptions options;
     options.auto_reset = AutoReset::kOff;
     options.terminate_on_success = false;
     options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};

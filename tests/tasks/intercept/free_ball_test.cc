@@ -46,7 +46,7 @@ const Launches& measured() {
 }
 
 std::unique_ptr<Batch> launch(const std::string& id, const Moment& start, bool sleep) {
-  EnvOptions options;
+  BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   options.sleep = sleep;
   options.pins = {{"ball_x", {start.pos.x()}},

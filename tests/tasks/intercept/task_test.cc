@@ -71,7 +71,7 @@ TEST_CASE("The reward of InterceptGrab equals the worked examples", "[intercept]
 
 TEST_CASE("Launches cover their ranges", "[intercept]") {
   for (const auto& [id, speed] : kSpeeds) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 2000;
     const auto env = make_env(id, options);
     env->reset();
@@ -106,7 +106,7 @@ TEST_CASE("Launches cover their ranges", "[intercept]") {
 }
 
 TEST_CASE("The first observation shows the ball where it starts", "[intercept]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"ball_x", {-0.1}},
                   {"ball_y", {-0.7}},
                   {"velocity_x", {0.02}},
@@ -130,7 +130,7 @@ TEST_CASE("The first observation shows the ball where it starts", "[intercept]")
 }
 
 TEST_CASE("A ball inside the target succeeds, at any speed and height", "[intercept]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.pins = {{"ball_x", {-0.2}}, {"goal_y", {0.0}}};
@@ -154,7 +154,7 @@ TEST_CASE("A ball inside the target succeeds, at any speed and height", "[interc
 }
 
 TEST_CASE("Having been behind the ball is remembered for the episode", "[intercept]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.pins = {{"ball_y", {-0.65}}, {"goal_y", {-0.2}}};  // 0.49 m apart
@@ -205,7 +205,7 @@ TEST_CASE("The TCP's velocity is that of its motion", "[intercept]") {
 TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[intercept]") {
   for (const auto& [id, speed] : kSpeeds) {
     if (!is_grab(id)) continue;
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 8;
     const auto env = make_env(id, options);
     env->reset();
@@ -228,7 +228,7 @@ TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[interc
 
 TEST_CASE("Who does nothing hardly ever succeeds", "[intercept][long]") {
   const auto share = [](const char* id) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 4000;
     options.seed = 10'000;
     const auto env = make_env(id, options);

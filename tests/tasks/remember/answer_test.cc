@@ -21,7 +21,7 @@ const Eigen::Vector3d kAbove(0, 0, 0.03);  // m
 
 // A posed environment whose objects have appeared.
 std::unique_ptr<Batch> make_ready(bool strict) {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.pins = {{"target", {kTarget}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
   options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
@@ -87,7 +87,7 @@ TEST_CASE("A stop between two objects answers with the nearer one", "[remember][
 
 TEST_CASE("Passing by is no answer, nor is anything before the objects appear",
           "[remember][answer]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.pins = {{"target", {kTarget}}, {"cue_steps", {100}}, {"empty_steps", {50}}};
   const auto env = make_env("RememberColor9-Long-VLA-v0", options);

@@ -52,7 +52,7 @@ void check_phase(const Batch& env) {
 }
 
 TEST_CASE("FindImposter runs through the phases of the worked example", "[find_imposter]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}};
   for (const std::string& id : test::ids_of("FindImposter")) {
     const auto env = make_env(id, options);
@@ -79,7 +79,7 @@ TEST_CASE("FindImposter runs through the phases of the worked example", "[find_i
 
 TEST_CASE("Objects that are shown hang in the air, awake or not", "[find_imposter]") {
   for (const bool sleep : {true, false}) {
-    EnvOptions options;
+    BatchOptions options;
     options.sleep = sleep;
     options.pins = {{"cue_steps", {5}}, {"empty_steps", {2}}};
     const auto env = make_env("FindImposterShape9-VLA-v0", options);
@@ -97,7 +97,7 @@ TEST_CASE("Objects that are shown hang in the air, awake or not", "[find_imposte
 }
 
 TEST_CASE("Low shapes drop from the step of their appearance on", "[find_imposter]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
   const auto env = make_env("FindImposterShape9-VLA-v0", options);
   env->reset();
@@ -120,7 +120,7 @@ TEST_CASE("Low shapes drop from the step of their appearance on", "[find_imposte
 }
 
 TEST_CASE("A pinned permutation deals the places as in the example", "[find_imposter]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"permutation", {1, 2, 0}}};
   const auto env = make_env("FindImposterShape3-VLA-v0", options);
   env->reset();
@@ -142,7 +142,7 @@ int dealt(const Batch& env, int key, int index) {
 }
 
 TEST_CASE("Places are dealt anew, each way as likely, but never as before", "[find_imposter]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3000;
   const auto env = make_env("FindImposterColor3-VLA-v0", options);
   env->reset();
@@ -157,7 +157,7 @@ TEST_CASE("Places are dealt anew, each way as likely, but never as before", "[fi
 
 TEST_CASE("FindImposter draws imposters and phase lengths uniformly", "[find_imposter]") {
   for (const std::string& id : test::ids_of("FindImposter")) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 3000;
     options.threads = 2;
     const auto env = make_env(id, options);

@@ -47,7 +47,7 @@ void check_phase(const Batch& env) {
 }
 
 TEST_CASE("Remember runs through the phases of the worked example", "[remember]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}};
   for (const std::string& id : test::ids_of("Remember", Lengths::kShort)) {
     const auto env = make_env(id, options);
@@ -73,7 +73,7 @@ TEST_CASE("Remember runs through the phases of the worked example", "[remember]"
 TEST_CASE("Remember changes phases at the drawn steps in every variant", "[remember]") {
   for (const std::string& id : test::ids_of("Remember")) {
     for (std::uint64_t seed = 0; seed < 2; ++seed) {
-      EnvOptions options;
+      BatchOptions options;
       options.seed = seed;
       const auto env = make_env(id, options);
       env->reset();
@@ -91,7 +91,7 @@ TEST_CASE("Remember changes phases at the drawn steps in every variant", "[remem
 TEST_CASE("Objects stay where they appear for the steps in which they settle", "[remember]") {
   for (const char* id :
        {"RememberColor5-VLA-v0", "RememberShape9-VLA-v0", "RememberShapeAndColor3x3-VLA-v0"}) {
-    EnvOptions options;
+    BatchOptions options;
     options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
     const auto env = make_env(id, options);
     env->reset();
@@ -125,7 +125,7 @@ TEST_CASE("Remember draws targets and phase lengths uniformly over their ranges"
   for (const std::string& id : test::ids_of("Remember")) {
     const bool lengthy = id.find("Long") != std::string::npos;
     const bool fixed = id == "RememberColor5-Long-VLA-v0" || id == "RememberColor9-Long-VLA-v0";
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = lengthy ? 5000 : 1500;  // all of 401 lengths are to occur
     options.threads = 2;
     const auto env = make_env(id, options);
@@ -151,7 +151,7 @@ TEST_CASE("Rows of three are stretched in RememberColor and RememberShape alone"
                                                {"FindImposterColor3-VLA-v0", 0.2},
                                                {"FindImposterShape3-VLA-v0", 0.2}};
   for (const auto& [id, span] : spans) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 200;
     const auto env = make_env(id, options);
     env->reset();
@@ -166,7 +166,7 @@ TEST_CASE("Rows of three are stretched in RememberColor and RememberShape alone"
 }
 
 TEST_CASE("Success asks for phase, distance and stillness", "[remember]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;  // the robot stays where the test puts it
   options.robot_init_qpos_noise = 0;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {2}}, {"target", {1}}};
@@ -228,7 +228,7 @@ int rest_at_cue(Batch& env, bool counts) {
 
 TEST_CASE("Touching the cue before the objects appear is a success with success_in_cue alone",
           "[remember]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {
       {"cue_steps", {100}}, {"empty_steps", {50}}, {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}};
   for (const char* id : {"RememberColor3-Long-VLA-v0", "RememberShapeAndColor5x3-Long-VLA-v0"}) {
@@ -242,7 +242,7 @@ TEST_CASE("Touching the cue before the objects appear is a success with success_
 }
 
 TEST_CASE("A cube that was pushed is where it was pushed to", "[remember]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
   const auto env = make_env("RememberColor5-VLA-v0", options);
   env->reset();

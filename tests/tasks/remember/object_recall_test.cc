@@ -57,7 +57,7 @@ double least_clearance(const tasks::ObjectSet& objects, const Layout& layout) {
 
 TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]") {
   for (const std::string& id : test::recall_ids(Lengths::kShort)) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 1000;
     options.threads = 2;
     const auto env = make_env(id, options);
@@ -103,7 +103,7 @@ double overlap(const mjModel& model, mjData& data, const Batch& env, int index) 
 
 TEST_CASE("No prop is inside another when all have appeared", "[object_recall]") {
   for (const std::string& id : test::recall_ids(Lengths::kShort)) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 40;
     options.threads = 2;
     const auto env = make_env(id, options);
@@ -129,13 +129,13 @@ TEST_CASE("No prop is inside another when all have appeared", "[object_recall]")
 // Among fifteen objects the hand brushes a neighbour in one episode of a hundred.
 TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall][oracle]") {
   for (const std::string& id : test::recall_ids()) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 30;
     options.threads = 2;
     options.auto_reset = AutoReset::kOff;
     // As soon as can be.
     const std::unique_ptr<Task> task = make_task(id);
-    for (const Draw& draw : task->info().draws) {
+    for (const RandomVariable& draw : task->info().random_variables) {
       if (draw.name == "cue_steps" || draw.name == "empty_steps") {
         options.pins.push_back({draw.name, {draw.low}});
       }
@@ -159,10 +159,10 @@ TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall]
 
 TEST_CASE("Episodes differ in nothing else if only what is hidden differs", "[object_recall]") {
   for (const std::string& id : test::recall_ids(Lengths::kShort)) {
-    EnvOptions options;
+    BatchOptions options;
     options.seed = 5;
     const auto play = [&](double hidden) {
-      options.pins = {{make_task(id)->info().hidden_draw, {hidden}}};
+      options.pins = {{make_task(id)->info().hidden_variable, {hidden}}};
       auto env = make_env(id, options);
       env->reset();
       const int appearance = test::appearance_of(*env);

@@ -21,7 +21,7 @@ constexpr const char* kStrict = "RotateStrictPos-VLA-v0";
 class Peg {
  public:
   Peg(const char* id, double target, bool strict) {
-    EnvOptions options;
+    BatchOptions options;
     options.substeps = 0;
     options.pins = {{"initial_yaw", {0.0}}, {"target_angle", {target}}};
     options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
@@ -84,7 +84,7 @@ TEST_CASE("A peg that turns past its target has not come to rest there", "[rotat
 TEST_CASE("A clock replaces the memory of how the peg lay", "[rotate][answer]") {
   for (const char* id : {"RotateLenientPosNeg-VLA-v0", "RotateStrictPos-VLA-v0"}) {
     INFO(id);
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 100;
     options.auto_reset = AutoReset::kOff;
     options.task_options = {{kStrictOption, 1}};

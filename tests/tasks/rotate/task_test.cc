@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "core/env/queries.h"
 #include "tasks/rotate/peg_angle.h"
 #include "tests/env_helpers.h"
 
@@ -138,7 +139,7 @@ TEST_CASE("The strict reward equals the worked examples", "[rotate]") {
 
 TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
   for (const std::string& id : kIds) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 3000;
     const auto env = make_env(id, options);
     env->reset();
@@ -173,16 +174,16 @@ TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
 }
 
 TEST_CASE("Every environment is told its own angle", "[rotate]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env("RotateStrictPosNeg-VLA-v0", options);
   env->reset();
   const std::vector<std::uint8_t> second = {0, 1};
   const std::vector<Pin> pins = {{"target_angle", {-0.2712}}};
-  const std::string before = env->instruction(0);
+  const std::string before = Queries(*env).instruction(0);
   env->reset({.mask = second, .seeds = {}, .pins = &pins});
-  CHECK(env->instruction(0) == before);
-  CHECK(env->instruction(1) ==
+  CHECK(Queries(*env).instruction(0) == before);
+  CHECK(Queries(*env).instruction(1) ==
         "Rotate the peg by -16 degrees to match the target angle while keeping the center of the "
         "peg in place.");
   CHECK(env->info().instruction.find("{angle_deg}") != std::string::npos);
@@ -204,7 +205,7 @@ bool succeeds(Batch& env, double x, double y, double yaw, double joint_speed) {
 
 TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]") {
   for (const bool strict : {false, true}) {
-    EnvOptions options;
+    BatchOptions options;
     options.substeps = 0;
     options.pins = {
         {"target_angle", {0.5}}, {"initial_yaw", {6.0}}, {"peg_x", {0.02}}, {"peg_y", {-0.03}}};
@@ -233,7 +234,7 @@ TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]")
 
 TEST_CASE("A peg that lies still does not creep", "[rotate]") {
   for (const bool sleep : {true, false}) {
-    EnvOptions options;
+    BatchOptions options;
     options.sleep = sleep;
     const auto env = make_env("RotateStrictPos-VLA-v0", options);
     env->reset();
@@ -247,7 +248,7 @@ TEST_CASE("A peg that lies still does not creep", "[rotate]") {
 }
 
 TEST_CASE("A grasped peg turns with the hand", "[rotate]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"target_angle", {1.5}},
                   {"initial_yaw", {0}},
                   {"peg_x", {0}},

@@ -24,8 +24,8 @@ const Vector3d kOver(0, 0, 0.075);  // m: a touch, from a cup's origin
 const Vector3d kAway(-0.1, 0, 0.4);
 
 // Everything stays where a test puts it, and the robot may act from the second step on.
-EnvOptions still(std::vector<Pin> pins, bool strict = false) {
-  EnvOptions options;
+BatchOptions still(std::vector<Pin> pins, bool strict = false) {
+  BatchOptions options;
   options.substeps = 0;
   options.terminate_on_success = false;
   options.auto_reset = AutoReset::kOff;
@@ -139,7 +139,7 @@ TEST_CASE("After a shuffle answers are slots", "[shell][answer]") {
 TEST_CASE("A pinned mapping is obeyed under fixed_mapping, too", "[shell][lamp]") {
   for (const char* id : {kLamp, kShuffleLamp}) {
     for (const bool fixed : {false, true}) {
-      EnvOptions options;
+      BatchOptions options;
       options.pins = {{"mapping", {3}}};
       options.task_options = {{"fixed_mapping", fixed ? 1.0 : 0.0}};
       const auto env = make_env(id, options);
@@ -162,7 +162,7 @@ TEST_CASE("A pinned mapping is obeyed under fixed_mapping, too", "[shell][lamp]"
 TEST_CASE("With a fixed mapping the lamp alone tells, unless cups are shuffled", "[shell][lamp]") {
   constexpr int kEpisodes = 60;
   for (const bool shuffled : {false, true}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = kEpisodes;
     options.auto_reset = AutoReset::kOff;
     options.task_options = {{"fixed_mapping", 1}, {kStrictOption, 1}};

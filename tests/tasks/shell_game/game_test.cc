@@ -45,8 +45,8 @@ void check_near(const Vector3d& given, const Vector3d& expected, double margin =
   CHECK((given - expected).norm() <= margin);
 }
 
-EnvOptions pinned(std::vector<Pin> pins) {
-  EnvOptions options;
+BatchOptions pinned(std::vector<Pin> pins) {
+  BatchOptions options;
   options.pins = std::move(pins);
   return options;
 }
@@ -181,11 +181,11 @@ TEST_CASE("The shuffle's test vector holds for both shuffle families", "[shell]"
 // Steps 25 and 26 are left over: seven steps a swap, 23 in all.
 TEST_CASE("With snap_back, left-over steps show the mugs as before the last swap", "[shell]") {
   for (const char* id : {"ShellGameShuffleTouch-VLA-v0", "ShellGameShuffleColorLampTouch-VLA-v0"}) {
-    EnvOptions options = pinned({{"base", {0.05, -0.03}},
-                                 {"cue_steps", {4}},
-                                 {"shuffle_steps", {23}},
-                                 {"num_swaps", {3}},
-                                 {"swap_pairs", {0, 2, 1, 0}}});
+    BatchOptions options = pinned({{"base", {0.05, -0.03}},
+                                   {"cue_steps", {4}},
+                                   {"shuffle_steps", {23}},
+                                   {"num_swaps", {3}},
+                                   {"swap_pairs", {0, 2, 1, 0}}});
     const auto plain = make_env(id, options);
     options.task_options = {{"snap_back", 1}};
     const auto snapping = make_env(id, options);
@@ -230,7 +230,7 @@ TEST_CASE("The lamp games draw which colour goes with which mug", "[shell]") {
 
   for (const char* id :
        {"ShellGameColorLampTouch-VLA-v0", "ShellGameShuffleColorLampTouch-VLA-v0"}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 1200;
     for (const bool fixed : {false, true}) {
       if (fixed) options.task_options = {{"fixed_mapping", 1}};
@@ -261,7 +261,7 @@ TEST_CASE("What an episode samples covers its ranges", "[shell]") {
       {"ShellGameShuffleTouch-Long-VLA-v0", {10, 100, 100, 400, 5, 15}},
       {"ShellGameShuffleColorLampTouch-Long-VLA-v0", {10, 100, 100, 400, 5, 15}}};
   for (const auto& [id, ranges] : table) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 3000;
     const auto env = make_env(id, options);
     env->reset();
@@ -298,7 +298,7 @@ TEST_CASE("Only the short games but Pick freeze the cue, and three end at succes
 
 // The farthest that a mug strays from all slots once the robot may act. Nothing may succeed.
 double farthest_stray(const char* id, bool sleep) {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 6;
   options.sleep = sleep;
   options.auto_reset = AutoReset::kOff;
@@ -333,7 +333,7 @@ TEST_CASE("Left alone, no mug moves and nothing succeeds", "[shell]") {
 }
 
 TEST_CASE("Touch asks for phase, distance, stillness and mugs in their places", "[shell]") {
-  EnvOptions options = pinned({{"cue_steps", {2}}, {"cup_with_ball_number", {1}}});
+  BatchOptions options = pinned({{"cue_steps", {2}}, {"cup_with_ball_number", {1}}});
   options.substeps = 0;  // everything stays where the test puts it
   options.terminate_on_success = false;
   const auto env = make_env("ShellGameTouch-VLA-v0", options);
@@ -373,7 +373,7 @@ TEST_CASE("Touch asks for phase, distance, stillness and mugs in their places", 
 
 TEST_CASE("The mug, not the ball, has to reach the goal of Push and Pick", "[shell]") {
   for (const bool push : {true, false}) {
-    EnvOptions options = pinned({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}});
+    BatchOptions options = pinned({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}});
     options.substeps = 0;
     const auto env = make_env(push ? "ShellGamePush-VLA-v0" : "ShellGamePick-VLA-v0", options);
     env->reset();
@@ -404,7 +404,7 @@ TEST_CASE("The mug, not the ball, has to reach the goal of Push and Pick", "[she
 }
 
 TEST_CASE("A mug that is lifted leaves its ball behind", "[shell]") {
-  EnvOptions options = pinned({{"cue_steps", {1}}, {"cup_with_ball_number", {1}}});
+  BatchOptions options = pinned({{"cue_steps", {1}}, {"cup_with_ball_number", {1}}});
   options.substeps = 0;
   options.terminate_on_success = false;
   const auto env = make_env("ShellGamePick-VLA-v0", options);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/snapshot.h"
 #include "mjcf/mug.h"
 #include "tasks/common/tcp_servo.h"
 #include "tests/env_helpers.h"
@@ -34,7 +35,7 @@ TEST_CASE("A snapshot of a shell game goes on bit for bit, in the middle of a sw
   for (const RegistryEntry& entry : registry()) {
     if (entry.family.substr(0, 9) != "ShellGame") continue;
     INFO(entry.id);
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 2;
     options.freeze_cue = false;
     options.pins = {{"cue_steps", {static_cast<double>(entry.split == Split::kMedium ? 10 : 3)}}};
@@ -55,9 +56,9 @@ TEST_CASE("A snapshot of a shell game goes on bit for bit, in the middle of a sw
     twin->reset();
     for (int t = 0; t < 26; ++t) {
       if (t % 3 == 0) {
-        const std::vector<std::byte> saved = env->save(1);
-        other->restore(0, saved);
-        twin->restore(1, saved);
+        const std::vector<std::byte> saved = Snapshotter(*env).save(1);
+        Snapshotter(*other).restore(0, saved);
+        Snapshotter(*twin).restore(1, saved);
       }
       // The original and two copies, in other slots and batches.
       for (Batch* batch : {env.get(), other.get(), twin.get()}) disturb(*batch);
@@ -71,7 +72,7 @@ TEST_CASE("A shell game that is reset equals a fresh one", "[shell]") {
   for (const RegistryEntry& entry : registry()) {
     if (entry.family.substr(0, 9) != "ShellGame") continue;
     INFO(entry.id);
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 2;
     const auto used = make_env(entry.id, options);
     used->reset();
@@ -92,7 +93,7 @@ TEST_CASE("A shell game that is reset equals a fresh one", "[shell]") {
 // The hand waits where mugs come by at up to four metres a second.
 TEST_CASE("Mugs that meet the robot nudge it and go on their way", "[shell]") {
   for (const double height : {0.02, 0.06, 0.10}) {
-    EnvOptions options;
+    BatchOptions options;
     options.pins = {{"base", {0.0, 0.0}},
                     {"cue_steps", {100}},
                     {"shuffle_steps", {100}},
@@ -124,7 +125,7 @@ TEST_CASE("Mugs that meet the robot nudge it and go on their way", "[shell]") {
 }
 
 TEST_CASE("Mugs that are put back cannot be carried away", "[shell]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"base", {0.0, 0.0}}, {"cue_steps", {1}}};
   options.freeze_cue = false;
   const auto env = make_env("ShellGameColorLampTouch-VLA-v0", options);
@@ -143,7 +144,7 @@ TEST_CASE("Mugs that are put back cannot be carried away", "[shell]") {
 
 TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]") {
   for (const char* id : {"ShellGamePush-VLA-v0", "ShellGamePick-VLA-v0"}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 20;
     options.terminate_on_success = false;
     options.auto_reset = AutoReset::kOff;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/scene_renderer.h"
 #include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 #include "tests/render/has_egl.h"
@@ -17,7 +18,7 @@ using Rgb = std::array<std::uint8_t, 3>;
 
 int count_pixels(Batch& env, int index, const char* camera, const Rgb& color) {
   std::vector<std::uint8_t> rgb(std::size_t{128} * 128 * 3);
-  env.render(index, camera, 128, 128, rgb);
+  SceneRenderer(env).render(index, camera, 128, 128, rgb);
   int count = 0;
   for (std::size_t i = 0; i < rgb.size(); i += 3) {
     count += std::equal(color.begin(), color.end(), &rgb[i]) ? 1 : 0;
@@ -26,7 +27,7 @@ int count_pixels(Batch& env, int index, const char* camera, const Rgb& color) {
 }
 
 void check_lamps(const std::string& renderer) {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 3;
   options.image_options.renderer = renderer;
   options.pins = {{"base", {0, 0}}, {"cue_steps", {1}}};
@@ -67,13 +68,13 @@ TEST_CASE("Every environment's lamp has its own colour", "[render][shell]") {
 
 TEST_CASE("People see the goal of Push and Pick, sensors do not", "[render][shell]") {
   for (const char* id : {"ShellGamePush-VLA-v0", "ShellGamePick-VLA-v0"}) {
-    EnvOptions options;
+    BatchOptions options;
     options.pins = {{"base", {0, 0}}, {"cup_with_ball_number", {1}}};
     const auto env = make(id, options);
     env->reset();
     const auto green = [&env](const char* camera) {
       std::vector<std::uint8_t> rgb(std::size_t{128} * 128 * 3);
-      env->render(0, camera, 128, 128, rgb);
+      SceneRenderer(*env).render(0, camera, 128, 128, rgb);
       int count = 0;
       for (std::size_t i = 0; i < rgb.size(); i += 3) {
         count += rgb[i] < 10 && rgb[i + 1] > 100 && rgb[i + 2] < 10 ? 1 : 0;

@@ -18,7 +18,7 @@ constexpr double kShift = 0.01;
 class Cube {
  public:
   Cube(int slot, bool strict) {
-    EnvOptions options;
+    BatchOptions options;
     options.substeps = 0;
     options.pins = {{"slot", {static_cast<double>(slot)}},
                     {"initial_x", {kStartX}},

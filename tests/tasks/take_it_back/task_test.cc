@@ -12,8 +12,8 @@
 namespace {
 
 using namespace engram;
-using test::differing_pixels;
 using test::make_env;
+using test::PicturePair;
 using test::row;
 
 constexpr const char* kId = "TakeItBack-VLA-v0";
@@ -62,7 +62,7 @@ TEST_CASE("The reward of TakeItBack equals the worked examples", "[take_it_back]
 
 TEST_CASE("The target changes colour one step after the cube was there, for good",
           "[take_it_back]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.pins = pins();
   const auto env = make_env(kId, options);
@@ -111,7 +111,7 @@ TEST_CASE("The target changes colour one step after the cube was there, for good
 }
 
 TEST_CASE("A cube that passes the target in one step changes it in the next", "[take_it_back]") {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   options.pins = pins();
   const auto env = make_env(kId, options);
@@ -126,7 +126,7 @@ TEST_CASE("A cube that passes the target in one step changes it in the next", "[
 }
 
 TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_back]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 6000;
   const auto env = make_env(kId, options);
   env->reset();
@@ -167,7 +167,7 @@ TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_bac
 // Of all draws 0.2 % overlap.
 TEST_CASE("With may_overlap, start and target are drawn once and overlap now and then",
           "[take_it_back]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 6000;
   const auto guarded = make_env(kId, options);
   options.task_options = {{"may_overlap", 1}};
@@ -189,7 +189,7 @@ TEST_CASE("With may_overlap, start and target are drawn once and overlap now and
 
 TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
   const auto start_at = [](double slot, double x) {
-    EnvOptions options;
+    BatchOptions options;
     options.substeps = 0;
     auto env = make(kId, options);
     const std::vector<Pin> where = pins(slot, x);
@@ -198,13 +198,14 @@ TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
   };
   const auto one = start_at(-1, -0.05);
   const auto other = start_at(1, 0.03);
-  CHECK(differing_pixels(*one, *other, "base_camera") > 10);  // the cube itself
+  PicturePair pictures(*one, *other);
+  CHECK(pictures.differing_pixels("base_camera") > 10);  // the cube itself
   for (const auto* env : {&one, &other}) put_cube(**env, 0.12, 0.01);
-  CHECK(differing_pixels(*one, *other, "base_camera") == 0);
-  CHECK(differing_pixels(*one, *other, "hand_camera") == 0);
-  CHECK(differing_pixels(*one, *other, "render_camera") > 100);  // people see the blue disc
+  CHECK(pictures.differing_pixels("base_camera") == 0);
+  CHECK(pictures.differing_pixels("hand_camera") == 0);
+  CHECK(pictures.differing_pixels("render_camera") > 100);  // people see the blue disc
 
-  EnvOptions options;
+  BatchOptions options;
   options.obs_mode = ObsMode::kRgb;
   options.substeps = 0;
   const auto rgb = [&](double slot) {
@@ -213,7 +214,7 @@ TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
     env->reset({.mask = {}, .seeds = {}, .pins = &where});
     put_cube(*env, 0.12, 0.01);
     test::step(*env, Policy::kZero);
-    return std::vector<std::uint8_t>(env->rgb().begin(), env->rgb().end());
+    return std::vector<std::uint8_t>(env->images().rgb.begin(), env->images().rgb.end());
   };
   CHECK((rgb(-1) == rgb(1)));
 }

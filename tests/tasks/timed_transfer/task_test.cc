@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
+#include "core/env/snapshot.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -21,8 +23,8 @@ T info(const Batch& env, const char* name, int index = 0) {
   return *row<T>(env.output(name), index);
 }
 
-EnvOptions signal_at(double step) {
-  EnvOptions options;
+BatchOptions signal_at(double step) {
+  BatchOptions options;
   options.pins = {{"signal_step", {step}}};
   options.auto_reset = AutoReset::kOff;
   options.reward_mode = RewardMode::kDense;
@@ -33,7 +35,7 @@ TEST_CASE("Doing nothing fails one step after the window: D = 100, s = 2", "[tim
   const auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(2));
   env->reset();
   CHECK(env->state_dim() == 50);
-  CHECK(env->instruction(0).find("step 100 of") != std::string::npos);
+  CHECK(Queries(*env).instruction(0).find("step 100 of") != std::string::npos);
   const std::vector<float> rest = test::zeros(*env);
   for (int elapsed = 0; elapsed <= 108; ++elapsed) {
     INFO(elapsed);
@@ -109,7 +111,7 @@ TEST_CASE("Who has the step count need not remember the signal", "[timed]") {
 }
 
 TEST_CASE("A cube that arrives early fails at once", "[timed]") {
-  EnvOptions options = signal_at(3);
+  BatchOptions options = signal_at(3);
   options.num_envs = 20;
   const auto env = make_env("TimedTransferMedium-VLA-v0", options);
   env->reset();
@@ -140,7 +142,7 @@ std::vector<Bytes> future(Batch& env, int index, int steps) {
 TEST_CASE("Snapshots in a demonstration and in a grasp go on bit for bit", "[snapshot]") {
   for (const char* id :
        {"TraceShapeHard-VLA-v0", "TraceShapeSeqHard-VLA-v0", "TimedTransferEasy-VLA-v0"}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 2;
     options.threads = 1;
     if (std::string(id).find("Seq") != std::string::npos) {
@@ -153,14 +155,14 @@ TEST_CASE("Snapshots in a demonstration and in a grasp go on bit for bit", "[sna
       for (int i = 0; i < 16; ++i) test::step(*env, Policy::kOracle);
       const int cube = std::string(id)[1] == 'i' ? kCube : 1;
       held |= is_grasping(env->state(), 0, cube);
-      const std::vector<std::byte> saved = env->save(0);
+      const std::vector<std::byte> saved = Snapshotter(*env).save(0);
       const std::vector<Bytes> expected = future(*env, 0, 8);
       INFO(id << ", round " << round);
       const auto other = make_env(id, options);
       other->reset();
-      other->restore(1, saved);
+      Snapshotter(*other).restore(1, saved);
       CHECK((future(*other, 1, 8) == expected));
-      env->restore(0, saved);
+      Snapshotter(*env).restore(0, saved);
     }
     CHECK(held);
   }

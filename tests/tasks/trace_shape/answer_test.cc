@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "tasks/trace_shape/demo.h"
 #include "tests/tasks/first_answer.h"
 #include "tests/tasks/pose_tool.h"
@@ -32,8 +33,8 @@ const Vec2 kCenter(-0.12, 0.02);
 const tasks::ContourSet kShapes;
 
 // Nothing moves by itself; the cube is put where a test wants it.
-EnvOptions still(std::vector<Pin> pins, bool strict) {
-  EnvOptions options;
+BatchOptions still(std::vector<Pin> pins, bool strict) {
+  BatchOptions options;
   options.substeps = 0;
   options.terminate_on_success = false;
   options.auto_reset = AutoReset::kOff;
@@ -65,7 +66,7 @@ std::unique_ptr<Batch> show_sequence(std::array<double, 5> shapes, int length) {
 }
 
 void wait(Batch& env) {
-  while (env.state().elapsed[0] < env.cue_end(0)) test::step(env, Policy::kZero);
+  while (env.state().elapsed[0] < Queries(env).cue_end(0)) test::step(env, Policy::kZero);
 }
 
 void put_cube(Batch& env, const Vec2& at) {
@@ -93,7 +94,7 @@ void submit(Batch& env) {
 TEST_CASE("The place of the green cube does not tell what was traced", "[trace][answer]") {
   for (const char* id : {kMedium, kHard, kSeq}) {
     INFO(id);
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 300;
     options.auto_reset = AutoReset::kOff;
     const auto env = make_env(id, options);
@@ -114,7 +115,7 @@ TEST_CASE("The place of the green cube does not tell what was traced", "[trace][
 }
 
 TEST_CASE("Where the red cube pushes the green one, its place tells", "[trace][answer]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 400;
   options.auto_reset = AutoReset::kOff;
   options.task_options = {{"red_pushes_green", 1}};
@@ -167,7 +168,7 @@ TEST_CASE("What passes for a shape is not that shape", "[trace][answer]") {
 TEST_CASE("Trails count from the action phase on, once they are closed", "[trace][answer]") {
   const auto env = show(SHAPE_TRIANGLE, 0.1);
   const Contour contour(kShapes, SHAPE_TRIANGLE, 0.1, 0.3, kCenter);
-  while (env->state().elapsed[0] < env->cue_end(0) - 1) {
+  while (env->state().elapsed[0] < Queries(*env).cue_end(0) - 1) {
     put_cube(*env, contour.waypoint(env->state().elapsed[0] % 64));
   }
   put_cube(*env, kCenter + Vec2(0.3, 0.3));

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "tasks/common/tcp_servo.h"
 #include "tasks/trace_shape/demo.h"
 #include "tests/env_helpers.h"
@@ -40,8 +41,8 @@ std::string lamp(const Batch& env, int index = 0) {
   return rgba[0] == 1 && rgba[1] == 0 ? "red" : rgba[1] == 1 && rgba[0] == 0 ? "green" : "?";
 }
 
-EnvOptions pinned(std::vector<Pin> pins) {
-  EnvOptions options;
+BatchOptions pinned(std::vector<Pin> pins) {
+  BatchOptions options;
   options.pins = std::move(pins);
   options.auto_reset = AutoReset::kOff;
   options.threads = 1;
@@ -63,7 +64,7 @@ TEST_CASE("TraceShape keeps to the timeline of the example: P = 5, C = 69", "[tr
                                                              {"pre_demo_steps", {5}}}));
   env->reset();
   const Contour contour(kShapes, 2, 0.1, 0.3, {-0.10, 0.05});
-  CHECK(env->cue_end(0) == 69);
+  CHECK(Queries(*env).cue_end(0) == 69);
   CHECK((place(*env, kGreen) - Vec2(-0.26, 0.05)).norm() < 1e-12);
   for (int elapsed = 0; elapsed < 75; ++elapsed) {
     wait_until(*env, elapsed);
@@ -89,7 +90,7 @@ const std::vector<TaskOptionValue> kPushing = {{"red_pushes_green", 1}};
 TEST_CASE("The demonstration pushes the green cube gently out of its way", "[trace]") {
   // A circle that passes through the green cube's place.
   const bool sleep = GENERATE(true, false);
-  EnvOptions options = pinned({{"shape", {0}}, {"radius", {0.13}}, {"rotation", {0}}});
+  BatchOptions options = pinned({{"shape", {0}}, {"radius", {0.13}}, {"rotation", {0}}});
   options.sleep = sleep;
   options.task_options = kPushing;
   const auto env = make_env("TraceShapeHard-VLA-v0", options);
@@ -130,7 +131,7 @@ TEST_CASE("The red cube pushes the green one as something that moves", "[trace][
   constexpr double kControlStep = 0.05;  // s
   for (const char* id : {"TraceShapeEasy-VLA-v0", "TraceShapeMedium-VLA-v0",
                          "TraceShapeHard-VLA-v0", "TraceShapeSeqHard-VLA-v0"}) {
-    EnvOptions options;
+    BatchOptions options;
     options.num_envs = 256;
     options.task_options = kPushing;
     const auto env = make_env(id, options);
@@ -167,7 +168,7 @@ TEST_CASE("Cubes that push never overlap at reset", "[trace]") {
   CHECK((clear_of_red({0, 0}, {-0.01, -0.03}) - Vec2(0, -0.03 + 0.0405)).norm() < 1e-15);
   CHECK(clear_of_red({0, 0}, {0.02, 0}) == Vec2(0, 0.0405));  // level: towards +y
 
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2000;
   options.task_options = kPushing;
   const auto env = make_env("TraceShapeHard-VLA-v0", options);
@@ -184,7 +185,7 @@ TEST_CASE("Cubes that push never overlap at reset", "[trace]") {
 }
 
 TEST_CASE("TraceShape ends with the contour closed", "[trace]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 4;
   options.auto_reset = AutoReset::kOff;
   const auto env = make_env("TraceShapeHard-VLA-v0", options);
@@ -212,7 +213,7 @@ TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C =
     return Contour(kShapes, element == 0 ? 1 : 2, radii[element], turns[element],
                    {center[0], center[1]});
   };
-  CHECK(env->cue_end(0) == 132);
+  CHECK(Queries(*env).cue_end(0) == 132);
   CHECK(env->state_dim() == 52);
   const std::int32_t expected[] = {1, 2, -1, -1, -1};
   CHECK(std::equal(expected, expected + 5, row<std::int32_t>(env->output("oracle_info"), 0)));
@@ -247,7 +248,7 @@ void press_button(Batch& env, double height) {
 }
 
 TEST_CASE("A press before all contours are closed ends TraceShapeSeq in failure", "[trace]") {
-  EnvOptions options = pinned({{"sequence_length", {2}}, {"center_x", {-0.15}}});
+  BatchOptions options = pinned({{"sequence_length", {2}}, {"center_x", {-0.15}}});
   options.reward_mode = RewardMode::kDense;
   const auto env = make_env("TraceShapeSeqEasy-VLA-v0", options);
   env->reset();
@@ -256,7 +257,7 @@ TEST_CASE("A press before all contours are closed ends TraceShapeSeq in failure"
   CHECK(env->state().tcp_pos.row(0)[2] < 0.08);
   CHECK(info<float>(*env, "button_press_depth") == 0);
   CHECK(env->terminated()[0] == 0);
-  while (env->state().elapsed[0] < env->cue_end(0)) press_button(*env, 0.20);
+  while (env->state().elapsed[0] < Queries(*env).cue_end(0)) press_button(*env, 0.20);
   for (int i = 0; i < 40 && env->terminated()[0] == 0; ++i) press_button(*env, 0.07);
   CHECK(env->terminated()[0] == 1);
   CHECK(info<std::uint8_t>(*env, "submitted") == 1);
@@ -267,7 +268,7 @@ TEST_CASE("A press before all contours are closed ends TraceShapeSeq in failure"
 }
 
 TEST_CASE("Contours count one after the other, and the submission ends the episode", "[trace]") {
-  EnvOptions options = pinned({{"sequence_length", {3}}});
+  BatchOptions options = pinned({{"sequence_length", {3}}});
   options.reward_mode = RewardMode::kDense;
   const auto env = make_env("TraceShapeSeqHard-VLA-v0", options);
   env->reset();

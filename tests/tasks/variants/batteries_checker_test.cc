@@ -29,7 +29,7 @@ const Vector3d kFarAway(-0.1, 0, 0.4);
 
 // Without physics; battery 0 works.
 std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants = {}) {
-  EnvOptions options;
+  MakeOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.auto_reset = AutoReset::kOff;
@@ -78,11 +78,11 @@ TEST_CASE("Numbers of batteries change scene, answers and success", "[variants][
     CHECK(info.oracle_dim == 2);
     CHECK(test::constant_text(info, "ACTIVE_BATTERY_COUNT") == "5");
     CHECK(test::constant_text(info, "WORKING_BATTERY_COUNT") == "2");
-    for (const Draw& draw : info.draws) {
+    for (const RandomVariable& draw : info.random_variables) {
       if (draw.name == "working") CHECK((draw.width == 2 && draw.high == 4));
     }
     CHECK_THAT(task->document(), Contains("battery_4") && !Contains("battery_5"));
-    EnvOptions options;
+    MakeOptions options;
     options.constants = constants;
     const auto env = test::make_env(id, options);
     env->reset();

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/env/queries.h"
 #include "tasks/blink_count/reward.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/pose_tool.h"
@@ -28,7 +29,7 @@ enum Prop { kRedBase, kRedCap, kBlackBase, kBlackCap };
 
 // Without physics, the red button at (-0.1, 0) and the black one at (-0.1, 0.16).
 std::unique_ptr<Batch> make(const ConstantTable& constants, std::vector<Pin> pins = {}) {
-  EnvOptions options;
+  MakeOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.auto_reset = AutoReset::kOff;
@@ -44,7 +45,7 @@ std::unique_ptr<Batch> make(const ConstantTable& constants, std::vector<Pin> pin
 // The same after the cue; `blinks` are to be counted.
 std::unique_ptr<Batch> after_cue(const ConstantTable& constants, double blinks = 2) {
   auto env = make(constants, {{"target_blinks", {blinks}}});
-  while (env->state().elapsed[0] < env->cue_end(0)) test::step_at(*env, kFarAway);
+  while (env->state().elapsed[0] < Queries(*env).cue_end(0)) test::step_at(*env, kFarAway);
   return env;
 }
 
@@ -64,11 +65,11 @@ TEST_CASE("BLINK_COUNT_RANGE is what is counted, guessed and drawn", "[variants]
   CHECK(task->info().candidates == 4);
   CHECK(task->info().chance() == 0.25);
   CHECK(test::constant_text(task->info(), "BLINK_COUNT_RANGE") == "[2, 5]");
-  for (const Draw& draw : task->info().draws) {
+  for (const RandomVariable& draw : task->info().random_variables) {
     if (draw.name == "target_blinks") CHECK((draw.low == 2 && draw.high == 5));
     if (draw.name == "blink_on_steps") CHECK(draw.width == 5);
   }
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 60;
   options.constants = constants;
   const auto env = test::make_env(kEasy, options);
@@ -81,7 +82,7 @@ TEST_CASE("BLINK_COUNT_RANGE is what is counted, guessed and drawn", "[variants]
 TEST_CASE("Times of blinks make up the cue", "[variants][blink_count]") {
   const auto env = make({{"PRE_BLINK_OFF_STEPS", 4}, {"BLINK_ON_STEPS", 2}, {"BLINK_OFF_STEPS", 6}},
                         {{"target_blinks", {3}}});
-  CHECK(env->cue_end(0) == 4 + 3 * (2 + 6));
+  CHECK(Queries(*env).cue_end(0) == 4 + 3 * (2 + 6));
   for (int t = 0; t < 32; ++t) {
     INFO(t);
     CHECK(flag(*env, "light_on") == (t >= 4 && t < 28 && (t - 4) % 8 < 2));
@@ -91,7 +92,7 @@ TEST_CASE("Times of blinks make up the cue", "[variants][blink_count]") {
 }
 
 TEST_CASE("Resets narrow the ranges of blinks", "[variants][blink_count]") {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 30;
   options.constants = {{"BLINK_ON_STEPS", ConstantList{1, 9}}};
   const auto env = test::make_env(kEasy, options);

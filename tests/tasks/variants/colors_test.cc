@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/env/queries.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/pose_tool.h"
 #include "tests/tasks/variants/constant_text.h"
@@ -36,14 +37,14 @@ const char* cue_draw(const char* id) { return id == kBunch ? "cue_steps" : "cue_
 
 // Without physics, in the first step of the action phase; the cue shows the first colours.
 std::unique_ptr<Batch> acting(const char* id, const ConstantTable& constants, int length = 3) {
-  EnvOptions options;
+  MakeOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   std::vector<double> sequence;
   for (int i = 0; i < length; ++i) sequence.push_back(i);
   options.pins = {{"sequence", sequence}, {cue_draw(id), {1}}, {"empty_steps", {1}}};
   auto env = make_reset(id, constants, options);
-  const int start = env->cue_end(0) + 1;
+  const int start = Queries(*env).cue_end(0) + 1;
   for (int t = 0; t < start; ++t) step_at(*env, kFarAway);
   return env;
 }
@@ -77,9 +78,9 @@ TEST_CASE("Candidates follow SEQUENCE_LENGTH and COLORS", "[variants][color_reca
     CHECK(info.candidates == candidates);
     CHECK(info.chance() == Approx(1.0 / candidates));
     CHECK(info.oracle_dim == length);
-    CHECK(info.draws[0].width == length);
-    CHECK(info.draws[0].high == colors - 1);
-    CHECK(info.draws[1].width == 2 * colors);
+    CHECK(info.random_variables[0].width == length);
+    CHECK(info.random_variables[0].high == colors - 1);
+    CHECK(info.random_variables[1].width == 2 * colors);
     CHECK(task->scene().props.size() == static_cast<std::size_t>(colors) + 2);
     CHECK(test::constant_text(task->info(), "COLORS") == std::to_string(colors));
     CHECK(test::constant_text(task->info(), "SEQUENCE_LENGTH") == std::to_string(length));
@@ -92,7 +93,7 @@ TEST_CASE("Candidates follow SEQUENCE_LENGTH and COLORS", "[variants][color_reca
 
 TEST_CASE("All colours of a smaller set are drawn, in all places", "[variants][color_recall]") {
   for (const char* id : kAll) {
-    EnvOptions options;
+    MakeOptions options;
     options.num_envs = 200;
     const auto env = make_reset(id, {{"COLORS", 5}, {"SEQUENCE_LENGTH", 2}}, options);
     std::set<int> seen;
@@ -137,7 +138,7 @@ TEST_CASE("Success asks for so many colours, then the button", "[variants][color
 TEST_CASE("Cue and empty phase are as long as they were made", "[variants][color_recall]") {
   for (const char* id : kAll) {
     INFO(id);
-    EnvOptions options;
+    MakeOptions options;
     options.num_envs = 80;
     const auto env = make_reset(id,
                                 {{cue_constant(id), ConstantList{7, 9}},
@@ -148,7 +149,7 @@ TEST_CASE("Cue and empty phase are as long as they were made", "[variants][color
     const int items = id == kBunch ? 1 : 4;
     std::set<int> cues, gaps;
     for (int i = 0; i < 80; ++i) {
-      cues.insert(env->cue_end(i));
+      cues.insert(Queries(*env).cue_end(i));
       gaps.insert(*row<std::int32_t>(env->memory().find("empty_steps"), i));
     }
     CHECK(cues == std::set<int>{7 * items, 8 * items, 9 * items});
@@ -158,12 +159,12 @@ TEST_CASE("Cue and empty phase are as long as they were made", "[variants][color
     const ConstantTable easy = {{cue_constant(id), 7}, {"EMPTY_PHASE_STEPS", 21}};
     env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
     for (int i = 0; i < 80; ++i) {
-      CHECK(env->cue_end(i) == 7 * items);
+      CHECK(Queries(*env).cue_end(i) == 7 * items);
       CHECK(*row<std::int32_t>(env->memory().find("empty_steps"), i) == 21);
     }
   }
   // Every item of a cue is shown for the same time.
-  EnvOptions options;
+  MakeOptions options;
   options.substeps = 0;
   options.pins = {{"sequence", {3, 1, 0, 4}}, {"cue_step_duration", {7}}};
   const auto env = make_reset(kChain, {{"SEQUENCE_LENGTH", 4}, {"CUE_STEP_DURATION", 7}}, options);

@@ -14,7 +14,7 @@ namespace engram::test {
 
 // At the beginning of an episode.
 inline std::unique_ptr<Batch> make_reset(const char* id, const ConstantTable& constants,
-                                         const EnvOptions& options = {}) {
+                                         const BatchOptions& options = {}) {
   auto env = std::make_unique<Batch>(make_task(id, constants), options);
   env->reset();
   return env;

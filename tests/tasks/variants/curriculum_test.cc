@@ -3,6 +3,7 @@
 #include <set>
 #include <vector>
 
+#include "core/env/snapshot.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -14,7 +15,7 @@ constexpr const char* kId = "RememberColor3-VLA-v0";
 constexpr int kEnvs = 32;
 
 std::unique_ptr<Batch> make() {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = kEnvs;
   options.threads = 1;
   options.constants = {{"EMPTY_PHASE_STEPS", ConstantList{1, 60}}, {"max_episode_steps", 100}};
@@ -60,10 +61,10 @@ TEST_CASE("A snapshot keeps the ranges of its environment", "[variants][snapshot
   const auto env = make();
   const ConstantTable easy = {{"EMPTY_PHASE_STEPS", 7}};
   env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
-  const auto saved = env->save();
+  const auto saved = Snapshotter(*env).save();
   const auto other = make();
   other->reset();
-  other->restore(saved);
+  Snapshotter(*other).restore(saved);
   other->reset();
   CHECK(seen(*other, 0, kEnvs) == std::set<int>{7});
 }

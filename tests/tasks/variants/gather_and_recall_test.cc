@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/env/queries.h"
 #include "tests/tasks/variants/constant_text.h"
 #include "tests/tasks/variants/moved_props.h"
 
@@ -53,7 +54,7 @@ TEST_CASE("The lamp flashes as long as its range says", "[variants][gather]") {
     int lit = 0;
     for (; flag(*env, "flash_active"); ++lit) test::step(*env, Policy::kZero);
     CHECK(lit == duration);
-    CHECK(env->cue_end(0) == 1 + duration);
+    CHECK(Queries(*env).cue_end(0) == 1 + duration);
   }
   const auto task = make_task(kOne, {{"FLASH_DURATION_STEPS", ConstantList{30, 50}}});
   CHECK(test::draw_of(task->info(), "flash_duration").low == 30);

@@ -19,7 +19,7 @@ constexpr int kBall = 0;
 
 TEST_CASE("The range of speeds is where launches are drawn", "[variants][intercept]") {
   for (const char* id : kIds) {
-    EnvOptions options;
+    MakeOptions options;
     options.num_envs = 200;
     options.constants = {{"VELOCITY_RANGE", ConstantList{0.6, 0.62}}};
     const auto env = make_env(id, options);

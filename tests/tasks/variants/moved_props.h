@@ -26,7 +26,7 @@ inline double mass_in(const std::string& document, const std::string& prop) {
 // A batch of one without physics, with dense rewards.
 inline std::unique_ptr<Batch> make_still(const char* id, const ConstantTable& constants,
                                          std::vector<Pin> pins = {}) {
-  EnvOptions options;
+  MakeOptions options;
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.auto_reset = AutoReset::kOff;
@@ -52,8 +52,8 @@ inline bool succeeds_with(Batch& env, int prop, double x, double y, double z) {
 }
 
 // The draw of that name.
-inline Draw draw_of(const TaskInfo& info, const std::string& name) {
-  for (const Draw& draw : info.draws) {
+inline RandomVariable draw_of(const TaskInfo& info, const std::string& name) {
+  for (const RandomVariable& draw : info.random_variables) {
     if (draw.name == name) return draw;
   }
   return {};

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/snapshot.h"
 #include "protocol/batch/variants.h"
 #include "protocol/formats/files.h"
 #include "tests/env_helpers.h"
@@ -13,7 +14,7 @@ namespace {
 
 using Catch::Contains;
 
-void register_one(const VariantDefinition& definition) { register_variants({&definition, 1}); }
+void register_one(const TaskVariant& variant) { register_variants({&variant, 1}); }
 
 ConstantTable slow(int colors) {
   return {{"COLORS", colors},
@@ -40,10 +41,10 @@ TEST_CASE("A variant is a task with an id of its own", "[variants]") {
   register_one({"RememberColor7-Slow-v0", "RememberColor9-VLA-v0", slow(7), "Touch it."});
   CHECK(all_entries().size() == count);
   register_one({"RememberColor2-Slow-v0", "RememberColor7-Slow-v0", {{"COLORS", 2}}});
-  const VariantDefinition definition = definition_of(require_entry("RememberColor2-Slow-v0"));
-  CHECK(definition.base == "RememberColor9-VLA-v0");
-  CHECK(definition.constants == slow(2));
-  CHECK(definition.instruction == "Touch it.");
+  const TaskVariant variant = variant_of(require_entry("RememberColor2-Slow-v0"));
+  CHECK(variant.base == "RememberColor9-VLA-v0");
+  CHECK(variant.constants == slow(2));
+  CHECK(variant.instruction == "Touch it.");
   // The benchmark's own tasks are as before.
   CHECK(make_task("RememberColor9-VLA-v0")->info().candidates == 9);
 }
@@ -53,7 +54,7 @@ TEST_CASE("What cannot be a variant is refused and not registered", "[variants]"
   register_one({"RememberColor5-Mine-v0", base, {{"COLORS", 5}}});
   const std::size_t count = all_entries().size();
   struct Case {
-    VariantDefinition definition;
+    TaskVariant variant;
     const char* message;
   };
   const std::vector<Case> cases = {
@@ -81,7 +82,7 @@ TEST_CASE("What cannot be a variant is refused and not registered", "[variants]"
   };
   for (const Case& one : cases) {
     INFO(one.message);
-    CHECK_THROWS_WITH(register_one(one.definition), Contains(one.message));
+    CHECK_THROWS_WITH(register_one(one.variant), Contains(one.message));
     CHECK(all_entries().size() == count);
   }
 }
@@ -123,26 +124,26 @@ TEST_CASE("A file of variants is registered as a whole or not at all", "[variant
 }
 
 TEST_CASE("A snapshot fits tasks with the same constants alone", "[variants][snapshot]") {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 2;
   options.constants = {{"COLORS", 5}};
   const auto env = test::make_env("RememberColor9-VLA-v0", options);
   env->reset();
-  const auto saved = env->save();
+  const auto saved = Snapshotter(*env).save();
   for (const ConstantTable& other : {ConstantTable{}, ConstantTable{{"COLORS", 6}},
                                      ConstantTable{{"COLORS", 5}, {"GOAL_THRESH", 0.04}}}) {
     options.constants = other;
     const auto another = test::make_env("RememberColor9-VLA-v0", options);
     another->reset();
-    const auto before = another->save();
-    CHECK_THROWS_WITH(another->restore(saved), Contains("COLORS=5"));
-    CHECK(another->save() == before);
+    const auto before = Snapshotter(*another).save();
+    CHECK_THROWS_WITH(Snapshotter(*another).restore(saved), Contains("COLORS=5"));
+    CHECK(Snapshotter(*another).save() == before);
   }
   // Where an episode ends is up to the batch.
   options.constants = {{"COLORS", 5}, {"max_episode_steps", 60}};
   const auto longer = test::make_env("RememberColor9-VLA-v0", options);
   longer->reset();
-  longer->restore(saved);
+  Snapshotter(*longer).restore(saved);
   CHECK(test::env_bytes(*longer, 1) == test::env_bytes(*env, 1));
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "core/env/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -13,7 +14,7 @@ using test::row;
 
 std::unique_ptr<Batch> make(const std::string& id, const ConstantTable& constants,
                             int num_envs = 1) {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = num_envs;
   options.threads = 1;
   options.reward_mode = RewardMode::kDense;
@@ -25,8 +26,8 @@ std::unique_ptr<Batch> make(const std::string& id, const ConstantTable& constant
 
 const PropModel& first_prop(const Batch& env) { return env.physics_model().props().front(); }
 
-const Draw& draw(const Batch& env, const std::string& name) {
-  for (const Draw& one : env.draws()) {
+const RandomVariable& draw(const Batch& env, const std::string& name) {
+  for (const RandomVariable& one : Queries(env).random_variables()) {
     if (one.name == name) return one;
   }
   FAIL("no draw " << name);
@@ -40,7 +41,7 @@ TEST_CASE("COLORS is the number of cubes and of answers", "[variants]") {
       CHECK(env->info().candidates == colors);
       CHECK(env->info().chance() == Approx(1.0 / colors));
       CHECK(env->physics_model().props().size() == static_cast<std::size_t>(colors));
-      CHECK(draw(*env, env->info().hidden_draw).high == colors - 1);
+      CHECK(draw(*env, env->info().hidden_variable).high == colors - 1);
       CHECK(draw(*env, "positions").width == 2 * colors);
       // oracle_info and a pose per object
       CHECK(env->state_dim() == 25 + 1 + 3 * colors);
@@ -79,7 +80,7 @@ TEST_CASE("Cue and delay last as long as their constants say", "[variants]") {
   for (const char* id : {"RememberColor3-VLA-v0", "RememberShape3-Long-VLA-v0",
                          "FindImposterShapeAndColor3x3-VLA-v0"}) {
     const auto env = make(id, constants);
-    CHECK(env->cue_end(0) == 7);
+    CHECK(Queries(*env).cue_end(0) == 7);
     const auto shown = [&] {
       int count = 0;
       for (int prop = 0; prop < env->info().candidates; ++prop) {

@@ -28,7 +28,7 @@ struct Targets {
 };
 
 Targets targets(const char* id, const ConstantTable& constants) {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 1000;
   options.constants = constants;
   const auto env = make_env(id, options);

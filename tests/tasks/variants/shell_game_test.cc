@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/env/queries.h"
 #include "mjcf/mug.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/shell_game/ids.h"
@@ -37,8 +38,8 @@ int memory_int(const Batch& env, const char* name, int index = 0) {
 }
 
 // Nothing moves but what a test moves.
-EnvOptions still(std::vector<Pin> pins) {
-  EnvOptions options;
+MakeOptions still(std::vector<Pin> pins) {
+  MakeOptions options;
   options.substeps = 0;
   options.terminate_on_success = false;
   options.reward_mode = RewardMode::kDense;
@@ -91,7 +92,7 @@ TEST_CASE("Cups grow with MUG_SCALE, and so does where they stand", "[variants][
 
 TEST_CASE("A large cup stands on its rim and does not creep", "[variants][shell]") {
   for (const double scale : {0.7, 1.6}) {
-    EnvOptions options;
+    MakeOptions options;
     options.sleep = false;
     options.pins = {{"cue_steps", {1}}, {"base", {0.1, 0}}};
     const auto env = make_reset(kPush, {{"MUG_SCALE", scale}}, options);
@@ -134,7 +135,7 @@ TEST_CASE("Phases are as long as they were made", "[variants][shell]") {
                                      {"NUM_SWAPS", "num_swaps", 6, 8}};
   for (const char* id : kAll) {
     const bool shuffles = id == kShuffle || id == kShuffleLamp;
-    EnvOptions options;
+    MakeOptions options;
     options.num_envs = 60;
     ConstantTable constants = {{"max_episode_steps", 80}};
     for (std::size_t i = 0; i < (shuffles ? 3 : 1); ++i) {
@@ -148,13 +149,14 @@ TEST_CASE("Phases are as long as they were made", "[variants][shell]") {
       for (int e = 0; e < 60; ++e) seen.insert(memory_int(*env, ranges[i].column, e));
       CHECK(*seen.begin() == ranges[i].low);
       CHECK(*seen.rbegin() == ranges[i].high);
-      const auto draw =
-          std::ranges::find(env->info().draws, std::string(ranges[i].column), &Draw::name);
-      REQUIRE(draw != env->info().draws.end());
+      const auto draw = std::ranges::find(env->info().random_variables,
+                                          std::string(ranges[i].column), &RandomVariable::name);
+      REQUIRE(draw != env->info().random_variables.end());
       CHECK(draw->low == ranges[i].low);
       CHECK(draw->high == ranges[i].high);
     }
-    for (int e = 0; e < 60; ++e) CHECK(env->cue_end(e) == memory_int(*env, "cue_steps", e));
+    for (int e = 0; e < 60; ++e)
+      CHECK(Queries(*env).cue_end(e) == memory_int(*env, "cue_steps", e));
     // Resets may narrow them.
     for (std::size_t i = 0; i < (shuffles ? 3 : 1); ++i) {
       const ConstantTable easy = {{ranges[i].constant, ranges[i].low}};
@@ -162,7 +164,8 @@ TEST_CASE("Phases are as long as they were made", "[variants][shell]") {
       for (int e = 0; e < 60; ++e) CHECK(memory_int(*env, ranges[i].column, e) == ranges[i].low);
     }
     if (!shuffles) continue;
-    const auto pairs = std::ranges::find(env->info().draws, "swap_pairs", &Draw::name);
+    const auto pairs =
+        std::ranges::find(env->info().random_variables, "swap_pairs", &RandomVariable::name);
     CHECK(pairs->width == 8);
     CHECK(env->memory().find("slots_after_swaps").field->width == 27);
   }

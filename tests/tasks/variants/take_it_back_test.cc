@@ -41,7 +41,7 @@ TEST_CASE("Target and start are as forgiving as their radius says", "[variants][
 }
 
 TEST_CASE("Start and target keep two radii apart", "[variants][take_it_back]") {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 1000;
   options.constants = {{"GOAL_RADIUS", 0.1}};
   const auto env = test::make_env(kId, options);

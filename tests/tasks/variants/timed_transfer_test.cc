@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/env/queries.h"
 #include "tests/tasks/variants/constant_text.h"
 #include "tests/tasks/variants/moved_props.h"
 
@@ -55,16 +56,16 @@ TEST_CASE("Chance, phases, constants and instruction follow delay and tolerance"
 }
 
 TEST_CASE("A variant's own instruction stays as it is", "[variants][timed]") {
-  const VariantDefinition definition = {.id = "TimedTransferTold-v0",
-                                        .base = kId,
-                                        .constants = {{"DELAY_STEPS", 80}},
-                                        .instruction = "Wait exactly on step 5 of it."};
-  register_variants({&definition, 1});
-  CHECK(make_task(definition.id)->info().instruction == definition.instruction);
+  const TaskVariant variant = {.id = "TimedTransferTold-v0",
+                               .base = kId,
+                               .constants = {{"DELAY_STEPS", 80}},
+                               .instruction = "Wait exactly on step 5 of it."};
+  register_variants({&variant, 1});
+  CHECK(make_task(variant.id)->info().instruction == variant.instruction);
 }
 
 TEST_CASE("The signal comes when its range says", "[variants][timed]") {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 300;
   options.constants = {{"PRE_SIGNAL_STEPS", ConstantList{30, 50}}};
   const auto env = test::make_env(kId, options);
@@ -77,7 +78,7 @@ TEST_CASE("The signal comes when its range says", "[variants][timed]") {
     most = std::max(most, step);
   }
   CHECK((least == 30 && most == 50));
-  CHECK(env->cue_end(0) == 50);
+  CHECK(Queries(*env).cue_end(0) == 50);
   CHECK(test::draw_of(env->info(), "signal_step").low == 30);
   const ConstantTable narrow = {{"PRE_SIGNAL_STEPS", 33}};
   env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});

@@ -11,6 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "core/env/queries.h"
+#include "core/env/scene_renderer.h"
 #include "core/image/overlay.h"
 #include "tasks/trace_shape/contour.h"
 #include "tests/env_helpers.h"
@@ -34,7 +36,7 @@ const Vec2 kCenter(-0.1, 0.05);
 
 // Without physics, shapes about kCenter.
 std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants, std::vector<Pin> pins) {
-  EnvOptions options;
+  MakeOptions options;
   options.substeps = 0;
   options.terminate_on_success = false;
   options.reward_mode = RewardMode::kDense;
@@ -56,7 +58,7 @@ std::unique_ptr<Batch> make_circle(const ConstantTable& constants) {
 
 void rest(Batch& env) { test::step(env, Policy::kZero); }
 void wait(Batch& env) {
-  while (env.state().elapsed[0] < env.cue_end(0)) rest(env);
+  while (env.state().elapsed[0] < Queries(env).cue_end(0)) rest(env);
 }
 void put_green(Batch& env, const Vec2& where) {
   const double pos[3] = {where.x(), where.y(), 0.02};
@@ -79,10 +81,11 @@ TEST_CASE("AVAILABLE_SHAPES are drawn, and pinned by their place in the list",
   const auto task = make_task(kEasy, constants);
   const TaskInfo& info = task->info();
   CHECK(info.candidates == 2);
-  CHECK(info.hidden_draw == "shape");
+  CHECK(info.hidden_variable == "shape");
   CHECK(test::constant_text(info, "AVAILABLE_SHAPES") == "[2, 0]");
-  CHECK((info.draws[0].high == 1 && info.draws[0].description == "0 triangle, 1 circle"));
-  EnvOptions options;
+  CHECK((info.random_variables[0].high == 1 &&
+         info.random_variables[0].description == "0 triangle, 1 circle"));
+  MakeOptions options;
   options.num_envs = 30;
   options.constants = constants;
   const auto env = test::make_env(kEasy, options);
@@ -100,7 +103,7 @@ TEST_CASE("NUM_WAYPOINTS is how long a shape is shown", "[variants][trace]") {
     INFO(waypoints);
     const auto env = make(kHard, {{"NUM_WAYPOINTS", waypoints}},
                           {{"shape", {1}}, {"radius", {0.1}}, {"rotation", {0.3}}});
-    CHECK(env->cue_end(0) == 4 + waypoints);
+    CHECK(Queries(*env).cue_end(0) == 4 + waypoints);
     const ContourSet set({.NUM_WAYPOINTS = waypoints});
     const Contour contour(set, tasks::SHAPE_SQUARE, 0.1, 0.3, kCenter);
     for (int t = 0; t < 4 + waypoints; ++t) {
@@ -165,7 +168,7 @@ TEST_CASE("A checkpoint is visited within CHECKPOINT_THRESH", "[variants][trace]
 
 TEST_CASE("SHAPE_RADIUS_RANGE is what radii are drawn from, and resets narrow it",
           "[variants][trace]") {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 40;
   options.constants = {{"SHAPE_RADIUS_RANGE", ConstantList{0.05, 0.06}}};
   const auto env = test::make_env(kHard, options);
@@ -188,7 +191,7 @@ TEST_CASE("Lengths of sequences change answers, columns and observation", "[vari
   const auto task = make_task(kSeq, constants);
   CHECK(task->info().candidates == 3 + 9 + 27);
   CHECK(task->info().oracle_dim == 3);
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = 40;
   options.constants = constants;
   const auto env = test::make_env(kSeq, options);
@@ -208,8 +211,8 @@ TEST_CASE("Lengths of sequences change answers, columns and observation", "[vari
 TEST_CASE("A sequence of one shape is shown for as long as one", "[variants][trace]") {
   const auto env = make(kSeq, {{"MIN_SEQUENCE_LENGTH", 1}, {"MAX_SEQUENCE_LENGTH", 1}},
                         {{"shapes", {2}}, {"sequence_length", {1}}});
-  CHECK(env->cue_end(0) == 4 + 64);
-  CHECK(env->info().hidden_draw == "shapes");
+  CHECK(Queries(*env).cue_end(0) == 4 + 64);
+  CHECK(env->info().hidden_variable == "shapes");
 }
 
 TEST_CASE("The chance of a guess grows with what is allowed", "[variants][trace]") {
@@ -234,7 +237,7 @@ TEST_CASE("The map shows the largest shape", "[variants][trace]") {
   wait(*env);
   // Half of the map's 160 pixels show 23 cm.
   Overlay overlay;
-  env->overlay(0, overlay);
+  SceneRenderer(*env).overlay(0, overlay);
   double left = 1e9;
   for (const OverlayItem& item : overlay.items) {
     if (const auto* line = std::get_if<OverlayLine>(&item)) {
@@ -246,7 +249,7 @@ TEST_CASE("The map shows the largest shape", "[variants][trace]") {
 
 TEST_CASE("Penalties of the tracing tasks weigh as much as they are told to", "[variants][trace]") {
   const auto reward = [](const char* id, const ConstantTable& constants) {
-    EnvOptions options;
+    MakeOptions options;
     options.substeps = 0;
     options.reward_mode = RewardMode::kDense;
     options.constants = constants;

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/env/queries.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/leak_check.h"
 
@@ -13,7 +14,7 @@ namespace {
 
 // Share of episodes with success.
 double success(const test::TriedVariant& variant, Policy policy, int episodes) {
-  EnvOptions options;
+  MakeOptions options;
   options.num_envs = episodes;
   options.seed = 4242424242;
   options.threads = 2;
@@ -22,7 +23,7 @@ double success(const test::TriedVariant& variant, Policy policy, int episodes) {
   const auto env = make(variant.id, options);
   env->reset();
   for (int step = 0; step < env->info().horizon; ++step) test::step(*env, policy);
-  CHECK(env->unstable_count() == 0);
+  CHECK(Queries(*env).unstable_count() == 0);
   int successes = 0;
   for (int i = 0; i < episodes; ++i) {
     successes += *test::row<std::uint8_t>(env->output("success_once"), i);

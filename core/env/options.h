@@ -1,5 +1,5 @@
-// What a batch can be asked for. scripts/options.py writes most of it from api/options.toml, where
-// all options and names are listed.
+// Options of a batch, and of the task that it runs. scripts/options.py writes most of this from
+// api/options.toml, where all options and names are listed.
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 #include "core/base/constant.h"
 #include "core/base/names.h"
 #include "core/env/episode.h"
+#include "core/env/rules.h"
 #include "core/env/task_option.h"
 #include "core/image/image_options.h"
 #include "core/sim/control_mode.h"
@@ -17,27 +18,27 @@
 namespace engram {
 
 // begin options: enums
-// What a batch observes.
+// Contents of observations.
 enum class ObsMode {
   kNone,
   // One row of floats, in "observation".
   kState,
   // The same row; the description of the batch names its parts.
   kStateDict,
-  // Images in "rgb" and "proprio"; "observation", which would tell the hidden quantity, stays
+  // Images in "rgb" and "proprio"; "observation", which would reveal the hidden quantity, stays
   // empty.
   kRgb,
-  // One row of floats, in "observation": the robot, and what cameras could tell of the objects;
+  // One row of floats, in "observation": the robot, and what cameras can show of the objects;
   // nothing that is hidden.
   kObjects,
   // The same row; the description of the batch names its parts.
   kObjectsDict,
-  // As rgb, and "depth": mm along the axis of the camera to what each pixel shows.
+  // Rgb, and "depth": mm along the axis of the camera to what each pixel shows.
   kRgbDepth,
-  // As rgb, and "segmentation": what each pixel shows; the description of the batch names the
+  // Rgb, and "segmentation": an index for each pixel; the description of the batch names the
   // values.
   kRgbSegmentation,
-  // As rgb, and both.
+  // Rgb, and both.
   kRgbDepthSegmentation,
 };
 inline constexpr std::array kObsModeNames = {
@@ -65,7 +66,7 @@ enum class RewardMode {
 inline constexpr std::array kRewardModeNames = {"none", "sparse", "dense", "normalized_dense"};
 constexpr const auto& names_of(RewardMode) { return kRewardModeNames; }
 
-// What happens to an environment whose episode has ended, in Gymnasium's terms.
+// Treatment of an environment whose episode has ended, in Gymnasium's terms.
 enum class AutoReset {
   kNextStep,  // the next step ignores its action and returns the first observation of a new episode
   kSameStep,  // the same step returns it; the last outputs of the episode are kept as final outputs
@@ -74,16 +75,16 @@ enum class AutoReset {
 inline constexpr std::array kAutoResetNames = {"next-step", "same-step", "off"};
 constexpr const auto& names_of(AutoReset) { return kAutoResetNames; }
 
-// What a step does with an environment whose episode has ended, where nothing resets it.
+// Effect of a step on an environment whose episode has ended, where nothing resets it.
 enum class AfterEnd {
   kHold,      // it keeps its last outputs, with reward 0, until it is reset
-  kContinue,  // it is simulated on; success, reward and endings are told as in any step
+  kContinue,  // it is simulated on; success, reward and endings are reported as in any step
   kRefuse,    // steps are refused until it is reset
 };
 inline constexpr std::array kAfterEndNames = {"hold", "continue", "refuse"};
 constexpr const auto& names_of(AfterEnd) { return kAfterEndNames; }
 
-// Who chooses actions when the batch itself is asked to.
+// Source of the actions that the batch itself chooses.
 enum class Policy {
   kZero,
   // Uniform over the action space.
@@ -97,27 +98,19 @@ enum class Policy {
 };
 inline constexpr std::array kPolicyNames = {"zero", "random", "oracle", "blind", "sweep"};
 constexpr const auto& names_of(Policy) { return kPolicyNames; }
-
-// Whose rules a task follows where the original's code differs from what it is meant to do.
-enum class Rules {
-  kReference,  // engram's own, which follow the benchmark's documentation
-  kOriginal,   // what the original's code does, as far as a task option can say it
-};
-inline constexpr std::array kRulesNames = {"reference", "original"};
-constexpr const auto& names_of(Rules) { return kRulesNames; }
 // end options
 
-// Whether observations have a row of the state, which tells the hidden quantity.
+// Modes with a row of the state, which shows the hidden quantity.
 constexpr bool observes_state(ObsMode mode) {
   return mode == ObsMode::kState || mode == ObsMode::kStateDict;
 }
 
-// Whether observations have a row of what cameras could tell.
+// Modes with a row of tokens, which shows no more than cameras do.
 constexpr bool observes_objects(ObsMode mode) {
   return mode == ObsMode::kObjects || mode == ObsMode::kObjectsDict;
 }
 
-// Whether observations have pictures, and which beside colours.
+// Modes with images, and those with depth or segmentation beside colours.
 constexpr bool observes_depth(ObsMode mode) {
   return mode == ObsMode::kRgbDepth || mode == ObsMode::kRgbDepthSegmentation;
 }
@@ -135,7 +128,7 @@ inline constexpr int kMaxSubsteps = 1000;
 inline constexpr int kMaxMaxEpisodeSteps = 1'000'000;
 // end options
 
-struct EnvOptions {
+struct BatchOptions {
   // begin options: fields
   // Number of environments. 1 to 1,000,000.
   int num_envs = 1;
@@ -146,22 +139,22 @@ struct EnvOptions {
   int threads = 0;
   // Most environments that a thread claims at a time. 0 (chosen) or more.
   int chunk = 0;
-  // What is observed.
+  // Contents of observations.
   ObsMode obs_mode = ObsMode::kState;
-  // Objects modes: whether observations tell the time, as a share of the horizon.
+  // Objects modes: elapsed time in observations, as a share of the horizon.
   bool observe_time = false;
   // The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
-  // What actions mean.
+  // Meaning of actions.
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
-  // What happens to an environment whose episode has ended.
+  // Treatment of an environment whose episode has ended.
   AutoReset auto_reset = AutoReset::kNextStep;
   // Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.
   int rotation_sign = -1;
   // Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
   // does so.
   bool freeze_cue = true;
-  // Whether episodes end at success, whatever the task's own rule.
+  // End of episodes at success, whatever the task's own rule.
   std::optional<bool> terminate_on_success = std::nullopt;
   // Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad.
   double robot_init_qpos_noise = 0.02;
@@ -176,26 +169,34 @@ struct EnvOptions {
   std::vector<Pin> pins = {};
   // Variants of the task's rules, by name.
   std::vector<TaskOptionValue> task_options = {};
-  // Constants of the task that differ from its own, by name: docs/variants.md.
-  ConstantTable constants = {};
-  // Whose rules the task follows: the default of every task option; task_options win.
+  // Rule set of the task: the default of every task option; task_options win.
   Rules rules = Rules::kReference;
-  // Whether episodes end at failure where the task's rule says so; off, with terminate_on_success
-  // off as well: at the horizon only.
+  // End of episodes at failure, where the task's rule has it; off, with terminate_on_success off as
+  // well: at the horizon only.
   bool terminate_on_failure = true;
-  // Auto-reset off: what a step does with an environment whose episode has ended.
+  // Auto-reset off: effect of a step on an environment whose episode has ended.
   AfterEnd after_end = AfterEnd::kHold;
-  // Control steps after which episodes are truncated, be it too early to succeed, instead of the
-  // task's horizon. 0 (unset) to 1,000,000.
-  int max_episode_steps = 0;
   // end options
   ImageShape images = {};                 // of rgb observations
   ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures
-  // Of render_camera's pictures, which are for people.
+  // Pictures of render_camera, which are for people.
   ImageSourceOptions render_options = {.renderer = "cpu", .shadows = false, .antialias = true};
 };
 
-// Throws Error unless every number is within its range. Images are checked where they are made.
-void check_ranges(const EnvOptions& options);
+// Options of a batch together with those that its task is made with. A Batch has its task already,
+// so it refuses these; make() takes them.
+struct MakeOptions : BatchOptions {
+  // begin options: task_fields
+  // Constants of the task that differ from its own, by name: docs/variants.md.
+  ConstantTable constants = {};
+  // Control steps after which episodes are truncated, even if that is too early to succeed, instead
+  // of the task's horizon. 0 (unset) to 1,000,000.
+  int max_episode_steps = 0;
+  // end options
+};
+
+// Throw Error unless every number is within its range. Images are checked where they are made.
+void check_ranges(const BatchOptions& options);
+void check_ranges(const MakeOptions& options);
 
 }  // namespace engram

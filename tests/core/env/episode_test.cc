@@ -1,4 +1,6 @@
-// Fixing what an episode draws.
+// Random variables of episodes: pins, narrower ranges, refusals.
+#include "core/env/episode.h"
+
 #include <catch2/catch.hpp>
 #include <limits>
 #include <set>
@@ -6,7 +8,8 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/env/episode.h"
+#include "core/env/queries.h"
+#include "core/env/snapshot.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -39,7 +42,7 @@ Drawn drawn(const Batch& env, int index) {
 }
 
 Drawn drawn_with(const std::vector<Pin>& pins, std::uint64_t seed = 3) {
-  EnvOptions options;
+  BatchOptions options;
   options.seed = seed;
   options.pins = pins;
   const auto env = make_env(kId, options);
@@ -76,17 +79,17 @@ TEST_CASE("Each draw can be fixed and all others stay as they were", "[pins]") {
 TEST_CASE("Draws are described with the engine's own first", "[pins]") {
   const auto env = make_env(kId);
   std::vector<std::string> names;
-  for (const Draw& draw : env->draws()) names.push_back(draw.name);
+  for (const RandomVariable& draw : Queries(*env).random_variables()) names.push_back(draw.name);
   CHECK(names ==
         std::vector<std::string>{"robot_noise", "target", "positions", "cue_steps", "empty_steps"});
-  CHECK(env->draws()[1].integer);
-  CHECK(env->draws()[1].low == 0);
-  CHECK(env->draws()[1].high == 4);
-  CHECK(env->draws()[2].width == 10);
+  CHECK(Queries(*env).random_variables()[1].integer);
+  CHECK(Queries(*env).random_variables()[1].low == 0);
+  CHECK(Queries(*env).random_variables()[1].high == 4);
+  CHECK(Queries(*env).random_variables()[2].width == 10);
 }
 
 TEST_CASE("Pins last over automatic resets until they are replaced", "[pins]") {
-  EnvOptions options;
+  BatchOptions options;
   options.num_envs = 2;
   options.pins = {{"target", {2}}};
   const auto env = make_env(kId, options);
@@ -149,21 +152,21 @@ TEST_CASE("Pins that are not allowed are refused and change nothing", "[pins]") 
   env->reset();
   for (int i = 0; i < 3; ++i) test::step(*env, Policy::kRandom);
   const test::Bytes before = test::batch_bytes(*env);
-  const std::vector<std::byte> saved = env->save();
+  const std::vector<std::byte> saved = Snapshotter(*env).save();
   for (const Case& bad : cases) {
-    EnvOptions options;
+    BatchOptions options;
     options.pins = bad.pins;
     CHECK_THROWS_WITH(make_env(kId, options), Catch::Contains(bad.message));
     ResetRequest request;
     request.pins = &bad.pins;
     CHECK_THROWS_WITH(env->reset(request), Catch::Contains(bad.message));
     CHECK(test::batch_bytes(*env) == before);
-    CHECK(env->save() == saved);  // pins included
+    CHECK(Snapshotter(*env).save() == saved);  // pins included
   }
 }
 
 TEST_CASE("An unknown draw is refused with the names of those there are", "[pins]") {
-  EnvOptions options;
+  BatchOptions options;
   options.pins = {{"colour", {1}}};
   CHECK_THROWS_WITH(make_env(kId, options),
                     Catch::Contains("robot_noise, target, positions, cue_steps, empty_steps"));

@@ -1,0 +1,27 @@
+// Policies that a batch brings along.
+#pragma once
+
+#include <span>
+
+#include "core/env/batch.h"
+
+namespace engram {
+
+// Zero, random, or one of the task's scripts: oracle, blind, sweep.
+class ScriptedPolicy {
+ public:
+  ScriptedPolicy(Batch& batch, Policy policy) : batch_(batch), policy_(policy) {}
+
+  // Writes actions for the next step, (num_envs, action_dim). Oracle, blind and sweep need
+  // pd_ee_delta_pose. Throws Error if they cannot act, the length is wrong or nothing was reset.
+  void act(std::span<float> actions) const;
+
+ private:
+  void run_script(Range envs, Script script, FloatRows actions) const;
+  void act_randomly(int env, float* action) const;
+
+  Batch& batch_;
+  Policy policy_;
+};
+
+}  // namespace engram

@@ -1,0 +1,102 @@
+#include "core/env/scripted_policy.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "core/base/error.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::act;
+using test::make_env;
+using test::zeros;
+
+constexpr const char* kId = "RememberColor5-VLA-v0";
+
+TEST_CASE("Scripts need the canonical control mode", "[scripted_policy]") {
+  BatchOptions options;
+  options.control_mode = ControlMode::kPdJointPos;
+  const auto env = make_env(kId, options);
+  env->reset();
+  std::vector<float> actions = zeros(*env);
+  CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kOracle).act(actions),
+                    Catch::Contains("pd_joint_pos, pd_ee_delta_pose needed"));
+  CHECK_THROWS_AS(ScriptedPolicy(*env, Policy::kBlind).act(actions), Error);
+  CHECK_THROWS_AS(ScriptedPolicy(*env, Policy::kSweep).act(actions), Error);
+  CHECK_NOTHROW(ScriptedPolicy(*env, Policy::kRandom).act(actions));
+}
+
+TEST_CASE("Actions of the wrong number are refused, and those before the first reset",
+          "[scripted_policy]") {
+  const auto env = make_env(kId);
+  std::vector<float> actions = zeros(*env);
+  CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kZero).act(actions),
+                    Catch::Contains("act before the first reset"));
+  env->reset();
+  actions.push_back(0);
+  CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kZero).act(actions),
+                    Catch::Contains("8 values given, 7 needed"));
+}
+
+TEST_CASE("Random actions fill the action space and follow from seed and step",
+          "[scripted_policy]") {
+  BatchOptions options;
+  options.num_envs = 200;
+  options.seed = 5;
+  const auto env = make_env(kId, options);
+  env->reset();
+  const std::vector<float> first = act(*env, Policy::kRandom);
+  CHECK(act(*env, Policy::kRandom) == first);
+  CHECK(*std::ranges::max_element(first) > 0.9F);
+  CHECK(*std::ranges::min_element(first) < -0.9F);
+  for (const float value : first) REQUIRE(std::abs(value) <= 1);
+  env->step(first);
+  CHECK(act(*env, Policy::kRandom) != first);
+  // The same environment in another batch, at another place.
+  options.num_envs = 2;
+  options.seed = 7;
+  const auto other = make_env(kId, options);
+  other->reset();
+  const std::vector<float> again = act(*other, Policy::kRandom);
+  CHECK(std::equal(again.begin(), again.end(), first.begin() + 2 * 7));
+}
+
+TEST_CASE("Scripts rest where the episode has ended and nothing resets it", "[scripted_policy]") {
+  BatchOptions options;
+  options.num_envs = 3;
+  options.auto_reset = AutoReset::kOff;
+  const auto env = make_env(kId, options);
+  env->reset();
+  env->state().finished[1] = 1;
+  const std::vector<float> actions = act(*env, Policy::kOracle);
+  const auto is_zero = [&](int index) {
+    const auto row = actions.begin() + 7 * index;
+    return std::all_of(row, row + 7, [](float value) { return value == 0; });
+  };
+  CHECK_FALSE(is_zero(0));
+  CHECK(is_zero(1));
+  CHECK_FALSE(is_zero(2));
+}
+
+TEST_CASE("Scripts turn rotations round for rotation sign 1", "[scripted_policy]") {
+  const auto actions_with = [](int sign) {
+    BatchOptions options;
+    options.rotation_sign = sign;
+    const auto env = make_env("RotateLenientPos-VLA-v0", options);
+    env->reset();
+    return act(*env, Policy::kOracle);
+  };
+  const std::vector<float> canonical = actions_with(-1);
+  const std::vector<float> turned = actions_with(1);
+  for (std::size_t i = 0; i < 7; ++i) {
+    const bool rotation = i >= 3 && i < 6;
+    CHECK(turned[i] == (rotation ? -canonical[i] : canonical[i]));
+  }
+}
+
+}  // namespace
+}  // namespace engram
