@@ -2,8 +2,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "mjcf/table_contact.h"
-
 namespace engram::mjcf {
 namespace {
 

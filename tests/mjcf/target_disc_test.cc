@@ -16,7 +16,9 @@ TEST_CASE("A target has five rings that shrink, alternate and do not collide",
     CHECK(ring.rgba == (i % 2 == 0 ? red : Rgba{1, 1, 1, 1}));
     CHECK_FALSE(ring.collides);
     CHECK_FALSE(ring.hidden_from_sensors);
-    if (i > 0) CHECK(ring.pos[2] + ring.size[1] > prop.geoms[i - 1].pos[2] + ring.size[1] / 2);
+    if (i == 0) continue;
+    const Geom& below = prop.geoms[i - 1];
+    CHECK(ring.pos[2] + ring.size[1] > below.pos[2] + below.size[1]);
   }
   CHECK(target_disc("target", 0.1, red, true).geoms[0].hidden_from_sensors);
 }
