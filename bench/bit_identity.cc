@@ -85,7 +85,7 @@ class Checker {
   }
 
  private:
-  // Segmentes, in the order in which they were run, and their traces.
+  // Segments, in the order in which they were run, and their traces.
   struct RunRecord {
     std::vector<int> segments;
     std::vector<SegmentTrace> traces;

@@ -35,46 +35,52 @@ void add_rates(const std::map<std::string, Group>& groups, HtmlReport& report) {
   report.bars(bars);
 }
 
-}  // namespace
+struct TaskTotals {
+  double steps = 0;
+  double episodes = 0;
+  double seconds = 0;  // of all threads; 0: unknown
+};
 
-std::string evaluation_report(const EvaluationSettings& settings, const DocumentList& tasks,
-                              const std::map<std::string, double>& thread_seconds,
-                              const std::map<std::string, Bytes>& samples,
-                              const ReportContext& context) {
-  const Document summary = summary_document(tasks);
-  HtmlReport report("Evaluation: " + settings.policy + ", " + std::to_string(tasks.size()) +
-                    " tasks");
-  double env_steps = 0;
-  double seconds = 0;
-  int chunk_size = 1;
-  std::vector<HtmlReport::RateBar> bars;
-  std::vector<std::vector<std::string>> rows;
+TaskTotals totals_of(const Document& task, const std::map<std::string, double>& thread_seconds) {
+  TaskTotals totals;
+  const DocumentList& lengths = list(part(task, "episode_lengths"));
+  for (const Document& length : lengths) totals.steps += number(length);
+  totals.episodes = static_cast<double>(lengths.size());
+  const auto timed = thread_seconds.find(text(part(task, "env_id")));
+  if (timed != thread_seconds.end()) totals.seconds = timed->second;
+  return totals;
+}
+
+std::vector<std::string> task_row(const Document& task, const TaskTotals& totals) {
+  const auto share = [&task](const char* key) {
+    const Document& value = part(task, key);
+    return is_null(value) ? std::string() : decimal(number(value), 3);
+  };
+  const bool timed = totals.seconds > 0;
+  return {text(part(task, "env_id")),
+          text(part(task, "split")),
+          text(part(task, "memory_type")),
+          share("sr"),
+          share("chance"),
+          share("memory_score"),
+          share("first_answer_correct"),
+          decimal(number(part(task, "mean_return")), 2),
+          decimal(totals.episodes > 0 ? totals.steps / totals.episodes : 0, 1),
+          timed ? decimal(totals.seconds, 2) : "",
+          timed ? decimal(totals.steps / totals.seconds, 0) : ""};
+}
+
+int largest_chunk(const DocumentList& tasks) {
+  int largest = 1;
   for (const Document& task : tasks) {
-    const std::string& id = text(part(task, "env_id"));
-    const double rate = number(part(task, "sr"));
-    double steps = 0;
-    for (const Document& length : list(part(task, "episode_lengths"))) steps += number(length);
-    const double episodes = static_cast<double>(list(part(task, "episode_lengths")).size());
-    const auto timed = thread_seconds.find(id);
-    const double own_seconds = timed == thread_seconds.end() ? 0 : timed->second;
-    env_steps += steps;
-    seconds += own_seconds;
-    chunk_size =
-        std::max(chunk_size, static_cast<int>(whole_number(part(task, "action_chunk_size"))));
-    const double chance = number(part(task, "chance"));
-    const auto share = [&task](const char* key) {
-      const Document& value = part(task, key);
-      return is_null(value) ? std::string() : decimal(number(value), 3);
-    };
-    bars.push_back({id, rate, chance, text(part(task, "split"))});
-    rows.push_back({id, text(part(task, "split")), text(part(task, "memory_type")),
-                    decimal(rate, 3), share("chance"), share("memory_score"),
-                    share("first_answer_correct"), decimal(number(part(task, "mean_return")), 2),
-                    decimal(episodes > 0 ? steps / episodes : 0, 1),
-                    own_seconds > 0 ? decimal(own_seconds, 2) : "",
-                    own_seconds > 0 ? decimal(steps / own_seconds, 0) : ""});
+    largest = std::max(largest, static_cast<int>(whole_number(part(task, "action_chunk_size"))));
   }
-  const std::string first = std::to_string(settings.start_seed);
+  return largest;
+}
+
+void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
+                  const TaskTotals& totals, const ReportContext& context, HtmlReport& report) {
+  const Document summary = summary_document(tasks);
   report.table({"", ""},
                {{"split", text(part(summary, "split"))},
                 {"mean success rate", decimal(number(part(summary, "sr_split")), 4)},
@@ -83,14 +89,36 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
                 {"rules", name_of(settings.rules)},
                 {"renderer", settings.renderer},
                 {"episodes per task", std::to_string(settings.episodes)},
-                {"first seed", first},
-                {"action chunk size", std::to_string(chunk_size)},
+                {"first seed", std::to_string(settings.start_seed)},
+                {"action chunk size", std::to_string(largest_chunk(tasks))},
                 {"engram", version()},
                 {"compute", context.compute},
                 {"GPU", "none"},
-                {"environment steps", decimal(env_steps, 0)},
-                {"time of all threads, s", decimal(seconds, 1)},
+                {"environment steps", decimal(totals.steps, 0)},
+                {"time of all threads, s", decimal(totals.seconds, 1)},
                 {"wall time since begun or resumed, s", decimal(context.wall_seconds, 1)}});
+}
+
+}  // namespace
+
+std::string evaluation_report(const EvaluationSettings& settings, const DocumentList& tasks,
+                              const std::map<std::string, double>& thread_seconds,
+                              const std::map<std::string, Bytes>& samples,
+                              const ReportContext& context) {
+  TaskTotals all;
+  std::vector<HtmlReport::RateBar> bars;
+  std::vector<std::vector<std::string>> rows;
+  for (const Document& task : tasks) {
+    const TaskTotals totals = totals_of(task, thread_seconds);
+    all.steps += totals.steps;
+    all.seconds += totals.seconds;
+    bars.push_back({text(part(task, "env_id")), number(part(task, "sr")),
+                    number(part(task, "chance")), text(part(task, "split"))});
+    rows.push_back(task_row(task, totals));
+  }
+  HtmlReport report("Evaluation: " + settings.policy + ", " + std::to_string(tasks.size()) +
+                    " tasks");
+  add_settings(settings, tasks, all, context, report);
   report.heading("Success per split");
   add_rates(grouped(tasks, "split"), report);
   report.heading("Success per memory type");
@@ -106,7 +134,10 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
   report.table({"task", "split", "memory type", "success_once", "chance", "score", "first answer",
                 "mean return", "mean steps", "thread s", "steps/s of a thread"},
                rows);
-  if (!samples.empty()) report.heading("Seed " + first + ", base camera, from start to end");
+  if (!samples.empty()) {
+    report.heading("Seed " + std::to_string(settings.start_seed) +
+                   ", base camera, from start to end");
+  }
   for (const auto& [id, png] : samples) report.picture(id, png);
   return report.text();
 }

@@ -92,7 +92,7 @@ void ChunkedPolicy::act(std::span<float> actions) {
 }
 
 // Fills the empty queues of all episodes under way.
-void ChunkedPolicy::request() {
+void ChunkedPolicy::gather_rows() {
   rows_.clear();
   episodes_.clear();
   steps_.clear();
@@ -116,6 +116,10 @@ void ChunkedPolicy::request() {
       append(rgb_, row_of(env_.images().rgb, env_, env));
     append(state_, row_of(env_.observation(), env_, env));
   }
+}
+
+void ChunkedPolicy::request() {
+  gather_rows();
   if (rows_.empty()) return;
 
   PolicyRequest request;
@@ -132,7 +136,7 @@ void ChunkedPolicy::request() {
   request.height = env_.options().images.height;
   request.width = env_.options().images.width;
   request.state_dim = state_.empty() ? 0 : env_.state_dim();
-  request.max_slots = num_envs;
+  request.max_slots = env_.num_envs();
   request.context = &context_;
   PolicyReply reply(request.count, env_.action_dim());
   policy_.act(request, reply);

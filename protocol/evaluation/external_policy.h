@@ -85,6 +85,8 @@ class ChunkedPolicy {
     std::deque<float> queue;
   };
 
+  // Rows of episodes with an empty queue.
+  void gather_rows();
   void request();
 
   const Batch& env_;

@@ -157,6 +157,17 @@ void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
   require_drained();
   request_ = "step " + std::to_string(request.steps[0]) + " of episode " +
              std::to_string(request.episodes[0]) + " of " + std::string(request.env_id);
+  send_request(request);
+  const Bytes answer = receive_message(Message::kChunks);
+  try {
+    read_chunks(answer, request.count, reply);
+  } catch (const Error& error) {
+    if (error.kind() == Error::kUnavailable) throw;
+    fail(std::string("answered: ") + error.what());
+  }
+}
+
+void PolicyProcess::send_request(const PolicyRequest& request) {
   if (task_ != request.env_id) {
     task_ = request.env_id;
     ByteWriter body;
@@ -176,33 +187,29 @@ void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
   body.append(request.rgb);
   body.append(request.state);
   send_message(Message::kRequest, body.bytes());
+}
 
-  const Bytes answer = receive_message(Message::kChunks);
-  try {
-    ByteReader in(answer);
-    const auto count = in.get<std::uint32_t>();
-    if (count != static_cast<std::uint32_t>(request.count)) {
-      fail("answered " + std::to_string(count) + " rows, " + std::to_string(request.count) +
-           " asked for");
-    }
-    for (int row = 0; row < request.count; ++row) {
-      const auto dims = in.get<std::uint32_t>();
-      if (dims > 3) fail("answered with " + std::to_string(dims) + " dimensions, 1 to 3 allowed");
-      std::array<std::int64_t, 3> shape{};
-      std::size_t size = 1;
-      for (std::uint32_t i = 0; i < dims; ++i) {
-        shape[i] = in.get<std::uint32_t>();
-        size *= static_cast<std::size_t>(std::min<std::int64_t>(shape[i], kMaxReply));
-        if (size > kMaxReply) fail("announced " + std::to_string(size) + " numbers");
-      }
-      const std::vector<float> actions = in.values<float>(size);
-      reply.set(row, actions, std::span<const std::int64_t>(shape.data(), dims));
-    }
-    if (!in.rest().empty()) fail("answered with bytes to spare");
-  } catch (const Error& error) {
-    if (error.kind() == Error::kUnavailable) throw;
-    fail(std::string("answered: ") + error.what());
+void PolicyProcess::read_chunks(std::span<const std::byte> answer, int rows,
+                                PolicyReply& reply) const {
+  ByteReader in(answer);
+  const auto count = in.get<std::uint32_t>();
+  if (count != static_cast<std::uint32_t>(rows)) {
+    fail("answered " + std::to_string(count) + " rows, " + std::to_string(rows) + " asked for");
   }
+  for (int row = 0; row < rows; ++row) {
+    const auto dims = in.get<std::uint32_t>();
+    if (dims > 3) fail("answered with " + std::to_string(dims) + " dimensions, 1 to 3 allowed");
+    std::array<std::int64_t, 3> shape{};
+    std::size_t size = 1;
+    for (std::uint32_t i = 0; i < dims; ++i) {
+      shape[i] = in.get<std::uint32_t>();
+      size *= static_cast<std::size_t>(std::min<std::int64_t>(shape[i], kMaxReply));
+      if (size > kMaxReply) fail("announced " + std::to_string(size) + " numbers");
+    }
+    const std::vector<float> actions = in.values<float>(size);
+    reply.set(row, actions, std::span<const std::int64_t>(shape.data(), dims));
+  }
+  if (!in.rest().empty()) fail("answered with bytes to spare");
 }
 
 // Bytes in the pipe before the next request would be taken for its answer.

@@ -45,6 +45,8 @@ class PolicyProcess final : public ExternalPolicy {
   using Clock = std::chrono::steady_clock;
 
   void handshake();
+  void send_request(const PolicyRequest& request);
+  void read_chunks(std::span<const std::byte> answer, int rows, PolicyReply& reply) const;
   void send_message(Message message, std::span<const std::byte> body);
   Bytes receive_message(Message expected);
   void write(std::span<const std::byte> bytes);

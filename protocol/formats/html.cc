@@ -72,6 +72,38 @@ bool looks_like_number(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789.,-+%") == std::string_view::npos;
 }
 
+// --- bars: pixels ---
+
+constexpr int kRow = 18;
+constexpr int kLabels = 300;
+constexpr int kLength = 400;
+
+void append_scale(std::string& body, int height) {
+  for (int tick = 0; tick <= 4; ++tick) {
+    const std::string x = decimal(kLabels + kLength * tick / 4.0, 0);
+    append(body,
+           {"<line x1=\"", x, "\" y1=\"0\" x2=\"", x, "\" y2=\"", std::to_string(height - kRow),
+            "\" stroke=\"#ddd\"/><text x=\"", x, "\" y=\"", std::to_string(height - 4),
+            "\" text-anchor=\"middle\" fill=\"#555\">", decimal(tick / 4.0, 2), "</text>\n"});
+  }
+}
+
+void append_bar(std::string& body, const HtmlReport::RateBar& bar, int y, const char* color) {
+  const double length = kLength * std::clamp(bar.value, 0.0, 1.0);
+  append(body, {"<text x=\"", std::to_string(kLabels - 8), "\" y=\"", std::to_string(y + 13),
+                "\" text-anchor=\"end\">", escaped(bar.label), "</text><rect x=\"",
+                std::to_string(kLabels), "\" y=\"", std::to_string(y + 3), "\" width=\"",
+                decimal(length, 1), "\" height=\"", std::to_string(kRow - 6), "\" fill=\"", color,
+                "\"/>"});
+  if (bar.mark >= 0) {
+    const std::string x = decimal(kLabels + kLength * std::clamp(bar.mark, 0.0, 1.0), 1);
+    append(body, {"<line x1=\"", x, "\" y1=\"", std::to_string(y + 1), "\" x2=\"", x, "\" y2=\"",
+                  std::to_string(y + kRow - 1), "\" stroke=\"#c00\" stroke-width=\"2\"/>"});
+  }
+  append(body, {"<text x=\"", std::to_string(kLabels + kLength + 8), "\" y=\"",
+                std::to_string(y + 13), "\">", decimal(bar.value, 3), "</text>\n"});
+}
+
 }  // namespace
 
 HtmlReport::HtmlReport(std::string_view title) : title_(title) {}
@@ -97,9 +129,6 @@ void HtmlReport::table(const std::vector<std::string>& header,
 }
 
 void HtmlReport::bars(const std::vector<RateBar>& bars) {
-  constexpr int kRow = 18;  // pixels
-  constexpr int kLabels = 300;
-  constexpr int kLength = 400;
   constexpr int kWidth = kLabels + kLength + 60;
   std::vector<std::string> groups;
   for (const RateBar& bar : bars) {
@@ -111,30 +140,11 @@ void HtmlReport::bars(const std::vector<RateBar>& bars) {
   body_ += "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(kWidth) +
            "\" height=\"" + std::to_string(height) + "\" viewBox=\"0 0 " + std::to_string(kWidth) +
            " " + std::to_string(height) + "\" font-family=\"sans-serif\" font-size=\"12\">\n";
-  for (int tick = 0; tick <= 4; ++tick) {
-    const std::string x = decimal(kLabels + kLength * tick / 4.0, 0);
-    append(body_,
-           {"<line x1=\"", x, "\" y1=\"0\" x2=\"", x, "\" y2=\"", std::to_string(height - kRow),
-            "\" stroke=\"#ddd\"/><text x=\"", x, "\" y=\"", std::to_string(height - 4),
-            "\" text-anchor=\"middle\" fill=\"#555\">", decimal(tick / 4.0, 2), "</text>\n"});
-  }
+  append_scale(body_, height);
   int y = 0;
   for (const RateBar& bar : bars) {
-    const auto group = static_cast<std::size_t>(std::find(groups.begin(), groups.end(), bar.group) -
-                                                groups.begin());
-    const double length = kLength * std::clamp(bar.value, 0.0, 1.0);
-    append(body_, {"<text x=\"", std::to_string(kLabels - 8), "\" y=\"", std::to_string(y + 13),
-                   "\" text-anchor=\"end\">", escaped(bar.label), "</text><rect x=\"",
-                   std::to_string(kLabels), "\" y=\"", std::to_string(y + 3), "\" width=\"",
-                   decimal(length, 1), "\" height=\"", std::to_string(kRow - 6), "\" fill=\"",
-                   kColors[group % kColors.size()], "\"/>"});
-    if (bar.mark >= 0) {
-      const std::string x = decimal(kLabels + kLength * std::clamp(bar.mark, 0.0, 1.0), 1);
-      append(body_, {"<line x1=\"", x, "\" y1=\"", std::to_string(y + 1), "\" x2=\"", x, "\" y2=\"",
-                     std::to_string(y + kRow - 1), "\" stroke=\"#c00\" stroke-width=\"2\"/>"});
-    }
-    append(body_, {"<text x=\"", std::to_string(kLabels + kLength + 8), "\" y=\"",
-                   std::to_string(y + 13), "\">", decimal(bar.value, 3), "</text>\n"});
+    const auto group = std::find(groups.begin(), groups.end(), bar.group) - groups.begin();
+    append_bar(body_, bar, y, kColors[static_cast<std::size_t>(group) % kColors.size()]);
     y += kRow;
   }
   body_ += "</svg>\n<p>";

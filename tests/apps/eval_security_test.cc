@@ -160,7 +160,7 @@ TEST_CASE("command: foreign text reaches the terminal escaped", "[apps]") {
   CHECK_THAT(shown(kEval + out), Catch::Contains("/\\u001b]0;title\\u0007/short/"));
 }
 
-TEST_CASE("eval: an interrupted run ends without waiting for a blocked policy", "[apps]") {
+TEST_CASE("eval: an interrupted run ends without waiting for busy threads", "[apps]") {
   const std::string run = "eval --all --policy zero --episodes 2000 --num-envs 2 --threads 300";
   // The signal comes once there are threads; each of them makes a batch, which takes long together.
   const std::string line =

@@ -71,7 +71,7 @@ TEST_CASE("A note that somebody else wrote does no harm", "[files]") {
   CHECK(tests::read_file(victim) == "precious");
 }
 
-TEST_CASE("A missing folder is an error of the lock", "[files]") {
+TEST_CASE("A missing folder is no error of the lock", "[files]") {
   CHECK_NOTHROW(FolderLock("/nowhere/at/all"));
 }
 
