@@ -56,7 +56,7 @@ VariantDefinition flattened(VariantDefinition definition, const RegistryEntry& b
 // As the task has them: a whole number stays one where 7.0 was given.
 void take_values(const TaskInfo& info, ConstantTable& constants) {
   for (auto& [name, value] : constants) {
-    value = std::ranges::find(info.changeable, name, &TaskConstant::name)->value;
+    value = std::ranges::find(info.constants, name, &TaskConstant::name)->value;
   }
 }
 

@@ -70,7 +70,7 @@ bool is_of_state(const std::string& constant) {
 // the task's options.
 std::string Batch::snapshot_label() const {
   std::string label = info().id;
-  for (const auto& [name, value] : info().changed) {
+  for (const auto& [name, value] : changed_constants(info().constants)) {
     if (is_of_state(name)) label += ", " + name + "=" + in_words(value);
   }
   label +=

@@ -55,10 +55,8 @@ struct TaskInfo {
   bool oracle_is_real = false;  // they are float32 (Bindings::oracle_values), not int32
   std::vector<Draw> draws;      // what an episode samples, and users may pin
   std::string hidden_draw;      // the draw that an agent has to remember
-  std::vector<TaskOptionSpec> options;   // variants of the rules, for users to choose
-  ConstantTable constants;               // the class constants of the original benchmark
-  std::vector<TaskConstant> changeable;  // those that users may change, and a few more
-  ConstantTable changed;                 // those that users have changed, in that order
+  std::vector<TaskOptionSpec> options;  // variants of the rules, for users to choose
+  std::vector<TaskConstant> constants;  // class constants, and what users may change
   // Where that was changed: instead of the batch's option.
   std::optional<double> robot_init_qpos_noise;
   std::vector<Field> reward_terms;                          // columns of info "reward_dict"

@@ -1,4 +1,4 @@
-// The blinks of an episode: when the lamp is lit, and when it is dark.
+// Blinks of an episode: steps in which the lamp is lit, and in which it is dark.
 #pragma once
 
 #include "core/env/task.h"
@@ -8,17 +8,19 @@ namespace engram::tasks {
 
 class Blinks {
  public:
-  explicit Blinks(const BlinkCountParams& params) : params_(params) {}
+  Blinks(const BlinkCountParams& params, const BlinkVariables& variables)
+      : most_(params.BLINK_COUNT_RANGE.high), variables_(variables) {}
 
   void bind(ColumnStore& memory);
   // Draws a first darkness, then so many blinks, each with its own darkness after it. Returns
   // elapsed at the end of the last darkness.
   int draw(const Episode& episode, int blinks) const;
-  // Whether the lamp is lit during one of the first `blinks` blinks.
+  // True while the lamp is lit during one of the first `blinks` blinks.
   bool lit(int env, int blinks, int elapsed) const;
 
  private:
-  BlinkCountParams params_;
+  int most_;  // blinks
+  BlinkVariables variables_;
   Column<std::int32_t> start_;   // (most blinks) elapsed at which each begins
   Column<std::int32_t> length_;  // (most blinks) control steps
 };

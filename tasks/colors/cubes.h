@@ -13,13 +13,12 @@ namespace engram::tasks {
 
 inline constexpr double kArcX = -0.25;  // m: centre of the arc on which the cubes stand
 
-// Throws Error unless all cubes stand apart from each other and from the button, in every phase.
-void check_places(const ColorRecallParams& params);
-
 class ColorCubes {
  public:
   // Appends the cubes to the scene. They are its first props, so that colours are indices.
-  ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params);
+  // places: the variable of where they stand. Throws Error unless all stand apart from each other
+  // and from the button, in every phase.
+  ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, RandomVariable places);
 
   void bind(const Bindings& bindings);
   // Draws where the cubes stand in the action phase.
@@ -27,7 +26,7 @@ class ColorCubes {
 
   // Between the cubes' places, nearer to the robot.
   Vec2 button_center(int env) const;
-  // Where a cube stands in the action phase.
+  // Place of a cube in the action phase.
   Vec2 slot(int env, int color) const {
     return {positions_.row(env)[2 * color], positions_.row(env)[2 * color + 1]};
   }
@@ -40,7 +39,7 @@ class ColorCubes {
   void hide_all(int env, std::span<const std::int32_t> past) const;
   void show_all(int env) const;
 
-  // How far the cubes are from their slots, m; of the reported poses, whatever the phase.
+  // Distances of the cubes from their slots, m; of the reported poses, whatever the phase.
   struct Displacement {
     double mean = 0;
     double largest = 0;
@@ -52,6 +51,7 @@ class ColorCubes {
   void place(int env, int color, const Vec2& at) const;
 
   ColorRecallParams params_;
+  RandomVariable places_;
   Layout arc_;
   Bindings engine_;
   Column<double> positions_;  // (count * 2) m

@@ -37,8 +37,10 @@ class ColorRecall final : public FamilyBase {
   ColorRecall(const RegistryEntry& entry, const ColorRecallParams& params)
       : FamilyBase(entry),
         params_(params),
+        variables_(RandomVariables(info_.draws), params),
+        options_(TaskOptions(info_.options), params),
         rule_(params.rule),
-        cubes_(scene_, params),
+        cubes_(scene_, params, variables_.positions),
         touch_({params.COLORS, params.CUBE_HALFSIZE + kTouchGap, params.SEQUENCE_LENGTH}),
         button_(scene_, "center_button", params.button) {
     describe_color_recall(params, info_);
@@ -52,11 +54,10 @@ class ColorRecall final : public FamilyBase {
     FamilyBase::bind(bindings);
     ColumnStore& memory = *bindings.memory;
     clock_.bind(memory);
-    const double touch_radius = bindings.options[kTouchRadius];
+    const double touch_radius = options_.touch_radius.value(bindings);
     touch_.bind(bindings, touch_radius);
-    if (params_.rule == ColorRule::kSeq && bindings.options[kStrictOrder] != 0) {
-      rule_ = ColorRule::kSeqStrict;
-    }
+    const auto& strict_order = options_.strict_order;
+    if (strict_order && strict_order->is_on(bindings)) rule_ = ColorRule::kSeqStrict;
     above_touch_.z() = std::min(kMostAboveTouch, 0.6 * touch_radius);
     button_.bind(bindings);
     reward_dict_.bind(bindings, info_.reward_terms.size());
@@ -81,8 +82,8 @@ class ColorRecall final : public FamilyBase {
     const int env = episode.env();
     draw_sequence(episode);
     cubes_.reset(episode);
-    clock_.reset(env, params_.cue_items() * params_.cue.sample(episode, kCueSteps),
-                 params_.EMPTY_PHASE_STEPS.sample(episode, kEmptySteps));
+    clock_.reset(env, params_.cue_items() * variables_.cue_steps.sample(episode),
+                 variables_.empty_steps.sample(episode));
     touch_.reset(env);
     button_.reset(env, cubes_.button_center(env));
   }
@@ -146,7 +147,7 @@ class ColorRecall final : public FamilyBase {
     for (int env = envs.begin; env < envs.end; ++env) {
       ColorRewardInputs in;
       in.goal_distance = Eigen::Map<const Eigen::Vector3d>(goal_.row(env)).norm();
-      in.haste = measure_haste(engine_, env);
+      in.action_cost = measure_action_cost(engine_, env);
       in.tally = count_touches(env);
       in.length = params_.SEQUENCE_LENGTH;
       in.mean_displacement = displacement_.row(env)[0];
@@ -267,13 +268,13 @@ class ColorRecall final : public FamilyBase {
 
   void draw_sequence(const Episode& episode) const {
     std::int32_t* sequence = sequence_.row(episode.env());
-    if (const double* pinned = episode.pinned(kSequence)) {
+    if (const double* pinned = variables_.sequence.pinned(episode)) {
       std::transform(pinned, pinned + params_.SEQUENCE_LENGTH, sequence,
                      [](double value) { return static_cast<std::int32_t>(value); });
       return;
     }
     Permutation storage{};
-    const std::span colors = shuffled(storage, episode.stream(kSequence));
+    const std::span colors = shuffled(storage, variables_.sequence.stream(episode));
     std::copy_n(colors.begin(), params_.SEQUENCE_LENGTH, sequence);
   }
 
@@ -376,6 +377,8 @@ class ColorRecall final : public FamilyBase {
   }
 
   ColorRecallParams params_;
+  ColorVariables variables_;
+  ColorOptions options_;
   ColorRule rule_;  // by which touches are judged
   ColorCubes cubes_;
   PhaseClock clock_;

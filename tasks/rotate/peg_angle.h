@@ -1,4 +1,4 @@
-// Angles of the Rotate families: targets, how far a peg has turned, and what is left.
+// Angles of the Rotate families: targets, the turn of a peg so far, and the rest.
 #pragma once
 
 #include <string>
@@ -18,7 +18,8 @@ double largest_angle(RotateMode mode);
 // ones small.
 double target_angle(RotateMode mode, double least, double u);
 
-// How often two targets are less than the smallest one apart: the share of guesses that are right.
+// Probability that two targets are less than the smallest one apart: the share of guesses that are
+// right.
 double guess_rate(RotateMode mode, double least);
 
 // An angle in [-pi, pi).

@@ -2,18 +2,18 @@
 // keeps its centre in place (docs/tasks/rotate.md).
 #pragma once
 
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
 #include "tasks/family.h"
 
 namespace engram::tasks {
 
-// What the dense rewards are made of.
+// Inputs of the dense rewards.
 struct RotateRewardInputs {
   double distance = 0;     // peg centre to TCP, m
   double error = 0;        // rad
   double x_pos_error = 0;  // m, of the peg's centre (strict)
   double y_pos_error = 0;
-  Haste haste;
+  ActionCost action_cost;
   bool robot_static = false;
   bool success = false;
   double angle_threshold = 0.1;  // rad

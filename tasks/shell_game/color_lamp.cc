@@ -7,18 +7,24 @@
 namespace engram::tasks {
 namespace {
 
+struct ColorLampParams : TouchParams {
+  void declare(ConstantBinder& constants) {
+    TouchParams::declare(constants);
+    LampCue::declare(constants);
+  }
+};
+
 class ColorLamp final : public ShellGame {
  public:
-  ColorLamp(const RegistryEntry& entry, const TouchParams& params)
+  ColorLamp(const RegistryEntry& entry, const ColorLampParams& params)
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
         rule_(params, params.CUE_PHASE_STEPS.high, /*shoving=*/false),
-        cue_(scene_, params.BALL_RADIUS, kMapping) {
+        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.draws)) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
-    info_.draws.push_back(LampCue::mapping_draw());
     rule_.describe(info_);
-    LampCue::describe(info_);
+    cue_.describe(info_);
     declare_state(*this);
   }
 
@@ -79,16 +85,14 @@ class ColorLamp final : public ShellGame {
   }
 
  private:
-  enum OwnDraw { kMapping = kFirstOwnDraw };
-
   TouchRule rule_;
   LampCue cue_;
 };
 
 }  // namespace
 
-constexpr std::array<TouchParams, 1> kVariants = {{
-    {{{"ShellGameColorLampTouch-VLA-v0", 30, Split::kShort}}},
+constexpr std::array<ColorLampParams, 1> kVariants = {{
+    {{{{"ShellGameColorLampTouch-VLA-v0", 30, Split::kShort}}}},
 }};
 constexpr auto kRows = rows_of(kVariants);
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "tasks/common/blind_guess.h"
 #include "tasks/common/poses.h"
@@ -13,24 +14,24 @@ constexpr double kBallReleaseGap = 0.05;  // m: a mug lifted further leaves its 
 
 }  // namespace
 
+ShellGame::Variables::Variables(RandomVariables list, const ShellGameParams& params,
+                                const Setup& setup)
+    : target(list.integer(setup.target, {0, kCups - 1}, "", setup.target_description)),
+      base(Mugs::declare_base(list)),
+      cue_steps(list.of(params.CUE_PHASE_STEPS)) {}
+
 ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup)
-    : FamilyBase(entry), mugs_(scene_, params, *setup.stance), params_(params), setup_(setup) {
+    : FamilyBase(entry),
+      mugs_(scene_, params, *setup.stance),
+      params_(params),
+      setup_(setup),
+      variables_(RandomVariables(info_.draws), params, setup) {
   info_.candidates = kCups;
   info_.frozen_cue = setup.frozen;
   info_.success_reward = setup.success_reward;
   info_.oracle_dim = 1;
   declare_drawn(*this);
   info_.hidden_draw = setup.target;
-  info_.draws = {
-      {setup.target, 1, true, 0, kCups - 1, "", setup.target_description},
-      Mugs::base_draw(),
-      params.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase", "CUE_PHASE_STEPS"),
-  };
-  info_.constants = {
-      {"BALL_RADIUS", params.BALL_RADIUS}, {"CUE_PHASE_STEPS", params.CUE_PHASE_STEPS.constant()},
-      {"GOAL_THRESH", params.GOAL_THRESH}, {"HEIGHT_OFFSET", HEIGHT_OFFSET},
-      {"MIN_DIST", params.MIN_DIST},       {"MUG_SCALE", params.MUG_SCALE},
-  };
   scene_.render_camera = mjcf::RenderCamera::kB;
 }
 
@@ -56,9 +57,9 @@ void ShellGame::bind(const Bindings& bindings) {
 
 void ShellGame::reset(const Episode& episode) {
   const int env = episode.env();
-  target_[env] = episode.integer(kTarget, 0, kCups - 1);
-  mugs_.reset(episode, kBase);
-  cue_steps_[env] = params_.CUE_PHASE_STEPS.sample(episode, kCueSteps);
+  target_[env] = variables_.target.sample(episode);
+  mugs_.reset(episode, variables_.base);
+  cue_steps_[env] = variables_.cue_steps.sample(episode);
   start_manipulation_at(env, cue_steps_[env]);
 }
 
@@ -124,9 +125,9 @@ int ShellGame::moved_mug(int env, double least) const {
   if (!is_manipulation(env)) return -1;
   int moved = -1;
   for (int mug = 0; mug < kCups; ++mug) {
-    const double way = (mugs_.pos(env, mug) - mugs_.standing_pos(env, mug)).norm();
-    if (way <= least) continue;
-    least = way;
+    const double distance = (mugs_.pos(env, mug) - mugs_.standing_pos(env, mug)).norm();
+    if (distance <= least) continue;
+    least = distance;
     moved = mug;
   }
   return moved;
@@ -150,7 +151,7 @@ int ShellGame::chosen_slot(int env, Script script) const {
 
 void ShellGame::overlay(int env, Overlay& out) const {
   static constexpr std::array<const char*, kCups> kSlotNames = {"Left", "Center", "Right"};
-  const auto slot = static_cast<std::size_t>(answer(env));
+  const auto slot = at(answer(env));
   out.add(OverlayText{{10, 60}, std::string("Target: ") + kSlotNames[slot]});
 }
 

@@ -1,5 +1,5 @@
-// What the shell games share: three mugs in a row, a cue that tells which of them it is about, the
-// phases, and the info that all have (docs/tasks/shell_game.md).
+// Base of the shell games: three mugs in a row, a cue that points out one of them, the phases, and
+// the info that all have (docs/tasks/shell_game.md).
 #pragma once
 
 #include <Eigen/Dense>
@@ -10,6 +10,7 @@
 #include "core/env/task.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/phase_clock.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/registry.h"
 #include "tasks/shell_game/mugs.h"
@@ -32,7 +33,7 @@ class ShellGame : public FamilyBase {
   }
   void overlay(int env, Overlay& out) const override;
 
-  // --- what the parts of a game ask ---
+  // --- queries of the parts of a game ---
 
   const State& state() const { return *engine_.state; }
   const Mugs& mugs() const { return mugs_; }
@@ -76,7 +77,7 @@ class ShellGame : public FamilyBase {
 
  protected:
   struct Setup {
-    // The draw of the hidden cup or colour.
+    // Random variable of the hidden cup or colour.
     const char* target = "cup_with_ball_number";
     const char* target_description = "slot of the mug that hides the ball";
     bool frozen = true;  // the canonical wrapper zeroes actions before the manipulation phase
@@ -84,9 +85,6 @@ class ShellGame : public FamilyBase {
     const MugStance* stance = &kUpsideDown;
     bool shuffles = false;  // between cue and manipulation
   };
-  // What every episode samples; games go on from kFirstOwnDraw.
-  enum DrawIndex { kTarget, kBase, kCueSteps, kFirstOwnDraw };
-
   ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup);
 
   // --- phases ---
@@ -113,7 +111,7 @@ class ShellGame : public FamilyBase {
 
   // Success in the manipulation phase, and the info fields that all games have.
   void conclude(int env, const Verdict& verdict) const;
-  // Of free mugs, the one that was moved or lifted farthest in the manipulation phase, if that is
+  // The free mug that was moved or lifted farthest in the manipulation phase, if that is
   // farther than `least`, m; otherwise -1.
   int moved_mug(int env, double least) const;
   // To be called by bind(): memory is not needed.
@@ -129,8 +127,18 @@ class ShellGame : public FamilyBase {
   Column<std::int32_t> target_;  // hidden cup or colour
 
  private:
+  // Random variables of every episode; games add their own after these.
+  struct Variables {
+    Variables(RandomVariables list, const ShellGameParams& params, const Setup& setup);
+
+    IntegerVariable target;
+    RandomVariable base;
+    IntegerVariable cue_steps;
+  };
+
   ShellGameParams params_;
   Setup setup_;
+  Variables variables_;
   RewardDict reward_dict_;
   Column<std::int32_t> cue_steps_;           // control steps
   Column<std::int32_t> manipulation_start_;  // control steps

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/math/real_functions.h"
 #include "core/math/rotations.h"
+#include "tasks/common/phase_budget.h"
 #include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/game.h"
@@ -24,18 +25,22 @@ constexpr double kSuccessReward = 75;
 const Eigen::Vector3d kGoalFromBall(0, 0, 0.125);                            // m
 const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // m, world axes
 
-// What a lift needs at least.
+// Least requirements of a lift.
 constexpr double kFingerRoom = 0.028;  // m, between two mugs
 constexpr double kLeastLift = 0.001;   // m
 constexpr double kLiftPerStep = 0.01;  // m
 constexpr int kTimeToPick = 19;        // control steps
 
 struct PickParams : ShellGameParams {
-  // How far above a mug in its slot the goal's centre is, m.
+  // Height of the goal's centre above a mug in its slot, m.
   double height() const { return BALL_RADIUS + kGoalFromBall.z() - resting_height(); }
-  // How far a mug has to be lifted, m.
+  // Least lift of a mug, m.
   double lift() const { return height() - placed_distance(); }
 
+  void declare(ConstantBinder& constants) {
+    ShellGameParams::declare(constants);
+    constants.fixed({{"HANDLE_OFFSET_X", HANDLE_OFFSET_X}, {"HANDLE_OFFSET_Y", HANDLE_OFFSET_Y}});
+  }
   void check(int horizon) const;
 };
 
@@ -74,7 +79,7 @@ void PickParams::check(int horizon) const {
                     in_millimetres(height()) + " above a cup that nobody has moved");
   }
   const int more = static_cast<int>(std::max(0.0, lift() - kLift) / kLiftPerStep);
-  check_time(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPick + more);
+  check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPick + more);
 }
 
 template <class Row>
@@ -119,8 +124,6 @@ class Pick final : public ShellGame {
         "the first cup that is moved by more than half the height to which it has to be lifted; "
         "its "
         "slot";
-    info_.constants.emplace_back("HANDLE_OFFSET_X", HANDLE_OFFSET_X);
-    info_.constants.emplace_back("HANDLE_OFFSET_Y", HANDLE_OFFSET_Y);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
   }

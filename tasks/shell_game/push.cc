@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/math/real_functions.h"
+#include "tasks/common/phase_budget.h"
 #include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/game.h"
@@ -19,18 +20,18 @@ constexpr double kReachedDistance = 0.08;  // m
 constexpr double kSuccessReward = 4;
 const Eigen::Vector3d kGoalFromBall(0.1, 0, 0.03);  // m
 
-// What a push needs at least.
+// Least requirements of a push.
 constexpr double kLeastTravel = 0.001;  // m
 constexpr int kTimeToPush = 19;         // control steps
 
 struct PushParams : ShellGameParams {
-  // From a mug in its slot to the goal's centre, m.
+  // Vector from a mug in its slot to the goal's centre, m.
   Eigen::Vector3d way() const {
     return kGoalFromBall + Eigen::Vector3d(0, 0, BALL_RADIUS - resting_height());
   }
   // The shortest way of a mug into the goal region, m.
   double least_way() const { return way().norm() - placed_distance(); }
-  // How far a mug has to be pushed, m; none that are not at the goal's height.
+  // Least distance to push a mug, m; none that are not at the goal's height.
   double travel() const {
     const double height = way().z();
     return way().x() - std::sqrt(placed_distance() * placed_distance() - height * height);
@@ -74,7 +75,7 @@ void PushParams::check(int horizon) const {
                     in_millimetres(placed) + ", and its centre is " + in_millimetres(way().norm()) +
                     " from a cup that nobody has moved");
   }
-  check_time(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
+  check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
 }
 
 template <class Row>

@@ -5,7 +5,7 @@
 
 namespace engram::tasks {
 
-// What the dense reward is made of.
+// Inputs of the dense reward.
 struct PushInputs {
   double distance = 0;   // TCP to the mug, m
   double to_goal = 0;    // mug to the goal's centre, m

@@ -1,5 +1,6 @@
 #include "tasks/shell_game/shuffle.h"
 
+#include "tasks/common/action_cost.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/shuffle_phase.h"
@@ -17,32 +18,46 @@ constexpr ShuffleParams lasting(const TaskRow& task) {
   return {{{.task = task, .CUE_PHASE_STEPS = {10, 100}}}, {100, 400}, {5, 15}, false};
 }
 
-constexpr std::array<ShuffleParams, 2> kTouchVariants = {{
-    lasting({"ShellGameShuffleTouch-Long-VLA-v0", 600, Split::kMedium}),
-    brief({"ShellGameShuffleTouch-VLA-v0", 60, Split::kShort}),
+struct ShuffleTouchParams : ShuffleParams {
+  void declare(ConstantBinder& constants) {
+    ShuffleParams::declare(constants);
+    TouchRule::declare(constants);
+    constants.fixed([&] { SmoothnessParams().declare(constants); });  // unused
+  }
+};
+struct ShuffleColorLampParams : ShuffleParams {
+  void declare(ConstantBinder& constants) {
+    ShuffleParams::declare(constants);
+    LampCue::declare(constants);
+    constants.fixed({{"LAMP_RADIUS", 0.018},  // unused
+                     {"COLOR_RGBA", ConstantList{ConstantList{1, 0, 0, 1}, ConstantList{0, 1, 0, 1},
+                                                 ConstantList{0, 0, 1, 1}}}});
+  }
+};
+
+constexpr std::array<ShuffleTouchParams, 2> kTouchVariants = {{
+    {lasting({"ShellGameShuffleTouch-Long-VLA-v0", 600, Split::kMedium})},
+    {brief({"ShellGameShuffleTouch-VLA-v0", 60, Split::kShort})},
 }};
-constexpr std::array<ShuffleParams, 2> kColorLampVariants = {{
-    lasting({"ShellGameShuffleColorLampTouch-Long-VLA-v0", 600, Split::kMedium}),
-    brief({"ShellGameShuffleColorLampTouch-VLA-v0", 60, Split::kShort}),
+constexpr std::array<ShuffleColorLampParams, 2> kColorLampVariants = {{
+    {lasting({"ShellGameShuffleColorLampTouch-Long-VLA-v0", 600, Split::kMedium})},
+    {brief({"ShellGameShuffleColorLampTouch-VLA-v0", 60, Split::kShort})},
 }};
 
 // A ball is under one of the mugs.
 class ShuffleTouch final : public ShellGame {
  public:
-  ShuffleTouch(const RegistryEntry& entry, const ShuffleParams& params)
+  ShuffleTouch(const RegistryEntry& entry, const ShuffleTouchParams& params)
       : ShellGame(entry, params,
                   {.target_description = "first slot of the mug that hides the ball",
                    .frozen = params.frozen,
                    .shuffles = true}),
         rule_(params, params.latest_end(), /*shoving=*/true),
-        shuffle_(params, kFirstOwnDraw),
+        shuffle_(params, RandomVariables(info_.draws)),
         ball_(add_red_ball()) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
     shuffle_.describe(info_);
-    for (const char* unused : {"ACTION_L2_COEF", "ACTION_DELTA_L2_COEF", "QVEL_L2_COEF"}) {
-      info_.constants.emplace_back(unused, 0.0);
-    }
     declare_state(*this);
   }
 
@@ -133,24 +148,19 @@ class ShuffleTouch final : public ShellGame {
 // A ball of another colour is under every mug; a lamp names the colour after the shuffle.
 class ShuffleColorLamp final : public ShellGame {
  public:
-  ShuffleColorLamp(const RegistryEntry& entry, const ShuffleParams& params)
+  ShuffleColorLamp(const RegistryEntry& entry, const ShuffleColorLampParams& params)
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget,
                    .target_description = LampCue::kTargetDescription,
                    .frozen = params.frozen,
                    .shuffles = true}),
         rule_(params, params.latest_end(), /*shoving=*/false),
-        cue_(scene_, params.BALL_RADIUS, kMapping),
-        shuffle_(params, kFirstOwnDraw) {
+        shuffle_(params, RandomVariables(info_.draws)),
+        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.draws)) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
-    LampCue::describe(info_);
+    cue_.describe(info_);
     shuffle_.describe(info_);
-    info_.draws.push_back(LampCue::mapping_draw());
-    info_.constants.emplace_back("LAMP_RADIUS", 0.018);  // unused
-    info_.constants.emplace_back(
-        "COLOR_RGBA",
-        ConstantList{ConstantList{1, 0, 0, 1}, ConstantList{0, 1, 0, 1}, ConstantList{0, 0, 1, 1}});
     declare_state(*this);
   }
 
@@ -212,11 +222,9 @@ class ShuffleColorLamp final : public ShellGame {
   }
 
  private:
-  enum OwnDraw { kMapping = kFirstOwnDraw + ShufflePhase::kDraws };
-
   TouchRule rule_;
-  LampCue cue_;
   ShufflePhase shuffle_;
+  LampCue cue_;
 };
 
 }  // namespace

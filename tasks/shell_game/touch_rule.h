@@ -1,8 +1,9 @@
-// The rule of the games in which a mug is touched: the TCP comes within GOAL_THRESH of the right
-// mug and the robot stands still, whether anything is in contact or not.
+// Rule of the games in which a mug is touched: the TCP comes within GOAL_THRESH of the right mug
+// and the robot stands still, with or without contact.
 #pragma once
 
 #include "tasks/shell_game/game.h"
+#include "tasks/shell_game/touch_params.h"
 
 namespace engram::tasks {
 
@@ -26,15 +27,18 @@ class TouchRule {
   // The dense reward: 0 outside the manipulation phase, 3 at success.
   static RewardTerms reward(const RewardInputs& inputs);
 
-  // `latest_start`: elapsed at which the manipulation phase begins at the latest. `shoving`:
-  // whether info tells how far mugs were shoved, and success depends on it.
+  // Class constants of the games in which mugs may be shoved.
+  static void declare(ConstantBinder& constants);
+
+  // `latest_start`: elapsed at which the manipulation phase begins at the latest. `shoving`: info
+  // says how far mugs were shoved, and success depends on it.
   TouchRule(const TouchParams& params, int latest_start, bool shoving)
       : goal_thresh_(params.GOAL_THRESH),
         touch_gap_(params.touch_gap()),
         latest_start_(latest_start),
         shoving_(shoving) {}
 
-  // Adds reward terms, constants and what an answer is.
+  // Adds reward terms and what an answer is.
   void describe(TaskInfo& info) const;
   void bind(const Bindings& bindings);
 

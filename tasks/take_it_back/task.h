@@ -4,18 +4,18 @@
 
 #include <Eigen/Core>
 
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
 #include "tasks/family.h"
 
 namespace engram::tasks {
 
-// What the dense reward is made of.
+// Inputs of the dense reward.
 struct TakeItBackRewardInputs {
   Eigen::Vector3d cube = Eigen::Vector3d::Zero();
   Eigen::Vector3d tcp = Eigen::Vector3d::Zero();
   Eigen::Vector2d goal = Eigen::Vector2d::Zero();
   Eigen::Vector2d initial = Eigen::Vector2d::Zero();
-  Haste haste;
+  ActionCost action_cost;
   bool on_target = false;  // the cube is on the target
   bool reached = false;    // it has been there
   bool success = false;

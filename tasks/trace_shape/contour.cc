@@ -30,7 +30,7 @@ Vec2 square_point(double part) {
   }
 }
 
-// Of 64 waypoints, the sides have 22, 21 and 21; only the first corner is one.
+// The sides have 22, 21 and 21 of 64 waypoints; only the first corner is one.
 Vec2 triangle_point(int index, int waypoints) {
   const double sides = 3.0 * index / waypoints;
   const double side = std::floor(sides);

@@ -60,8 +60,8 @@ class Trial {
     for (int i = 0; i < length; ++i) {
       const int shape =
           params_.AVAILABLE_SHAPES[random_.integer(0, params_.AVAILABLE_SHAPES.size() - 1)];
-      const auto [least, most] = params_.SHAPE_RADIUS_RANGE;
-      const double radius = random_.uniform(least, most);
+      const double radius =
+          random_.uniform(params_.SHAPE_RADIUS_RANGE.low, params_.SHAPE_RADIUS_RANGE.high);
       const double rotation = random_.uniform(0, 2 * std::numbers::pi);
       shapes.emplace_back(set_, shape, radius, rotation, Vec2(0, 0));
     }
