@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/length.h"
 #include "core/env/batch.h"
+#include "core/env/expert.h"
 
 namespace engram {
 namespace {
@@ -39,16 +40,17 @@ void Batch::act(Policy policy, std::span<float> actions) {
                                              ", pd_ee_delta_pose needed");
   }
   const FloatRows all{actions.data(), action_dim()};
+  const Expert& expert = task_->expert();
   // Environments that stand still after their episode are left out: their actions are zero.
   const auto act_moving = [&](Range envs) {
     if (options_.auto_reset != AutoReset::kOff || options_.after_end == AfterEnd::kContinue) {
-      task_->act(envs, *script, all);
+      expert.act(envs, *script, all);
       return;
     }
     for (int env = envs.begin; env < envs.end;) {
       const int begin = env;
       while (env < envs.end && state_.finished[env] == 0) ++env;
-      if (begin < env) task_->act({begin, env}, *script, all);
+      if (begin < env) expert.act({begin, env}, *script, all);
       for (; env < envs.end && state_.finished[env] != 0; ++env) {
         std::fill_n(all.row(env), dim, 0.0F);
       }

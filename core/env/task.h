@@ -19,12 +19,8 @@
 
 namespace engram {
 
+class Expert;    // core/env/expert.h
 struct Overlay;  // core/image/overlay.h
-
-// Who acts, of those that know how to solve the task: one that knows all, one that has to guess
-// what is hidden, and one that does the best it can without memory. What the last does is a
-// function of what can be seen now, of where the robot is, and of the step count.
-enum class Script { kOracle, kBlind, kSweep };
 
 // When an episode ends before its horizon.
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
@@ -139,8 +135,8 @@ class Task {
   virtual void observe(Range envs, FloatRows out) = 0;
   // Writes the dense reward; rows have one element.
   virtual void dense_reward(Range envs, FloatRows out) = 0;
-  // Writes actions for pd_ee_delta_pose with rotation sign -1.
-  virtual void act(Range envs, Script script, FloatRows actions) = 0;
+  // Scripted policies, for use after bind.
+  virtual const Expert& expert() const = 0;
 
   // The value of elapsed from which on nothing shows the hidden draw any more.
   virtual int cue_end(int env) const = 0;

@@ -1,4 +1,4 @@
-// What BatteriesChecker remembers of its checks, and what its info fields show of them.
+// Memory of the checks of BatteriesChecker, and the info fields that show them.
 #pragma once
 
 #include "core/env/task.h"

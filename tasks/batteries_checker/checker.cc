@@ -7,15 +7,13 @@
 #include "core/image/overlay.h"
 #include "mjcf/scene.h"
 #include "tasks/batteries_checker/check_columns.h"
-#include "tasks/batteries_checker/oracle.h"
+#include "tasks/batteries_checker/expert.h"
 #include "tasks/batteries_checker/params.h"
 #include "tasks/batteries_checker/rack.h"
 #include "tasks/batteries_checker/rules.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/reward_dict.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
 
 namespace engram::tasks {
@@ -25,10 +23,6 @@ namespace {
 
 constexpr double kLampEmission = 0.3;
 constexpr double kDisplaced = 3;  // times the tolerance of a slot: where a checked battery is lost
-
-// Who has no memory.
-constexpr double kInsertingShare = 0.5;  // of the time that a battery has
-constexpr double kOverSocket = 0.05;     // m
 
 class BatteryChecker final : public FamilyBase {
  public:
@@ -40,7 +34,12 @@ class BatteryChecker final : public FamilyBase {
         rack_(scene_, params),
         button_(scene_, "battery_button", params.button),
         lamp_(scene_, "battery_checker_lamp"),
-        oracle_(rack_, button_) {
+        expert_({.engine = engine_,
+                 .info = info_,
+                 .params = params_,
+                 .rack = rack_,
+                 .button = button_,
+                 .check = check_}) {
     scene_.render_camera = mjcf::RenderCamera::kB;
     describe_batteries(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
@@ -57,7 +56,7 @@ class BatteryChecker final : public FamilyBase {
     check_.empty_socket_idx = static_cast<int>(options_.socket_battery_idx.value(bindings));
   }
 
-  // The lamp may tell at any time.
+  // The lamp may inform at any time.
   int cue_end(int /*env*/) const override { return info_.horizon; }
 
   // --- sampling ---
@@ -160,21 +159,9 @@ class BatteryChecker final : public FamilyBase {
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      if (script == Script::kSweep) {
-        sweep(env, actions.row(env));
-        continue;
-      }
-      const CheckState state = check_.load(env);
-      const int battery =
-          script == Script::kBlind ? guess(env) : lowest(~state.checked & all_batteries());
-      const BatteryChoice choice = {.battery = battery, .active = state.active};
-      oracle_.act(*engine_.state, env, state.stage, choice, actions.row(env));
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
   // --- overlay ---
 
@@ -186,8 +173,6 @@ class BatteryChecker final : public FamilyBase {
   }
 
  private:
-  BatterySet all_batteries() const { return battery_bit(params_.ACTIVE_BATTERY_COUNT) - 1; }
-
   BatterySet draw_working(const Episode& episode) const {
     BatterySet set = 0;
     if (const double* pinned = variables_.working.pinned(episode)) {
@@ -288,46 +273,16 @@ class BatteryChecker final : public FamilyBase {
     row.add(slots.data(), params_.WORKING_BATTERY_COUNT);
   }
 
-  // An agent without memory does not know which batteries it has tested, and takes any. The one in
-  // the socket belongs into the hole that it has left among the others. The agent stops after as
-  // many rounds as there are batteries.
-  int guess(int env) const {
-    int battery = -1;
-    if (check_.rounds[env] >= params_.ACTIVE_BATTERY_COUNT) return battery;
-    RandomStream random = blind_guess(engine_, env);
-    for (int round = 0; round <= check_.rounds[env]; ++round) {
-      battery = random.integer(0, params_.ACTIVE_BATTERY_COUNT - 1);
-    }
-    return battery;
-  }
-
-  // A clock does instead of memory: every battery has its time, in the order of the slots.
-  void sweep(int env, float* action) const {
-    const int round = std::max(1, info_.horizon / params_.ACTIVE_BATTERY_COUNT);
-    const int elapsed = engine_.state->elapsed[env];
-    const int battery = std::min(elapsed / round, params_.ACTIVE_BATTERY_COUNT - 1);
-    const bool inserting = elapsed - battery * round < kInsertingShare * round;
-    const Eigen::Vector3d away = rack_.socket(env) - tcp_pos(env);
-    const bool home = contains(rack_.home(env), battery);
-    if (inserting && params_.easy && home && away.head<2>().norm() < kOverSocket) {
-      hold_tool(BatteryOracle::kOpening, action);  // it has come back by itself
-      return;
-    }
-    const int stage = inserting ? STAGE_INSERT : STAGE_RETURN;
-    oracle_.act(*engine_.state, env, stage,
-                {.battery = battery, .active = battery, .keep_down = true}, action);
-  }
-
   BatteryParams params_;
   BatteryVariables variables_;
   BatteryOptions options_;
   BatteryRack rack_;
   PressButton button_;
   Lamp lamp_;
-  BatteryOracle oracle_;
   bool upstream_rewards_ = false;
   RewardDict reward_dict_;
   CheckColumns check_;
+  BatteryExpert expert_;
 };
 
 }  // namespace

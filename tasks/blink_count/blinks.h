@@ -1,4 +1,4 @@
-// Blinks of an episode: steps in which the lamp is lit, and in which it is dark.
+// Schedule of the lamp: blinks of an episode and the darkness between them.
 #pragma once
 
 #include "core/env/task.h"
@@ -15,7 +15,7 @@ class Blinks {
   // Draws a first darkness, then so many blinks, each with its own darkness after it. Returns
   // elapsed at the end of the last darkness.
   int draw(const Episode& episode, int blinks) const;
-  // True while the lamp is lit during one of the first `blinks` blinks.
+  // True during one of the first `blinks` blinks.
   bool lit(int env, int blinks, int elapsed) const;
 
  private:

@@ -1,4 +1,4 @@
-// A clock for who cannot count: how many blinks there were, by how long they took.
+// Count of blinks without counting: by how long they took, and written down as a place of the TCP.
 #pragma once
 
 #include "tasks/blink_count/params.h"

@@ -6,16 +6,14 @@
 
 #include "core/image/overlay.h"
 #include "tasks/blink_count/blinks.h"
-#include "tasks/blink_count/dial.h"
+#include "tasks/blink_count/expert.h"
 #include "tasks/blink_count/params.h"
 #include "tasks/blink_count/reward.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/press_button.h"
 #include "tasks/common/reward_dict.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
 
 namespace engram::tasks {
@@ -25,8 +23,6 @@ constexpr double kConfirmYLimit = 0.28;  // m: the black button stands no farthe
 constexpr mjcf::Rgba kBulbGlass = {245 / 255.0, 245 / 255.0, 245 / 255.0, 1};
 constexpr double kBlinkEmission = 20;
 constexpr double kPhaseEmission = 3;
-constexpr double kTravelHeight = 0.13;  // m: well above both buttons' press zones
-constexpr int kTimeToSpare = 4;         // control steps per press by the step count alone
 
 PressButtonParams in_black(PressButtonParams button) {
   button.shape.base_rgba = {40 / 255.0, 40 / 255.0, 40 / 255.0, 1};
@@ -54,7 +50,16 @@ class BlinkCount final : public FamilyBase {
         black_(scene_, "confirm_button", in_black(params.button)),
         blink_lamp_(scene_, "blink_lamp"),
         phase_lamp_(scene_, "phase_lamp"),
-        blinks_(params, variables_) {
+        blinks_(params, variables_),
+        expert_({.engine = engine_,
+                 .info = info_,
+                 .params = params_,
+                 .clock = clock_,
+                 .red = red_,
+                 .black = black_,
+                 .target = target_,
+                 .press_count = press_count_,
+                 .submit_attempted = submit_attempted_}) {
     scene_.render_camera = mjcf::RenderCamera::kB;
     describe_blink_count(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_blink_terms(row, {}, {}); });
@@ -172,26 +177,9 @@ class BlinkCount final : public FamilyBase {
     number("oracle_info", [&] { return target_[env]; });
   }
 
-  // --- oracle: presses red until the count is right, then black ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* action = actions.row(env);
-      if (script == Script::kSweep) {
-        sweep(env, action);
-        continue;
-      }
-      if (!is_acting(env) || submit_attempted_[env] != 0) {
-        hold_tool(kGripperClosed, action);
-        continue;
-      }
-      const bool counting =
-          press_count_[env] < (script == Script::kBlind ? guess(env) : target_[env]);
-      const PressButton& button = counting ? red_ : black_;
-      servo_tool(*engine_.state, env, button.next_waypoint(env, kTravelHeight), kToolDown,
-                 kGripperClosed, action);
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
   // --- overlay ---
 
@@ -300,39 +288,6 @@ class BlinkCount final : public FamilyBase {
                  engine_.state->prop_quat_of(env, lamp.bulb()));
   }
 
-  // Without memory: the longer the cue, the more blinks. While it lasts, the tool over the red
-  // button is the hand of a clock; where it stopped tells how often to press. When every cue is
-  // over, the step count tells which press is next.
-  void sweep(int env, float* action) const {
-    constexpr int kTimeToApproach = 20;
-    const State& state = *engine_.state;
-    const int start = std::max(kTimeToApproach, params_.latest_start());
-    const int most = (info_.horizon - start) / (params_.BLINK_COUNT_RANGE.high + 1);
-    const int stride = std::clamp(most, 2, params_.steps_per_press() + kTimeToSpare);
-    const int since = state.elapsed[env] - start;
-    const Dial dial(params_);
-    const Vec2 red = red_.center(env);
-    const int shown = dial.count_at(state.tcp_pos.row(env)[1] - red.y());
-    if (since >= stride * shown) {
-      servo_tool(state, env, black_.next_waypoint(env, kTravelHeight), kToolDown, kGripperClosed,
-                 action);
-      return;
-    }
-    const PressButtonParams& button = params_.button;
-    const bool down = since >= 0 && since % stride < stride / 2;
-    const double up = std::max(kTravelHeight, button.event_height() + button.REQUIRED_LIFT_HEIGHT);
-    const int count = is_acting(env) ? shown : dial.count_after(state.elapsed[env] + 1);
-    servo_tool(state, env,
-               {red.x(), red.y() + dial.offset_of(count), down ? red_.pressing_height() : up},
-               kToolDown, kGripperClosed, action);
-  }
-
-  // How often an agent without memory would press.
-  int guess(int env) const {
-    RandomStream random = blind_guess(engine_, env);
-    return random.integer(params_.BLINK_COUNT_RANGE.low, params_.BLINK_COUNT_RANGE.high);
-  }
-
   BlinkCountParams params_;
   BlinkVariables variables_;
   BlinkOptions options_;
@@ -366,6 +321,7 @@ class BlinkCount final : public FamilyBase {
   Column<float> xy_dist_to_confirm_button_;
   Column<float> confirm_press_depth_;
   Column<float> obj_to_goal_pos_;  // (3) m
+  BlinkCountExpert expert_;
 };
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "core/base/index.h"
 #include "core/base/join.h"
 #include "core/math/real_functions.h"
-#include "tasks/common/colors.h"
 #include "tasks/common/overlap_guard.h"
 #include "tasks/common/poses.h"
 
@@ -99,6 +98,13 @@ void check_places(const ColorRecallParams& params) {
 }
 
 }  // namespace
+
+std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& storage,
+                                              RandomStream random) {
+  const auto colors = std::span(storage).first(at(count));
+  random.permutation(colors);
+  return colors;
+}
 
 ColorCubes::ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, RandomVariable places)
     : params_(params), places_(places), arc_(arc_slots(params.COLORS)) {

@@ -1,15 +1,25 @@
-// The cubes, nine or fewer, one of each colour: where they stand, and when they show.
+// The cubes, nine or fewer, one of each colour: their places, and when they show.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
 #include "core/env/task.h"
+#include "core/math/random.h"
 #include "mjcf/scene.h"
 #include "tasks/colors/params.h"
+#include "tasks/common/colors.h"
 #include "tasks/common/layout.h"
 
 namespace engram::tasks {
+
+// Room for all colours in some order.
+using ColorPermutation = std::array<std::int32_t, COLOR_MAPPING.size()>;
+
+// Colours 0, ..., count - 1 in a random order; `storage` holds them.
+std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& storage,
+                                              RandomStream random);
 
 inline constexpr double kArcX = -0.25;  // m: centre of the arc on which the cubes stand
 
@@ -21,7 +31,7 @@ class ColorCubes {
   ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, RandomVariable places);
 
   void bind(const Bindings& bindings);
-  // Draws where the cubes stand in the action phase.
+  // Draws the places of the cubes in the action phase.
   void reset(const Episode& episode) const;
 
   // Between the cubes' places, nearer to the robot.

@@ -5,32 +5,21 @@
 #include <span>
 
 #include "core/image/overlay.h"
-#include "core/math/real_functions.h"
 #include "tasks/colors/cubes.h"
+#include "tasks/colors/expert.h"
 #include "tasks/colors/params.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/colors.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/reward_dict.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/touch_latch.h"
 #include "tasks/common/variant.h"
 
 namespace engram::tasks {
 namespace {
 
-using Permutation = std::array<std::int32_t, COLOR_MAPPING.size()>;
-
-constexpr double kTouchGap = 0.005;       // m: touch points are that far above a cube
-constexpr int kStabiliseSteps = 5;        // in which cubes are put back after they appear
-constexpr double kTravelHeight = 0.115;   // m: the TCP between two touches touches nothing
-constexpr double kMostAboveTouch = 0.02;  // m: clear of the cube, even when it overshoots
-
-// Without memory, in control steps:
-constexpr int kMostPerTouch = 20;
-constexpr int kPressSteps = 14;  // to the button, and down
-constexpr int kLiftSteps = 8;
+constexpr double kTouchGap = 0.005;  // m: touch points are that far above a cube
+constexpr int kStabiliseSteps = 5;   // in which cubes are put back after they appear
 
 class ColorRecall final : public FamilyBase {
  public:
@@ -42,7 +31,17 @@ class ColorRecall final : public FamilyBase {
         rule_(params.rule),
         cubes_(scene_, params, variables_.positions),
         touch_({params.COLORS, params.CUBE_HALFSIZE + kTouchGap, params.SEQUENCE_LENGTH}),
-        button_(scene_, "center_button", params.button) {
+        button_(scene_, "center_button", params.button),
+        expert_({.engine = engine_,
+                 .info = info_,
+                 .params = params_,
+                 .rule = rule_,
+                 .cubes = cubes_,
+                 .clock = clock_,
+                 .touch = touch_,
+                 .button = button_,
+                 .sequence = sequence_,
+                 .button_pressed = button_pressed_}) {
     describe_color_recall(params, info_);
     info_.reward_terms =
         reward_terms_of([&](auto& row) { list_color_terms(row, params.rule, {}, {}); });
@@ -54,11 +53,9 @@ class ColorRecall final : public FamilyBase {
     FamilyBase::bind(bindings);
     ColumnStore& memory = *bindings.memory;
     clock_.bind(memory);
-    const double touch_radius = options_.touch_radius.value(bindings);
-    touch_.bind(bindings, touch_radius);
+    touch_.bind(bindings, options_.touch_radius.value(bindings));
     const auto& strict_order = options_.strict_order;
     if (strict_order && strict_order->is_on(bindings)) rule_ = ColorRule::kSeqStrict;
-    above_touch_.z() = std::min(kMostAboveTouch, 0.6 * touch_radius);
     button_.bind(bindings);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     sequence_ = memory.add<std::int32_t>("sequence", params_.SEQUENCE_LENGTH);
@@ -136,7 +133,7 @@ class ColorRecall final : public FamilyBase {
       press_depth_[env] = static_cast<float>(button_.depth(env));
       distance_to_button_[env] = static_cast<float>(button_.distance(env));
       std::copy_n(sequence_.row(env), params_.SEQUENCE_LENGTH, engine_.oracle_info.row(env));
-      aim(env, acting ? tally.next : -1);
+      update_goal(env, acting ? tally.next : -1);
       reward_dict_.publish(env);
     }
   }
@@ -192,31 +189,9 @@ class ColorRecall final : public FamilyBase {
     }
   }
 
-  // --- oracle: touches from above with open fingers, then presses the button with closed ones ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* action = actions.row(env);
-      if (script == Script::kSweep) {
-        sweep(env, action);
-        continue;
-      }
-      if (!is_acting(env) || button_pressed_[env] != 0) {
-        hold_tool(kGripperOpen, action);
-        continue;
-      }
-      Permutation guessed{};
-      std::span<const std::int32_t> targets = sequence(env);
-      if (script == Script::kBlind) targets = guess(env, guessed);
-      const int color = choose(env, targets);
-      const Eigen::Vector3d goal =
-          color < 0 ? button_.next_waypoint(env, kTravelHeight)
-                    : glide_down(*engine_.state, env, touch_.touch_point(env, color) + above_touch_,
-                                 kTravelHeight);
-      const double gripper = color < 0 ? kGripperClosed : kGripperOpen;
-      servo_tool(*engine_.state, env, goal, kToolDown, gripper, action);
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
   // --- overlay ---
 
@@ -273,13 +248,14 @@ class ColorRecall final : public FamilyBase {
                      [](double value) { return static_cast<std::int32_t>(value); });
       return;
     }
-    Permutation storage{};
-    const std::span colors = shuffled(storage, variables_.sequence.stream(episode));
+    ColorPermutation storage{};
+    const std::span colors =
+        shuffled_colors(params_.COLORS, storage, variables_.sequence.stream(episode));
     std::copy_n(colors.begin(), params_.SEQUENCE_LENGTH, sequence);
   }
 
-  // The goal vector: to the button once it may be pressed, until it has been.
-  void aim(int env, int next) const {
+  // Goal vector: to the button once it may be pressed, until it has been.
+  void update_goal(int env, int next) const {
     const Eigen::Map<const Eigen::Vector3d> tcp(engine_.state->tcp_pos.row(env));
     Eigen::Map<Eigen::Vector3d> goal(goal_.row(env));
     goal.setZero();
@@ -292,90 +268,6 @@ class ColorRecall final : public FamilyBase {
     for (int i = 0; i < 3; ++i) obj_to_goal_pos_.row(env)[i] = static_cast<float>(goal[i]);
   }
 
-  // The next of the cubes that the oracle touches, -1 if all have been. Without an order, the row
-  // of cubes is swept from the end that is nearer.
-  int choose(int env, std::span<const std::int32_t> targets) const {
-    int ends[2] = {-1, -1};
-    double angles[2] = {0, 0};
-    for (const std::int32_t color : targets) {
-      if (touch_.touched(env)[color] != 0) continue;
-      if (rule_ == ColorRule::kSeqStrict || rule_ == ColorRule::kChain) return color;
-      const Vec2 at = cubes_.slot(env, color);
-      const double angle = real::atan2(at.y(), at.x() - kArcX);
-      for (int end = 0; end < 2; ++end) {
-        const bool further = end == 0 ? angle < angles[end] : angle > angles[end];
-        if (ends[end] >= 0 && !further) continue;
-        ends[end] = color;
-        angles[end] = angle;
-      }
-    }
-    if (ends[0] < 0) return -1;
-    const Eigen::Map<const Eigen::Vector3d> tcp(engine_.state->tcp_pos.row(env));
-    const auto distance = [&](int color) {
-      return (cubes_.slot(env, color) - tcp.head<2>()).norm();
-    };
-    return distance(ends[0]) <= distance(ends[1]) ? ends[0] : ends[1];
-  }
-
-  // Touches the first cubes of the row, then presses the button; the step count tells which is
-  // next. A touch cannot be taken back, so that there is nothing to be tried.
-  void sweep(int env, float* action) const {
-    if (!is_acting(env)) {
-      hold_tool(kGripperOpen, action);
-      return;
-    }
-    const State& state = *engine_.state;
-    const int start = params_.latest_start();
-    const int left = info_.horizon - start - kPressSteps - kLiftSteps;
-    const int stride = std::clamp(left / params_.SEQUENCE_LENGTH, 1, kMostPerTouch);
-    const int since = state.elapsed[env] - start;
-    const int turn = std::max(0, since / stride);
-    if (turn < params_.SEQUENCE_LENGTH) {
-      Eigen::Vector3d goal = touch_.touch_point(env, color_in_row(env, turn)) + above_touch_;
-      if (since < 0) goal.z() = kTravelHeight;
-      servo_tool(state, env, glide_down(state, env, goal, kTravelHeight), kToolDown, kGripperOpen,
-                 action);
-      return;
-    }
-    const Vec2 center = button_.center(env);
-    Eigen::Vector3d goal(center.x(), center.y(), button_.pressing_height());
-    if (since - stride * params_.SEQUENCE_LENGTH < kPressSteps) {
-      goal = glide_down(state, env, goal, kTravelHeight);
-    } else {
-      goal.z() = button_.params().event_height() + button_.params().REQUIRED_LIFT_HEIGHT;
-    }
-    servo_tool(state, env, goal, kToolDown, kGripperClosed, action);
-  }
-
-  // The colour of a cube by its place in the row, as all can see it.
-  int color_in_row(int env, int place) const {
-    std::array<double, COLOR_MAPPING.size()> angles{};
-    Permutation storage{};
-    const auto colors = std::span(storage).first(static_cast<std::size_t>(params_.COLORS));
-    for (int color = 0; color < params_.COLORS; ++color) {
-      const double* pos = engine_.state->prop_pos_of(env, color);
-      const auto index = static_cast<std::size_t>(color);
-      colors[index] = color;
-      angles[index] = real::atan2(pos[1], pos[0] - kArcX);
-    }
-    const auto angle = [&](int color) { return angles[static_cast<std::size_t>(color)]; };
-    std::ranges::sort(colors, {}, angle);
-    return colors[static_cast<std::size_t>(place)];
-  }
-
-  // What an agent without memory would touch, one after another.
-  std::span<const std::int32_t> guess(int env, Permutation& storage) const {
-    return shuffled(storage, blind_guess(engine_, env))
-        .first(static_cast<std::size_t>(params_.SEQUENCE_LENGTH));
-  }
-
-  // All colours in a random order.
-  std::span<const std::int32_t> shuffled(Permutation& storage, RandomStream random) const {
-    const auto colors = std::span(storage).first(static_cast<std::size_t>(params_.COLORS));
-    random.permutation(colors);
-    return colors;
-  }
-
   ColorRecallParams params_;
   ColorVariables variables_;
   ColorOptions options_;
@@ -384,7 +276,6 @@ class ColorRecall final : public FamilyBase {
   PhaseClock clock_;
   TouchLatch touch_;
   PressButton button_;
-  Eigen::Vector3d above_touch_{0, 0, 0};  // where the oracle stops, from the touch point
   RewardDict reward_dict_;
   Column<std::int32_t> sequence_;  // (SEQUENCE_LENGTH) colours of the cue
   Column<double> goal_;            // (3) m: obj_to_goal_pos in full precision
@@ -397,6 +288,7 @@ class ColorRecall final : public FamilyBase {
   Column<std::uint8_t> button_pressable_;
   Column<float> press_depth_;
   Column<float> distance_to_button_;
+  ColorRecallExpert expert_;
 };
 
 }  // namespace

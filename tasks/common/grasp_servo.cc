@@ -24,10 +24,10 @@ constexpr double kEmpty = 0.002;         // m: fingers this close have nothing i
 // Coming down: the tool keeps above a cone around the goal.
 constexpr double kConeRadius = 0.002;  // m: of its tip
 constexpr double kConeSlope = 4.0;
-constexpr double kTooLow = 0.015;  // m below the way: rise before going sideways
+constexpr double kTooLow = 0.015;  // m below the waypoint: rise before going sideways
 constexpr double kHover = 0.05;    // m above the goal: wait there until fingers and turn are ready
 
-// Where the fingers close: near enough to begin, and to go on.
+// Distances at which the fingers begin to close, and go on.
 constexpr double kInPlace = 0.006;      // m
 constexpr double kStillInPlace = 0.02;  // m
 constexpr double kTurned = 0.08;        // rad
@@ -38,10 +38,10 @@ constexpr double kFolded = 0.40;     // m
 constexpr double kStretched = 0.74;  // m
 constexpr double kSlowing = 7.0;     // of full speed per m
 constexpr double kSlowest = 0.3;     // of full speed
-constexpr double kSinking = 0.5;     // of full speed: a faster way down leads sideways
+constexpr double kDescending = 0.5;  // of full speed: a faster descent leads sideways
 
-constexpr double kLeaveRadius = 0.06;  // m: a tool further off sideways has nothing to leave
-constexpr double kStep = 0.05;         // m ahead of the tool while it rises
+constexpr double kReleaseRadius = 0.06;  // m: a tool further off sideways has nothing to release
+constexpr double kStep = 0.05;           // m ahead of the tool while it rises
 
 Quaterniond quaternion(const double* quat) { return {quat[0], quat[1], quat[2], quat[3]}; }
 
@@ -56,12 +56,12 @@ bool is_open(const State& state, int env, double opening) {
 
 }  // namespace
 
-Quaterniond tool_for_cube(const State& state, int env, int prop) {
+Quaterniond cube_grasp_orientation(const State& state, int env, int prop) {
   const Quaterniond turn = quaternion(state.prop_quat_of(env, prop));
   Vector3d edge = turn * Vector3d::UnitX();
   if (std::abs(edge.z()) > 0.7) edge = turn * Vector3d::UnitY();
   constexpr double kQuarter = std::numbers::pi / 2;
-  const double now = tool_yaw(state, env);
+  const double now = tcp_yaw(state, env);
   const double away = real::atan2(edge.y(), edge.x()) - now;
   return tool_down(now + away - kQuarter * std::round(away / kQuarter));
 }
@@ -72,7 +72,8 @@ bool is_held(const State& state, int env, int prop) {
   return resting && is_grasping(state, env, prop, kFirmForce);
 }
 
-Vector3d over_the_top(const State& state, int env, const Vector3d& goal, double travel_height) {
+Vector3d transfer_waypoint(const State& state, int env, const Vector3d& goal,
+                           double travel_height) {
   const Vector3d tcp = tcp_pos(state, env);
   const double distance = (goal - tcp).head<2>().norm();
   const double most = std::max(0.0, travel_height - goal.z());
@@ -81,20 +82,20 @@ Vector3d over_the_top(const State& state, int env, const Vector3d& goal, double 
   return {goal.x(), goal.y(), height};
 }
 
-void steer_tool(const State& state, int env, const Vector3d& goal, const Quaterniond& orientation,
-                double gripper, float* action) {
-  servo_tool(state, env, goal, orientation, gripper, action);
+void servo_tcp_limited(const State& state, int env, const Vector3d& goal,
+                       const Quaterniond& orientation, double gripper, float* action) {
+  servo_tcp(state, env, goal, orientation, gripper, action);
   const Vector3d tcp = tcp_pos(state, env);
   const double reach = real::hypot(tcp.x() - kRobotBaseX, tcp.y());
   const double beyond = std::max({0.0, kFolded - reach, reach - kStretched});
-  const double fastest_here = action[2] < 0 ? kSinking : 1.0;
+  const double fastest_here = action[2] < 0 ? kDescending : 1.0;
   const auto most = static_cast<float>(std::clamp(1 - kSlowing * beyond, kSlowest, fastest_here));
   const float fastest = std::max({std::abs(action[0]), std::abs(action[1]), std::abs(action[2])});
   if (fastest <= most) return;
   for (int i = 0; i < 3; ++i) action[i] *= most / fastest;
 }
 
-bool take(const State& state, int env, const Grip& grip, float* action) {
+bool grasp(const State& state, int env, const Grip& grip, float* action) {
   if (is_held(state, env, grip.prop)) return true;
   const Vector3d goal = prop_pos(state, env, grip.prop) + Vector3d(0, 0, grip.height);
   const Vector3d tcp = tcp_pos(state, env);
@@ -105,29 +106,30 @@ bool take(const State& state, int env, const Grip& grip, float* action) {
   const bool begin = open && turned && distance < kInPlace;
   const bool go_on = !open && narrower_finger(state, env) > kEmpty && distance < kStillInPlace;
   if (low && (begin || go_on)) {
-    steer_tool(state, env, {tcp.x(), tcp.y(), goal.z()}, grip.tool, kGripperSqueezing, action);
+    servo_tcp_limited(state, env, {tcp.x(), tcp.y(), goal.z()}, grip.tool, kGripperSqueezing,
+                      action);
     return false;
   }
-  Vector3d next = over_the_top(state, env, goal, grip.travel_height);
+  Vector3d next = transfer_waypoint(state, env, goal, grip.travel_height);
   if (!open || !turned) {
     next.z() = std::max(next.z(), std::min(grip.travel_height, goal.z() + kHover));
   }
-  steer_tool(state, env, next, grip.tool, grip.opening, action);
+  servo_tcp_limited(state, env, next, grip.tool, grip.opening, action);
   return false;
 }
 
 void carry(const State& state, int env, const Grip& grip, const Vector3d& place, float* action) {
   const Vector3d goal = place + tcp_pos(state, env) - prop_pos(state, env, grip.prop);
-  steer_tool(state, env, over_the_top(state, env, goal, grip.travel_height), grip.tool,
-             kGripperSqueezing, action);
+  servo_tcp_limited(state, env, transfer_waypoint(state, env, goal, grip.travel_height), grip.tool,
+                    kGripperSqueezing, action);
 }
 
-bool leave(const State& state, int env, const Grip& grip, double clearance, float* action) {
+bool release(const State& state, int env, const Grip& grip, double clearance, float* action) {
   const Vector3d prop = prop_pos(state, env, grip.prop);
   const Vector3d tcp = tcp_pos(state, env);
-  if ((tcp - prop).head<2>().norm() > kLeaveRadius || tcp.z() > prop.z() + clearance) return true;
+  if ((tcp - prop).head<2>().norm() > kReleaseRadius || tcp.z() > prop.z() + clearance) return true;
   const double rise = is_open(state, env, grip.opening) ? kStep : 0.0;
-  steer_tool(state, env, tcp + Vector3d(0, 0, rise), grip.tool, grip.opening, action);
+  servo_tcp_limited(state, env, tcp + Vector3d(0, 0, rise), grip.tool, grip.opening, action);
   return false;
 }
 
@@ -137,13 +139,13 @@ bool is_at(const State& state, int env, int prop, const Vector3d& place,
   return offset.head<2>().norm() < tolerance.sideways && std::abs(offset.z()) < tolerance.height;
 }
 
-bool bring(const State& state, int env, const Grip& grip, const Vector3d& place, float* action,
-           const Tolerance& tolerance) {
+bool pick_and_place(const State& state, int env, const Grip& grip, const Vector3d& place,
+                    float* action, const Tolerance& tolerance) {
   constexpr double kClearance = 0.06;  // m: the fingers' ends above a cube
   if (is_at(state, env, grip.prop, place, tolerance)) {
-    return leave(state, env, grip, kClearance, action);
+    return release(state, env, grip, kClearance, action);
   }
-  if (take(state, env, grip, action)) carry(state, env, grip, place, action);
+  if (grasp(state, env, grip, action)) carry(state, env, grip, place, action);
   return false;
 }
 

@@ -162,24 +162,6 @@ bool PressButton::at_lift_target(int env) const {
   return is_lifted(params_, load(env), engine_.state->tcp_pos.row(env)[2]);
 }
 
-double PressButton::pressing_height() const {
-  constexpr double kBelowFullTravel = 0.004;  // m
-  return params_.zone_height() - params_.BUTTON_CAP_TRAVEL - kBelowFullTravel;
-}
-
-Eigen::Vector3d PressButton::next_waypoint(int env, double travel_height) const {
-  constexpr double kOverhead = 0.03;  // m: near enough to the centre to come down
-  constexpr double kClear = 0.02;     // m above where a press begins, or ends
-  double height = std::max(travel_height, params_.zone_height() + kClear);
-  if (pending(env)) {
-    height = std::max(lift_target(env), params_.release_height() + kClear);
-  } else if (ready(env) && distance(env) < kOverhead) {
-    height = pressing_height();
-  }
-  const Vec2 xy = center(env);
-  return {xy.x(), xy.y(), height};
-}
-
 PressState PressButton::load(int env) const {
   return {ready(env), pending(env), start_height_[env]};
 }

@@ -116,12 +116,6 @@ class PressButton {
   double lift_target(int env) const { return start_height_[env] + params_.REQUIRED_LIFT_HEIGHT; }
   bool at_lift_target(int env) const;
 
-  // Height of the TCP at which an oracle presses for certain; still clear of the sunken cap.
-  double pressing_height() const;
-  // Where an oracle should move its tool next to press: over the button at `travel_height`, or
-  // higher where the button demands it, down until the press begins, then up until it counts.
-  Eigen::Vector3d next_waypoint(int env, double travel_height) const;
-
  private:
   PressState load(int env) const;
   void store(int env, const PressState& press) const;

@@ -32,6 +32,7 @@ class TouchLatch {
   // One evaluation; latches nothing unless `acting`.
   void evaluate(int env, bool acting) const;
 
+  double radius() const { return radius_; }  // m
   const std::uint8_t* touched(int env) const { return touched_.row(env); }
   // (order_length) objects in the order of their first touches, then -1.
   const std::int32_t* order(int env) const { return order_.row(env); }

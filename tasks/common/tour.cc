@@ -2,7 +2,7 @@
 
 #include "core/math/real_functions.h"
 #include "tasks/common/poses.h"
-#include "tasks/common/tool_servo.h"
+#include "tasks/common/tcp_servo.h"
 
 namespace engram::tasks {
 namespace {
@@ -12,7 +12,7 @@ constexpr int kStepsPerStop = 12;   // control steps that a repeated tour has fo
 constexpr int kStepsToRise = 8;     // and for its beginning
 constexpr double kAbove = 0.05;     // m above the height at which a tour begins
 constexpr double kBefore = 0.012;   // m
-constexpr double kFunnel = 0.012;   // m: the way down to the first stop
+constexpr double kFunnel = 0.012;   // m: the approach to the first stop
 constexpr double kFunnelSlope = 2;
 constexpr double kPassed = 0.006;  // m: a tool that much beyond a stop has left it
 
@@ -37,20 +37,20 @@ void Tour::add(const Eigen::Vector3d& stop) {
   stops_[static_cast<std::size_t>(place)] = added;
 }
 
-Tour::Move Tour::next(const State& state, int env, const Way& way) const {
+Tour::Target Tour::next(const State& state, int env, const Options& options) const {
   const Eigen::Vector3d tool = tcp_pos(state, env);
-  // Every other tour goes the other way.
+  // Every other tour goes the other options.
   const int steps = kStepsToRise + kStepsPerStop * (size_ + 1);
-  const double sense = way.again && state.elapsed[env] / steps % 2 != 0 ? -1 : 1;
+  const double sense = options.again && state.elapsed[env] / steps % 2 != 0 ? -1 : 1;
   const auto stop_at = [&](int place) -> const Stop& {
     return stops_[static_cast<std::size_t>(sense > 0 ? place : size_ - 1 - place)];
   };
-  if (way.again && state.elapsed[env] % steps < kStepsToRise) {
-    return {{tool.x(), tool.y(), way.start_height + kAbove}};
+  if (options.again && state.elapsed[env] % steps < kStepsToRise) {
+    return {{tool.x(), tool.y(), options.start_height + kAbove}};
   }
-  if (tool.z() > way.start_height) {
+  if (tool.z() > options.start_height) {
     int first = 0;
-    for (int place = 1; place < size_ && !way.again; ++place) {
+    for (int place = 1; place < size_ && !options.again; ++place) {
       const auto away = [&](int at) { return (stop_at(at).point - tool).head<2>().norm(); };
       if (away(place) < away(first)) first = place;
     }
@@ -62,11 +62,11 @@ Tour::Move Tour::next(const State& state, int env, const Way& way) const {
   for (int place = 0; place < size_ - 1; ++place) {
     const Stop& stop = stop_at(place);
     if (along > sense * stop.along + kPassed) continue;
-    const bool there = (tool - stop.point).norm() < way.reach;
+    const bool there = (tool - stop.point).norm() < options.reach;
     if (!there || !still) return {stop.point, there};
   }
   const Stop& last = stop_at(size_ - 1);
-  return {last.point, (tool - last.point).norm() < way.reach};
+  return {last.point, (tool - last.point).norm() < options.reach};
 }
 
 }  // namespace engram::tasks

@@ -1,4 +1,4 @@
-// A tour of places for who has no memory: where to go next follows from where the tool is now.
+// Tour of places for experts without memory: the next one follows from where the TCP is now.
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,8 +16,7 @@ class Tour {
   void add(const Eigen::Vector3d& stop);
   int size() const { return size_; }
 
-  // How a tour is made.
-  struct Way {
+  struct Options {
     double start_height = 0.13;  // m: a tool above that has not begun
     double reach = 0.025;        // m around a stop where the tool comes to rest
     // Where there is time, one tour after another from end to end, by the step count; otherwise a
@@ -25,13 +24,13 @@ class Tour {
     bool again = false;
   };
 
-  // Where the tool should move next, or rest. It has rested at every stop that it leaves behind; at
-  // the last one it stays.
-  struct Move {
+  // Next goal of the TCP, or rest. It has rested at every stop that it leaves behind; at the last
+  // one it stays.
+  struct Target {
     Eigen::Vector3d goal;
     bool rest = false;  // brake, to be still
   };
-  Move next(const State& state, int env, const Way& way) const;
+  Target next(const State& state, int env, const Options& options) const;
 
  private:
   struct Stop {

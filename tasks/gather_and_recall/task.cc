@@ -7,13 +7,12 @@
 #include "core/base/index.h"
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/press_button.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
-#include "tasks/gather_and_recall/oracle.h"
+#include "tasks/gather_and_recall/expert.h"
 #include "tasks/gather_and_recall/params.h"
 #include "tasks/gather_and_recall/rules.h"
 
@@ -33,7 +32,13 @@ class GatherAndRecall final : public FamilyBase {
                  PressButton(scene_, "button_green", gather_button(1)),
                  PressButton(scene_, "button_blue", gather_button(2))},
         lamp_(scene_, "lamp"),
-        oracle_(params, buttons_) {
+        expert_({.engine = engine_,
+                 .params = params_,
+                 .buttons = buttons_,
+                 .disc = disc_xy_,
+                 .flash_color = flash_color_,
+                 .flash_active = flash_active_,
+                 .pressed_button = pressed_button_}) {
     describe_gather(info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
@@ -134,7 +139,7 @@ class GatherAndRecall final : public FamilyBase {
       engine_.failed[env] = has_failed_[env];
       engine_.oracle_info[env] = flash_color_[env];
       shown_color_[env] = flash_color_[env];
-      aim(env);
+      update_goal(env);
       reward_dict_.publish(env);
     }
   }
@@ -182,20 +187,9 @@ class GatherAndRecall final : public FamilyBase {
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      if (script == Script::kSweep) {
-        const int shown = flash_active_[env] != 0 ? flash_color_[env] : -1;
-        oracle_.sweep(*engine_.state, env, disc(env), shown, actions.row(env));
-        continue;
-      }
-      const GatherGoal goal = {disc(env), script == Script::kBlind ? guess(env) : flash_color_[env],
-                               pressed_button_[env] >= 0};
-      oracle_.act(*engine_.state, env, goal, actions.row(env));
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
   // Returns the index of the disc's prop.
@@ -255,9 +249,9 @@ class GatherAndRecall final : public FamilyBase {
     all_on_disc_[env] = all ? 1 : 0;
   }
 
-  // The goal vector: to a cube that is still to be moved, to the disc while one is held, and to the
+  // Goal vector: to a cube that is still to be moved, to the disc while one is held, and to the
   // button at last.
-  void aim(int env) const {
+  void update_goal(int env) const {
     Eigen::Map<Eigen::Vector3d> goal(goal_.row(env));
     goal.setZero();
     if (all_on_disc_[env] != 0) {
@@ -271,7 +265,7 @@ class GatherAndRecall final : public FamilyBase {
     RowWriter(obj_to_goal_pos_.row(env)).add(Eigen::Vector3d(goal));
   }
 
-  // Of the cubes that have never been on the disc, the one nearest to the tool; -1: none.
+  // Nearest to the TCP of the cubes that have never been on the disc; -1: none.
   int nearest_unplaced(int env) const {
     int nearest = -1;
     double least = 0;
@@ -285,16 +279,12 @@ class GatherAndRecall final : public FamilyBase {
     return nearest;
   }
 
-  // The button that an agent without memory would press.
-  int guess(int env) const { return blind_guess(engine_, env).integer(0, kColors - 1); }
-
   GatherParams params_;
   GatherVariables variables_;
   int cubes_;
   int disc_;  // index of the prop
   std::array<PressButton, kColors> buttons_;
   Lamp lamp_;
-  GatherOracle oracle_;
   RewardDict reward_dict_;
   Column<std::int32_t> flash_color_;
   Column<std::int32_t> trigger_count_;
@@ -313,6 +303,7 @@ class GatherAndRecall final : public FamilyBase {
   Column<std::int32_t> shown_color_;
   Column<std::int32_t> pressed_button_;
   Column<float> obj_to_goal_pos_;  // (3) m
+  GatherExpert expert_;
 };
 
 }  // namespace

@@ -8,10 +8,9 @@
 #include "tasks/common/family_base.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/reward_dict.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
-#include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
+#include "tasks/intercept/expert.h"
 
 namespace engram::tasks {
 namespace {
@@ -65,7 +64,11 @@ class Intercept final : public FamilyBase {
         params_(params),
         launch_({RandomVariables(info_.draws), params.ball}, kStartRadii * params.ball.BALL_RADIUS),
         goal_y_(RandomVariables(info_.draws)
-                    .real("goal_y", {-kGoalSpan, kGoalSpan}, "m", "where the target lies")) {
+                    .real("goal_y", {-kGoalSpan, kGoalSpan}, "m", "where the target lies")),
+        expert_({.engine = engine_,
+                 .goal_prop = kGoalProp,
+                 .ball_radius = params.ball.BALL_RADIUS,
+                 .goal_radius = params.GOAL_RADIUS}) {
     describe_launch(info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
@@ -148,32 +151,11 @@ class Intercept final : public FamilyBase {
               [&] { return Vector(goal(env) - launch_.ball(env)); });
   }
 
-  // --- oracle: catch the ball and carry it to the target ---
+  // --- expert ---
 
-  void act(Range envs, Script /*script*/, FloatRows actions) override {
-    const double radius = params_.ball.BALL_RADIUS;
-    const double near_enough =
-        std::max(kNearEnough + (params_.GOAL_RADIUS - kUsualRadius), params_.GOAL_RADIUS / 2);
-    const double height = radius + kCarryGap;
-    for (int env = envs.begin; env < envs.end; ++env) {
-      const State& state = *engine_.state;
-      float* action = actions.row(env);
-      if (!holds_ball(state, env, radius)) {
-        catch_ball(state, env, radius, action);
-      } else if (goal_distance(env) < near_enough) {
-        hold_tool(kGripperSqueezing, action);
-      } else {
-        const Vector aim(goal(env).x(), goal(env).y(), height);
-        servo_tool(state, env, aim, kToolDown, kGripperSqueezing, action);
-      }
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
-  static constexpr double kUsualRadius = 0.1;  // m, of a target in which a ball is brought
-  static constexpr double kNearEnough = 0.07;  // m, so near to the centre
-  static constexpr double kCarryGap = 0.005;   // m above a ball that rolls
-
   Vector goal(int env) const {
     return Eigen::Map<const Vector>(engine_.state->prop_pos_of(env, kGoalProp));
   }
@@ -184,6 +166,7 @@ class Intercept final : public FamilyBase {
   RealVariable goal_y_;
   RewardDict reward_dict_;
   Column<std::uint8_t> reached_;  // latched: the hand was once behind the ball
+  DeflectExpert expert_;
 };
 
 }  // namespace

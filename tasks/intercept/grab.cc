@@ -7,10 +7,9 @@
 #include "core/math/real_functions.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/reward_dict.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
-#include "tasks/intercept/ball_catcher.h"
 #include "tasks/intercept/ball_launch.h"
+#include "tasks/intercept/expert.h"
 
 namespace engram::tasks {
 namespace {
@@ -55,7 +54,8 @@ class InterceptGrab final : public FamilyBase {
   InterceptGrab(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        launch_({RandomVariables(info_.draws), params.ball}, params.ball.BALL_RADIUS) {
+        launch_({RandomVariables(info_.draws), params.ball}, params.ball.BALL_RADIUS),
+        expert_(engine_, params.ball.BALL_RADIUS) {
     describe_launch(info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
@@ -144,19 +144,9 @@ class InterceptGrab final : public FamilyBase {
               [&] { return Vector(launch_.linear_velocity(env) - tcp_velocity(env)); });
   }
 
-  // --- oracle: catch the ball and stop ---
+  // --- expert ---
 
-  void act(Range envs, Script /*script*/, FloatRows actions) override {
-    const double radius = params_.ball.BALL_RADIUS;
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* action = actions.row(env);
-      if (holds_ball(*engine_.state, env, radius)) {
-        hold_tool(kGripperSqueezing, action);
-      } else {
-        catch_ball(*engine_.state, env, radius, action);
-      }
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
   double gripper_width(int env) const {
@@ -175,6 +165,7 @@ class InterceptGrab final : public FamilyBase {
   RewardDict reward_dict_;
   Column<std::uint8_t> is_ball_grasped_;
   Column<std::uint8_t> is_robot_static_;
+  GrabExpert expert_;
 };
 
 }  // namespace

@@ -1,19 +1,14 @@
 #include "tasks/remember/object_recall.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/index.h"
 #include "core/base/join.h"
-#include "core/math/real_functions.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/overlap_guard.h"
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/task_info.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/touch_latch.h"
-#include "tasks/common/tour.h"
 
 namespace engram::tasks {
 namespace {
@@ -23,18 +18,6 @@ constexpr SpreadParams kSpread;
 constexpr int kTimeToAct = 15;     // control steps that a touch takes
 const Vec2 kRobotBase(-0.615, 0);  // m
 constexpr double kReach = 0.86;    // m
-
-constexpr double kTouchGap = 0.014;  // m above an object as high as a cube
-// What would roll away from a touch is approached more slowly, up to a gap.
-constexpr double kRollingGap = 0.020;  // m
-// m: how much nearer than GOAL_THRESH the tool goes. Where that is into the object, the gripper
-// opens to reach around it.
-constexpr double kTouchMargin = 0.008;
-constexpr double kGently = 0.65;        // of the usual speed
-constexpr double kTravelGap = 0.06;     // m more while on the way
-constexpr double kCloseEnough = 0.010;  // m
-// The farthest slots of all are out of a vertical tool's reach.
-constexpr Lean kLean{.reach = 0.78, .per_metre = 5.0, .most = 0.4};
 
 Layout sample_layout(const ObjectRecallParams& params, const ObjectSet& objects,
                      const Layout& nominal, bool spread, RandomStream& random) {
@@ -101,7 +84,14 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
       variables_(RandomVariables(info_.draws), params, wording),
       objects_(params.objects),
       slots_(nominal_slots(params.objects.count, params.arc)),
-      touch_(params.GOAL_THRESH, params.smoothness) {
+      touch_(params.GOAL_THRESH, params.smoothness),
+      expert_({.engine = engine_,
+               .info = info_,
+               .objects = objects_,
+               .clock = clock_,
+               .target = target_,
+               .positions = positions_,
+               .goal_thresh = params.GOAL_THRESH}) {
   info_.candidates = count();
   info_.termination = Termination::kNever;
   // The canonical chain freezes the short ids only.
@@ -213,105 +203,5 @@ void ObjectRecall::state_row(Row& row, int env) const {
 }
 
 void ObjectRecall::observe(Range envs, FloatRows out) { write_state(*this, envs, out); }
-
-// --- oracle ---
-
-void ObjectRecall::act(Range envs, Script script, FloatRows actions) {
-  for (int env = envs.begin; env < envs.end; ++env) {
-    float* action = actions.row(env);
-    if (script == Script::kSweep) {
-      sweep(env, action);
-    } else {
-      touch(env, script == Script::kBlind ? guess(env) : target_[env], action);
-    }
-  }
-}
-
-// Above the place where it appears.
-Eigen::Vector3d ObjectRecall::touch_point(int env, int key) const {
-  return Eigen::Map<const Eigen::Vector3d>(position(env, key)) +
-         Eigen::Vector3d(0, 0, touch_height(objects_.rolls(key)));
-}
-
-// Keeps above the object's stored place until it is nearly overhead, then comes down to touch.
-void ObjectRecall::touch(int env, int key, float* action) const {
-  const State& state = *engine_.state;
-  const Eigen::Vector3d touch = touch_point(env, key);
-  const Eigen::Map<const Eigen::Vector3d> tcp(state.tcp_pos.row(env));
-  const double gripper = gripper_for(env, key);
-  if (!is_manipulation(env) || (tcp - touch).norm() < kCloseEnough) {
-    hold_tool(gripper, action);
-    return;
-  }
-  Eigen::Vector3d goal = approach_from_above(state, env, touch, kTravelGap);
-  if (objects_.rolls(key)) goal.z() = std::lerp(tcp.z(), goal.z(), kGently);
-  servo_tool(state, env, goal, lean_outwards(kToolDown, touch, kLean), gripper, action);
-}
-
-// How far from a touch point the tool may rest and still be within GOAL_THRESH, m.
-double ObjectRecall::sweep_reach() const {
-  constexpr double kMargin = 0.005;  // m
-  const double height = touch_height(false);
-  const double radius = std::max(params_.GOAL_THRESH - kMargin, height);
-  return std::max(0.01, std::sqrt(radius * radius - height * height));
-}
-
-// Rests over one object after the other.
-void ObjectRecall::sweep(int env, float* action) const {
-  const State& state = *engine_.state;
-  if (!is_manipulation(env)) {
-    hold_tool(kGripperOpen, action);
-    return;
-  }
-  Tour tour;
-  for (int key = 0; key < count(); ++key) {
-    tour.add(prop_pos(env, key) + Eigen::Vector3d(0, 0, touch_height(objects_.rolls(key))));
-  }
-  const Tour::Move move =
-      tour.next(state, env, {.reach = sweep_reach(), .again = !info_.frozen_cue});
-  if (move.rest) {
-    hold_tool(kGripperClosed, action);
-  } else {
-    servo_tool(state, env, move.goal, lean_outwards(kToolDown, move.goal, kLean), kGripperClosed,
-               action);
-  }
-}
-
-// Above an object's origin, m.
-double ObjectRecall::touch_height(bool rolls) const {
-  return std::min(objects_.size() + (rolls ? kRollingGap : kTouchGap),
-                  params_.GOAL_THRESH - kTouchMargin);
-}
-
-// Whether open fingers that come down on an object, which they close along y, would meet another.
-bool ObjectRecall::is_crowded(int env, int key) const {
-  constexpr double kBesideX = 0.05;  // m, from origin to origin
-  constexpr double kBesideY = 0.10;
-  const double* at = position(env, key);
-  for (int other = 0; other < count(); ++other) {
-    const double* pos = position(env, other);
-    if (other != key && std::abs(pos[0] - at[0]) < kBesideX &&
-        std::abs(pos[1] - at[1]) < kBesideY) {
-      return true;
-    }
-  }
-  return false;
-}
-
-// The original's demonstrations keep the gripper open while they wait, and in the Long ids to the
-// end. Where there is no room for that, it closes on the last bit of the way.
-double ObjectRecall::gripper_for(int env, int key) const {
-  constexpr double kNear = 0.12;  // m
-  if (!is_manipulation(env)) return kGripperOpen;
-  if (touch_height(false) < objects_.size() + kTouchGap) return kGripperOpen;
-  if (info_.frozen_cue) return kGripperClosed;
-  const double* at = position(env, key);
-  const Eigen::Vector3d tcp = tcp_pos(env);
-  const bool near = real::hypot(tcp.x() - at[0], tcp.y() - at[1]) < kNear;
-  return near && is_crowded(env, key) ? kGripperClosed : kGripperOpen;
-}
-
-// What an agent without memory would touch.
-int ObjectRecall::guess(int env) const { return blind_guess(engine_, env).integer(0, count() - 1); }
 
 }  // namespace engram::tasks

@@ -14,6 +14,7 @@
 #include "tasks/common/random_variables.h"
 #include "tasks/common/touch_target.h"
 #include "tasks/registry.h"
+#include "tasks/remember/expert.h"
 #include "tasks/remember/object_set.h"
 
 namespace engram::tasks {
@@ -46,7 +47,7 @@ class ObjectRecall : public FamilyBase {
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
   void observe(Range envs, FloatRows out) override;
-  void act(Range envs, Script script, FloatRows actions) override;
+  const Expert& expert() const override { return expert_; }
   void overlay(int env, Overlay& out) const override { objects_.overlay(target_[env], out); }
 
  protected:
@@ -67,10 +68,10 @@ class ObjectRecall : public FamilyBase {
   const PhaseClock& clock() const { return clock_; }
   int count() const { return params_.objects.count; }
   int target(int env) const { return target_[env]; }
-  // Position in which an object rests in the manipulation phase, m.
+  // Position of an object at rest in the manipulation phase, m.
   double* position(int env, int key) const { return positions_.row(env) + 3 * key; }
 
-  // To rest at the target is a success before the manipulation phase, too.
+  // Counts a rest at the target as a success before the manipulation phase, too.
   void count_success_in_cue(bool counts) { success_in_cue_ = counts; }
 
   // Samples target and phase lengths.
@@ -78,7 +79,7 @@ class ObjectRecall : public FamilyBase {
   // Samples the places of objects, by key: slots, jitter, permutation and guard, or the positions
   // that the user fixed. `spread`: three objects are spread and stretched.
   Layout draw_layout(const Episode& episode, bool spread) const;
-  // Stores the positions in which objects rest in the manipulation phase.
+  // Stores the places of the objects in the manipulation phase.
   void set_positions(int env, const Layout& layout) const;
 
  private:
@@ -103,15 +104,7 @@ class ObjectRecall : public FamilyBase {
   void drawn_row(Row& row, int env) const {
     clock_.drawn_row(row, env);
   }
-  int guess(int env) const;
   void note_answer(int env) const;
-  void touch(int env, int key, float* action) const;
-  double sweep_reach() const;
-  void sweep(int env, float* action) const;
-  Eigen::Vector3d touch_point(int env, int key) const;
-  bool is_crowded(int env, int key) const;
-  double touch_height(bool rolls) const;
-  double gripper_for(int env, int key) const;
 
   ObjectRecallParams params_;
   Variables variables_;
@@ -122,6 +115,7 @@ class ObjectRecall : public FamilyBase {
   bool success_in_cue_ = false;
   Column<std::int32_t> target_;
   Column<double> positions_;  // (count * 3) m
+  ObjectRecallExpert expert_;
 };
 
 }  // namespace engram::tasks

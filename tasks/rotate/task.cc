@@ -11,14 +11,13 @@
 #include "core/math/real_functions.h"
 #include "mjcf/peg.h"
 #include "mjcf/scene.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/rotate/expert.h"
 #include "tasks/rotate/peg_angle.h"
-#include "tasks/rotate/peg_turner.h"
 
 namespace engram::tasks {
 namespace {
@@ -38,7 +37,6 @@ struct Params {
 
   void declare(ConstantBinder& constants);
   void check(int horizon) const;
-  PegSize peg() const { return {PEG_HALF_WIDTH, PEG_HALF_LENGTH}; }
 };
 
 constexpr std::array kModeNames = {"pos_angle", "pos_neg_angle"};
@@ -105,8 +103,8 @@ struct Variables {
   RealVariable peg_y;
 };
 
-// Share by which guesses succeed oftener than they are right: the robot may be slow for a moment as
-// the right angle goes by. Measured, over 4 x 4000 episodes.
+// Excess of the success rate of guesses over their being right: the robot may be slow for a moment
+// as the right angle goes by. Measured, over 4 x 4000 episodes.
 constexpr double kOnTheWay = 0.016;
 
 bool is_correct(double error, double threshold) { return std::abs(error) < threshold; }
@@ -119,7 +117,18 @@ int candidates(const Params& params) {
 class Rotate final : public FamilyBase {
  public:
   Rotate(const RegistryEntry& entry, const Params& params)
-      : FamilyBase(entry), params_(params), variables_(RandomVariables(info_.draws), params) {
+      : FamilyBase(entry),
+        params_(params),
+        variables_(RandomVariables(info_.draws), params),
+        expert_({.engine = engine_,
+                 .info = info_,
+                 .target = target_,
+                 .initial_yaw = initial_yaw_,
+                 .initial_position = initial_position_,
+                 .mode = params.MODE,
+                 .strict = params.strict,
+                 .threshold = params.angle_threshold,
+                 .peg = {params.PEG_HALF_WIDTH, params.PEG_HALF_LENGTH}}) {
     info_.termination = Termination::kNever;
     info_.candidates = candidates(params);
     info_.answer_rate = guess_rate(params.MODE, params.angle_threshold);
@@ -267,19 +276,9 @@ class Rotate final : public FamilyBase {
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      const bool sweeps = script == Script::kSweep;
-      const PegGoal goal = sweeps ? by_the_clock(env) : by_sight(env, script);
-      if (params_.strict || sweeps) {
-        twist_peg(*engine_.state, env, goal, actions.row(env));
-      } else {
-        push_peg(*engine_.state, env, goal, actions.row(env));
-      }
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
   // --- overlay ---
 
@@ -312,39 +311,6 @@ class Rotate final : public FamilyBase {
     return Vec2(engine_.state->prop_pos_of(env, kPeg)) - Vec2(initial_position_.row(env));
   }
 
-  PegGoal by_sight(int env, Script script) const {
-    const double target = script == Script::kBlind ? guess(env) : target_[env];
-    const double angle = peg_angle(engine_.state->prop_quat_of(env, kPeg));
-    return {.size = params_.peg(),
-            .threshold = params_.angle_threshold,
-            .turn = peg_turn(angle, initial_yaw_[env], target).error,
-            .x = initial_position_.row(env)[0],
-            .y = initial_position_.row(env)[1]};
-  }
-
-  // Who does not know how far the peg has turned begins at a set step, turns it at full speed and
-  // stops when that should have been enough.
-  PegGoal by_the_clock(int env) const {
-    constexpr double kPerStep = 0.0377;  // rad
-    constexpr double kAtOnce = 0.012;    // rad: before the first step, as the fingers close
-    constexpr int kLatestStart = 42;     // control steps, by when the peg is always in hand
-    constexpr int kRest = 3;             // ... at the end
-    const double size = std::abs(target_[env]);
-    const int steps = static_cast<int>(std::lrint((size - kAtOnce) / kPerStep));
-    const int start = std::min(kLatestStart, info_.horizon - kRest - steps);
-    const int since = engine_.state->elapsed[env] - start;
-    const Eigen::Vector3d peg = prop_pos(env, kPeg);
-    return {.size = params_.peg(),
-            .threshold = params_.angle_threshold,
-            .turn = since < steps ? target_[env] : 0.0,
-            .wait = since < 0,
-            .x = peg.x(),
-            .y = peg.y()};
-  }
-
-  // What an agent that has not read the target would turn.
-  double guess(int env) const { return draw_target(blind_guess(engine_, env)); }
-
   double draw_target(RandomStream random) const {
     return target_angle(params_.MODE, params_.angle_threshold, random.uniform());
   }
@@ -359,6 +325,7 @@ class Rotate final : public FamilyBase {
   Column<double> target_;            // rad, a half-precision number
   Column<double> initial_yaw_;       // rad
   Column<double> initial_position_;  // (2) m
+  RotateExpert expert_;
 };
 
 }  // namespace

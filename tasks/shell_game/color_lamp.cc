@@ -2,6 +2,7 @@
 
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
+#include "tasks/shell_game/touch_expert.h"
 #include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {
@@ -19,8 +20,9 @@ class ColorLamp final : public ShellGame {
   ColorLamp(const RegistryEntry& entry, const ColorLampParams& params)
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
-        rule_(params, params.CUE_PHASE_STEPS.high, /*shoving=*/false),
-        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.draws)) {
+        rule_(params, /*shoving=*/false),
+        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.draws)),
+        expert_(*this, params, params.CUE_PHASE_STEPS.high) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
     rule_.describe(info_);
@@ -78,15 +80,14 @@ class ColorLamp final : public ShellGame {
     LampCue::state_row(row, *this, env);
   }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    rule_.act(*this, envs, script, actions);
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
   TouchRule rule_;
   LampCue cue_;
+  TouchExpert expert_;
 };
 
 }  // namespace

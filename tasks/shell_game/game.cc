@@ -4,7 +4,6 @@
 
 #include "core/base/index.h"
 #include "core/image/overlay.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/poses.h"
 
 namespace engram::tasks {
@@ -137,14 +136,6 @@ void ShellGame::tell() {
   told_ = true;
   info_.guess_rate = 1;
   info_.answer_rate = 1;
-}
-
-// --- oracle ---
-
-int ShellGame::chosen_slot(int env, Script script) const {
-  if (script != Script::kBlind || told_) return answer(env);
-  RandomStream random = blind_guess(engine_, env);
-  return random.integer(0, kCups - 1);
 }
 
 // --- overlay ---

@@ -35,15 +35,14 @@ class ShellGame : public FamilyBase {
 
   // --- queries of the parts of a game ---
 
+  const Bindings& engine() const { return engine_; }
   const State& state() const { return *engine_.state; }
   const Mugs& mugs() const { return mugs_; }
   const RewardDict& reward_dict() const { return reward_dict_; }
   const ShellGameParams& params() const { return params_; }
   int target(int env) const { return target_[env]; }  // hidden cup or colour
   int answer(int env) const { return engine_.oracle_info[env]; }
-  // The slot that the oracle goes for: the answer, or a guess of who is blind to it.
-  int chosen_slot(int env, Script script) const;
-  // Whether what can be seen in the manipulation phase tells the answer.
+  // True if the answer can be seen in the manipulation phase.
   bool is_told() const { return told_; }
   // The robot commits to a mug, named by its slot; -1: to none.
   void note_answer(int env, int slot) const {
@@ -111,7 +110,7 @@ class ShellGame : public FamilyBase {
 
   // Success in the manipulation phase, and the info fields that all games have.
   void conclude(int env, const Verdict& verdict) const;
-  // The free mug that was moved or lifted farthest in the manipulation phase, if that is
+  // Free mug that was moved or lifted farthest in the manipulation phase, if that is
   // farther than `least`, m; otherwise -1.
   int moved_mug(int env, double least) const;
   // To be called by bind(): memory is not needed.

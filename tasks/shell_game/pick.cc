@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/base/error.h"
 #include "core/math/real_functions.h"
-#include "core/math/rotations.h"
 #include "tasks/common/phase_budget.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/game.h"
+#include "tasks/shell_game/pick_expert.h"
 
 namespace engram::tasks {
 namespace {
@@ -29,12 +27,13 @@ const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // 
 constexpr double kFingerRoom = 0.028;  // m, between two mugs
 constexpr double kLeastLift = 0.001;   // m
 constexpr double kLiftPerStep = 0.01;  // m
+constexpr double kUsualLift = 0.02;    // m, in kTimeToPick
 constexpr int kTimeToPick = 19;        // control steps
 
 struct PickParams : ShellGameParams {
   // Height of the goal's centre above a mug in its slot, m.
   double height() const { return BALL_RADIUS + kGoalFromBall.z() - resting_height(); }
-  // Least lift of a mug, m.
+  // Height to which a mug has to be lifted, m.
   double lift() const { return height() - placed_distance(); }
 
   void declare(ConstantBinder& constants) {
@@ -48,28 +47,6 @@ constexpr std::array<PickParams, 1> kVariants = {{
     {{.task = {"ShellGamePick-VLA-v0", 30, Split::kExtended, 0.90}, .GOAL_THRESH = 0.05}},
 }};
 
-// The oracle's way, of the benchmark's mugs: straddle the handle's bar from above, close, lift.
-
-// The bar's middle, seen from the mug's origin, m.
-const Eigen::Vector3d kGripFromMug(-0.0635, 0.0480, 0);
-// Fingers do not shrink with the mug: at a smaller one they grip farther out, clear of its wall.
-const Eigen::Vector3d kFartherOut(-0.0130, 0.0124, 0);
-constexpr double kGripYaw = -43.6 * std::numbers::pi / 180;  // the fingers close across the bar
-constexpr double kGripHeight = 0.072;  // m, of the TCP: the palm clears the mug's foot by 3 mm
-constexpr double kHoverHeight = 0.12;  // m: fingertips above the mugs
-constexpr double kFunnel = 0.01;       // m: the way down begins this near
-constexpr double kFunnelSlope = 2;
-constexpr double kGripTurn = 0.25;       // rad: turned enough to come down
-constexpr double kGripRadius = 0.012;    // m: near enough to the grip to close
-constexpr double kHoldingWidth = 0.022;  // m: fingers this close together hold the bar
-constexpr double kLift = 0.02;           // m, of the mug, or more if the goal asks for it
-constexpr double kIntoGoal = 0.006;      // m
-constexpr double kSqueeze = -1;          // drives the fingers into what they hold
-constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
-constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
-
-constexpr int kMiddleSlot = 1;
-
 void PickParams::check(int horizon) const {
   check_mugs(*this, kHandleTowardsRobot, kFingerRoom);
   if (lift() < kLeastLift) {
@@ -78,7 +55,7 @@ void PickParams::check(int horizon) const {
                     in_millimetres(placed_distance()) + ", and its centre is " +
                     in_millimetres(height()) + " above a cup that nobody has moved");
   }
-  const int more = static_cast<int>(std::max(0.0, lift() - kLift) / kLiftPerStep);
+  const int more = static_cast<int>(std::max(0.0, lift() - kUsualLift) / kLiftPerStep);
   check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPick + more);
 }
 
@@ -108,16 +85,10 @@ class Pick final : public ShellGame {
             entry, params,
             {.frozen = false, .success_reward = kSuccessReward, .stance = &kHandleTowardsRobot}),
         placed_distance_(params.placed_distance()),
-        grip_from_mug_(params.mug_ratio() * kGripFromMug +
-                       std::max(0.0, 1 - params.mug_ratio()) * kFartherOut),
-        grip_height_(std::max(params.resting_height(), kGripHeight + params.extra_height())),
-        hover_height_(kHoverHeight + std::max(0.0, params.extra_height())),
-        grip_radius_(kGripRadius * std::min(1.0, params.mug_ratio())),
-        holding_width_(kHoldingWidth * params.mug_ratio()),
-        lift_(std::max(kLift, params.lift() + kIntoGoal)),
-        answer_way_(params.lift() / 2),
+        answer_distance_(params.lift() / 2),
         ball_(add_red_ball()),
-        goal_(add_goal_site(params.GOAL_THRESH)) {
+        goal_(add_goal_site(params.GOAL_THRESH)),
+        expert_(*this, params, params.lift()) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer =
@@ -152,7 +123,7 @@ class Pick final : public ShellGame {
       conclude(env, {.obj_to_goal = offset,
                      .placed = offset.norm() <= placed_distance_,
                      .still = robot_is_static(*engine_.state, env)});
-      note_answer(env, moved_mug(env, answer_way_));
+      note_answer(env, moved_mug(env, answer_distance_));
     }
   }
 
@@ -190,38 +161,11 @@ class Pick final : public ShellGame {
     row.field("is_grasped", 1, "", "of that mug", [&] { return is_grasped_[env]; });
   }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      // There is time for one mug. Who has no memory goes for the middle one: a hand that pointed
-      // at the ball while that shows would be a note of it.
-      const int slot = script == Script::kSweep ? kMiddleSlot : chosen_slot(env, script);
-      pick(env, slot, actions.row(env));
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
-  // There is no frozen cue here, and turning the hand takes twenty steps: it hovers over the slot
-  // while the cue still shows.
-  void pick(int env, int slot, float* action) const {
-    const Eigen::Vector3d grip = mugs_.slot_pos(env, slot, grip_height_) + grip_from_mug_;
-    const double lifted = mugs_.pos(env, slot).z() - mugs_.standing_pos(env, slot).z();
-    const bool closing = (tcp_pos(env) - grip).norm() < grip_radius_;
-    const bool holding = closing && gripper_width(env) < holding_width_;
-    Eigen::Vector3d goal = approach_by_funnel(*engine_.state, env, grip, kFunnel, kFunnelSlope);
-    double gripper = kGripperOpen;
-    if (!is_manipulation(env) || turn_left(env) > kGripTurn) {
-      goal.z() = std::max(goal.z(), hover_height_);
-    } else if (holding || lifted > kTakenUp) {
-      gripper = kSqueeze;
-      goal = tcp_pos(env) + Eigen::Vector3d(0, 0, lifted > lift_ ? 0 : kLiftLead);
-    } else if (closing) {
-      gripper = kSqueeze;
-    }
-    servo_tool(*engine_.state, env, goal, grip_tool_, gripper, action);
-  }
-
   Eigen::Vector3d goal_pos(int env) const {
     return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
   }
@@ -232,25 +176,12 @@ class Pick final : public ShellGame {
     const double* qpos = engine_.state->qpos.row(env);
     return qpos[kArmJoints] + qpos[kArmJoints + 1];
   }
-  // The angle by which the tool still has to turn.
-  double turn_left(int env) const {
-    const double* quat = engine_.state->tcp_quat.row(env);
-    return angle_between(grip_tool_, Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
-  }
-
   double placed_distance_;  // m
-  // The oracle's, m.
-  Eigen::Vector3d grip_from_mug_;
-  double grip_height_;
-  double hover_height_;
-  double grip_radius_;
-  double holding_width_;
-  double lift_;
-  Eigen::Quaterniond grip_tool_ = tool_down(kGripYaw);
-  double answer_way_;  // m
+  double answer_distance_;  // m
   int ball_;
   int goal_;
   Column<std::uint8_t> is_grasped_;
+  PickExpert expert_;
 };
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 namespace engram::tasks {
 
-// What the dense reward is made of.
+// Inputs of the dense reward.
 struct PickInputs {
   double to_handle = 0;      // TCP to the handle, m
   double to_goal = 0;        // mug to the goal's centre, m

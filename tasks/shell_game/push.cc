@@ -6,9 +6,9 @@
 #include "core/base/error.h"
 #include "core/math/real_functions.h"
 #include "tasks/common/phase_budget.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/game.h"
+#include "tasks/shell_game/push_expert.h"
 
 namespace engram::tasks {
 namespace {
@@ -26,15 +26,15 @@ constexpr int kTimeToPush = 19;         // control steps
 
 struct PushParams : ShellGameParams {
   // Vector from a mug in its slot to the goal's centre, m.
-  Eigen::Vector3d way() const {
+  Eigen::Vector3d offset() const {
     return kGoalFromBall + Eigen::Vector3d(0, 0, BALL_RADIUS - resting_height());
   }
-  // The shortest way of a mug into the goal region, m.
-  double least_way() const { return way().norm() - placed_distance(); }
-  // Least distance to push a mug, m; none that are not at the goal's height.
+  // Least distance of a mug from the goal region, m.
+  double least_distance() const { return offset().norm() - placed_distance(); }
+  // Distance by which a mug has to be pushed, m; none that are not at the goal's height.
   double travel() const {
-    const double height = way().z();
-    return way().x() - std::sqrt(placed_distance() * placed_distance() - height * height);
+    const double height = offset().z();
+    return offset().x() - std::sqrt(placed_distance() * placed_distance() - height * height);
   }
 
   void check(int horizon) const;
@@ -44,36 +44,20 @@ constexpr std::array<PushParams, 1> kVariants = {{
     {{.task = {"ShellGamePush-VLA-v0", 30, Split::kShort}, .GOAL_THRESH = 0.06}},
 }};
 
-// The oracle's way, of the benchmark's mugs. The pace keeps the mug from sliding on.
-constexpr double kBehind = 0.13;          // m, from the mug's origin
-constexpr double kPushHeight = 0.07;      // m, of the TCP
-constexpr double kPushHeightBand = 0.02;  // m
-constexpr double kLaneWidth = 0.02;       // m
-constexpr double kTravel = 0.05;          // m, of the mug, or more if the goal asks for it
-constexpr double kIntoGoal = 0.02;        // m
-constexpr double kPushLead = 0.03;        // m, that the tool's target is ahead of it
-constexpr double kFunnel = 0.03;  // m: the tool stays above a cone that opens at this radius
-constexpr double kFunnelSlope = 1.2;
-
-// Who has no memory pushes all of them with the hand.
-constexpr double kSweepTravel = 0.012;
-constexpr double kSweepBehind = 0.12;
-constexpr double kSweepHeight = 0.03;
-constexpr double kSweepClear = 0.02;
-
 void PushParams::check(int horizon) const {
   check_mugs(*this, kUpsideDown);
   const double placed = placed_distance();
-  if (std::abs(way().z()) >= placed) {
+  if (std::abs(offset().z()) >= placed) {
     throw Error(Error::kInvalidArgument,
                 "cups never are in the goal region: 1.6 x GOAL_THRESH = " + in_millimetres(placed) +
-                    ", and its centre is " + in_millimetres(way().z()) + " above a cup's origin");
+                    ", and its centre is " + in_millimetres(offset().z()) +
+                    " above a cup's origin");
   }
   if (travel() < kLeastTravel) {
     throw Error(Error::kInvalidArgument,
                 "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
-                    in_millimetres(placed) + ", and its centre is " + in_millimetres(way().norm()) +
-                    " from a cup that nobody has moved");
+                    in_millimetres(placed) + ", and its centre is " +
+                    in_millimetres(offset().norm()) + " from a cup that nobody has moved");
   }
   check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
 }
@@ -95,14 +79,10 @@ class Push final : public ShellGame {
   Push(const RegistryEntry& entry, const PushParams& params)
       : ShellGame(entry, params, {.success_reward = kSuccessReward}),
         placed_distance_(params.placed_distance()),
-        behind_(kBehind * params.mug_ratio()),
-        push_height_(kPushHeight * params.mug_ratio()),
-        travel_(std::max(kTravel, params.travel() + std::min(kIntoGoal, 0.2 * placed_distance_))),
-        lead_(std::min(kPushLead, placed_distance_)),
-        row_(params.MIN_DIST / 2),
-        answer_way_(params.least_way() / 2),
+        answer_distance_(params.least_distance() / 2),
         ball_(add_red_ball()),
-        goal_(add_goal_site(params.GOAL_THRESH)) {
+        goal_(add_goal_site(params.GOAL_THRESH)),
+        expert_(*this, params, params.travel()) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer =
@@ -129,7 +109,7 @@ class Push final : public ShellGame {
       conclude(env, {.obj_to_goal = offset,
                      .placed = offset.norm() <= placed_distance_,
                      .still = robot_is_static(*engine_.state, env, kStaticSpeed)});
-      note_answer(env, moved_mug(env, answer_way_));
+      note_answer(env, moved_mug(env, answer_distance_));
     }
   }
 
@@ -161,78 +141,20 @@ class Push final : public ShellGame {
     row.field("oracle_info", 1, "", "slot of the ball", [&] { return target_[env]; });
   }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* action = actions.row(env);
-      if (script == Script::kSweep && is_manipulation(env)) {
-        sweep(env, action);
-      } else {
-        push(env, chosen_slot(env, script), action);
-      }
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
-  // Down behind the mug, forward with the fingers closed until it has moved far enough.
-  void push(int env, int slot, float* action) const {
-    const Eigen::Vector3d start =
-        mugs_.slot_pos(env, slot, push_height_) - Eigen::Vector3d(behind_, 0, 0);
-    const double moved = mugs_.pos(env, slot).x() - mugs_.base(env).x();
-    if (!is_manipulation(env) || moved >= travel_) {
-      hold_tool(is_manipulation(env) ? kGripperClosed : kGripperOpen, action);
-      return;
-    }
-    const Eigen::Vector3d tcp = tcp_pos(env);
-    const bool pushing =
-        std::abs(tcp.y() - start.y()) < kLaneWidth && tcp.z() < push_height_ + kPushHeightBand;
-    const Eigen::Vector3d goal =
-        pushing ? Eigen::Vector3d(tcp.x() + lead_, start.y(), start.z())
-                : approach_by_funnel(*engine_.state, env, start, kFunnel, kFunnelSlope);
-    servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
-  }
-
-  // Pushes the mugs that visibly still stand in the row: the hand is as wide as two slots.
-  void sweep(int env, float* action) const {
-    const Eigen::Vector3d center = mugs_.base(env);
-    const auto pushed = [&](int slot) {
-      return mugs_.pos(env, slot).x() - center.x() > kSweepTravel;
-    };
-    const bool pair = pushed(0) && pushed(1);
-    if (pair && pushed(2)) {
-      hold_tool(kGripperClosed, action);
-      return;
-    }
-    const Eigen::Vector3d start(center.x() - kSweepBehind, center.y() + (pair ? row_ : -row_),
-                                kSweepHeight);
-    const Eigen::Vector3d tcp = tcp_pos(env);
-    const bool low = tcp.z() < kSweepHeight + kPushHeightBand;
-    Eigen::Vector3d goal = start;
-    if (!low) {
-      goal = approach_by_funnel(*engine_.state, env, start, kFunnel, kFunnelSlope);
-    } else if (std::abs(tcp.y() - start.y()) < kLaneWidth) {
-      goal.x() = tcp.x() + lead_;
-    } else if (tcp.x() > start.x() + kSweepClear) {
-      goal.y() = tcp.y();
-    }
-    servo_tool(*engine_.state, env, goal, kToolDown, kGripperClosed, action);
-  }
-
   Eigen::Vector3d goal_pos(int env) const {
     return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
   }
 
   double placed_distance_;  // m
-  // The oracle's, m.
-  double behind_;
-  double push_height_;
-  double travel_;
-  double lead_;
-  double row_;         // m: half a slot
-  double answer_way_;  // m
+  double answer_distance_;  // m
   int ball_;
   int goal_;
+  PushExpert expert_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/shuffle_phase.h"
+#include "tasks/shell_game/touch_expert.h"
 #include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {
@@ -52,9 +53,10 @@ class ShuffleTouch final : public ShellGame {
                   {.target_description = "first slot of the mug that hides the ball",
                    .frozen = params.frozen,
                    .shuffles = true}),
-        rule_(params, params.latest_end(), /*shoving=*/true),
+        rule_(params, /*shoving=*/true),
         shuffle_(params, RandomVariables(info_.draws)),
-        ball_(add_red_ball()) {
+        ball_(add_red_ball()),
+        expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
     shuffle_.describe(info_);
@@ -114,11 +116,9 @@ class ShuffleTouch final : public ShellGame {
               [&] { return answer(env); });
   }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    rule_.act(*this, envs, script, actions);
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
   double ball_radius() const { return params().BALL_RADIUS; }
@@ -143,6 +143,7 @@ class ShuffleTouch final : public ShellGame {
   TouchRule rule_;
   ShufflePhase shuffle_;
   int ball_;
+  TouchExpert expert_;
 };
 
 // A ball of another colour is under every mug; a lamp names the colour after the shuffle.
@@ -154,9 +155,10 @@ class ShuffleColorLamp final : public ShellGame {
                    .target_description = LampCue::kTargetDescription,
                    .frozen = params.frozen,
                    .shuffles = true}),
-        rule_(params, params.latest_end(), /*shoving=*/false),
+        rule_(params, /*shoving=*/false),
         shuffle_(params, RandomVariables(info_.draws)),
-        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.draws)) {
+        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.draws)),
+        expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
     cue_.describe(info_);
@@ -215,16 +217,15 @@ class ShuffleColorLamp final : public ShellGame {
     LampCue::state_row(row, *this, env);
   }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    rule_.act(*this, envs, script, actions);
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
   TouchRule rule_;
   ShufflePhase shuffle_;
   LampCue cue_;
+  TouchExpert expert_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tasks/common/variant.h"
+#include "tasks/shell_game/touch_expert.h"
 #include "tasks/shell_game/touch_rule.h"
 
 namespace engram::tasks {
@@ -21,8 +22,9 @@ class Touch final : public ShellGame {
  public:
   Touch(const RegistryEntry& entry, const ShovingParams& params)
       : ShellGame(entry, params, {}),
-        rule_(params, params.CUE_PHASE_STEPS.high, /*shoving=*/true),
-        ball_(add_red_ball()) {
+        rule_(params, /*shoving=*/true),
+        ball_(add_red_ball()),
+        expert_(*this, params, params.CUE_PHASE_STEPS.high) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     rule_.describe(info_);
@@ -75,14 +77,12 @@ class Touch final : public ShellGame {
     row.field("oracle_info", 1, "", "slot of the ball", [&] { return target_[env]; });
   }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    rule_.act(*this, envs, script, actions);
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
-  // Where the mugs stand before anybody could shove them.
+  // Notes the positions of the mugs before anybody could shove them.
   void remember_mugs(int env) const {
     for (int mug = 0; mug < kCups; ++mug) {
       std::copy_n(engine_.state->prop_pos_of(env, mug), 2, reference_.row(env) + 2 * mug);
@@ -102,6 +102,7 @@ class Touch final : public ShellGame {
   TouchRule rule_;
   int ball_;
   Column<double> reference_;  // (kCups * 2) m
+  TouchExpert expert_;
 };
 
 }  // namespace

@@ -30,15 +30,11 @@ class TouchRule {
   // Class constants of the games in which mugs may be shoved.
   static void declare(ConstantBinder& constants);
 
-  // `latest_start`: elapsed at which the manipulation phase begins at the latest. `shoving`: info
-  // says how far mugs were shoved, and success depends on it.
-  TouchRule(const TouchParams& params, int latest_start, bool shoving)
-      : goal_thresh_(params.GOAL_THRESH),
-        touch_gap_(params.touch_gap()),
-        latest_start_(latest_start),
-        shoving_(shoving) {}
+  // `shoving`: info shows how far mugs were shoved, and success depends on it.
+  TouchRule(const TouchParams& params, bool shoving)
+      : goal_thresh_(params.GOAL_THRESH), shoving_(shoving) {}
 
-  // Adds reward terms and what an answer is.
+  // Adds reward terms and the meaning of an answer.
   void describe(TaskInfo& info) const;
   void bind(const Bindings& bindings);
 
@@ -49,15 +45,9 @@ class TouchRule {
   // none.
   int touched_mug(const ShellGame& game, int env) const;
   void dense_reward(const ShellGame& game, Range envs, FloatRows out) const;
-  void act(const ShellGame& game, Range envs, Script script, FloatRows actions) const;
 
  private:
-  void touch(const ShellGame& game, int env, int slot, double gripper, float* action) const;
-  void sweep(const ShellGame& game, int env, double gripper, float* action) const;
-
   double goal_thresh_;  // m
-  double touch_gap_;    // m
-  int latest_start_;    // control steps
   bool shoving_;
   Column<double> displacement_;  // m
   Column<float> mug_max_displacement_;

@@ -7,14 +7,14 @@
 #include "core/math/real_functions.h"
 #include "mjcf/scene.h"
 #include "mjcf/target_disc.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/task_options.h"
-#include "tasks/common/tool_servo.h"
 #include "tasks/common/variant.h"
+#include "tasks/take_it_back/expert.h"
+#include "tasks/take_it_back/layout.h"
 
 namespace engram::tasks {
 namespace {
@@ -44,25 +44,15 @@ constexpr double kSuccessReward = 30;
 constexpr double kRegionHeight = 0.001;  // m
 constexpr double kHiddenHeight = 1000;   // reported while a region is hidden
 
-// Slots of the cube lie side by side; the agent has to remember which one it was.
-constexpr int kSlots = 3;
-constexpr double kSlotPitch = 0.1;  // m
-constexpr double kSlotWidth = 0.05;
 constexpr double kStartX = 0.05;  // m, to either side
-// Distance from a place within which the cube has come into it, m: discs that the way to another
-// one of them does not cross.
+// Distance of the cube from a place into which it has come, m: discs that the path to another one
+// of them does not cross.
 constexpr double kAtPlace = 0.04;
 
 constexpr mjcf::Rgba kLime = {0, 1, 0, 1};
 constexpr mjcf::Rgba kBlue = {0, 0, 1, 1};
 constexpr mjcf::Rgba kRed = {194 / 255.0, 19 / 255.0, 22 / 255.0, 1};
 constexpr mjcf::Rgba kViolet = {147 / 255.0, 0, 211 / 255.0, 1};
-
-// Props of the scene, each at its index.
-enum PropIndex { kCube, kInitialRegion, kGoalRegion, kChangedGoalRegion, kProps };
-
-// slot: -1, 0 or 1.
-Vec2 middle_of_slot(int slot) { return {0, kSlotPitch * slot + kSlotWidth / 2}; }
 
 // Random variables of an episode.
 struct Variables {
@@ -108,8 +98,8 @@ void Params::declare(ConstantBinder& constants) {
 
 void Params::check(int horizon) const { check_horizon(horizon, {}, kTimeToAct); }
 
-// How often an agent that has not seen the start brings the cube near it: on the way from the
-// target to the middle of a slot, or there.
+// Success rate of an agent that has not seen the start: how often it brings the cube near it, on
+// the path from the target to the middle of a slot, or there.
 double guess_rate(double radius) {
   constexpr int kGrid = 40;  // points in x and in y
   const Vec2 target(0.225, 0);
@@ -119,10 +109,10 @@ double guess_rate(double radius) {
     const double shift = kSlotWidth * (i / kGrid + 0.5) / kGrid;
     for (int slot = -1; slot <= 1; ++slot) {
       for (int guess = -1; guess <= 1; ++guess) {
-        const Vec2 way = middle_of_slot(guess) - target;
+        const Vec2 path = middle_of_slot(guess) - target;
         const Vec2 start = Vec2(x, kSlotPitch * slot + shift) - target;
-        const double part = std::clamp(start.dot(way) / way.squaredNorm(), 0.0, 1.0);
-        right += (start - part * way).norm() < radius ? 1 : 0;
+        const double part = std::clamp(start.dot(path) / path.squaredNorm(), 0.0, 1.0);
+        right += (start - part * path).norm() < radius ? 1 : 0;
       }
     }
   }
@@ -139,7 +129,13 @@ class TakeItBack final : public FamilyBase {
                          .on_off("may_overlap",
                                  "1: the discs of start and target may overlap, which makes "
                                  "success easy",
-                                 /*original=*/true)) {
+                                 /*original=*/true)),
+        expert_({.engine = engine_,
+                 .initial = initial_,
+                 .goal = goal_,
+                 .reached = reached_,
+                 .goal_radius = params.GOAL_RADIUS,
+                 .cube_halfsize = params.CUBE_HALFSIZE}) {
     info_.candidates = kSlots;
     info_.guess_rate = guess_rate(params.GOAL_RADIUS);
     info_.answer =
@@ -274,33 +270,11 @@ class TakeItBack final : public FamilyBase {
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle: grasp the cube, carry it there and back ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    const double close_enough = std::min(kCloseEnough, kWellInside * params_.GOAL_RADIUS);
-    for (int env = envs.begin; env < envs.end; ++env) {
-      const Vec2 home = where_to(env, script);
-      float* action = actions.row(env);
-      const bool returned = script != Script::kSweep && reached_[env] != 0 &&
-                            (cube(env).head<2>() - home).norm() < close_enough;
-      if (!is_grasping(*engine_.state, env, kCube)) {
-        grasp_cube(env, returned, action);
-      } else if (returned) {
-        hold_tool(kGripperOpen, action);
-      } else {
-        carry_cube(env, home, action);
-      }
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
  private:
-  static constexpr double kCloseEnough = 0.03;   // m: of the start, for letting go
-  static constexpr double kWellInside = 0.6;     // of the radius
-  static constexpr double kLeastHeight = 0.014;  // m, of the grip: the fingertips clear the table
-  static constexpr double kTravelGap = 0.04;     // m above the cube while on the way
-  static constexpr double kCarryGap = 0.015;     // m above a cube on the table
-  static constexpr double kNearPart = 0.85;      // of the radius, from the target's centre
-
   Vector cube(int env) const { return prop_pos(env, kCube); }
   Vec2 initial(int env) const { return Eigen::Map<const Vec2>(initial_.row(env)); }
   Vec2 goal(int env) const { return Eigen::Map<const Vec2>(goal_.row(env)); }
@@ -354,51 +328,6 @@ class TakeItBack final : public FamilyBase {
     }
   }
 
-  void grasp_cube(int env, bool let_go, float* action) const {
-    const State& state = *engine_.state;
-    Vector at = cube(env);
-    at.z() = std::max(at.z(), kLeastHeight);
-    const Vector offset = at - tcp_pos(env);
-    const bool around = offset.norm() < 0.012;
-    if (let_go) {
-      hold_tool(kGripperOpen, action);
-      return;
-    }
-    servo_tool(state, env, approach_from_above(state, env, at, params_.CUBE_HALFSIZE + kTravelGap),
-               lean_outwards(kToolDown, at), around ? kGripperSqueezing : kGripperOpen, action);
-  }
-
-  void carry_cube(int env, const Vec2& home, float* action) const {
-    const State& state = *engine_.state;
-    const bool changed = state.status_of(env, kChangedGoalRegion) != PropStatus::kHidden;
-    if (reached_[env] != 0 && !changed) {  // wait for the target to change colour
-      hold_tool(kGripperSqueezing, action);
-      return;
-    }
-    const Vec2 near_part =
-        goal(env) + kNearPart * params_.GOAL_RADIUS * (home - goal(env)).normalized();
-    const Vec2 aim = reached_[env] != 0 ? home : near_part;
-    const Vector way(aim.x(), aim.y(), params_.CUBE_HALFSIZE + kCarryGap);
-    servo_tool(state, env, way, lean_outwards(kToolDown, way), kGripperSqueezing, action);
-  }
-
-  // Where the cube is to be brought back to.
-  Vec2 where_to(int env, Script script) const {
-    switch (script) {
-      case Script::kOracle:
-        return initial(env);
-      case Script::kBlind:
-        return middle_of_slot(blind_guess(engine_, env).integer(-1, 1));
-      case Script::kSweep:
-        break;
-    }
-    // First into the slot to the right, then through all of them.
-    constexpr double kAmong = 0.03;  // m
-    constexpr double kInside = 0.015;
-    const bool among = cube(env).x() < kAmong;
-    return middle_of_slot(among ? 1 : -1) + Vec2(0, among ? -kInside : kInside);
-  }
-
   Params params_;
   Variables variables_;
   TaskOption may_overlap_;
@@ -409,6 +338,7 @@ class TakeItBack final : public FamilyBase {
   Column<std::uint8_t> reached_;  // latched: the stage switch
   Column<double> initial_;        // (2) m
   Column<double> goal_;           // (2) m
+  TakeItBackExpert expert_;
 };
 
 }  // namespace

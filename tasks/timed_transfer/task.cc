@@ -8,9 +8,7 @@
 #include "core/image/overlay.h"
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
-#include "tasks/common/blind_guess.h"
 #include "tasks/common/family_base.h"
-#include "tasks/common/grasp_servo.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/phase_budget.h"
@@ -18,6 +16,7 @@
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/task_info.h"
 #include "tasks/common/variant.h"
+#include "tasks/timed_transfer/expert.h"
 #include "tasks/timed_transfer/rules.h"
 
 namespace engram::tasks {
@@ -141,7 +140,7 @@ std::string instruction_for(const RegistryEntry& entry, const Params& params) {
   return text.replace(begin, text.find(' ', begin) - begin, std::to_string(params.DELAY_STEPS));
 }
 
-// How deep a cube rests in the soft contact with a disc: put there, it wakes without a jolt.
+// Depth of a cube at rest in the soft contact with a disc: placed there, it wakes without a jolt.
 constexpr double kSinkage = 1.06e-4;  // m
 
 // Props of the scene before the lamp's, each at its index.
@@ -181,7 +180,17 @@ void add_discs_and_cube(mjcf::Scene& scene, double radius) {
 class TimedTransfer final : public FamilyBase {
  public:
   TimedTransfer(const RegistryEntry& entry, const Params& params)
-      : FamilyBase(entry), params_(params), variables_(RandomVariables(info_.draws), params) {
+      : FamilyBase(entry),
+        params_(params),
+        variables_(RandomVariables(info_.draws), params),
+        expert_({.engine = engine_,
+                 .signal_step = signal_step_,
+                 .cube = kCube,
+                 .red_disc = kRedDisc,
+                 .resting_height = kRestingHeight,
+                 .delay_steps = params.DELAY_STEPS,
+                 .tolerance = params.TOLERANCE_FRAC,
+                 .signal_steps = params.PRE_SIGNAL_STEPS}) {
     add_discs_and_cube(scene_, params.DISC_RADIUS);
     lamp_ = Lamp(scene_, "signal_lamp");
     const TimeWindow window = params.window(0);
@@ -320,30 +329,9 @@ class TimedTransfer final : public FamilyBase {
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle ---
+  // --- expert ---
 
-  // Waits over the red disc with the cube in the gripper, and lowers it when the time has come.
-  void act(Range envs, Script script, FloatRows actions) override {
-    constexpr double kWaitHeight = 0.1;     // m, of the cube: well above the height that counts
-    constexpr double kCloseHeight = 0.076;  // m: just above it, from where one step is enough
-    constexpr int kNarrow = 4;              // control steps
-    const TimeWindow from_signal = params_.window(0);
-    const bool narrow = from_signal.end - from_signal.start < kNarrow;
-    const double wait_height = narrow ? kCloseHeight : kWaitHeight;
-    const State& state = *engine_.state;
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* action = actions.row(env);
-      const Grip grip{.prop = kCube, .tool = tool_for_cube(state, env, kCube)};
-      const Eigen::Vector3d red = prop_pos(env, kRedDisc);
-      const int due = due_step(env, script, narrow);
-      if (state.elapsed[env] + 1 >= due) {
-        const Eigen::Vector3d place(red.x(), red.y(), kRestingHeight);
-        if (bring(state, env, grip, place, action)) hold_tool(kGripperOpen, action);
-      } else if (take(state, env, grip, action)) {
-        carry(state, env, grip, {red.x(), red.y(), wait_height}, action);
-      }
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
   // --- overlay ---
 
@@ -373,22 +361,6 @@ class TimedTransfer final : public FamilyBase {
     return count_phase(engine_.state->elapsed[env], signal_step_[env], window(env));
   }
 
-  // The step count with which the cube is to come down.
-  int due_step(int env, Script script, bool narrow) const {
-    if (script == Script::kBlind) return signal_step_[env] + guessed_count(env);
-    if (script == Script::kOracle) return window(env).start;
-    // In the middle of all windows: that is in as many as possible. The way down takes a step more
-    // where there is time for it.
-    const StepRange signal = params_.PRE_SIGNAL_STEPS;
-    const int middle = (params_.window(signal.low).start + params_.window(signal.high).end) / 2;
-    return narrow ? middle : middle - 1;
-  }
-
-  // When somebody acts who has not counted: at any step up to twice the delay.
-  int guessed_count(int env) const {
-    return blind_guess(engine_, env).integer(0, 2 * params_.DELAY_STEPS);
-  }
-
   Params params_;
   Variables variables_;
   Lamp lamp_;
@@ -403,6 +375,7 @@ class TimedTransfer final : public FamilyBase {
   Column<float> cube_to_red_dist_;  // m
   Column<std::uint8_t> is_grasped_;
   Column<float> obj_to_goal_pos_;  // (3) m
+  TimedTransferExpert expert_;
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "tasks/trace_shape/contour.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -30,7 +31,7 @@ Vec2 square_point(double part) {
   }
 }
 
-// The sides have 22, 21 and 21 of 64 waypoints; only the first corner is one.
+// Sides of 22, 21 and 21 of 64 waypoints; only the first corner is one.
 Vec2 triangle_point(int index, int waypoints) {
   const double sides = 3.0 * index / waypoints;
   const double side = std::floor(sides);
@@ -101,6 +102,28 @@ int nearest_checkpoint(const Contour& contour, const Vec2& at, int visited) {
     least = distance;
   }
   return nearest;
+}
+
+// A waypoint ahead of the one where `at` is between the last checkpoints and the next one; the
+// farther it has strayed from the contour, the nearer.
+Vec2 lookahead_point(const Contour& contour, int visited, const Vec2& at) {
+  constexpr double kAhead = 0.035;   // m along the contour
+  constexpr double kStrayed = 0.02;  // m: from there on, back to the contour first
+  const ContourSet& set = contour.set();
+  const int next = set.next_checkpoint(visited);
+  if (visited == 0) return contour.checkpoint(next);
+  const int last = next > 0 ? set.waypoint_of(next) : set.waypoints();
+  const auto waypoint = [&](int index) { return contour.waypoint(index % set.waypoints()); };
+  const auto away = [&](int index) { return (waypoint(index) - at).norm(); };
+  int target = last;
+  for (int i = std::max(0, last - 2 * set.waypoint_of(1)); i < last; ++i) {
+    if (away(i) < away(target)) target = i;
+  }
+  double ahead = kAhead * (1 - away(target) / kStrayed);
+  for (; target < last && ahead > 0; ++target) {
+    ahead -= (waypoint(target + 1) - waypoint(target)).norm();
+  }
+  return waypoint(target);
 }
 
 }  // namespace engram::tasks

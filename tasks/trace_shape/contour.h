@@ -16,7 +16,7 @@ inline constexpr int kContourShapes = 3;
 inline constexpr std::array<const char*, kContourShapes> kContourNames = {"circle", "square",
                                                                           "triangle"};
 
-// How contours are divided. Named as the class constants.
+// Division of contours. Named as the class constants.
 struct ContourParams {
   int NUM_WAYPOINTS = 64;
   int NUM_CHECKPOINTS = 12;
@@ -77,15 +77,19 @@ class Contour {
   Vec2 x_axis_;  // of the shape, as long as its radius
 };
 
-// From the centre of a shape with radius 1 to its farthest points, and to its nearest ones.
+// Distances from the centre of a shape with radius 1 to its farthest points, and to its nearest
+// ones.
 double farthest_point(int shape);
 double nearest_point(int shape);
 
 // `visited`, and those that are near `at`.
 int visit(const Contour& contour, const Vec2& at, int visited);
-// Whether all have been visited and `at` is back at the first.
+// True if all have been visited and `at` is back at the first.
 bool is_closed(const Contour& contour, const Vec2& at, int visited);
-// The one nearest to `at` of those that have not been visited; of all once none is left.
+// Pure pursuit: the point to steer for from `at`, ahead on the contour towards the first
+// checkpoint that was not visited, or back to the start.
+Vec2 lookahead_point(const Contour& contour, int visited, const Vec2& at);
+// Nearest to `at` of those that have not been visited; of all once none is left.
 int nearest_checkpoint(const Contour& contour, const Vec2& at, int visited);
 
 }  // namespace engram::tasks

@@ -6,8 +6,6 @@
 #include <numbers>
 #include <string>
 
-#include "tasks/common/blind_guess.h"
-
 namespace engram::tasks {
 namespace {
 
@@ -22,8 +20,8 @@ constexpr LampLight kGreenLight = {{0, 1, 0, 1}, 20};
 // Half the side in pictures, m: where it is inside the green cube, its faces are in front.
 constexpr double kSeenHalfSize = CUBE_HALFSIZE + 0.0005;
 
-// Visible part of the red cube; it touches nothing: if the green cube were pushed, its place would
-// tell afterwards what has been traced.
+// The visible red cube touches nothing: if the green cube were pushed, its place would tell
+// afterwards what has been traced.
 mjcf::Prop red_cube_prop() {
   mjcf::Prop cube = mjcf::cube("red_cube", kSeenHalfSize, kRed);
   cube.motion = mjcf::Motion::kKinematic;
@@ -166,7 +164,7 @@ TracePhase TraceDemo::phase(int env) const {
   return elapsed < demo_end(env) ? TracePhase::kDemo : TracePhase::kAction;
 }
 
-// The red cube makes its way evenly, except for the jump from one shape to the next.
+// The red cube moves evenly, except for the jump from one shape to the next.
 void TraceDemo::before_physics(int env) const {
   if (!pushes_) return;
   const int next = engine_.state->elapsed[env] + 1;
@@ -258,28 +256,11 @@ Contour TraceDemo::contour_as(int env, int element, int shape) const {
   return {contours_, shape, radii_.row(env)[element], rotations_.row(env)[element], center(env)};
 }
 
-int TraceDemo::guessed_length(int env) const {
-  return blind_guess(engine_, env)
-      .integer(params_.MIN_SEQUENCE_LENGTH, params_.MAX_SEQUENCE_LENGTH);
-}
-
-Contour TraceDemo::guessed_contour(int env, int element) const {
-  RandomStream random = blind_guess(engine_, env);
-  random.integer(params_.MIN_SEQUENCE_LENGTH, params_.MAX_SEQUENCE_LENGTH);
-  for (int earlier = 0;; ++earlier) {
-    const int shape = draw_shape(random);
-    const double radius = draw_radius(random);
-    const double rotation = draw_rotation(random);
-    if (earlier == element) return {contours_, shape, radius, rotation, center(env)};
-  }
-}
-
-SweepRings TraceDemo::rings(int env) const {
-  return {.center = center(env),
-          .least = params_.nearest_point(),
-          .most = params_.farthest_corner(),
-          .reach = contours_.reach(),
-          .elapsed = engine_.state->elapsed[env]};
+Contour TraceDemo::sample_contour(int env, RandomStream& random) const {
+  const int shape = draw_shape(random);
+  const double radius = draw_radius(random);
+  const double rotation = draw_rotation(random);
+  return {contours_, shape, radius, rotation, center(env)};
 }
 
 Vec2 TraceDemo::lamp_at(int env) const { return center(env) + Vec2(LAMP_OFFSET_X, 0); }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/env/task.h"
+#include "core/math/random.h"
 #include "mjcf/scene.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/poses.h"
@@ -13,7 +14,6 @@
 #include "tasks/common/state_row.h"
 #include "tasks/common/task_options.h"
 #include "tasks/trace_shape/contour.h"
-#include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
 
 namespace engram::tasks {
@@ -49,6 +49,7 @@ class TraceDemo {
   // The number of steps after which the demonstration is over.
   int demo_end(int env) const { return pre_demo_steps_[env] + contours_.waypoints() * length(env); }
 
+  const TraceParams& params() const { return params_; }
   const ContourSet& contours() const { return contours_; }
   // Shapes of the demonstration.
   int length(int env) const { return length_[env]; }
@@ -60,17 +61,13 @@ class TraceDemo {
   Contour candidate(int env, int element, int index) const {
     return contour_as(env, element, params_.AVAILABLE_SHAPES[index]);
   }
-  // What somebody who has not seen the demonstration would take it to be.
-  int guessed_length(int env) const;
-  Contour guessed_contour(int env, int element) const;
+  // Draws shape, size and turn, as a demonstration does.
+  Contour sample_contour(int env, RandomStream& random) const;
 
   // Position on the table of the shapes' common centre, of the lamp and of the green cube.
   Vec2 center(int env) const { return {center_.row(env)[0], center_.row(env)[1]}; }
   Vec2 lamp_at(int env) const;
   Vec2 green_at(int env) const;
-
-  // Where contours may lead, for who has not seen which.
-  SweepRings rings(int env) const;
 
   int green_cube() const { return green_; }
   // Declares the waypoints of the demonstration in a row of what was drawn.
@@ -97,7 +94,7 @@ class TraceDemo {
   }
 
  private:
-  // Where the red cube is when `elapsed` steps have passed, before the action phase.
+  // Place of the red cube when `elapsed` steps have passed, before the action phase.
   struct Place {
     int element = 0;
     int waypoint = 0;

@@ -57,7 +57,7 @@ void TraceMap::note(int env, const Vec2& green) const {
   ++length_[env];
 }
 
-// View of a person who stands behind the robot: x up, y to the left.
+// View of a person behind the robot: x up, y to the left.
 OverlayPoint TraceMap::on_map(const Vec2& point, const Vec2& center) const {
   const double scale = kSide / 2 / reach_;
   const Vec2 offset = (point - center).cwiseMax(-reach_).cwiseMin(reach_);

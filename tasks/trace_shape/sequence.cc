@@ -10,11 +10,11 @@
 #include "tasks/common/press_button.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/trace_shape/chance.h"
 #include "tasks/trace_shape/demo.h"
-#include "tasks/trace_shape/guess.h"
+#include "tasks/trace_shape/expert.h"
 #include "tasks/trace_shape/info.h"
 #include "tasks/trace_shape/map.h"
-#include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
 #include "tasks/trace_shape/rewards.h"
 #include "tasks/trace_shape/trail.h"
@@ -29,7 +29,14 @@ class TraceShapeSeq final : public FamilyBase {
         params_(params),
         demo_(scene_, info_, params),
         button_(scene_, "trace_shape_seq_button", kSubmitButton),
-        map_(params.farthest_corner()) {
+        map_(params.farthest_corner()),
+        expert_({.engine = engine_,
+                 .info = info_,
+                 .demo = demo_,
+                 .button = button_,
+                 .active = active_,
+                 .visited = visited_,
+                 .closed = closed_}) {
     info_.candidates = count_sequences(params);
     info_.guess_rate = guess_rate(params);
     info_.termination = Termination::kSuccessOrFailed;
@@ -53,7 +60,7 @@ class TraceShapeSeq final : public FamilyBase {
     demo_.bind(bindings);
     button_.bind(bindings);
     trail_.bind(memory, demo_);
-    guess_.bind(memory, demo_.contours());
+    expert_.bind(memory);
     map_.bind(memory);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     active_ = memory.add<std::int32_t>("active");
@@ -64,7 +71,6 @@ class TraceShapeSeq final : public FamilyBase {
     memory.limit("visited", 0, demo_.contours().all_visited());
     memory.limit("closed", 0, params_.MAX_SEQUENCE_LENGTH);
     memory.limit("given", 0, 9'999'999);
-    memory.limit("guess_element", 0, params_.MAX_SEQUENCE_LENGTH);
     masks_.bind(*bindings.outputs);
     bind_info(*bindings.outputs);
   }
@@ -166,28 +172,9 @@ class TraceShapeSeq final : public FamilyBase {
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    const State& state = *engine_.state;
-    const int cube = demo_.green_cube();
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* action = actions.row(env);
-      if (!demo_.is_acting(env)) {
-        await_demo(action);
-      } else if (script == Script::kSweep) {
-        sweep(env, action);
-      } else if (script == Script::kBlind ? guess_.element[env] >= demo_.guessed_length(env)
-                                          : all_closed(env)) {
-        submit_trace(state, env, cube, button_, action);
-      } else if (script == Script::kBlind) {
-        trace_contour(state, env, cube, demo_.guessed_contour(env, guess_.element[env]),
-                      guess_.visited[env], action);
-      } else {
-        trace_contour(state, env, cube, active_contour(env), visited_[env], action);
-      }
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
   // --- overlay ---
 
@@ -229,18 +216,6 @@ class TraceShapeSeq final : public FamilyBase {
                                                   "ids of the shapes, then -1");
   }
 
-  // Rings for as long as there is time, then the button.
-  void sweep(int env, float* action) const {
-    constexpr int kTimeToSubmit = 75;  // control steps
-    const State& state = *engine_.state;
-    const int cube = demo_.green_cube();
-    if (state.elapsed[env] < info_.horizon - kTimeToSubmit) {
-      sweep_rings(state, env, cube, demo_.rings(env), action);
-    } else {
-      submit_trace(state, env, cube, button_, action);
-    }
-  }
-
   // One step of the element machine: visits count for the active contour only.
   void follow_cube(int env, const Vec2& green) const {
     map_.note(env, green);
@@ -255,10 +230,10 @@ class TraceShapeSeq final : public FamilyBase {
         visited_[env] = 0;
       }
     }
-    follow_guess(env, green);
+    expert_.follow_guess(env, green);
   }
 
-  // Of every contour; one more than were shown is wrong, too.
+  // Answers with every contour; one more than were shown is wrong, too.
   void note_answer(int env) const {
     if (engine_.answers.given(env)) return;
     const int shape = trail_.follow(env, demo_, active_[env]);
@@ -266,16 +241,6 @@ class TraceShapeSeq final : public FamilyBase {
     given_[env] = 10 * given_[env] + shape + 1;
     const bool due = !all_closed(env) && shape == active_contour(env).shape();
     if (!due) engine_.answers.give(env, given_[env], false);
-  }
-
-  void follow_guess(int env, const Vec2& green) const {
-    std::int32_t& element = guess_.element[env];
-    if (element >= demo_.guessed_length(env)) return;
-    const Contour contour = demo_.guessed_contour(env, element);
-    guess_.visited[env] = visit(contour, green, guess_.visited[env]);
-    if (!is_closed(contour, green, guess_.visited[env])) return;
-    ++element;
-    guess_.visited[env] = 0;
   }
 
   void show_progress(int env) const {
@@ -316,7 +281,6 @@ class TraceShapeSeq final : public FamilyBase {
   TraceDemo demo_;
   Trail trail_;
   PressButton button_;
-  GuessedTrace guess_;
   TraceMap map_;
   RewardDict reward_dict_;
   TraceMasks masks_;
@@ -342,6 +306,7 @@ class TraceShapeSeq final : public FamilyBase {
   Column<std::uint8_t> submit_success_latched_;
   Column<float> obj_to_goal_pos_;  // (3) m
   Column<std::int32_t> task_cue_;  // (MAX_SEQUENCE_LENGTH)
+  TraceShapeSeqExpert expert_;
 };
 
 }  // namespace

@@ -5,11 +5,11 @@
 #include "tasks/common/family_base.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/trace_shape/chance.h"
 #include "tasks/trace_shape/demo.h"
-#include "tasks/trace_shape/guess.h"
+#include "tasks/trace_shape/expert.h"
 #include "tasks/trace_shape/info.h"
 #include "tasks/trace_shape/map.h"
-#include "tasks/trace_shape/oracle.h"
 #include "tasks/trace_shape/params.h"
 #include "tasks/trace_shape/rewards.h"
 #include "tasks/trace_shape/trail.h"
@@ -23,7 +23,8 @@ class TraceShape final : public FamilyBase {
       : FamilyBase(entry),
         params_(params),
         demo_(scene_, info_, params),
-        map_(params.farthest_corner()) {
+        map_(params.farthest_corner()),
+        expert_(engine_, demo_, visited_) {
     info_.candidates = params.AVAILABLE_SHAPES.size();
     info_.guess_rate = guess_rate(params);
     info_.termination = Termination::kSuccess;
@@ -45,7 +46,7 @@ class TraceShape final : public FamilyBase {
     FamilyBase::bind(bindings);
     demo_.bind(bindings);
     trail_.bind(*bindings.memory, demo_);
-    guess_.bind(*bindings.memory, demo_.contours());
+    expert_.bind(*bindings.memory);
     map_.bind(*bindings.memory);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     visited_ = bindings.memory->add<std::int32_t>("visited", 1, "", "bits of checkpoints");
@@ -94,7 +95,7 @@ class TraceShape final : public FamilyBase {
       if (demo_.is_acting(env)) {
         visited_[env] = visit(contour, green, visited_[env]);
         note_answer(env);
-        follow_guess(env, green);
+        expert_.follow_guess(env, green);
         map_.note(env, green);
       }
       const bool closed = is_closed(contour, green, visited_[env]);
@@ -148,24 +149,9 @@ class TraceShape final : public FamilyBase {
   }
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  // --- oracle ---
+  // --- expert ---
 
-  void act(Range envs, Script script, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      float* action = actions.row(env);
-      if (!demo_.is_acting(env)) {
-        await_demo(action);
-      } else if (script == Script::kSweep) {
-        sweep_rings(*engine_.state, env, demo_.green_cube(), demo_.rings(env), action);
-      } else if (script == Script::kBlind) {
-        trace_contour(*engine_.state, env, demo_.green_cube(), demo_.guessed_contour(env, 0),
-                      guess_.visited[env], action);
-      } else {
-        trace_contour(*engine_.state, env, demo_.green_cube(), demo_.contour(env, 0), visited_[env],
-                      action);
-      }
-    }
-  }
+  const Expert& expert() const override { return expert_; }
 
   // --- overlay ---
 
@@ -185,18 +171,9 @@ class TraceShape final : public FamilyBase {
     if (shape >= 0) engine_.answers.give(env, shape, shape == demo_.shapes(env)[0]);
   }
 
-  // Round after round, for as long as the episode lasts.
-  void follow_guess(int env, const Vec2& green) const {
-    const Contour contour = demo_.guessed_contour(env, 0);
-    std::int32_t& visited = guess_.visited[env];
-    visited = visit(contour, green, visited);
-    if (is_closed(contour, green, visited)) visited = 0;
-  }
-
   TraceParams params_;
   TraceDemo demo_;
   Trail trail_;
-  GuessedTrace guess_;
   TraceMap map_;
   RewardDict reward_dict_;
   TraceMasks masks_;
@@ -207,6 +184,7 @@ class TraceShape final : public FamilyBase {
   Column<float> start_checkpoint_dist_;
   Column<std::uint8_t> checkpoint_visited_;  // (NUM_CHECKPOINTS)
   Column<float> obj_to_goal_pos_;            // (3) m
+  TraceShapeExpert expert_;
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Which of several shapes a robot commits to: when its trail has first passed for one of them, the
-// one that it has come nearest to.
+// Shape that a robot commits to: when its trail has first passed for one of several, the one that
+// it has come nearest to.
 #pragma once
 
 #include "core/base/column.h"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "tasks/common/tool_servo.h"
+#include "tasks/common/tcp_servo.h"
 #include "tests/env_helpers.h"
 
 namespace engram::test {

@@ -10,9 +10,10 @@
 #include <vector>
 
 #include "core/env/batch.h"
+#include "core/env/expert.h"
 #include "mjcf/scene.h"
 #include "tasks/common/task_info.h"
-#include "tasks/common/tool_servo.h"
+#include "tasks/common/tcp_servo.h"
 
 namespace engram::test {
 
@@ -58,16 +59,23 @@ class SceneTask final : public Task {
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) *out.row(env) = reward(env);
   }
-  void act(Range envs, Script /*script*/, FloatRows actions) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      tasks::hold_tool(tasks::kGripperOpen, actions.row(env));
-    }
-  }
+  const Expert& expert() const override { return hold_; }
 
  private:
+  class Hold final : public Expert {
+   public:
+    void act(Range envs, Script /*script*/, FloatRows actions) const override {
+      for (int env = envs.begin; env < envs.end; ++env) {
+        tasks::hold_tcp(tasks::kGripperOpen, actions.row(env));
+      }
+    }
+  };
+
   static void each(Range envs, const Hook& hook) {
     for (int env = envs.begin; env < envs.end; ++env) hook(env);
   }
+
+  Hold hold_;
 };
 
 }  // namespace engram::test

@@ -55,7 +55,7 @@ class Rig {
 
   void rest(int steps, double gripper = tasks::kGripperOpen) {
     std::array<float, 7> action{};
-    tasks::hold_tool(gripper, action.data());
+    tasks::hold_tcp(gripper, action.data());
     for (int i = 0; i < steps; ++i) env_->step(action);
   }
   // Moves the tool towards a point, pointing down, at most `speed` of full scale.
@@ -63,7 +63,7 @@ class Rig {
             float speed = 1) {
     std::array<float, 7> action{};
     for (int i = 0; i < steps; ++i) {
-      tasks::servo_tool(state(), 0, goal, tasks::kToolDown, gripper, action.data());
+      tasks::servo_tcp(state(), 0, goal, tasks::kToolDown, gripper, action.data());
       for (int k = 0; k < 3; ++k) action[k] = std::clamp(action[k], -speed, speed);
       env_->step(action);
     }

@@ -225,8 +225,8 @@ TEST_CASE("The cap sinks ahead of the finger, and stops a hard press", "[blink_c
     const double* tcp = env->state().tcp_pos.row(0);
     const double* button = row<double>(env->memory().find("button_xy"), 0);
     std::vector<float> action(7);
-    tasks::servo_tool(env->state(), 0, {button[0], button[1], tcp[2] - 0.1}, tasks::kToolDown,
-                      tasks::kGripperClosed, action.data());
+    tasks::servo_tcp(env->state(), 0, {button[0], button[1], tcp[2] - 0.1}, tasks::kToolDown,
+                     tasks::kGripperClosed, action.data());
     env->step(action);
     lowest = std::min(lowest, tcp[2]);
     CHECK(value<float>(*env, "press_depth") >= 0.0049F);

@@ -1,4 +1,4 @@
-// Taking, carrying and leaving, on real physics.
+// Grasping, carrying and releasing, on real physics.
 #include "tasks/common/grasp_servo.h"
 
 #include <array>
@@ -29,13 +29,13 @@ Rig make_rig(double cube_yaw = 0, const EnvOptions& options = {}) {
       options);
 }
 
-Grip grip(const Rig& rig) { return {.prop = 0, .tool = tool_for_cube(rig.state(), 0, 0)}; }
+Grip grip(const Rig& rig) { return {.prop = 0, .tool = cube_grasp_orientation(rig.state(), 0, 0)}; }
 
 // Steps until the cube is held.
 int take_cube(Rig& rig) {
   std::array<float, 7> action{};
   for (int step = 0; step < 100; ++step) {
-    if (take(rig.state(), 0, grip(rig), action.data())) return step;
+    if (grasp(rig.state(), 0, grip(rig), action.data())) return step;
     rig.env().step(action);
   }
   return -1;
@@ -73,7 +73,7 @@ TEST_CASE("A cube is brought onto a disc, left there and rests", "[grasp]") {
   const Eigen::Vector3d place(0.02, 0.14, kOnDisc);
   std::array<float, 7> action{};
   int steps = 0;
-  while (steps < 200 && !bring(rig.state(), 0, grip(rig), place, action.data())) {
+  while (steps < 200 && !pick_and_place(rig.state(), 0, grip(rig), place, action.data())) {
     rig.env().step(action);
     ++steps;
   }
@@ -99,20 +99,6 @@ TEST_CASE("What was lost on the way is taken again", "[grasp]") {
   rig.rest(15, kGripperOpen);
   CHECK_FALSE(is_held(rig.state(), 0, 0));
   CHECK(take_cube(rig) > 0);
-}
-
-TEST_CASE("The tool leans outwards where it must and not before", "[grasp]") {
-  const auto lean = [](double reach, const Lean& how = {}) {
-    const Eigen::Vector3d point(kRobotBaseX + reach, 0, 0);
-    const Eigen::Vector3d approach =
-        lean_outwards(kToolDown, point, how) * Eigen::Vector3d::UnitZ();
-    return std::atan2(approach.x(), -approach.z());  // positive: the tips point outwards
-  };
-  CHECK(lean(0.6) == 0);
-  CHECK(lean(0.78) == Approx(0.16));
-  CHECK(lean(1.0) == Approx(0.4));
-  CHECK(lean(0.28) == 0);
-  CHECK(lean(0.28, {.fold = 0.33}) == Approx(-0.2));
 }
 
 }  // namespace

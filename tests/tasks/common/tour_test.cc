@@ -27,7 +27,7 @@ struct Rig {
     for (const Eigen::Vector3d& stop : {kMiddle, kLeft, kRight}) tour.add(stop);
   }
 
-  Tour::Move next(const Eigen::Vector3d& tool, double speed = 0, bool again = false) const {
+  Tour::Target next(const Eigen::Vector3d& tool, double speed = 0, bool again = false) const {
     test::step_at(*env, tool);
     env->state().qvel.row(0)[0] = speed;
     return tour.next(env->state(), 0, {.again = again});

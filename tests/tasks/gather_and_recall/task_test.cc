@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tasks/common/tool_servo.h"
+#include "tasks/common/tcp_servo.h"
 #include "tasks/gather_and_recall/rules.h"
 #include "tests/env_helpers.h"
 
@@ -51,7 +51,7 @@ void put_on_disc(const Batch& env, int cube) {
 void move(Batch& env, const Eigen::Vector3d& to, int steps) {
   std::vector<float> action(7);
   for (int i = 0; i < steps && env.state().finished[0] == 0; ++i) {
-    tasks::servo_tool(env.state(), 0, to, tasks::kToolDown, tasks::kGripperClosed, action.data());
+    tasks::servo_tcp(env.state(), 0, to, tasks::kToolDown, tasks::kGripperClosed, action.data());
     env.step(action);
   }
 }

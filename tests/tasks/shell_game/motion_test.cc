@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mjcf/mug.h"
-#include "tasks/common/tool_servo.h"
+#include "tasks/common/tcp_servo.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -25,7 +25,7 @@ Vector3d tcp(const Batch& env) { return Eigen::Map<Vector3d>(env.state().tcp_pos
 // One step of the tool towards a point.
 void move(Batch& env, const Vector3d& goal, double gripper) {
   std::vector<float> action(7);
-  tasks::servo_tool(env.state(), 0, goal, tasks::kToolDown, gripper, action.data());
+  tasks::servo_tcp(env.state(), 0, goal, tasks::kToolDown, gripper, action.data());
   env.step(action);
 }
 
@@ -45,7 +45,7 @@ TEST_CASE("A snapshot of a shell game goes on bit for bit, in the middle of a sw
       std::vector<float> actions(14);
       for (int i = 0; i < 2; ++i) {
         const Vector3d goal(-0.02, 0.1, 0.06);
-        tasks::servo_tool(batch.state(), i, goal, tasks::kToolDown, 0, actions.data() + 7 * i);
+        tasks::servo_tcp(batch.state(), i, goal, tasks::kToolDown, 0, actions.data() + 7 * i);
       }
       batch.step(actions);
     };

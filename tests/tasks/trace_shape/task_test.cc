@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tasks/common/tool_servo.h"
+#include "tasks/common/tcp_servo.h"
 #include "tasks/trace_shape/demo.h"
 #include "tests/env_helpers.h"
 
@@ -241,8 +241,8 @@ void press_button(Batch& env, double height) {
   const Vec2 at = base + outward * (1 - 0.05 / outward.norm());
   std::vector<float> action = test::zeros(env);
   const Eigen::Vector3d goal(at.x(), at.y(), height);
-  tasks::servo_tool(env.state(), 0, goal, tasks::lean_outwards(tasks::kToolDown, goal), 1,
-                    action.data());
+  tasks::servo_tcp(env.state(), 0, goal, tasks::tilt_outwards(tasks::kToolDown, goal), 1,
+                   action.data());
   env.step(action);
 }
 

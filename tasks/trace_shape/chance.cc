@@ -1,11 +1,12 @@
-#include "tasks/trace_shape/guess.h"
+#include "tasks/trace_shape/chance.h"
 
 #include <array>
 #include <limits>
 #include <numbers>
 
+#include "core/base/index.h"
 #include "core/math/random.h"
-#include "tasks/trace_shape/oracle.h"
+#include "tasks/trace_shape/contour.h"
 
 namespace engram::tasks {
 namespace {
@@ -26,7 +27,7 @@ bool is_benchmark(const TraceParams& params) {
          params.MAX_SEQUENCE_LENGTH == own.MAX_SEQUENCE_LENGTH;
 }
 
-// --- other tasks: a point takes nearly the way that the cube would ---
+// --- other tasks: a point moves nearly as the cube would ---
 
 constexpr int kPurpose = 0;  // of streams of random numbers; no episode is concerned
 constexpr int kTrials = 1000;
@@ -44,7 +45,7 @@ class Trial {
     guessed_ = draw_shapes();
   }
 
-  // Whether the guess passes for what was shown.
+  // True if the guess passes for the demonstration.
   bool succeeds() {
     const std::size_t rounds = params_.sequence ? guessed_.size() : kRounds;
     for (std::size_t round = 0; round < rounds; ++round) {
@@ -72,8 +73,8 @@ class Trial {
   bool trace(const Contour& guess) {
     int visited = 0;
     for (int step = 0; step < kMostSteps; ++step) {
-      const Vec2 way = next_on_contour(guess, visited, at_) - at_;
-      pace_ += kResponse * (way * std::min(1.0, kStride / way.norm()) - pace_);
+      const Vec2 offset = lookahead_point(guess, visited, at_) - at_;
+      pace_ += kResponse * (offset * std::min(1.0, kStride / offset.norm()) - pace_);
       at_ += pace_;
       follow();
       if (!params_.sequence && closed_ == shown_.size()) return true;
@@ -127,7 +128,7 @@ int count_sequences(const TraceParams& params) {
 
 double guess_rate(const TraceParams& params) {
   if (!is_benchmark(params)) return estimate(params);
-  const auto shapes = static_cast<std::size_t>(params.AVAILABLE_SHAPES.size());
+  const auto shapes = at(params.AVAILABLE_SHAPES.size());
   return params.sequence ? kTraceSeqRates[shapes] : kTraceRates[shapes];
 }
 

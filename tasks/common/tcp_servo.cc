@@ -1,4 +1,4 @@
-#include "tasks/common/tool_servo.h"
+#include "tasks/common/tcp_servo.h"
 
 #include <algorithm>
 
@@ -12,14 +12,14 @@ namespace engram::tasks {
 namespace {
 
 constexpr double kRotationScale = 0.1;  // rad, full scale of the action
-// Commands beyond the remaining way, since one step covers only part of a command. Below
+// Gain above 1, since one step covers only part of a command. Below
 // 1 / kStepResponse, so that the tool does not overshoot.
 constexpr double kGain = 1.6;
 // Horizontal distance at which the tool may come down.
 constexpr double kOverhead = 0.03;  // m
 
-// Horizontal distance within which a gliding tool is at its lowest.
-constexpr double kGlideStart = 0.01;  // m
+// Horizontal distance within which a descending tool is at its lowest.
+constexpr double kDescentRadius = 0.01;  // m
 
 using Eigen::Vector3d;
 
@@ -28,7 +28,7 @@ void turn_tool(const State& state, int env, const Eigen::Quaterniond& orientatio
                float* action) {
   const double* quat = state.tcp_quat.row(env);
   const Eigen::Quaterniond measured(quat[0], quat[1], quat[2], quat[3]);
-  // Upstream negates rotation actions.
+  // The original benchmark negates rotation actions.
   const Vector3d rotation =
       -kGain / kRotationScale * rotation_vector(orientation * measured.conjugate());
   for (int i = 0; i < 3; ++i) {
@@ -39,22 +39,22 @@ void turn_tool(const State& state, int env, const Eigen::Quaterniond& orientatio
 
 }  // namespace
 
-void servo_tool(const State& state, int env, const Eigen::Vector3d& goal,
-                const Eigen::Quaterniond& orientation, double gripper, float* action) {
+void servo_tcp(const State& state, int env, const Eigen::Vector3d& goal,
+               const Eigen::Quaterniond& orientation, double gripper, float* action) {
   const Eigen::Vector3d translation = kGain / kTranslationScale * (goal - tcp_pos(state, env));
   for (int i = 0; i < 3; ++i) action[i] = static_cast<float>(std::clamp(translation[i], -1.0, 1.0));
   turn_tool(state, env, orientation, gripper, action);
 }
 
-void move_tool(const State& state, int env, const Eigen::Vector3d& command,
-               const Eigen::Quaterniond& orientation, double gripper, float* action) {
+void displace_tcp(const State& state, int env, const Eigen::Vector3d& command,
+                  const Eigen::Quaterniond& orientation, double gripper, float* action) {
   for (int i = 0; i < 3; ++i) {
     action[i] = static_cast<float>(std::clamp(command[i] / kTranslationScale, -1.0, 1.0));
   }
   turn_tool(state, env, orientation, gripper, action);
 }
 
-void slow_down(const State& state, int env, double height, float* action) {
+void limit_speed_near(const State& state, int env, double height, float* action) {
   constexpr double kLeast = 0.25;  // of full speed
   constexpr double kPerMetre = 8;
   const double above = state.tcp_pos.row(env)[2] - height;
@@ -68,24 +68,24 @@ void slow_down(const State& state, int env, double height, float* action) {
 
 Eigen::Quaterniond tool_down(double yaw) { return turn_about(Vector3d::UnitZ(), yaw) * kToolDown; }
 
-double tool_yaw(const State& state, int env) {
+double tcp_yaw(const State& state, int env) {
   const double* quat = state.tcp_quat.row(env);
   const Vector3d forward =
       Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]) * Vector3d::UnitX();
   return real::atan2(forward.y(), forward.x());
 }
 
-Eigen::Quaterniond lean_outwards(const Eigen::Quaterniond& orientation,
-                                 const Eigen::Vector3d& point, const Lean& lean) {
+Eigen::Quaterniond tilt_outwards(const Eigen::Quaterniond& orientation,
+                                 const Eigen::Vector3d& point, const Tilt& tilt) {
   const Eigen::Vector3d outward(point.x() - kRobotBaseX, point.y(), 0);
   const double reach = outward.norm();
-  const double angle = std::clamp(lean.per_metre * (reach - lean.reach), 0.0, lean.most) -
-                       std::clamp(lean.per_metre * (lean.fold - reach), 0.0, lean.most);
+  const double angle = std::clamp(tilt.per_metre * (reach - tilt.reach), 0.0, tilt.most) -
+                       std::clamp(tilt.per_metre * (tilt.fold - reach), 0.0, tilt.most);
   const Eigen::Vector3d axis = -Eigen::Vector3d::UnitZ().cross(outward / reach);
   return turn_about(axis, angle) * orientation;
 }
 
-void hold_tool(double gripper, float* action) {
+void hold_tcp(double gripper, float* action) {
   std::fill_n(action, 6, 0.0F);
   action[6] = static_cast<float>(gripper);
 }
@@ -104,11 +104,11 @@ Eigen::Vector3d approach_by_funnel(const State& state, int env, const Eigen::Vec
   return goal + Eigen::Vector3d(0, 0, slope * std::max(0.0, away - radius));
 }
 
-Eigen::Vector3d glide_down(const State& state, int env, const Eigen::Vector3d& goal,
-                           double travel_height) {
-  Eigen::Vector3d way = approach_by_funnel(state, env, goal, kGlideStart, 1);
-  way.z() = std::min(way.z(), std::max(travel_height, goal.z()));
-  return way;
+Eigen::Vector3d descend(const State& state, int env, const Eigen::Vector3d& goal,
+                        double travel_height) {
+  Eigen::Vector3d waypoint = approach_by_funnel(state, env, goal, kDescentRadius, 1);
+  waypoint.z() = std::min(waypoint.z(), std::max(travel_height, goal.z()));
+  return waypoint;
 }
 
 }  // namespace engram::tasks

@@ -1,4 +1,4 @@
-// How often somebody succeeds in TraceShape or TraceShapeSeq who has not seen the demonstration.
+// Success rates of guessing in TraceShape and TraceShapeSeq, without the demonstration.
 #pragma once
 
 #include "tasks/trace_shape/params.h"
@@ -10,7 +10,7 @@ int count_sequences(const TraceParams& params);
 
 double guess_rate(const TraceParams& params);
 
-// How often the first answer is right.
+// Share of right first answers.
 double answer_rate(const TraceParams& params);
 
 }  // namespace engram::tasks

@@ -1,4 +1,4 @@
-// What the blind policy goes by: it acts as an agent would that remembers nothing.
+// Random stream of the blind expert, which acts as an agent would that remembers nothing.
 #pragma once
 
 #include "core/env/episode.h"
@@ -7,8 +7,8 @@
 
 namespace engram::tasks {
 
-// The numbers behind an agent's guess: the same ones in every step of an episode.
-inline RandomStream blind_guess(const Bindings& engine, int env) {
+// Numbers behind an agent's guess: the same ones in every step of an episode.
+inline RandomStream guess_stream(const Bindings& engine, int env) {
   return {engine.stream_key(env), engine.state->episode[env], kPurposeBlindGuess};
 }
 

@@ -1,4 +1,4 @@
-#include "tasks/rotate/peg_turner.h"
+#include "tasks/rotate/expert.h"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "core/math/real_functions.h"
+#include "tasks/common/guess_stream.h"
 #include "tasks/common/poses.h"
-#include "tasks/common/tool_servo.h"
-#include "tasks/rotate/peg_angle.h"
+#include "tasks/common/tcp_servo.h"
 
 namespace engram::tasks {
 namespace {
@@ -21,7 +21,7 @@ constexpr int kPegProp = 0;
 constexpr double kPi = std::numbers::pi;
 constexpr double kUsualThreshold = 0.1;  // rad
 
-// The peg as it lies: centre, and unit vectors along and across it.
+// Pose of the peg: centre, and unit vectors along and across it.
 struct Peg {
   Vec2 center;
   double yaw;
@@ -43,7 +43,7 @@ constexpr double kStopWithin = 0.035;    // rad, where the threshold is the usua
 constexpr double kLeastAdvance = 0.008;  // m: less would not overcome the peg's friction
 constexpr double kPushAdvance = 0.038;   // m: at most, by which a step's goal is ahead
 
-// What follows from the size of the peg, m.
+// Lengths that follow from the size of the peg, m.
 struct Push {
   explicit Push(const PegSize& size)
       : half_width(size.half_width),
@@ -62,7 +62,7 @@ struct Push {
   double height;         // the tips alone touch; what is above them is wider
   double low;            // beside the peg
   double travel_height;  // the fingertips clear the peg
-  double inner;          // where along the peg a push is one
+  double inner;          // along the peg, from where on a contact turns it
   double outer;
   double drift;  // per rad: how far a push carries the centre along
 };
@@ -72,7 +72,7 @@ double finger_extent(const Vec2& direction) {
   return 0.00875 * std::abs(direction.x()) + 0.0152 * std::abs(direction.y());
 }
 
-// Where the fingers stand against the peg's side to push the end `end` (+1 or -1), when the peg is
+// Position of the fingers against the peg's side to push the end `end` (+1 or -1), when the peg is
 // to turn by the sign `turn`.
 Vec2 contact_point(const Peg& peg, const Push& sizes, int end, double turn, double gap) {
   const Vec2 push = end * turn * peg.across;
@@ -112,16 +112,62 @@ int easier_end(const Peg& peg, const Push& sizes, double turn, const Vector& tcp
 
 }  // namespace
 
-void push_peg(const State& state, int env, const PegGoal& goal, float* action) {
-  const Push sizes(goal.size);
+void RotateExpert::act(Range envs, Script script, FloatRows actions) const {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    const bool sweeps = script == Script::kSweep;
+    const Goal goal = sweeps ? timed_goal(env) : measured_goal(env, script);
+    if (view_.strict || sweeps) {
+      turn_peg(env, goal, actions.row(env));
+    } else {
+      push_peg(env, goal, actions.row(env));
+    }
+  }
+}
+
+RotateExpert::Goal RotateExpert::measured_goal(int env, Script script) const {
+  const double target = script == Script::kBlind ? guess(env) : view_.target[env];
+  const double angle = peg_angle(view_.engine.state->prop_quat_of(env, kPegProp));
+  return {.turn = peg_turn(angle, view_.initial_yaw[env], target).error,
+          .x = view_.initial_position.row(env)[0],
+          .y = view_.initial_position.row(env)[1]};
+}
+
+// Without memory of the first pose: begins at a set step, turns the peg at full speed and stops
+// when that should have been enough.
+RotateExpert::Goal RotateExpert::timed_goal(int env) const {
+  constexpr double kPerStep = 0.0377;  // rad
+  constexpr double kAtOnce = 0.012;    // rad: before the first step, as the fingers close
+  constexpr int kLatestStart = 42;     // control steps, by when the peg is always in hand
+  constexpr int kRest = 3;             // ... at the end
+  const State& state = *view_.engine.state;
+  const double size = std::abs(view_.target[env]);
+  const int steps = static_cast<int>(std::lrint((size - kAtOnce) / kPerStep));
+  const int start = std::min(kLatestStart, view_.info.horizon - kRest - steps);
+  const int since = state.elapsed[env] - start;
+  const Vector peg = prop_pos(state, env, kPegProp);
+  return {.turn = since < steps ? view_.target[env] : 0.0,
+          .wait = since < 0,
+          .x = peg.x(),
+          .y = peg.y()};
+}
+
+// Turn of an agent that has not read the target.
+double RotateExpert::guess(int env) const {
+  RandomStream random = guess_stream(view_.engine, env);
+  return target_angle(view_.mode, view_.threshold, random.uniform());
+}
+
+void RotateExpert::push_peg(int env, const Goal& goal, float* action) const {
+  const State& state = *view_.engine.state;
+  const Push sizes(view_.peg);
   const Peg peg = measure_peg(state, env);
   const Vector tcp = tcp_pos(state, env);
   const double sign = goal.turn < 0 ? -1 : 1;
-  if (std::abs(goal.turn) < kStopWithin * (goal.threshold / kUsualThreshold)) {
-    hold_tool(kGripperClosed, action);
+  if (std::abs(goal.turn) < kStopWithin * (view_.threshold / kUsualThreshold)) {
+    hold_tcp(kGripperClosed, action);
     return;
   }
-  // The hand in the peg's frame.
+  // Position of the hand in the peg's frame.
   const Vec2 offset = tcp.head<2>() - peg.center;
   const double along = offset.dot(peg.along);
   const double across = offset.dot(peg.across);
@@ -137,18 +183,18 @@ void push_peg(const State& state, int env, const PegGoal& goal, float* action) {
         std::clamp(gap + 0.5 * sizes.lever * std::abs(goal.turn), kLeastAdvance, kPushAdvance);
     const Vec2 command =
         advance * push / kStepResponse * 0.6 + 0.8 * (end * sizes.lever - along) * peg.along;
-    move_tool(state, env, {command.x(), command.y(), 1.6 * (sizes.height - tcp.z())},
-              lean_outwards(kToolDown, tcp), kGripperClosed, action);
+    displace_tcp(state, env, {command.x(), command.y(), 1.6 * (sizes.height - tcp.z())},
+                 tilt_outwards(kToolDown, tcp), kGripperClosed, action);
     return;
   }
   const int chosen = easier_end(peg, sizes, goal.turn, tcp);
   const Vec2 start = contact_point(peg, sizes, chosen, sign, kApproachGap);
   const bool overhead = (start - tcp.head<2>()).norm() < 0.02;
-  const Vector way(start.x(), start.y(), overhead ? sizes.height : sizes.travel_height);
-  servo_tool(state, env, way, lean_outwards(kToolDown, way), kGripperClosed, action);
+  const Vector waypoint(start.x(), start.y(), overhead ? sizes.height : sizes.travel_height);
+  servo_tcp(state, env, waypoint, tilt_outwards(kToolDown, waypoint), kGripperClosed, action);
 }
 
-// --- grasping and twisting ---
+// --- grasping and turning ---
 
 namespace {
 
@@ -164,7 +210,7 @@ constexpr double kLeastYaw = -2.0;       // rad: what the wrist can do
 constexpr double kMostYaw = 3.5;
 constexpr double kTurnedWithin = 0.03;  // rad, where the threshold is the usual one
 
-// The hand's yaw for a grasp: across the peg, turned ahead in the direction of the target.
+// Yaw of the hand for a grasp: across the peg, turned ahead in the direction of the target.
 double grasp_yaw(const Peg& peg, double turn, double room) {
   const double most = kMostMisalignment * room;
   const double ahead = std::clamp(turn, -most, most);
@@ -185,27 +231,28 @@ double grasp_yaw(const Peg& peg, double turn, double room) {
 
 }  // namespace
 
-void twist_peg(const State& state, int env, const PegGoal& goal, float* action) {
-  const double grasp_height = goal.size.half_width + kGraspGap;
-  const double peg_height = 2 * goal.size.half_width;
-  const double room = std::min(1.0, (kFingerOpening - goal.size.half_width) / kUsualRoom);
+void RotateExpert::turn_peg(int env, const Goal& goal, float* action) const {
+  const State& state = *view_.engine.state;
+  const double grasp_height = view_.peg.half_width + kGraspGap;
+  const double peg_height = 2 * view_.peg.half_width;
+  const double room = std::min(1.0, (kFingerOpening - view_.peg.half_width) / kUsualRoom);
   const Peg peg = measure_peg(state, env);
   const Vector tcp = tcp_pos(state, env);
-  const double yaw = tool_yaw(state, env);
+  const double yaw = tcp_yaw(state, env);
   if (is_grasping(state, env, kPegProp)) {
     const Vec2 shift = Vec2(goal.x, goal.y) - peg.center;
     const double turn =
-        std::abs(goal.turn) < kTurnedWithin * (goal.threshold / kUsualThreshold) ? 0.0 : goal.turn;
+        std::abs(goal.turn) < kTurnedWithin * (view_.threshold / kUsualThreshold) ? 0.0 : goal.turn;
     if (turn == 0 || goal.wait) {
-      hold_tool(kGripperSqueezing, action);
+      hold_tcp(kGripperSqueezing, action);
     } else {
-      move_tool(state, env, {shift.x(), shift.y(), 0}, tool_down(yaw + turn), kGripperSqueezing,
-                action);
+      displace_tcp(state, env, {shift.x(), shift.y(), 0}, tool_down(yaw + turn), kGripperSqueezing,
+                   action);
     }
     return;
   }
   const Vec2 offset = peg.center - tcp.head<2>();
-  // On the way down and closing, the hand keeps its yaw.
+  // While it descends and closes, the hand keeps its yaw.
   const double misaligned = std::abs(wrap_angle(2 * (yaw - peg.yaw)) / 2);
   const bool low = tcp.z() < peg_height + kLowGap && offset.norm() < 0.03;
   const double wanted = low ? yaw : grasp_yaw(peg, goal.turn, room);
@@ -213,8 +260,8 @@ void twist_peg(const State& state, int env, const PegGoal& goal, float* action) 
                              misaligned < kMayComeDown * room);
   const double height = ready ? grasp_height : peg_height + kHoverGap;
   const bool close = low && tcp.z() < grasp_height + 0.01;
-  servo_tool(state, env, {peg.center.x(), peg.center.y(), height}, tool_down(wanted),
-             close ? kGripperSqueezing : kGripperOpen, action);
+  servo_tcp(state, env, {peg.center.x(), peg.center.y(), height}, tool_down(wanted),
+            close ? kGripperSqueezing : kGripperOpen, action);
 }
 
 }  // namespace engram::tasks

@@ -1,10 +1,11 @@
-#include "tasks/intercept/ball_catcher.h"
+#include "tasks/intercept/expert.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/math/real_functions.h"
-#include "tasks/common/tool_servo.h"
+#include "tasks/common/poses.h"
+#include "tasks/common/tcp_servo.h"
 
 namespace engram::tasks {
 namespace {
@@ -14,11 +15,10 @@ using Vector = Eigen::Vector3d;
 constexpr double kControlStep = 0.05;   // s
 constexpr double kTopSpeed = 0.033;     // m per control step that the hand can count on
 constexpr double kReactionSteps = 2;    // until the hand is up to speed
-constexpr double kBaseX = -0.615;       // m: axis of the robot's base
-constexpr double kFarthest = 0.76;      // m from there
+constexpr double kFarthest = 0.76;      // m from the axis of the robot's base
 constexpr double kTrackingGain = 0.45;  // share of the error that a step removes
 
-// What follows from the size of the ball, m.
+// Lengths that follow from the size of the ball, m.
 struct Catch {
   explicit Catch(double radius)
       : hover_height(2 * radius + 0.028),
@@ -30,43 +30,41 @@ struct Catch {
   double hover_height;  // the fingertips just clear the ball
   double grip_height;
   double low;  // beside the ball already
-  double
-      descend_within;  // error along the path at which to come down; open fingers leave that room
+  // Error along the path at which to come down; open fingers leave that room.
+  double descend_within;
   double close_within;
 };
 
-Vector at(const double* values) { return Eigen::Map<const Vector>(values); }
-
-// Where the hand can first be above the ball, and how many control steps from now.
+// First point in which the hand can be above the ball.
 Vector meeting_point(const Vector& ball, const Vector& velocity, const Vector& tcp, double height) {
   constexpr int kLongest = 60;
   Vector point = ball;
   for (int step = 1; step <= kLongest; ++step) {
     point = ball + kControlStep * step * velocity;
     point.z() = height;
-    const double reach = real::hypot(point.x() - kBaseX, point.y());
+    const double reach = real::hypot(point.x() - kRobotBaseX, point.y());
     const double steps = (point - tcp).norm() / kTopSpeed + kReactionSteps;
     if (reach <= kFarthest && steps <= step) break;
   }
   return point;
 }
 
-}  // namespace
-
+// True while the closed fingers have the ball between them.
 bool holds_ball(const State& state, int env, double radius) {
   if (is_grasping(state, env, kBallProp)) return true;
-  const Vector offset = at(state.prop_pos_of(env, kBallProp)) - at(state.tcp_pos.row(env));
+  const Vector offset = prop_pos(state, env, kBallProp) - tcp_pos(state, env);
   const double* fingers = state.qpos.row(env) + kArmJoints;
   return offset.head<2>().norm() < 0.015 && std::abs(offset.z()) < 0.012 &&
          fingers[0] + fingers[1] < 2 * radius + 0.004;
 }
 
+// Writes the next action towards a catch.
 void catch_ball(const State& state, int env, double radius, float* action) {
   const Catch sizes(radius);
-  const Vector ball = at(state.prop_pos_of(env, kBallProp));
-  Vector velocity = at(state.prop_qvel_of(env, kBallProp));
+  const Vector ball = prop_pos(state, env, kBallProp);
+  Vector velocity = Eigen::Map<const Vector>(state.prop_qvel_of(env, kBallProp));
   velocity.z() = 0;
-  const Vector tcp = at(state.tcp_pos.row(env));
+  const Vector tcp = tcp_pos(state, env);
 
   // Run along with the ball, or wait for it where the hand can join it.
   const Vector error = ball - tcp;
@@ -83,7 +81,45 @@ void catch_ball(const State& state, int env, double radius, float* action) {
   const bool low = tcp.z() < sizes.low && std::abs(error.y()) < 0.03;
   const double height = above || low ? sizes.grip_height : sizes.hover_height;
   command.z() = 1.6 * (height - tcp.z());
-  move_tool(state, env, command, tool_down(0), around ? kGripperSqueezing : kGripperOpen, action);
+  displace_tcp(state, env, command, tool_down(0), around ? kGripperSqueezing : kGripperOpen,
+               action);
+}
+
+}  // namespace
+
+void GrabExpert::act(Range envs, Script /*script*/, FloatRows actions) const {
+  const State& state = *engine_.state;
+  for (int env = envs.begin; env < envs.end; ++env) {
+    float* action = actions.row(env);
+    if (holds_ball(state, env, ball_radius_)) {
+      hold_tcp(kGripperSqueezing, action);
+    } else {
+      catch_ball(state, env, ball_radius_, action);
+    }
+  }
+}
+
+void DeflectExpert::act(Range envs, Script /*script*/, FloatRows actions) const {
+  constexpr double kUsualRadius = 0.1;  // m, of a target in which a ball is brought
+  constexpr double kNearEnough = 0.07;  // m, so near to the centre
+  constexpr double kCarryGap = 0.005;   // m above a ball that rolls
+  const State& state = *view_.engine.state;
+  const double near_enough =
+      std::max(kNearEnough + (view_.goal_radius - kUsualRadius), view_.goal_radius / 2);
+  const double height = view_.ball_radius + kCarryGap;
+  for (int env = envs.begin; env < envs.end; ++env) {
+    float* action = actions.row(env);
+    const Vector goal = prop_pos(state, env, view_.goal_prop);
+    const Vector offset = prop_pos(state, env, kBallProp) - goal;
+    if (!holds_ball(state, env, view_.ball_radius)) {
+      catch_ball(state, env, view_.ball_radius, action);
+    } else if (offset.head<2>().norm() < near_enough) {
+      hold_tcp(kGripperSqueezing, action);
+    } else {
+      const Vector waypoint(goal.x(), goal.y(), height);
+      servo_tcp(state, env, waypoint, kToolDown, kGripperSqueezing, action);
+    }
+  }
 }
 
 }  // namespace engram::tasks

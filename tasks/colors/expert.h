@@ -1,0 +1,50 @@
+// Expert of SeqOfColors, ChainOfColors and BunchOfColors: touches cubes from above with open
+// fingers, then presses the button with closed ones.
+#pragma once
+
+#include <span>
+
+#include "core/env/expert.h"
+#include "tasks/colors/cubes.h"
+#include "tasks/colors/params.h"
+#include "tasks/common/phase_clock.h"
+#include "tasks/common/press_button.h"
+#include "tasks/common/touch_latch.h"
+
+namespace engram::tasks {
+
+class ColorRecallExpert final : public Expert {
+ public:
+  // Privileged view of the task.
+  struct View {
+    const Bindings& engine;
+    const TaskInfo& info;
+    const ColorRecallParams& params;
+    const ColorRule& rule;  // by which touches are judged
+    const ColorCubes& cubes;
+    const PhaseClock& clock;
+    const TouchLatch& touch;
+    const PressButton& button;
+    const Column<std::int32_t>& sequence;  // hidden: colours of the cue
+    const Column<std::uint8_t>& button_pressed;
+  };
+
+  explicit ColorRecallExpert(const View& view) : view_(view) {}
+
+  void act(Range envs, Script script, FloatRows actions) const override;
+
+ private:
+  bool is_acting(int env) const {
+    return view_.clock.phase(env, view_.engine.state->elapsed[env]) == Phase::kManipulation;
+  }
+  Eigen::Vector3d touch_waypoint(int env, int color) const;
+  void touch_or_press(int env, int color, float* action) const;
+  void sweep(int env, float* action) const;
+  int next_color(int env, std::span<const std::int32_t> targets) const;
+  int color_in_row(int env, int place) const;
+  std::span<const std::int32_t> guess(int env, ColorPermutation& storage) const;
+
+  View view_;
+};
+
+}  // namespace engram::tasks

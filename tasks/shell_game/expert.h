@@ -1,0 +1,19 @@
+// Base of the experts of all shell games.
+#pragma once
+
+#include "core/env/expert.h"
+#include "tasks/shell_game/game.h"
+
+namespace engram::tasks {
+
+class ShellGameExpert : public Expert {
+ protected:
+  explicit ShellGameExpert(const ShellGame& game) : game_(game) {}
+
+  // Slot to go for: the answer, or a guess of the blind one.
+  int chosen_slot(int env, Script script) const;
+
+  const ShellGame& game_;  // a privileged view
+};
+
+}  // namespace engram::tasks

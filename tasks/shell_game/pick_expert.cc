@@ -1,0 +1,84 @@
+#include "tasks/shell_game/pick_expert.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "core/math/rotations.h"
+#include "tasks/common/tcp_servo.h"
+
+namespace engram::tasks {
+namespace {
+
+// Grasp of the benchmark's mugs. The bar's middle, seen from the mug's origin, m.
+const Eigen::Vector3d kGripFromMug(-0.0635, 0.0480, 0);
+// Fingers do not shrink with the mug: at a smaller one they grip farther out, clear of its wall.
+const Eigen::Vector3d kFartherOut(-0.0130, 0.0124, 0);
+constexpr double kGripYaw = -43.6 * std::numbers::pi / 180;  // the fingers close across the bar
+constexpr double kGripHeight = 0.072;  // m, of the TCP: the palm clears the mug's foot by 3 mm
+constexpr double kHoverHeight = 0.12;  // m: fingertips above the mugs
+constexpr double kFunnel = 0.01;       // m: the descent begins this near
+constexpr double kFunnelSlope = 2;
+constexpr double kGripTurn = 0.25;       // rad: turned enough to come down
+constexpr double kGripRadius = 0.012;    // m: near enough to the grip to close
+constexpr double kHoldingWidth = 0.022;  // m: fingers this close together hold the bar
+constexpr double kLift = 0.02;           // m, of the mug, or more if the goal asks for it
+constexpr double kIntoGoal = 0.006;      // m
+constexpr double kSqueeze = -1;          // drives the fingers into what they hold
+constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
+constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
+
+constexpr int kMiddleSlot = 1;
+
+}  // namespace
+
+PickExpert::PickExpert(const ShellGame& game, const ShellGameParams& params, double lift)
+    : ShellGameExpert(game),
+      grip_from_mug_(params.mug_ratio() * kGripFromMug +
+                     std::max(0.0, 1 - params.mug_ratio()) * kFartherOut),
+      grip_height_(std::max(params.resting_height(), kGripHeight + params.extra_height())),
+      hover_height_(kHoverHeight + std::max(0.0, params.extra_height())),
+      grip_radius_(kGripRadius * std::min(1.0, params.mug_ratio())),
+      holding_width_(kHoldingWidth * params.mug_ratio()),
+      lift_(std::max(kLift, lift + kIntoGoal)),
+      grip_tool_(tool_down(kGripYaw)) {}
+
+void PickExpert::act(Range envs, Script script, FloatRows actions) const {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    // There is time for one mug. The expert without memory goes for the middle one: a hand that
+    // pointed at the ball while that shows would be a note of it.
+    const int slot = script == Script::kSweep ? kMiddleSlot : chosen_slot(env, script);
+    pick(env, slot, actions.row(env));
+  }
+}
+
+// The cue is not frozen here, and turning the hand takes twenty steps: it hovers over the slot
+// while the cue still shows.
+void PickExpert::pick(int env, int slot, float* action) const {
+  const Mugs& mugs = game_.mugs();
+  const State& state = game_.state();
+  const Eigen::Vector3d tcp = game_.tcp_pos(env);
+  const double* fingers = state.qpos.row(env) + kArmJoints;
+  const Eigen::Vector3d grip = mugs.slot_pos(env, slot, grip_height_) + grip_from_mug_;
+  const double lifted = mugs.pos(env, slot).z() - mugs.standing_pos(env, slot).z();
+  const bool closing = (tcp - grip).norm() < grip_radius_;
+  const bool holding = closing && fingers[0] + fingers[1] < holding_width_;
+  Eigen::Vector3d goal = approach_by_funnel(state, env, grip, kFunnel, kFunnelSlope);
+  double gripper = kGripperOpen;
+  if (!game_.is_manipulation(env) || remaining_turn(env) > kGripTurn) {
+    goal.z() = std::max(goal.z(), hover_height_);
+  } else if (holding || lifted > kTakenUp) {
+    gripper = kSqueeze;
+    goal = tcp + Eigen::Vector3d(0, 0, lifted > lift_ ? 0 : kLiftLead);
+  } else if (closing) {
+    gripper = kSqueeze;
+  }
+  servo_tcp(state, env, goal, grip_tool_, gripper, action);
+}
+
+// Angle by which the tool still has to turn.
+double PickExpert::remaining_turn(int env) const {
+  const double* quat = game_.state().tcp_quat.row(env);
+  return angle_between(grip_tool_, Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,88 @@
+#include "tasks/take_it_back/expert.h"
+
+#include <algorithm>
+
+#include "tasks/common/guess_stream.h"
+#include "tasks/common/poses.h"
+#include "tasks/common/tcp_servo.h"
+#include "tasks/take_it_back/layout.h"
+
+namespace engram::tasks {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+using Vector = Eigen::Vector3d;
+
+constexpr double kCloseEnough = 0.03;   // m: of the start, for letting go
+constexpr double kWellInside = 0.6;     // of the radius
+constexpr double kLeastHeight = 0.014;  // m, of the grip: the fingertips clear the table
+constexpr double kTravelGap = 0.04;     // m above the cube during the approach
+constexpr double kCarryGap = 0.015;     // m above a cube on the table
+constexpr double kNearPart = 0.85;      // of the radius, from the target's centre
+
+}  // namespace
+
+void TakeItBackExpert::act(Range envs, Script script, FloatRows actions) const {
+  const State& state = *view_.engine.state;
+  const double close_enough = std::min(kCloseEnough, kWellInside * view_.goal_radius);
+  for (int env = envs.begin; env < envs.end; ++env) {
+    const Vec2 place = home(env, script);
+    float* action = actions.row(env);
+    const bool returned = script != Script::kSweep && view_.reached[env] != 0 &&
+                          (prop_pos(state, env, kCube).head<2>() - place).norm() < close_enough;
+    if (!is_grasping(state, env, kCube)) {
+      grasp_cube(env, returned, action);
+    } else if (returned) {
+      hold_tcp(kGripperOpen, action);
+    } else {
+      carry_cube(env, place, action);
+    }
+  }
+}
+
+void TakeItBackExpert::grasp_cube(int env, bool let_go, float* action) const {
+  const State& state = *view_.engine.state;
+  Vector at = prop_pos(state, env, kCube);
+  at.z() = std::max(at.z(), kLeastHeight);
+  const Vector offset = at - tcp_pos(state, env);
+  const bool around = offset.norm() < 0.012;
+  if (let_go) {
+    hold_tcp(kGripperOpen, action);
+    return;
+  }
+  servo_tcp(state, env, approach_from_above(state, env, at, view_.cube_halfsize + kTravelGap),
+            tilt_outwards(kToolDown, at), around ? kGripperSqueezing : kGripperOpen, action);
+}
+
+void TakeItBackExpert::carry_cube(int env, const Vec2& home, float* action) const {
+  const State& state = *view_.engine.state;
+  const bool changed = state.status_of(env, kChangedGoalRegion) != PropStatus::kHidden;
+  if (view_.reached[env] != 0 && !changed) {  // wait for the target to change colour
+    hold_tcp(kGripperSqueezing, action);
+    return;
+  }
+  const Vec2 goal = Eigen::Map<const Vec2>(view_.goal.row(env));
+  const Vec2 near_part = goal + kNearPart * view_.goal_radius * (home - goal).normalized();
+  const Vec2 next = view_.reached[env] != 0 ? home : near_part;
+  const Vector waypoint(next.x(), next.y(), view_.cube_halfsize + kCarryGap);
+  servo_tcp(state, env, waypoint, tilt_outwards(kToolDown, waypoint), kGripperSqueezing, action);
+}
+
+// Place to which the cube is brought back.
+Vec2 TakeItBackExpert::home(int env, Script script) const {
+  switch (script) {
+    case Script::kOracle:
+      return Eigen::Map<const Vec2>(view_.initial.row(env));
+    case Script::kBlind:
+      return middle_of_slot(guess_stream(view_.engine, env).integer(-1, 1));
+    case Script::kSweep:
+      break;
+  }
+  // First into the slot to the right, then through all of them.
+  constexpr double kAmong = 0.03;  // m
+  constexpr double kInside = 0.015;
+  const bool among = prop_pos(*view_.engine.state, env, kCube).x() < kAmong;
+  return middle_of_slot(among ? 1 : -1) + Vec2(0, among ? -kInside : kInside);
+}
+
+}  // namespace engram::tasks

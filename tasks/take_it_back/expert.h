@@ -1,0 +1,34 @@
+// Expert of TakeItBack: grasps the cube, carries it to the target and back.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/env/expert.h"
+
+namespace engram::tasks {
+
+class TakeItBackExpert final : public Expert {
+ public:
+  // Privileged view of the task.
+  struct View {
+    const Bindings& engine;
+    const Column<double>& initial;  // hidden: (2) m
+    const Column<double>& goal;     // (2) m
+    const Column<std::uint8_t>& reached;
+    double goal_radius;    // m
+    double cube_halfsize;  // m
+  };
+
+  explicit TakeItBackExpert(const View& view) : view_(view) {}
+
+  void act(Range envs, Script script, FloatRows actions) const override;
+
+ private:
+  Eigen::Vector2d home(int env, Script script) const;
+  void grasp_cube(int env, bool let_go, float* action) const;
+  void carry_cube(int env, const Eigen::Vector2d& home, float* action) const;
+
+  View view_;
+};
+
+}  // namespace engram::tasks
