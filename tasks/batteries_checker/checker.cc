@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "mjcf/scene.h"
 #include "tasks/batteries_checker/check_columns.h"
@@ -182,10 +183,10 @@ class BatteryChecker final : public FamilyBase {
       return set;
     }
     std::array<int, NUM_BATTERIES> order{};
-    const auto active = static_cast<std::size_t>(params_.ACTIVE_BATTERY_COUNT);
+    const auto active = at(params_.ACTIVE_BATTERY_COUNT);
     variables_.working.stream(episode).permutation(std::span(order).first(active));
     for (int i = 0; i < params_.WORKING_BATTERY_COUNT; ++i) {
-      set |= battery_bit(order[static_cast<std::size_t>(i)]);
+      set |= battery_bit(order[at(i)]);
     }
     return set;
   }

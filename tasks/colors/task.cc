@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/expert.h"
@@ -201,7 +202,7 @@ class ColorRecall final : public FamilyBase {
     out.add(OverlayText{{10, 60}, "Target:"});
     double x = kLeft;
     for (const std::int32_t color : sequence(env)) {
-      const auto& rgba = COLOR_MAPPING[static_cast<std::size_t>(color)].rgba;
+      const auto& rgba = COLOR_MAPPING[at(color)].rgba;
       const auto byte = [&rgba](std::size_t i) { return static_cast<std::uint8_t>(rgba[i]); };
       const std::uint8_t border = touch_.touched(env)[color] != 0 ? 255 : 0;
       out.add(OverlaySwatch{{x, 45}, 15, {byte(0), byte(1), byte(2)}, {border, border, border}});
@@ -224,7 +225,7 @@ class ColorRecall final : public FamilyBase {
   }
 
   std::span<const std::int32_t> sequence(int env) const {
-    return {sequence_.row(env), static_cast<std::size_t>(params_.SEQUENCE_LENGTH)};
+    return {sequence_.row(env), at(params_.SEQUENCE_LENGTH)};
   }
   bool in_sequence(int env, int color) const {
     const std::span<const std::int32_t> colors = sequence(env);
@@ -234,8 +235,7 @@ class ColorRecall final : public FamilyBase {
     return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
   }
   TouchTally count_touches(int env) const {
-    return tally_touches(rule_, sequence(env),
-                         {touch_.touched(env), static_cast<std::size_t>(params_.COLORS)},
+    return tally_touches(rule_, sequence(env), {touch_.touched(env), at(params_.COLORS)},
                          touch_.order(env));
   }
   // The colour to be touched next, -1: none.
