@@ -76,7 +76,7 @@ void BallLaunch::reset(const Episode& episode) const {
   std::copy_n(velocity, 3, state.prop_qvel_of(env, kBallProp));
 }
 
-void BallLaunch::tell_velocity(int env) const {
+void BallLaunch::publish_velocity(int env) const {
   RowWriter(engine_.oracle_values.row(env)).add(initial_velocity_.row(env), 3);
 }
 

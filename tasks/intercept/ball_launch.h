@@ -54,7 +54,7 @@ class BallLaunch {
   // Samples a launch and lets the ball go.
   void reset(const Episode& episode) const;
   // Shows the initial velocity as oracle_info.
-  void tell_velocity(int env) const;
+  void publish_velocity(int env) const;
 
   Eigen::Vector3d ball(int env) const;
   Eigen::Vector3d linear_velocity(int env) const;   // m/s, world

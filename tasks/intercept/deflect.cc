@@ -111,7 +111,7 @@ class Intercept final : public FamilyBase {
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      launch_.tell_velocity(env);
+      launch_.publish_velocity(env);
       engine_.success[env] = goal_distance(env) < params_.GOAL_RADIUS ? 1 : 0;
       reward_dict_.publish(env);
     }

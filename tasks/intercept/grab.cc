@@ -93,7 +93,7 @@ class InterceptGrab final : public FamilyBase {
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const State& state = *engine_.state;
-      launch_.tell_velocity(env);
+      launch_.publish_velocity(env);
       is_ball_grasped_[env] = is_grasping(state, env, kBallProp) ? 1 : 0;
       is_robot_static_[env] = robot_is_static(state, env) ? 1 : 0;
       engine_.success[env] = is_ball_grasped_[env] & is_robot_static_[env];

@@ -34,7 +34,7 @@ class ColorLamp final : public ShellGame {
     ShellGame::bind(bindings);
     rule_.bind(bindings);
     cue_.bind(bindings);
-    if (cue_.is_fixed()) tell();
+    if (cue_.is_fixed()) reveal_answer();
   }
 
   // --- sampling ---
@@ -63,7 +63,7 @@ class ColorLamp final : public ShellGame {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int slot = cue_.mug_of(env, target_[env]);
       engine_.oracle_info[env] = slot;
-      cue_.tell_color(env, target_[env]);
+      cue_.publish_color(env, target_[env]);
       conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
       note_answer(env, rule_.touched_mug(*this, env));
     }

@@ -132,8 +132,8 @@ int ShellGame::moved_mug(int env, double least) const {
   return moved;
 }
 
-void ShellGame::tell() {
-  told_ = true;
+void ShellGame::reveal_answer() {
+  answer_visible_ = true;
   info_.guess_rate = 1;
   info_.answer_rate = 1;
 }

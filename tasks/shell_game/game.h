@@ -43,7 +43,7 @@ class ShellGame : public FamilyBase {
   int target(int env) const { return target_[env]; }  // hidden cup or colour
   int answer(int env) const { return engine_.oracle_info[env]; }
   // True if the answer can be seen in the manipulation phase.
-  bool is_told() const { return told_; }
+  bool is_answer_visible() const { return answer_visible_; }
   // The robot commits to a mug, named by its slot; -1: to none.
   void note_answer(int env, int slot) const {
     if (slot >= 0) engine_.answers.give(env, slot, slot == answer(env));
@@ -114,7 +114,7 @@ class ShellGame : public FamilyBase {
   // farther than `least`, m; otherwise -1.
   int moved_mug(int env, double least) const;
   // To be called by bind(): memory is not needed.
-  void tell();
+  void reveal_answer();
 
   // --- observation ---
 
@@ -143,7 +143,7 @@ class ShellGame : public FamilyBase {
   Column<std::int32_t> manipulation_start_;  // control steps
   Column<double> offset_;                    // (3) m: obj_to_goal_pos in full precision
   Column<float> obj_to_goal_pos_;            // (3) m
-  bool told_ = false;
+  bool answer_visible_ = false;
   Column<std::uint8_t> is_obj_placed_;
   Column<std::uint8_t> is_robot_static_;
 };

@@ -34,7 +34,7 @@ class LampCue {
   // The mug, by its first slot, that goes with a colour: 0 red, 1 green, 2 blue.
   int mug_of(int env, int color) const { return slot_of_color_.row(env)[color]; }
   // Shows the colour in info.
-  void tell_color(int env, int color) const { task_cue_[env] = static_cast<float>(color); }
+  void publish_color(int env, int color) const { task_cue_[env] = static_cast<float>(color); }
 
   // The state observation of the lamp games.
   template <class Row>
@@ -54,7 +54,7 @@ class LampCue {
   TaskOption fixed_mapping_;
   Bindings engine_;
   Column<std::uint8_t> slot_of_color_;  // (3)
-  Column<float> task_cue_;              // told in info only: policies get the colour from the lamp
+  Column<float> task_cue_;              // in info only: policies get the colour from the lamp
 };
 
 }  // namespace engram::tasks

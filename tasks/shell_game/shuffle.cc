@@ -199,7 +199,7 @@ class ShuffleColorLamp final : public ShellGame {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int slot = shuffle_.final_slot(env, cue_.mug_of(env, target_[env]));
       engine_.oracle_info[env] = slot;
-      cue_.tell_color(env, target_[env]);
+      cue_.publish_color(env, target_[env]);
       conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
       const int touched = rule_.touched_mug(*this, env);
       note_answer(env, touched < 0 ? -1 : shuffle_.final_slot(env, touched));
