@@ -20,7 +20,7 @@ TEST_CASE("Props of one shape are of one type, whatever their colour", "[parts]"
                  mjcf::cube("large", 0.03, {1, 0, 0, 1})};
   const SceneSpec source = tasks::scene_source(scene);
   CHECK(source.props == std::vector<std::string>{"red", "blue", "large"});
-  CHECK(source.types == std::vector<int>{0, 0, 2});
+  CHECK(source.types == std::vector<int>{0, 0, 1});
 }
 
 }  // namespace

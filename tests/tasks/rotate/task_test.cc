@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "tasks/rotate/peg_angle.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
