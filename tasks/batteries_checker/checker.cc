@@ -30,7 +30,7 @@ class BatteryChecker final : public FamilyBase {
   BatteryChecker(const RegistryEntry& entry, const BatteryParams& params)
       : FamilyBase(entry),
         params_(params),
-        variables_(RandomVariables(info_.draws), params),
+        variables_(RandomVariables(info_.random_variables), params),
         options_(TaskOptions(info_.options)),
         rack_(scene_, params),
         button_(scene_, "battery_button", params.button),
@@ -41,7 +41,7 @@ class BatteryChecker final : public FamilyBase {
                  .rack = rack_,
                  .button = button_,
                  .check = check_}) {
-    scene_.render_camera = mjcf::RenderCamera::kB;
+    scene_.render_view = mjcf::RenderView::kTable;
     describe_batteries(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);

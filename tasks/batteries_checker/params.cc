@@ -144,7 +144,7 @@ void describe_batteries(const BatteryParams& params, TaskInfo& info) {
   info.termination = Termination::kSuccess;
   info.success_reward = kBatterySuccessReward;
   info.oracle_dim = params.WORKING_BATTERY_COUNT;
-  info.hidden_draw = "working";
+  info.hidden_variable = "working";
   info.phases = {{"insert", "until a battery stands in the socket"},
                  {"return", params.easy ? "over at once: the battery returns by itself"
                                         : "until that battery stands in its own slot again"},

@@ -77,7 +77,7 @@ struct BatteryVariables {
 
   RealVariable tray_x;
   RealVariable tray_y;
-  RandomVariable working;
+  VariableHandle working;
 };
 
 struct BatteryOptions {

@@ -101,7 +101,7 @@ void describe_blink_count(const BlinkCountParams& params, TaskInfo& info) {
   info.termination = Termination::kSuccessOrFailed;
   info.success_reward = SUCCESS_BONUS;
   info.oracle_dim = 1;
-  info.hidden_draw = "target_blinks";
+  info.hidden_variable = "target_blinks";
   info.phases = {{"cue", "elapsed < C: the lamp blinks; presses do not count"},
                  {"action", "elapsed >= C: the phase lamp is green"}};
 }

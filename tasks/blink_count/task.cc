@@ -44,7 +44,7 @@ class BlinkCount final : public FamilyBase {
   BlinkCount(const RegistryEntry& entry, const BlinkCountParams& params)
       : FamilyBase(entry),
         params_(params),
-        variables_(RandomVariables(info_.draws), params),
+        variables_(RandomVariables(info_.random_variables), params),
         options_(TaskOptions(info_.options)),
         red_(scene_, "button", params.button),
         black_(scene_, "confirm_button", in_black(params.button)),
@@ -60,11 +60,11 @@ class BlinkCount final : public FamilyBase {
                  .target = target_,
                  .press_count = press_count_,
                  .submit_attempted = submit_attempted_}) {
-    scene_.render_camera = mjcf::RenderCamera::kB;
+    scene_.render_view = mjcf::RenderView::kTable;
     describe_blink_count(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_blink_terms(row, {}, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -80,10 +80,10 @@ class BlinkCount final : public FamilyBase {
   }
 
   int cue_end(int env) const override { return clock_.cue_end(env); }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
-    clock_.drawn_row(row, env);
+  void sampled_row(Row& row, int env) const {
+    clock_.sampled_row(row, env);
     row.field("target_blinks", 1, "", "how often the lamp blinks", [&] { return target_[env]; });
   }
 

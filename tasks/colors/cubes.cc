@@ -106,7 +106,7 @@ std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& stora
   return colors;
 }
 
-ColorCubes::ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, RandomVariable places)
+ColorCubes::ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, VariableHandle places)
     : params_(params), places_(places), arc_(arc_slots(params.COLORS)) {
   check_places(params);
   for (int color = 0; color < count(); ++color) {

@@ -28,7 +28,7 @@ class ColorCubes {
   // Appends the cubes to the scene. They are its first props, so that colours are indices.
   // places: the variable of where they stand. Throws Error unless all stand apart from each other
   // and from the button, in every phase.
-  ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, RandomVariable places);
+  ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, VariableHandle places);
 
   void bind(const Bindings& bindings);
   // Draws the places of the cubes in the action phase.
@@ -61,7 +61,7 @@ class ColorCubes {
   void place(int env, int color, const Vec2& at) const;
 
   ColorRecallParams params_;
-  RandomVariable places_;
+  VariableHandle places_;
   Layout arc_;
   Bindings engine_;
   Column<double> positions_;  // (count * 2) m

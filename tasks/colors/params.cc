@@ -97,7 +97,7 @@ void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
   info.termination = Termination::kNever;
   info.success_reward = kColorSuccessReward;
   info.oracle_dim = params.SEQUENCE_LENGTH;
-  info.hidden_draw = "sequence";
+  info.hidden_variable = "sequence";
   info.phases = {{"cue", "elapsed < C"},
                  {"empty", "C <= elapsed < C + E"},
                  {"action", "elapsed >= C + E; cubes are put back up to C + E + 4"}};

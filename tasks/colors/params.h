@@ -81,8 +81,8 @@ inline constexpr double kHiddenHeight = 1000;                  // reported while
 struct ColorVariables {
   ColorVariables(RandomVariables list, const ColorRecallParams& params);
 
-  RandomVariable sequence;
-  RandomVariable positions;
+  VariableHandle sequence;
+  VariableHandle positions;
   IntegerVariable cue_steps;
   IntegerVariable empty_steps;
 };

@@ -27,7 +27,7 @@ class ColorRecall final : public FamilyBase {
   ColorRecall(const RegistryEntry& entry, const ColorRecallParams& params)
       : FamilyBase(entry),
         params_(params),
-        variables_(RandomVariables(info_.draws), params),
+        variables_(RandomVariables(info_.random_variables), params),
         options_(TaskOptions(info_.options), params),
         rule_(params.rule),
         cubes_(scene_, params, variables_.positions),
@@ -47,7 +47,7 @@ class ColorRecall final : public FamilyBase {
     info_.reward_terms =
         reward_terms_of([&](auto& row) { list_color_terms(row, params.rule, {}, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -68,10 +68,10 @@ class ColorRecall final : public FamilyBase {
   }
 
   int cue_end(int env) const override { return clock_.cue_end(env); }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
-    clock_.drawn_row(row, env);
+  void sampled_row(Row& row, int env) const {
+    clock_.sampled_row(row, env);
   }
 
   // --- sampling ---

@@ -24,7 +24,7 @@ void FamilyBase::set_constants(std::vector<TaskConstant> constants) {
   }
 }
 
-std::vector<ObjectDescriptor> FamilyBase::looks() const {
+std::vector<ObjectDescriptor> FamilyBase::object_descriptors() const {
   std::vector<ObjectDescriptor> looks;
   for (const mjcf::Prop& prop : scene_.props) looks.push_back(mjcf::look_of(prop));
   return looks;

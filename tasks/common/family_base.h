@@ -17,7 +17,7 @@ class FamilyBase : public Task {
   const TaskInfo& info() const final { return info_; }
   SceneSpec scene() const final;
   std::string document() const final { return mjcf::compose(scene_, mjcf::Detail::kFull); }
-  std::vector<ObjectDescriptor> looks() const final;
+  std::vector<ObjectDescriptor> object_descriptors() const final;
   void bind(const Bindings& bindings) override { engine_ = bindings; }
   // The declared constants, with the user's values.
   void set_constants(std::vector<TaskConstant> constants);
@@ -43,22 +43,22 @@ class FamilyBase : public Task {
     }
   }
 
-  // A member template drawn_row lists what episodes draw and scripts read, likewise. Angles,
+  // A member template sampled_row lists what episodes draw and scripts read, likewise. Angles,
   // lengths and speeds are real, all else are whole numbers.
   template <class Family>
-  void declare_drawn(const Family& family) {
+  void declare_sampled_values(const Family& family) {
     FieldLister lister;
-    family.drawn_row(lister, 0);
-    info_.drawn = lister.take();
-    for (Field& field : info_.drawn) {
+    family.sampled_row(lister, 0);
+    info_.sampled_values = lister.take();
+    for (Field& field : info_.sampled_values) {
       field.privileged = true;
       if (field.unit.empty() || field.unit == "control steps") field.dtype = DType::kInt32;
     }
   }
   template <class Family>
-  static void write_drawn(const Family& family, int env, float* out) {
+  static void write_sampled_values(const Family& family, int env, float* out) {
     RowWriter row(out);
-    family.drawn_row(row, env);
+    family.sampled_row(row, env);
   }
 
   // Queries that many families make (tasks/common/poses.h).

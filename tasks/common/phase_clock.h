@@ -35,7 +35,7 @@ class PhaseClock {
 
   // The lengths of the phases, as scripts for the original benchmark name them.
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("cue_steps_per_env", 1, "control steps", "length of the cue phase",
               [&] { return cue_steps_[env]; });
     row.field("empty_steps_per_env", 1, "control steps", "length of the empty phase",

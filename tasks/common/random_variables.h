@@ -21,10 +21,10 @@
 namespace engram::tasks {
 
 // Handle of a variable from whose stream the family draws by itself.
-class RandomVariable {
+class VariableHandle {
  public:
-  RandomVariable() = default;
-  explicit RandomVariable(int index) : index_(index) {}
+  VariableHandle() = default;
+  explicit VariableHandle(int index) : index_(index) {}
 
   int index() const { return index_; }
   // Values that the user has fixed, or null.
@@ -44,10 +44,10 @@ struct Interval {
 
 // Handle of a variable whose values are uniform over an interval.
 template <class T>
-class UniformVariable : public RandomVariable {
+class UniformVariable : public VariableHandle {
  public:
   UniformVariable() = default;
-  UniformVariable(int index, Interval<T> interval) : RandomVariable(index), interval_(interval) {}
+  UniformVariable(int index, Interval<T> interval) : VariableHandle(index), interval_(interval) {}
 
   T low() const { return interval_.low; }
   T high() const { return interval_.high; }
@@ -78,11 +78,11 @@ using RealVariable = UniformVariable<double>;
 // List builder: describes a variable in TaskInfo::draws and returns its handle.
 class RandomVariables {
  public:
-  explicit RandomVariables(std::vector<Draw>& list) : list_(&list) {}
+  explicit RandomVariables(std::vector<RandomVariable>& list) : list_(&list) {}
 
-  RandomVariable add(Draw about) {
+  VariableHandle add(RandomVariable about) {
     list_->push_back(std::move(about));
-    return RandomVariable(static_cast<int>(list_->size()) - 1);
+    return VariableHandle(static_cast<int>(list_->size()) - 1);
   }
   IntegerVariable integer(std::string name, Interval<int> interval, std::string unit,
                           std::string description) {
@@ -106,7 +106,7 @@ class RandomVariables {
   template <class T>
   UniformVariable<T> uniform(std::string name, Interval<T> interval, std::string unit,
                              std::string description) {
-    const RandomVariable handle = add({.name = std::move(name),
+    const VariableHandle handle = add({.name = std::move(name),
                                        .integer = std::is_integral_v<T>,
                                        .low = static_cast<double>(interval.low),
                                        .high = static_cast<double>(interval.high),
@@ -115,7 +115,7 @@ class RandomVariables {
     return {handle.index(), interval};
   }
 
-  std::vector<Draw>* list_;
+  std::vector<RandomVariable>* list_;
 };
 
 }  // namespace engram::tasks

@@ -31,7 +31,7 @@ SceneSpec scene_source(const mjcf::Scene& scene) {
   }
   source.compose = [scene](std::span<const int> props, RobotDetail detail) {
     mjcf::Scene part;
-    part.render_camera = scene.render_camera;
+    part.render_view = scene.render_view;
     part.table_ends = scene.table_ends;
     for (const int prop : props) part.props.push_back(scene.props[at(prop)]);
     return mjcf::compose(part, detail == RobotDetail::kDynamics ? mjcf::Detail::kRobotDynamics

@@ -1,6 +1,6 @@
 #include "tasks/common/variant.h"
 
-#include "core/env/env_options.h"
+#include "core/env/options.h"
 
 namespace engram::tasks {
 namespace {
@@ -14,7 +14,7 @@ void declare_common(ConstantBinder& constants, RegistryEntry& entry) {
       .integer(kHorizonConstant, entry.horizon, {1, kLongestEpisode}, "control steps",
                "horizon: how long an episode may last")
       .published = false;
-  double noise = EnvOptions().robot_init_qpos_noise;
+  double noise = BatchOptions().robot_init_qpos_noise;
   constants
       .real(kNoiseConstant, noise, {0, 1}, "rad",
             "standard deviation of the arm joints' noise in the start pose")

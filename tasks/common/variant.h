@@ -41,7 +41,7 @@ std::unique_ptr<Task> make_variant(const RegistryEntry& entry, const ConstantTab
   declare_common(constants, own);
   std::vector<TaskConstant> declared = constants.take();
   params.check(own.horizon);
-  if (own.time_limit > 0) own.horizon = own.time_limit;
+  if (own.max_episode_steps > 0) own.horizon = own.max_episode_steps;
   auto task = std::make_unique<Made>(own, params);
   task->set_constants(std::move(declared));
   return task;

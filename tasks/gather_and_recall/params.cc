@@ -119,7 +119,7 @@ void describe_gather(TaskInfo& info) {
   info.termination = Termination::kSuccessOrFailed;
   info.success_reward = kGatherSuccessReward;
   info.oracle_dim = 1;
-  info.hidden_draw = "flash_color";
+  info.hidden_variable = "flash_color";
   info.phases = {{"move", "not all cubes rest on the disc"},
                  {"flash", "flash_duration steps from the step with flash_trigger_count cubes"},
                  {"press", "all cubes rest on the disc"}};

@@ -66,7 +66,7 @@ struct GatherVariables {
   IntegerVariable duration;
   RealVariable disc_x;
   RealVariable disc_y;
-  RandomVariable cube_jitter;
+  VariableHandle cube_jitter;
 };
 
 // Parameters of the button of one colour.

@@ -25,7 +25,7 @@ class GatherAndRecall final : public FamilyBase {
   GatherAndRecall(const RegistryEntry& entry, const GatherParams& params)
       : FamilyBase(entry),
         params_(params),
-        variables_(RandomVariables(info_.draws), params),
+        variables_(RandomVariables(info_.random_variables), params),
         cubes_(params.N_CUBES),
         disc_(add_cubes_and_disc(scene_, params)),
         buttons_{PressButton(scene_, "button_red", gather_button(0)),
@@ -42,7 +42,7 @@ class GatherAndRecall final : public FamilyBase {
     describe_gather(info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -70,9 +70,9 @@ class GatherAndRecall final : public FamilyBase {
     return flash_start_[env] + duration_[env];
   }
 
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("flash_trigger_count", 1, "", "cubes on the disc at which the lamp flashes",
               [&] { return trigger_count_[env]; });
     row.field("flash_duration", 1, "control steps", "length of the flash",
@@ -195,7 +195,7 @@ class GatherAndRecall final : public FamilyBase {
   // Returns the index of the disc's prop.
   static int add_cubes_and_disc(mjcf::Scene& scene, const GatherParams& params) {
     const int cubes = params.N_CUBES;
-    scene.render_camera = mjcf::RenderCamera::kB;
+    scene.render_view = mjcf::RenderView::kTable;
     const Vec2 disc((DISC_X_MIN + DISC_X_MAX) / 2, (DISC_Y_MIN + DISC_Y_MAX) / 2);
     for (int cube = 0; cube < cubes; ++cube) {
       scene.props.push_back(mjcf::cube("gather_cube_" + std::to_string(cube), CUBE_HALF_SIZE,

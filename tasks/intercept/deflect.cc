@@ -62,8 +62,8 @@ class Intercept final : public FamilyBase {
   Intercept(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        launch_({RandomVariables(info_.draws), params.ball}, kStartRadii * params.ball.BALL_RADIUS),
-        goal_y_(RandomVariables(info_.draws)
+        launch_({RandomVariables(info_.random_variables), params.ball}, kStartRadii * params.ball.BALL_RADIUS),
+        goal_y_(RandomVariables(info_.random_variables)
                     .real("goal_y", {-kGoalSpan, kGoalSpan}, "m", "where the target lies")),
         expert_({.engine = engine_,
                  .goal_prop = kGoalProp,
@@ -73,7 +73,7 @@ class Intercept final : public FamilyBase {
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
     scene_.props = {launched_ball(params.ball.BALL_RADIUS),
                     mjcf::target_disc("goal_region", params.GOAL_RADIUS, kTargetRed)};
     scene_.table_ends = true;
@@ -100,9 +100,9 @@ class Intercept final : public FamilyBase {
 
   void advance(Range /*envs*/) override {}
   int cue_end(int /*env*/) const override { return 0; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("initial_velocity", 3, "m/s", "of the ball",
               [&] { return launch_.initial_velocity(env); });
   }

@@ -54,13 +54,13 @@ class InterceptGrab final : public FamilyBase {
   InterceptGrab(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        launch_({RandomVariables(info_.draws), params.ball}, params.ball.BALL_RADIUS),
+        launch_({RandomVariables(info_.random_variables), params.ball}, params.ball.BALL_RADIUS),
         expert_(engine_, params.ball.BALL_RADIUS) {
     describe_launch(info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
     scene_.props = {launched_ball(params.ball.BALL_RADIUS)};
     scene_.table_ends = true;
   }
@@ -81,9 +81,9 @@ class InterceptGrab final : public FamilyBase {
 
   void advance(Range /*envs*/) override {}
   int cue_end(int /*env*/) const override { return 0; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("initial_velocity", 3, "m/s", "of the ball",
               [&] { return launch_.initial_velocity(env); });
   }

@@ -51,7 +51,7 @@ class FindImposter final : public ObjectRecall {
                      {.target = "imposter",
                       .target_text = "key of the object that the cue leaves out",
                       .positions_text = "x, y of every object in the cue phase"}),
-        permutation_(RandomVariables(info_.draws)
+        permutation_(RandomVariables(info_.random_variables)
                          .add({"permutation", count(), true, 0, count() - 1.0, "",
                                "key in whose place of the cue phase every key appears", true})) {}
 
@@ -153,7 +153,7 @@ class FindImposter final : public ObjectRecall {
     }
   }
 
-  RandomVariable permutation_;
+  VariableHandle permutation_;
   Column<double> cue_positions_;  // (count * 2) m
 };
 

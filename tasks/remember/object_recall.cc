@@ -81,7 +81,7 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
                            const Wording& wording)
     : FamilyBase(entry),
       params_(params),
-      variables_(RandomVariables(info_.draws), params, wording),
+      variables_(RandomVariables(info_.random_variables), params, wording),
       objects_(params.objects),
       slots_(nominal_slots(params.objects.count, params.arc)),
       touch_(params.GOAL_THRESH, params.smoothness),
@@ -102,10 +102,10 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
   info_.answer =
       "the first object within GOAL_THRESH of which the robot rests in the manipulation phase, the "
       "nearest one if there are several; its key";
-  info_.hidden_draw = wording.target;
+  info_.hidden_variable = wording.target;
   info_.oracle_dim = static_cast<int>(objects_.identity(0).size());
   declare_state(*this);
-  declare_drawn(*this);
+  declare_sampled_values(*this);
   for (int key = 0; key < count(); ++key) {
     mjcf::Prop prop = objects_.prop(key);
     const Vec2& slot = slots_[at(key)];

@@ -43,7 +43,7 @@ class ObjectRecall : public FamilyBase {
  public:
   void bind(const Bindings& bindings) override;
   int cue_end(int env) const override { return clock_.cue_end(env); }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
   void observe(Range envs, FloatRows out) override;
@@ -88,7 +88,7 @@ class ObjectRecall : public FamilyBase {
     Variables(RandomVariables list, const ObjectRecallParams& params, const Wording& wording);
 
     IntegerVariable target;
-    RandomVariable positions;
+    VariableHandle positions;
     IntegerVariable cue_steps;
     IntegerVariable empty_steps;
   };
@@ -101,8 +101,8 @@ class ObjectRecall : public FamilyBase {
   template <class Row>
   void state_row(Row& row, int env) const;
   template <class Row>
-  void drawn_row(Row& row, int env) const {
-    clock_.drawn_row(row, env);
+  void sampled_row(Row& row, int env) const {
+    clock_.sampled_row(row, env);
   }
   void note_answer(int env) const;
 

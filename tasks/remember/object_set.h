@@ -9,7 +9,7 @@
 #include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "mjcf/prop.h"
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tasks/common/constant_binder.h"
 #include "tasks/common/footprint.h"
 

@@ -97,7 +97,7 @@ struct Variables {
     return both ? -largest_angle(params.MODE) : params.angle_threshold;
   }
 
-  RandomVariable target_angle;
+  VariableHandle target_angle;
   RealVariable initial_yaw;
   RealVariable peg_x;
   RealVariable peg_y;
@@ -119,7 +119,7 @@ class Rotate final : public FamilyBase {
   Rotate(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        variables_(RandomVariables(info_.draws), params),
+        variables_(RandomVariables(info_.random_variables), params),
         expert_({.engine = engine_,
                  .info = info_,
                  .target = target_,
@@ -143,10 +143,10 @@ class Rotate final : public FamilyBase {
     info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"manipulation", "always"}};
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
     scene_.props = {
         mjcf::peg("peg", params.PEG_HALF_LENGTH, params.PEG_HALF_WIDTH, kPegBlue, kPegBlue)};
-    scene_.render_camera = mjcf::RenderCamera::kC;
+    scene_.render_view = mjcf::RenderView::kAboveTable;
   }
 
   void bind(const Bindings& bindings) override {
@@ -167,9 +167,9 @@ class Rotate final : public FamilyBase {
 
   // The target is in the instruction and in task_cue all the time.
   int cue_end(int /*env*/) const override { return 0; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("target_angle", 1, "rad", "by which to turn the peg", [&] { return target_[env]; });
   }
 

@@ -21,7 +21,7 @@ class ColorLamp final : public ShellGame {
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
         rule_(params, /*shoving=*/false),
-        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.draws)),
+        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.random_variables)),
         expert_(*this, params, params.CUE_PHASE_STEPS.high) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();

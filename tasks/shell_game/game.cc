@@ -24,14 +24,14 @@ ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, 
       mugs_(scene_, params, *setup.stance),
       params_(params),
       setup_(setup),
-      variables_(RandomVariables(info_.draws), params, setup) {
+      variables_(RandomVariables(info_.random_variables), params, setup) {
   info_.candidates = kCups;
   info_.frozen_cue = setup.frozen;
   info_.success_reward = setup.success_reward;
   info_.oracle_dim = 1;
-  declare_drawn(*this);
-  info_.hidden_draw = setup.target;
-  scene_.render_camera = mjcf::RenderCamera::kB;
+  declare_sampled_values(*this);
+  info_.hidden_variable = setup.target;
+  scene_.render_view = mjcf::RenderView::kTable;
 }
 
 void ShellGame::bind(const Bindings& bindings) {

@@ -22,9 +22,9 @@ class ShellGame : public FamilyBase {
   void bind(const Bindings& bindings) override;
   void reset(const Episode& episode) override;
   int cue_end(int env) const override { return cue_steps_[env]; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("cue_steps_per_env", 1, "control steps", "length of the cue phase",
               [&] { return cue_steps_[env]; });
     if (!setup_.shuffles) return;
@@ -131,7 +131,7 @@ class ShellGame : public FamilyBase {
     Variables(RandomVariables list, const ShellGameParams& params, const Setup& setup);
 
     IntegerVariable target;
-    RandomVariable base;
+    VariableHandle base;
     IntegerVariable cue_steps;
   };
 

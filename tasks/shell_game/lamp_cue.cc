@@ -39,7 +39,7 @@ LampCue::LampCue(mjcf::Scene& scene, double ball_radius, RandomVariables list)
 }
 
 void LampCue::describe(TaskInfo& info) {
-  info.hidden_draw = kMapping;
+  info.hidden_variable = kMapping;
   fixed_mapping_ =
       TaskOptions(info.options)
           .on_off("fixed_mapping",

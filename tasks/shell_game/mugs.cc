@@ -58,7 +58,7 @@ void check_mugs(const ShellGameParams& params, const MugStance& stance, double r
   }
 }
 
-RandomVariable Mugs::declare_base(RandomVariables list) {
+VariableHandle Mugs::declare_base(RandomVariables list) {
   return list.add({"base", 2, false, -kBaseRange, kBaseRange, "m", "x, y of the center slot"});
 }
 
@@ -74,7 +74,7 @@ void Mugs::bind(const Bindings& bindings) {
   base_ = bindings.memory->add<double>("base", 2, "m");
 }
 
-void Mugs::reset(const Episode& episode, const RandomVariable& base) const {
+void Mugs::reset(const Episode& episode, const VariableHandle& base) const {
   const int env = episode.env();
   if (const double* pinned = base.pinned(episode)) {
     std::copy_n(pinned, 2, base_.row(env));

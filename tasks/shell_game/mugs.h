@@ -26,7 +26,7 @@ void check_mugs(const ShellGameParams& params, const MugStance& stance, double r
 class Mugs {
  public:
   // Random variable of the place of the row.
-  static RandomVariable declare_base(RandomVariables list);
+  static VariableHandle declare_base(RandomVariables list);
 
   // Appends the mugs to the scene. They are its props 0, 1, 2, named after the slots in which they
   // start.
@@ -34,7 +34,7 @@ class Mugs {
 
   void bind(const Bindings& bindings);
   // Draws the place of the row from its variable, and hides the mugs above it.
-  void reset(const Episode& episode, const RandomVariable& base) const;
+  void reset(const Episode& episode, const VariableHandle& base) const;
 
   // The center slot, on the table.
   Eigen::Vector3d base(int env) const { return {base_.row(env)[0], base_.row(env)[1], 0}; }

@@ -54,7 +54,7 @@ class ShuffleTouch final : public ShellGame {
                    .frozen = params.frozen,
                    .shuffles = true}),
         rule_(params, /*shoving=*/true),
-        shuffle_(params, RandomVariables(info_.draws)),
+        shuffle_(params, RandomVariables(info_.random_variables)),
         ball_(add_red_ball()),
         expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
@@ -156,8 +156,8 @@ class ShuffleColorLamp final : public ShellGame {
                    .frozen = params.frozen,
                    .shuffles = true}),
         rule_(params, /*shoving=*/false),
-        shuffle_(params, RandomVariables(info_.draws)),
-        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.draws)),
+        shuffle_(params, RandomVariables(info_.random_variables)),
+        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.random_variables)),
         expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);

@@ -47,7 +47,7 @@ class ShufflePhase {
   ShuffleParams params_;
   IntegerVariable steps_;
   IntegerVariable num_swaps_;
-  RandomVariable pairs_;
+  VariableHandle pairs_;
   TaskOption snap_back_;
   const State* state_ = nullptr;
   Swaps swaps_;

@@ -124,7 +124,7 @@ class TakeItBack final : public FamilyBase {
   TakeItBack(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        variables_(RandomVariables(info_.draws)),
+        variables_(RandomVariables(info_.random_variables)),
         may_overlap_(TaskOptions(info_.options)
                          .on_off("may_overlap",
                                  "1: the discs of start and target may overlap, which makes "

@@ -167,7 +167,7 @@ std::vector<std::pair<std::string, std::string>> phases(const TimeWindow& window
 }
 
 void add_discs_and_cube(mjcf::Scene& scene, double radius) {
-  scene.render_camera = mjcf::RenderCamera::kB;
+  scene.render_view = mjcf::RenderView::kTable;
   scene.props.resize(kDiscsAndCube);
   scene.props[kGreenDisc] = mjcf::disc("green_disc", radius, DISC_HALF_HEIGHT, kGreen);
   scene.props[kRedDisc] = mjcf::disc("red_disc", radius, DISC_HALF_HEIGHT, kRed);
@@ -182,7 +182,7 @@ class TimedTransfer final : public FamilyBase {
   TimedTransfer(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        variables_(RandomVariables(info_.draws), params),
+        variables_(RandomVariables(info_.random_variables), params),
         expert_({.engine = engine_,
                  .signal_step = signal_step_,
                  .cube = kCube,
@@ -204,11 +204,11 @@ class TimedTransfer final : public FamilyBase {
     info_.success_reward = kTimedTransferSuccessReward;
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
-    info_.hidden_draw = "signal_step";
+    info_.hidden_variable = "signal_step";
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = phases(window);
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -229,9 +229,9 @@ class TimedTransfer final : public FamilyBase {
 
   // Latest step of the signal: the lamp is green from there on.
   int cue_end(int /*env*/) const override { return params_.PRE_SIGNAL_STEPS.high; }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("signal_step", 1, "control steps", "when the lamp turns green",
               [&] { return signal_step_[env]; });
     row.field("window_start", 1, "control steps", "first step in which the cube may arrive",

@@ -47,7 +47,7 @@ mjcf::Prop green_cube_prop() {
 
 // Meanings of pinned values, or values of the variable's stream.
 template <class Meaning, class Sample, class T>
-void draw_values(const Episode& episode, const RandomVariable& variable, T* values, int count,
+void draw_values(const Episode& episode, const VariableHandle& variable, T* values, int count,
                  Meaning meaning, Sample sample) {
   if (const double* pinned = variable.pinned(episode)) {
     std::transform(pinned, pinned + count, values, meaning);
@@ -96,7 +96,7 @@ TraceVariables::TraceVariables(RandomVariables list, const TraceParams& params)
 
 TraceDemo::TraceDemo(mjcf::Scene& scene, TaskInfo& info, const TraceParams& params)
     : params_(params),
-      variables_(RandomVariables(info.draws), params),
+      variables_(RandomVariables(info.random_variables), params),
       red_pushes_green_(
           TaskOptions(info.options)
               .on_off("red_pushes_green",
@@ -106,7 +106,7 @@ TraceDemo::TraceDemo(mjcf::Scene& scene, TaskInfo& info, const TraceParams& para
       red_(static_cast<int>(scene.props.size())),
       green_(red_ + 1),
       red_body_(green_ + 1) {
-  scene.render_camera = mjcf::RenderCamera::kB;
+  scene.render_view = mjcf::RenderView::kTable;
   scene.props.push_back(red_cube_prop());
   scene.props.push_back(green_cube_prop());
   lamp_ = Lamp(scene, "lamp");

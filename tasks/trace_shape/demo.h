@@ -24,11 +24,11 @@ enum class TracePhase { kPreDemo, kDemo, kAction };
 struct TraceVariables {
   TraceVariables(RandomVariables list, const TraceParams& params);
 
-  RandomVariable shapes;
+  VariableHandle shapes;
   RealVariable radii;
   RealVariable center_x;
   RealVariable center_y;
-  RandomVariable rotations;
+  VariableHandle rotations;
   IntegerVariable pre_demo_steps;
   std::optional<IntegerVariable> length;  // of a sequence
 };

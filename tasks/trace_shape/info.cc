@@ -8,7 +8,7 @@ std::vector<std::pair<std::string, std::string>> trace_phases(const std::string&
           {"action", "elapsed >= " + demo_end + "; green lamp"}};
 }
 
-std::string hidden_draw(const TraceParams& params) {
+std::string hidden_variable(const TraceParams& params) {
   const bool sizes_vary = params.SHAPE_RADIUS_RANGE.low < params.SHAPE_RADIUS_RANGE.high;
   if (params.AVAILABLE_SHAPES.size() > 1) return params.sequence ? "shapes" : "shape";
   if (sizes_vary) return params.sequence ? "radii" : "radius";

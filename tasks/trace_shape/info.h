@@ -15,7 +15,7 @@ std::vector<std::pair<std::string, std::string>> trace_phases(const std::string&
 
 // Random variable that an agent has to remember first of all: the first that is not always the
 // same.
-std::string hidden_draw(const TraceParams& params);
+std::string hidden_variable(const TraceParams& params);
 
 // Info fields that name the phase.
 class TraceMasks {

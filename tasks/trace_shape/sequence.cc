@@ -46,12 +46,12 @@ class TraceShapeSeq final : public FamilyBase {
         "at the submission, or at the first contour that passes for another shape than the one "
         "that is due: the shapes so far, a digit each, id + 1";
     info_.answer_rate = answer_rate(params);
-    info_.hidden_draw = hidden_draw(params);
+    info_.hidden_variable = hidden_variable(params);
     info_.reward_terms =
         reward_terms_of([](auto& row) { list_terms(row, TraceSeqRewardInputs{}, {}); });
     info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS) + " L");
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -76,9 +76,9 @@ class TraceShapeSeq final : public FamilyBase {
   }
 
   int cue_end(int env) const override { return demo_.demo_end(env); }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("cue_steps_per_env", 1, "control steps", "until the demonstration is over",
               [&] { return demo_.demo_end(env); });
     row.field("sequence_len", 1, "", "number of shapes", [&] { return demo_.length(env); });

@@ -34,12 +34,12 @@ class TraceShape final : public FamilyBase {
         "once the cube's trail has passed for a shape: that of the available ones, as large and "
         "turned as the one that was shown, to whose checkpoints it has come nearest; its id";
     info_.answer_rate = answer_rate(params);
-    info_.hidden_draw = hidden_draw(params);
+    info_.hidden_variable = hidden_variable(params);
     info_.reward_terms =
         reward_terms_of([](auto& row) { list_terms(row, TraceRewardInputs{}, {}); });
     info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS));
     declare_state(*this);
-    declare_drawn(*this);
+    declare_sampled_values(*this);
   }
 
   void bind(const Bindings& bindings) override {
@@ -64,9 +64,9 @@ class TraceShape final : public FamilyBase {
   }
 
   int cue_end(int env) const override { return demo_.demo_end(env); }
-  void drawn(int env, float* out) const override { write_drawn(*this, env, out); }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
-  void drawn_row(Row& row, int env) const {
+  void sampled_row(Row& row, int env) const {
     row.field("cue_steps_per_env", 1, "control steps", "until the demonstration is over",
               [&] { return demo_.demo_end(env); });
     row.field("shape_type", 1, "", "id of the shape", [&] { return *demo_.shapes(env); });

@@ -10,7 +10,7 @@ using tasks::ColorCubes;
 
 TEST_CASE("Cubes are the scene's first props, one of each colour", "[color_recall]") {
   mjcf::Scene scene;
-  const ColorCubes cubes(scene, tasks::kBunchVariants[0], tasks::RandomVariable(1));
+  const ColorCubes cubes(scene, tasks::kBunchVariants[0], tasks::VariableHandle(1));
   REQUIRE(scene.props.size() == 9);
   CHECK(scene.props[0].name == "cube_0");
   CHECK(scene.props[8].name == "cube_8");
@@ -20,7 +20,7 @@ TEST_CASE("Cubes that do not stand apart are refused", "[color_recall]") {
   mjcf::Scene scene;
   tasks::ColorRecallParams params = tasks::kBunchVariants[0];
   params.CUBE_HALFSIZE = 0.04;
-  CHECK_THROWS_WITH(ColorCubes(scene, params, tasks::RandomVariable(1)),
+  CHECK_THROWS_WITH(ColorCubes(scene, params, tasks::VariableHandle(1)),
                     Catch::Contains("9 cubes of CUBE_HALFSIZE 0.04 m do not stand apart"));
 }
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/math/random.h"
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tasks/common/overlap_guard.h"
 
 namespace engram::tasks {

@@ -20,7 +20,7 @@ struct Variables {
 
   tasks::IntegerVariable color;
   tasks::IntegerVariable steps;
-  tasks::RandomVariable places;
+  tasks::VariableHandle places;
 };
 
 constexpr StepRange kRange{2, 5, {"cue_steps", "length of the cue"}, "control steps", "CUE_STEPS"};

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "mjcf/shapes.h"
+#include "mjcf/object_shapes.h"
 #include "tasks/remember/object_recall.h"
 
 namespace engram::tasks {
