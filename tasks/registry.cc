@@ -168,7 +168,7 @@ TaskVariant flattened(TaskVariant variant, const RegistryEntry& base) {
 // Takes the values as the task has them: a whole number stays one where 7.0 was given.
 void take_values(const TaskInfo& info, ConstantTable& constants) {
   for (auto& [name, value] : constants) {
-    value = std::ranges::find(info.changeable, name, &TaskConstant::name)->value;
+    value = std::ranges::find(info.constants, name, &TaskConstant::name)->value;
   }
 }
 

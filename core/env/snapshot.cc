@@ -73,7 +73,7 @@ std::string Snapshotter::label() const {
   const TaskInfo& info = batch_.info();
   const BatchOptions& options = batch_.options();
   std::string label = info.id;
-  for (const auto& [name, value] : info.changed) {
+  for (const auto& [name, value] : changed_constants(info.constants)) {
     if (is_of_state(name)) label += ", " + name + "=" + in_words(value);
   }
   label += std::string(", ") + name_of(options.control_mode) + ", rules=" + name_of(options.rules);

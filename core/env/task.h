@@ -52,9 +52,7 @@ struct TaskInfo {
   std::vector<RandomVariable> random_variables;  // sampled by an episode; users may pin them
   std::string hidden_variable;                   // the one that an agent has to remember
   std::vector<TaskOptionSpec> options;           // variants of the rules, for users to choose
-  ConstantTable constants;                       // the class constants of the original benchmark
-  std::vector<TaskConstant> changeable;          // those that users may change, and a few more
-  ConstantTable changed;                         // those that users have changed, in that order
+  std::vector<TaskConstant> constants;           // class constants, and what users may change
   // A changed constant, instead of the batch's option.
   std::optional<double> robot_init_qpos_noise;
   std::vector<Field> reward_terms;                          // columns of info "reward_dict"

@@ -20,6 +20,23 @@ struct InWords {
 
 }  // namespace
 
+ConstantTable published_constants(const std::vector<TaskConstant>& constants) {
+  ConstantTable table;
+  for (const TaskConstant& constant : constants) {
+    if (!constant.published) continue;
+    table.emplace_back(constant.name, constant.published_value.value_or(constant.value));
+  }
+  return table;
+}
+
+ConstantTable changed_constants(const std::vector<TaskConstant>& constants) {
+  ConstantTable table;
+  for (const TaskConstant& constant : constants) {
+    if (constant.changed) table.emplace_back(constant.name, constant.value);
+  }
+  return table;
+}
+
 std::optional<double> as_number(const Constant& constant) {
   if (const auto* value = std::get_if<std::int64_t>(&constant.value)) {
     return static_cast<double>(*value);

@@ -1,5 +1,5 @@
-// Constants of a task that users may change when a batch is made: the class constants that the
-// original's documentation names for that.
+// Constants of a task: the class constants of the original benchmark, and those that users may
+// change when a batch is made.
 #pragma once
 
 #include <optional>
@@ -14,10 +14,11 @@ namespace engram {
 inline constexpr const char* kHorizonConstant = "max_episode_steps";
 inline constexpr const char* kNoiseConstant = "robot_init_qpos_noise";
 
-// One of them, as this task has it.
+// One constant, as this task has it.
 struct TaskConstant {
-  // What its value is.
+  // Type of the values that users may choose.
   enum class Kind {
+    kFixed,  // nobody changes it; a value of any type
     kInteger,
     kReal,
     kIntegerRange,  // [least, greatest], both included; drawn anew in every episode
@@ -28,14 +29,25 @@ struct TaskConstant {
   };
 
   std::string name;
-  Kind kind = Kind::kReal;
+  Kind kind = Kind::kFixed;
   Constant value;
   double low = 0;  // least and greatest number, both included; of names: how many there may be
   double high = 0;
-  std::vector<std::string> names = {};  // what names may be
-  std::string unit;
-  std::string description;
+  std::vector<std::string> names = {};  // those that may be chosen
+  std::string unit = {};
+  std::string description = {};
+  bool published = true;  // a class constant of the original
+  bool changed = false;   // the user has chosen the value
+  // The class constant, where the original writes the value in another form.
+  std::optional<Constant> published_value = std::nullopt;
+
+  bool changeable() const { return kind != Kind::kFixed; }
 };
+
+// Name and value of the class constants, in order.
+ConstantTable published_constants(const std::vector<TaskConstant>& constants);
+// Name and value of those that the user has changed, in order.
+ConstantTable changed_constants(const std::vector<TaskConstant>& constants);
 
 // The value of a number; nothing for anything else.
 std::optional<double> as_number(const Constant& constant);

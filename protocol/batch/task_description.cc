@@ -1,5 +1,6 @@
 #include "protocol/batch/task_description.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -117,6 +118,8 @@ ConstantList describe_options(const Batch& env) {
 const char* kind_name(TaskConstant::Kind kind) {
   using enum TaskConstant::Kind;
   switch (kind) {
+    case kFixed:
+      return "fixed";
     case kInteger:
       return "integer";
     case kReal:
@@ -138,7 +141,8 @@ const char* kind_name(TaskConstant::Kind kind) {
 // Constants that users may change, as they are in this batch.
 ConstantList describe_changeable(const TaskInfo& info) {
   ConstantList list;
-  for (const TaskConstant& constant : info.changeable) {
+  for (const TaskConstant& constant : info.constants) {
+    if (!constant.changeable()) continue;
     ConstantTable about = {
         {"name", constant.name}, {"value", constant.value}, {"kind", kind_name(constant.kind)}};
     const bool counted = constant.kind != TaskConstant::Kind::kName;
@@ -246,8 +250,8 @@ int canonical_state_dim(const TaskInfo& info) {
 // Measured scores of policies; nothing for tasks that differ from the benchmark's.
 Constant describe_ceilings(const TaskInfo& info) {
   const RegistryEntry* entry = find_entry(info.id);
-  const bool as_measured =
-      info.changed.empty() && entry != nullptr && entry->horizon == info.horizon;
+  const bool as_measured = std::ranges::none_of(info.constants, &TaskConstant::changed) &&
+                           entry != nullptr && entry->horizon == info.horizon;
   const Ceiling* ceiling = as_measured ? find_ceiling(info.id) : nullptr;
   if (ceiling == nullptr) return {};
   const auto share = [](double value) { return value < 0 ? Constant() : Constant(value); };
@@ -306,7 +310,7 @@ ConstantTable describe_task(const Batch& env) {
                               {"rules", name_of(env.options().rules)},
                               {"options", describe_options(env)},
                               {"changeable", describe_changeable(info)},
-                              {"changed", info.changed},
+                              {"changed", changed_constants(info.constants)},
                               {"phases", describe_phases(info)},
                               {"state_dim", env.state_dim()},
                               {"state_fields", describe_observation(env)},
@@ -318,7 +322,7 @@ ConstantTable describe_task(const Batch& env) {
                               {"success_reward", info.success_reward},
                               {"reward_terms", names_of(info.reward_terms)},
                               {"props", describe_props(env.physics_model())},
-                              {"constants", info.constants}};
+                              {"constants", published_constants(info.constants)}};
   description.insert(description.end(), rest.begin(), rest.end());
   return description;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "mjcf/scene.h"
 #include "tasks/batteries_checker/check_columns.h"
@@ -29,6 +30,8 @@ class BatteryChecker final : public FamilyBase {
   BatteryChecker(const RegistryEntry& entry, const BatteryParams& params)
       : FamilyBase(entry),
         params_(params),
+        variables_(RandomVariables(info_.random_variables), params),
+        options_(TaskOptions(info_.options)),
         rack_(scene_, params),
         button_(scene_, "battery_button", params.button),
         lamp_(scene_, "battery_checker_lamp"),
@@ -46,12 +49,12 @@ class BatteryChecker final : public FamilyBase {
 
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
-    upstream_rewards_ = bindings.options[kUpstreamRewards] != 0;
+    upstream_rewards_ = options_.upstream_rewards.is_on(bindings);
     rack_.bind(bindings);
     button_.bind(bindings);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     check_.bind(bindings, rack_.batteries());
-    check_.empty_socket_idx = static_cast<int>(bindings.options[kSocketBatteryIdx]);
+    check_.empty_socket_idx = static_cast<int>(options_.socket_battery_idx.value(bindings));
   }
 
   // The lamp may inform at any time.
@@ -61,8 +64,7 @@ class BatteryChecker final : public FamilyBase {
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
-    const Vec2 tray(episode.real(kTrayXDraw, kTrayX[0], kTrayX[1]),
-                    episode.real(kTrayYDraw, kTrayY[0], kTrayY[1]));
+    const Vec2 tray(variables_.tray_x.sample(episode), variables_.tray_y.sample(episode));
     check_.working_set[env] = static_cast<std::int32_t>(draw_working(episode));
     check_.active[env] = -1;
     check_.socket_idx[env] = check_.empty_socket_idx;
@@ -174,17 +176,17 @@ class BatteryChecker final : public FamilyBase {
  private:
   BatterySet draw_working(const Episode& episode) const {
     BatterySet set = 0;
-    if (const double* pinned = episode.pinned(kWorking)) {
+    if (const double* pinned = variables_.working.pinned(episode)) {
       for (int i = 0; i < params_.WORKING_BATTERY_COUNT; ++i) {
         set |= battery_bit(static_cast<int>(pinned[i]));
       }
       return set;
     }
     std::array<int, NUM_BATTERIES> order{};
-    const auto active = static_cast<std::size_t>(params_.ACTIVE_BATTERY_COUNT);
-    episode.stream(kWorking).permutation(std::span(order).first(active));
+    const auto active = at(params_.ACTIVE_BATTERY_COUNT);
+    variables_.working.stream(episode).permutation(std::span(order).first(active));
     for (int i = 0; i < params_.WORKING_BATTERY_COUNT; ++i) {
-      set |= battery_bit(order[static_cast<std::size_t>(i)]);
+      set |= battery_bit(order[at(i)]);
     }
     return set;
   }
@@ -242,7 +244,7 @@ class BatteryChecker final : public FamilyBase {
     in.checked = check_.checked_count[env];
     in.found = check_.found_count[env];
     in.working = check_.target_count[env];
-    in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
+    in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
     in.success = engine_.success[env] != 0;
     return in;
   }
@@ -273,6 +275,8 @@ class BatteryChecker final : public FamilyBase {
   }
 
   BatteryParams params_;
+  BatteryVariables variables_;
+  BatteryOptions options_;
   BatteryRack rack_;
   PressButton button_;
   Lamp lamp_;

@@ -9,7 +9,6 @@
 #include "tasks/batteries_checker/rules.h"
 #include "tasks/common/colors.h"
 #include "tasks/common/lamp.h"
-#include "tasks/common/task_info.h"
 
 namespace engram::tasks {
 namespace {
@@ -26,84 +25,73 @@ double count_guesses(const BatteryParams& params) {
 
 ConstantList list(const mjcf::Vec3& values) { return {values[0], values[1], values[2]}; }
 
-ConstantTable constants_of(const BatteryParams& params) {
+void declare_rack(ConstantBinder& constants) {
   const mjcf::BatteryShape battery;
   const mjcf::TrayShape tray;
   const mjcf::SocketShape socket;
-  const PressButtonParams& button = params.button;
-  ConstantTable table = {
-      {"ACTIVE_BATTERY_COUNT", params.ACTIVE_BATTERY_COUNT},
-      {"WORKING_BATTERY_COUNT", params.WORKING_BATTERY_COUNT},
-      {"NUM_BATTERIES", NUM_BATTERIES},
-      {"TRAY_ROWS", TRAY_ROWS},
-      {"TRAY_COLS", TRAY_COLS},
-      {"SLOT_SPACING_X", SLOT_SPACING_X},
-      {"SLOT_SPACING_Y", SLOT_SPACING_Y},
-      {"BATTERY_RADIUS", battery.BATTERY_RADIUS},
-      {"BATTERY_HALF_HEIGHT", battery.BATTERY_HALF_HEIGHT},
-      {"BATTERY_COLOR", published_color(battery.BATTERY_COLOR)},
-      {"BATTERY_STATIC_FRICTION", battery.BATTERY_FRICTION},
-      {"BATTERY_DYNAMIC_FRICTION", battery.BATTERY_FRICTION},
-      {"BATTERY_RESTITUTION", 0.0},
-      {"TRAY_HALF_HEIGHT", tray.half_size[2]},
-      {"TRAY_PADDING_X", 0.028},
-      {"TRAY_PADDING_Y", 0.026},
-      {"TRAY_COLOR", published_color(tray.TRAY_COLOR)},
-      {"SLOT_VISUAL_COLOR", published_color(tray.SLOT_VISUAL_COLOR)},
-      {"SOCKET_HALF_SIZE", list(socket.SOCKET_HALF_SIZE)},
-      {"SOCKET_SLOT_RADIUS", socket.SOCKET_SLOT_RADIUS},
-      {"SOCKET_COLOR", published_color(socket.SOCKET_COLOR)},
-      {"SOCKET_SLOT_COLOR", published_color(socket.SOCKET_SLOT_COLOR)},
-      {"SOCKET_X_OFFSET_FROM_TRAY", SOCKET_X_OFFSET_FROM_TRAY},
-      {"SOCKET_INSERT_XY_TOL", params.SOCKET_INSERT_XY_TOL},
-      {"SOCKET_INSERT_Z_TOL", params.SOCKET_INSERT_Z_TOL},
-      {"SLOT_RETURN_XY_TOL", params.SLOT_RETURN_XY_TOL},
-      {"SLOT_RETURN_Z_TOL", params.SLOT_RETURN_Z_TOL},
-      {"BUTTON_X_OFFSET_FROM_TRAY", BUTTON_X_OFFSET_FROM_TRAY},
-      {"BUTTON_Y_OFFSET_FROM_TRAY", BUTTON_Y_OFFSET_FROM_TRAY},
-      {"BUTTON_RELEASE_READY_RATIO", button.BUTTON_RELEASE_READY_RATIO},
-      {"LAMP_X_OFFSET_FROM_SOCKET", LAMP_X_OFFSET_FROM_SOCKET},
-      {"LAMP_Y_OFFSET_FROM_SOCKET", LAMP_Y_OFFSET_FROM_SOCKET},
-      {"LAMP_HEIGHT", 0.0},
-  };
-  add_lamp_constants(table);
-  append(table, {
-                    {"LAMP_OFF_COLOR", published_color(LAMP_OFF_COLOR)},
-                    {"LAMP_ON_COLOR", published_color(LAMP_ON_COLOR)},
-                    {"LAMP_AFTERGLOW_STEPS", params.LAMP_AFTERGLOW_STEPS},
-                    {"STAGE_INSERT", STAGE_INSERT},
-                    {"STAGE_RETURN", STAGE_RETURN},
-                    {"STAGE_CONFIRM", STAGE_CONFIRM},
-                    {"HEIGHT_OFFSET", kHiddenOffset},
-                    {"SUCCESS_BONUS", kBatterySuccessReward},
-                });
-  add_constants(params.smoothness, table);
-  add_press_constants(button, table);
-  return table;
+  constants.fixed({{"NUM_BATTERIES", NUM_BATTERIES},
+                   {"TRAY_ROWS", TRAY_ROWS},
+                   {"TRAY_COLS", TRAY_COLS},
+                   {"SLOT_SPACING_X", SLOT_SPACING_X},
+                   {"SLOT_SPACING_Y", SLOT_SPACING_Y},
+                   {"BATTERY_RADIUS", battery.BATTERY_RADIUS},
+                   {"BATTERY_HALF_HEIGHT", battery.BATTERY_HALF_HEIGHT},
+                   {"BATTERY_COLOR", published_color(battery.BATTERY_COLOR)},
+                   {"BATTERY_STATIC_FRICTION", battery.BATTERY_FRICTION},
+                   {"BATTERY_DYNAMIC_FRICTION", battery.BATTERY_FRICTION},
+                   {"BATTERY_RESTITUTION", 0.0},
+                   {"TRAY_HALF_HEIGHT", tray.half_size[2]},
+                   {"TRAY_PADDING_X", 0.028},
+                   {"TRAY_PADDING_Y", 0.026},
+                   {"TRAY_COLOR", published_color(tray.TRAY_COLOR)},
+                   {"SLOT_VISUAL_COLOR", published_color(tray.SLOT_VISUAL_COLOR)},
+                   {"SOCKET_HALF_SIZE", list(socket.SOCKET_HALF_SIZE)},
+                   {"SOCKET_SLOT_RADIUS", socket.SOCKET_SLOT_RADIUS},
+                   {"SOCKET_COLOR", published_color(socket.SOCKET_COLOR)},
+                   {"SOCKET_SLOT_COLOR", published_color(socket.SOCKET_SLOT_COLOR)},
+                   {"SOCKET_X_OFFSET_FROM_TRAY", SOCKET_X_OFFSET_FROM_TRAY}});
+}
+
+void declare_button_and_lamp(ConstantBinder& constants) {
+  constants.fixed({{"BUTTON_X_OFFSET_FROM_TRAY", BUTTON_X_OFFSET_FROM_TRAY},
+                   {"BUTTON_Y_OFFSET_FROM_TRAY", BUTTON_Y_OFFSET_FROM_TRAY},
+                   {"LAMP_X_OFFSET_FROM_SOCKET", LAMP_X_OFFSET_FROM_SOCKET},
+                   {"LAMP_Y_OFFSET_FROM_SOCKET", LAMP_Y_OFFSET_FROM_SOCKET},
+                   {"LAMP_HEIGHT", 0.0}});
+  declare_lamp(constants);
+  constants.fixed({{"LAMP_OFF_COLOR", published_color(LAMP_OFF_COLOR)},
+                   {"LAMP_ON_COLOR", published_color(LAMP_ON_COLOR)}});
 }
 
 }  // namespace
 
-// --- what users may change ---
+// --- constants ---
 
-void BatteryParams::constants(Changes& list) {
-  list.integer("ACTIVE_BATTERY_COUNT", ACTIVE_BATTERY_COUNT, {1, NUM_BATTERIES}, "",
-               "batteries to be tested");
-  list.integer("WORKING_BATTERY_COUNT", WORKING_BATTERY_COUNT, {1, NUM_BATTERIES}, "",
-               "how many of them work");
-  list.real("SOCKET_INSERT_XY_TOL", SOCKET_INSERT_XY_TOL, {0.004, 0.05}, "m",
-            "how near the socket's axis an inserted battery has to be");
+void BatteryParams::declare(ConstantBinder& constants) {
+  constants.integer("ACTIVE_BATTERY_COUNT", ACTIVE_BATTERY_COUNT, {1, NUM_BATTERIES}, "",
+                    "batteries to be tested");
+  constants.integer("WORKING_BATTERY_COUNT", WORKING_BATTERY_COUNT, {1, NUM_BATTERIES}, "",
+                    "how many of them work");
+  declare_rack(constants);
+  constants.real("SOCKET_INSERT_XY_TOL", SOCKET_INSERT_XY_TOL, {0.004, 0.05}, "m",
+                 "how near the socket's axis an inserted battery has to be");
   // A battery that stands in the socket is 10.5 mm above the height from which this is measured.
-  list.real("SOCKET_INSERT_Z_TOL", SOCKET_INSERT_Z_TOL, {0.011, 0.1}, "m",
-            "how near the socket's height its centre has to be");
-  list.real("SLOT_RETURN_XY_TOL", SLOT_RETURN_XY_TOL, {0.005, 0.04}, "m",
-            "how near its slot's axis a returned battery has to be");
-  list.real("SLOT_RETURN_Z_TOL", SLOT_RETURN_Z_TOL, {0.003, 0.1}, "m",
-            "how near its slot's height its centre has to be");
-  list.integer("LAMP_AFTERGLOW_STEPS", LAMP_AFTERGLOW_STEPS, {0, 1000}, "control steps",
-               "how long the lamp stays on after a working battery was inserted");
-  button.constants(list);
-  smoothness.constants(list);
+  constants.real("SOCKET_INSERT_Z_TOL", SOCKET_INSERT_Z_TOL, {0.011, 0.1}, "m",
+                 "how near the socket's height its centre has to be");
+  constants.real("SLOT_RETURN_XY_TOL", SLOT_RETURN_XY_TOL, {0.005, 0.04}, "m",
+                 "how near its slot's axis a returned battery has to be");
+  constants.real("SLOT_RETURN_Z_TOL", SLOT_RETURN_Z_TOL, {0.003, 0.1}, "m",
+                 "how near its slot's height its centre has to be");
+  declare_button_and_lamp(constants);
+  constants.integer("LAMP_AFTERGLOW_STEPS", LAMP_AFTERGLOW_STEPS, {0, 1000}, "control steps",
+                    "how long the lamp stays on after a working battery was inserted");
+  constants.fixed({{"STAGE_INSERT", STAGE_INSERT},
+                   {"STAGE_RETURN", STAGE_RETURN},
+                   {"STAGE_CONFIRM", STAGE_CONFIRM},
+                   {"HEIGHT_OFFSET", kHiddenOffset},
+                   {"SUCCESS_BONUS", kBatterySuccessReward}});
+  button.declare(constants);
+  smoothness.declare(constants);
 }
 
 void BatteryParams::check(int horizon) const {
@@ -129,6 +117,22 @@ void BatteryParams::check(int horizon) const {
                   std::to_string(horizon));
 }
 
+BatteryVariables::BatteryVariables(RandomVariables list, const BatteryParams& params)
+    : tray_x(list.real("tray_x", kTrayX, "m", "centre of the tray")),
+      tray_y(list.real("tray_y", kTrayY, "m", "centre of the tray")),
+      working(list.add({"working", params.WORKING_BATTERY_COUNT, true, 0,
+                        params.ACTIVE_BATTERY_COUNT - 1.0, "", "slots of the batteries that work",
+                        true})) {}
+
+BatteryOptions::BatteryOptions(TaskOptions list)
+    : upstream_rewards(
+          list.on_off("upstream_rewards",
+                      "1: button reach, found bonus and press penalty as in upstream's code",
+                      /*original=*/true)),
+      socket_battery_idx(
+          list.add({"socket_battery_idx", -1, true, -1, 0, "",
+                    "what the info field of that name says of an empty socket", 0})) {}
+
 void describe_batteries(const BatteryParams& params, TaskInfo& info) {
   const double guesses = count_guesses(params);
   info.candidates = static_cast<int>(std::min(guesses, double{std::numeric_limits<int>::max()}));
@@ -140,17 +144,7 @@ void describe_batteries(const BatteryParams& params, TaskInfo& info) {
   info.termination = Termination::kSuccess;
   info.success_reward = kBatterySuccessReward;
   info.oracle_dim = params.WORKING_BATTERY_COUNT;
-  info.random_variables = {
-      {"tray_x", 1, false, kTrayX[0], kTrayX[1], "m", "centre of the tray"},
-      {"tray_y", 1, false, kTrayY[0], kTrayY[1], "m", "centre of the tray"},
-      {"working", params.WORKING_BATTERY_COUNT, true, 0, params.ACTIVE_BATTERY_COUNT - 1.0, "",
-       "slots of the batteries that work", true}};
   info.hidden_variable = "working";
-  info.options = {{"upstream_rewards", 0, true, 0, 1, "",
-                   "1: button reach, found bonus and press penalty as in upstream's code", 1},
-                  {"socket_battery_idx", -1, true, -1, 0, "",
-                   "what the info field of that name says of an empty socket", 0}};
-  info.constants = constants_of(params);
   info.phases = {{"insert", "until a battery stands in the socket"},
                  {"return", params.easy ? "over at once: the battery returns by itself"
                                         : "until that battery stands in its own slot again"},

@@ -1,12 +1,14 @@
-// What BatteriesChecker is made of: constants, variants and how they describe themselves.
+// Constants, variants and descriptions of BatteriesChecker.
 #pragma once
 
 #include <array>
 
 #include "core/env/task.h"
 #include "mjcf/battery.h"
+#include "tasks/common/action_cost.h"
 #include "tasks/common/press_button.h"
-#include "tasks/common/smoothness.h"
+#include "tasks/common/random_variables.h"
+#include "tasks/common/task_options.h"
 #include "tasks/family.h"
 
 namespace engram::tasks {
@@ -34,7 +36,7 @@ struct BatteryParams {
   SmoothnessParams smoothness = {
       .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.02, .QVEL_L2_COEF = 0.01};
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
 
@@ -63,18 +65,29 @@ inline constexpr double BUTTON_X_OFFSET_FROM_TRAY = 0.0;   // m
 inline constexpr double BUTTON_Y_OFFSET_FROM_TRAY = 0.24;  // m
 inline constexpr double LAMP_X_OFFSET_FROM_SOCKET = 0.08;  // m
 inline constexpr double LAMP_Y_OFFSET_FROM_SOCKET = 0.0;   // m
-inline constexpr double kTrayX[2] = {-0.09, -0.01};        // m
-inline constexpr double kTrayY[2] = {-0.05, 0.05};         // m
+inline constexpr Interval<double> kTrayX{-0.09, -0.01};    // m
+inline constexpr Interval<double> kTrayY{-0.05, 0.05};     // m
 inline constexpr double kHiddenOffset = 1000;              // m
 inline constexpr mjcf::Rgba LAMP_OFF_COLOR = {1, 1, 1, 1};
 inline constexpr mjcf::Rgba LAMP_ON_COLOR = {1, 236 / 255.0, 110 / 255.0, 1};
 
-// What an episode samples, in the order of TaskInfo::draws, and the options.
-enum BatteryDraw { kTrayXDraw, kTrayYDraw, kWorking };
-enum BatteryOption { kUpstreamRewards, kSocketBatteryIdx };
+// Random variables of an episode.
+struct BatteryVariables {
+  BatteryVariables(RandomVariables list, const BatteryParams& params);
 
-// Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
-// state fields.
+  RealVariable tray_x;
+  RealVariable tray_y;
+  VariableHandle working;
+};
+
+struct BatteryOptions {
+  explicit BatteryOptions(TaskOptions list);
+
+  TaskOption upstream_rewards;
+  TaskOption socket_battery_idx;
+};
+
+// Fills in TaskInfo, apart from what the registry knows, reward terms and state fields.
 void describe_batteries(const BatteryParams& params, TaskInfo& info);
 
 }  // namespace engram::tasks

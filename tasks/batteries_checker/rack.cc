@@ -18,7 +18,7 @@ constexpr mjcf::SocketShape kSocket;
 constexpr double kBesides = 0.021;  // m between the axes of batteries that do not touch
 constexpr double kNear = 0.08;      // m between the centres of batteries that may touch
 
-// Of a slot, relative to the tray's centre, in the world's axes.
+// Offset of a slot from the tray's centre, in the world's axes.
 Vec2 slot_offset(int slot) {
   const int column = slot % TRAY_COLS;
   const int row = slot / TRAY_COLS;
@@ -32,7 +32,7 @@ BatteryRack::BatteryRack(mjcf::Scene& scene, const BatteryParams& params)
       first_(static_cast<int>(scene.props.size())),
       tray_(first_ + params.ACTIVE_BATTERY_COUNT),
       socket_(tray_ + 1) {
-  const Vec2 tray((kTrayX[0] + kTrayX[1]) / 2, (kTrayY[0] + kTrayY[1]) / 2);
+  const Vec2 tray((kTrayX.low + kTrayX.high) / 2, (kTrayY.low + kTrayY.high) / 2);
   for (int battery = 0; battery < batteries(); ++battery) {
     scene.props.push_back(mjcf::battery("battery_" + std::to_string(battery), kBattery));
     const Vec2 at = tray + slot_offset(battery);
@@ -163,7 +163,7 @@ double BatteryRack::axis_distance(int env, int battery, const Vec2& point) const
   return (offset - along * axis).norm();
 }
 
-// Whether no other battery is in the way of one that stands there.
+// True if no other battery is in the way of one that stands there.
 bool BatteryRack::is_free(int env, int battery, const Vec2& point) const {
   for (int other = 0; other < batteries(); ++other) {
     if (other != battery && axis_distance(env, other, point) < kBesides) return false;
@@ -171,8 +171,8 @@ bool BatteryRack::is_free(int env, int battery, const Vec2& point) const {
   return true;
 }
 
-// What leaned on the battery must not be left hanging in the air, and what it is put against has to
-// give way.
+// Bodies that leaned on the battery must not be left hanging in the air, and those that it is put
+// against have to give way.
 void BatteryRack::teleport(int env, int battery, const Eigen::Vector3d& place, bool clear) const {
   const State& state = *engine_.state;
   const Eigen::Vector3d from = pos(env, battery);

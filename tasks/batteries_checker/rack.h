@@ -26,9 +26,9 @@ class BatteryRack {
   int socket_prop() const { return socket_; }
   Vec2 tray(int env) const { return {tray_xy_.row(env)[0], tray_xy_.row(env)[1]}; }
 
-  // Where a battery that stands in its slot has its centre; also of slots without one.
+  // Centre of a battery that stands in its slot; also of slots without one.
   Eigen::Vector3d slot(int env, int slot) const;
-  // What distances to the socket are measured from; in its hole, but 10.5 mm below the centre of a
+  // Origin of distances to the socket; in its hole, but 10.5 mm below the centre of a
   // battery that stands there.
   Eigen::Vector3d socket(int env) const;
   Eigen::Vector3d pos(int env, int battery) const;

@@ -61,7 +61,7 @@ BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs,
   terms.newly_found = !upstream && events.newly_found;
   terms.wrong_press =
       inputs.pressed && inputs.stage != STAGE_CONFIRM && (upstream || !events.confirm);
-  terms.smooth = smoothness(inputs.haste, weights);
+  terms.smooth = smoothness(inputs.action_cost, weights);
 
   double reward = -terms.smooth.penalty;
   if (inputs.stage == STAGE_INSERT) reward += 1.2 * terms.reach + 2.0 * terms.carry;

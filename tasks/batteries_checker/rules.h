@@ -1,11 +1,11 @@
-// How batteries are checked off, and what that is worth.
+// Checks of batteries, and the dense reward.
 #pragma once
 
 #include <Eigen/Dense>
 #include <bit>
 #include <cstdint>
 
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
 
 namespace engram::tasks {
 
@@ -23,7 +23,7 @@ inline constexpr int STAGE_INSERT = 0;
 inline constexpr int STAGE_RETURN = 1;
 inline constexpr int STAGE_CONFIRM = 2;
 
-// What is remembered between evaluations.
+// State between evaluations.
 struct CheckState {
   int stage = STAGE_INSERT;
   int active = -1;  // the battery that began this round, -1: none
@@ -32,7 +32,7 @@ struct CheckState {
   BatterySet found = 0;  // checked ones that work
 };
 
-// What an evaluation sees.
+// Inputs of an evaluation.
 struct CheckInputs {
   BatterySet in_socket = 0;  // released there
   BatterySet home = 0;       // released in their own slots
@@ -74,7 +74,7 @@ struct BatteryRewardInputs {
   int checked = 0;  // batteries
   int found = 0;    // working ones that were checked
   int working = 0;  // all working ones
-  Haste haste;
+  ActionCost action_cost;
   bool success = false;
 };
 

@@ -3,29 +3,27 @@
 namespace engram::tasks {
 
 void Blinks::bind(ColumnStore& memory) {
-  const int most = params_.BLINK_COUNT_RANGE.high;
-  start_ = memory.add<std::int32_t>("blink_start", most, "control steps");
-  length_ = memory.add<std::int32_t>("blink_length", most, "control steps");
+  start_ = memory.add<std::int32_t>("blink_start", most_, "control steps");
+  length_ = memory.add<std::int32_t>("blink_length", most_, "control steps");
 }
 
 int Blinks::draw(const Episode& episode, int blinks) const {
   const int env = episode.env();
-  const double* pinned_on = episode.pinned(kOnSteps);
-  const double* pinned_off = episode.pinned(kOffSteps);
-  RandomStream on_stream = episode.stream(kOnSteps);
-  RandomStream off_stream = episode.stream(kOffSteps);
-  const auto steps = [](const double* pinned, int i, StepRange range, RandomStream& random) {
+  const IntegerVariable& on_steps = variables_.on_steps;
+  const IntegerVariable& off_steps = variables_.off_steps;
+  const double* pinned_on = on_steps.pinned(episode);
+  const double* pinned_off = off_steps.pinned(episode);
+  RandomStream on_stream = on_steps.stream(episode);
+  RandomStream off_stream = off_steps.stream(episode);
+  const auto steps = [](const double* pinned, int i, Interval<int> range, RandomStream& random) {
     return pinned != nullptr ? static_cast<int>(pinned[i]) : random.integer(range.low, range.high);
   };
-  StepRange on_steps = params_.BLINK_ON_STEPS;
-  StepRange off_steps = params_.BLINK_OFF_STEPS;
-  episode.narrow(kOnSteps, on_steps.low, on_steps.high);
-  episode.narrow(kOffSteps, off_steps.low, off_steps.high);
-  const StepRange pre = params_.PRE_BLINK_OFF_STEPS;
-  int end = episode.integer(kPreSteps, pre.low, pre.high);
+  const Interval<int> on_range = on_steps.interval(episode);
+  const Interval<int> off_range = off_steps.interval(episode);
+  int end = variables_.pre_steps.sample(episode);
   for (int i = 0; i < blinks; ++i) {
-    const int on = steps(pinned_on, i, on_steps, on_stream);
-    const int off = steps(pinned_off, i, off_steps, off_stream);
+    const int on = steps(pinned_on, i, on_range, on_stream);
+    const int off = steps(pinned_off, i, off_range, off_stream);
     start_.row(env)[i] = end;
     length_.row(env)[i] = on;
     end += on + off;

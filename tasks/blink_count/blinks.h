@@ -8,7 +8,8 @@ namespace engram::tasks {
 
 class Blinks {
  public:
-  explicit Blinks(const BlinkCountParams& params) : params_(params) {}
+  Blinks(const BlinkCountParams& params, const BlinkVariables& variables)
+      : most_(params.BLINK_COUNT_RANGE.high), variables_(variables) {}
 
   void bind(ColumnStore& memory);
   // Draws a first darkness, then so many blinks, each with its own darkness after it. Returns
@@ -18,7 +19,8 @@ class Blinks {
   bool lit(int env, int blinks, int elapsed) const;
 
  private:
-  BlinkCountParams params_;
+  int most_;  // blinks
+  BlinkVariables variables_;
   Column<std::int32_t> start_;   // (most blinks) elapsed at which each begins
   Column<std::int32_t> length_;  // (most blinks) control steps
 };

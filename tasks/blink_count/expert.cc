@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tasks/blink_count/dial.h"
+#include "tasks/blink_count/count_scale.h"
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/press_servo.h"
 #include "tasks/common/tcp_servo.h"
@@ -45,9 +45,9 @@ void BlinkCountExpert::sweep(int env, float* action) const {
   const int most = (view_.info.horizon - start) / (params.BLINK_COUNT_RANGE.high + 1);
   const int stride = std::clamp(most, 2, params.steps_per_press() + kTimeToSpare);
   const int since = state.elapsed[env] - start;
-  const Dial dial(params);
+  const CountScale scale(params);
   const Vec2 red = view_.red.center(env);
-  const int shown = dial.count_at(state.tcp_pos.row(env)[1] - red.y());
+  const int shown = scale.count_at(state.tcp_pos.row(env)[1] - red.y());
   if (since >= stride * shown) {
     servo_tcp(state, env, press_waypoint(view_.black, env, kTravelHeight), kToolDown,
               kGripperClosed, action);
@@ -56,9 +56,9 @@ void BlinkCountExpert::sweep(int env, float* action) const {
   const PressButtonParams& button = params.button;
   const bool down = since >= 0 && since % stride < stride / 2;
   const double up = std::max(kTravelHeight, button.event_height() + button.REQUIRED_LIFT_HEIGHT);
-  const int count = is_acting(env) ? shown : dial.count_after(state.elapsed[env] + 1);
+  const int count = is_acting(env) ? shown : scale.count_after(state.elapsed[env] + 1);
   servo_tcp(state, env,
-            {red.x(), red.y() + dial.offset_of(count), down ? pressing_height(view_.red) : up},
+            {red.x(), red.y() + scale.offset_of(count), down ? pressing_height(view_.red) : up},
             kToolDown, kGripperClosed, action);
 }
 

@@ -5,77 +5,14 @@
 
 #include "core/base/error.h"
 #include "core/base/join.h"
-#include "tasks/blink_count/reward.h"
 #include "tasks/common/lamp.h"
+#include "tasks/common/phase_budget.h"
 
 namespace engram::tasks {
 namespace {
 
-std::vector<RandomVariable> draws_of(const BlinkCountParams& params) {
-  const int most = params.BLINK_COUNT_RANGE.high;
-  const auto steps = [](const char* name, int width, StepRange range, const char* what,
-                        const char* constant) {
-    RandomVariable draw = range.draw(name, what, constant);
-    draw.width = width;
-    return draw;
-  };
-  return {
-      {"target_blinks", 1, true, static_cast<double>(params.BLINK_COUNT_RANGE.low),
-       static_cast<double>(most), "", "blinks to count", false, "BLINK_COUNT_RANGE"},
-      {"button_x", 1, false, kButtonX[0], kButtonX[1], "m", "place of the red button"},
-      {"button_y", 1, false, kButtonY[0], kButtonY[1], "m", "place of the red button"},
-      steps("pre_blink_off_steps", 1, params.PRE_BLINK_OFF_STEPS, "before the first blink",
-            "PRE_BLINK_OFF_STEPS"),
-      steps("blink_on_steps", most, params.BLINK_ON_STEPS, "length of every blink",
-            "BLINK_ON_STEPS"),
-      steps("blink_off_steps", most, params.BLINK_OFF_STEPS, "darkness after every blink",
-            "BLINK_OFF_STEPS"),
-  };
-}
-
 Constant color_constant(const mjcf::Rgba& rgba) {
   return ConstantList{rgba[0], rgba[1], rgba[2], rgba[3]};
-}
-
-ConstantTable constants_of(const BlinkCountParams& params) {
-  ConstantTable table = {
-      {"BLINK_COUNT_RANGE", params.BLINK_COUNT_RANGE.constant()},
-      {"PRE_BLINK_OFF_STEPS", params.PRE_BLINK_OFF_STEPS.constant()},
-      {"BLINK_ON_STEPS", params.BLINK_ON_STEPS.constant()},
-      {"BLINK_OFF_STEPS", params.BLINK_OFF_STEPS.constant()},
-      {"CONFIRM_BUTTON_Y_OFFSET", CONFIRM_BUTTON_Y_OFFSET},
-  };
-  add_lamp_constants(table);
-  const ConstantTable more = {
-      {"INDICATOR_FORWARD_OFFSET", INDICATOR_FORWARD_OFFSET},
-      {"PHASE_INDICATOR_X_OFFSET", PHASE_INDICATOR_X_OFFSET},
-      {"INDICATOR_HEIGHT", INDICATOR_HEIGHT},
-      {"HEIGHT_OFFSET", 1000.0},
-      {"DEFAULT_BLINK_COLOR", color_constant({0, 0, 1, 1})},
-      {"PHASE_WAIT_COLOR", color_constant(PHASE_WAIT_COLOR)},
-      {"PHASE_READY_COLOR", color_constant(PHASE_READY_COLOR)},
-      {"ACTION_L2_COEF", params.smoothness.ACTION_L2_COEF},
-      {"ACTION_DELTA_L2_COEF", params.smoothness.ACTION_DELTA_L2_COEF},
-      {"QVEL_L2_COEF", params.smoothness.QVEL_L2_COEF},
-      {"SUCCESS_BONUS", SUCCESS_BONUS},
-      {"FAILURE_PENALTY", FAILURE_PENALTY},
-  };
-  table.insert(table.end(), more.begin(), more.end());
-  add_constants(params.button, table);
-  return table;
-}
-
-std::vector<TaskOptionSpec> options() {
-  const auto component = [](const char* name, double value) {
-    return TaskOptionSpec{name,
-                          value,
-                          false,
-                          0,
-                          255,
-                          "",
-                          "colour of the blinking lamp; 0 to 1, or 0 to 255 if one is above 1"};
-  };
-  return {component("blink_red", 0), component("blink_green", 0), component("blink_blue", 1)};
 }
 
 // Throws Error unless the two buttons stand apart, and no place is over both.
@@ -92,20 +29,33 @@ void check_apart(const PressButtonParams& button) {
 
 }  // namespace
 
-// --- what users may change ---
+// --- constants ---
 
-void BlinkCountParams::constants(Changes& list) {
+void BlinkCountParams::declare(ConstantBinder& constants) {
   constexpr double kLongest = 1000;  // control steps
-  list.integer_range("BLINK_COUNT_RANGE", BLINK_COUNT_RANGE.low, BLINK_COUNT_RANGE.high, {1, 100},
-                     "", "blinks to count");
-  list.steps("PRE_BLINK_OFF_STEPS", PRE_BLINK_OFF_STEPS, {0, kLongest},
-             "darkness before the first blink");
-  list.steps("BLINK_ON_STEPS", BLINK_ON_STEPS, {1, kLongest}, "how long a blink is");
-  list.steps("BLINK_OFF_STEPS", BLINK_OFF_STEPS, {1, kLongest}, "darkness after every blink");
-  button.constants(list);
-  list.real("REQUIRED_LIFT_HEIGHT", button.REQUIRED_LIFT_HEIGHT, {0.02, 0.3}, "m",
-            "how far above the height of a press the tool has to rise until it counts");
-  smoothness.constants(list);
+  constants.range("BLINK_COUNT_RANGE", BLINK_COUNT_RANGE, {1, 100}, "", "blinks to count",
+                  {"target_blinks", "blinks to count"});
+  constants.steps("PRE_BLINK_OFF_STEPS", PRE_BLINK_OFF_STEPS, {0, kLongest},
+                  "darkness before the first blink",
+                  {"pre_blink_off_steps", "before the first blink"});
+  constants.steps("BLINK_ON_STEPS", BLINK_ON_STEPS, {1, kLongest}, "how long a blink is",
+                  {"blink_on_steps", "length of every blink"});
+  constants.steps("BLINK_OFF_STEPS", BLINK_OFF_STEPS, {1, kLongest}, "darkness after every blink",
+                  {"blink_off_steps", "darkness after every blink"});
+  constants.fixed({{"CONFIRM_BUTTON_Y_OFFSET", CONFIRM_BUTTON_Y_OFFSET}});
+  declare_lamp(constants);
+  constants.fixed({{"INDICATOR_FORWARD_OFFSET", INDICATOR_FORWARD_OFFSET},
+                   {"PHASE_INDICATOR_X_OFFSET", PHASE_INDICATOR_X_OFFSET},
+                   {"INDICATOR_HEIGHT", INDICATOR_HEIGHT},
+                   {"HEIGHT_OFFSET", 1000.0},
+                   {"DEFAULT_BLINK_COLOR", color_constant({0, 0, 1, 1})},
+                   {"PHASE_WAIT_COLOR", color_constant(PHASE_WAIT_COLOR)},
+                   {"PHASE_READY_COLOR", color_constant(PHASE_READY_COLOR)},
+                   {"SUCCESS_BONUS", SUCCESS_BONUS},
+                   {"FAILURE_PENALTY", FAILURE_PENALTY}});
+  button.declare(constants);
+  button.declare_lift(constants);
+  smoothness.declare(constants);
 }
 
 int BlinkCountParams::steps_per_press() const {
@@ -119,10 +69,28 @@ void BlinkCountParams::check(int horizon) const {
   const std::string blinks = std::to_string(most) + " x (BLINK_ON_STEPS " +
                              std::to_string(BLINK_ON_STEPS.high) + " + BLINK_OFF_STEPS " +
                              std::to_string(BLINK_OFF_STEPS.high) + ")";
-  check_time(horizon,
-             {{"PRE_BLINK_OFF_STEPS", PRE_BLINK_OFF_STEPS.high},
-              {(blinks + " =").c_str(), most * (BLINK_ON_STEPS.high + BLINK_OFF_STEPS.high)}},
-             steps_per_press() * (most + 1));
+  check_horizon(horizon,
+                {{"PRE_BLINK_OFF_STEPS", PRE_BLINK_OFF_STEPS.high},
+                 {(blinks + " =").c_str(), most * (BLINK_ON_STEPS.high + BLINK_OFF_STEPS.high)}},
+                steps_per_press() * (most + 1));
+}
+
+BlinkVariables::BlinkVariables(RandomVariables list, const BlinkCountParams& params)
+    : target_blinks(list.of(params.BLINK_COUNT_RANGE)),
+      button_x(list.real("button_x", {-0.15, -0.05}, "m", "place of the red button")),
+      button_y(list.real("button_y", {-0.12, 0.12}, "m", "place of the red button")),
+      pre_steps(list.of(params.PRE_BLINK_OFF_STEPS)),
+      on_steps(list.of(params.BLINK_ON_STEPS, params.BLINK_COUNT_RANGE.high)),
+      off_steps(list.of(params.BLINK_OFF_STEPS, params.BLINK_COUNT_RANGE.high)) {}
+
+BlinkOptions::BlinkOptions(TaskOptions list) {
+  const auto component = [&list](const char* name, double value) {
+    return list.add({name, value, false, 0, 255, "",
+                     "colour of the blinking lamp; 0 to 1, or 0 to 255 if one is above 1"});
+  };
+  red = component("blink_red", 0);
+  green = component("blink_green", 0);
+  blue = component("blink_blue", 1);
 }
 
 void describe_blink_count(const BlinkCountParams& params, TaskInfo& info) {
@@ -133,10 +101,7 @@ void describe_blink_count(const BlinkCountParams& params, TaskInfo& info) {
   info.termination = Termination::kSuccessOrFailed;
   info.success_reward = SUCCESS_BONUS;
   info.oracle_dim = 1;
-  info.random_variables = draws_of(params);
   info.hidden_variable = "target_blinks";
-  info.options = options();
-  info.constants = constants_of(params);
   info.phases = {{"cue", "elapsed < C: the lamp blinks; presses do not count"},
                  {"action", "elapsed >= C: the phase lamp is green"}};
 }

@@ -1,13 +1,14 @@
-// What BlinkCountButtonPress is made of: variants, constants and how they describe themselves.
+// Constants, variants and descriptions of BlinkCountButtonPress.
 #pragma once
 
 #include <array>
 
 #include "core/env/task.h"
 #include "mjcf/scene.h"
-#include "tasks/common/phase_clock.h"
+#include "tasks/common/action_cost.h"
 #include "tasks/common/press_button.h"
-#include "tasks/common/smoothness.h"
+#include "tasks/common/random_variables.h"
+#include "tasks/common/task_options.h"
 #include "tasks/family.h"
 
 namespace engram::tasks {
@@ -30,7 +31,7 @@ struct BlinkCountParams {
            BLINK_COUNT_RANGE.high * (BLINK_ON_STEPS.high + BLINK_OFF_STEPS.high);
   }
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
 
@@ -47,18 +48,34 @@ inline constexpr double CONFIRM_BUTTON_Y_OFFSET = 0.16;   // m
 inline constexpr double INDICATOR_FORWARD_OFFSET = 0.22;  // m
 inline constexpr double PHASE_INDICATOR_X_OFFSET = 0.2;   // m, towards -y despite its name
 inline constexpr double INDICATOR_HEIGHT = 0;             // m
-inline constexpr double kButtonX[2] = {-0.15, -0.05};     // m: where the red button may stand
-inline constexpr double kButtonY[2] = {-0.12, 0.12};      // m
+inline constexpr double SUCCESS_BONUS = 30.0;
+inline constexpr double FAILURE_PENALTY = 25.0;
 
 inline constexpr mjcf::Rgba PHASE_WAIT_COLOR = {1, 0, 0, 1};
 inline constexpr mjcf::Rgba PHASE_READY_COLOR = {0, 1, 0, 1};
 
-// What an episode samples, in the order of TaskInfo::draws, and the options.
-enum BlinkDraw { kTargetBlinks, kX, kY, kPreSteps, kOnSteps, kOffSteps };
-enum BlinkOption { kBlinkRed, kBlinkGreen, kBlinkBlue };
+// Random variables of an episode.
+struct BlinkVariables {
+  BlinkVariables(RandomVariables list, const BlinkCountParams& params);
 
-// Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
-// state fields.
+  IntegerVariable target_blinks;
+  RealVariable button_x;
+  RealVariable button_y;
+  IntegerVariable pre_steps;
+  IntegerVariable on_steps;   // of every blink
+  IntegerVariable off_steps;  // after every blink
+};
+
+// Colour of the blinking lamp.
+struct BlinkOptions {
+  explicit BlinkOptions(TaskOptions list);
+
+  TaskOption red;
+  TaskOption green;
+  TaskOption blue;
+};
+
+// Fills in TaskInfo, apart from what the registry knows, reward terms and state fields.
 void describe_blink_count(const BlinkCountParams& params, TaskInfo& info);
 
 }  // namespace engram::tasks

@@ -56,7 +56,7 @@ BlinkRewardTerms blink_reward(const BlinkRewardInputs& in, const BlinkCountParam
 
   terms.black_reach = near(in.black_cap_distance);
   terms.black_press = share(in.black_depth / button.BUTTON_CAP_TRAVEL);
-  terms.smooth = smoothness(in.haste, params.smoothness);
+  terms.smooth = smoothness(in.action_cost, params.smoothness);
   terms.reward = in.success ? SUCCESS_BONUS : weighted_sum(in, terms);
   return terms;
 }

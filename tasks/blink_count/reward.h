@@ -2,13 +2,10 @@
 #pragma once
 
 #include "tasks/blink_count/params.h"
+#include "tasks/common/action_cost.h"
 #include "tasks/common/press_button.h"
-#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
-
-inline constexpr double SUCCESS_BONUS = 30.0;
-inline constexpr double FAILURE_PENALTY = 25.0;
 
 // Everything after the evaluation of the step.
 struct BlinkRewardInputs {
@@ -27,7 +24,7 @@ struct BlinkRewardInputs {
   bool acting = false;
   bool failed = false;
   bool success = false;
-  Haste haste;
+  ActionCost action_cost;
 };
 
 struct BlinkRewardTerms {

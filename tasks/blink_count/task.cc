@@ -30,10 +30,13 @@ PressButtonParams in_black(PressButtonParams button) {
   return button;
 }
 
-// One component above 1 tells that all are of 0 to 255.
-mjcf::Rgba blink_color(std::span<const double> options) {
-  const double scale = *std::max_element(options.begin(), options.end()) > 1 ? 255.0 : 1.0;
-  return {options[kBlinkRed] / scale, options[kBlinkGreen] / scale, options[kBlinkBlue] / scale, 1};
+// One component above 1 says that all are of 0 to 255.
+mjcf::Rgba blink_color(const BlinkOptions& options, const Bindings& bindings) {
+  const double red = options.red.value(bindings);
+  const double green = options.green.value(bindings);
+  const double blue = options.blue.value(bindings);
+  const double scale = std::max({red, green, blue}) > 1 ? 255.0 : 1.0;
+  return {red / scale, green / scale, blue / scale, 1};
 }
 
 class BlinkCount final : public FamilyBase {
@@ -41,11 +44,13 @@ class BlinkCount final : public FamilyBase {
   BlinkCount(const RegistryEntry& entry, const BlinkCountParams& params)
       : FamilyBase(entry),
         params_(params),
+        variables_(RandomVariables(info_.random_variables), params),
+        options_(TaskOptions(info_.options)),
         red_(scene_, "button", params.button),
         black_(scene_, "confirm_button", in_black(params.button)),
         blink_lamp_(scene_, "blink_lamp"),
         phase_lamp_(scene_, "phase_lamp"),
-        blinks_(params),
+        blinks_(params, variables_),
         expert_({.engine = engine_,
                  .info = info_,
                  .params = params_,
@@ -71,7 +76,7 @@ class BlinkCount final : public FamilyBase {
     blinks_.bind(*bindings.memory);
     bind_info(*bindings.outputs);
     bindings.outputs->limit("target_blinks", 0, params_.BLINK_COUNT_RANGE.high);
-    blink_color_ = blink_color(bindings.options);
+    blink_color_ = blink_color(options_, bindings);
   }
 
   int cue_end(int env) const override { return clock_.cue_end(env); }
@@ -86,8 +91,7 @@ class BlinkCount final : public FamilyBase {
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
-    const Vec2 red(episode.real(kX, kButtonX[0], kButtonX[1]),
-                   episode.real(kY, kButtonY[0], kButtonY[1]));
+    const Vec2 red(variables_.button_x.sample(episode), variables_.button_y.sample(episode));
     const Vec2 black(
         red.x(), std::clamp(red.y() + CONFIRM_BUTTON_Y_OFFSET, -kConfirmYLimit, kConfirmYLimit));
     red_.reset(env, red);
@@ -97,8 +101,7 @@ class BlinkCount final : public FamilyBase {
     const double phase_lamp[3] = {x, red.y() - PHASE_INDICATOR_X_OFFSET, INDICATOR_HEIGHT};
     blink_lamp_.place(*engine_.state, env, blink_lamp);
     phase_lamp_.place(*engine_.state, env, phase_lamp);
-    const StepRange count = params_.BLINK_COUNT_RANGE;
-    target_[env] = episode.integer(kTargetBlinks, count.low, count.high);
+    target_[env] = variables_.target_blinks.sample(episode);
     clock_.reset(env, blinks_.draw(episode, target_[env]), 0);
   }
 
@@ -276,7 +279,7 @@ class BlinkCount final : public FamilyBase {
     in.acting = is_acting(env);
     in.failed = engine_.failed[env] != 0;
     in.success = engine_.success[env] != 0;
-    in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
+    in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
     return in;
   }
 
@@ -286,6 +289,8 @@ class BlinkCount final : public FamilyBase {
   }
 
   BlinkCountParams params_;
+  BlinkVariables variables_;
+  BlinkOptions options_;
   mjcf::Rgba blink_color_{};
   PhaseClock clock_;
   PressButton red_;

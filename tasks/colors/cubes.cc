@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "core/math/real_functions.h"
 #include "tasks/common/overlap_guard.h"
@@ -27,14 +28,14 @@ Layout arc_slots(int count) {
   return slots;
 }
 
-// Where Bunch shows the cube of a colour; it tells nothing of where the cube will stand.
+// Place in which Bunch shows the cube of a colour; it says nothing about its later place.
 Vec2 bunch_cue_position(int color, int count) {
   const double step = from_middle(color, count);
   const double angle = std::numbers::pi * step / count;
   return {0.22 * real::cos(angle), 0.22 * real::sin(angle) - 0.015 * step};
 }
 
-// Where cubes may be seen together in the cue.
+// Places in which cubes may be seen together in the cue.
 Layout cue_places(const ColorRecallParams& params) {
   Layout places;
   if (params.rule != ColorRule::kBunch) {
@@ -59,15 +60,7 @@ Vec2 amid(int count, const Position& position) {
   return center;
 }
 
-}  // namespace
-
-std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& storage,
-                                              RandomStream random) {
-  const auto colors = std::span(storage).first(static_cast<std::size_t>(count));
-  random.permutation(colors);
-  return colors;
-}
-
+// Throws Error unless all cubes stand apart from each other and from the button, in every phase.
 void check_places(const ColorRecallParams& params) {
   constexpr int kLayouts = 20;
   const double size = params.CUBE_HALFSIZE;
@@ -82,7 +75,7 @@ void check_places(const ColorRecallParams& params) {
   for (int i = 0; i < kLayouts; ++i) {
     RandomStream random(0, static_cast<std::uint64_t>(i), 0);
     const Layout places = draw_places(arc, size, random);
-    const auto place_of = [&](int color) { return places[static_cast<std::size_t>(color)]; };
+    const auto place_of = [&](int color) { return places[at(color)]; };
     const Vec2 button = amid(params.COLORS, place_of);
     const auto clear_of_button = [&](const Vec2& place) {
       return (place - button).cwiseAbs().maxCoeff() >= reach;
@@ -104,10 +97,20 @@ void check_places(const ColorRecallParams& params) {
                   " from one another");
 }
 
-ColorCubes::ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params)
-    : params_(params), arc_(arc_slots(params.COLORS)) {
+}  // namespace
+
+std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& storage,
+                                              RandomStream random) {
+  const auto colors = std::span(storage).first(at(count));
+  random.permutation(colors);
+  return colors;
+}
+
+ColorCubes::ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, VariableHandle places)
+    : params_(params), places_(places), arc_(arc_slots(params.COLORS)) {
+  check_places(params);
   for (int color = 0; color < count(); ++color) {
-    const auto index = static_cast<std::size_t>(color);
+    const std::size_t index = at(color);
     mjcf::Prop cube = mjcf::cube("cube_" + std::to_string(color), params.CUBE_HALFSIZE,
                                  to_rgba(COLOR_MAPPING[index].rgba));
     // Apart, so that the document by itself shows all of them.
@@ -125,11 +128,11 @@ void ColorCubes::bind(const Bindings& bindings) {
 
 void ColorCubes::reset(const Episode& episode) const {
   double* positions = positions_.row(episode.env());
-  if (const double* pinned = episode.pinned(kPositions)) {
+  if (const double* pinned = places_.pinned(episode)) {
     std::copy_n(pinned, 2 * count(), positions);
     return;
   }
-  RandomStream random = episode.stream(kPositions);
+  RandomStream random = places_.stream(episode);
   for (const Vec2& place : draw_places(arc_, params_.CUBE_HALFSIZE, random)) {
     *positions++ = place.x();
     *positions++ = place.y();
@@ -152,7 +155,7 @@ void ColorCubes::show_cue(int env, std::span<const std::int32_t> sequence, int e
   // In a made-up snapshot the cue need not be a multiple of its items.
   const int duration = std::max(1, cue_steps / params_.SEQUENCE_LENGTH);
   const int item = std::min(elapsed / duration, params_.SEQUENCE_LENGTH - 1);
-  const auto index = static_cast<std::size_t>(item);
+  const std::size_t index = at(item);
   if (elapsed % duration == 0) hide_all(env, sequence.first(index));
   place(env, sequence[index], Vec2::Zero());
 }

@@ -23,13 +23,12 @@ std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& stora
 
 inline constexpr double kArcX = -0.25;  // m: centre of the arc on which the cubes stand
 
-// Throws Error unless all cubes stand apart from each other and from the button, in every phase.
-void check_places(const ColorRecallParams& params);
-
 class ColorCubes {
  public:
   // Appends the cubes to the scene. They are its first props, so that colours are indices.
-  ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params);
+  // places: the variable of where they stand. Throws Error unless all stand apart from each other
+  // and from the button, in every phase.
+  ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, VariableHandle places);
 
   void bind(const Bindings& bindings);
   // Draws the places of the cubes in the action phase.
@@ -62,6 +61,7 @@ class ColorCubes {
   void place(int env, int color, const Vec2& at) const;
 
   ColorRecallParams params_;
+  VariableHandle places_;
   Layout arc_;
   Bindings engine_;
   Column<double> positions_;  // (count * 2) m

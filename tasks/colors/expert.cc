@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/base/index.h"
 #include "core/math/real_functions.h"
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/press_servo.h"
@@ -34,7 +35,7 @@ void ColorRecallExpert::act(Range envs, Script script, FloatRows actions) const 
     }
     ColorPermutation guessed{};
     std::span<const std::int32_t> targets(view_.sequence.row(env),
-                                          static_cast<std::size_t>(view_.params.SEQUENCE_LENGTH));
+                                          at(view_.params.SEQUENCE_LENGTH));
     if (script == Script::kBlind) targets = guess(env, guessed);
     touch_or_press(env, next_color(env, targets), action);
   }
@@ -117,22 +118,22 @@ void ColorRecallExpert::sweep(int env, float* action) const {
 int ColorRecallExpert::color_in_row(int env, int place) const {
   std::array<double, COLOR_MAPPING.size()> angles{};
   ColorPermutation storage{};
-  const auto colors = std::span(storage).first(static_cast<std::size_t>(view_.params.COLORS));
+  const auto colors = std::span(storage).first(at(view_.params.COLORS));
   for (int color = 0; color < view_.params.COLORS; ++color) {
     const double* pos = view_.engine.state->prop_pos_of(env, color);
-    const auto index = static_cast<std::size_t>(color);
+    const auto index = at(color);
     colors[index] = color;
     angles[index] = real::atan2(pos[1], pos[0] - kArcX);
   }
-  const auto angle = [&](int color) { return angles[static_cast<std::size_t>(color)]; };
+  const auto angle = [&](int color) { return angles[at(color)]; };
   std::ranges::sort(colors, {}, angle);
-  return colors[static_cast<std::size_t>(place)];
+  return colors[at(place)];
 }
 
 // Cubes that an agent without memory would touch, one after another.
 std::span<const std::int32_t> ColorRecallExpert::guess(int env, ColorPermutation& storage) const {
   return shuffled_colors(view_.params.COLORS, storage, guess_stream(view_.engine, env))
-      .first(static_cast<std::size_t>(view_.params.SEQUENCE_LENGTH));
+      .first(at(view_.params.SEQUENCE_LENGTH));
 }
 
 }  // namespace engram::tasks

@@ -1,13 +1,15 @@
-// What BunchOfColors, SeqOfColors and ChainOfColors are made of: constants, variants and how they
-// describe themselves.
+// Constants, variants and descriptions of BunchOfColors, SeqOfColors and ChainOfColors.
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "core/env/task.h"
 #include "tasks/colors/rules.h"
-#include "tasks/common/changes.h"
+#include "tasks/common/constant_binder.h"
 #include "tasks/common/press_button.h"
+#include "tasks/common/random_variables.h"
+#include "tasks/common/task_options.h"
 #include "tasks/family.h"
 
 namespace engram::tasks {
@@ -24,12 +26,12 @@ struct ColorRecallParams {
   SmoothnessParams smoothness = {};
   PressButtonParams button = {};
 
-  // How many times the cue lasts as long as is drawn.
+  // Number of times that the cue lasts as long as is drawn.
   int cue_items() const { return rule == ColorRule::kBunch ? 1 : SEQUENCE_LENGTH; }
   // The step count by which all cubes stand on the table, whatever an episode draws.
   int latest_start() const { return cue_items() * cue.high + EMPTY_PHASE_STEPS.high; }
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
 
@@ -75,12 +77,24 @@ inline constexpr double MAX_ALLOWED_CUBE_DISPLACEMENT = 0.06;  // m
 inline constexpr double BUTTON_X_SHIFT_TOWARD_ROBOT = -0.04;   // m
 inline constexpr double kHiddenHeight = 1000;                  // reported while a cube is hidden
 
-// What an episode samples, in the order of TaskInfo::draws, and the options.
-enum ColorDraw { kSequence, kPositions, kCueSteps, kEmptySteps };
-enum ColorOption { kTouchRadius, kStrictOrder };  // the latter for Seq only
+// Random variables of an episode.
+struct ColorVariables {
+  ColorVariables(RandomVariables list, const ColorRecallParams& params);
 
-// Fills in what TaskInfo says of the variant, apart from what the registry knows, reward terms and
-// state fields.
+  VariableHandle sequence;
+  VariableHandle positions;
+  IntegerVariable cue_steps;
+  IntegerVariable empty_steps;
+};
+
+struct ColorOptions {
+  ColorOptions(TaskOptions list, const ColorRecallParams& params);
+
+  TaskOption touch_radius;
+  std::optional<TaskOption> strict_order;  // Seq
+};
+
+// Fills in TaskInfo, apart from what the registry knows, reward terms and state fields.
 void describe_color_recall(const ColorRecallParams& params, TaskInfo& info);
 
 }  // namespace engram::tasks

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/index.h"
 #include "core/math/real_functions.h"
 
 namespace engram::tasks {
@@ -26,7 +27,7 @@ void judge_order(std::span<const std::int32_t> targets, const std::int32_t* orde
   tally.order_ok = tally.next < 0;
 }
 
-// Of the touches so far only; after a mistake there is no next target.
+// Judges the touches so far only; after a mistake there is no next target.
 void judge_filled_order(std::span<const std::int32_t> targets, const std::int32_t* order,
                         TouchTally& tally) {
   tally.next = -1;
@@ -47,7 +48,7 @@ int first_untouched(ColorRule rule, std::span<const std::int32_t> targets,
                     std::span<const std::uint8_t> touched) {
   int next = -1;
   for (const std::int32_t color : targets) {
-    if (touched[static_cast<std::size_t>(color)] != 0) continue;
+    if (touched[at(color)] != 0) continue;
     if (rule == ColorRule::kSeq) return color;
     if (next < 0 || color < next) next = color;
   }
@@ -86,9 +87,9 @@ int answer_number(const std::int32_t* order, int length) {
 ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params) {
   ColorRewardTerms terms;
   terms.reaching = 1 - real::tanh(10 * in.goal_distance);
-  terms.smooth = smoothness(in.haste, params);
+  terms.smooth = smoothness(in.action_cost, params);
   terms.displacement_penalty = CUBE_DISPLACEMENT_PENALTY_COEF * in.mean_displacement;
-  const double stillness = 1 - real::tanh(5 * in.haste.arm_speed);
+  const double stillness = 1 - real::tanh(5 * in.action_cost.arm_speed);
   if (in.acting) {
     terms.reward = terms.reaching + 0.5 * stillness + 90.0 * in.tally.correct / in.length -
                    10.0 * in.tally.wrong - terms.smooth.penalty - terms.displacement_penalty;

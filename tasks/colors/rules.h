@@ -1,14 +1,14 @@
-// What touches are worth in BunchOfColors, SeqOfColors and ChainOfColors (docs/tasks/colors.md).
+// Rules and dense reward of BunchOfColors, SeqOfColors and ChainOfColors (docs/tasks/colors.md).
 #pragma once
 
 #include <cstdint>
 #include <span>
 
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
 
 namespace engram::tasks {
 
-// How the families judge: by the set of touched colours, or by their order too. kSeqStrict is
+// Judgement of a family: by the set of touched colours, or by their order too. kSeqStrict is
 // upstream's code for Seq, which asks for the order as well.
 enum class ColorRule { kBunch, kSeq, kSeqStrict, kChain };
 
@@ -39,7 +39,7 @@ inline constexpr double CUBE_DISPLACEMENT_PENALTY_COEF = 20.0;
 
 struct ColorRewardInputs {
   double goal_distance = 0;  // m
-  Haste haste;
+  ActionCost action_cost;
   TouchTally tally;
   int length = 1;                // colours in the cue
   double mean_displacement = 0;  // of the cubes, m

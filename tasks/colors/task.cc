@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/expert.h"
@@ -26,8 +27,10 @@ class ColorRecall final : public FamilyBase {
   ColorRecall(const RegistryEntry& entry, const ColorRecallParams& params)
       : FamilyBase(entry),
         params_(params),
+        variables_(RandomVariables(info_.random_variables), params),
+        options_(TaskOptions(info_.options), params),
         rule_(params.rule),
-        cubes_(scene_, params),
+        cubes_(scene_, params, variables_.positions),
         touch_({params.COLORS, params.CUBE_HALFSIZE + kTouchGap, params.SEQUENCE_LENGTH}),
         button_(scene_, "center_button", params.button),
         expert_({.engine = engine_,
@@ -51,10 +54,9 @@ class ColorRecall final : public FamilyBase {
     FamilyBase::bind(bindings);
     ColumnStore& memory = *bindings.memory;
     clock_.bind(memory);
-    touch_.bind(bindings, bindings.options[kTouchRadius]);
-    if (params_.rule == ColorRule::kSeq && bindings.options[kStrictOrder] != 0) {
-      rule_ = ColorRule::kSeqStrict;
-    }
+    touch_.bind(bindings, options_.touch_radius.value(bindings));
+    const auto& strict_order = options_.strict_order;
+    if (strict_order && strict_order->is_on(bindings)) rule_ = ColorRule::kSeqStrict;
     button_.bind(bindings);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     sequence_ = memory.add<std::int32_t>("sequence", params_.SEQUENCE_LENGTH);
@@ -78,8 +80,8 @@ class ColorRecall final : public FamilyBase {
     const int env = episode.env();
     draw_sequence(episode);
     cubes_.reset(episode);
-    clock_.reset(env, params_.cue_items() * params_.cue.sample(episode, kCueSteps),
-                 params_.EMPTY_PHASE_STEPS.sample(episode, kEmptySteps));
+    clock_.reset(env, params_.cue_items() * variables_.cue_steps.sample(episode),
+                 variables_.empty_steps.sample(episode));
     touch_.reset(env);
     button_.reset(env, cubes_.button_center(env));
   }
@@ -143,7 +145,7 @@ class ColorRecall final : public FamilyBase {
     for (int env = envs.begin; env < envs.end; ++env) {
       ColorRewardInputs in;
       in.goal_distance = Eigen::Map<const Eigen::Vector3d>(goal_.row(env)).norm();
-      in.haste = measure_haste(engine_, env);
+      in.action_cost = measure_action_cost(engine_, env);
       in.tally = count_touches(env);
       in.length = params_.SEQUENCE_LENGTH;
       in.mean_displacement = displacement_.row(env)[0];
@@ -200,7 +202,7 @@ class ColorRecall final : public FamilyBase {
     out.add(OverlayText{{10, 60}, "Target:"});
     double x = kLeft;
     for (const std::int32_t color : sequence(env)) {
-      const auto& rgba = COLOR_MAPPING[static_cast<std::size_t>(color)].rgba;
+      const auto& rgba = COLOR_MAPPING[at(color)].rgba;
       const auto byte = [&rgba](std::size_t i) { return static_cast<std::uint8_t>(rgba[i]); };
       const std::uint8_t border = touch_.touched(env)[color] != 0 ? 255 : 0;
       out.add(OverlaySwatch{{x, 45}, 15, {byte(0), byte(1), byte(2)}, {border, border, border}});
@@ -223,7 +225,7 @@ class ColorRecall final : public FamilyBase {
   }
 
   std::span<const std::int32_t> sequence(int env) const {
-    return {sequence_.row(env), static_cast<std::size_t>(params_.SEQUENCE_LENGTH)};
+    return {sequence_.row(env), at(params_.SEQUENCE_LENGTH)};
   }
   bool in_sequence(int env, int color) const {
     const std::span<const std::int32_t> colors = sequence(env);
@@ -233,8 +235,7 @@ class ColorRecall final : public FamilyBase {
     return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
   }
   TouchTally count_touches(int env) const {
-    return tally_touches(rule_, sequence(env),
-                         {touch_.touched(env), static_cast<std::size_t>(params_.COLORS)},
+    return tally_touches(rule_, sequence(env), {touch_.touched(env), at(params_.COLORS)},
                          touch_.order(env));
   }
   // The colour to be touched next, -1: none.
@@ -242,13 +243,14 @@ class ColorRecall final : public FamilyBase {
 
   void draw_sequence(const Episode& episode) const {
     std::int32_t* sequence = sequence_.row(episode.env());
-    if (const double* pinned = episode.pinned(kSequence)) {
+    if (const double* pinned = variables_.sequence.pinned(episode)) {
       std::transform(pinned, pinned + params_.SEQUENCE_LENGTH, sequence,
                      [](double value) { return static_cast<std::int32_t>(value); });
       return;
     }
     ColorPermutation storage{};
-    const std::span colors = shuffled_colors(params_.COLORS, storage, episode.stream(kSequence));
+    const std::span colors =
+        shuffled_colors(params_.COLORS, storage, variables_.sequence.stream(episode));
     std::copy_n(colors.begin(), params_.SEQUENCE_LENGTH, sequence);
   }
 
@@ -267,6 +269,8 @@ class ColorRecall final : public FamilyBase {
   }
 
   ColorRecallParams params_;
+  ColorVariables variables_;
+  ColorOptions options_;
   ColorRule rule_;  // by which touches are judged
   ColorCubes cubes_;
   PhaseClock clock_;

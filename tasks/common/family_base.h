@@ -1,4 +1,4 @@
-// What every family is built on: it owns the description, the scene and the engine's columns.
+// Base class of every family: it owns the description, the scene and the engine's columns.
 #pragma once
 
 #include <string>
@@ -19,8 +19,8 @@ class FamilyBase : public Task {
   std::string document() const final { return mjcf::compose(scene_, mjcf::Detail::kFull); }
   std::vector<ObjectDescriptor> object_descriptors() const final;
   void bind(const Bindings& bindings) override { engine_ = bindings; }
-  // What users may change, as it is here, and which of it they have changed.
-  void set_changeable(std::vector<TaskConstant> changeable, const ConstantTable& changed);
+  // The declared constants, with the user's values.
+  void set_constants(std::vector<TaskConstant> constants);
 
  protected:
   // The description begins with what the registry knows.
@@ -43,8 +43,8 @@ class FamilyBase : public Task {
     }
   }
 
-  // In the same way it lists what episodes draw and scripts read, in sampled_row. Angles, lengths
-  // and speeds are real, all else are whole numbers.
+  // A member template sampled_row lists what episodes draw and scripts read, likewise. Angles,
+  // lengths and speeds are real, all else are whole numbers.
   template <class Family>
   void declare_sampled_values(const Family& family) {
     FieldLister lister;
@@ -61,7 +61,7 @@ class FamilyBase : public Task {
     family.sampled_row(row, env);
   }
 
-  // What families ask the state for again and again (tasks/common/poses.h).
+  // Queries that many families make (tasks/common/poses.h).
   Eigen::Vector3d tcp_pos(int env) const { return tasks::tcp_pos(*engine_.state, env); }
   Eigen::Vector3d prop_pos(int env, int prop) const {
     return tasks::prop_pos(*engine_.state, env, prop);

@@ -97,8 +97,8 @@ double axis_gap(const FootprintPart& part, const FootprintPart& other, const Vec
   return (distance - part.half - reach).maxCoeff();
 }
 
-// Of two rectangles: the distance between the nearest points, one of which is a corner, or minus
-// the overlap along the axis of least overlap.
+// Gap of two rectangles: the distance between the nearest points, one of which is a corner, or
+// minus the overlap along the axis of least overlap.
 double rectangle_clearance(const FootprintPart& first, const FootprintPart& second,
                            const Vec2& offset) {
   const double gap = std::max(axis_gap(first, second, offset), axis_gap(second, first, -offset));

@@ -1,4 +1,4 @@
-// What objects cover of the table, and how far apart two of them stand.
+// Footprints of objects on the table, and the clearance between two of them.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace engram::tasks {
 
-// The part of the table that one primitive covers: a rectangle, or a disc where `half` is zero,
+// Part of the table that one primitive covers: a rectangle, or a disc where `half` is zero,
 // each widened by `radius`.
 struct FootprintPart {
   Vec2 center = Vec2::Zero();

@@ -4,16 +4,15 @@
 
 #include "mjcf/lamp.h"
 #include "tasks/common/poses.h"
-#include "tasks/common/task_info.h"
 
 namespace engram::tasks {
 
-void add_lamp_constants(ConstantTable& table) {
-  append(table, {{"LAMP_BASE_RADIUS", 0.018},
-                 {"LAMP_BASE_HALF_HEIGHT", 0.008},
-                 {"LAMP_STEM_RADIUS", 0.004},
-                 {"LAMP_STEM_HALF_HEIGHT", 0.020},
-                 {"LAMP_BULB_RADIUS", 0.012}});
+void declare_lamp(ConstantBinder& constants) {
+  constants.fixed({{"LAMP_BASE_RADIUS", 0.018},
+                   {"LAMP_BASE_HALF_HEIGHT", 0.008},
+                   {"LAMP_STEM_RADIUS", 0.004},
+                   {"LAMP_STEM_HALF_HEIGHT", 0.020},
+                   {"LAMP_BULB_RADIUS", 0.012}});
 }
 
 Lamp::Lamp(mjcf::Scene& scene, const std::string& name)

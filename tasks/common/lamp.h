@@ -3,21 +3,21 @@
 
 #include <string>
 
-#include "core/base/constant.h"
 #include "core/sim/state.h"
 #include "mjcf/scene.h"
+#include "tasks/common/constant_binder.h"
 
 namespace engram::tasks {
 
-// What the bulb shows. It is rgba x (light of the scene + emission): 1 or more makes a pure colour
+// Light of the bulb. It is rgba x (light of the scene + emission): 1 or more makes a pure colour
 // flat and saturated, 0 is an unlit bulb.
 struct LampLight {
   mjcf::Rgba rgba{1, 1, 1, 1};
   double emission = 0;
 };
 
-// Adds the lamp's measures, as class constants.
-void add_lamp_constants(ConstantTable& table);
+// Declares the lamp's measures.
+void declare_lamp(ConstantBinder& constants);
 
 class Lamp {
  public:

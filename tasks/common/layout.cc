@@ -6,6 +6,7 @@
 #include <numbers>
 #include <span>
 
+#include "core/base/index.h"
 #include "core/math/real_functions.h"
 
 namespace engram::tasks {
@@ -91,7 +92,7 @@ Layout assign_slots(const Layout& slots, RandomStream& random) {
   const std::span permutation(storage.data(), slots.size());
   random.permutation(permutation);
   Layout layout;
-  for (const int slot : permutation) layout.push_back(slots[static_cast<std::size_t>(slot)]);
+  for (const int slot : permutation) layout.push_back(slots[at(slot)]);
   return layout;
 }
 

@@ -1,4 +1,4 @@
-// Where objects stand on the table: nominal slots and jitter. Episodes are drawn inside steps, so
+// Layouts of objects on the table: nominal slots and jitter. Episodes are drawn inside steps, so
 // nothing here allocates.
 #pragma once
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/column.h"
-#include "tasks/common/step_range.h"
+#include "tasks/common/sampled_range.h"
 
 namespace engram::tasks {
 

@@ -1,4 +1,4 @@
-// Where things are, as vectors and poses, and how they are put upright on the table.
+// Positions and poses of TCP and props; placing a prop upright on the table.
 #pragma once
 
 #include <Eigen/Dense>

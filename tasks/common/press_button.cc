@@ -4,7 +4,6 @@
 
 #include "core/base/error.h"
 #include "core/base/join.h"
-#include "tasks/common/task_info.h"
 
 namespace engram::tasks {
 namespace {
@@ -17,24 +16,31 @@ void require(const char* name, double value, double most, const char* what) {
 
 }  // namespace
 
-// --- what users may change ---
+void PressButtonParams::declare(ConstantBinder& constants) {
+  constants.reals("BUTTON_BASE_HALF_SIZE", shape.BUTTON_BASE_HALF_SIZE, {0.005, 0.1}, "m",
+                  "half the sides and half the height of the button's base");
+  constants.real("BUTTON_CAP_RADIUS", shape.BUTTON_CAP_RADIUS, {0.005, 0.1}, "m",
+                 "radius of the button's cap");
+  constants.real("BUTTON_CAP_HALF_HEIGHT", shape.BUTTON_CAP_HALF_HEIGHT, {0.002, 0.03}, "m",
+                 "half the height of the button's cap");
+  constants.real("BUTTON_CAP_TRAVEL", BUTTON_CAP_TRAVEL, {0.002, 0.05}, "m",
+                 "how far the cap sinks");
+  constants.real("BUTTON_PRESS_EVENT_RATIO", BUTTON_PRESS_EVENT_RATIO, {0.05, 1}, "",
+                 "share of the travel at which a press begins");
+  constants
+      .real("BUTTON_RELEASE_READY_RATIO", BUTTON_RELEASE_READY_RATIO, {0, 0.95}, "",
+            "share of the travel at which the button is released again")
+      .published = publishes_release;
+  constants.real("BUTTON_PRESS_XY_RADIUS", BUTTON_PRESS_XY_RADIUS, {0.01, 0.2}, "m",
+                 "how near the button's axis the tool has to be");
+  constants.real("BUTTON_PRESS_Z_MARGIN", BUTTON_PRESS_Z_MARGIN, {0.015, 0.1}, "m",
+                 "how far above the cap the tool begins to press");
+}
 
-void PressButtonParams::constants(Changes& list) {
-  list.reals("BUTTON_BASE_HALF_SIZE", shape.BUTTON_BASE_HALF_SIZE, {0.005, 0.1}, "m",
-             "half the sides and half the height of the button's base");
-  list.real("BUTTON_CAP_RADIUS", shape.BUTTON_CAP_RADIUS, {0.005, 0.1}, "m",
-            "radius of the button's cap");
-  list.real("BUTTON_CAP_HALF_HEIGHT", shape.BUTTON_CAP_HALF_HEIGHT, {0.002, 0.03}, "m",
-            "half the height of the button's cap");
-  list.real("BUTTON_CAP_TRAVEL", BUTTON_CAP_TRAVEL, {0.002, 0.05}, "m", "how far the cap sinks");
-  list.real("BUTTON_PRESS_EVENT_RATIO", BUTTON_PRESS_EVENT_RATIO, {0.05, 1}, "",
-            "share of the travel at which a press begins");
-  list.real("BUTTON_RELEASE_READY_RATIO", BUTTON_RELEASE_READY_RATIO, {0, 0.95}, "",
-            "share of the travel at which the button is released again");
-  list.real("BUTTON_PRESS_XY_RADIUS", BUTTON_PRESS_XY_RADIUS, {0.01, 0.2}, "m",
-            "how near the button's axis the tool has to be");
-  list.real("BUTTON_PRESS_Z_MARGIN", BUTTON_PRESS_Z_MARGIN, {0.015, 0.1}, "m",
-            "how far above the cap the tool begins to press");
+void PressButtonParams::declare_lift(ConstantBinder& constants) {
+  constants.real("REQUIRED_LIFT_HEIGHT", REQUIRED_LIFT_HEIGHT, {0.02, 0.3}, "m",
+                 "how far above the height of a press the tool has to rise until it counts");
+  constants.fixed({{"LIFT_CONFIRM_TOL", LIFT_CONFIRM_TOL}});
 }
 
 void PressButtonParams::check() const {
@@ -47,24 +53,6 @@ void PressButtonParams::check() const {
   refuse_constant(
       "BUTTON_RELEASE_READY_RATIO", shortest(BUTTON_RELEASE_READY_RATIO),
       "less than BUTTON_PRESS_EVENT_RATIO " + shortest(BUTTON_PRESS_EVENT_RATIO) + " allowed");
-}
-
-void add_press_constants(const PressButtonParams& params, ConstantTable& table) {
-  const mjcf::Vec3& base = params.shape.BUTTON_BASE_HALF_SIZE;
-  append(table, {{"BUTTON_BASE_HALF_SIZE", ConstantList{base[0], base[1], base[2]}},
-                 {"BUTTON_CAP_RADIUS", params.shape.BUTTON_CAP_RADIUS},
-                 {"BUTTON_CAP_HALF_HEIGHT", params.shape.BUTTON_CAP_HALF_HEIGHT},
-                 {"BUTTON_CAP_TRAVEL", params.BUTTON_CAP_TRAVEL},
-                 {"BUTTON_PRESS_EVENT_RATIO", params.BUTTON_PRESS_EVENT_RATIO},
-                 {"BUTTON_PRESS_XY_RADIUS", params.BUTTON_PRESS_XY_RADIUS},
-                 {"BUTTON_PRESS_Z_MARGIN", params.BUTTON_PRESS_Z_MARGIN}});
-}
-
-void add_constants(const PressButtonParams& params, ConstantTable& table) {
-  add_press_constants(params, table);
-  append(table, {{"BUTTON_RELEASE_READY_RATIO", params.BUTTON_RELEASE_READY_RATIO},
-                 {"REQUIRED_LIFT_HEIGHT", params.REQUIRED_LIFT_HEIGHT},
-                 {"LIFT_CONFIRM_TOL", params.LIFT_CONFIRM_TOL}});
 }
 
 double press_depth(const PressButtonParams& params, double distance, double height) {

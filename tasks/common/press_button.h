@@ -1,5 +1,5 @@
-// The press button of several families. A press is a matter of where the TCP is, never of contact:
-// the cap sinks ahead of the finger.
+// Press button of several families. A press follows from the position of the TCP, never from
+// contact: the cap sinks ahead of the finger.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 #include "core/env/task.h"
 #include "mjcf/button.h"
 #include "mjcf/scene.h"
-#include "tasks/common/changes.h"
+#include "tasks/common/constant_binder.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/poses.h"
 
@@ -23,10 +23,13 @@ struct PressButtonParams {
   double BUTTON_PRESS_Z_MARGIN = 0.03;      // m above the unpressed cap
   double REQUIRED_LIFT_HEIGHT = 0.1;        // m above the height at which the press began
   double LIFT_CONFIRM_TOL = 0.015;          // m
-  bool radius_counts = false;               // whether a TCP exactly at the radius is over it
+  bool radius_counts = false;               // a TCP exactly at the radius is over it
+  bool publishes_release = true;            // the release ratio is a class constant
 
-  // Lists those of the button and of a press; not the lift, which some families do not ask for.
-  void constants(Changes& list);
+  // Declares those of the button and of a press; then those of the lift, which some families do
+  // not ask for.
+  void declare(ConstantBinder& constants);
+  void declare_lift(ConstantBinder& constants);
   // Throws Error for a button that cannot be, or could not be pressed and released.
   void check() const;
 
@@ -41,31 +44,27 @@ struct PressButtonParams {
   }
 };
 
-// Adds those of a press alone, or all of these, as class constants.
-void add_press_constants(const PressButtonParams& params, ConstantTable& table);
-void add_constants(const PressButtonParams& params, ConstantTable& table);
-
-// How far a TCP at `height` and at that horizontal distance from the centre presses, m.
+// Press depth of a TCP at `height` and at that horizontal distance from the centre, m.
 double press_depth(const PressButtonParams& params, double distance, double height);
 bool is_pressed(const PressButtonParams& params, double depth);
 // Not the opposite of pressed: between the two nothing happens.
 bool is_released(const PressButtonParams& params, double depth);
 
-// What a button remembers between evaluations.
+// State of a button between evaluations.
 struct PressState {
   bool ready = true;        // was released since the last press
   bool pending = false;     // pressed, and not lifted since
   double start_height = 0;  // of the TCP when the pending, or last, press began; m
 };
 
-// What happened in one evaluation.
+// Events of one evaluation.
 struct PressEvents {
   bool released = false;   // the button became ready again
   bool pressed = false;    // a press began
   bool confirmed = false;  // a press was completed by lifting the tool
 };
 
-// Whether the TCP is high enough to complete the press.
+// True if the TCP is high enough to complete the press.
 bool is_lifted(const PressButtonParams& params, const PressState& press, double height);
 
 // One evaluation of the press, release and lift machine. acting: the action phase; enabled:

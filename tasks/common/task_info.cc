@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/index.h"
+
 namespace engram::tasks {
 
 TaskInfo describe(const RegistryEntry& entry) {
@@ -14,10 +16,6 @@ TaskInfo describe(const RegistryEntry& entry) {
   info.canonical = entry.canonical;
   info.horizon = entry.horizon;
   return info;
-}
-
-void append(ConstantTable& table, const ConstantTable& more) {
-  table.insert(table.end(), more.begin(), more.end());
 }
 
 SceneSpec scene_source(const mjcf::Scene& scene) {
@@ -35,7 +33,7 @@ SceneSpec scene_source(const mjcf::Scene& scene) {
     mjcf::Scene part;
     part.render_view = scene.render_view;
     part.table_ends = scene.table_ends;
-    for (const int prop : props) part.props.push_back(scene.props[static_cast<std::size_t>(prop)]);
+    for (const int prop : props) part.props.push_back(scene.props[at(prop)]);
     return mjcf::compose(part, detail == RobotDetail::kDynamics ? mjcf::Detail::kRobotDynamics
                                                                 : mjcf::Detail::kPhysics);
   };

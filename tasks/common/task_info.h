@@ -10,9 +10,6 @@ namespace engram::tasks {
 // A TaskInfo with what the registry knows.
 TaskInfo describe(const RegistryEntry& entry);
 
-// Adds rows to a table of constants.
-void append(ConstantTable& table, const ConstantTable& more);
-
 // The scene as the engine takes it.
 SceneSpec scene_source(const mjcf::Scene& scene);
 

@@ -1,5 +1,5 @@
-// Which of several objects the robot has touched: a touch is a TCP that stands still near the point
-// above an object, and it counts for the rest of the episode.
+// Latch of the objects that the robot has touched: a touch is a TCP that stands still near the
+// point above an object, and it counts for the rest of the episode.
 #pragma once
 
 #include "core/env/task.h"

@@ -64,16 +64,16 @@ void TouchTarget::evaluate(int env, const double* target_pos, bool acting) const
 }
 
 double TouchTarget::dense_reward(int env) const {
-  const Haste haste = measure_haste(engine_, env);
+  const ActionCost cost = measure_action_cost(engine_, env);
   TouchRewardInputs in;
   const double* offset = offset_.row(env);
   in.distance = Eigen::Map<const Eigen::Vector3d>(offset).norm();
   in.goal_thresh = goal_thresh_;
   in.offset_x = offset[0];
   in.offset_y = offset[1];
-  in.arm_speed = haste.arm_speed;
-  in.action_norm = haste.action_norm;
-  in.action_delta_norm = haste.action_delta_norm;
+  in.arm_speed = cost.arm_speed;
+  in.action_norm = cost.action_norm;
+  in.action_delta_norm = cost.action_delta_norm;
   in.robot_static = is_robot_static_[env] != 0;
   in.placed = is_obj_placed_[env] != 0;
   in.success = engine_.success[env] != 0;

@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "core/env/task.h"
+#include "tasks/common/action_cost.h"
 #include "tasks/common/reward_dict.h"
-#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 
 inline constexpr double GOAL_THRESH = 0.05;         // m, unless a user changes it
 inline constexpr double kTouchSuccessReward = 3.0;  // dense reward of a success step
 
-// What the reward is made of.
+// Inputs of the reward.
 struct TouchRewardInputs {
   double distance = 0;           // TCP to target, m
   double arm_speed = 0;          // norm of the arm joint velocities, rad/s

@@ -1,5 +1,6 @@
 #include "tasks/common/tour.h"
 
+#include "core/base/index.h"
 #include "core/math/real_functions.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/tcp_servo.h"
@@ -31,10 +32,10 @@ Eigen::Vector3d before(const Eigen::Vector3d& point, double sense) {
 void Tour::add(const Eigen::Vector3d& stop) {
   const Stop added{stop, along_row(stop)};
   int place = size_++;
-  for (; place > 0 && stops_[static_cast<std::size_t>(place) - 1].along > added.along; --place) {
-    stops_[static_cast<std::size_t>(place)] = stops_[static_cast<std::size_t>(place) - 1];
+  for (; place > 0 && stops_[at(place) - 1].along > added.along; --place) {
+    stops_[at(place)] = stops_[at(place) - 1];
   }
-  stops_[static_cast<std::size_t>(place)] = added;
+  stops_[at(place)] = added;
 }
 
 Tour::Target Tour::next(const State& state, int env, const Options& options) const {
@@ -43,7 +44,7 @@ Tour::Target Tour::next(const State& state, int env, const Options& options) con
   const int steps = kStepsToRise + kStepsPerStop * (size_ + 1);
   const double sense = options.again && state.elapsed[env] / steps % 2 != 0 ? -1 : 1;
   const auto stop_at = [&](int place) -> const Stop& {
-    return stops_[static_cast<std::size_t>(sense > 0 ? place : size_ - 1 - place)];
+    return stops_[at(sense > 0 ? place : size_ - 1 - place)];
   };
   if (options.again && state.elapsed[env] % steps < kStepsToRise) {
     return {{tool.x(), tool.y(), options.start_height + kAbove}};

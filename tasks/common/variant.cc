@@ -9,12 +9,16 @@ constexpr double kLongestEpisode = 1'000'000;  // control steps
 
 }  // namespace
 
-void list_common_constants(Changes& list, RegistryEntry& entry) {
-  list.integer(kHorizonConstant, entry.horizon, {1, kLongestEpisode}, "control steps",
-               "horizon: how long an episode may last");
+void declare_common(ConstantBinder& constants, RegistryEntry& entry) {
+  constants
+      .integer(kHorizonConstant, entry.horizon, {1, kLongestEpisode}, "control steps",
+               "horizon: how long an episode may last")
+      .published = false;
   double noise = BatchOptions().robot_init_qpos_noise;
-  list.real(kNoiseConstant, noise, {0, 1}, "rad",
-            "standard deviation of the arm joints' noise in the start pose");
+  constants
+      .real(kNoiseConstant, noise, {0, 1}, "rad",
+            "standard deviation of the arm joints' noise in the start pose")
+      .published = false;
 }
 
 }  // namespace engram::tasks

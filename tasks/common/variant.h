@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/env/task.h"
-#include "tasks/common/changes.h"
+#include "tasks/common/constant_binder.h"
 #include "tasks/registry.h"
 
 namespace engram::tasks {
@@ -25,25 +25,25 @@ const auto& find_variant(const Variants& variants, std::string_view id) {
   return *found;
 }
 
-// Lists what every family takes beside its own constants, and takes the horizon over.
-void list_common_constants(Changes& list, RegistryEntry& entry);
+// Declares the constants that every family has beside its own, and takes the horizon over.
+void declare_common(ConstantBinder& constants, RegistryEntry& entry);
 
 // Family::make of a class whose constructor takes the registry's entry and the row of a table. A
 // row has
-//   void constants(Changes& list)    what users may change of it (tasks/common/changes.h)
-//   void check(int horizon) const    throws Error unless a task can be made of it
+//   void declare(ConstantBinder& constants)    its constants (tasks/common/constant_binder.h)
+//   void check(int horizon) const              throws Error unless a task can be made of it
 template <class Made, const auto& kVariants>
-std::unique_ptr<Task> make_variant(const RegistryEntry& entry, const ConstantTable& constants) {
+std::unique_ptr<Task> make_variant(const RegistryEntry& entry, const ConstantTable& chosen) {
   auto params = find_variant(kVariants, entry.base);
   RegistryEntry own = entry;
-  Changes list(constants);
-  params.constants(list);
-  list_common_constants(list, own);
-  std::vector<TaskConstant> changeable = list.take();
+  ConstantBinder constants(chosen);
+  params.declare(constants);
+  declare_common(constants, own);
+  std::vector<TaskConstant> declared = constants.take();
   params.check(own.horizon);
   if (own.max_episode_steps > 0) own.horizon = own.max_episode_steps;
   auto task = std::make_unique<Made>(own, params);
-  task->set_changeable(std::move(changeable), constants);
+  task->set_constants(std::move(declared));
   return task;
 }
 

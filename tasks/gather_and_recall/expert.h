@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "core/base/index.h"
 #include "core/env/expert.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/press_button.h"
@@ -40,9 +41,7 @@ class GatherExpert final : public Expert {
   int nearest_button(int env) const;
   int guess(int env) const;
   Vec2 disc(int env) const { return Eigen::Map<const Vec2>(view_.disc.row(env)); }
-  const PressButton& button(int color) const {
-    return view_.buttons[static_cast<std::size_t>(color)];
-  }
+  const PressButton& button(int color) const { return view_.buttons[at(color)]; }
 
   View view_;
 };

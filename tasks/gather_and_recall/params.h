@@ -5,11 +5,11 @@
 
 #include "core/env/task.h"
 #include "mjcf/prop.h"
-#include "tasks/common/changes.h"
+#include "tasks/common/action_cost.h"
+#include "tasks/common/constant_binder.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/press_button.h"
-#include "tasks/common/smoothness.h"
-#include "tasks/common/step_range.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/family.h"
 #include "tasks/gather_and_recall/rules.h"
 
@@ -23,7 +23,7 @@ struct GatherParams {
   double DISC_ON_THRESH = 0.10;  // m from the disc's centre
   SmoothnessParams smoothness = kGatherSmoothness;
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   // Throws Error unless the disc has room for the cubes, and the episode time.
   void check(int horizon) const;
 };
@@ -57,8 +57,17 @@ inline constexpr mjcf::Rgba kDiscColor = {160 / 255.0, 160 / 255.0, 170 / 255.0,
 inline constexpr mjcf::Rgba kBulbOff = {245 / 255.0, 245 / 255.0, 245 / 255.0, 1};
 inline constexpr double kFlashEmission = 1;
 
-// What an episode samples.
-enum DrawIndex { kFlashColor, kTriggerCount, kDuration, kDiscX, kDiscY, kCubeJitter };
+// Random variables of an episode.
+struct GatherVariables {
+  GatherVariables(RandomVariables list, const GatherParams& params);
+
+  IntegerVariable flash_color;
+  IntegerVariable trigger_count;  // cubes on the disc with which the flash begins
+  IntegerVariable duration;
+  RealVariable disc_x;
+  RealVariable disc_y;
+  VariableHandle cube_jitter;
+};
 
 // Parameters of the button of one colour.
 PressButtonParams gather_button(int color);
@@ -66,11 +75,11 @@ PressButtonParams gather_button(int color);
 // The largest number of placed cubes that may begin the flash.
 int most_triggers(int cubes);
 
-// Fills in what is constant about a variant, apart from reward terms and state fields.
-void describe_gather(const GatherParams& params, TaskInfo& info);
+// Fills in TaskInfo, apart from what the registry knows, reward terms and state fields.
+void describe_gather(TaskInfo& info);
 
-// Where a cube is brought, from the disc's centre: a grid around the middle, the far end last. The
-// fingers close along y, so the rows need more room.
+// Place of a cube on the disc, from the disc's centre: a grid around the middle, the far end last.
+// The fingers close along y, so the rows need more room.
 Vec2 place_on_disc(int cube);
 
 }  // namespace engram::tasks

@@ -33,7 +33,7 @@ GatherRewardTerms gather_reward(const GatherRewardInputs& inputs) {
   terms.reaching = 1 - real::tanh(8 * inputs.goal_distance);
   terms.progress = static_cast<double>(inputs.cubes_on_disc) / inputs.cubes;
   terms.press = inputs.all_on_disc ? std::clamp(inputs.correct_depth, 0.0, 1.0) : 0.0;
-  terms.smooth = smoothness(inputs.haste, inputs.smoothness);
+  terms.smooth = smoothness(inputs.action_cost, inputs.smoothness);
   terms.reward = 2 * terms.reaching + 10 * terms.progress + 5 * terms.press - terms.smooth.penalty;
   if (inputs.all_on_disc) terms.reward += 3 * terms.reaching;
   if (inputs.failed) terms.reward = -FAILURE_PENALTY;

@@ -1,11 +1,11 @@
-// When cubes count, the lamp flashes and rewards are paid in GatherAndRecall.
+// Rules of GatherAndRecall: cubes that count, the flash, the dense reward.
 #pragma once
 
 #include <Eigen/Dense>
 #include <vector>
 
+#include "tasks/common/action_cost.h"
 #include "tasks/common/layout.h"
-#include "tasks/common/smoothness.h"
 
 namespace engram::tasks {
 
@@ -18,10 +18,10 @@ inline constexpr double FAILURE_PENALTY = 25;
 inline constexpr SmoothnessParams kGatherSmoothness = {
     .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
 
-// Where a cube of the cluster stands, jitter aside.
+// Place of a cube in the cluster, jitter aside.
 Vec2 cluster_place(int cube, int cubes, double half_size, const Vec2& disc);
 
-// Whether a cube counts as on the disc. One that is carried slowly above it does too.
+// True if a cube counts as on the disc. One that is carried slowly above it does too.
 bool is_on_disc(const Eigen::Vector3d& pos, const Eigen::Vector3d& velocity, const Vec2& disc,
                 double threshold = 0.10);
 
@@ -40,7 +40,7 @@ struct GatherRewardInputs {
   int cubes_on_disc = 0;     // that have been there
   bool all_on_disc = false;
   double correct_depth = 0;  // of the correct button, as a fraction of its travel
-  Haste haste;
+  ActionCost action_cost;
   bool failed = false;
   bool success = false;
   SmoothnessParams smoothness = kGatherSmoothness;

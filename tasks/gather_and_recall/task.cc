@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/base/index.h"
 #include "mjcf/disc.h"
 #include "mjcf/scene.h"
 #include "tasks/common/family_base.h"
@@ -24,6 +25,7 @@ class GatherAndRecall final : public FamilyBase {
   GatherAndRecall(const RegistryEntry& entry, const GatherParams& params)
       : FamilyBase(entry),
         params_(params),
+        variables_(RandomVariables(info_.random_variables), params),
         cubes_(params.N_CUBES),
         disc_(add_cubes_and_disc(scene_, params)),
         buttons_{PressButton(scene_, "button_red", gather_button(0)),
@@ -37,7 +39,7 @@ class GatherAndRecall final : public FamilyBase {
                  .flash_color = flash_color_,
                  .flash_active = flash_active_,
                  .pressed_button = pressed_button_}) {
-    describe_gather(params, info_);
+    describe_gather(info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
     declare_sampled_values(*this);
@@ -82,11 +84,10 @@ class GatherAndRecall final : public FamilyBase {
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
-    flash_color_[env] = episode.integer(kFlashColor, 0, kColors - 1);
-    trigger_count_[env] = episode.integer(kTriggerCount, 1, most_triggers(cubes_));
-    duration_[env] = params_.FLASH_DURATION_STEPS.sample(episode, kDuration);
-    const Vec2 disc(episode.real(kDiscX, DISC_X_MIN, DISC_X_MAX),
-                    episode.real(kDiscY, DISC_Y_MIN, DISC_Y_MAX));
+    flash_color_[env] = variables_.flash_color.sample(episode);
+    trigger_count_[env] = variables_.trigger_count.sample(episode);
+    duration_[env] = variables_.duration.sample(episode);
+    const Vec2 disc(variables_.disc_x.sample(episode), variables_.disc_y.sample(episode));
     Eigen::Map<Vec2>(disc_xy_.row(env)) = disc;
     pressed_button_[env] = -1;
     place_cubes(episode, disc);
@@ -112,10 +113,9 @@ class GatherAndRecall final : public FamilyBase {
       flash_triggered_[env] = flash.triggered ? 1 : 0;
       flash_start_[env] = flash.start;
       flash_active_[env] = lit ? 1 : 0;
-      lamp_.shine(
-          *engine_.state, env,
-          lit ? LampLight{FLASH_COLORS[static_cast<std::size_t>(flash_color_[env])], kFlashEmission}
-              : LampLight{kBulbOff, 0});
+      lamp_.shine(*engine_.state, env,
+                  lit ? LampLight{FLASH_COLORS[at(flash_color_[env])], kFlashEmission}
+                      : LampLight{kBulbOff, 0});
       for (const PressButton& button : buttons_) button.follow_tool(env, true);
     }
   }
@@ -154,7 +154,7 @@ class GatherAndRecall final : public FamilyBase {
       in.cubes_on_disc = n_on_disc_[env];
       in.all_on_disc = all_on_disc_[env] != 0;
       in.correct_depth = button(flash_color_[env]).press_fraction(env);
-      in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
+      in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
       in.failed = engine_.failed[env] != 0;
       in.success = engine_.success[env] != 0;
       in.smoothness = params_.smoothness;
@@ -199,7 +199,7 @@ class GatherAndRecall final : public FamilyBase {
     const Vec2 disc((DISC_X_MIN + DISC_X_MAX) / 2, (DISC_Y_MIN + DISC_Y_MAX) / 2);
     for (int cube = 0; cube < cubes; ++cube) {
       scene.props.push_back(mjcf::cube("gather_cube_" + std::to_string(cube), CUBE_HALF_SIZE,
-                                       FLASH_COLORS[static_cast<std::size_t>(cube % kColors)]));
+                                       FLASH_COLORS[at(cube % kColors)]));
       const Vec2 place = cluster_place(cube, cubes, CUBE_HALF_SIZE, disc);
       scene.props.back().pos = {place.x(), place.y(), CUBE_HALF_SIZE};
     }
@@ -220,11 +220,11 @@ class GatherAndRecall final : public FamilyBase {
         info.add_privileged<float>("obj_to_goal_pos", 3, "m", "next goal minus TCP position");
   }
 
-  const PressButton& button(int color) const { return buttons_[static_cast<std::size_t>(color)]; }
+  const PressButton& button(int color) const { return buttons_[at(color)]; }
   Vec2 disc(int env) const { return Eigen::Map<const Vec2>(disc_xy_.row(env)); }
   void place_cubes(const Episode& episode, const Vec2& disc) const {
-    const double* pinned = episode.pinned(kCubeJitter);
-    RandomStream random = episode.stream(kCubeJitter);
+    const double* pinned = variables_.cube_jitter.pinned(episode);
+    RandomStream random = variables_.cube_jitter.stream(episode);
     for (int cube = 0; cube < cubes_; ++cube) {
       Vec2 place = cluster_place(cube, cubes_, CUBE_HALF_SIZE, disc);
       for (int i = 0; i < 2; ++i) {
@@ -280,6 +280,7 @@ class GatherAndRecall final : public FamilyBase {
   }
 
   GatherParams params_;
+  GatherVariables variables_;
   int cubes_;
   int disc_;  // index of the prop
   std::array<PressButton, kColors> buttons_;

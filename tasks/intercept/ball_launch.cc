@@ -4,17 +4,11 @@
 #include <cmath>
 
 #include "mjcf/ball.h"
+#include "tasks/common/phase_budget.h"
 #include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {
-
-struct Interval {
-  double low, high;
-};
-constexpr Interval kStartX = {-0.35, -0.05};  // m
-constexpr Interval kStartY = {-0.9, -0.65};
-constexpr Interval kDrift = {0, 0.05};  // m/s
 
 // The farthest and slowest ball has so far to roll until a hand can reach it.
 constexpr double kWayIntoReach = 0.39;  // m
@@ -26,42 +20,42 @@ using Vector = Eigen::Vector3d;
 
 }  // namespace
 
-void BallParams::constants(Changes& list) {
-  list.real_range("VELOCITY_RANGE", VELOCITY_RANGE.low, VELOCITY_RANGE.high, {0.1, 1.5}, "m/s",
-                  "speed of the ball's launch, in y; drawn anew in every episode");
-  list.real("BALL_RADIUS", BALL_RADIUS, {0.012, 0.03}, "m",
-            "of the ball; its mass grows with it, and the hand opens 0.04 m to either side");
-  smoothness.constants(list);
+void BallParams::declare(ConstantBinder& constants) {
+  constants.range("VELOCITY_RANGE", VELOCITY_RANGE, {0.1, 1.5}, "m/s",
+                  "speed of the ball's launch, in y; drawn anew in every episode",
+                  {"velocity_y", "of the ball's launch"});
+  constants.real("BALL_RADIUS", BALL_RADIUS, {0.012, 0.03}, "m",
+                 "of the ball; its mass grows with it, and the hand opens 0.04 m to either side");
+  smoothness.declare(constants);
 }
 
 void BallParams::check(int horizon) const {
   const double steps = kWayIntoReach / (kRolling * VELOCITY_RANGE.low * kControlStep);
-  check_time(horizon,
-             {{"the slowest ball's way into reach at VELOCITY_RANGE[0]",
-               static_cast<int>(std::ceil(steps))}},
-             kTimeToAct);
+  check_horizon(horizon,
+                {{"the slowest ball's way into reach at VELOCITY_RANGE[0]",
+                  static_cast<int>(std::ceil(steps))}},
+                kTimeToAct);
 }
 
 mjcf::Prop launched_ball(double radius) { return mjcf::ball("ball", radius, {1, 0, 0, 1}); }
 
-void describe_launch(VelocityRange speed, TaskInfo& info) {
+BallVariables::BallVariables(RandomVariables list, const BallParams& params)
+    : ball_x(list.real("ball_x", {-0.35, -0.05}, "m", "where the ball starts")),
+      ball_y(list.real("ball_y", {-0.9, -0.65}, "m", "where the ball starts")),
+      velocity_x(list.real("velocity_x", {0, 0.05}, "m/s", "of the ball's launch")),
+      velocity_y(list.of(params.VELOCITY_RANGE)) {}
+
+void describe_launch(TaskInfo& info) {
   info.termination = Termination::kNever;
   info.oracle_dim = 3;
   info.oracle_is_real = true;
-  info.random_variables = {
-      {"ball_x", 1, false, kStartX.low, kStartX.high, "m", "where the ball starts"},
-      {"ball_y", 1, false, kStartY.low, kStartY.high, "m", "where the ball starts"},
-      {"velocity_x", 1, false, kDrift.low, kDrift.high, "m/s", "of the ball's launch"},
-      {"velocity_y", 1, false, speed.low, speed.high, "m/s", "of the ball's launch", false,
-       "VELOCITY_RANGE"},
-  };
   info.phases = {{"manipulation", "always"}};
 }
 
-double haste_penalty(const Bindings& engine, int env, const SmoothnessParams& params) {
+double smoothness_penalty(const Bindings& engine, int env, const SmoothnessParams& params) {
   const bool free =
       params.ACTION_L2_COEF == 0 && params.ACTION_DELTA_L2_COEF == 0 && params.QVEL_L2_COEF == 0;
-  return free ? 0.0 : smoothness(measure_haste(engine, env), params).penalty;
+  return free ? 0.0 : smoothness(measure_action_cost(engine, env), params).penalty;
 }
 
 void BallLaunch::bind(const Bindings& bindings) {
@@ -72,17 +66,17 @@ void BallLaunch::bind(const Bindings& bindings) {
 void BallLaunch::reset(const Episode& episode) const {
   const int env = episode.env();
   const State& state = *engine_.state;
-  const double pos[3] = {episode.real(kBallX, kStartX.low, kStartX.high),
-                         episode.real(kBallY, kStartY.low, kStartY.high), height_};
+  const double pos[3] = {variables_.ball_x.sample(episode), variables_.ball_y.sample(episode),
+                         height_};
   state.place_prop(env, kBallProp, pos, kUprightQuat, PropStatus::kAwake);
   double* velocity = initial_velocity_.row(env);
-  velocity[0] = episode.real(kVelocityX, kDrift.low, kDrift.high);
-  velocity[1] = episode.real(kVelocityY, speed_.low, speed_.high);
+  velocity[0] = variables_.velocity_x.sample(episode);
+  velocity[1] = variables_.velocity_y.sample(episode);
   velocity[2] = 0;
   std::copy_n(velocity, 3, state.prop_qvel_of(env, kBallProp));
 }
 
-void BallLaunch::tell_velocity(int env) const {
+void BallLaunch::publish_velocity(int env) const {
   RowWriter(engine_.oracle_values.row(env)).add(initial_velocity_.row(env), 3);
 }
 

@@ -4,28 +4,22 @@
 
 #include "core/env/task.h"
 #include "mjcf/prop.h"
-#include "tasks/common/changes.h"
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
+#include "tasks/common/constant_binder.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/common/state_row.h"
 
 namespace engram::tasks {
 
 inline constexpr double BALL_RADIUS = 0.02;  // m, unless a user changes it
 
-struct VelocityRange {
-  double low = 0;  // m/s
-  double high = 0;
-
-  Constant constant() const { return ConstantList{low, high}; }
-};
-
 // Parameters that both families have.
 struct BallParams {
-  VelocityRange VELOCITY_RANGE;
+  SampledRange<double> VELOCITY_RANGE;      // m/s
   double BALL_RADIUS = tasks::BALL_RADIUS;  // m
   SmoothnessParams smoothness = {};         // in the original nothing comes of it
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   // Throws Error unless even the slowest ball comes within reach in time.
   void check(int horizon) const;
 };
@@ -34,25 +28,33 @@ struct BallParams {
 inline constexpr int kBallProp = 0;
 mjcf::Prop launched_ball(double radius);
 
-// A task's first draws are those of the launch.
-enum BallDraw { kBallX, kBallY, kVelocityX, kVelocityY, kBallDraws };
+// Random variables of a launch.
+struct BallVariables {
+  BallVariables(RandomVariables list, const BallParams& params);
 
-// Fills in what both families say of themselves, the draws of the launch included.
-void describe_launch(VelocityRange speed, TaskInfo& info);
+  RealVariable ball_x;
+  RealVariable ball_y;
+  RealVariable velocity_x;
+  RealVariable velocity_y;
+};
 
-// The penalty on haste; nothing is computed where it weighs nothing.
-double haste_penalty(const Bindings& engine, int env, const SmoothnessParams& params);
+// Fills in the part of TaskInfo that both families share.
+void describe_launch(TaskInfo& info);
+
+// Penalty on large and abrupt actions; nothing is computed where it weighs nothing.
+double smoothness_penalty(const Bindings& engine, int env, const SmoothnessParams& params);
 
 class BallLaunch {
  public:
   // `height`: of the ball's centre when it is let go, m.
-  BallLaunch(VelocityRange speed, double height) : speed_(speed), height_(height) {}
+  BallLaunch(const BallVariables& variables, double height)
+      : variables_(variables), height_(height) {}
 
   void bind(const Bindings& bindings);
   // Samples a launch and lets the ball go.
   void reset(const Episode& episode) const;
   // Shows the initial velocity as oracle_info.
-  void tell_velocity(int env) const;
+  void publish_velocity(int env) const;
 
   Eigen::Vector3d ball(int env) const;
   Eigen::Vector3d linear_velocity(int env) const;   // m/s, world
@@ -63,7 +65,7 @@ class BallLaunch {
   void add_pose(int env, RowWriter& out) const;
 
  private:
-  VelocityRange speed_;
+  BallVariables variables_;
   double height_;
   Bindings engine_;
   Column<double> initial_velocity_;  // (3) m/s

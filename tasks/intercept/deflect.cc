@@ -24,10 +24,10 @@ struct Params {
   BallParams ball;
   double GOAL_RADIUS = 0.1;  // m
 
-  void constants(Changes& list) {
-    ball.constants(list);
-    list.real("GOAL_RADIUS", GOAL_RADIUS, {0.02, 0.2}, "m",
-              "how near the target's centre the ball has to be");
+  void declare(ConstantBinder& constants) {
+    ball.declare(constants);
+    constants.real("GOAL_RADIUS", GOAL_RADIUS, {0.02, 0.2}, "m",
+                   "how near the target's centre the ball has to be");
   }
   void check(int horizon) const { ball.check(horizon); }
 };
@@ -48,15 +48,6 @@ constexpr double kSuccessReward = 30;
 constexpr mjcf::Rgba kTargetRed = {194 / 255.0, 19 / 255.0, 22 / 255.0, 1};
 
 constexpr int kGoalProp = 1;
-constexpr int kGoalY = kBallDraws;
-
-ConstantTable constants(const Params& params) {
-  ConstantTable table = {{"BALL_RADIUS", params.ball.BALL_RADIUS},
-                         {"GOAL_RADIUS", params.GOAL_RADIUS}};
-  add_constants(params.ball.smoothness, table);
-  table.emplace_back("VELOCITY_RANGE", params.ball.VELOCITY_RANGE.constant());
-  return table;
-}
 
 template <class Row>
 void list_terms(Row& row, const InterceptRewardTerms& terms) {
@@ -71,16 +62,15 @@ class Intercept final : public FamilyBase {
   Intercept(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        launch_(params.ball.VELOCITY_RANGE, kStartRadii * params.ball.BALL_RADIUS),
+        launch_({RandomVariables(info_.random_variables), params.ball}, kStartRadii * params.ball.BALL_RADIUS),
+        goal_y_(RandomVariables(info_.random_variables)
+                    .real("goal_y", {-kGoalSpan, kGoalSpan}, "m", "where the target lies")),
         expert_({.engine = engine_,
                  .goal_prop = kGoalProp,
                  .ball_radius = params.ball.BALL_RADIUS,
                  .goal_radius = params.GOAL_RADIUS}) {
-    describe_launch(params.ball.VELOCITY_RANGE, info_);
-    info_.random_variables.push_back(
-        {"goal_y", 1, false, -kGoalSpan, kGoalSpan, "m", "where the target lies"});
+    describe_launch(info_);
     info_.success_reward = kSuccessReward;
-    info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
     declare_state(*this);
     declare_sampled_values(*this);
@@ -101,8 +91,8 @@ class Intercept final : public FamilyBase {
   void reset(const Episode& episode) override {
     const int env = episode.env();
     launch_.reset(episode);
-    const double goal[3] = {launch_.ball(env).x() + kGoalAhead,
-                            episode.real(kGoalY, -kGoalSpan, kGoalSpan), kGoalHeight};
+    const double goal[3] = {launch_.ball(env).x() + kGoalAhead, goal_y_.sample(episode),
+                            kGoalHeight};
     engine_.state->place_prop(env, kGoalProp, goal, kUprightQuat);
   }
 
@@ -121,7 +111,7 @@ class Intercept final : public FamilyBase {
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      launch_.tell_velocity(env);
+      launch_.publish_velocity(env);
       engine_.success[env] = goal_distance(env) < params_.GOAL_RADIUS ? 1 : 0;
       reward_dict_.publish(env);
     }
@@ -134,7 +124,7 @@ class Intercept final : public FamilyBase {
       const InterceptRewardTerms terms =
           intercept_reward({launch_.ball(env), goal(env), launch_.tcp(env), reached_[env] != 0,
                             engine_.success[env] != 0, params_.ball.BALL_RADIUS,
-                            haste_penalty(engine_, env, params_.ball.smoothness)});
+                            smoothness_penalty(engine_, env, params_.ball.smoothness)});
       reached_[env] = terms.reached ? 1 : 0;
       reward_dict_.note(env, [&](auto& row) { list_terms(row, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
@@ -173,6 +163,7 @@ class Intercept final : public FamilyBase {
 
   Params params_;
   BallLaunch launch_;
+  RealVariable goal_y_;
   RewardDict reward_dict_;
   Column<std::uint8_t> reached_;  // latched: the hand was once behind the ball
   DeflectExpert expert_;

@@ -7,7 +7,7 @@
 
 namespace engram::tasks {
 
-// What the dense reward is made of.
+// Inputs of the dense reward.
 struct InterceptRewardInputs {
   Eigen::Vector3d ball = Eigen::Vector3d::Zero();
   Eigen::Vector3d goal = Eigen::Vector3d::Zero();
@@ -15,7 +15,7 @@ struct InterceptRewardInputs {
   bool reached = false;  // in an earlier step
   bool success = false;
   double ball_radius = 0.02;  // m
-  double penalty = 0;         // on haste
+  double penalty = 0;         // on large and abrupt actions
 };
 
 struct InterceptRewardTerms {

@@ -22,7 +22,7 @@ struct Params {
   TaskRow task;
   BallParams ball;
 
-  void constants(Changes& list) { ball.constants(list); }
+  void declare(ConstantBinder& constants) { ball.declare(constants); }
   void check(int horizon) const { ball.check(horizon); }
 };
 
@@ -33,13 +33,6 @@ constexpr std::array<Params, 3> kVariants = {{
 }};
 
 constexpr double kSuccessReward = 300;
-
-ConstantTable constants(const Params& params) {
-  ConstantTable table = {{"BALL_RADIUS", params.ball.BALL_RADIUS}};
-  add_constants(params.ball.smoothness, table);
-  table.emplace_back("VELOCITY_RANGE", params.ball.VELOCITY_RANGE.constant());
-  return table;
-}
 
 template <class Row>
 void list_terms(Row& row, const GrabRewardInputs& in, const GrabRewardTerms& terms) {
@@ -61,11 +54,10 @@ class InterceptGrab final : public FamilyBase {
   InterceptGrab(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        launch_(params.ball.VELOCITY_RANGE, params.ball.BALL_RADIUS),
+        launch_({RandomVariables(info_.random_variables), params.ball}, params.ball.BALL_RADIUS),
         expert_(engine_, params.ball.BALL_RADIUS) {
-    describe_launch(params.ball.VELOCITY_RANGE, info_);
+    describe_launch(info_);
     info_.success_reward = kSuccessReward;
-    info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
     declare_sampled_values(*this);
@@ -101,7 +93,7 @@ class InterceptGrab final : public FamilyBase {
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const State& state = *engine_.state;
-      launch_.tell_velocity(env);
+      launch_.publish_velocity(env);
       is_ball_grasped_[env] = is_grasping(state, env, kBallProp) ? 1 : 0;
       is_robot_static_[env] = robot_is_static(state, env) ? 1 : 0;
       engine_.success[env] = is_ball_grasped_[env] & is_robot_static_[env];
@@ -120,7 +112,7 @@ class InterceptGrab final : public FamilyBase {
       in.grasped = is_ball_grasped_[env] != 0;
       in.success = engine_.success[env] != 0;
       in.ball_radius = params_.ball.BALL_RADIUS;
-      in.penalty = haste_penalty(engine_, env, params_.ball.smoothness);
+      in.penalty = smoothness_penalty(engine_, env, params_.ball.smoothness);
       in.ball_speed = launch_.linear_velocity(env).norm();
       in.ball_spin = launch_.angular_velocity(env).norm();
       in.arm_speed = Eigen::Map<const ArmVector>(engine_.state->qvel.row(env)).norm();

@@ -7,7 +7,7 @@
 
 namespace engram::tasks {
 
-// What the dense reward is made of.
+// Inputs of the dense reward.
 struct GrabRewardInputs {
   Eigen::Vector3d ball = Eigen::Vector3d::Zero();
   Eigen::Vector3d tcp = Eigen::Vector3d::Zero();
@@ -15,7 +15,7 @@ struct GrabRewardInputs {
   bool grasped = false;
   bool success = false;
   double ball_radius = 0.02;  // m
-  double penalty = 0;         // on haste
+  double penalty = 0;         // on large and abrupt actions
   // For reward_dict alone.
   double ball_speed = 0;  // m/s
   double ball_spin = 0;   // rad/s

@@ -50,16 +50,10 @@ class FindImposter final : public ObjectRecall {
       : ObjectRecall(entry, params,
                      {.target = "imposter",
                       .target_text = "key of the object that the cue leaves out",
-                      .positions_text = "x, y of every object in the cue phase"}) {
-    add_draw({.name = "permutation",
-              .width = count(),
-              .integer = true,
-              .low = 0,
-              .high = count() - 1.0,
-              .unit = "",
-              .description = "key in whose place of the cue phase every key appears",
-              .distinct = true});
-  }
+                      .positions_text = "x, y of every object in the cue phase"}),
+        permutation_(RandomVariables(info_.random_variables)
+                         .add({"permutation", count(), true, 0, count() - 1.0, "",
+                               "key in whose place of the cue phase every key appears", true})) {}
 
   void bind(const Bindings& bindings) override {
     ObjectRecall::bind(bindings);
@@ -73,7 +67,7 @@ class FindImposter final : public ObjectRecall {
     begin_episode(episode);
     const Layout cue = draw_layout(episode, false);
     for (int key = 0; key < count(); ++key) {
-      const Vec2& point = cue[static_cast<std::size_t>(key)];
+      const Vec2& point = cue[at(key)];
       std::copy_n(point.data(), 2, cue_positions_.row(env) + 2 * key);
     }
     set_positions(env, shuffled(episode, cue));
@@ -91,7 +85,7 @@ class FindImposter final : public ObjectRecall {
     }
   }
 
-  // What is shown stays in the air, whatever happens to it.
+  // Objects that are shown stay in the air, even if they are touched.
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       if (clock().phase(env, engine_.state->elapsed[env]) == Phase::kCue) show_cue(env);
@@ -99,8 +93,6 @@ class FindImposter final : public ObjectRecall {
   }
 
  private:
-  static constexpr int kPermutation = kFamilyDraws;
-
   // Of every origin; low shapes hover and drop.
   double shown_height() const { return objects().size(); }
 
@@ -110,15 +102,15 @@ class FindImposter final : public ObjectRecall {
     const std::span q(storage.data(), cue.size());
     const auto deal = [&] {
       Layout layout;
-      for (const int key : q) layout.push_back(cue[static_cast<std::size_t>(key)]);
+      for (const int key : q) layout.push_back(cue[at(key)]);
       return layout;
     };
-    if (const double* pinned = episode.pinned(kPermutation)) {
+    if (const double* pinned = permutation_.pinned(episode)) {
       std::transform(pinned, pinned + q.size(), q.begin(),
                      [](double value) { return static_cast<int>(value); });
       return deal();
     }
-    RandomStream random = episode.stream(kPermutation);
+    RandomStream random = permutation_.stream(episode);
     const auto draw = [&] {
       do random.permutation(q);
       while (std::ranges::is_sorted(q));
@@ -161,6 +153,7 @@ class FindImposter final : public ObjectRecall {
     }
   }
 
+  VariableHandle permutation_;
   Column<double> cue_positions_;  // (count * 2) m
 };
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "tasks/common/task_options.h"
 #include "tasks/common/variant.h"
 #include "tasks/remember/object_recall.h"
 
@@ -19,73 +20,83 @@ constexpr StepRange kFixedCue{100, 100};
 constexpr StepRange kLongEmpty{50, 450};
 constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
 
-constexpr std::array<ObjectRecallParams, 6> kColors = {{
-    {{"RememberColor3-Long-VLA-v0", 600, Split::kMedium}, {kColor, 3}, kLongCue, kLongEmpty},
-    {{"RememberColor3-VLA-v0", 25, Split::kShort}, {kColor, 3}, kShortCue, kShortEmpty},
-    {{"RememberColor5-Long-VLA-v0", 600, Split::kMedium}, {kColor, 5}, kFixedCue, kLongEmpty},
-    {{"RememberColor5-VLA-v0", 25, Split::kShort}, {kColor, 5}, kShortCue, kShortEmpty},
-    {{"RememberColor9-Long-VLA-v0", 600, Split::kMedium}, {kColor, 9}, kFixedCue, kLongEmpty},
-    {{"RememberColor9-VLA-v0", 25, Split::kShort}, {kColor, 9}, kShortCue, kShortEmpty},
-}};
-constexpr std::array<ObjectRecallParams, 6> kShapes = {{
-    {{"RememberShape3-Long-VLA-v0", 600, Split::kMedium}, {kShape, 3}, kLongCue, kLongEmpty},
-    {{"RememberShape3-VLA-v0", 25, Split::kShort}, {kShape, 3}, kShortCue, kShortEmpty},
-    {{"RememberShape5-Long-VLA-v0", 600, Split::kMedium}, {kShape, 5}, kLongCue, kLongEmpty},
-    {{"RememberShape5-VLA-v0", 25, Split::kShort}, {kShape, 5}, kShortCue, kShortEmpty},
-    {{"RememberShape9-Long-VLA-v0", 600, Split::kMedium}, {kShape, 9}, kLongCue, kLongEmpty},
-    {{"RememberShape9-VLA-v0", 25, Split::kShort}, {kShape, 9}, kShortCue, kShortEmpty},
-}};
-constexpr std::array<ObjectRecallParams, 6> kShapesAndColors = {{
-    {{"RememberShapeAndColor3x2-Long-VLA-v0", 600, Split::kMedium},
-     {kShapeAndColor, 6},
-     kLongCue,
-     kLongEmpty,
-     kRound},
-    {{"RememberShapeAndColor3x2-VLA-v0", 25, Split::kShort},
-     {kShapeAndColor, 6},
-     kShortCue,
-     kShortEmpty,
-     kRound},
-    {{"RememberShapeAndColor3x3-Long-VLA-v0", 600, Split::kMedium},
-     {kShapeAndColor, 9},
-     kLongCue,
-     kLongEmpty},
-    {{"RememberShapeAndColor3x3-VLA-v0", 25, Split::kShort},
-     {kShapeAndColor, 9},
-     kShortCue,
-     kShortEmpty},
-    {{"RememberShapeAndColor5x3-Long-VLA-v0", 600, Split::kMedium},
-     {kShapeAndColor, 15},
-     kLongCue,
-     kLongEmpty,
-     kRound},
-    {{"RememberShapeAndColor5x3-VLA-v0", 25, Split::kShort},
-     {kShapeAndColor, 15},
-     kShortCue,
-     kShortEmpty,
-     kRound},
-}};
-
 // Control steps from the appearance on in which objects are put back to where they appeared.
 constexpr int APPEAR_SETTLE_STEPS = 3;
 
+struct FindSameParams : ObjectRecallParams {
+  // Cubes are put back in the first step alone.
+  constexpr bool settles() const { return objects.vocabulary != kColor; }
+
+  void declare(ConstantBinder& constants) {
+    ObjectRecallParams::declare(constants);
+    if (settles()) constants.fixed({{"APPEAR_SETTLE_STEPS", APPEAR_SETTLE_STEPS}});
+  }
+};
+
+constexpr std::array<FindSameParams, 6> kColors = {{
+    {{{"RememberColor3-Long-VLA-v0", 600, Split::kMedium}, {kColor, 3}, kLongCue, kLongEmpty}},
+    {{{"RememberColor3-VLA-v0", 25, Split::kShort}, {kColor, 3}, kShortCue, kShortEmpty}},
+    {{{"RememberColor5-Long-VLA-v0", 600, Split::kMedium}, {kColor, 5}, kFixedCue, kLongEmpty}},
+    {{{"RememberColor5-VLA-v0", 25, Split::kShort}, {kColor, 5}, kShortCue, kShortEmpty}},
+    {{{"RememberColor9-Long-VLA-v0", 600, Split::kMedium}, {kColor, 9}, kFixedCue, kLongEmpty}},
+    {{{"RememberColor9-VLA-v0", 25, Split::kShort}, {kColor, 9}, kShortCue, kShortEmpty}},
+}};
+constexpr std::array<FindSameParams, 6> kShapes = {{
+    {{{"RememberShape3-Long-VLA-v0", 600, Split::kMedium}, {kShape, 3}, kLongCue, kLongEmpty}},
+    {{{"RememberShape3-VLA-v0", 25, Split::kShort}, {kShape, 3}, kShortCue, kShortEmpty}},
+    {{{"RememberShape5-Long-VLA-v0", 600, Split::kMedium}, {kShape, 5}, kLongCue, kLongEmpty}},
+    {{{"RememberShape5-VLA-v0", 25, Split::kShort}, {kShape, 5}, kShortCue, kShortEmpty}},
+    {{{"RememberShape9-Long-VLA-v0", 600, Split::kMedium}, {kShape, 9}, kLongCue, kLongEmpty}},
+    {{{"RememberShape9-VLA-v0", 25, Split::kShort}, {kShape, 9}, kShortCue, kShortEmpty}},
+}};
+constexpr std::array<FindSameParams, 6> kShapesAndColors = {{
+    {{{"RememberShapeAndColor3x2-Long-VLA-v0", 600, Split::kMedium},
+      {kShapeAndColor, 6},
+      kLongCue,
+      kLongEmpty,
+      kRound}},
+    {{{"RememberShapeAndColor3x2-VLA-v0", 25, Split::kShort},
+      {kShapeAndColor, 6},
+      kShortCue,
+      kShortEmpty,
+      kRound}},
+    {{{"RememberShapeAndColor3x3-Long-VLA-v0", 600, Split::kMedium},
+      {kShapeAndColor, 9},
+      kLongCue,
+      kLongEmpty}},
+    {{{"RememberShapeAndColor3x3-VLA-v0", 25, Split::kShort},
+      {kShapeAndColor, 9},
+      kShortCue,
+      kShortEmpty}},
+    {{{"RememberShapeAndColor5x3-Long-VLA-v0", 600, Split::kMedium},
+      {kShapeAndColor, 15},
+      kLongCue,
+      kLongEmpty,
+      kRound}},
+    {{{"RememberShapeAndColor5x3-VLA-v0", 25, Split::kShort},
+      {kShapeAndColor, 15},
+      kShortCue,
+      kShortEmpty,
+      kRound}},
+}};
+
 class FindSame final : public ObjectRecall {
  public:
-  FindSame(const RegistryEntry& entry, const ObjectRecallParams& params)
+  FindSame(const RegistryEntry& entry, const FindSameParams& params)
       : ObjectRecall(entry, params,
                      {.target = "target",
                       .target_text = "key of the object to touch",
                       .positions_text = "x, y of every object in the manipulation phase"}),
-        settles_(params.objects.vocabulary != kColor),
-        spread_(params.objects.count == 3) {
-    if (settles_) add_constant("APPEAR_SETTLE_STEPS", APPEAR_SETTLE_STEPS);
-    info_.options = {{"success_in_cue", 0, true, 0, 1, "",
-                      "1: to rest at the object of the cue is a success, too", 1}};
-  }
+        success_in_cue_(TaskOptions(info_.options)
+                            .on_off("success_in_cue",
+                                    "1: to rest at the object of the cue is a success, too",
+                                    /*original=*/true)),
+        settles_(params.settles()),
+        spread_(params.objects.count == 3) {}
 
   void bind(const Bindings& bindings) override {
     ObjectRecall::bind(bindings);
-    count_success_in_cue(bindings.options[kSuccessInCue] != 0);
+    count_success_in_cue(success_in_cue_.is_on(bindings));
   }
 
   // --- sampling ---
@@ -116,8 +127,6 @@ class FindSame final : public ObjectRecall {
   }
 
  private:
-  enum OptionIndex { kSuccessInCue };
-
   int settle_steps() const { return settles_ ? APPEAR_SETTLE_STEPS : 1; }
 
   // Only the target, pinned at the origin.
@@ -144,6 +153,7 @@ class FindSame final : public ObjectRecall {
     }
   }
 
+  TaskOption success_in_cue_;
   bool settles_;
   bool spread_;
 };

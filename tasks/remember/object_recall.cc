@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "tasks/common/overlap_guard.h"
+#include "tasks/common/phase_budget.h"
 #include "tasks/common/task_info.h"
 #include "tasks/common/touch_latch.h"
 
@@ -52,19 +54,23 @@ void check_layouts(const ObjectRecallParams& params) {
 
 }  // namespace
 
-void ObjectRecallParams::constants(Changes& list) {
-  objects.constants(list);
-  list.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown");
-  list.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps,
-             "how long the table is empty then");
-  list.real("GOAL_THRESH", GOAL_THRESH, {0.005, 0.2}, "m",
-            "how near its object's origin the tool has to come");
-  smoothness.constants(list);
+void ObjectRecallParams::declare(ConstantBinder& constants) {
+  objects.declare(constants);
+  constants.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown",
+                  {"cue_steps", "length of the cue phase"});
+  constants.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps,
+                  "how long the table is empty then", {"empty_steps", "length of the empty phase"});
+  constants.real("GOAL_THRESH", GOAL_THRESH, {0.005, 0.2}, "m",
+                 "how near its object's origin the tool has to come");
+  constants.fixed({{"MANIP_WIDTH_AXIS", kSpread.MANIP_WIDTH_AXIS},
+                   {"MANIP_WIDTH_SCALE", kSpread.MANIP_WIDTH_SCALE},
+                   {"MANIP_WIDTH_CLAMP", kSpread.MANIP_WIDTH_CLAMP}});
+  smoothness.declare(constants);
 }
 
 void ObjectRecallParams::check(int horizon) const {
   objects.check();
-  check_time(
+  check_horizon(
       horizon,
       {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}, {"EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS.high}},
       kTimeToAct);
@@ -75,6 +81,7 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
                            const Wording& wording)
     : FamilyBase(entry),
       params_(params),
+      variables_(RandomVariables(info_.random_variables), params, wording),
       objects_(params.objects),
       slots_(nominal_slots(params.objects.count, params.arc)),
       touch_(params.GOAL_THRESH, params.smoothness),
@@ -95,40 +102,25 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
   info_.answer =
       "the first object within GOAL_THRESH of which the robot rests in the manipulation phase, the "
       "nearest one if there are several; its key";
-  describe_episode(wording);
-  describe_constants();
+  info_.hidden_variable = wording.target;
   info_.oracle_dim = static_cast<int>(objects_.identity(0).size());
   declare_state(*this);
   declare_sampled_values(*this);
   for (int key = 0; key < count(); ++key) {
     mjcf::Prop prop = objects_.prop(key);
-    const Vec2& slot = slots_[static_cast<std::size_t>(key)];
+    const Vec2& slot = slots_[at(key)];
     prop.pos = {slot.x(), slot.y(), objects_.resting_height(key)};
     scene_.props.push_back(std::move(prop));
   }
 }
 
-void ObjectRecall::describe_episode(const Wording& wording) {
-  info_.hidden_variable = wording.target;
-  info_.random_variables = {
-      {wording.target, 1, true, 0, count() - 1.0, "", wording.target_text},
-      {"positions", 2 * count(), false, -0.5, 0.5, "m", wording.positions_text},
-      params_.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase", "CUE_PHASE_STEPS"),
-      params_.EMPTY_PHASE_STEPS.draw("empty_steps", "length of the empty phase",
-                                     "EMPTY_PHASE_STEPS"),
-  };
-}
-
-void ObjectRecall::describe_constants() {
-  info_.constants = objects_.constants();
-  add_constant("GOAL_THRESH", params_.GOAL_THRESH);
-  add_constant("CUE_PHASE_STEPS", params_.CUE_PHASE_STEPS.constant());
-  add_constant("EMPTY_PHASE_STEPS", params_.EMPTY_PHASE_STEPS.constant());
-  add_constant("MANIP_WIDTH_AXIS", kSpread.MANIP_WIDTH_AXIS);
-  add_constant("MANIP_WIDTH_SCALE", kSpread.MANIP_WIDTH_SCALE);
-  add_constant("MANIP_WIDTH_CLAMP", kSpread.MANIP_WIDTH_CLAMP);
-  add_constants(params_.smoothness, info_.constants);
-}
+ObjectRecall::Variables::Variables(RandomVariables list, const ObjectRecallParams& params,
+                                   const Wording& wording)
+    : target(list.integer(wording.target, {0, params.objects.count - 1}, "", wording.target_text)),
+      positions(list.add(
+          {"positions", 2 * params.objects.count, false, -0.5, 0.5, "m", wording.positions_text})),
+      cue_steps(list.of(params.CUE_PHASE_STEPS)),
+      empty_steps(list.of(params.EMPTY_PHASE_STEPS)) {}
 
 void ObjectRecall::bind(const Bindings& bindings) {
   FamilyBase::bind(bindings);
@@ -143,27 +135,26 @@ void ObjectRecall::bind(const Bindings& bindings) {
 
 void ObjectRecall::begin_episode(const Episode& episode) const {
   const int env = episode.env();
-  target_[env] = episode.integer(kTarget, 0, count() - 1);
-  clock_.reset(env, params_.CUE_PHASE_STEPS.sample(episode, kCueSteps),
-               params_.EMPTY_PHASE_STEPS.sample(episode, kEmptySteps));
+  target_[env] = variables_.target.sample(episode);
+  clock_.reset(env, variables_.cue_steps.sample(episode), variables_.empty_steps.sample(episode));
   if (info_.frozen_cue) engine_.freeze_steps[env] = clock_.manipulation_start(env);
 }
 
 Layout ObjectRecall::draw_layout(const Episode& episode, bool spread) const {
-  if (const double* pinned = episode.pinned(kPositions)) {
+  if (const double* pinned = variables_.positions.pinned(episode)) {
     Layout layout;
     for (int key = 0; key < count(); ++key) {
       layout.push_back({pinned[2 * key], pinned[2 * key + 1]});
     }
     return layout;
   }
-  RandomStream random = episode.stream(kPositions);
+  RandomStream random = variables_.positions.stream(episode);
   return sample_layout(params_, objects_, slots_, spread, random);
 }
 
 void ObjectRecall::set_positions(int env, const Layout& layout) const {
   for (int key = 0; key < count(); ++key) {
-    const Vec2& point = layout[static_cast<std::size_t>(key)];
+    const Vec2& point = layout[at(key)];
     double* pos = position(env, key);
     pos[0] = point.x();
     pos[1] = point.y();

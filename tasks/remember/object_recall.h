@@ -11,6 +11,7 @@
 #include "tasks/common/family_base.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/phase_clock.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/common/touch_target.h"
 #include "tasks/registry.h"
 #include "tasks/remember/expert.h"
@@ -18,7 +19,7 @@
 
 namespace engram::tasks {
 
-// Objects of a shape and a colour cost no haste.
+// Objects of a shape and a colour have no action cost.
 constexpr SmoothnessParams default_smoothness(Vocabulary vocabulary) {
   if (vocabulary == Vocabulary::kShapeAndColor) return {};
   return {.ACTION_L2_COEF = 0.02, .ACTION_DELTA_L2_COEF = 0.05, .QVEL_L2_COEF = 0.01};
@@ -30,11 +31,11 @@ struct ObjectRecallParams {
   ObjectSetParams objects;
   StepRange CUE_PHASE_STEPS;
   StepRange EMPTY_PHASE_STEPS;
-  ArcParams arc = {};  // where the slots lie
+  ArcParams arc = {};  // of the slots
   double GOAL_THRESH = tasks::GOAL_THRESH;
   SmoothnessParams smoothness = default_smoothness(objects.vocabulary);
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
 
@@ -50,15 +51,12 @@ class ObjectRecall : public FamilyBase {
   void overlay(int env, Overlay& out) const override { objects_.overlay(target_[env], out); }
 
  protected:
-  // Draws of every episode. Families add their own draws after these.
-  enum DrawIndex { kTarget, kPositions, kCueSteps, kEmptySteps, kFamilyDraws };
-
   static constexpr double kHiddenHeight = 1000;  // reported while an object is hidden
 
-  // Wording of a family's draws.
+  // Names and descriptions of a family's random variables.
   struct Wording {
-    std::string target;       // name of the draw of the object to touch
-    std::string target_text;  // that draw in words
+    std::string target;       // name of the variable of the object to touch
+    std::string target_text;  // that variable in words
     std::string positions_text;
   };
 
@@ -73,11 +71,6 @@ class ObjectRecall : public FamilyBase {
   // Position of an object at rest in the manipulation phase, m.
   double* position(int env, int key) const { return positions_.row(env) + 3 * key; }
 
-  void add_draw(RandomVariable draw) { info_.random_variables.push_back(std::move(draw)); }
-  void add_constant(const char* name, Constant value) {
-    info_.constants.emplace_back(name, std::move(value));
-  }
-
   // Counts a rest at the target as a success before the manipulation phase, too.
   void count_success_in_cue(bool counts) { success_in_cue_ = counts; }
 
@@ -90,12 +83,20 @@ class ObjectRecall : public FamilyBase {
   void set_positions(int env, const Layout& layout) const;
 
  private:
+  // Random variables of every episode; families add their own after these.
+  struct Variables {
+    Variables(RandomVariables list, const ObjectRecallParams& params, const Wording& wording);
+
+    IntegerVariable target;
+    VariableHandle positions;
+    IntegerVariable cue_steps;
+    IntegerVariable empty_steps;
+  };
+
   const double* target_pos(int env) const { return engine_.state->prop_pos_of(env, target_[env]); }
   bool is_manipulation(int env) const {
     return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
   }
-  void describe_episode(const Wording& wording);
-  void describe_constants();
   friend class FamilyBase;
   template <class Row>
   void state_row(Row& row, int env) const;
@@ -106,6 +107,7 @@ class ObjectRecall : public FamilyBase {
   void note_answer(int env) const;
 
   ObjectRecallParams params_;
+  Variables variables_;
   ObjectSet objects_;
   Layout slots_;
   PhaseClock clock_;

@@ -20,9 +20,7 @@ constexpr std::array<int, 4> COLOR = {0, 0, 255, 255};
 constexpr std::array<const char*, 9> kPaletteNames = {
     "red", "green", "blue", "yellow", "magenta", "cyan", "maroon", "olive", "teal"};
 
-mjcf::Rgba palette_color(int index) {
-  return to_rgba(COLOR_MAPPING[static_cast<std::size_t>(index)].rgba);
-}
+mjcf::Rgba palette_color(int index) { return to_rgba(COLOR_MAPPING[at(index)].rgba); }
 
 std::array<const char*, mjcf::kObjectShapeCount> shape_names() {
   std::array<const char*, mjcf::kObjectShapeCount> names{};
@@ -56,33 +54,41 @@ ConstantTable palette_table(const NameList& palette) {
 
 }  // namespace
 
-// --- what users may change ---
+// --- constants ---
 
-void ObjectSetParams::constants(Changes& list) {
+void ObjectSetParams::declare(ConstantBinder& constants) {
   constexpr Bounds kSize{0.01, 0.035};
   constexpr double kMost = Layout::kCapacity;
+  constexpr double kMinDistance = SpreadParams{}.MANIP_MIN_DISTANCE;
   const auto names = shape_names();
   switch (vocabulary) {
     case Vocabulary::kColor:
-      list.integer("COLORS", count, {2, COLOR_MAPPING.size()}, "",
-                   "cubes, in the first so many colours of the colour table");
-      list.real("CUBE_HALFSIZE", size, kSize, "m", "half the side of a cube");
+      constants.integer("COLORS", count, {2, COLOR_MAPPING.size()}, "",
+                        "cubes, in the first so many colours of the colour table");
+      constants.fixed({{"COLOR_MAPPING", color_mapping_constant()}});
+      constants.real("CUBE_HALFSIZE", size, kSize, "m", "half the side of a cube");
+      constants.fixed({{"MANIP_MIN_CUBE_DISTANCE", kMinDistance}});
       return;
     case Vocabulary::kShape:
-      list.integer("SHAPES", count, {2, mjcf::kObjectShapeCount}, "",
-                   "objects, of the first so many shapes");
-      list.names("SHAPE_MAPPING", shapes, names, 2, "which shapes there are, in order");
+      constants.integer("SHAPES", count, {2, mjcf::kObjectShapeCount}, "",
+                        "objects, of the first so many shapes");
+      constants.names("SHAPE_MAPPING", shapes, names, 2, "which shapes there are, in order",
+                      shape_table);
+      constants.fixed({{"COLOR", ConstantList(COLOR.begin(), COLOR.end())},
+                       {"MANIP_MIN_SHAPE_DISTANCE", kMinDistance}});
       break;
     case Vocabulary::kShapeAndColor:
-      list.integer("SHAPES", count, {2, kMost}, "",
-                   "objects, of the first so many combinations: all colours of a shape, then the "
-                   "next shape");
-      list.names("BASE_SHAPES", shapes, names, 1, "shapes that are combined with colours");
-      list.names("COLOR_PALETTE", COLOR_PALETTE, kPaletteNames, 1,
-                 "colours that shapes are combined with");
+      constants.integer("SHAPES", count, {2, kMost}, "",
+                        "objects, of the first so many combinations: all colours of a shape, then "
+                        "the next shape");
+      constants.names("BASE_SHAPES", shapes, names, 1, "shapes that are combined with colours",
+                      shape_table);
+      constants.names("COLOR_PALETTE", COLOR_PALETTE, kPaletteNames, 1,
+                      "colours that shapes are combined with", palette_table);
+      constants.fixed({{"MANIP_MIN_DISTANCE", kMinDistance}});
       break;
   }
-  list.real("SHAPE_SCALE", size, kSize, "m", "half the side of the cube; the others follow");
+  constants.real("SHAPE_SCALE", size, kSize, "m", "half the side of the cube; the others follow");
 }
 
 void ObjectSetParams::check() const {
@@ -120,14 +126,10 @@ void ObjectSet::add(mjcf::Prop prop, std::vector<int> identity, const ObjectLabe
 
 void ObjectSet::add_cubes() {
   for (int key = 0; key < params_.count; ++key) {
-    const mjcf::Rgba color = to_rgba(COLOR_MAPPING[static_cast<std::size_t>(key)].rgba);
+    const mjcf::Rgba color = to_rgba(COLOR_MAPPING[at(key)].rgba);
     add(mjcf::cube(object_name("cube", key), params_.size, color), {key},
         {.has_color = true, .color = color, .shape = {}});
   }
-  constants_ = {{"COLORS", params_.count},
-                {"COLOR_MAPPING", color_mapping_constant()},
-                {"CUBE_HALFSIZE", params_.size},
-                {"MANIP_MIN_CUBE_DISTANCE", SpreadParams{}.MANIP_MIN_DISTANCE}};
 }
 
 void ObjectSet::add_shapes() {
@@ -137,11 +139,6 @@ void ObjectSet::add_shapes() {
     add(mjcf::shape_prop(object_name(name, key), shape, to_rgba(COLOR), params_.size), {key},
         {.has_color = false, .color = {}, .shape = name});
   }
-  constants_ = {{"SHAPES", params_.count},
-                {"SHAPE_MAPPING", shape_table(params_.shapes)},
-                {"COLOR", ConstantList(COLOR.begin(), COLOR.end())},
-                {"SHAPE_SCALE", params_.size},
-                {"MANIP_MIN_SHAPE_DISTANCE", SpreadParams{}.MANIP_MIN_DISTANCE}};
 }
 
 // All colours of a shape before the next shape.
@@ -156,16 +153,11 @@ void ObjectSet::add_colored_shapes() {
     add(mjcf::shape_prop(object_name(name, key), shape, color, params_.size), {shape_id, color_id},
         {.has_color = true, .color = color, .shape = name});
   }
-  constants_ = {{"SHAPES", params_.count},
-                {"BASE_SHAPES", shape_table(params_.shapes)},
-                {"COLOR_PALETTE", palette_table(params_.COLOR_PALETTE)},
-                {"SHAPE_SCALE", params_.size},
-                {"MANIP_MIN_DISTANCE", SpreadParams{}.MANIP_MIN_DISTANCE}};
 }
 
 double ObjectSet::greatest_width() const {
   double radius = 0;
-  for (const Object& object : objects_) radius = std::max(radius, object.footprint.radius);
+  for (const Object& one : objects_) radius = std::max(radius, one.footprint.radius);
   return 2 * radius;
 }
 
@@ -174,7 +166,7 @@ void ObjectSet::overlay(int key, Overlay& out) const {
   constexpr double kNameGap = 8;
   constexpr double kBaseline = 60;
   constexpr OverlaySwatch kSwatch{{kSwatchLeft, 38}, 22, {}};
-  const ObjectLabel& label = at(key).label;
+  const ObjectLabel& label = object(key).label;
   const std::string name(label.shape);
   if (!label.has_color) {
     out.add(OverlayText{{10, kBaseline}, "Target: " + name});

@@ -6,16 +6,16 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/constant.h"
+#include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "mjcf/prop.h"
 #include "mjcf/object_shapes.h"
-#include "tasks/common/changes.h"
+#include "tasks/common/constant_binder.h"
 #include "tasks/common/footprint.h"
 
 namespace engram::tasks {
 
-// What tells objects apart.
+// Properties that tell objects apart.
 enum class Vocabulary {
   kColor,          // cubes in nine colours
   kShape,          // nine blue shapes
@@ -34,7 +34,7 @@ constexpr NameList default_shapes(Vocabulary vocabulary) {
   return shapes;
 }
 
-// Which objects there are.
+// Choice of objects.
 struct ObjectSetParams {
   Vocabulary vocabulary;
   int count;                                     // COLORS or SHAPES: keys 0, ..., count - 1
@@ -42,7 +42,7 @@ struct ObjectSetParams {
   NameList shapes = default_shapes(vocabulary);  // SHAPE_MAPPING or BASE_SHAPES, by shape
   NameList COLOR_PALETTE = NameList(3);          // red, green, blue
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   // Throws Error if there are fewer shapes, or combinations, than objects.
   void check() const;
 };
@@ -59,22 +59,22 @@ class ObjectSet {
   explicit ObjectSet(const ObjectSetParams& params);
 
   int count() const { return static_cast<int>(objects_.size()); }
-  const mjcf::Prop& prop(int key) const { return at(key).prop; }
+  const mjcf::Prop& prop(int key) const { return object(key).prop; }
   // Nominal orientation.
-  const double* quat(int key) const { return at(key).prop.quat.data(); }
+  const double* quat(int key) const { return object(key).prop.quat.data(); }
   // Half the side of a cube as large as the objects, m.
   double size() const { return params_.size; }
   // Height of the origin of an object that rests on the table, m.
-  double resting_height(int key) const { return at(key).prop.pos[2]; }
+  double resting_height(int key) const { return object(key).prop.pos[2]; }
   // oracle_info: the key, or the ids of shape and colour.
-  std::span<const int> identity(int key) const { return at(key).identity; }
-  // Whether a push makes it roll.
+  std::span<const int> identity(int key) const { return object(key).identity; }
+  // True if a push makes it roll.
   bool rolls(int key) const {
     const std::vector<mjcf::Geom>& parts = prop(key).geoms;
     return parts.size() == 1 && parts[0].type == mjcf::GeomType::kSphere;
   }
   double clearance(int first, int second, const Vec2& offset) const {
-    return tasks::clearance(at(first).footprint, at(second).footprint, offset);
+    return tasks::clearance(object(first).footprint, object(second).footprint, offset);
   }
   // The gap between two keys, for the guard against overlaps.
   auto gaps() const {
@@ -86,9 +86,6 @@ class ObjectSet {
   // Writes "Target:" and the object's label over a picture.
   void overlay(int key, Overlay& out) const;
 
-  // The class constants in which the vocabularies differ.
-  const ConstantTable& constants() const { return constants_; }
-
  private:
   struct Object {
     mjcf::Prop prop;  // at rest at the origin
@@ -97,7 +94,7 @@ class ObjectSet {
     Footprint footprint;
   };
 
-  const Object& at(int key) const { return objects_[static_cast<std::size_t>(key)]; }
+  const Object& object(int key) const { return objects_[at(key)]; }
   void add(mjcf::Prop prop, std::vector<int> identity, const ObjectLabel& label);
   void add_cubes();
   void add_shapes();
@@ -105,7 +102,6 @@ class ObjectSet {
 
   ObjectSetParams params_;
   std::vector<Object> objects_;
-  ConstantTable constants_;
 };
 
 }  // namespace engram::tasks

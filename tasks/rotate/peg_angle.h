@@ -1,4 +1,4 @@
-// Angles of the Rotate families: targets, turned so far, and left.
+// Angles of the Rotate families: targets, the turn of a peg so far, and the rest.
 #pragma once
 
 #include <string>
@@ -18,7 +18,8 @@ double largest_angle(RotateMode mode);
 // ones small.
 double target_angle(RotateMode mode, double least, double u);
 
-// Share of guesses that are right: two targets are less than the smallest one apart.
+// Probability that two targets are less than the smallest one apart: the share of guesses that are
+// right.
 double guess_rate(RotateMode mode, double least);
 
 // An angle in [-pi, pi).

@@ -12,6 +12,8 @@
 #include "mjcf/peg.h"
 #include "mjcf/scene.h"
 #include "tasks/common/family_base.h"
+#include "tasks/common/phase_budget.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
 #include "tasks/rotate/expert.h"
@@ -33,28 +35,30 @@ struct Params {
   double PEG_HALF_LENGTH = 0.12;  // m
   SmoothnessParams smoothness = {};
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
 
 constexpr std::array kModeNames = {"pos_angle", "pos_neg_angle"};
 constexpr int kTimeToAct = 25;  // control steps that a small turn takes
 
-void Params::constants(Changes& list) {
+void Params::declare(ConstantBinder& constants) {
   int mode = static_cast<int>(MODE);
-  list.name("MODE", mode, kModeNames, "targets: to the left alone, or to both sides");
+  constants.name("MODE", mode, kModeNames, "targets: to the left alone, or to both sides");
   MODE = static_cast<RotateMode>(mode);
-  list.real("angle_threshold", angle_threshold, {0.05, 0.3}, "rad",
-            "error within which the peg has turned far enough; the least target, too");
-  list.real("PEG_HALF_WIDTH", PEG_HALF_WIDTH, {0.015, strict ? 0.03 : 0.035}, "m",
-            "half the peg's width and height; its mass grows with it");
-  list.real("PEG_HALF_LENGTH", PEG_HALF_LENGTH, {0.06, 0.18}, "m",
-            "half the peg's length; its mass grows with it");
-  smoothness.constants(list);
+  constants
+      .real("angle_threshold", angle_threshold, {0.05, 0.3}, "rad",
+            "error within which the peg has turned far enough; the least target, too")
+      .published = false;
+  constants.real("PEG_HALF_WIDTH", PEG_HALF_WIDTH, {0.015, strict ? 0.03 : 0.035}, "m",
+                 "half the peg's width and height; its mass grows with it");
+  constants.real("PEG_HALF_LENGTH", PEG_HALF_LENGTH, {0.06, 0.18}, "m",
+                 "half the peg's length; its mass grows with it");
+  smoothness.declare(constants);
 }
 
 void Params::check(int horizon) const {
-  check_time(horizon, {}, kTimeToAct);
+  check_horizon(horizon, {}, kTimeToAct);
   // A shorter one would be pushed, not turned.
   if (PEG_HALF_LENGTH >= 2 * PEG_HALF_WIDTH) return;
   refuse_constant("PEG_HALF_LENGTH", shortest(PEG_HALF_LENGTH),
@@ -78,27 +82,26 @@ constexpr double kStrictSuccessReward = 100;
 constexpr mjcf::Rgba kPegBlue = {12 / 255.0, 42 / 255.0, 160 / 255.0, 1};
 constexpr int kPeg = 0;
 
-enum DrawIndex { kTargetAngle, kInitialYaw, kPegX, kPegY };
+// Random variables of an episode.
+struct Variables {
+  Variables(RandomVariables list, const Params& params)
+      : target_angle(
+            list.add({"target_angle", 1, false, least_target(params), largest_angle(params.MODE),
+                      "rad", "by which to turn the peg; rounded to half precision"})),
+        initial_yaw(list.real("initial_yaw", {0, 2 * kPi}, "rad", "of the peg")),
+        peg_x(list.real("peg_x", {-kStartSpan, kStartSpan}, "m", "where the peg lies")),
+        peg_y(list.real("peg_y", {-kStartSpan, kStartSpan}, "m", "where the peg lies")) {}
 
-std::vector<RandomVariable> draws(const Params& params) {
-  const bool both = params.MODE == RotateMode::kPosNegAngle;
-  const double largest = largest_angle(params.MODE);
-  return {
-      {"target_angle", 1, false, both ? -largest : params.angle_threshold, largest, "rad",
-       "by which to turn the peg; rounded to half precision"},
-      {"initial_yaw", 1, false, 0, 2 * kPi, "rad", "of the peg"},
-      {"peg_x", 1, false, -kStartSpan, kStartSpan, "m", "where the peg lies"},
-      {"peg_y", 1, false, -kStartSpan, kStartSpan, "m", "where the peg lies"},
-  };
-}
+  static double least_target(const Params& params) {
+    const bool both = params.MODE == RotateMode::kPosNegAngle;
+    return both ? -largest_angle(params.MODE) : params.angle_threshold;
+  }
 
-ConstantTable constants(const Params& params) {
-  ConstantTable table = {{"PEG_HALF_WIDTH", params.PEG_HALF_WIDTH},
-                         {"PEG_HALF_LENGTH", params.PEG_HALF_LENGTH},
-                         {"MODE", kModeNames[static_cast<std::size_t>(params.MODE)]}};
-  add_constants(params.smoothness, table);
-  return table;
-}
+  VariableHandle target_angle;
+  RealVariable initial_yaw;
+  RealVariable peg_x;
+  RealVariable peg_y;
+};
 
 // Excess of the success rate of guesses over their being right: the robot may be slow for a moment
 // as the right angle goes by. Measured, over 4 x 4000 episodes.
@@ -116,6 +119,7 @@ class Rotate final : public FamilyBase {
   Rotate(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
+        variables_(RandomVariables(info_.random_variables), params),
         expert_({.engine = engine_,
                  .info = info_,
                  .target = target_,
@@ -136,8 +140,6 @@ class Rotate final : public FamilyBase {
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
     info_.task_cue_dim = 1;
-    info_.random_variables = draws(params);
-    info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"manipulation", "always"}};
     declare_state(*this);
@@ -179,12 +181,12 @@ class Rotate final : public FamilyBase {
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
-    const double* pinned = episode.pinned(kTargetAngle);
-    target_[env] =
-        pinned != nullptr ? round_to_half(*pinned) : draw_target(episode.stream(kTargetAngle));
-    const double yaw = episode.real(kInitialYaw, 0, 2 * kPi);
-    const double pos[3] = {episode.real(kPegX, -kStartSpan, kStartSpan),
-                           episode.real(kPegY, -kStartSpan, kStartSpan), params_.PEG_HALF_WIDTH};
+    const double* pinned = variables_.target_angle.pinned(episode);
+    target_[env] = pinned != nullptr ? round_to_half(*pinned)
+                                     : draw_target(variables_.target_angle.stream(episode));
+    const double yaw = variables_.initial_yaw.sample(episode);
+    const double pos[3] = {variables_.peg_x.sample(episode), variables_.peg_y.sample(episode),
+                           params_.PEG_HALF_WIDTH};
     const double quat[4] = {real::cos(yaw / 2), 0, 0, real::sin(yaw / 2)};
     initial_yaw_[env] = yaw;
     std::copy_n(pos, 2, initial_position_.row(env));
@@ -230,7 +232,7 @@ class Rotate final : public FamilyBase {
       in.error = measure(env).error;
       in.x_pos_error = position_error(env).x();
       in.y_pos_error = position_error(env).y();
-      in.haste = measure_haste(engine_, env);
+      in.action_cost = measure_action_cost(engine_, env);
       in.robot_static = robot_is_static(*engine_.state, env);
       in.success = engine_.success[env] != 0;
       in.angle_threshold = params_.angle_threshold;
@@ -314,6 +316,7 @@ class Rotate final : public FamilyBase {
   }
 
   Params params_;
+  Variables variables_;
   RewardDict reward_dict_;
   Column<float> relative_angle_;
   Column<float> y_angle_error_;
@@ -331,7 +334,7 @@ RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
   const double error = std::abs(in.error);
   const bool correct = is_correct(in.error, in.angle_threshold);
   RotateRewardTerms terms;
-  terms.smooth = smoothness(in.haste, in.smoothness);
+  terms.smooth = smoothness(in.action_cost, in.smoothness);
   terms.reaching = real::exp(-5 * in.distance);
   terms.reached = in.distance < 0.1;
   terms.rotate = real::exp(-1.5 * error);
@@ -346,7 +349,7 @@ RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
 RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
   const double error = std::abs(in.error);
   RotateRewardTerms terms;
-  terms.smooth = smoothness(in.haste, in.smoothness);
+  terms.smooth = smoothness(in.action_cost, in.smoothness);
   terms.reaching = 0.5 * real::exp(-3 * in.distance);
   terms.reached = in.distance < 0.04;
   terms.x_pos = real::exp(-5 * std::abs(in.x_pos_error));

@@ -2,7 +2,7 @@
 // keeps its centre in place (docs/tasks/rotate.md).
 #pragma once
 
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
 #include "tasks/family.h"
 
 namespace engram::tasks {
@@ -13,7 +13,7 @@ struct RotateRewardInputs {
   double error = 0;        // rad
   double x_pos_error = 0;  // m, of the peg's centre (strict)
   double y_pos_error = 0;
-  Haste haste;
+  ActionCost action_cost;
   bool robot_static = false;
   bool success = false;
   double angle_threshold = 0.1;  // rad

@@ -8,19 +8,25 @@
 namespace engram::tasks {
 namespace {
 
+struct ColorLampParams : TouchParams {
+  void declare(ConstantBinder& constants) {
+    TouchParams::declare(constants);
+    LampCue::declare(constants);
+  }
+};
+
 class ColorLamp final : public ShellGame {
  public:
-  ColorLamp(const RegistryEntry& entry, const TouchParams& params)
+  ColorLamp(const RegistryEntry& entry, const ColorLampParams& params)
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
         rule_(params, /*shoving=*/false),
-        cue_(scene_, params.BALL_RADIUS, kMapping),
+        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.random_variables)),
         expert_(*this, params, params.CUE_PHASE_STEPS.high) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
-    info_.random_variables.push_back(LampCue::mapping_draw());
     rule_.describe(info_);
-    LampCue::describe(info_);
+    cue_.describe(info_);
     declare_state(*this);
   }
 
@@ -28,7 +34,7 @@ class ColorLamp final : public ShellGame {
     ShellGame::bind(bindings);
     rule_.bind(bindings);
     cue_.bind(bindings);
-    if (cue_.is_fixed()) tell();
+    if (cue_.is_fixed()) reveal_answer();
   }
 
   // --- sampling ---
@@ -57,7 +63,7 @@ class ColorLamp final : public ShellGame {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int slot = cue_.mug_of(env, target_[env]);
       engine_.oracle_info[env] = slot;
-      cue_.tell_color(env, target_[env]);
+      cue_.publish_color(env, target_[env]);
       conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
       note_answer(env, rule_.touched_mug(*this, env));
     }
@@ -79,8 +85,6 @@ class ColorLamp final : public ShellGame {
   const Expert& expert() const override { return expert_; }
 
  private:
-  enum OwnDraw { kMapping = kFirstOwnDraw };
-
   TouchRule rule_;
   LampCue cue_;
   TouchExpert expert_;
@@ -88,8 +92,8 @@ class ColorLamp final : public ShellGame {
 
 }  // namespace
 
-constexpr std::array<TouchParams, 1> kVariants = {{
-    {{{"ShellGameColorLampTouch-VLA-v0", 30, Split::kShort}}},
+constexpr std::array<ColorLampParams, 1> kVariants = {{
+    {{{{"ShellGameColorLampTouch-VLA-v0", 30, Split::kShort}}}},
 }};
 constexpr auto kRows = rows_of(kVariants);
 

@@ -5,7 +5,7 @@
 namespace engram::tasks {
 
 int ShellGameExpert::chosen_slot(int env, Script script) const {
-  if (script != Script::kBlind || game_.is_told()) return game_.answer(env);
+  if (script != Script::kBlind || game_.is_answer_visible()) return game_.answer(env);
   RandomStream random = guess_stream(game_.engine(), env);
   return random.integer(0, kCups - 1);
 }

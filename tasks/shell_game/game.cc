@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "tasks/common/poses.h"
 
@@ -12,24 +13,24 @@ constexpr double kBallReleaseGap = 0.05;  // m: a mug lifted further leaves its 
 
 }  // namespace
 
+ShellGame::Variables::Variables(RandomVariables list, const ShellGameParams& params,
+                                const Setup& setup)
+    : target(list.integer(setup.target, {0, kCups - 1}, "", setup.target_description)),
+      base(Mugs::declare_base(list)),
+      cue_steps(list.of(params.CUE_PHASE_STEPS)) {}
+
 ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup)
-    : FamilyBase(entry), mugs_(scene_, params, *setup.stance), params_(params), setup_(setup) {
+    : FamilyBase(entry),
+      mugs_(scene_, params, *setup.stance),
+      params_(params),
+      setup_(setup),
+      variables_(RandomVariables(info_.random_variables), params, setup) {
   info_.candidates = kCups;
   info_.frozen_cue = setup.frozen;
   info_.success_reward = setup.success_reward;
   info_.oracle_dim = 1;
   declare_sampled_values(*this);
   info_.hidden_variable = setup.target;
-  info_.random_variables = {
-      {setup.target, 1, true, 0, kCups - 1, "", setup.target_description},
-      Mugs::base_draw(),
-      params.CUE_PHASE_STEPS.draw("cue_steps", "length of the cue phase", "CUE_PHASE_STEPS"),
-  };
-  info_.constants = {
-      {"BALL_RADIUS", params.BALL_RADIUS}, {"CUE_PHASE_STEPS", params.CUE_PHASE_STEPS.constant()},
-      {"GOAL_THRESH", params.GOAL_THRESH}, {"HEIGHT_OFFSET", HEIGHT_OFFSET},
-      {"MIN_DIST", params.MIN_DIST},       {"MUG_SCALE", params.MUG_SCALE},
-  };
   scene_.render_view = mjcf::RenderView::kTable;
 }
 
@@ -55,9 +56,9 @@ void ShellGame::bind(const Bindings& bindings) {
 
 void ShellGame::reset(const Episode& episode) {
   const int env = episode.env();
-  target_[env] = episode.integer(kTarget, 0, kCups - 1);
-  mugs_.reset(episode, kBase);
-  cue_steps_[env] = params_.CUE_PHASE_STEPS.sample(episode, kCueSteps);
+  target_[env] = variables_.target.sample(episode);
+  mugs_.reset(episode, variables_.base);
+  cue_steps_[env] = variables_.cue_steps.sample(episode);
   start_manipulation_at(env, cue_steps_[env]);
 }
 
@@ -131,8 +132,8 @@ int ShellGame::moved_mug(int env, double least) const {
   return moved;
 }
 
-void ShellGame::tell() {
-  told_ = true;
+void ShellGame::reveal_answer() {
+  answer_visible_ = true;
   info_.guess_rate = 1;
   info_.answer_rate = 1;
 }
@@ -141,7 +142,7 @@ void ShellGame::tell() {
 
 void ShellGame::overlay(int env, Overlay& out) const {
   static constexpr std::array<const char*, kCups> kSlotNames = {"Left", "Center", "Right"};
-  const auto slot = static_cast<std::size_t>(answer(env));
+  const auto slot = at(answer(env));
   out.add(OverlayText{{10, 60}, std::string("Target: ") + kSlotNames[slot]});
 }
 

@@ -1,5 +1,5 @@
-// Base of the shell games: three mugs in a row, a cue that tells which of them it is about, the
-// phases, and the info that all have (docs/tasks/shell_game.md).
+// Base of the shell games: three mugs in a row, a cue that points out one of them, the phases, and
+// the info that all have (docs/tasks/shell_game.md).
 #pragma once
 
 #include <Eigen/Dense>
@@ -10,6 +10,7 @@
 #include "core/env/task.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/phase_clock.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/registry.h"
 #include "tasks/shell_game/mugs.h"
@@ -42,7 +43,7 @@ class ShellGame : public FamilyBase {
   int target(int env) const { return target_[env]; }  // hidden cup or colour
   int answer(int env) const { return engine_.oracle_info[env]; }
   // True if the answer can be seen in the manipulation phase.
-  bool is_told() const { return told_; }
+  bool is_answer_visible() const { return answer_visible_; }
   // The robot commits to a mug, named by its slot; -1: to none.
   void note_answer(int env, int slot) const {
     if (slot >= 0) engine_.answers.give(env, slot, slot == answer(env));
@@ -75,7 +76,7 @@ class ShellGame : public FamilyBase {
 
  protected:
   struct Setup {
-    // The draw of the hidden cup or colour.
+    // Random variable of the hidden cup or colour.
     const char* target = "cup_with_ball_number";
     const char* target_description = "slot of the mug that hides the ball";
     bool frozen = true;  // the canonical wrapper zeroes actions before the manipulation phase
@@ -83,9 +84,6 @@ class ShellGame : public FamilyBase {
     const MugStance* stance = &kUpsideDown;
     bool shuffles = false;  // between cue and manipulation
   };
-  // Draws of every episode; games go on from kFirstOwnDraw.
-  enum DrawIndex { kTarget, kBase, kCueSteps, kFirstOwnDraw };
-
   ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup);
 
   // --- phases ---
@@ -116,7 +114,7 @@ class ShellGame : public FamilyBase {
   // farther than `least`, m; otherwise -1.
   int moved_mug(int env, double least) const;
   // To be called by bind(): memory is not needed.
-  void tell();
+  void reveal_answer();
 
   // --- observation ---
 
@@ -128,14 +126,24 @@ class ShellGame : public FamilyBase {
   Column<std::int32_t> target_;  // hidden cup or colour
 
  private:
+  // Random variables of every episode; games add their own after these.
+  struct Variables {
+    Variables(RandomVariables list, const ShellGameParams& params, const Setup& setup);
+
+    IntegerVariable target;
+    VariableHandle base;
+    IntegerVariable cue_steps;
+  };
+
   ShellGameParams params_;
   Setup setup_;
+  Variables variables_;
   RewardDict reward_dict_;
   Column<std::int32_t> cue_steps_;           // control steps
   Column<std::int32_t> manipulation_start_;  // control steps
   Column<double> offset_;                    // (3) m: obj_to_goal_pos in full precision
   Column<float> obj_to_goal_pos_;            // (3) m
-  bool told_ = false;
+  bool answer_visible_ = false;
   Column<std::uint8_t> is_obj_placed_;
   Column<std::uint8_t> is_robot_static_;
 };

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "core/base/index.h"
 #include "tasks/common/poses.h"
 
 namespace engram::tasks {
@@ -17,38 +18,34 @@ constexpr double kGlow = 2;
 // Slots of red, green and blue.
 constexpr std::array<std::array<std::uint8_t, kCups>, 6> kMappings = {
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
-constexpr int kLastMapping = static_cast<int>(kMappings.size()) - 1;
-
-enum OptionIndex { kFixedMapping };
+constexpr const char* kMapping = "mapping";  // the variable of one of them
 
 }  // namespace
 
-LampCue::LampCue(mjcf::Scene& scene, double ball_radius, int draw)
-    : first_ball_(static_cast<int>(scene.props.size())), ball_radius_(ball_radius), draw_(draw) {
+void LampCue::declare(ConstantBinder& constants) {
+  constants.fixed({{"LAMP_BEHIND_OFFSET_X", LAMP_BEHIND_OFFSET_X}, {"LAMP_HEIGHT", LAMP_HEIGHT}});
+}
+
+LampCue::LampCue(mjcf::Scene& scene, double ball_radius, RandomVariables list)
+    : first_ball_(static_cast<int>(scene.props.size())),
+      ball_radius_(ball_radius),
+      mapping_(list.integer(kMapping, {0, static_cast<int>(kMappings.size()) - 1}, "",
+                            "slots of the red, green and blue ball: 012, 021, 102, 120, 201, "
+                            "210")) {
   for (std::size_t color = 0; color < kCups; ++color) {
     scene.props.push_back(mjcf::visual_sphere(kBallNames[color], ball_radius, kColors[color]));
   }
   lamp_ = Lamp(scene, "lamp");
 }
 
-RandomVariable LampCue::mapping_draw() {
-  return {"mapping",
-          1,
-          true,
-          0,
-          kLastMapping,
-          "",
-          "slots of the red, green and blue ball: 012, 021, 102, 120, 201, 210"};
-}
-
 void LampCue::describe(TaskInfo& info) {
-  info.hidden_variable = mapping_draw().name;
-  info.options = {{"fixed_mapping", 0, true, 0, 1, "",
-                   "1: red left, green center, blue right in every episode whose mapping is not "
-                   "pinned",
-                   1}};
-  info.constants.emplace_back("LAMP_BEHIND_OFFSET_X", LAMP_BEHIND_OFFSET_X);
-  info.constants.emplace_back("LAMP_HEIGHT", LAMP_HEIGHT);
+  info.hidden_variable = kMapping;
+  fixed_mapping_ =
+      TaskOptions(info.options)
+          .on_off("fixed_mapping",
+                  "1: red left, green center, blue right in every episode whose mapping is not "
+                  "pinned",
+                  /*original=*/true);
 }
 
 void LampCue::bind(const Bindings& bindings) {
@@ -61,10 +58,10 @@ void LampCue::bind(const Bindings& bindings) {
 void LampCue::reset(const Episode& episode, const Mugs& mugs) const {
   const int env = episode.env();
   const State& state = *engine_.state;
-  const int mapping = episode.integer(draw_, 0, is_fixed() ? 0 : kLastMapping);
-  const auto& slots = kMappings[static_cast<std::size_t>(mapping)];
+  const int mapping = mapping_.sample_from(episode, {0, is_fixed() ? 0 : mapping_.high()});
+  const auto& slots = kMappings[at(mapping)];
   for (int color = 0; color < kCups; ++color) {
-    const std::uint8_t slot = slots[static_cast<std::size_t>(color)];
+    const std::uint8_t slot = slots[at(color)];
     slot_of_color_.row(env)[color] = slot;
     const Eigen::Vector3d ball = mugs.slot_pos(env, slot, ball_radius_);
     state.place_prop(env, first_ball_ + color, ball.data(), kUprightQuat);
@@ -75,7 +72,7 @@ void LampCue::reset(const Episode& episode, const Mugs& mugs) const {
   lamp_.shine(state, env, {});
 }
 
-bool LampCue::is_fixed() const { return engine_.options[kFixedMapping] != 0; }
+bool LampCue::is_fixed() const { return fixed_mapping_.is_on(engine_); }
 
 void LampCue::hide_balls(int env) const {
   Eigen::Vector3d parked =
@@ -87,7 +84,7 @@ void LampCue::hide_balls(int env) const {
 }
 
 void LampCue::show_color(int env, int color) const {
-  lamp_.shine(*engine_.state, env, {kColors[static_cast<std::size_t>(color)], kGlow});
+  lamp_.shine(*engine_.state, env, {kColors[at(color)], kGlow});
 }
 
 }  // namespace engram::tasks

@@ -1,27 +1,28 @@
-// The cue of the lamp games: a red, a green and a blue ball, one for each mug, and a lamp that
-// later names a colour.
+// Cue of the lamp games: a red, a green and a blue ball, one for each mug, and a lamp that later
+// names a colour.
 #pragma once
 
 #include "tasks/common/lamp.h"
+#include "tasks/common/task_options.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {
 
 class LampCue {
  public:
-  // The draw of the lamp's colour.
+  // Random variable of the lamp's colour.
   static constexpr const char* kTarget = "target_color";
   static constexpr const char* kTargetDescription = "colour of the lamp: 0 red, 1 green, 2 blue";
-  // The draw of which ball goes with which mug.
-  static RandomVariable mapping_draw();
+  // Class constants of the lamp.
+  static void declare(ConstantBinder& constants);
 
-  // Appends balls and lamp to the scene. `draw`: index of the game's mapping_draw.
-  LampCue(mjcf::Scene& scene, double ball_radius, int draw);
+  // Appends balls and lamp to the scene, and the variable of the mapping from balls to mugs.
+  LampCue(mjcf::Scene& scene, double ball_radius, RandomVariables list);
 
-  // Adds the option that keeps the mapping constant, and constants.
-  static void describe(TaskInfo& info);
+  // Adds the option that keeps the mapping constant.
+  void describe(TaskInfo& info);
   void bind(const Bindings& bindings);
-  // Whether the mapping is the same in every episode, unless it is pinned.
+  // True if the mapping is the same in every episode, unless it is pinned.
   bool is_fixed() const;
 
   // Draws the mapping; puts balls and lamp in place.
@@ -33,7 +34,7 @@ class LampCue {
   // The mug, by its first slot, that goes with a colour: 0 red, 1 green, 2 blue.
   int mug_of(int env, int color) const { return slot_of_color_.row(env)[color]; }
   // Shows the colour in info.
-  void tell_color(int env, int color) const { task_cue_[env] = static_cast<float>(color); }
+  void publish_color(int env, int color) const { task_cue_[env] = static_cast<float>(color); }
 
   // The state observation of the lamp games.
   template <class Row>
@@ -49,10 +50,11 @@ class LampCue {
   int first_ball_;
   double ball_radius_;  // m
   Lamp lamp_;
-  int draw_;
+  IntegerVariable mapping_;
+  TaskOption fixed_mapping_;
   Bindings engine_;
   Column<std::uint8_t> slot_of_color_;  // (3)
-  Column<float> task_cue_;              // told in info only: policies get the colour from the lamp
+  Column<float> task_cue_;              // in info only: policies get the colour from the lamp
 };
 
 }  // namespace engram::tasks

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "mjcf/mug.h"
 #include "tasks/common/footprint.h"
@@ -15,8 +16,7 @@ constexpr std::array<const char*, kCups> kNames = {"mug_left", "mug_center", "mu
 constexpr double kBaseRange = 0.1;  // m
 
 mjcf::Prop standing_mug(int slot, const ShellGameParams& params, const MugStance& stance) {
-  mjcf::Prop mug =
-      mjcf::mug(kNames[static_cast<std::size_t>(slot)], stance.handle_yaw, params.MUG_SCALE);
+  mjcf::Prop mug = mjcf::mug(kNames[at(slot)], stance.handle_yaw, params.MUG_SCALE);
   mug.pos = {0, (slot - 1) * params.MIN_DIST, params.resting_height()};
   mug.quat = stance.quat;
   return mug;
@@ -58,8 +58,8 @@ void check_mugs(const ShellGameParams& params, const MugStance& stance, double r
   }
 }
 
-RandomVariable Mugs::base_draw() {
-  return {"base", 2, false, -kBaseRange, kBaseRange, "m", "x, y of the center slot"};
+VariableHandle Mugs::declare_base(RandomVariables list) {
+  return list.add({"base", 2, false, -kBaseRange, kBaseRange, "m", "x, y of the center slot"});
 }
 
 Mugs::Mugs(mjcf::Scene& scene, const ShellGameParams& params, const MugStance& stance)
@@ -74,12 +74,12 @@ void Mugs::bind(const Bindings& bindings) {
   base_ = bindings.memory->add<double>("base", 2, "m");
 }
 
-void Mugs::reset(const Episode& episode, int draw) const {
+void Mugs::reset(const Episode& episode, const VariableHandle& base) const {
   const int env = episode.env();
-  if (const double* pinned = episode.pinned(draw)) {
+  if (const double* pinned = base.pinned(episode)) {
     std::copy_n(pinned, 2, base_.row(env));
   } else {
-    RandomStream random = episode.stream(draw);
+    RandomStream random = base.stream(episode);
     for (int i = 0; i < 2; ++i) base_.row(env)[i] = random.uniform(-kBaseRange, kBaseRange);
   }
   for (int mug = 0; mug < kCups; ++mug) {

@@ -6,11 +6,12 @@
 
 #include "core/env/task.h"
 #include "mjcf/scene.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/shell_game/params.h"
 
 namespace engram::tasks {
 
-// How the mugs of a game stand: the model's handle, and the half turn that puts the rim down.
+// Stance of the mugs of a game: the model's handle, and the half turn that puts the rim down.
 struct MugStance {
   double handle_yaw = 0;  // rad, in the mug's frame
   std::array<double, 4> quat{};
@@ -24,16 +25,16 @@ void check_mugs(const ShellGameParams& params, const MugStance& stance, double r
 
 class Mugs {
  public:
-  // The draw of where the row stands.
-  static RandomVariable base_draw();
+  // Random variable of the place of the row.
+  static VariableHandle declare_base(RandomVariables list);
 
   // Appends the mugs to the scene. They are its props 0, 1, 2, named after the slots in which they
   // start.
   Mugs(mjcf::Scene& scene, const ShellGameParams& params, const MugStance& stance);
 
   void bind(const Bindings& bindings);
-  // Draws where the row stands, `draw` being the index of that draw, and hides the mugs above it.
-  void reset(const Episode& episode, int draw) const;
+  // Draws the place of the row from its variable, and hides the mugs above it.
+  void reset(const Episode& episode, const VariableHandle& base) const;
 
   // The center slot, on the table.
   Eigen::Vector3d base(int env) const { return {base_.row(env)[0], base_.row(env)[1], 0}; }
@@ -41,9 +42,9 @@ class Mugs {
   Eigen::Vector3d slot_pos(int env, int slot, double height) const {
     return base(env) + Eigen::Vector3d(0, (slot - 1) * slot_distance_, height);
   }
-  // Of the origin of a mug that stands, m.
+  // Height of the origin of a mug that stands, m.
   double resting_height() const { return resting_height_; }
-  // Of a mug that stands in a slot.
+  // Position of a mug that stands in a slot.
   Eigen::Vector3d standing_pos(int env, int slot) const;
 
   Eigen::Vector3d pos(int env, int mug) const {
@@ -53,7 +54,7 @@ class Mugs {
   void stand(int env, int mug, int slot) const { stand(env, mug, standing_pos(env, slot)); }
   // Every mug in the slot in which it starts.
   void stand_all(int env) const;
-  // Whether a mug stands over what is beneath it, so that no camera sees that.
+  // True if a mug stands over what is beneath it, so that no camera sees that.
   bool hides(int env, int mug) const;
 
  private:

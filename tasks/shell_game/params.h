@@ -1,10 +1,10 @@
-// What all shell games are made of, named as the class constants.
+// Parameters of all shell games, named as the class constants.
 #pragma once
 
 #include <string>
 
 #include "mjcf/mug.h"
-#include "tasks/common/changes.h"
+#include "tasks/common/constant_binder.h"
 #include "tasks/family.h"
 
 namespace engram::tasks {
@@ -21,26 +21,16 @@ struct ShellGameParams {
   double BALL_RADIUS = 0.02;  // m
   double MUG_SCALE = mjcf::kMugScale;
 
-  // How many times as large as the benchmark's the mugs are.
+  // Size of the mugs, as a multiple of the benchmark's.
   double mug_ratio() const { return MUG_SCALE / mjcf::kMugScale; }
   // Height of the origin of a mug that stands, m.
   double resting_height() const { return mjcf::kMugRestingHeight * mug_ratio(); }
-  // By how much mugs are higher than the benchmark's, m.
+  // Height of the mugs beyond the benchmark's, m.
   double extra_height() const { return 2 * (resting_height() - mjcf::kMugRestingHeight); }
-  // How near to the goal's centre a mug has to be that is moved there, m.
+  // Distance from the goal's centre within which a mug that is moved there has to be, m.
   double placed_distance() const { return 1.6 * GOAL_THRESH; }
 
-  void constants(Changes& list);
-};
-
-// Of the games in which a mug is touched.
-struct TouchParams : ShellGameParams {
-  // Height of the TCP above the origin of a mug that the oracle touches, m.
-  double touch_gap() const;
-
-  void check(int horizon) const;
-  // The same for a game that goes on with other phases after the cue.
-  void check_touch() const;
+  void declare(ConstantBinder& constants);
 };
 
 }  // namespace engram::tasks

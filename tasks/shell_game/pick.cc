@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/math/real_functions.h"
+#include "tasks/common/phase_budget.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/game.h"
 #include "tasks/shell_game/pick_expert.h"
@@ -22,7 +23,7 @@ constexpr double kSuccessReward = 75;
 const Eigen::Vector3d kGoalFromBall(0, 0, 0.125);                            // m
 const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // m, world axes
 
-// Least lift, and its time.
+// Least requirements of a lift.
 constexpr double kFingerRoom = 0.028;  // m, between two mugs
 constexpr double kLeastLift = 0.001;   // m
 constexpr double kLiftPerStep = 0.01;  // m
@@ -35,6 +36,10 @@ struct PickParams : ShellGameParams {
   // Height to which a mug has to be lifted, m.
   double lift() const { return height() - placed_distance(); }
 
+  void declare(ConstantBinder& constants) {
+    ShellGameParams::declare(constants);
+    constants.fixed({{"HANDLE_OFFSET_X", HANDLE_OFFSET_X}, {"HANDLE_OFFSET_Y", HANDLE_OFFSET_Y}});
+  }
   void check(int horizon) const;
 };
 
@@ -51,7 +56,7 @@ void PickParams::check(int horizon) const {
                     in_millimetres(height()) + " above a cup that nobody has moved");
   }
   const int more = static_cast<int>(std::max(0.0, lift() - kUsualLift) / kLiftPerStep);
-  check_time(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPick + more);
+  check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPick + more);
 }
 
 template <class Row>
@@ -90,8 +95,6 @@ class Pick final : public ShellGame {
         "the first cup that is moved by more than half the height to which it has to be lifted; "
         "its "
         "slot";
-    info_.constants.emplace_back("HANDLE_OFFSET_X", HANDLE_OFFSET_X);
-    info_.constants.emplace_back("HANDLE_OFFSET_Y", HANDLE_OFFSET_Y);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
   }

@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/math/real_functions.h"
+#include "tasks/common/phase_budget.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/game.h"
 #include "tasks/shell_game/push_expert.h"
@@ -19,7 +20,7 @@ constexpr double kReachedDistance = 0.08;  // m
 constexpr double kSuccessReward = 4;
 const Eigen::Vector3d kGoalFromBall(0.1, 0, 0.03);  // m
 
-// Least travel and time of a push.
+// Least requirements of a push.
 constexpr double kLeastTravel = 0.001;  // m
 constexpr int kTimeToPush = 19;         // control steps
 
@@ -30,7 +31,7 @@ struct PushParams : ShellGameParams {
   }
   // Least distance of a mug from the goal region, m.
   double least_distance() const { return offset().norm() - placed_distance(); }
-  // Distance by which a mug has to be pushed, m.
+  // Distance by which a mug has to be pushed, m; none that are not at the goal's height.
   double travel() const {
     const double height = offset().z();
     return offset().x() - std::sqrt(placed_distance() * placed_distance() - height * height);
@@ -58,7 +59,7 @@ void PushParams::check(int horizon) const {
                     in_millimetres(placed) + ", and its centre is " +
                     in_millimetres(offset().norm()) + " from a cup that nobody has moved");
   }
-  check_time(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
+  check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
 }
 
 template <class Row>

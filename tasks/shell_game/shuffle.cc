@@ -1,5 +1,6 @@
 #include "tasks/shell_game/shuffle.h"
 
+#include "tasks/common/action_cost.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/shuffle_phase.h"
@@ -18,33 +19,47 @@ constexpr ShuffleParams lasting(const TaskRow& task) {
   return {{{.task = task, .CUE_PHASE_STEPS = {10, 100}}}, {100, 400}, {5, 15}, false};
 }
 
-constexpr std::array<ShuffleParams, 2> kTouchVariants = {{
-    lasting({"ShellGameShuffleTouch-Long-VLA-v0", 600, Split::kMedium}),
-    brief({"ShellGameShuffleTouch-VLA-v0", 60, Split::kShort}),
+struct ShuffleTouchParams : ShuffleParams {
+  void declare(ConstantBinder& constants) {
+    ShuffleParams::declare(constants);
+    TouchRule::declare(constants);
+    constants.fixed([&] { SmoothnessParams().declare(constants); });  // unused
+  }
+};
+struct ShuffleColorLampParams : ShuffleParams {
+  void declare(ConstantBinder& constants) {
+    ShuffleParams::declare(constants);
+    LampCue::declare(constants);
+    constants.fixed({{"LAMP_RADIUS", 0.018},  // unused
+                     {"COLOR_RGBA", ConstantList{ConstantList{1, 0, 0, 1}, ConstantList{0, 1, 0, 1},
+                                                 ConstantList{0, 0, 1, 1}}}});
+  }
+};
+
+constexpr std::array<ShuffleTouchParams, 2> kTouchVariants = {{
+    {lasting({"ShellGameShuffleTouch-Long-VLA-v0", 600, Split::kMedium})},
+    {brief({"ShellGameShuffleTouch-VLA-v0", 60, Split::kShort})},
 }};
-constexpr std::array<ShuffleParams, 2> kColorLampVariants = {{
-    lasting({"ShellGameShuffleColorLampTouch-Long-VLA-v0", 600, Split::kMedium}),
-    brief({"ShellGameShuffleColorLampTouch-VLA-v0", 60, Split::kShort}),
+constexpr std::array<ShuffleColorLampParams, 2> kColorLampVariants = {{
+    {lasting({"ShellGameShuffleColorLampTouch-Long-VLA-v0", 600, Split::kMedium})},
+    {brief({"ShellGameShuffleColorLampTouch-VLA-v0", 60, Split::kShort})},
 }};
 
 // A ball is under one of the mugs.
 class ShuffleTouch final : public ShellGame {
  public:
-  ShuffleTouch(const RegistryEntry& entry, const ShuffleParams& params)
+  ShuffleTouch(const RegistryEntry& entry, const ShuffleTouchParams& params)
       : ShellGame(entry, params,
                   {.target_description = "first slot of the mug that hides the ball",
                    .frozen = params.frozen,
                    .shuffles = true}),
         rule_(params, /*shoving=*/true),
-        shuffle_(params, kFirstOwnDraw),
+        shuffle_(params, RandomVariables(info_.random_variables)),
         ball_(add_red_ball()),
         expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
     shuffle_.describe(info_);
-    for (const char* unused : {"ACTION_L2_COEF", "ACTION_DELTA_L2_COEF", "QVEL_L2_COEF"}) {
-      info_.constants.emplace_back(unused, 0.0);
-    }
     declare_state(*this);
   }
 
@@ -134,25 +149,20 @@ class ShuffleTouch final : public ShellGame {
 // A ball of another colour is under every mug; a lamp names the colour after the shuffle.
 class ShuffleColorLamp final : public ShellGame {
  public:
-  ShuffleColorLamp(const RegistryEntry& entry, const ShuffleParams& params)
+  ShuffleColorLamp(const RegistryEntry& entry, const ShuffleColorLampParams& params)
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget,
                    .target_description = LampCue::kTargetDescription,
                    .frozen = params.frozen,
                    .shuffles = true}),
         rule_(params, /*shoving=*/false),
-        cue_(scene_, params.BALL_RADIUS, kMapping),
-        shuffle_(params, kFirstOwnDraw),
+        shuffle_(params, RandomVariables(info_.random_variables)),
+        cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.random_variables)),
         expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
-    LampCue::describe(info_);
+    cue_.describe(info_);
     shuffle_.describe(info_);
-    info_.random_variables.push_back(LampCue::mapping_draw());
-    info_.constants.emplace_back("LAMP_RADIUS", 0.018);  // unused
-    info_.constants.emplace_back(
-        "COLOR_RGBA",
-        ConstantList{ConstantList{1, 0, 0, 1}, ConstantList{0, 1, 0, 1}, ConstantList{0, 0, 1, 1}});
     declare_state(*this);
   }
 
@@ -189,7 +199,7 @@ class ShuffleColorLamp final : public ShellGame {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int slot = shuffle_.final_slot(env, cue_.mug_of(env, target_[env]));
       engine_.oracle_info[env] = slot;
-      cue_.tell_color(env, target_[env]);
+      cue_.publish_color(env, target_[env]);
       conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
       const int touched = rule_.touched_mug(*this, env);
       note_answer(env, touched < 0 ? -1 : shuffle_.final_slot(env, touched));
@@ -212,11 +222,9 @@ class ShuffleColorLamp final : public ShellGame {
   const Expert& expert() const override { return expert_; }
 
  private:
-  enum OwnDraw { kMapping = kFirstOwnDraw + ShufflePhase::kDraws };
-
   TouchRule rule_;
-  LampCue cue_;
   ShufflePhase shuffle_;
+  LampCue cue_;
   TouchExpert expert_;
 };
 

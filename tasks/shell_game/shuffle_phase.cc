@@ -4,11 +4,11 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
+#include "tasks/common/phase_budget.h"
 
 namespace engram::tasks {
 namespace {
-
-enum OwnDraw { kShuffleSteps, kNumSwaps, kSwapPairList };
 
 constexpr Bounds kSwaps{1, ShufflePhase::kMaxSwaps};
 constexpr int kStepsOfSwap = 2;   // so many show which mugs swap
@@ -16,13 +16,15 @@ constexpr int kTimeToTouch = 12;  // control steps
 
 }  // namespace
 
-void ShuffleParams::constants(Changes& list) {
-  ShellGameParams::constants(list);
-  list.steps("SHUFFLE_PHASE_STEPS", SHUFFLE_PHASE_STEPS, kPhaseSteps,
-             "how long the whole shuffle takes");
-  list.integer_range("NUM_SWAPS", NUM_SWAPS.low, NUM_SWAPS.high, kSwaps, "", "swaps in a shuffle");
-  list.real("SWAP_ARC_HEIGHT", SWAP_ARC_HEIGHT, {0, 0.12}, "m",
-            "how far cups are lifted while they swap");
+void ShuffleParams::declare(ConstantBinder& constants) {
+  ShellGameParams::declare(constants);
+  constants.steps("SHUFFLE_PHASE_STEPS", SHUFFLE_PHASE_STEPS, kPhaseSteps,
+                  "how long the whole shuffle takes",
+                  {"shuffle_steps", "length of the shuffle phase"});
+  constants.range("NUM_SWAPS", NUM_SWAPS, kSwaps, "", "swaps in a shuffle",
+                  {"num_swaps", "swaps in the shuffle"});
+  constants.real("SWAP_ARC_HEIGHT", SWAP_ARC_HEIGHT, {0, 0.12}, "m",
+                 "how far cups are lifted while they swap");
 }
 
 void ShuffleParams::check(int horizon) const {
@@ -34,48 +36,44 @@ void ShuffleParams::check(int horizon) const {
                     " control steps = " + std::to_string(NUM_SWAPS.high * kStepsOfSwap) +
                     ", more than SHUFFLE_PHASE_STEPS " + std::to_string(SHUFFLE_PHASE_STEPS.low));
   }
-  check_time(horizon,
-             {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high},
-              {"SHUFFLE_PHASE_STEPS", SHUFFLE_PHASE_STEPS.high}},
-             kTimeToTouch);
+  check_horizon(horizon,
+                {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high},
+                 {"SHUFFLE_PHASE_STEPS", SHUFFLE_PHASE_STEPS.high}},
+                kTimeToTouch);
 }
+
+ShufflePhase::ShufflePhase(const ShuffleParams& params, RandomVariables list)
+    : params_(params),
+      steps_(list.of(params.SHUFFLE_PHASE_STEPS)),
+      num_swaps_(list.of(params.NUM_SWAPS)),
+      pairs_(list.add(
+          {"swap_pairs", params.NUM_SWAPS.high, true, 0, 2, "",
+           "slots of each swap: 0 left and center, 1 left and right, 2 center and right"})),
+      swaps_(params.MIN_DIST, params.SWAP_ARC_HEIGHT) {}
 
 void ShufflePhase::describe(TaskInfo& info) {
   info.phases = {{"cue", "elapsed < cue_steps"},
                  {"shuffle", "cue_steps <= elapsed < cue_steps + shuffle_steps"},
                  {"manipulation", "elapsed >= cue_steps + shuffle_steps"}};
-  info.random_variables.push_back(params_.SHUFFLE_PHASE_STEPS.draw(
-      "shuffle_steps", "length of the shuffle phase", "SHUFFLE_PHASE_STEPS"));
-  info.random_variables.push_back(
-      params_.NUM_SWAPS.draw("num_swaps", "swaps in the shuffle", "NUM_SWAPS"));
-  info.random_variables.back().unit.clear();
-  info.random_variables.push_back(
-      {"swap_pairs", params_.NUM_SWAPS.high, true, 0, 2, "",
-       "slots of each swap: 0 left and center, 1 left and right, 2 center and right"});
-  snap_back_option_ = info.options.size();
-  info.options.push_back({"snap_back", 0, true, 0, 1, "",
-                          "1: steps left over after the last swap show the mugs as before it", 1});
-  info.constants.emplace_back("NUM_SWAPS", params_.NUM_SWAPS.constant());
-  info.constants.emplace_back("SHUFFLE_PHASE_STEPS", params_.SHUFFLE_PHASE_STEPS.constant());
-  info.constants.emplace_back("SWAP_ARC_HEIGHT", params_.SWAP_ARC_HEIGHT);
+  snap_back_ =
+      TaskOptions(info.options)
+          .on_off("snap_back", "1: steps left over after the last swap show the mugs as before it",
+                  /*original=*/true);
 }
 
 void ShufflePhase::bind(const Bindings& bindings) {
   state_ = bindings.state;
-  const bool snap_back = bindings.options[snap_back_option_] != 0;
-  swaps_.bind(*bindings.memory, params_.NUM_SWAPS.high, snap_back);
+  swaps_.bind(*bindings.memory, params_.NUM_SWAPS.high, snap_back_.is_on(bindings));
 }
 
 void ShufflePhase::reset(const Episode& episode, int begin) const {
-  const int steps = params_.SHUFFLE_PHASE_STEPS.sample(episode, first_draw_ + kShuffleSteps);
-  const int swaps = params_.NUM_SWAPS.sample(episode, first_draw_ + kNumSwaps);
-  const int draw_of_pairs = first_draw_ + kSwapPairList;
-  const double* pinned = episode.pinned(draw_of_pairs);
-  RandomStream random = episode.stream(draw_of_pairs);
+  const int steps = steps_.sample(episode);
+  const int swaps = num_swaps_.sample(episode);
+  const double* pinned = pairs_.pinned(episode);
+  RandomStream random = pairs_.stream(episode);
   std::array<int, kMaxSwaps> pairs{};
   for (int i = 0; i < params_.NUM_SWAPS.high; ++i) {
-    pairs[static_cast<std::size_t>(i)] =
-        pinned != nullptr ? static_cast<int>(pinned[i]) : random.integer(0, 2);
+    pairs[at(i)] = pinned != nullptr ? static_cast<int>(pinned[i]) : random.integer(0, 2);
   }
   swaps_.reset(episode.env(), begin, steps, swaps, pairs);
 }

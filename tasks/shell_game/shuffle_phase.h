@@ -3,9 +3,11 @@
 // but it cannot carry anything away.
 #pragma once
 
-#include "tasks/common/phase_clock.h"
+#include "tasks/common/random_variables.h"
+#include "tasks/common/task_options.h"
 #include "tasks/shell_game/mugs.h"
 #include "tasks/shell_game/swaps.h"
+#include "tasks/shell_game/touch_params.h"
 
 namespace engram::tasks {
 
@@ -19,20 +21,17 @@ struct ShuffleParams : TouchParams {
   // The value of elapsed at which the shuffle is over at the latest.
   int latest_end() const { return CUE_PHASE_STEPS.high + SHUFFLE_PHASE_STEPS.high; }
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
 
 class ShufflePhase {
  public:
   static constexpr int kMaxSwaps = 40;
-  static constexpr int kDraws = 3;
 
-  // Its draws are those from `first_draw` on.
-  ShufflePhase(const ShuffleParams& params, int first_draw)
-      : params_(params), first_draw_(first_draw), swaps_(params.MIN_DIST, params.SWAP_ARC_HEIGHT) {}
+  ShufflePhase(const ShuffleParams& params, RandomVariables list);
 
-  // Adds phases, draws, constants and the option of steps that are left over after the last swap.
+  // Adds phases and the option of steps that are left over after the last swap.
   void describe(TaskInfo& info);
   void bind(const Bindings& bindings);
   // Draws a shuffle that begins at elapsed = begin.
@@ -46,8 +45,10 @@ class ShufflePhase {
 
  private:
   ShuffleParams params_;
-  int first_draw_;
-  std::size_t snap_back_option_ = 0;  // index of the option
+  IntegerVariable steps_;
+  IntegerVariable num_swaps_;
+  VariableHandle pairs_;
+  TaskOption snap_back_;
   const State* state_ = nullptr;
   Swaps swaps_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/base/index.h"
 #include "core/math/real_functions.h"
 
 namespace engram::tasks {
@@ -23,8 +24,8 @@ void Swaps::reset(int env, int begin, int steps, int swaps, std::span<const int>
   num_swaps_[env] = swaps;
   std::uint8_t* slots = slots_.row(env);
   for (int mug = 0; mug < kCups; ++mug) slots[mug] = static_cast<std::uint8_t>(mug);
-  for (const int pair : pairs.first(static_cast<std::size_t>(swaps))) {
-    const auto [first, second] = kSwapPairs[static_cast<std::size_t>(pair)];
+  for (const int pair : pairs.first(at(swaps))) {
+    const auto [first, second] = kSwapPairs[at(pair)];
     for (int mug = 0; mug < kCups; ++mug, ++slots) {
       const int slot = *slots;
       const int next = slot == first ? second : slot == second ? first : slot;

@@ -1,4 +1,4 @@
-// How the mugs of a shuffle move: pairs swap slots along arcs, one pair after another.
+// Motion of the mugs in a shuffle: pairs swap slots along arcs, one pair after another.
 #pragma once
 
 #include <Eigen/Dense>
@@ -41,7 +41,7 @@ class Swaps {
   }
   int final_slot(int env, int mug) const { return slot_of(env, num_swaps_[env], mug); }
 
-  // Where a mug is while the shuffle runs: its offset from where it would stand in the center slot.
+  // Offset of a mug while the shuffle runs, from where it would stand in the center slot.
   // The mugs of a pair turn about their midpoint, counter-clockwise seen from above; all three are
   // lifted.
   Eigen::Vector3d offset(int env, int mug, int elapsed) const;

@@ -11,9 +11,16 @@ namespace {
 
 constexpr double kMovedMug = 0.01;  // m: a mug moved further is an answer
 
+struct ShovingParams : TouchParams {
+  void declare(ConstantBinder& constants) {
+    TouchParams::declare(constants);
+    TouchRule::declare(constants);
+  }
+};
+
 class Touch final : public ShellGame {
  public:
-  Touch(const RegistryEntry& entry, const TouchParams& params)
+  Touch(const RegistryEntry& entry, const ShovingParams& params)
       : ShellGame(entry, params, {}),
         rule_(params, /*shoving=*/true),
         ball_(add_red_ball()),
@@ -100,8 +107,8 @@ class Touch final : public ShellGame {
 
 }  // namespace
 
-constexpr std::array<TouchParams, 1> kVariants = {{
-    {{{"ShellGameTouch-VLA-v0", 30, Split::kShort}}},
+constexpr std::array<ShovingParams, 1> kVariants = {{
+    {{{{"ShellGameTouch-VLA-v0", 30, Split::kShort}}}},
 }};
 constexpr auto kRows = rows_of(kVariants);
 

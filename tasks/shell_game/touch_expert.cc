@@ -39,7 +39,7 @@ void TouchExpert::act(Range envs, Script script, FloatRows actions) const {
     float* action = actions.row(env);
     if (!game_.is_manipulation(env)) {
       hold_tcp(kGripperOpen, action);
-    } else if (script == Script::kSweep && !game_.is_told()) {
+    } else if (script == Script::kSweep && !game_.is_answer_visible()) {
       sweep(env, gripper, action);
     } else {
       touch(env, chosen_slot(env, script), gripper, action);

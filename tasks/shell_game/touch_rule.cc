@@ -28,14 +28,16 @@ void list_terms(Row& row, bool shoving, const TouchRule::RewardInputs& in,
 
 }  // namespace
 
+void TouchRule::declare(ConstantBinder& constants) {
+  constants.fixed({{"MUG_DISPLACEMENT_PENALTY_COEF", MUG_DISPLACEMENT_PENALTY_COEF},
+                   {"MUG_DISPLACEMENT_SUCCESS_THRESH", MUG_DISPLACEMENT_SUCCESS_THRESH}});
+}
+
 void TouchRule::describe(TaskInfo& info) const {
   info.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, shoving_, {}, {}); });
   info.answer =
       "the first cup within GOAL_THRESH of which the robot rests in the manipulation phase, the "
       "nearest one if there are several; its slot";
-  if (!shoving_) return;
-  info.constants.emplace_back("MUG_DISPLACEMENT_PENALTY_COEF", MUG_DISPLACEMENT_PENALTY_COEF);
-  info.constants.emplace_back("MUG_DISPLACEMENT_SUCCESS_THRESH", MUG_DISPLACEMENT_SUCCESS_THRESH);
 }
 
 void TouchRule::bind(const Bindings& bindings) {

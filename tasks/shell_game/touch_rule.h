@@ -1,8 +1,9 @@
-// The rule of the games in which a mug is touched: the TCP comes within GOAL_THRESH of the right
-// mug and the robot stands still, whether anything is in contact or not.
+// Rule of the games in which a mug is touched: the TCP comes within GOAL_THRESH of the right mug
+// and the robot stands still, with or without contact.
 #pragma once
 
 #include "tasks/shell_game/game.h"
+#include "tasks/shell_game/touch_params.h"
 
 namespace engram::tasks {
 
@@ -26,11 +27,14 @@ class TouchRule {
   // The dense reward: 0 outside the manipulation phase, 3 at success.
   static RewardTerms reward(const RewardInputs& inputs);
 
+  // Class constants of the games in which mugs may be shoved.
+  static void declare(ConstantBinder& constants);
+
   // `shoving`: info shows how far mugs were shoved, and success depends on it.
   TouchRule(const TouchParams& params, bool shoving)
       : goal_thresh_(params.GOAL_THRESH), shoving_(shoving) {}
 
-  // Adds reward terms, constants and the meaning of an answer.
+  // Adds reward terms and the meaning of an answer.
   void describe(TaskInfo& info) const;
   void bind(const Bindings& bindings);
 

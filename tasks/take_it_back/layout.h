@@ -5,7 +5,8 @@
 
 namespace engram::tasks {
 
-enum TakeItBackProp { kCube, kInitialRegion, kGoalRegion, kChangedGoalRegion };
+// Props of the scene, each at its index.
+enum TakeItBackProp { kCube, kInitialRegion, kGoalRegion, kChangedGoalRegion, kProps };
 
 // Slots of the cube lie side by side; the agent has to remember which one it was.
 inline constexpr int kSlots = 3;

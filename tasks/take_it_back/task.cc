@@ -8,7 +8,10 @@
 #include "mjcf/scene.h"
 #include "mjcf/target_disc.h"
 #include "tasks/common/family_base.h"
+#include "tasks/common/phase_budget.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
+#include "tasks/common/task_options.h"
 #include "tasks/common/variant.h"
 #include "tasks/take_it_back/expert.h"
 #include "tasks/take_it_back/layout.h"
@@ -28,7 +31,7 @@ struct Params {
   SmoothnessParams smoothness = {
       .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.08, .QVEL_L2_COEF = 0.01};
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
 
@@ -51,38 +54,49 @@ constexpr mjcf::Rgba kBlue = {0, 0, 1, 1};
 constexpr mjcf::Rgba kRed = {194 / 255.0, 19 / 255.0, 22 / 255.0, 1};
 constexpr mjcf::Rgba kViolet = {147 / 255.0, 0, 211 / 255.0, 1};
 
-// Draws of an episode.
-enum DrawIndex { kSlot, kInitialX, kInitialShift, kGoalX, kGoalY, kDraws };
+// Random variables of an episode.
+struct Variables {
+  explicit Variables(RandomVariables list)
+      : slot(list.integer("slot", {-1, 1}, "", "where the cube starts: right, middle or left")),
+        initial_x(list.real("initial_x", {-kStartX, kStartX}, "m", "where the cube starts")),
+        initial_shift(list.real("initial_shift", {0, kSlotWidth}, "m",
+                                "where the cube starts, in y in its slot")),
+        goal_x(list.real("goal_x", {0.2, 0.25}, "m", "where the target lies")),
+        goal_y(list.real("goal_y", {-0.025, 0.025}, "m", "where the target lies")) {}
 
-enum OptionIndex { kMayOverlap };
+  IntegerVariable slot;
+  RealVariable initial_x;
+  RealVariable initial_shift;
+  RealVariable goal_x;
+  RealVariable goal_y;
+};
 
-std::vector<RandomVariable> draws() {
-  return {
-      {"slot", 1, true, -1, 1, "", "where the cube starts: right, middle or left"},
-      {"initial_x", 1, false, -kStartX, kStartX, "m", "where the cube starts"},
-      {"initial_shift", 1, false, 0, kSlotWidth, "m", "where the cube starts, in y in its slot"},
-      {"goal_x", 1, false, 0.2, 0.25, "m", "where the target lies"},
-      {"goal_y", 1, false, -0.025, 0.025, "m", "where the target lies"},
-  };
-}
+// Values of a variable that is drawn again and again.
+class RepeatedDraws {
+ public:
+  RepeatedDraws(const Episode& episode, const RealVariable& variable)
+      : pinned_(variable.pinned(episode)), stream_(variable.stream(episode)), variable_(variable) {}
 
-ConstantTable constants(const Params& params) {
-  ConstantTable table = {{"GOAL_RADIUS", params.GOAL_RADIUS},
-                         {"CUBE_HALFSIZE", params.CUBE_HALFSIZE}};
-  add_constants(params.smoothness, table);
-  return table;
-}
+  double next() {
+    return pinned_ != nullptr ? *pinned_ : stream_.uniform(variable_.low(), variable_.high());
+  }
 
-void Params::constants(Changes& list) {
-  list.real(
+ private:
+  const double* pinned_;
+  RandomStream stream_;
+  const RealVariable& variable_;
+};
+
+void Params::declare(ConstantBinder& constants) {
+  constants.real(
       "GOAL_RADIUS", GOAL_RADIUS, {0.02, 0.1}, "m",
       "how near the centre of target and start the cube has to be; twice that lies between them");
-  list.real("CUBE_HALFSIZE", CUBE_HALFSIZE, {0.01, 0.03}, "m",
-            "half the side of the cube; its mass grows with it");
-  smoothness.constants(list);
+  constants.real("CUBE_HALFSIZE", CUBE_HALFSIZE, {0.01, 0.03}, "m",
+                 "half the side of the cube; its mass grows with it");
+  smoothness.declare(constants);
 }
 
-void Params::check(int horizon) const { check_time(horizon, {}, kTimeToAct); }
+void Params::check(int horizon) const { check_horizon(horizon, {}, kTimeToAct); }
 
 // Success rate of an agent that has not seen the start: how often it brings the cube near it, on
 // the path from the target to the middle of a slot, or there.
@@ -110,6 +124,12 @@ class TakeItBack final : public FamilyBase {
   TakeItBack(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
+        variables_(RandomVariables(info_.random_variables)),
+        may_overlap_(TaskOptions(info_.options)
+                         .on_off("may_overlap",
+                                 "1: the discs of start and target may overlap, which makes "
+                                 "success easy",
+                                 /*original=*/true)),
         expert_({.engine = engine_,
                  .initial = initial_,
                  .goal = goal_,
@@ -126,20 +146,18 @@ class TakeItBack final : public FamilyBase {
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
     info_.oracle_is_real = true;
-    info_.random_variables = draws();
-    info_.options = {{"may_overlap", 0, true, 0, 1, "",
-                      "1: the discs of start and target may overlap, which makes success easy", 1}};
-    info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"there", "the cube has not been on the target"},
                     {"back", "the cube has been on the target"}};
     declare_state(*this);
     // People see where the cube started; the robot's cameras do not.
-    scene_.props = {mjcf::cube("cube", params.CUBE_HALFSIZE, kLime),
-                    mjcf::target_disc("initial_region", params.GOAL_RADIUS, kBlue,
-                                      /*hidden_from_sensors=*/true),
-                    mjcf::target_disc("goal_region", params.GOAL_RADIUS, kRed),
-                    mjcf::target_disc("changed_goal_region", params.GOAL_RADIUS, kViolet)};
+    const double radius = params.GOAL_RADIUS;
+    scene_.props.resize(kProps);
+    scene_.props[kCube] = mjcf::cube("cube", params.CUBE_HALFSIZE, kLime);
+    scene_.props[kInitialRegion] =
+        mjcf::target_disc("initial_region", radius, kBlue, /*hidden_from_sensors=*/true);
+    scene_.props[kGoalRegion] = mjcf::target_disc("goal_region", radius, kRed);
+    scene_.props[kChangedGoalRegion] = mjcf::target_disc("changed_goal_region", radius, kViolet);
   }
 
   void bind(const Bindings& bindings) override {
@@ -207,7 +225,7 @@ class TakeItBack final : public FamilyBase {
       in.tcp = tcp_pos(env);
       in.goal = goal(env);
       in.initial = initial(env);
-      in.haste = measure_haste(engine_, env);
+      in.action_cost = measure_action_cost(engine_, env);
       in.on_target = goal_achieved_[env] != 0;
       in.reached = reached_[env] != 0;
       in.success = engine_.success[env] != 0;
@@ -291,32 +309,28 @@ class TakeItBack final : public FamilyBase {
   // Start and target; drawn again, the slot aside, while their discs overlap and may not.
   void draw_positions(const Episode& episode) const {
     // Pins may leave no choice.
-    const int most_draws = engine_.options[kMayOverlap] != 0 ? 1 : 100;
-    const std::vector<RandomVariable>& about = info_.random_variables;
-    const int slot = episode.integer(kSlot, -1, 1);
+    const int most_draws = may_overlap_.is_on(engine_) ? 1 : 100;
+    const int slot = variables_.slot.sample(episode);
     slot_[episode.env()] = slot;
-    std::array<double, kDraws> values{};
-    std::array<RandomStream, kDraws> streams = {episode.stream(kSlot), episode.stream(kInitialX),
-                                                episode.stream(kInitialShift),
-                                                episode.stream(kGoalX), episode.stream(kGoalY)};
+    RepeatedDraws initial_x(episode, variables_.initial_x);
+    RepeatedDraws initial_shift(episode, variables_.initial_shift);
+    RepeatedDraws goal_x(episode, variables_.goal_x);
+    RepeatedDraws goal_y(episode, variables_.goal_y);
     double* start = initial_.row(episode.env());
     double* target = goal_.row(episode.env());
     for (int attempt = 0; attempt < most_draws; ++attempt) {
-      for (std::size_t draw = kInitialX; draw < kDraws; ++draw) {
-        const double* pinned = episode.pinned(static_cast<int>(draw));
-        values[draw] =
-            pinned != nullptr ? *pinned : streams[draw].uniform(about[draw].low, about[draw].high);
-      }
-      start[0] = values[kInitialX];
-      start[1] = kSlotPitch * slot + values[kInitialShift];
-      target[0] = values[kGoalX];
-      target[1] = values[kGoalY];
+      start[0] = initial_x.next();
+      start[1] = kSlotPitch * slot + initial_shift.next();
+      target[0] = goal_x.next();
+      target[1] = goal_y.next();
       if (real::hypot(target[0] - start[0], target[1] - start[1]) >= 2 * params_.GOAL_RADIUS)
         return;
     }
   }
 
   Params params_;
+  Variables variables_;
+  TaskOption may_overlap_;
   RewardDict reward_dict_;
   Column<std::uint8_t> goal_achieved_;
   Column<std::uint8_t> goal_reached_status_;
@@ -334,7 +348,7 @@ TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
   constexpr double kPushGap = 0.005;  // m from the cube's face
   constexpr double kPullGap = 0.01;   // m
   TakeItBackRewardTerms terms;
-  terms.smooth = smoothness(in.haste, in.smoothness);
+  terms.smooth = smoothness(in.action_cost, in.smoothness);
   terms.push_distance = (in.cube + Vector(-in.cube_halfsize - kPushGap, 0, 0) - in.tcp).norm();
   terms.pull_distance = (in.cube + Vector(in.cube_halfsize + kPullGap, 0, 0) - in.tcp).norm();
   terms.at_push_point = terms.push_distance < kInPlace;

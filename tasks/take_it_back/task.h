@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
 #include "tasks/family.h"
 
 namespace engram::tasks {
@@ -15,7 +15,7 @@ struct TakeItBackRewardInputs {
   Eigen::Vector3d tcp = Eigen::Vector3d::Zero();
   Eigen::Vector2d goal = Eigen::Vector2d::Zero();
   Eigen::Vector2d initial = Eigen::Vector2d::Zero();
-  Haste haste;
+  ActionCost action_cost;
   bool on_target = false;  // the cube is on the target
   bool reached = false;    // it has been there
   bool success = false;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/env/expert.h"
-#include "tasks/common/step_range.h"
+#include "tasks/common/sampled_range.h"
 #include "tasks/timed_transfer/rules.h"
 
 namespace engram::tasks {

@@ -22,8 +22,8 @@ TransferRewardTerms transfer_reward(const TransferRewardInputs& in) {
   TransferRewardTerms terms;
   terms.reaching = 1 - real::tanh(10 * in.tcp_to_cube);
   terms.place = 1 - real::tanh(5 * in.cube_to_goal);
-  terms.stillness = 1 - real::tanh(5 * in.haste.arm_speed);
-  terms.smooth = smoothness(in.haste, in.smoothness);
+  terms.stillness = 1 - real::tanh(5 * in.action_cost.arm_speed);
+  terms.smooth = smoothness(in.action_cost, in.smoothness);
   if (in.count.signal_on) {
     terms.reward = 2 * terms.reaching + (in.grasped ? 3 : 0) - terms.smooth.penalty;
     if (in.grasped && in.count.in_window) terms.reward += 20 * terms.place;

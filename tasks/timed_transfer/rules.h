@@ -1,7 +1,7 @@
-// When TimedTransfer counts, and what it is worth.
+// Time window and dense reward of TimedTransfer.
 #pragma once
 
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
 
 namespace engram::tasks {
 
@@ -18,7 +18,7 @@ struct TimeWindow {
 };
 TimeWindow time_window(int signal_step, int delay_steps, double tolerance = TOLERANCE_FRAC);
 
-// Where a step lies in the count.
+// Position of a step in the count.
 struct CountPhase {
   bool signal_on = false;
   bool before_window = false;  // since the signal
@@ -30,7 +30,7 @@ CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window);
 struct TransferRewardInputs {
   double tcp_to_cube = 0;   // m
   double cube_to_goal = 0;  // m
-  Haste haste;
+  ActionCost action_cost;
   CountPhase count;
   bool grasped = false;
   bool on_red = false;

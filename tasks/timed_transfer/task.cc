@@ -11,8 +11,9 @@
 #include "tasks/common/family_base.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/layout.h"
+#include "tasks/common/phase_budget.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
-#include "tasks/common/step_range.h"
 #include "tasks/common/task_info.h"
 #include "tasks/common/variant.h"
 #include "tasks/timed_transfer/expert.h"
@@ -32,7 +33,7 @@ struct Params {
   double GOAL_THRESH = 0.05;  // m
   SmoothnessParams smoothness = kTimedTransferSmoothness;
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
   void check(int horizon) const;
   TimeWindow window(int signal_step) const {
     return time_window(signal_step, DELAY_STEPS, TOLERANCE_FRAC);
@@ -83,8 +84,6 @@ constexpr double CUBE_HALF_SIZE = 0.02;       // m
 constexpr double LAMP_FORWARD_OFFSET = 0.22;  // m
 constexpr double DISC_SEPARATION = 0.22;      // m
 constexpr double HEIGHT_OFFSET = 1000.0;
-constexpr double kCenterX[2] = {-0.15, -0.05};                              // m
-constexpr double kCenterY[2] = {-0.05, 0.05};                               // m
 constexpr double kRestingHeight = 2 * DISC_HALF_HEIGHT + CUBE_HALF_SIZE;    // m, on a disc
 constexpr double kOnRedHeight = 2 * DISC_HALF_HEIGHT + 3 * CUBE_HALF_SIZE;  // m
 
@@ -96,16 +95,24 @@ constexpr LampLight kSignal = {{0, 1, 0, 1}, 3};
 
 constexpr int kTimeToCarry = 60;  // control steps until a cube waits over the red disc
 
-void Params::constants(Changes& list) {
-  list.integer("DELAY_STEPS", DELAY_STEPS, {60, 100'000}, "control steps",
-               "delay to be counted from the signal on; the instruction names it");
-  list.real("TOLERANCE_FRAC", TOLERANCE_FRAC, {0, 0.5}, "of the delay",
-            "how much too early or too late the cube may arrive");
-  list.steps("PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS, kPhaseSteps, "time before the signal");
-  list.real("DISC_RADIUS", DISC_RADIUS, {0.03, 0.1}, "m", "of both discs, 0.22 m apart");
-  list.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.1}, "m",
-            "how near the red disc's centre the cube has to be");
-  smoothness.constants(list);
+void Params::declare(ConstantBinder& constants) {
+  constants.integer("DELAY_STEPS", DELAY_STEPS, {60, 100'000}, "control steps",
+                    "delay to be counted from the signal on; the instruction names it");
+  constants.real("TOLERANCE_FRAC", TOLERANCE_FRAC, {0, 0.5}, "of the delay",
+                 "how much too early or too late the cube may arrive");
+  constants.steps("PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS, kPhaseSteps, "time before the signal",
+                  {"signal_step", "from which the lamp is green"});
+  constants.real("DISC_RADIUS", DISC_RADIUS, {0.03, 0.1}, "m", "of both discs, 0.22 m apart");
+  constants.fixed({{"DISC_HALF_HEIGHT", DISC_HALF_HEIGHT}, {"CUBE_HALF_SIZE", CUBE_HALF_SIZE}});
+  constants.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.1}, "m",
+                 "how near the red disc's centre the cube has to be");
+  constants.fixed({{"LAMP_FORWARD_OFFSET", LAMP_FORWARD_OFFSET},
+                   {"DISC_SEPARATION", DISC_SEPARATION},
+                   {"HEIGHT_OFFSET", HEIGHT_OFFSET},
+                   {"SUCCESS_BONUS", kTimedTransferSuccessReward},
+                   {"FAILURE_PENALTY", FAILURE_PENALTY}});
+  smoothness.declare(constants);
+  declare_lamp(constants);
 }
 
 // The cube has to be there before the window, and the window has to end before the episode does.
@@ -118,10 +125,10 @@ void Params::check(int horizon) const {
                                              "carry the cube takes " +
                                              std::to_string(kTimeToCarry));
   }
-  check_time(horizon,
-             {{"PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS.high},
-              {"the window's end after the signal", from_signal.end}},
-             1);
+  check_horizon(horizon,
+                {{"PRE_SIGNAL_STEPS", PRE_SIGNAL_STEPS.high},
+                 {"the window's end after the signal", from_signal.end}},
+                1);
 }
 
 // The text of the table, which names the table's delay.
@@ -136,35 +143,21 @@ std::string instruction_for(const RegistryEntry& entry, const Params& params) {
 // Depth of a cube at rest in the soft contact with a disc: placed there, it wakes without a jolt.
 constexpr double kSinkage = 1.06e-4;  // m
 
+// Props of the scene before the lamp's, each at its index.
 enum PropIndex { kGreenDisc, kRedDisc, kCube };
-enum DrawIndex { kCenterXDraw, kCenterYDraw, kSignalStep };
+constexpr std::size_t kDiscsAndCube = 3;
 
-std::vector<RandomVariable> draws(const Params& params) {
-  return {{"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "between the discs"},
-          {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "between the discs"},
-          params.PRE_SIGNAL_STEPS.draw("signal_step", "from which the lamp is green",
-                                       "PRE_SIGNAL_STEPS")};
-}
+// Random variables of an episode.
+struct Variables {
+  Variables(RandomVariables list, const Params& params)
+      : center_x(list.real("center_x", {-0.15, -0.05}, "m", "between the discs")),
+        center_y(list.real("center_y", {-0.05, 0.05}, "m", "between the discs")),
+        signal_step(list.of(params.PRE_SIGNAL_STEPS)) {}
 
-ConstantTable constants(const Params& params) {
-  ConstantTable table = {
-      {"DELAY_STEPS", params.DELAY_STEPS},
-      {"TOLERANCE_FRAC", params.TOLERANCE_FRAC},
-      {"PRE_SIGNAL_STEPS", params.PRE_SIGNAL_STEPS.constant()},
-      {"DISC_RADIUS", params.DISC_RADIUS},
-      {"DISC_HALF_HEIGHT", DISC_HALF_HEIGHT},
-      {"CUBE_HALF_SIZE", CUBE_HALF_SIZE},
-      {"GOAL_THRESH", params.GOAL_THRESH},
-      {"LAMP_FORWARD_OFFSET", LAMP_FORWARD_OFFSET},
-      {"DISC_SEPARATION", DISC_SEPARATION},
-      {"HEIGHT_OFFSET", HEIGHT_OFFSET},
-      {"SUCCESS_BONUS", kTimedTransferSuccessReward},
-      {"FAILURE_PENALTY", FAILURE_PENALTY},
-  };
-  add_constants(params.smoothness, table);
-  add_lamp_constants(table);
-  return table;
-}
+  RealVariable center_x;
+  RealVariable center_y;
+  IntegerVariable signal_step;
+};
 
 std::vector<std::pair<std::string, std::string>> phases(const TimeWindow& window) {
   const std::string start = "s + " + std::to_string(window.start);
@@ -175,9 +168,10 @@ std::vector<std::pair<std::string, std::string>> phases(const TimeWindow& window
 
 void add_discs_and_cube(mjcf::Scene& scene, double radius) {
   scene.render_view = mjcf::RenderView::kTable;
-  scene.props = {mjcf::disc("green_disc", radius, DISC_HALF_HEIGHT, kGreen),
-                 mjcf::disc("red_disc", radius, DISC_HALF_HEIGHT, kRed),
-                 mjcf::cube("blue_cube", CUBE_HALF_SIZE, kBlue)};
+  scene.props.resize(kDiscsAndCube);
+  scene.props[kGreenDisc] = mjcf::disc("green_disc", radius, DISC_HALF_HEIGHT, kGreen);
+  scene.props[kRedDisc] = mjcf::disc("red_disc", radius, DISC_HALF_HEIGHT, kRed);
+  scene.props[kCube] = mjcf::cube("blue_cube", CUBE_HALF_SIZE, kBlue);
   scene.props[kGreenDisc].pos = {-0.1, -DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
   scene.props[kRedDisc].pos = {-0.1, DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
   scene.props[kCube].pos = {-0.1, -DISC_SEPARATION / 2, kRestingHeight};
@@ -188,6 +182,7 @@ class TimedTransfer final : public FamilyBase {
   TimedTransfer(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
+        variables_(RandomVariables(info_.random_variables), params),
         expert_({.engine = engine_,
                  .signal_step = signal_step_,
                  .cube = kCube,
@@ -209,9 +204,7 @@ class TimedTransfer final : public FamilyBase {
     info_.success_reward = kTimedTransferSuccessReward;
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
-    info_.random_variables = draws(params);
     info_.hidden_variable = "signal_step";
-    info_.constants = constants(params);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     info_.phases = phases(window);
     declare_state(*this);
@@ -234,7 +227,7 @@ class TimedTransfer final : public FamilyBase {
     obj_to_goal_pos_ = info.add_privileged<float>("obj_to_goal_pos", 3, "m", "red disc minus cube");
   }
 
-  // Whatever the draw, the lamp is green from there on.
+  // Latest step of the signal: the lamp is green from there on.
   int cue_end(int /*env*/) const override { return params_.PRE_SIGNAL_STEPS.high; }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
   template <class Row>
@@ -252,9 +245,9 @@ class TimedTransfer final : public FamilyBase {
   void reset(const Episode& episode) override {
     const int env = episode.env();
     const State& state = *engine_.state;
-    const double x = episode.real(kCenterXDraw, kCenterX[0], kCenterX[1]);
-    const double y = episode.real(kCenterYDraw, kCenterY[0], kCenterY[1]);
-    signal_step_[env] = params_.PRE_SIGNAL_STEPS.sample(episode, kSignalStep);
+    const double x = variables_.center_x.sample(episode);
+    const double y = variables_.center_y.sample(episode);
+    signal_step_[env] = variables_.signal_step.sample(episode);
     const double green[3] = {x, y - DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
     const double red[3] = {x, y + DISC_SEPARATION / 2, DISC_HALF_HEIGHT};
     const double lamp[3] = {x + LAMP_FORWARD_OFFSET, y, 0};
@@ -309,7 +302,7 @@ class TimedTransfer final : public FamilyBase {
       TransferRewardInputs in;
       in.tcp_to_cube = (prop_pos(env, kCube) - tcp_pos(env)).norm();
       in.cube_to_goal = (prop_pos(env, kRedDisc) - prop_pos(env, kCube)).norm();
-      in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
+      in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
       in.count = count(env);
       in.grasped = is_grasped_[env] != 0;
       in.on_red = cube_on_red_[env] != 0;
@@ -369,6 +362,7 @@ class TimedTransfer final : public FamilyBase {
   }
 
   Params params_;
+  Variables variables_;
   Lamp lamp_;
   RewardDict reward_dict_;
   Column<std::int32_t> signal_step_;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/base/index.h"
 #include "core/math/random.h"
 #include "tasks/trace_shape/contour.h"
 
@@ -60,8 +61,8 @@ class Trial {
     for (int i = 0; i < length; ++i) {
       const int shape =
           params_.AVAILABLE_SHAPES[random_.integer(0, params_.AVAILABLE_SHAPES.size() - 1)];
-      const auto [least, most] = params_.SHAPE_RADIUS_RANGE;
-      const double radius = random_.uniform(least, most);
+      const double radius =
+          random_.uniform(params_.SHAPE_RADIUS_RANGE.low, params_.SHAPE_RADIUS_RANGE.high);
       const double rotation = random_.uniform(0, 2 * std::numbers::pi);
       shapes.emplace_back(set_, shape, radius, rotation, Vec2(0, 0));
     }
@@ -127,7 +128,7 @@ int count_sequences(const TraceParams& params) {
 
 double guess_rate(const TraceParams& params) {
   if (!is_benchmark(params)) return estimate(params);
-  const auto shapes = static_cast<std::size_t>(params.AVAILABLE_SHAPES.size());
+  const auto shapes = at(params.AVAILABLE_SHAPES.size());
   return params.sequence ? kTraceSeqRates[shapes] : kTraceRates[shapes];
 }
 

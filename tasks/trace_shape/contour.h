@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "core/base/index.h"
 #include "tasks/common/layout.h"
 
 namespace engram::tasks {
@@ -36,7 +37,7 @@ class ContourSet {
   int checkpoints() const { return params_.NUM_CHECKPOINTS; }
   double reach() const { return params_.CHECKPOINT_THRESH; }
   const Vec2& waypoint(int shape, int index) const {
-    return points_[static_cast<std::size_t>(shape * waypoints() + index)];
+    return points_[at(shape * waypoints() + index)];
   }
   // The waypoint that is a checkpoint. The last waypoints are none.
   int waypoint_of(int checkpoint) const { return checkpoint * stride_; }

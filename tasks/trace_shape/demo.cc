@@ -9,23 +9,13 @@
 namespace engram::tasks {
 namespace {
 
-constexpr double kCenterX[2] = {-0.15, -0.05};  // m: SHAPE_CENTER_X_RANGE
-constexpr double kCenterY[2] = {-0.10, 0.10};   // m: SHAPE_CENTER_Y_RANGE
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr int STEPS_PER_WAYPOINT = 1;
-constexpr double CUBE_HALFSIZE = TraceDemo::CUBE_HALFSIZE;
-constexpr double HEIGHT_OFFSET = 1000.0;  // m: reported height of what is hidden
 
 constexpr mjcf::Rgba kRed = {220 / 255.0, 50 / 255.0, 50 / 255.0, 1};
 constexpr mjcf::Rgba kGreen = {50 / 255.0, 220 / 255.0, 50 / 255.0, 1};
 constexpr LampLight kOff = {{245 / 255.0, 245 / 255.0, 245 / 255.0, 1}, 0};
 constexpr LampLight kRedLight = {{1, 0, 0, 1}, 20};
 constexpr LampLight kGreenLight = {{0, 1, 0, 1}, 20};
-
-// In the order of TraceDemo::draws.
-enum TraceDraw { kShapes, kRadii, kCenterXDraw, kCenterYDraw, kRotations, kPreDemo, kLength };
-
-enum TraceOption { kRedPushesGreen };
 
 // Half the side in pictures, m: where it is inside the green cube, its faces are in front.
 constexpr double kSeenHalfSize = CUBE_HALFSIZE + 0.0005;
@@ -55,15 +45,15 @@ mjcf::Prop green_cube_prop() {
   return cube;
 }
 
-// Meanings of pinned values, or values of the draw's stream.
+// Meanings of pinned values, or values of the variable's stream.
 template <class Meaning, class Sample, class T>
-void draw_values(const Episode& episode, int draw, T* values, int count, Meaning meaning,
-                 Sample sample) {
-  if (const double* pinned = episode.pinned(draw)) {
+void draw_values(const Episode& episode, const VariableHandle& variable, T* values, int count,
+                 Meaning meaning, Sample sample) {
+  if (const double* pinned = variable.pinned(episode)) {
     std::transform(pinned, pinned + count, values, meaning);
     return;
   }
-  RandomStream random = episode.stream(draw);
+  RandomStream random = variable.stream(episode);
   std::generate_n(values, count, [&] { return sample(random); });
 }
 
@@ -71,8 +61,7 @@ void draw_values(const Episode& episode, int draw, T* values, int count, Meaning
 std::string in_words(const NameList& shapes) {
   std::string words;
   for (int i = 0; i < shapes.size(); ++i) {
-    words += (i == 0 ? "" : ", ") + std::to_string(i) + " " +
-             kContourNames[static_cast<std::size_t>(shapes[i])];
+    words += (i == 0 ? "" : ", ") + std::to_string(i) + " " + kContourNames[at(shapes[i])];
   }
   return words;
 }
@@ -90,8 +79,29 @@ Vec2 clear_of_red(const Vec2& green, const Vec2& red, const Vec2& half) {
   return {green.x(), red.y() + (offset.y() >= 0 ? clear : -clear)};
 }
 
-TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceParams& params)
+TraceVariables::TraceVariables(RandomVariables list, const TraceParams& params)
+    : shapes(
+          list.add({params.sequence ? "shapes" : "shape", params.MAX_SEQUENCE_LENGTH, true, 0,
+                    params.AVAILABLE_SHAPES.size() - 1.0, "", in_words(params.AVAILABLE_SHAPES)})),
+      radii(list.of(params.SHAPE_RADIUS_RANGE, params.MAX_SEQUENCE_LENGTH)),
+      center_x(list.real("center_x", SHAPE_CENTER_X_RANGE, "m", "of every shape")),
+      center_y(list.real("center_y", SHAPE_CENTER_Y_RANGE, "m", "of every shape")),
+      rotations(list.add({params.sequence ? "rotations" : "rotation", params.MAX_SEQUENCE_LENGTH,
+                          false, 0, kTurn, "rad", ""})),
+      pre_demo_steps(list.of(params.PRE_DEMO_STEPS)) {
+  if (!params.sequence) return;
+  length = list.integer("sequence_length", {params.MIN_SEQUENCE_LENGTH, params.MAX_SEQUENCE_LENGTH},
+                        "", "how many of the shapes are shown");
+}
+
+TraceDemo::TraceDemo(mjcf::Scene& scene, TaskInfo& info, const TraceParams& params)
     : params_(params),
+      variables_(RandomVariables(info.random_variables), params),
+      red_pushes_green_(
+          TaskOptions(info.options)
+              .on_off("red_pushes_green",
+                      "1: the red cube pushes the green one, whose place then tells of the shapes",
+                      /*original=*/true)),
       contours_(params.contours),
       red_(static_cast<int>(scene.props.size())),
       green_(red_ + 1),
@@ -104,61 +114,9 @@ TraceDemo::TraceDemo(mjcf::Scene& scene, const TraceParams& params)
   scene.props.push_back(red_body_prop());
 }
 
-std::vector<RandomVariable> TraceDemo::draws() const {
-  const int most = params_.MAX_SEQUENCE_LENGTH;
-  const bool one = !params_.sequence;
-  const auto [shortest, longest] = params_.SHAPE_RADIUS_RANGE;
-  std::vector<RandomVariable> draws = {
-      {one ? "shape" : "shapes", most, true, 0, params_.AVAILABLE_SHAPES.size() - 1.0, "",
-       in_words(params_.AVAILABLE_SHAPES)},
-      {one ? "radius" : "radii", most, false, shortest, longest, "m", "", false,
-       "SHAPE_RADIUS_RANGE"},
-      {"center_x", 1, false, kCenterX[0], kCenterX[1], "m", "of every shape"},
-      {"center_y", 1, false, kCenterY[0], kCenterY[1], "m", "of every shape"},
-      {one ? "rotation" : "rotations", most, false, 0, kTurn, "rad", ""},
-      PRE_DEMO_STEPS.draw("pre_demo_steps", "before the demonstration"),
-  };
-  if (!one) {
-    draws.push_back({"sequence_length", 1, true, static_cast<double>(params_.MIN_SEQUENCE_LENGTH),
-                     static_cast<double>(most), "", "how many of the shapes are shown"});
-  }
-  return draws;
-}
-
-std::vector<TaskOptionSpec> TraceDemo::options() {
-  return {{"red_pushes_green", 0, true, 0, 1, "",
-           "1: the red cube pushes the green one, whose place then tells of the shapes", 1}};
-}
-
-ConstantTable TraceDemo::constants() const {
-  ConstantList shapes;
-  for (int i = 0; i < params_.AVAILABLE_SHAPES.size(); ++i) {
-    shapes.emplace_back(params_.AVAILABLE_SHAPES[i]);
-  }
-  const auto [shortest, longest] = params_.SHAPE_RADIUS_RANGE;
-  return {
-      {"AVAILABLE_SHAPES", shapes},
-      {"SHAPE_CIRCLE", SHAPE_CIRCLE},
-      {"SHAPE_SQUARE", SHAPE_SQUARE},
-      {"SHAPE_TRIANGLE", SHAPE_TRIANGLE},
-      {"NUM_WAYPOINTS", params_.contours.NUM_WAYPOINTS},
-      {"NUM_CHECKPOINTS", params_.contours.NUM_CHECKPOINTS},
-      {"CHECKPOINT_THRESH", params_.contours.CHECKPOINT_THRESH},
-      {"PRE_DEMO_STEPS", PRE_DEMO_STEPS.constant()},
-      {"STEPS_PER_WAYPOINT", STEPS_PER_WAYPOINT},
-      {"CUBE_HALFSIZE", CUBE_HALFSIZE},
-      {"SHAPE_RADIUS_RANGE", ConstantList{shortest, longest}},
-      {"SHAPE_CENTER_X_RANGE", ConstantList{kCenterX[0], kCenterX[1]}},
-      {"SHAPE_CENTER_Y_RANGE", ConstantList{kCenterY[0], kCenterY[1]}},
-      {"GREEN_CUBE_OFFSET_X", GREEN_CUBE_OFFSET_X},
-      {"LAMP_OFFSET_X", LAMP_OFFSET_X},
-      {"HEIGHT_OFFSET", HEIGHT_OFFSET},
-  };
-}
-
 void TraceDemo::bind(const Bindings& bindings) {
   engine_ = bindings;
-  pushes_ = bindings.options[kRedPushesGreen] != 0;
+  pushes_ = red_pushes_green_.is_on(bindings);
   ColumnStore& memory = *bindings.memory;
   const int most = params_.MAX_SEQUENCE_LENGTH;
   length_ = memory.add<std::int32_t>("sequence_length");
@@ -177,18 +135,18 @@ void TraceDemo::reset(const Episode& episode) const {
   const int env = episode.env();
   const int most = params_.MAX_SEQUENCE_LENGTH;
   draw_values(
-      episode, kShapes, shapes_.row(env), most,
+      episode, variables_.shapes, shapes_.row(env), most,
       [this](double pinned) { return params_.AVAILABLE_SHAPES[static_cast<int>(pinned)]; },
       [this](RandomStream& random) { return draw_shape(random); });
-  auto range = params_.SHAPE_RADIUS_RANGE;
-  episode.narrow(kRadii, range[0], range[1]);
-  draw_values(episode, kRadii, radii_.row(env), most, std::identity(),
-              [&](RandomStream& random) { return random.uniform(range[0], range[1]); });
-  draw_values(episode, kRotations, rotations_.row(env), most, std::identity(), draw_rotation);
-  center_.row(env)[0] = episode.real(kCenterXDraw, kCenterX[0], kCenterX[1]);
-  center_.row(env)[1] = episode.real(kCenterYDraw, kCenterY[0], kCenterY[1]);
-  pre_demo_steps_[env] = PRE_DEMO_STEPS.sample(episode, kPreDemo);
-  length_[env] = params_.sequence ? episode.integer(kLength, params_.MIN_SEQUENCE_LENGTH, most) : 1;
+  const Interval<double> radii = variables_.radii.interval(episode);
+  draw_values(episode, variables_.radii, radii_.row(env), most, std::identity(),
+              [&](RandomStream& random) { return random.uniform(radii.low, radii.high); });
+  draw_values(episode, variables_.rotations, rotations_.row(env), most, std::identity(),
+              draw_rotation);
+  center_.row(env)[0] = variables_.center_x.sample(episode);
+  center_.row(env)[1] = variables_.center_y.sample(episode);
+  pre_demo_steps_[env] = variables_.pre_demo_steps.sample(episode);
+  length_[env] = variables_.length ? variables_.length->sample(episode) : 1;
   std::fill(shapes_.row(env) + length_[env], shapes_.row(env) + most, -1);
 
   const Vec2 stand = lamp_at(env);
@@ -228,7 +186,7 @@ void TraceDemo::advance(int env) const {
     if (pushes_ && place.element > 0 && place.waypoint == 0) make_room_for_red(env);
   } else if (elapsed == end) {
     const double* last = engine_.state->prop_pos_of(env, red_);
-    const double hidden[3] = {last[0], last[1], CUBE_HALFSIZE + HEIGHT_OFFSET};
+    const double hidden[3] = {last[0], last[1], CUBE_HALFSIZE + kTraceHiddenOffset};
     engine_.state->hide_prop(env, red_, hidden);
     engine_.state->hide_prop(env, red_body_, hidden);
   }
@@ -286,7 +244,7 @@ int TraceDemo::draw_shape(RandomStream& random) const {
 }
 
 double TraceDemo::draw_radius(RandomStream& random) const {
-  return random.uniform(params_.SHAPE_RADIUS_RANGE[0], params_.SHAPE_RADIUS_RANGE[1]);
+  return random.uniform(params_.SHAPE_RADIUS_RANGE.low, params_.SHAPE_RADIUS_RANGE.high);
 }
 
 Contour TraceDemo::contour(int env, int element) const {

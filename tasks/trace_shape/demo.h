@@ -3,14 +3,16 @@
 // cube waits to be moved (docs/tasks/trace_shape.md).
 #pragma once
 
-#include <vector>
+#include <optional>
 
 #include "core/env/task.h"
 #include "core/math/random.h"
 #include "mjcf/scene.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/poses.h"
+#include "tasks/common/random_variables.h"
 #include "tasks/common/state_row.h"
+#include "tasks/common/task_options.h"
 #include "tasks/trace_shape/contour.h"
 #include "tasks/trace_shape/params.h"
 
@@ -18,19 +20,24 @@ namespace engram::tasks {
 
 enum class TracePhase { kPreDemo, kDemo, kAction };
 
+// Random variables of an episode.
+struct TraceVariables {
+  TraceVariables(RandomVariables list, const TraceParams& params);
+
+  VariableHandle shapes;
+  RealVariable radii;
+  RealVariable center_x;
+  RealVariable center_y;
+  VariableHandle rotations;
+  IntegerVariable pre_demo_steps;
+  std::optional<IntegerVariable> length;  // of a sequence
+};
+
 class TraceDemo {
  public:
-  static constexpr double CUBE_HALFSIZE = 0.02;  // m
-
-  // Appends red cube, green cube and lamp to a scene, and a body for the red cube that nobody sees.
-  TraceDemo(mjcf::Scene& scene, const TraceParams& params);
-
-  // Draws of an episode, in the order of TraceDraw. The sequence's length is drawn
-  // only where it varies.
-  std::vector<RandomVariable> draws() const;
-  static std::vector<TaskOptionSpec> options();
-  // The class constants that both families have.
-  ConstantTable constants() const;
+  // Appends red cube, green cube and lamp to a scene, and a body for the red cube that nobody sees;
+  // random variables and options to the description.
+  TraceDemo(mjcf::Scene& scene, TaskInfo& info, const TraceParams& params);
 
   void bind(const Bindings& bindings);
   void reset(const Episode& episode) const;
@@ -103,6 +110,8 @@ class TraceDemo {
   double draw_radius(RandomStream& random) const;
 
   TraceParams params_;
+  TraceVariables variables_;
+  TaskOption red_pushes_green_;
   ContourSet contours_;
   int red_;
   int green_;
@@ -121,6 +130,6 @@ class TraceDemo {
 // Moves the green cube in y away from the red one until the two do not overlap. `half`: of a box
 // around the green one, m.
 Vec2 clear_of_red(const Vec2& green, const Vec2& red,
-                  const Vec2& half = Vec2::Constant(TraceDemo::CUBE_HALFSIZE));
+                  const Vec2& half = Vec2::Constant(CUBE_HALFSIZE));
 
 }  // namespace engram::tasks

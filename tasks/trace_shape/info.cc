@@ -1,8 +1,5 @@
 #include "tasks/trace_shape/info.h"
 
-#include "tasks/common/lamp.h"
-#include "tasks/common/smoothness.h"
-
 namespace engram::tasks {
 
 std::vector<std::pair<std::string, std::string>> trace_phases(const std::string& demo_end) {
@@ -12,16 +9,10 @@ std::vector<std::pair<std::string, std::string>> trace_phases(const std::string&
 }
 
 std::string hidden_variable(const TraceParams& params) {
-  const auto [least, most] = params.SHAPE_RADIUS_RANGE;
+  const bool sizes_vary = params.SHAPE_RADIUS_RANGE.low < params.SHAPE_RADIUS_RANGE.high;
   if (params.AVAILABLE_SHAPES.size() > 1) return params.sequence ? "shapes" : "shape";
-  if (least < most) return params.sequence ? "radii" : "radius";
+  if (sizes_vary) return params.sequence ? "radii" : "radius";
   return params.sequence ? "rotations" : "rotation";
-}
-
-void add_trace_constants(const TraceParams& params, double success_bonus, ConstantTable& table) {
-  add_lamp_constants(table);
-  add_constants(params.smoothness, table);
-  table.emplace_back("SUCCESS_BONUS", success_bonus);
 }
 
 }  // namespace engram::tasks

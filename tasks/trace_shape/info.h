@@ -1,4 +1,4 @@
-// How TraceShape and TraceShapeSeq describe themselves.
+// Descriptions of TraceShape and TraceShapeSeq.
 #pragma once
 
 #include <string>
@@ -13,11 +13,9 @@ namespace engram::tasks {
 // TaskInfo::phases; `demo_end` is the formula of that step.
 std::vector<std::pair<std::string, std::string>> trace_phases(const std::string& demo_end);
 
-// The draw that an agent has to remember first of all: the first that is not always the same.
+// Random variable that an agent has to remember first of all: the first that is not always the
+// same.
 std::string hidden_variable(const TraceParams& params);
-
-// Adds the class constants that are not of the demonstration.
-void add_trace_constants(const TraceParams& params, double success_bonus, ConstantTable& table);
 
 // Info fields that name the phase.
 class TraceMasks {

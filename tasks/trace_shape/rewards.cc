@@ -23,7 +23,7 @@ TraceRewardTerms trace_reward(const TraceRewardInputs& in, const SmoothnessParam
   terms.reward = in.acting ? terms.reaching + 2 * terms.grasping + 3 * in.visit_fraction +
                                  2 * terms.nearest + 2 * terms.closure
                            : 0.5 * terms.reaching;
-  terms.smooth = smoothness(in.haste, weights);
+  terms.smooth = smoothness(in.action_cost, weights);
   terms.reward -= terms.smooth.penalty;
   if (in.success) terms.reward = kTraceShapeSuccessReward;
   return terms;
@@ -38,7 +38,7 @@ TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& in,
   terms.closure = trace.all_visited ? nearness(5, trace.start_distance) : 0;
   terms.button_reach = in.button_awaits ? nearness(8, in.button_distance) : 0;
   terms.button_press = in.button_awaits ? std::clamp(in.press_fraction, 0.0, 1.0) : 0;
-  terms.smooth = smoothness(trace.haste, weights);
+  terms.smooth = smoothness(trace.action_cost, weights);
   terms.reward = trace.acting ? terms.reaching + 1.8 * terms.grasping + 2.5 * trace.visit_fraction +
                                     3 * in.progress + 2 * terms.closure
                               : 0.5 * terms.reaching;

@@ -1,7 +1,7 @@
-// What tracing is worth in TraceShape and TraceShapeSeq.
+// Dense rewards of TraceShape and TraceShapeSeq.
 #pragma once
 
-#include "tasks/common/smoothness.h"
+#include "tasks/common/action_cost.h"
 
 namespace engram::tasks {
 
@@ -15,7 +15,7 @@ struct TraceRewardInputs {
   bool all_visited = false;
   double start_distance = 0;     // m, from the cube to the first checkpoint
   double nearest_unvisited = 0;  // m; counts unless all have been visited
-  Haste haste;
+  ActionCost action_cost;
   bool success = false;
 };
 

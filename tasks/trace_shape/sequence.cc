@@ -22,31 +22,13 @@
 namespace engram::tasks {
 namespace {
 
-// --- parameters (see also tasks/trace_shape/params.h) ---
-
-constexpr PressButtonParams kButton;
-constexpr double BUTTON_OFFSET_FROM_LAMP_X = 0.02;  // m
-constexpr double BUTTON_OFFSET_FROM_LAMP_Y = 0.16;  // m
-
-ConstantTable constants(const TraceParams& params, const TraceDemo& demo) {
-  ConstantTable table = demo.constants();
-  add_trace_constants(params, kTraceShapeSeqSuccessReward, table);
-  add_press_constants(kButton, table);
-  table.emplace_back("BUTTON_RELEASE_READY_RATIO", kButton.BUTTON_RELEASE_READY_RATIO);
-  table.emplace_back("MIN_SEQUENCE_LENGTH", params.MIN_SEQUENCE_LENGTH);
-  table.emplace_back("MAX_SEQUENCE_LENGTH", params.MAX_SEQUENCE_LENGTH);
-  table.emplace_back("BUTTON_OFFSET_FROM_LAMP_X", BUTTON_OFFSET_FROM_LAMP_X);
-  table.emplace_back("BUTTON_OFFSET_FROM_LAMP_Y", BUTTON_OFFSET_FROM_LAMP_Y);
-  return table;
-}
-
 class TraceShapeSeq final : public FamilyBase {
  public:
   TraceShapeSeq(const RegistryEntry& entry, const TraceParams& params)
       : FamilyBase(entry),
         params_(params),
-        demo_(scene_, params),
-        button_(scene_, "trace_shape_seq_button", kButton),
+        demo_(scene_, info_, params),
+        button_(scene_, "trace_shape_seq_button", kSubmitButton),
         map_(params.farthest_corner()),
         expert_({.engine = engine_,
                  .info = info_,
@@ -64,10 +46,7 @@ class TraceShapeSeq final : public FamilyBase {
         "at the submission, or at the first contour that passes for another shape than the one "
         "that is due: the shapes so far, a digit each, id + 1";
     info_.answer_rate = answer_rate(params);
-    info_.options = TraceDemo::options();
-    info_.random_variables = demo_.draws();
     info_.hidden_variable = hidden_variable(params);
-    info_.constants = constants(params, demo_);
     info_.reward_terms =
         reward_terms_of([](auto& row) { list_terms(row, TraceSeqRewardInputs{}, {}); });
     info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS) + " L");
@@ -160,7 +139,7 @@ class TraceShapeSeq final : public FamilyBase {
       in.trace.visit_fraction = demo_.contours().visited_fraction(visited_[env]);
       in.trace.all_visited = visited_[env] == demo_.contours().all_visited();
       in.trace.start_distance = (contour.checkpoint(0) - demo_.green_at(env)).norm();
-      in.trace.haste = measure_haste(engine_, env, FirstChange::kFromZero);
+      in.trace.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
       in.trace.success = engine_.success[env] != 0;
       in.progress = progress(env);
       in.button_awaits = button_awaits(env);
@@ -288,7 +267,7 @@ class TraceShapeSeq final : public FamilyBase {
     if (button_awaits(env)) return button_.above(env);
     const int nearest = nearest_checkpoint(contour, green, visited_[env]);
     const Vec2 at = contour.checkpoint(nearest);
-    return {at.x(), at.y(), TraceDemo::CUBE_HALFSIZE};
+    return {at.x(), at.y(), CUBE_HALFSIZE};
   }
 
   Contour active_contour(int env) const { return demo_.contour(env, active_[env]); }

@@ -22,7 +22,7 @@ class TraceShape final : public FamilyBase {
   TraceShape(const RegistryEntry& entry, const TraceParams& params)
       : FamilyBase(entry),
         params_(params),
-        demo_(scene_, params),
+        demo_(scene_, info_, params),
         map_(params.farthest_corner()),
         expert_(engine_, demo_, visited_) {
     info_.candidates = params.AVAILABLE_SHAPES.size();
@@ -34,11 +34,7 @@ class TraceShape final : public FamilyBase {
         "once the cube's trail has passed for a shape: that of the available ones, as large and "
         "turned as the one that was shown, to whose checkpoints it has come nearest; its id";
     info_.answer_rate = answer_rate(params);
-    info_.options = TraceDemo::options();
-    info_.random_variables = demo_.draws();
     info_.hidden_variable = hidden_variable(params);
-    info_.constants = demo_.constants();
-    add_trace_constants(params, kTraceShapeSuccessReward, info_.constants);
     info_.reward_terms =
         reward_terms_of([](auto& row) { list_terms(row, TraceRewardInputs{}, {}); });
     info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS));
@@ -133,7 +129,7 @@ class TraceShape final : public FamilyBase {
       in.all_visited = visited_[env] == demo_.contours().all_visited();
       in.start_distance = (contour.checkpoint(0) - green).norm();
       in.nearest_unvisited = (contour.checkpoint(nearest) - green).norm();
-      in.haste = measure_haste(engine_, env, FirstChange::kFromZero);
+      in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
       in.success = engine_.success[env] != 0;
       const TraceRewardTerms terms = trace_reward(in, params_.smoothness);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });

@@ -14,8 +14,9 @@ TEST_CASE("Options of the task reach it", "[make]") {
   const auto env = make(kId, options);
   CHECK(env->info().horizon == 17);
   CHECK(env->info().candidates == 4);
-  REQUIRE(env->info().changed.size() == 1);
-  CHECK(env->info().changed[0].first == "COLORS");
+  const ConstantTable changed = changed_constants(env->info().constants);
+  REQUIRE(changed.size() == 1);
+  CHECK(changed[0].first == "COLORS");
   CHECK(make(kId)->info().candidates == 9);
 }
 
@@ -31,7 +32,7 @@ TEST_CASE("A batch's renderers are those that it was made with", "[make]") {
   int made = 0;
   MakeOptions options;
   options.obs_mode = ObsMode::kRgb;
-  const ImageSourceFactory none = [&made](const std::string&, const std::vector<std::string>&,
+  const RendererFactory none = [&made](const RenderScene&, const ImageSourceOptions&, int) -> std::unique_ptr<Renderer> {
                                           const ImageSourceOptions&,
                                           int) -> std::unique_ptr<ImageSource> {
     ++made;

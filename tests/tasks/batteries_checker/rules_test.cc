@@ -119,15 +119,16 @@ constexpr SmoothnessParams kWeights = {
     .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.02, .QVEL_L2_COEF = 0.01};
 
 // The first action of an episode is (0.5, -0.2, -1, 0, 0, 0.5, 1) and |qdot| = 0.4.
-const Haste kHaste{.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
+const ActionCost kActionCost{
+    .action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
 
 TEST_CASE("The battery reward's examples", "[battery][reward]") {
-  CHECK(smoothness(kHaste, kWeights).penalty == Approx(0.036606).margin(1e-6));
+  CHECK(smoothness(kActionCost, kWeights).penalty == Approx(0.036606).margin(1e-6));
   BatteryRewardInputs insert;
   insert.unchecked_distance = 0.08;
   insert.home_distance = 0.3;
   insert.button_distance = insert.socket_distance = 0.3;
-  insert.haste = kHaste;
+  insert.action_cost = kActionCost;
   CHECK(battery_reward(insert, kWeights, false).reward == Approx(0.791985).margin(1e-6));
 
   BatteryRewardInputs confirm = insert;

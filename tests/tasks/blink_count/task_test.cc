@@ -265,7 +265,7 @@ TEST_CASE("Environments pay the worked rewards", "[reward][blink_count]") {
   const auto env = after_cue(2);
   step_at(*env, over(kRed, 0.10));
   const auto expect_smooth_off = [&env](double reward) {
-    // The zero action and a robot at rest: no haste.
+    // The zero action and a robot at rest: no action cost.
     CHECK(static_cast<double>(env->reward()[0]) == Approx(reward).margin(2e-6));
   };
   expect_smooth_off(1.0145562);
@@ -294,7 +294,8 @@ TEST_CASE("Environments pay the worked rewards", "[reward][blink_count]") {
   CHECK(other->reward()[0] == 30);
 }
 
-TEST_CASE("The blink reward has the worked value of a hasty step", "[reward][blink_count]") {
+TEST_CASE("The blink reward has the worked value of a step with an abrupt action",
+          "[reward][blink_count]") {
   tasks::BlinkRewardInputs in;
   in.height = 0.12;
   in.xy_distance = 0.01;
@@ -305,7 +306,7 @@ TEST_CASE("The blink reward has the worked value of a hasty step", "[reward][bli
   in.start_height = 0.08;
   in.red.released = true;
   in.acting = true;
-  in.haste = {1, 0.2, 0.5};
+  in.action_cost = {1, 0.2, 0.5};
   const tasks::BlinkRewardTerms terms = tasks::blink_reward(in, {});
   CHECK(terms.reward == Approx(7.7361566).margin(6e-7));
   CHECK(terms.smooth.penalty == Approx(0.0401040).margin(6e-7));

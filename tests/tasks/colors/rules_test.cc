@@ -95,7 +95,7 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
     ColorRewardInputs in;
     in.length = length;
     in.goal_distance = goal;
-    in.haste.arm_speed = speed;
+    in.action_cost.arm_speed = speed;
     in.tally.correct = correct;
     in.tally.wrong = wrong;
     in.mean_displacement = displacement;

@@ -49,7 +49,7 @@ TEST_CASE("The gathering reward's examples", "[gather][reward]") {
   in.goal_distance = 0.25;
   in.cubes = 5;
   in.cubes_on_disc = 2;
-  in.haste = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
+  in.action_cost = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
   CHECK(gather_reward(in).smooth.penalty == Approx(0.046606).margin(1e-6));
   CHECK(gather_reward(in).reward == Approx(4.025338).margin(1e-6));
   in.correct_depth = 0.5;  // pressing too early is worth nothing

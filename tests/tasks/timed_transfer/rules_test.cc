@@ -41,7 +41,7 @@ TEST_CASE("TimedTransfer rewards as in the worked example", "[timed]") {
   in.tcp_to_cube = 0.01;
   in.cube_to_goal = 0.12;
   // The first action of an episode, a change from zeros.
-  in.haste = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
+  in.action_cost = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
   const double reward = transfer_reward(in).reward;
   CHECK(reward == Approx(14.013066).margin(2e-6));
   CHECK(reward / kTimedTransferSuccessReward == Approx(0.467102).margin(1e-6));

@@ -11,10 +11,11 @@ constexpr SmoothnessParams kWeights = {
     .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.03, .QVEL_L2_COEF = 0.01};
 
 // The first action of an episode, a change from zeros.
-constexpr Haste kHaste{.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
+constexpr ActionCost kActionCost{
+    .action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
 
 TEST_CASE("The smoothness penalty of these families", "[trace]") {
-  CHECK(smoothness(kHaste, kWeights).penalty == Approx(0.046606).margin(5e-7));
+  CHECK(smoothness(kActionCost, kWeights).penalty == Approx(0.046606).margin(5e-7));
 }
 
 TEST_CASE("TraceShape rewards as in the worked example", "[trace]") {
@@ -24,7 +25,7 @@ TEST_CASE("TraceShape rewards as in the worked example", "[trace]") {
   in.visit_fraction = 5.0 / 12;
   in.nearest_unvisited = 0.04;
   in.start_distance = 0.1;
-  in.haste = kHaste;
+  in.action_cost = kActionCost;
   const TraceRewardTerms terms = trace_reward(in, kWeights);
   CHECK(terms.reaching == Approx(0.851115).margin(1e-6));
   CHECK(terms.grasping == 1);
@@ -56,7 +57,7 @@ TEST_CASE("TraceShapeSeq rewards as in the worked examples", "[trace]") {
   in.trace.acting = true;
   in.trace.tcp_to_cube = 0.03;
   in.trace.visit_fraction = 4.0 / 12;
-  in.trace.haste = kHaste;
+  in.trace.action_cost = kActionCost;
   in.progress = 1.0 / 3;
   CHECK(trace_seq_reward(in, kWeights).reward == Approx(4.437842).margin(2e-6));
 

@@ -207,7 +207,7 @@ TEST_CASE("Cubes are as large and heavy as CUBE_HALFSIZE says", "[variants][colo
   }
 }
 
-TEST_CASE("Penalties on haste lower the reward", "[variants][color_recall]") {
+TEST_CASE("Penalties on actions lower the reward", "[variants][color_recall]") {
   const auto usual = acting(kSeq, {});
   const auto costly = acting(kSeq, {{"ACTION_L2_COEF", 2.0}});
   for (Batch* env : {usual.get(), costly.get()}) {

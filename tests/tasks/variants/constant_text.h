@@ -22,7 +22,7 @@ inline std::unique_ptr<Batch> make_reset(const char* id, const ConstantTable& co
 
 // A class constant as messages show it, or "".
 inline std::string constant_text(const TaskInfo& info, std::string_view name) {
-  for (const auto& [given, value] : info.constants) {
+  for (const auto& [given, value] : published_constants(info.constants)) {
     if (given == name) return in_words(value);
   }
   return "";

@@ -80,7 +80,7 @@ TEST_CASE("A cube is on the disc as near as the threshold says", "[variants][gat
   }
 }
 
-TEST_CASE("Coefficients of GatherAndRecall weigh haste", "[variants][gather]") {
+TEST_CASE("Coefficients of GatherAndRecall weigh the action cost", "[variants][gather]") {
   CHECK(test::dense_reward_of(kOne, {{"ACTION_L2_COEF", 0.11}}) ==
         Approx(test::dense_reward_of(kOne, {}) - 0.1 * std::tanh(2.0)).margin(1e-5));
 }

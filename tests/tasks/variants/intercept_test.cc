@@ -88,7 +88,7 @@ TEST_CASE("The target is as forgiving as its radius says", "[variants][intercept
   }
 }
 
-TEST_CASE("Coefficients make haste cost where the original's weigh nothing",
+TEST_CASE("Coefficients make abrupt actions cost where the original's weigh nothing",
           "[variants][intercept]") {
   for (const char* id : kIds) {
     const float usual = test::dense_reward_of(id, {});

@@ -123,7 +123,7 @@ TEST_CASE("The peg is as large and as heavy as its sizes say", "[variants][rotat
   }
 }
 
-TEST_CASE("Coefficients make haste cost in both Rotate families", "[variants][rotate]") {
+TEST_CASE("Coefficients make abrupt actions cost in both Rotate families", "[variants][rotate]") {
   for (const char* id : {kLenient, kStrict}) {
     CHECK(test::dense_reward_of(id, {{"ACTION_L2_COEF", 0.1}}) ==
           Approx(test::dense_reward_of(id, {}) - 0.1 * std::tanh(2.0)).margin(1e-6));

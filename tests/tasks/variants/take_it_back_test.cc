@@ -84,7 +84,7 @@ TEST_CASE("The cube is as large and as heavy as its size says", "[variants][take
   CHECK(tasks::take_it_back_reward(in).pull_distance == Approx(0).margin(1e-12));
 }
 
-TEST_CASE("Coefficients of TakeItBack weigh haste", "[variants][take_it_back]") {
+TEST_CASE("Coefficients of TakeItBack weigh the action cost", "[variants][take_it_back]") {
   const float free = test::dense_reward_of(
       kId, {{"ACTION_L2_COEF", 0}, {"ACTION_DELTA_L2_COEF", 0}, {"QVEL_L2_COEF", 0}});
   const float usual = test::dense_reward_of(kId, {});

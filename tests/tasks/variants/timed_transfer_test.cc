@@ -109,7 +109,7 @@ TEST_CASE("A cube is on red as near as the threshold says", "[variants][timed]")
   }
 }
 
-TEST_CASE("Coefficients of TimedTransfer weigh haste", "[variants][timed]") {
+TEST_CASE("Coefficients of TimedTransfer weigh the action cost", "[variants][timed]") {
   const auto reward = [](const ConstantTable& constants) {
     const auto env = test::make_still(kId, constants, {{"signal_step", {1}}});
     std::vector<float> action = test::zeros(*env);

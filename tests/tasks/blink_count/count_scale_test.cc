@@ -1,5 +1,5 @@
 // The clock of the policy without memory.
-#include "tasks/blink_count/dial.h"
+#include "tasks/blink_count/count_scale.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,8 +7,8 @@
 namespace engram::tasks {
 namespace {
 
-TEST_CASE("A dial tells blinks by the length of the cue", "[blink_count]") {
-  const Dial hard(kBlinkVariants[4]);  // 1 to 7 blinks of 7 steps, 7.5 steps before them
+TEST_CASE("A scale tells blinks by the length of the cue", "[blink_count]") {
+  const CountScale hard(kBlinkVariants[4]);  // 1 to 7 blinks of 7 steps, 7.5 steps before them
   CHECK(hard.count_after(0) == 1);
   CHECK(hard.count_after(14) == 1);
   CHECK(hard.count_after(22) == 2);
@@ -18,25 +18,25 @@ TEST_CASE("A dial tells blinks by the length of the cue", "[blink_count]") {
 
 TEST_CASE("The places of counts are told apart", "[blink_count]") {
   for (const BlinkCountParams& params : kBlinkVariants) {
-    const Dial dial(params);
+    const CountScale scale(params);
     for (int count = params.BLINK_COUNT_RANGE.low; count <= params.BLINK_COUNT_RANGE.high;
          ++count) {
-      const double offset = dial.offset_of(count);
+      const double offset = scale.offset_of(count);
       CHECK(std::abs(offset) < params.button.BUTTON_PRESS_XY_RADIUS);
-      for (const double off : {-0.003, 0.0, 0.003}) CHECK(dial.count_at(offset + off) == count);
+      for (const double off : {-0.003, 0.0, 0.003}) CHECK(scale.count_at(offset + off) == count);
     }
-    CHECK(dial.count_at(1) == params.BLINK_COUNT_RANGE.low);
-    CHECK(dial.count_at(-1) == params.BLINK_COUNT_RANGE.high);
+    CHECK(scale.count_at(1) == params.BLINK_COUNT_RANGE.low);
+    CHECK(scale.count_at(-1) == params.BLINK_COUNT_RANGE.high);
   }
 }
 
-TEST_CASE("A dial of one count shows that", "[blink_count]") {
+TEST_CASE("A scale of one count shows that", "[blink_count]") {
   BlinkCountParams params = kBlinkVariants[0];
   params.BLINK_COUNT_RANGE = {2, 2};
-  const Dial dial(params);
-  CHECK(dial.count_after(30) == 2);
-  CHECK(dial.offset_of(2) == 0);
-  CHECK(dial.count_at(0.01) == 2);
+  const CountScale scale(params);
+  CHECK(scale.count_after(30) == 2);
+  CHECK(scale.offset_of(2) == 0);
+  CHECK(scale.count_at(0.01) == 2);
 }
 
 }  // namespace

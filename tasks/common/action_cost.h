@@ -1,8 +1,8 @@
-// The penalty on hasty actions that dense rewards subtract.
+// Penalty on large and abrupt actions, which dense rewards subtract.
 #pragma once
 
 #include "core/env/task.h"
-#include "tasks/common/changes.h"
+#include "tasks/common/constant_binder.h"
 
 namespace engram::tasks {
 
@@ -12,11 +12,11 @@ struct SmoothnessParams {
   double ACTION_DELTA_L2_COEF = 0;
   double QVEL_L2_COEF = 0;
 
-  void constants(Changes& list);
+  void declare(ConstantBinder& constants);
 };
 
-// What the penalty is made of.
-struct Haste {
+// Norms that the penalty weighs.
+struct ActionCost {
   double action_norm = 0;        // of the action as received
   double action_delta_norm = 0;  // of its change
   double arm_speed = 0;          // norm of the arm joint velocities, rad/s
@@ -25,7 +25,8 @@ struct Haste {
 // The action before the first one of an episode: none, so that the first is no change, or zeros.
 enum class FirstChange { kNone, kFromZero };
 
-Haste measure_haste(const Bindings& engine, int env, FirstChange first = FirstChange::kNone);
+ActionCost measure_action_cost(const Bindings& engine, int env,
+                               FirstChange first = FirstChange::kNone);
 
 struct SmoothnessTerms {
   double action_l2 = 0;
@@ -34,11 +35,8 @@ struct SmoothnessTerms {
   double penalty = 0;
 };
 
-// The weights as class constants.
-void add_constants(const SmoothnessParams& params, ConstantTable& table);
-
-// What the penalty is made of, as terms of the reward; "smooth_penalty" itself stands apart, where
-// each family has it.
+// Parts of the penalty, as terms of the reward; "smooth_penalty" itself stands apart, where each
+// family has it.
 template <class Row>
 void list_smoothness(Row& row, const SmoothnessTerms& terms) {
   row.term("action_l2", "", terms.action_l2);
@@ -46,6 +44,6 @@ void list_smoothness(Row& row, const SmoothnessTerms& terms) {
   row.term("qvel_l2", "", terms.qvel_l2);
 }
 
-SmoothnessTerms smoothness(const Haste& haste, const SmoothnessParams& params);
+SmoothnessTerms smoothness(const ActionCost& cost, const SmoothnessParams& params);
 
 }  // namespace engram::tasks

@@ -6,9 +6,9 @@
 namespace engram::tasks {
 
 // Counts are places in a row over the red button, the lowest next to the black one.
-class Dial {
+class CountScale {
  public:
-  explicit Dial(const BlinkCountParams& params);
+  explicit CountScale(const BlinkCountParams& params);
 
   // The likely number of blinks of a cue of that length.
   int count_after(int cue_steps) const;
