@@ -16,7 +16,7 @@ namespace engram::apps {
 struct EpisodeOptions {
   std::string id;
   MakeOptions env;  // of the batch that is rendered
-  int steps = 0;   // at most; 0: to the end
+  int steps = 0;    // at most; 0: to the end
   Policy policy = Policy::kOracle;
   PolicyCommand command;       // takes the place of `policy` if it is given
   std::optional<ObsMode> obs;  // observation of the command; images by default

@@ -248,11 +248,9 @@ class Checker {
 
 std::unique_ptr<Batch> make_on(InstructionSet set, const std::string& id,
                                const MakeOptions& options) {
-  return make(
-      id, options,
-      [set](const RenderScene& scene, const ImageSourceOptions& image_options, int workers) {
-        return make_renderer_on(set, scene, image_options, workers);
-      });
+  return make(id, options,
+              [set](const RenderScene& scene, const ImageSourceOptions& image_options,
+                    int workers) { return make_renderer_on(set, scene, image_options, workers); });
 }
 
 std::span<const RunConfig> run_configs() { return kRunConfigs; }

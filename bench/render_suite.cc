@@ -37,8 +37,8 @@ class CpuRenderLoop {
       : scenes_(scenes), views_(scenes.env().physics_model(), 1) {
     ImageSourceOptions options;
     options.max_size = size;
-    source_ = std::make_unique<ImageSource>(Queries(scenes.env()).document(), views_.body_names(), options,
-                                            1, make_renderer);
+    source_ = std::make_unique<ImageSource>(Queries(scenes.env()).document(), views_.body_names(),
+                                            options, 1, make_renderer);
     rgb_.resize(static_cast<std::size_t>(size * size * 3 * kCameras));
     for (int camera = 0; camera < kCameras; ++camera) {
       RenderImage image;

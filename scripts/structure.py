@@ -48,7 +48,7 @@ FORMER_NAMES = {
     "root()": ("core/(robot|math|physics)", r"\broot\("),
     "lesser": ("cpp", r"\blesser\b|\bgreater\(|\bmagnitude\("),
     "moved_far": ("cpp", r"\bmoved_far\b"),
-    "kSeen, kRoom": ("core", r"\bkSeen\b|\bkRoom\b|\bkAim\b"),
+    "kSeen, kRoom": ("core/(robot|physics|sim)", r"\bkSeen\b|\bkRoom\b|\bkAim\b"),
     "follow_arm": ("cpp", r"\bfollow_arm\b|\bplace_links\b"),
     "power()": ("core/(robot|physics)", r"\bpower\("),
     "Loader": ("cpp", r"\bLoader\b|\bharvest\b"),

@@ -72,7 +72,8 @@ class ColumnStore {
   // serve as indices. Snapshots with other values are refused. Without a limit, int32 may be
   // anything that can be added up without overflow.
   void limit(std::string_view name, std::int32_t low, std::int32_t high);
-  // First column of a saved row with a value outside its limits; the field is null if there is none.
+  // First column of a saved row with a value outside its limits; the field is null if there is
+  // none.
   ColumnView find_beyond_limits(std::span<const std::byte> row) const;
 
   int num_envs() const { return num_envs_; }

@@ -1,5 +1,5 @@
-// Profile of control steps: time per part. Tools attach a clock to a batch; without one, a mark is a
-// test of a null pointer.
+// Profile of control steps: time per part. Tools attach a clock to a batch; without one, a mark is
+// a test of a null pointer.
 #pragma once
 
 #include <array>

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "core/env/batch.h"
+#include "core/env/expert.h"
 
 namespace engram {
 

@@ -144,7 +144,8 @@ double exp(double x) {
 double log(double x) {
   if (std::isnan(x) || x == kInfinity) return x;
   if (x <= 0) return x == 0 ? -kInfinity : kNan;
-  // Coefficients of least error for (2 atanh(s) / s - 2) / s^2, |s| <= (sqrt(2) - 1) / (sqrt(2) + 1).
+  // Coefficients of least error for (2 atanh(s) / s - 2) / s^2, |s| <= (sqrt(2) - 1) / (sqrt(2) +
+  // 1).
   constexpr double kTail[] = {0x1.5555555555558p-1, 0x1.9999999995223p-2, 0x1.2492492e03e4ep-2,
                               0x1.c71c62d03d20fp-3, 0x1.7462ba281c955p-3, 0x1.39fdb948e338cp-3,
                               0x1.2b5fbe9e436b8p-3};

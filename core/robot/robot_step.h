@@ -44,8 +44,8 @@ class RobotStep {
   const JointArray& end_q() const { return end_q_; }
   const JointArray& end_v() const { return end_v_; }
   // After run(). The mass matrix that a contact's force f meets: it changes the velocity at the
-  // substep's end by timestep inverse(matrix) f. Drives resist it, unless they are at their
-  // limits; joints at their limits do not give way.
+  // substep's end by timestep inverse(matrix) f. Drives oppose it, unless they are at their
+  // limits; joints at their limits do not move.
   JointMatrix effective_mass_matrix() const;
 
  private:

@@ -1,6 +1,6 @@
 // Wheels are built on Debian 12 and run on systems as old as glibc 2.34 and GCC 11's C++ library,
-// which libmujoco needs. These functions replace those of newer systems; cmake/EngramWheel.cmake makes
-// the linker redirect callers of the wrapped ones to them.
+// which libmujoco needs. These functions replace those of newer systems; cmake/EngramWheel.cmake
+// makes the linker redirect callers of the wrapped ones to them.
 #include <pthread.h>
 #include <sys/random.h>
 

@@ -34,7 +34,7 @@ struct CameraParams {
   float ambient[3];
 };
 
-// Eight geoms of one shape. Unused lanes hold copies of a used one.
+// Batch of geoms of one shape. Unused lanes hold copies of a used one.
 struct GeomBatch {
   Doubles pose[12];
   Doubles size[3];

@@ -62,7 +62,8 @@ class Intercept final : public FamilyBase {
   Intercept(const RegistryEntry& entry, const Params& params)
       : FamilyBase(entry),
         params_(params),
-        launch_({RandomVariables(info_.random_variables), params.ball}, kStartRadii * params.ball.BALL_RADIUS),
+        launch_({RandomVariables(info_.random_variables), params.ball},
+                kStartRadii * params.ball.BALL_RADIUS),
         goal_y_(RandomVariables(info_.random_variables)
                     .real("goal_y", {-kGoalSpan, kGoalSpan}, "m", "where the target lies")),
         expert_({.engine = engine_,

@@ -8,8 +8,8 @@
 
 #include "core/base/index.h"
 #include "core/image/overlay.h"
-#include "mjcf/prop.h"
 #include "mjcf/object_shapes.h"
+#include "mjcf/prop.h"
 #include "tasks/common/constant_binder.h"
 #include "tasks/common/footprint.h"
 

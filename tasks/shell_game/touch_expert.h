@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tasks/shell_game/expert.h"
+#include "tasks/shell_game/touch_params.h"
 
 namespace engram::tasks {
 

@@ -17,8 +17,8 @@
 #include "core/math/random.h"
 #include "core/scene/physics_model.h"
 #include "mjcf/ball.h"
-#include "mjcf/scene.h"
 #include "mjcf/object_shapes.h"
+#include "mjcf/scene.h"
 #include "tasks/common/task_info.h"
 
 namespace engram {

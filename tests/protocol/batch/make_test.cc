@@ -32,9 +32,8 @@ TEST_CASE("A batch's renderers are those that it was made with", "[make]") {
   int made = 0;
   MakeOptions options;
   options.obs_mode = ObsMode::kRgb;
-  const RendererFactory none = [&made](const RenderScene&, const ImageSourceOptions&, int) -> std::unique_ptr<Renderer> {
-                                          const ImageSourceOptions&,
-                                          int) -> std::unique_ptr<ImageSource> {
+  const RendererFactory none = [&made](const RenderScene&, const ImageSourceOptions&,
+                                       int) -> std::unique_ptr<Renderer> {
     ++made;
     throw Error(Error::kUnavailable, "no such renderer");
   };

@@ -76,7 +76,8 @@ TEST_CASE("tiles of the tasks' scenes have the colours of pixels drawn one by on
     SceneViews views(env->physics_model(), 1);
     ImageSourceOptions image_options;
     image_options.for_people = false;
-    ImageSource source(Queries(*env).document(), views.body_names(), image_options, 1, make_renderer);
+    ImageSource source(Queries(*env).document(), views.body_names(), image_options, 1,
+                       make_renderer);
     std::vector<int> cameras;
     for (const char* name : {"base_camera", "hand_camera", "render_camera"}) {
       cameras.push_back(find_camera(source, name));

@@ -44,7 +44,8 @@ TEST_CASE("Random variables are described in the order of their declaration", "[
 }
 
 TEST_CASE("Handles sample the streams of their index, pins and narrower ranges", "[parts][draws]") {
-  std::vector<RandomVariable> draws = {{.name = "robot_noise", .width = 7, .unit = "", .description = ""}};
+  std::vector<RandomVariable> draws = {
+      {.name = "robot_noise", .width = 7, .unit = "", .description = ""}};
   std::vector<RandomVariable> own;
   const Variables variables(RandomVariables(own), kRange);
   draws.insert(draws.end(), own.begin(), own.end());
