@@ -190,7 +190,7 @@ void add_rollout_command(const Command& program) {
   add_threads(command, options->env.threads);
   add_lanes(command, options->env.lanes);
   add_obs(command, options->env, kAllObsModes);
-  add_policy(command, options->policy, kPolicies);
+  add_policy(command, options->policy, kTaskPolicies);
   add_env_options(command, options->env);
   command.add_flag("--hash", options->hash,
                    "Digest of every observation, reward, termination and truncation");
