@@ -42,8 +42,8 @@ inline constexpr std::array kAllObsModes = {
     ObsMode::kRgbSegmentation, ObsMode::kRgbDepthSegmentation};
 
 // Policies of a single task.
-inline constexpr std::array kPolicies = {Policy::kZero, Policy::kRandom, Policy::kOracle,
-                                         Policy::kBlind, Policy::kSweep};
+inline constexpr std::array kTaskPolicies = {Policy::kZero, Policy::kRandom, Policy::kOracle,
+                                             Policy::kBlind, Policy::kSweep};
 
 // Options whose value is one of some names; their help lists the names.
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed);

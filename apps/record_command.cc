@@ -298,7 +298,7 @@ void add_record_command(const Command& program) {
       .type_name("T")
       .default_str("to the end of the episode");
   add_seed(command, episode.env.seed, "Of the episode");
-  add_policy_command(command, add_policy(command, episode.policy, kPolicies), episode.command);
+  add_policy_command(command, add_policy(command, episode.policy, kTaskPolicies), episode.command);
   add_obs_mode(command, episode.obs, kObsModes)
       .description("Observation of --policy-command")
       .default_str(std::string(name_of(ObsMode::kRgb)));

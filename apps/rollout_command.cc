@@ -35,7 +35,7 @@ struct RolloutOptions {
   bool json = false;
 };
 
-struct Report {
+struct RolloutReport {
   int steps = 0;
   double wall_seconds = 0;  // acting, stepping and accounting
   double step_seconds = 0;  // stepping alone
@@ -47,8 +47,8 @@ using Clock = std::chrono::steady_clock;
 double seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
 // Steps the batch until the log is complete or the steps are used up.
-Report roll_out(Batch& env, const RolloutOptions& options, EpisodeLog& log) {
-  Report report;
+RolloutReport roll_out(Batch& env, const RolloutOptions& options, EpisodeLog& log) {
+  RolloutReport report;
   std::vector<float> actions(static_cast<std::size_t>(env.num_envs()) *
                              static_cast<std::size_t>(env.action_dim()));
   std::optional<Digest> digest;
@@ -87,7 +87,7 @@ double images_per_step(const MakeOptions& options) {
 double rate(double count, double time) { return time > 0 ? count / time : 0; }
 
 DocumentTable to_document(const Batch& env, const RolloutOptions& options, const EpisodeLog& log,
-                          const Report& report) {
+                          const RolloutReport& report) {
   const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
   const Document hash = report.hash ? Document(fmt::format("{:016x}", *report.hash)) : Document();
   return {{"id", env.info().id},
@@ -110,7 +110,7 @@ DocumentTable to_document(const Batch& env, const RolloutOptions& options, const
 }
 
 std::string to_plain_text(const Batch& env, const RolloutOptions& options, const EpisodeLog& log,
-                          const Report& report) {
+                          const RolloutReport& report) {
   const auto env_steps = static_cast<double>(log.env_steps());
   const double env_rate = rate(env_steps, report.wall_seconds);
   std::string text = fmt::format(
@@ -162,7 +162,7 @@ void run(const RolloutOptions& given) {
   const RolloutOptions options = completed(given);
   const auto env = make(options.id, options.env);
   EpisodeLog log(*env, options.episodes);
-  const Report report = roll_out(*env, options, log);
+  const RolloutReport report = roll_out(*env, options, log);
   print(options.json ? to_text(to_document(*env, options, log, report))
                      : to_plain_text(*env, options, log, report));
 }
@@ -190,7 +190,7 @@ void add_rollout_command(const Command& program) {
   add_threads(command, options->env.threads);
   add_lanes(command, options->env.lanes);
   add_obs(command, options->env, kAllObsModes);
-  add_policy(command, options->policy, kPolicies);
+  add_policy(command, options->policy, kTaskPolicies);
   add_env_options(command, options->env);
   command.add_flag("--hash", options->hash,
                    "Digest of every observation, reward, termination and truncation");

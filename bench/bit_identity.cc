@@ -160,7 +160,7 @@ class Checker {
       const std::span<const int> segments = std::span(order).subspan(first, size);
       std::vector<SegmentTrace> traces(size);
       begin(*env, segments);
-      record(*env, traces);
+      update_traces(*env, traces);
       for (int step = 0; step < options_.steps; ++step) advance(*env, actions, traces);
       record.segments.insert(record.segments.end(), segments.begin(), segments.end());
       record.traces.insert(record.traces.end(), traces.begin(), traces.end());
@@ -205,14 +205,14 @@ class Checker {
   // Random actions for even seeds, the oracle's for odd ones.
   void advance(Batch& env, MixedActions& actions, std::vector<SegmentTrace>& traces) {
     env.step(actions.choose(env, [&env](int i) { return env.state().seed[i] % 2 == 1; }));
-    record(env, traces);
+    update_traces(env, traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
       ++traces[i].steps;
       traces[i].episodes += env.state().finished[static_cast<int>(i)];
     }
   }
 
-  void record(const Batch& env, std::vector<SegmentTrace>& traces) {
+  void update_traces(const Batch& env, std::vector<SegmentTrace>& traces) {
     row_.resize(std::max(env.outputs().row_bytes(), env.memory().row_bytes()));
     const auto chain = [&](std::uint64_t hash, const ColumnStore& store, std::size_t slot) {
       store.save_row(static_cast<int>(slot), row_);

@@ -132,9 +132,9 @@ std::size_t turn_of(int env, std::uint64_t episode) {
 }
 
 // The visits of one task. Between them it is a snapshot.
-class TaskSoak {
+class TaskVisits {
  public:
-  TaskSoak(std::string id, const SoakOptions& options, int visits) : options_(options) {
+  TaskVisits(std::string id, const SoakOptions& options, int visits) : options_(options) {
     task_.id = std::move(id);
     task_.visits.reserve(static_cast<std::size_t>(visits));
   }
@@ -169,7 +169,7 @@ class TaskSoak {
     task_.visits.push_back(visit);
   }
 
-  SoakTask& task() { return task_; }
+  SoakTask& result() { return task_; }
 
  private:
   void measure(Rollout& rollout, ThreadPool& reference, SoakVisit& visit) {
@@ -256,14 +256,14 @@ class Soak {
     const VisitPlan plan = plan_visits(options_.env_steps, ids_.size());
     // Lists grow here, not while the heap is measured.
     report_.step_samples.reserve(ids_.size() * static_cast<std::size_t>(plan.visits));
-    std::vector<TaskSoak> soaks;
-    for (const std::string& id : ids_) soaks.emplace_back(id, options_, plan.visits);
+    std::vector<TaskVisits> tasks;
+    for (const std::string& id : ids_) tasks.emplace_back(id, options_, plan.visits);
     for (int visit = 0; visit < plan.visits && !report_.stopped; ++visit) {
-      for (TaskSoak& soak : soaks) {
+      for (TaskVisits& task : tasks) {
         if (stop()) break;
         {
           ThreadPool reference(report_.threads);
-          soak.visit(plan.steps, reference, report_.unstable);
+          task.visit(plan.steps, reference, report_.unstable);
         }
         report_.env_steps += static_cast<std::int64_t>(plan.steps) * kEnvs;
         report_.step_samples.push_back({report_.env_steps, process_usage()});
@@ -272,7 +272,7 @@ class Soak {
                         (options_.cycles > 0 ? 0.5 : 1));
       }
     }
-    for (TaskSoak& soak : soaks) report_.tasks.push_back(std::move(soak.task()));
+    for (TaskVisits& task : tasks) report_.tasks.push_back(std::move(task.result()));
   }
 
   void run_cycles() {

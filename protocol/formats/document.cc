@@ -109,11 +109,11 @@ struct ScalarText {
   std::string operator()(const DocumentTable& /*nests*/) const { return {}; }
 };
 
-struct Layout {
+struct JsonStyle {
   bool lines = true;
   int depth = 0;
 
-  Layout deeper() const { return {lines, depth + 1}; }
+  JsonStyle deeper() const { return {lines, depth + 1}; }
   void begin_line(std::string& text) const {
     constexpr int kIndentation = 2;
     if (!lines) return;
@@ -122,7 +122,7 @@ struct Layout {
   }
 };
 
-void append(const Document& document, const Layout& layout, std::string& text) {
+void append(const Document& document, const JsonStyle& layout, std::string& text) {
   const auto* items = std::get_if<DocumentList>(&document.value);
   const auto* entries = std::get_if<DocumentTable>(&document.value);
   if (items == nullptr && entries == nullptr) {

@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/env/scripted_policy.h"
+
 namespace engram::apps {
 namespace {
 
@@ -17,7 +19,7 @@ std::uint64_t digest_of(std::uint64_t seed, int threads, ObsMode obs_mode, int s
   digest.update(*env);
   std::vector<float> actions(static_cast<std::size_t>(3 * env->action_dim()));
   for (int i = 0; i < steps; ++i) {
-    env->act(Policy::kRandom, actions);
+    ScriptedPolicy(*env, Policy::kRandom).act(actions);
     env->step(actions);
     digest.update(*env);
   }

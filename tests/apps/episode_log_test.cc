@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/env/scripted_policy.h"
+
 namespace engram::apps {
 namespace {
 
@@ -20,7 +22,7 @@ std::unique_ptr<Batch> batch_of(int num_envs, AutoReset mode) {
 
 void step(Batch& env, EpisodeLog& log) {
   std::vector<float> actions(static_cast<std::size_t>(env.num_envs() * env.action_dim()));
-  env.act(Policy::kOracle, actions);
+  ScriptedPolicy(env, Policy::kOracle).act(actions);
   env.step(actions);
   log.update(env);
 }

@@ -27,7 +27,7 @@ TEST_CASE("Settings of an evaluation come from the command line", "[apps][evalua
   CHECK(settings.obs_mode == ObsMode::kState);
   CHECK(settings.renderer == "none");
   CHECK(settings.policy == "oracle");
-  CHECK(options.given.contains("episodes"));
+  CHECK(options.given.contains("n_episodes"));
   CHECK_FALSE(options.given.contains("rules"));
 }
 

@@ -15,7 +15,7 @@ namespace {
 TEST_CASE("Without a signal nothing is interrupted", "[apps]") {
   const Interruption interruption(0);
   CHECK_FALSE(interruption.requested());
-  CHECK_FALSE(interruption.flag());
+  CHECK_FALSE(interruption.flag().load());
   interruption.check("unused");
 }
 

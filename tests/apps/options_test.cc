@@ -30,7 +30,7 @@ TEST_CASE("Pins have one or more numbers", "[apps][options]") {
 TEST_CASE("Constants are numbers or lists", "[apps][options]") {
   const auto [name, value] = parse_constant("touch_radius=0.02");
   CHECK(name == "touch_radius");
-  CHECK(value == Constant(0.02));
+  CHECK((value == Constant(0.02)));
   CHECK_THROWS_AS(parse_constant("touch_radius"), Error);
 }
 

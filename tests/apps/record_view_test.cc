@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
+#include "core/env/scene_renderer.h"
+
 namespace engram::apps {
 namespace {
 
@@ -19,7 +21,7 @@ TEST_CASE("A view of one camera is the camera's image", "[apps]") {
   const auto env = scene();
   RecordView view(*env, {.camera = "base", .width = 24, .height = 16});
   std::vector<std::uint8_t> rgb(24 * 16 * 3);
-  env->render(0, "base_camera", 24, 16, rgb);
+  SceneRenderer(*env).render(0, "base_camera", 24, 16, rgb);
   CHECK(view.draw() == rgb);
 }
 
@@ -29,7 +31,7 @@ TEST_CASE("A view of all cameras has the human view on its left", "[apps]") {
   const std::vector<std::uint8_t> all = view.draw();
   REQUIRE(all.size() == 96 * 64 * 3);
   std::vector<std::uint8_t> human(64 * 64 * 3);
-  env->render(0, "render_camera", 64, 64, human);
+  SceneRenderer(*env).render(0, "render_camera", 64, 64, human);
   bool same = true;
   for (std::size_t y = 0; y < 64; ++y) {
     same = same && std::memcmp(&all[y * 96 * 3], &human[y * 64 * 3], 64 * 3) == 0;

@@ -10,20 +10,21 @@ namespace engram::mjcf {
 namespace {
 
 TEST_CASE("A cube is described by kind, shape, size and colour", "[mjcf][object_descriptor]") {
-  const ObjectDescriptor cube_ = describe_object(cube("cube", 0.02, {1, 0, 0, 1}));
-  CHECK(cube_.kind == ObjectKind::kObject);
-  CHECK(cube_.shape == static_cast<int>(ObjectShape::kCube));
-  CHECK(cube_.color == nearest_object_color(1, 0, 0));
-  CHECK(cube_.half_size == std::array{0.02, 0.02, 0.02});
-  CHECK(cube_.rest_height == 0.02);
+  const ObjectDescriptor cube_descriptor = describe_object(cube("cube", 0.02, {1, 0, 0, 1}));
+  CHECK(cube_descriptor.kind == ObjectKind::kObject);
+  CHECK(cube_descriptor.shape == static_cast<int>(ObjectShape::kCube));
+  CHECK(cube_descriptor.color == nearest_object_color(1, 0, 0));
+  CHECK(cube_descriptor.half_size == std::array{0.02, 0.02, 0.02});
+  CHECK(cube_descriptor.rest_height == 0.02);
 }
 
 TEST_CASE("A peg has the box around both halves and no listed shape", "[mjcf][object_descriptor]") {
-  const ObjectDescriptor peg_ = describe_object(peg("peg", 0.1, 0.02, {1, 0, 0, 1}, {0, 0, 1, 1}));
-  CHECK(peg_.kind == ObjectKind::kPeg);
-  CHECK(peg_.shape == -1);
-  CHECK(peg_.half_size[0] == Approx(0.1));
-  CHECK(peg_.half_size[1] == Approx(0.02));
+  const ObjectDescriptor peg_descriptor =
+      describe_object(peg("peg", 0.1, 0.02, {1, 0, 0, 1}, {0, 0, 1, 1}));
+  CHECK(peg_descriptor.kind == ObjectKind::kPeg);
+  CHECK(peg_descriptor.shape == -1);
+  CHECK(peg_descriptor.half_size[0] == Approx(0.1));
+  CHECK(peg_descriptor.half_size[1] == Approx(0.02));
 }
 
 TEST_CASE("A button's cap reports its travel", "[mjcf][object_descriptor]") {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/env/scripted_policy.h"
 #include "protocol/datasets/npz.h"
 #include "protocol/formats/files.h"
 #include "tests/tasks/benchmark_table.h"
@@ -52,7 +53,7 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
     recorder.start(*env, 1);
     std::vector<float> actions(14);
     while ((env->terminated()[1] | env->truncated()[1]) == 0) {
-      env->act(Policy::kOracle, actions);
+      ScriptedPolicy(*env, Policy::kOracle).act(actions);
       recorder.before_step(*env, 1, std::span(actions).subspan(7));
       env->step(actions);
       recorder.after_step(*env, 1);
@@ -91,7 +92,7 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
         const auto bytes = std::as_bytes(shown);
         return std::memcmp(bytes.data(), all.data() + t * bytes.size(), bytes.size()) == 0;
       };
-      equal = equal && same(again->rgb(), rgb) && same(again->proprio(), proprio);
+      equal = equal && same(again->images().rgb, rgb) && same(again->proprio(), proprio);
       std::memcpy(action.data(), stored.data() + t * 28, 28);
       CHECK(std::all_of(action.begin(), action.end(), [](float a) { return a >= -1 && a <= 1; }));
       again->step(action);
