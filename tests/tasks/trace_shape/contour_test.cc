@@ -86,5 +86,19 @@ TEST_CASE("One place visits several checkpoints of a small shape", "[contour]") 
   CHECK(count_visits(visit(contour, between, 0)) == 2);
 }
 
+TEST_CASE("A pursuit begins at the first checkpoint and looks ahead from there", "[contour]") {
+  const Contour contour(kShapes, SHAPE_CIRCLE, 0.1, 0, {0, 0});
+  CHECK(lookahead_point(contour, 0, {0.5, 0.5}) == contour.checkpoint(0));
+  // On the contour: 35 mm ahead, which is four waypoints, but not beyond the next checkpoint.
+  CHECK(lookahead_point(contour, 1, contour.waypoint(0)) == contour.waypoint(4));
+  CHECK(lookahead_point(contour, 1, contour.waypoint(3)) == contour.checkpoint(1));
+  // Astray: back to the nearest waypoint first.
+  const Vec2 astray = 1.5 * contour.waypoint(2);
+  CHECK(lookahead_point(contour, 1, astray) == contour.waypoint(2));
+  // All visited: back to the start.
+  const int all = kShapes.all_visited();
+  CHECK(lookahead_point(contour, all, contour.waypoint(63)) == contour.waypoint(0));
+}
+
 }  // namespace
 }  // namespace engram::tasks
