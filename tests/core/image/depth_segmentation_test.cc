@@ -119,7 +119,7 @@ Eigen::Quaterniond turn_of(const Batch& env, int index, int prop) {
 
 }  // namespace
 
-TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][cells]") {
+TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][depth]") {
   const auto rgb = make(kId, seeing(ObsMode::kRgb, 2));
   const auto depth = make(kId, seeing(ObsMode::kRgbDepth, 2));
   const auto segmentation = make(kId, seeing(ObsMode::kRgbSegmentation, 2));
@@ -149,7 +149,7 @@ TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][
   CHECK(rgb->bytes_per_env() + sizeof(std::int16_t) * 2 * kCells == both->bytes_per_env());
 }
 
-TEST_CASE("Depth is the distance along the axis to what is there", "[render][cells]") {
+TEST_CASE("Depth is the distance along the axis to what is there", "[render][depth]") {
   const auto env = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2));
   env->reset();
   for (int t = 0; t < 30; ++t) test::step(*env, Policy::kOracle);
@@ -192,7 +192,7 @@ TEST_CASE("Depth is the distance along the axis to what is there", "[render][cel
   CHECK(worst_cube < 0.001);
 }
 
-TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[render][cells]") {
+TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[render][depth]") {
   const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 4));
   env->reset();
   while (env->state().elapsed[0] < 16) test::step(*env, Policy::kZero);
@@ -221,7 +221,7 @@ TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[r
   CHECK(seen >= 27);
 }
 
-TEST_CASE("Segments are named in the scene's order, the same in all episodes", "[render][cells]") {
+TEST_CASE("Segments are named in the scene's order, the same in all episodes", "[render][depth]") {
   const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 1));
   const std::vector<std::string> names(env->segmentation_names().begin(),
                                        env->segmentation_names().end());
@@ -235,7 +235,7 @@ TEST_CASE("Segments are named in the scene's order, the same in all episodes", "
   CHECK(std::ranges::equal(names, other->segmentation_names()));
 }
 
-TEST_CASE("Values of segmentation are those that have names, in all tasks", "[render][cells]") {
+TEST_CASE("Values of segmentation are those that have names, in all tasks", "[render][depth]") {
   for (const std::string& id : test::implemented_ids()) {
     const auto env = make(id, seeing(ObsMode::kRgbDepthSegmentation, 1, 3));
     env->reset();
@@ -258,7 +258,7 @@ TEST_CASE("Values of segmentation are those that have names, in all tasks", "[re
 }
 
 TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch size and slot",
-          "[render][cells]") {
+          "[render][depth]") {
   const auto run = [](EnvOptions options) {
     const auto env = make(kId, options);
     env->reset();
@@ -289,7 +289,7 @@ TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch si
 }
 
 TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours do",
-          "[render][cells]") {
+          "[render][depth]") {
   EnvOptions same = seeing(ObsMode::kRgbDepthSegmentation, 1);
   same.auto_reset = AutoReset::kSameStep;
   EnvOptions off = same;
@@ -317,7 +317,7 @@ TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours d
   CHECK(all_cells(*twin) == then);
 }
 
-TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][cells][allocation]") {
+TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][depth][allocation]") {
   EnvOptions options = seeing(ObsMode::kRgbDepthSegmentation, 4);
   options.threads = GENERATE(1, 2);
   options.auto_reset = AutoReset::kSameStep;
@@ -332,7 +332,7 @@ TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][ce
   CHECK(test::allocation_count() == before);
 }
 
-TEST_CASE("Depth and segmentation can be had of other sizes and cameras", "[render][cells]") {
+TEST_CASE("Depth and segmentation can be had of other sizes and cameras", "[render][depth]") {
   EnvOptions options = seeing(ObsMode::kRgbDepthSegmentation, 1);
   options.images.width = 33;
   options.images.height = 20;
