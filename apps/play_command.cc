@@ -34,7 +34,7 @@ struct PlayOptions {
   const char* given = std::getenv("ENGRAM_PYTHON");
   std::vector<std::string> words = {given != nullptr ? given : "python3", "-c", kStart};
   for (const std::string& file : variants) words.push_back("--variants=" + file);
-  words.insert(words.end(), options.words.begin(), options.words.end());
+  words.insert(words.end(), options.arguments.begin(), options.arguments.end());
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());

@@ -30,7 +30,8 @@ ArmVector svd_step(const Eigen::Matrix<double, Rows, kArmJoints>& jacobian,
 }  // namespace
 
 Arm::Arm(const mjModel& model)
-    : model_(load_robot_model(model)), base_position_(model_.base_position) {}
+    : model_(load_robot_model(model)),
+      base_position_(Eigen::Map<const Vec3>(model_.base_position)) {}
 
 Pose Arm::forward(const double* q) const { return tcp_pose(q, nullptr); }
 

@@ -112,7 +112,7 @@ class FrameBuilder {
 
   const PreparedScene* prepared_;
   const SetupKernel* setup_;
-  CameraParams camera_params_ = {};
+  ViewParams view_params_ = {};
   FrameData frame_ = {};
   Eigen::Matrix3d world_to_camera_;
   Eigen::Vector3d eye_;

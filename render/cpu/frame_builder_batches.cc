@@ -55,24 +55,24 @@ Conic take(const Conics& c, std::size_t lane) {
 
 void FrameBuilder::add_batches(const RenderInstances& instances, Shown shown) {
   for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) camera_params_.rotation[i][k] = world_to_camera_(i, k);
-    camera_params_.eye[i] = eye_[i];
-    camera_params_.ambient[i] = prepared_->scene.ambient[i];
+    for (int k = 0; k < 3; ++k) view_params_.rotation[i][k] = world_to_camera_(i, k);
+    view_params_.eye[i] = eye_[i];
+    view_params_.ambient[i] = prepared_->scene.ambient[i];
   }
-  camera_params_.near = near_;
-  camera_params_.half_u = half_u_;
-  camera_params_.half_v = half_v_;
-  camera_params_.side_u = std::sqrt(1 + half_u_ * half_u_);
-  camera_params_.side_v = std::sqrt(1 + half_v_ * half_v_);
-  camera_params_.width = width_;
-  camera_params_.height = height_;
-  camera_params_.u = u_.data();
-  camera_params_.v = v_.data();
-  camera_params_.light_count = frame_.light_count;
+  view_params_.near = near_;
+  view_params_.half_u = half_u_;
+  view_params_.half_v = half_v_;
+  view_params_.side_u = std::sqrt(1 + half_u_ * half_u_);
+  view_params_.side_v = std::sqrt(1 + half_v_ * half_v_);
+  view_params_.width = width_;
+  view_params_.height = height_;
+  view_params_.u = u_.data();
+  view_params_.v = v_.data();
+  view_params_.light_count = frame_.light_count;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
-      camera_params_.light[i][k] = lights_[i][k];
-      camera_params_.light_color[i][k] = prepared_->scene.lights[i].color[k];
+      view_params_.light[i][k] = lights_[i][k];
+      view_params_.light_color[i][k] = prepared_->scene.lights[i].color[k];
     }
   }
 
@@ -116,7 +116,7 @@ std::size_t FrameBuilder::find_pending(const RenderInstances& instances, Shown s
       radius.lane[lane] = prepared_->ball_radius[geom];
     }
     Ints visible;
-    setup_->cull(camera_params_, position, radius, visible);
+    setup_->cull(view_params_, position, radius, visible);
     for (std::size_t lane = 0; lane < size; ++lane) {
       pending_[in_sight] = pending_[first + lane];
       in_sight += static_cast<std::size_t>(visible.lane[lane]);
@@ -164,7 +164,7 @@ Surface& FrameBuilder::add_lit(std::size_t geom, const RoundLight& lit, std::siz
 
 void FrameBuilder::add_boxes(const RenderInstances& instances, std::span<const int> geoms) {
   BoxSetup boxes;
-  setup_->boxes(camera_params_, collect(prepared_->scene, instances, geoms), boxes);
+  setup_->boxes(view_params_, collect(prepared_->scene, instances, geoms), boxes);
   for (std::size_t lane = 0; lane < geoms.size(); ++lane) {
     const auto geom = static_cast<std::size_t>(geoms[lane]);
     if (boxes.visibility.state.lane[lane] == Visibility::kSingle) add(place(instances, geom), geom);
@@ -189,7 +189,7 @@ void FrameBuilder::add_boxes(const RenderInstances& instances, std::span<const i
 
 void FrameBuilder::add_capsules(const RenderInstances& instances, std::span<const int> geoms) {
   CapsuleSetup capsules;
-  setup_->capsules(camera_params_, collect(prepared_->scene, instances, geoms), capsules);
+  setup_->capsules(view_params_, collect(prepared_->scene, instances, geoms), capsules);
   for (std::size_t lane = 0; lane < geoms.size(); ++lane) {
     const auto geom = static_cast<std::size_t>(geoms[lane]);
     if (capsules.visibility.state.lane[lane] == Visibility::kSingle)
@@ -212,7 +212,7 @@ void FrameBuilder::add_capsules(const RenderInstances& instances, std::span<cons
 
 void FrameBuilder::add_cylinders(const RenderInstances& instances, std::span<const int> geoms) {
   CylinderSetup cylinders;
-  setup_->cylinders(camera_params_, collect(prepared_->scene, instances, geoms), cylinders);
+  setup_->cylinders(view_params_, collect(prepared_->scene, instances, geoms), cylinders);
   for (std::size_t lane = 0; lane < geoms.size(); ++lane) {
     const auto geom = static_cast<std::size_t>(geoms[lane]);
     if (cylinders.visibility.state.lane[lane] == Visibility::kSingle)

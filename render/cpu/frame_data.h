@@ -36,7 +36,8 @@ struct Rect {
 enum class PrimitiveKind : std::uint8_t { kConvex, kBall, kCapsule, kCylinder, kPlane };
 
 // The volume with which a primitive blocks light: points p with (p - center)' form (p - center)
-// <= 1; for bars, the part of it between two planes. Convex bodies use their planes instead.
+// <= 1; for capsules and cylinders, the part of it between two planes. Convex bodies use their
+// planes instead.
 struct Occluder {
   float center[3];
   float radius;   // of the ball around it

@@ -20,7 +20,7 @@ using Floats = Lanes<float>;
 using Ints = Lanes<std::int32_t>;
 
 // Camera and lights of a frame.
-struct CameraParams {
+struct ViewParams {
   double rotation[3][3];  // from the world to the camera
   double eye[3];
   double near, half_u, half_v;
@@ -101,11 +101,11 @@ struct CylinderSetup {
 // Inner loops of the projection.
 struct SetupKernel {
   // 1 for each ball of which something may be visible.
-  void (*cull)(const CameraParams& camera, const Doubles (&position)[3], const Doubles& radius,
+  void (*cull)(const ViewParams& camera, const Doubles (&position)[3], const Doubles& radius,
                Ints& visible);
-  void (*boxes)(const CameraParams& camera, const GeomBatch& batch, BoxSetup& visibility);
-  void (*capsules)(const CameraParams& camera, const GeomBatch& batch, CapsuleSetup& visibility);
-  void (*cylinders)(const CameraParams& camera, const GeomBatch& batch, CylinderSetup& visibility);
+  void (*boxes)(const ViewParams& camera, const GeomBatch& batch, BoxSetup& visibility);
+  void (*capsules)(const ViewParams& camera, const GeomBatch& batch, CapsuleSetup& visibility);
+  void (*cylinders)(const ViewParams& camera, const GeomBatch& batch, CylinderSetup& visibility);
   // Counts the geoms before each: by depth, or by number where depths are equal. All arrays have
   // room for whole blocks.
   void (*count_nearer)(const float* depth, const float* number, int count, std::int32_t* nearer);

@@ -16,7 +16,7 @@ using Mat3 = Mat3Of<Double>;
 
 ENGRAM_INLINE Vec3 all_lanes(const double* v) { return broadcast_vec3<Double>(v); }
 
-ENGRAM_INLINE Mat3 camera_rotation(const CameraParams& camera) {
+ENGRAM_INLINE Mat3 camera_rotation(const ViewParams& camera) {
   Mat3 rotation;
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) rotation(i, k) = broadcast<Double>(camera.rotation[i][k]);
@@ -35,7 +35,7 @@ struct PlacedBatch {
   Mat3 axes;
   Double finite;  // 0, or not a number
 
-  ENGRAM_INLINE PlacedBatch(const CameraParams& camera, const GeomBatch& batch, int at) {
+  ENGRAM_INLINE PlacedBatch(const ViewParams& camera, const GeomBatch& batch, int at) {
     const auto value = [&](int i) __attribute__((always_inline)) {
       return load(batch.pose[i].lane + at);
     };
@@ -69,7 +69,7 @@ struct Rects {
   Double x0, x1, y0, y1;
   Double empty;
 
-  ENGRAM_INLINE Rects(const CameraParams& camera, const Extents& extents) {
+  ENGRAM_INLINE Rects(const ViewParams& camera, const Extents& extents) {
     constexpr double kMargin = 0.25;
     const double columns = 0.5 * camera.width / camera.half_u;
     const double rows = 0.5 * camera.height / camera.half_v;
@@ -120,8 +120,7 @@ ENGRAM_INLINE void store_bound(const Vec3& normal, Double distance, int at, Side
 }
 
 // Colours of lights and surfaces: plain loops over lanes, which compilers turn into vectors.
-ENGRAM_INLINE void light_round(const CameraParams& camera, const GeomBatch& batch,
-                               RoundLight& out) {
+ENGRAM_INLINE void light_round(const ViewParams& camera, const GeomBatch& batch, RoundLight& out) {
   for (int k = 0; k < 3; ++k) {
     Floats color;
     for (int i = 0; i < kBatch; ++i) color.lane[i] = batch.rgba[k].lane[i] * 255;
@@ -137,7 +136,7 @@ ENGRAM_INLINE void light_round(const CameraParams& camera, const GeomBatch& batc
 }
 
 // Colours of flat surfaces, as FrameBuilder::light_flat(). `amount`: of each light.
-ENGRAM_INLINE void light_flat(const CameraParams& camera, const RoundLight& lit,
+ENGRAM_INLINE void light_flat(const ViewParams& camera, const RoundLight& lit,
                               const Floats (&amount)[kMaxLights], Ints& code) {
   constexpr float kRound = 12582912.0F;  // 1.5 * 2^23: no bits are left for a fraction
   for (int i = 0; i < kBatch; ++i) code.lane[i] = 0;
@@ -157,14 +156,14 @@ ENGRAM_INLINE void light_flat(const CameraParams& camera, const RoundLight& lit,
   }
 }
 
-ENGRAM_INLINE void store_amounts(const CameraParams& camera, const Vec3& normal, int at,
+ENGRAM_INLINE void store_amounts(const ViewParams& camera, const Vec3& normal, int at,
                                  Floats (&amount)[kMaxLights]) {
   for (int light = 0; light < camera.light_count; ++light) {
     store(amount[light].lane + at, max(Double{}, dot(normal, all_lanes(camera.light[light]))));
   }
 }
 
-void cull(const CameraParams& camera, const Doubles (&position)[3], const Doubles& radius,
+void cull(const ViewParams& camera, const Doubles (&position)[3], const Doubles& radius,
           Ints& visible) {
   for (int at = 0; at < kBatch; at += kDoubles) {
     const Mat3 rotation = camera_rotation(camera);
@@ -180,7 +179,7 @@ void cull(const CameraParams& camera, const Doubles (&position)[3], const Double
   }
 }
 
-void set_up_boxes(const CameraParams& camera, const GeomBatch& batch, BoxSetup& out) {
+void set_up_boxes(const ViewParams& camera, const GeomBatch& batch, BoxSetup& out) {
   Floats amount[6][kMaxLights];
   for (int at = 0; at < kBatch; at += kDoubles) {
     const PlacedBatch placed(camera, batch, at);
@@ -228,7 +227,7 @@ void set_up_boxes(const CameraParams& camera, const GeomBatch& batch, BoxSetup& 
 
 // Adds a ball's outline to the extents, as FrameBuilder::include_ball(). Of its half axes' products
 // with themselves, `square` has xx, yy, zz and `with_z` xz, yz.
-ENGRAM_INLINE void include_ball(const CameraParams& camera, const Vec3& center, const Vec3& square,
+ENGRAM_INLINE void include_ball(const ViewParams& camera, const Vec3& center, const Vec3& square,
                                 const Double (&with_z)[2], Extents& extents) {
   const Double z = center[2];
   extents.spoilt += z - sqrt(square[2]) <= camera.near ? broadcast<Double>(1) : Double{};
@@ -260,7 +259,7 @@ struct HalfAxes {
 };
 
 // The middles of rectangles, as rays.
-ENGRAM_INLINE Vec3 middle_of(const CameraParams& camera, const Rects& rects) {
+ENGRAM_INLINE Vec3 middle_of(const ViewParams& camera, const Rects& rects) {
   alignas(64) double u[kDoubles];
   alignas(64) double v[kDoubles];
   alignas(64) std::int32_t x[kDoubles];
@@ -343,7 +342,7 @@ ENGRAM_INLINE Mat3 identity() {
   return m;
 }
 
-void set_up_capsules(const CameraParams& camera, const GeomBatch& batch, CapsuleSetup& out) {
+void set_up_capsules(const ViewParams& camera, const GeomBatch& batch, CapsuleSetup& out) {
   for (int at = 0; at < kBatch; at += kDoubles) {
     const PlacedBatch placed(camera, batch, at);
     const Double radius = load(batch.size[0].lane + at);
@@ -386,7 +385,7 @@ void set_up_capsules(const CameraParams& camera, const GeomBatch& batch, Capsule
   light_round(camera, batch, out.lit);
 }
 
-void set_up_cylinders(const CameraParams& camera, const GeomBatch& batch, CylinderSetup& out) {
+void set_up_cylinders(const ViewParams& camera, const GeomBatch& batch, CylinderSetup& out) {
   Floats amount[kMaxLights];
   for (int at = 0; at < kBatch; at += kDoubles) {
     const PlacedBatch placed(camera, batch, at);

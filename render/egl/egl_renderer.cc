@@ -31,8 +31,8 @@ void check_geom(const RenderScene& scene, std::size_t index) {
     return;
   }
   const bool plane = geom.shape == RenderShape::kPlane;
-  const bool bar = geom.shape == RenderShape::kCapsule || geom.shape == RenderShape::kCylinder;
-  const int count = geom.shape == RenderShape::kSphere ? 1 : (plane || bar ? 2 : 3);
+  const bool round = geom.shape == RenderShape::kCapsule || geom.shape == RenderShape::kCylinder;
+  const int count = geom.shape == RenderShape::kSphere ? 1 : (plane || round ? 2 : 3);
   for (int i = 0; i < count; ++i) {
     const float size = geom.size[i];
     if (!std::isfinite(size) || size < 0 || (size == 0 && !plane)) {

@@ -195,8 +195,8 @@ int DrawList::level_of(std::size_t geom, const float* pose, const Viewpoint& vie
     return kOutOfSight;
   }
   if (!is_round(shape.shape)) return 0;
-  const bool bar = shape.shape == RenderShape::kCapsule || shape.shape == RenderShape::kCylinder;
-  const float curve = bar ? shape.size[0] : half.maxCoeff();
+  const bool round = shape.shape == RenderShape::kCapsule || shape.shape == RenderShape::kCylinder;
+  const float curve = round ? shape.size[0] : half.maxCoeff();
   const float nearest = std::max(depth - half.norm(), std::max(view.near_clip, 0.2F * depth));
   return level_for(curve / nearest * view.pixels, tolerance);
 }

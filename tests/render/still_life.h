@@ -48,4 +48,28 @@ inline RenderInstances two_cameras(const RenderRig& rig, std::vector<float>& pos
   return instances;
 }
 
+using Rgb = std::vector<std::uint8_t>;
+
+// Colours of some cameras, as observations have them.
+template <typename Source, typename... Where>
+Rgb draw(Source& source, const std::vector<int>& cameras, int width, int height, bool with_depth,
+         const Where&... where) {
+  Rgb rgb(3 * cameras.size() * static_cast<std::size_t>(width * height), 77);
+  std::vector<float> depth(static_cast<std::size_t>(width * height));
+  std::vector<RenderImage> images;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    RenderImage image;
+    image.camera = cameras[i];
+    image.width = width;
+    image.height = height;
+    image.rgb = rgb.data() + 3 * i;
+    image.pixel_stride = static_cast<std::ptrdiff_t>(3 * cameras.size());
+    image.row_stride = image.pixel_stride * width;
+    if (with_depth) image.depth = depth.data();
+    images.push_back(image);
+  }
+  source.render(0, where..., images);
+  return rgb;
+}
+
 }  // namespace engram::test

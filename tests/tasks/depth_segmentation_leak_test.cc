@@ -68,7 +68,7 @@ Count check(const std::string& id, Policy policy, std::uint64_t seed) {
   return count;
 }
 
-TEST_CASE("Depth and segmentation tell nothing after the cue", "[render][leak][cells][long]") {
+TEST_CASE("Depth and segmentation tell nothing after the cue", "[render][leak][depth][long]") {
   const Policy policy = GENERATE(Policy::kZero, Policy::kRandom, Policy::kSweep);
   int tasks = 0;
   int steps = 0;
@@ -89,7 +89,7 @@ TEST_CASE("Depth and segmentation tell nothing after the cue", "[render][leak][c
 }
 
 // Where one thing changes its colour, its shape and its name stay.
-TEST_CASE("A cue of colour alone shows in colours alone", "[render][leak][cells]") {
+TEST_CASE("A cue of colour alone shows in colours alone", "[render][leak][depth]") {
   for (const std::string& id : test::implemented_ids()) {
     if (!id.starts_with("TimedTransfer") && !id.starts_with("BlinkCount")) continue;
     INFO(id);
@@ -99,7 +99,7 @@ TEST_CASE("A cue of colour alone shows in colours alone", "[render][leak][cells]
   }
 }
 
-TEST_CASE("Depth and segmentation of Rotate never tell the angle", "[render][leak][cells]") {
+TEST_CASE("Depth and segmentation of Rotate never tell the angle", "[render][leak][depth]") {
   for (const std::string& id : test::implemented_ids()) {
     if (id.find("Rotate") != 0) continue;
     INFO(id);

@@ -123,7 +123,7 @@ Eigen::Quaterniond turn_of(const Batch& env, int index, int prop) {
 
 }  // namespace
 
-TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][cells]") {
+TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][depth]") {
   const auto rgb = make(kId, seeing(ObsMode::kRgb, 2));
   const auto depth = make(kId, seeing(ObsMode::kRgbDepth, 2));
   const auto segmentation = make(kId, seeing(ObsMode::kRgbSegmentation, 2));
@@ -155,7 +155,7 @@ TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][
         Queries(*both).bytes_per_env());
 }
 
-TEST_CASE("Depth is the distance along the axis to what is there", "[render][cells]") {
+TEST_CASE("Depth is the distance along the axis to what is there", "[render][depth]") {
   const auto env = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2));
   env->reset();
   for (int t = 0; t < 30; ++t) test::step(*env, Policy::kOracle);
@@ -198,7 +198,7 @@ TEST_CASE("Depth is the distance along the axis to what is there", "[render][cel
   CHECK(worst_cube < 0.001);
 }
 
-TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[render][cells]") {
+TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[render][depth]") {
   const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 4));
   env->reset();
   while (env->state().elapsed[0] < 16) test::step(*env, Policy::kZero);
@@ -227,7 +227,7 @@ TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[r
   CHECK(seen >= 27);
 }
 
-TEST_CASE("Segments are named in the scene's order, the same in all episodes", "[render][cells]") {
+TEST_CASE("Segments are named in the scene's order, the same in all episodes", "[render][depth]") {
   const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 1));
   const std::vector<std::string> names(env->images().segmentation_names.begin(),
                                        env->images().segmentation_names.end());
@@ -241,7 +241,7 @@ TEST_CASE("Segments are named in the scene's order, the same in all episodes", "
   CHECK(std::ranges::equal(names, other->images().segmentation_names));
 }
 
-TEST_CASE("Values of segmentation are those that have names, in all tasks", "[render][cells]") {
+TEST_CASE("Values of segmentation are those that have names, in all tasks", "[render][depth]") {
   for (const std::string& id : test::implemented_ids()) {
     const auto env = make(id, seeing(ObsMode::kRgbDepthSegmentation, 1, 3));
     env->reset();
@@ -264,7 +264,7 @@ TEST_CASE("Values of segmentation are those that have names, in all tasks", "[re
 }
 
 TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch size and slot",
-          "[render][cells]") {
+          "[render][depth]") {
   const auto run = [](BatchOptions options) {
     const auto env = make(kId, options);
     env->reset();
@@ -295,7 +295,7 @@ TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch si
 }
 
 TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours do",
-          "[render][cells]") {
+          "[render][depth]") {
   BatchOptions same = seeing(ObsMode::kRgbDepthSegmentation, 1);
   same.auto_reset = AutoReset::kSameStep;
   BatchOptions off = same;
@@ -323,7 +323,7 @@ TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours d
   CHECK(all_cells(*twin) == then);
 }
 
-TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][cells][allocation]") {
+TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][depth][allocation]") {
   BatchOptions options = seeing(ObsMode::kRgbDepthSegmentation, 4);
   options.threads = GENERATE(1, 2);
   options.auto_reset = AutoReset::kSameStep;
@@ -338,7 +338,7 @@ TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][ce
   CHECK(test::allocation_count() == before);
 }
 
-TEST_CASE("Depth and segmentation can be had of other sizes and cameras", "[render][cells]") {
+TEST_CASE("Depth and segmentation can be had of other sizes and cameras", "[render][depth]") {
   BatchOptions options = seeing(ObsMode::kRgbDepthSegmentation, 1);
   options.images.width = 33;
   options.images.height = 20;

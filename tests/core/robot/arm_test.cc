@@ -13,7 +13,6 @@ namespace engram {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 using JointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct Robot {
@@ -33,15 +32,15 @@ ArmVector random_joints(const mjModel& model, RandomStream& random, double beyon
 
 const ArmVector kStart{{0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4}};
 
-// Smallest joint step that realises a twist, by its definition.
-template <class Jacobian, class Twist>
-ArmVector pseudo_inverse(const Jacobian& jacobian, const Twist& twist) {
+// Smallest joint step that gives a displacement, by its definition.
+template <class Jacobian, class Displacement>
+ArmVector pseudo_inverse(const Jacobian& jacobian, const Displacement& displacement) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);
   ArmVector step = ArmVector::Zero();
   for (Eigen::Index i = 0; i < jacobian.rows(); ++i) {
     const double sigma = svd.singularValues()[i];
     if (sigma <= 7 * 1.2e-7 * svd.singularValues()[0]) continue;
-    step += svd.matrixV().col(i) * svd.matrixU().col(i).dot(twist) / sigma;
+    step += svd.matrixV().col(i) * svd.matrixU().col(i).dot(displacement) / sigma;
   }
   return step;
 }
@@ -120,12 +119,12 @@ TEST_CASE("A pseudo-inverse step equals that of the full SVD", "[arm]") {
   const auto check = [&](const ArmVector& q, double tolerance) {
     ArmJacobian jacobian;
     robot.arm.forward(q.data(), jacobian);
-    Vector6 twist;
-    for (double& value : twist) value = random.uniform(-0.1, 0.1);
-    const ArmVector expected = pseudo_inverse(jacobian, twist);
-    const ArmVector step = Arm::pseudo_inverse_step(jacobian, twist);
+    Vector6 displacement;
+    for (double& value : displacement) value = random.uniform(-0.1, 0.1);
+    const ArmVector expected = pseudo_inverse(jacobian, displacement);
+    const ArmVector step = Arm::pseudo_inverse_step(jacobian, displacement);
     REQUIRE((step - expected).norm() <= tolerance * (1 + expected.norm()));
-    const Eigen::Vector3d linear = twist.head<3>();
+    const Eigen::Vector3d linear = displacement.head<3>();
     const ArmVector expected3 = pseudo_inverse(jacobian.topRows<3>().eval(), linear);
     const ArmVector step3 = Arm::pseudo_inverse_step(jacobian, linear);
     REQUIRE((step3 - expected3).norm() <= tolerance * (1 + expected3.norm()));
@@ -189,7 +188,7 @@ TEST_CASE("Inverse kinematics gives the joints back where it fails", "[arm]") {
   CHECK(found == kStart);
 }
 
-TEST_CASE("A rotation vector goes the shorter way round", "[arm]") {
+TEST_CASE("A rotation vector is the shorter of both", "[arm]") {
   using Eigen::AngleAxisd;
   const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 0.5).normalized();
   for (const double angle : {0.0, 1e-14, 1e-7, 0.3, 3.0}) {

@@ -66,7 +66,7 @@ Drawn draw(Renderer& renderer, const RenderInstances& instances, const std::vect
 constexpr Kinds kSome[] = {{true, true, false}, {true, false, true},  {true, true, true},
                            {false, true, true}, {false, true, false}, {false, false, true}};
 
-TEST_CASE("tiles have the depth and segments of pixels drawn one by one", "[render][cells]") {
+TEST_CASE("tiles have the depth and segments of pixels drawn one by one", "[render][depth]") {
   const std::vector<std::vector<int>> cameras = {{0}, {1}, {0, 1}, {1, 0, 1}};
   const bool antialias = GENERATE(false, true);
   for (const InstructionSet set : sets()) {
@@ -95,7 +95,7 @@ TEST_CASE("tiles have the depth and segments of pixels drawn one by one", "[rend
 }
 
 TEST_CASE("depth and segments as observations have them are the plain ones, rounded",
-          "[render][cells]") {
+          "[render][depth]") {
   const RenderRig rig = still_life(2);
   std::vector<float> poses;
   const RenderInstances instances = two_cameras(rig, poses);
@@ -116,7 +116,7 @@ TEST_CASE("depth and segments as observations have them are the plain ones, roun
   CHECK(nothing > 0);
 }
 
-TEST_CASE("depth ends at 32767 mm, and is 0 where nothing is", "[render][cells]") {
+TEST_CASE("depth ends at 32767 mm, and is 0 where nothing is", "[render][depth]") {
   RenderRig rig;
   rig.add(RenderShape::kBox, {1, 1, 1}, {40, 0, 0});
   rig.scene.geoms.back().still = GENERATE(false, true);
@@ -129,7 +129,7 @@ TEST_CASE("depth ends at 32767 mm, and is 0 where nothing is", "[render][cells]"
   CHECK(drawn.segments[0] == 0);
 }
 
-TEST_CASE("what moves leaves no trace in what is kept of depth and segments", "[render][cells]") {
+TEST_CASE("geoms that move leave no trace in kept depth and segments", "[render][depth]") {
   RenderRig rig = still_life(3);
   std::vector<float> poses;
   const RenderInstances instances = two_cameras(rig, poses);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/env/queries.h"
@@ -16,30 +15,6 @@
 
 namespace engram::test {
 namespace {
-
-using Rgb = std::vector<std::uint8_t>;
-
-// Colours of some cameras, as observations have them.
-template <typename Source, typename... Where>
-Rgb draw(Source& source, const std::vector<int>& cameras, int width, int height, bool with_depth,
-         const Where&... where) {
-  Rgb rgb(3 * cameras.size() * static_cast<std::size_t>(width * height), 77);
-  std::vector<float> depth(static_cast<std::size_t>(width * height));
-  std::vector<RenderImage> images;
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    RenderImage image;
-    image.camera = cameras[i];
-    image.width = width;
-    image.height = height;
-    image.rgb = rgb.data() + 3 * i;
-    image.pixel_stride = static_cast<std::ptrdiff_t>(3 * cameras.size());
-    image.row_stride = image.pixel_stride * width;
-    if (with_depth) image.depth = depth.data();
-    images.push_back(image);
-  }
-  source.render(0, where..., images);
-  return rgb;
-}
 
 TEST_CASE("tiles have the colours of pixels drawn one by one", "[render]") {
   const std::vector<std::vector<int>> cameras = {{0}, {1}, {0, 1}, {1, 0, 1}};
@@ -151,59 +126,6 @@ TEST_CASE("old contents of working memory do not show in tiles", "[render]") {
         CHECK(colors(camera, 0, 0x00ffffff) == expected);
       }
     }
-  }
-}
-
-TEST_CASE("what moves, or is hidden, leaves no trace in what is kept of a picture", "[render]") {
-  RenderRig rig = still_life(3);
-  std::vector<float> poses;
-  const RenderInstances instances = two_cameras(rig, poses);
-  const auto renderer = make_cpu_renderer(rig.scene, with(InstructionSet::kAuto), 1);
-  (void)draw(*renderer, {0, 1}, 128, 128, false, instances);  // keeps floor, table and the like
-  for (std::size_t i = 0; i < rig.scene.geoms.size(); ++i) {
-    if (!rig.scene.geoms[i].still) rig.visible[i] = 0;
-  }
-  const auto fresh = make_cpu_renderer(rig.scene, with(InstructionSet::kAuto), 1);
-  CHECK(draw(*renderer, {0, 1}, 128, 128, false, instances) ==
-        draw(*fresh, {0, 1}, 128, 128, true, instances));
-}
-
-TEST_CASE("a geom that is drawn before what never moves wins where both are equally near",
-          "[render]") {
-  // Two boxes with one front; the one that moves is the larger, so it comes first.
-  RenderRig rig;
-  rig.add(RenderShape::kBox, {0.5F, 0.5F, 0.5F}, {2.5F, 0, 0}, Eigen::Matrix3f::Identity(),
-          {1, 0, 0, 1});
-  rig.scene.geoms[0].still = true;
-  rig.add(RenderShape::kBox, {1, 1, 1}, {3, 0, 0}, Eigen::Matrix3f::Identity(), {0, 1, 0, 1});
-  rig.scene.cameras[0].still = true;
-  const auto renderer = make_cpu_renderer(rig.scene, {}, 1);
-  const Rgb tiles = draw(*renderer, {0}, 64, 64, false, rig.instances());
-  CHECK(tiles == draw(*renderer, {0}, 64, 64, true, rig.instances()));
-  CHECK(tiles[3 * (32 * 64 + 32)] == 0);
-}
-
-TEST_CASE("workers that ask for the first picture at once all get it", "[render]") {
-  const RenderRig rig = still_life(4);
-  std::vector<float> poses;
-  const RenderInstances instances = two_cameras(rig, poses);
-  const Rgb expected = draw(*make_cpu_renderer(rig.scene, {}, 1), {0}, 64, 64, true, instances);
-  for (int round = 0; round < 20; ++round) {
-    const auto renderer = make_cpu_renderer(rig.scene, {}, 4);
-    std::vector<Rgb> pictures(4, Rgb(expected.size()));
-    std::vector<std::thread> threads;
-    threads.reserve(4);
-    for (int worker = 0; worker < 4; ++worker) {
-      threads.emplace_back([&, worker] {
-        RenderImage image;
-        image.width = image.height = 64;
-        image.row_stride = 192;
-        image.rgb = pictures[static_cast<std::size_t>(worker)].data();
-        for (int i = 0; i < 3; ++i) renderer->render(worker, instances, {&image, 1});
-      });
-    }
-    for (std::thread& thread : threads) thread.join();
-    for (const Rgb& picture : pictures) CHECK(picture == expected);
   }
 }
 

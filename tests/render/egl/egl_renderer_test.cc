@@ -296,7 +296,7 @@ TEST_CASE("OpenGL pictures obey strides, visibility and sizes", "[render][egl]")
   CHECK(std::all_of(wide.rgb.begin(), wide.rgb.end(), [](int x) { return x == 9; }));
 }
 
-TEST_CASE("OpenGL has depth and segments as observations have them", "[render][egl][cells]") {
+TEST_CASE("OpenGL has depth and segments as observations have them", "[render][egl][depth]") {
   if (!has_egl()) return;
   const Stage stage = random_stage(2, false);
   const auto egl = make_egl_renderer(stage.scene, {}, 1);

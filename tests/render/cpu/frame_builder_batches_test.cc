@@ -1,4 +1,4 @@
-// Set-up of boxes, capsules and cylinders eight at a time: the frame is what it is one by one.
+// Boxes, capsules and cylinders projected in batches: the frame equals the one made one by one.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -93,7 +93,7 @@ bool same_primitive(const ScreenPrimitive& a, const ScreenPrimitive& b) {
          same_bits(a.planes, b.planes, sizeof(cpu::Affine) * static_cast<std::size_t>(planes));
 }
 
-TEST_CASE("geoms taken eight at a time give the same frame, bit for bit", "[render]") {
+TEST_CASE("geoms projected in batches give the same frame, bit for bit", "[render]") {
   for (const cpu::Kernel* kernel : kernels()) {
     std::size_t seen = 0;
     bool same = true;
@@ -101,10 +101,10 @@ TEST_CASE("geoms taken eight at a time give the same frame, bit for bit", "[rend
       const RenderRig rig = scatter(seed);
       const cpu::PreparedScene prepared(rig.scene, {});
       cpu::FrameBuilder one_by_one(prepared, nullptr, 200, 200);
-      cpu::FrameBuilder setup(prepared, kernel->setup, 200, 200);
+      cpu::FrameBuilder batched(prepared, kernel->setup, 200, 200);
       const int width = 33 + static_cast<int>(seed);
-      const FrameData& expected = one_by_one.render(rig.instances(), 0, width, 80);
-      const FrameData& frame = setup.render(rig.instances(), 0, width, 80);
+      const FrameData& expected = one_by_one.build(rig.instances(), 0, width, 80);
+      const FrameData& frame = batched.build(rig.instances(), 0, width, 80);
       REQUIRE(frame.primitive_count == expected.primitive_count);
       for (int i = 0; i < frame.primitive_count; ++i) {
         const ScreenPrimitive& a = *frame.primitives[i];
@@ -115,7 +115,7 @@ TEST_CASE("geoms taken eight at a time give the same frame, bit for bit", "[rend
         }
         ++seen;
       }
-      const auto ranks = setup.ranks();
+      const auto ranks = batched.ranks();
       for (std::size_t i = 0; i < ranks.size(); ++i) {
         same = same && ranks[i].depth == one_by_one.ranks()[i].depth &&
                ranks[i].geom == one_by_one.ranks()[i].geom;

@@ -1,4 +1,6 @@
-// The drive law in motion. See docs/robot.md.
+// Drives, coupling and joint limits in motion. See docs/robot.md.
+#include "core/robot/joint_solver.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -36,14 +38,14 @@ struct Robot {
   DriveTarget drive;
 };
 
-TEST_CASE("The drive law has the published numbers", "[physics]") {
-  const RobotParams& law = robot_model().robot_params();
-  CHECK(law.drive.stiffness == 1000);
-  CHECK(law.drive.damping == 100);
-  CHECK(law.drive.limit == 100);
-  CHECK(law.timestep == 0.01);
-  CHECK(law.lower[5] == -0.0175);
-  CHECK(law.upper[8] == 0.04);
+TEST_CASE("The drives have the published constants", "[physics]") {
+  const RobotParams& params = robot_model().robot_params();
+  CHECK(params.drive.stiffness == 1000);
+  CHECK(params.drive.damping == 100);
+  CHECK(params.drive.limit == 100);
+  CHECK(params.timestep == 0.01);
+  CHECK(params.lower[5] == -0.0175);
+  CHECK(params.upper[8] == 0.04);
   CHECK(robot_model().gravity() == Approx(9.81));
 }
 
@@ -105,7 +107,7 @@ TEST_CASE("A saturated arm joint is turned by its limit, not by its spring", "[p
 
 // Under the full force of a drive, the arm upright and away from the table.
 TEST_CASE("Joint limits are hard", "[physics]") {
-  const RobotParams& law = robot_model().robot_params();
+  const RobotParams& params = robot_model().robot_params();
   for (int joint = 0; joint < kRobotJoints; ++joint) {
     for (const double sign : {-1.0, 1.0}) {
       if (joint == 1 && sign > 0) continue;  // the table is before it
@@ -114,7 +116,7 @@ TEST_CASE("Joint limits are hard", "[physics]") {
       std::copy_n(upright, kRobotJoints, robot.state.qpos.row(0));
       std::copy_n(upright, kRobotJoints, robot.drive.qpos.begin());
       const auto index = static_cast<std::size_t>(joint);
-      const double limit = sign < 0 ? law.lower[index] : law.upper[index];
+      const double limit = sign < 0 ? params.lower[index] : params.upper[index];
       robot.drive.qpos[index] = limit + sign;
       if (joint >= kArmJoints) robot.drive.qpos[7] = robot.drive.qpos[8] = limit + sign;
       double beyond = 0;
@@ -167,7 +169,7 @@ TEST_CASE("The gripper closes in three to four control steps and opens as fast",
   CHECK(robot.q(7) > -5e-4);  // the joint limit holds
 }
 
-TEST_CASE("Coupled fingers give way to one another when only one is pushed", "[physics]") {
+TEST_CASE("Coupled fingers follow one another when only one is pushed", "[physics]") {
   Robot robot;
   robot.drive.qpos[7] = 0.01;
   robot.drive.qpos[8] = 0.03;

@@ -1,0 +1,65 @@
+// Mass matrix (CRBA) and bias forces (RNEA) against MuJoCo's.
+#include "core/robot/robot_dynamics.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/scene/mujoco_handle.h"
+#include "tests/core/robot/robot_fixture.h"
+
+namespace engram::test {
+namespace {
+
+TEST_CASE("Mass matrix and bias forces are MuJoCo's", "[physics]") {
+  const mjModel& model = physics().robot();
+  const DataPtr data = make_data(model);
+  std::vector<mjtNum> expected(static_cast<std::size_t>(model.nv * model.nv));
+  double worst = 0;
+  for (const Robot& robot : random_robots(256)) {
+    std::copy(robot.q.begin(), robot.q.end(), data->qpos);
+    std::copy(robot.v.begin(), robot.v.end(), data->qvel);
+    mj_kinematics(&model, data.get());
+    mj_comPos(&model, data.get());
+    mj_comVel(&model, data.get());
+    mj_crb(&model, data.get());
+    mj_rne(&model, data.get(), 0, data->qfrc_bias);
+    mj_fullM(&model, expected.data(), data->qM);
+
+    LinkPose<double> links[kArmJoints];
+    link_poses(physics().robot_model(), robot.q.data(), links);
+    const RobotDynamics<double> dynamics(physics().robot_model(), robot.q.data(), links);
+    JointMatrixOf<double> mass;
+    dynamics.mass_matrix(mass);
+    JointArray bias;
+    dynamics.bias_force(robot.v.data(), bias.data());
+    for (int i = 0; i < kRobotJoints; ++i) {
+      worst = std::max(worst, std::abs(bias[static_cast<std::size_t>(i)] - data->qfrc_bias[i]));
+      for (int k = 0; k < kRobotJoints; ++k) {
+        const mjtNum theirs = expected[static_cast<std::size_t>(i * model.nv + k)];
+        worst = std::max(worst, std::abs(mass[i][k] - theirs));
+      }
+    }
+  }
+  CHECK(worst < 1e-12);
+}
+
+TEST_CASE("Inverting a mass matrix by Gauss-Jordan elimination gives its inverse", "[physics]") {
+  const Robot robot = random_robots(1).front();
+  LinkPose<double> links[kArmJoints];
+  link_poses(physics().robot_model(), robot.q.data(), links);
+  const RobotDynamics<double> dynamics(physics().robot_model(), robot.q.data(), links);
+  JointMatrixOf<double> mass;
+  dynamics.mass_matrix(mass);
+  JointMatrixOf<double> inverse = mass;
+  invert(inverse);
+  for (int i = 0; i < kRobotJoints; ++i) {
+    for (int k = 0; k < kRobotJoints; ++k) {
+      double sum = 0;
+      for (int j = 0; j < kRobotJoints; ++j) sum += mass[i][j] * inverse[j][k];
+      CHECK(sum == Approx(i == k ? 1 : 0).margin(1e-9));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace engram::test
