@@ -18,7 +18,8 @@ class SceneKinematics {
 
   // Poses static bodies, once for new data.
   void pose_fixed(mjData& data) const;
-  // Poses all other bodies, as mj_kinematics does, except joint frames of props, sites and lights.
+  // Poses all other bodies, as mj_kinematics does, except joint frames of props, anchors of slide
+  // joints, sites and lights.
   void pose(const RobotPose& robot, mjData& data) const;
 
  private:

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <vector>
 
 #include "core/math/random.h"
 #include "tests/core/scene/props.h"
@@ -37,26 +38,22 @@ void randomize(const SceneModel& scene, RandomStream& random, mjData& data) {
 TEST_CASE("Near pairs give the same contacts in the same order as all pairs", "[broad_phase]") {
   const SceneModel& scene = test::mixed_model().scenes().back();
   BroadPhase broad_phase(*scene.model);
-  const DataPtr all = make_data(*scene.model);
-  const DataPtr near = make_data(*scene.model);
+  const DataPtr data = make_data(*scene.model);
   const MujocoScope scope;  // a heap may have more contacts than fit
   RandomStream random(1, 0, 0);
   long contacts = 0;
   long pairs = 0;
   constexpr int kRounds = 2000;
   for (int round = 0; round < kRounds; ++round) {
-    randomize(scene, random, *all);
-    std::copy_n(all->qpos, scene.model->nq, near->qpos);
-    std::copy_n(all->mocap_pos, 3 * scene.model->nmocap, near->mocap_pos);
-    std::copy_n(all->mocap_quat, 4 * scene.model->nmocap, near->mocap_quat);
-    mj_kinematics(scene.model.get(), near.get());
-    mj_collision(scene.model.get(), all.get());
-    const mjModel* model = broad_phase.near_pairs(*near);
-    mj_collision(model, near.get());
-    REQUIRE(near->ncon == all->ncon);
-    for (int i = 0; i < all->ncon; ++i) {
-      const mjContact& a = all->contact[i];
-      const mjContact& b = near->contact[i];
+    randomize(scene, random, *data);
+    mj_collision(scene.model.get(), data.get());
+    const std::vector<mjContact> all(data->contact, data->contact + data->ncon);
+    const mjModel* model = broad_phase.near_pairs(*data);
+    mj_collision(model, data.get());
+    REQUIRE(data->ncon == static_cast<int>(all.size()));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const mjContact& a = all[i];
+      const mjContact& b = data->contact[i];
       REQUIRE(a.geom1 == b.geom1);
       REQUIRE(a.geom2 == b.geom2);
       REQUIRE(a.dim == b.dim);
@@ -66,7 +63,7 @@ TEST_CASE("Near pairs give the same contacts in the same order as all pairs", "[
       REQUIRE(std::memcmp(a.friction, b.friction, sizeof a.friction) == 0);
       REQUIRE(a.includemargin == b.includemargin);
     }
-    contacts += all->ncon;
+    contacts += data->ncon;
     pairs += model->npair;
   }
   CHECK(contacts > kRounds);

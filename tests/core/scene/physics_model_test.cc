@@ -55,7 +55,7 @@ TEST_CASE("Constants of robot and props are the text's", "[physics_model]") {
   CHECK_FALSE(model.props()[test::kBox].free);
   CHECK(model.props()[test::kBox].tangible());
   CHECK(model.props()[test::kCube0].type == model.props()[test::kCube1].type);
-  CHECK(model.num_types() == 4);  // types are numbered by the first prop that has them
+  CHECK(model.num_types() == 3);
   CHECK_FALSE(model.reach_geoms().empty());
   CHECK(model.reach_boxes().size() == model.reach_geoms().size());
 }

@@ -58,7 +58,7 @@ TEST_CASE("All bodies and geoms are posed as by mj_kinematics", "[scene_kinemati
       REQUIRE(difference(mine->ximat, theirs->ximat, 9 * model.nbody) < 1e-12);
       REQUIRE(difference(mine->geom_xpos, theirs->geom_xpos, 3 * model.ngeom) < 1e-12);
       REQUIRE(difference(mine->geom_xmat, theirs->geom_xmat, 9 * model.ngeom) < 1e-12);
-      REQUIRE(difference(mine->xanchor, theirs->xanchor, 3 * kRobotJoints) < 1e-12);
+      REQUIRE(difference(mine->xanchor, theirs->xanchor, 3 * kArmJoints) < 1e-12);
       REQUIRE(difference(mine->xaxis, theirs->xaxis, 3 * kRobotJoints) < 1e-12);
     }
   }
