@@ -13,7 +13,7 @@ using namespace tasks;
 
 // A robot that stands where it is put.
 std::unique_ptr<Batch> make_still_env() {
-  EnvOptions options;
+  BatchOptions options;
   options.substeps = 0;
   auto env = test::make_env("RememberColor3-VLA-v0", options);
   env->reset();
