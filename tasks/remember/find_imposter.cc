@@ -93,7 +93,7 @@ class FindImposter final : public ObjectRecall {
   }
 
  private:
-  // Of every origin; low shapes hover and drop.
+  // Height of every origin; low shapes hover and drop.
   double shown_height() const { return objects().size(); }
 
   // The places of the cue phase dealt anew: key k appears where key q[k] was.
