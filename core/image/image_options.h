@@ -26,7 +26,7 @@ struct ImageShape {
 
 struct ImageSourceOptions {
   // begin options: source
-  // Who draws rgb observations. "cpu" or "egl".
+  // Renderer of rgb observations. "cpu" or "egl".
   std::string renderer = "cpu";
   // Shadows in rgb observations.
   bool shadows = false;
