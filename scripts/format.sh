@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks the formatting of all sources; with --fix, mends it.
+# Checks the formatting of all sources; with --fix, fixes it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -150,18 +150,18 @@ TEST_CASE("A wrong first answer fails a strict episode for good", "[answer]") {
       return *row<std::uint8_t>(env->output(name), i) != 0;
     };
     int wrong = 0;
-    int mended = 0;
+    int recovered = 0;
     for (int t = 0; t < env->info().horizon; ++t) {
       test::step(*env, Policy::kSweep);
       for (int i = 0; i < env->num_envs(); ++i) {
         if (!flag("answered", i) || flag("first_answer_correct", i)) continue;
         CHECK(flag("failed", i) == strict);
         wrong += env->state().elapsed[i] == env->info().horizon ? 1 : 0;
-        mended += flag("success", i) ? 1 : 0;
+        recovered += flag("success", i) ? 1 : 0;
       }
     }
     CHECK(wrong > 40);
-    CHECK((mended > 0) == !strict);
+    CHECK((recovered > 0) == !strict);
   }
 }
 

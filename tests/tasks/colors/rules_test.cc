@@ -119,7 +119,7 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
   CHECK(value(done) == 400);
 }
 
-TEST_CASE("A touch is a mistake where it can no longer be mended", "[touch][answer]") {
+TEST_CASE("A touch is a mistake where it can no longer be corrected", "[touch][answer]") {
   using enum ColorRule;
   const auto mistaken = [](ColorRule rule, const std::vector<int>& touches) {
     return after(rule, touches).mistaken;
