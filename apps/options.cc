@@ -274,7 +274,7 @@ void add_renderer(const Command& command, ImageSourceOptions& options) {
       .default_str("cpu");
 }
 
-std::string renderer_name(const MakeOptions& options) {
+std::string renderer_name(const BatchOptions& options) {
   return observes_pictures(options.obs_mode) ? options.image_options.renderer : "none";
 }
 

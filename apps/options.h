@@ -69,7 +69,7 @@ Option add_json(const Command& command, bool& json);
 void add_obs(const Command& command, MakeOptions& options, std::span<const ObsMode> modes);
 void add_renderer(const Command& command, ImageSourceOptions& options);
 // The renderer's name, or "none" without images.
-std::string renderer_name(const MakeOptions& options);
+std::string renderer_name(const BatchOptions& options);
 
 // What else a batch of environments can be given: control mode, reward, pins, ... .
 void add_env_options(const Command& command, MakeOptions& options);

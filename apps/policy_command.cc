@@ -35,7 +35,7 @@ void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& se
   settings.policy_config = config_of(policy);
 }
 
-PolicyProcessOptions process_options(const PolicyCommand& policy, const MakeOptions& environment,
+PolicyProcessOptions process_options(const PolicyCommand& policy, const BatchOptions& environment,
                                      int max_slots) {
   PolicyProcessOptions options;
   options.command = policy.command;

@@ -27,7 +27,7 @@ Document config_of(const PolicyCommand& policy);
 void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings);
 
 // For a process that plays up to max_slots environments of that kind.
-PolicyProcessOptions process_options(const PolicyCommand& policy, const MakeOptions& environment,
+PolicyProcessOptions process_options(const PolicyCommand& policy, const BatchOptions& environment,
                                      int max_slots);
 
 }  // namespace engram::apps

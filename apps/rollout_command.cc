@@ -79,7 +79,7 @@ Report roll_out(Batch& env, const RolloutOptions& options, EpisodeLog& log) {
   return report;
 }
 
-double images_per_step(const MakeOptions& options) {
+double images_per_step(const BatchOptions& options) {
   return observes_pictures(options.obs_mode) ? static_cast<double>(options.images.cameras.size())
                                              : 0.0;
 }
