@@ -17,7 +17,7 @@ namespace engram {
 struct PolicyProcessOptions {
   std::string command;                         // for /bin/sh
   std::chrono::milliseconds timeout{300'000};  // for every answer
-  MakeOptions environment;                     // obs_mode and images count
+  BatchOptions environment;                    // obs_mode and images count
   int max_slots = 1;                           // episodes under way at the same time, at most
   int action_dim = 7;                          // numbers of an action
 };

@@ -216,7 +216,7 @@ TEST_CASE("Tasks that there is no memory for are not made", "[api][allocation]")
 }
 
 TEST_CASE("Descriptions that there is no memory for are not made", "[api][allocation]") {
-  const std::unique_ptr<Batch> env = make(test::kId, {});
+  const std::unique_ptr<Batch> env = make(test::kId);
   CHECK(fails_well_everywhere([&env] { (void)to_text(describe_task(*env)); }) > 500);
 }
 
