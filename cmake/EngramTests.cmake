@@ -25,6 +25,8 @@ set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/main.cc" PROPERTY
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/api/cpp_api_test.cc"
   "${PROJECT_SOURCE_DIR}/tests/api/variants_test.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # sees the public header alone, whose names the engine has too
+# Tests are compiled once and run briefly: the time to compile them counts.
+target_compile_options(engram_tests PRIVATE $<$<CONFIG:Release>:-O1>)
 # Clang's and clang-tidy's -Wconversion minds signs too, unlike GCC's, by which the tests go.
 target_compile_options(engram_tests PRIVATE -Wno-sign-conversion)
 target_link_libraries(engram_tests PRIVATE
