@@ -30,11 +30,13 @@ else:
 
 GYMNASIUM_1 = int(gymnasium.__version__.split(".", 1)[0]) >= 1
 
-if GYMNASIUM_1 and hasattr(gymnasium.vector, "AutoresetMode"):
+if TYPE_CHECKING:
+    from gymnasium.vector import AutoresetMode as AutoresetMode
+elif GYMNASIUM_1 and hasattr(gymnasium.vector, "AutoresetMode"):
     AutoresetMode = gymnasium.vector.AutoresetMode
 else:
 
-    class AutoresetMode(enum.Enum):  # type: ignore[no-redef]
+    class AutoresetMode(enum.Enum):
         """Moment at which ended episodes are followed by new ones, as Gymnasium 1.1 defines it."""
 
         NEXT_STEP = "NextStep"

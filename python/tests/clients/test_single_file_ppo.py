@@ -16,7 +16,7 @@ from engram.envs.compat import GYMNASIUM_1
 ENVS = 16
 
 
-def by_vector_api(num_envs: int):
+def by_make_vec(num_envs: int):
     if not GYMNASIUM_1:
         made = gymnasium.make_vec(f"engram/{TASK}", num_envs=num_envs, vectorization_mode="custom")
         return gymnasium.wrappers.RecordEpisodeStatistics(made)
@@ -34,7 +34,7 @@ def of_single_ones(num_envs: int):
     return gymnasium.wrappers.vector.RecordEpisodeStatistics(made)
 
 
-@pytest.mark.parametrize("make_envs", [by_vector_api, of_single_ones])
+@pytest.mark.parametrize("make_envs", [by_make_vec, of_single_ones])
 def test_it_stores_the_transitions_of_engram(make_envs):
     envs = make_envs(ENVS)
     stored = train(envs, steps=60, seed=7)
