@@ -12,7 +12,7 @@ namespace engram {
 int write_all(int descriptor, std::span<const std::byte> bytes);
 
 // A file that is written under a temporary name and then renamed to its own. The temporary name
-// cannot be foreseen; nothing that is there is written into, and no link is followed.
+// cannot be guessed; nothing that is there is written into, and no link is followed.
 class TemporaryFile {
  public:
   // Creates the temporary file beside `path`. Throws Error (kIo), as all functions of this class,
