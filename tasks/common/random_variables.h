@@ -7,7 +7,7 @@
 //     IntegerVariable color;
 //     IntegerVariable cue_steps;
 //   };
-// The order is that of their random streams and of TaskInfo::draws.
+// The order is that of their random streams and of TaskInfo::random_variables.
 #pragma once
 
 #include <string>
@@ -75,7 +75,7 @@ class UniformVariable : public VariableHandle {
 using IntegerVariable = UniformVariable<int>;
 using RealVariable = UniformVariable<double>;
 
-// List builder: describes a variable in TaskInfo::draws and returns its handle.
+// List builder: describes a variable in TaskInfo::random_variables and returns its handle.
 class RandomVariables {
  public:
   explicit RandomVariables(std::vector<RandomVariable>& list) : list_(&list) {}

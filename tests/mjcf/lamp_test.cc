@@ -12,8 +12,8 @@ namespace engram {
 namespace {
 
 double half_height(const mjcf::Geom& p) {
-  if (p.shape == mjcf::GeomType::kSphere) return p.size[0];
-  return p.shape == mjcf::GeomType::kCylinder ? p.size[1] : p.size[2];
+  if (p.type == mjcf::GeomType::kSphere) return p.size[0];
+  return p.type == mjcf::GeomType::kCylinder ? p.size[1] : p.size[2];
 }
 
 TEST_CASE("The lamp is as tall and wide as measured", "[mjcf][lamp]") {

@@ -13,8 +13,8 @@ namespace engram {
 namespace {
 
 using mjcf::Geom;
+using mjcf::GeomType;
 using mjcf::Prop;
-using mjcf::Shape;
 
 Eigen::Vector3d vec(const mjcf::Vec3& v) { return {v[0], v[1], v[2]}; }
 
@@ -57,7 +57,7 @@ TEST_CASE("The mug collides as the table of parts says", "[mjcf][mug]") {
   REQUIRE(touchable.size() == std::size(parts));
   for (std::size_t i = 0; i < std::size(parts); ++i) {
     INFO("part " << i);
-    CHECK(touchable[i].shape == parts[i].shape);
+    CHECK(touchable[i].type == parts[i].type);
     CHECK((vec(touchable[i].pos) - parts[i].pos).norm() < 3e-4);
     CHECK((vec(touchable[i].size) - parts[i].size).norm() < 2e-4);
   }

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/env/queries.h"
 #include "core/scene/mujoco_handle.h"
 #include "tests/core/robot/robot_fixture.h"
 #include "tests/env_helpers.h"
@@ -12,9 +13,9 @@ namespace {
 
 TEST_CASE("Cameras are where MuJoCo has them", "[render]") {
   const auto env = make_env("RememberColor9-VLA-v0");
-  const ModelPtr model = compile_model(env->document());
+  const ModelPtr model = compile_model(Queries(*env).document());
   const DataPtr data = make_data(*model);
-  const CameraPoses cameras(env->document(), env->physics_model());
+  const CameraPoses cameras(Queries(*env).document(), env->physics_model());
   REQUIRE(model->ncam > 1);
   for (const Robot& robot : random_robots(16)) {
     std::copy(robot.q.begin(), robot.q.end(), data->qpos);
@@ -31,7 +32,7 @@ TEST_CASE("Cameras are where MuJoCo has them", "[render]") {
 
 TEST_CASE("An unknown camera is refused by name", "[render]") {
   const auto env = make_env("RememberColor9-VLA-v0");
-  const CameraPoses cameras(env->document(), env->physics_model());
+  const CameraPoses cameras(Queries(*env).document(), env->physics_model());
   CHECK_THROWS_WITH(cameras.find("nowhere"), Catch::Contains("nowhere"));
 }
 

@@ -7,8 +7,8 @@
 
 #include "core/scene/physics_model.h"
 #include "mjcf/ball.h"
+#include "mjcf/object_shapes.h"
 #include "mjcf/scene.h"
-#include "mjcf/shapes.h"
 #include "tasks/common/task_info.h"
 
 namespace engram::test {
@@ -26,7 +26,7 @@ inline mjcf::Scene mixed_scene() {
   mjcf::Scene scene;
   scene.props = {named_cube("cube_0"), mjcf::ball("ball", 0.03, {0, 1, 0, 1}), named_cube("cube_1"),
                  named_cube("box")};
-  scene.props.back().motion = mjcf::Motion::kKinematic;
+  scene.props.back().body_type = mjcf::BodyType::kKinematic;
   return scene;
 }
 inline constexpr int kCube0 = 0;
