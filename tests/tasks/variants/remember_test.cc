@@ -139,7 +139,7 @@ TEST_CASE("Shapes and colours are those that are named", "[variants]") {
                                                {"COLOR_PALETTE", ConstantList{"teal", "yellow"}}});
   CHECK(name(*colored, 1) == "cylinder_1");
   CHECK(name(*colored, 2) == "cross_2");
-  for (const auto& [key, value] : colored->info().constants) {
+  for (const auto& [key, value] : published_constants(colored->info().constants)) {
     if (key != "COLOR_PALETTE") continue;
     const auto& palette = std::get<ConstantTable>(value.value);
     REQUIRE(palette.size() == 2);
