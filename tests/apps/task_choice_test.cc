@@ -17,7 +17,7 @@ TEST_CASE("Tasks are chosen by filters or all of them", "[apps]") {
   TaskFilter filter;
   CHECK(chosen_tasks({}, filter, true).size() == registry().size());
   filter.family = "RememberColor";
-  CHECK(chosen_tasks({}, filter, false).size() == 3);
+  CHECK(chosen_tasks({}, filter, false).size() == 6);
   filter.split = Split::kExtended;
   CHECK_THROWS_WITH(chosen_tasks({}, filter, false), Catch::Contains("no task"));
 }

@@ -13,9 +13,8 @@ TEST_CASE("The text of a task has a section for each part of its description", "
   const auto env = make("RememberColor9-VLA-v0", {.num_envs = 1, .threads = 1});
   const std::string text = task_text(describe_task(*env));
   CHECK(text.starts_with("RememberColor9-VLA-v0: "));
-  for (const char* section :
-       {"Answer", "Phases", "Drawn per episode", "Props", "Actions", "Observation", "Proprio",
-        "Segmentation", "Outputs", "Reward", "Constants"}) {
+  for (const char* section : {"Answer", "Phases", "Drawn per episode", "Props", "Actions",
+                              "Observation", "Proprio", "Outputs", "Reward", "Constants"}) {
     INFO(section);
     CHECK_THAT(text, Catch::Contains("\n" + std::string(section)));
   }

@@ -106,7 +106,7 @@ TEST_CASE("Any text leads to some id, soon", "[registry]") {
   CHECK(find_entry(nearest_id(std::string(1'000'000, 'x'))) != nullptr);
 }
 
-TEST_CASE("Constants are merged by name; later values win", "[registry]") {
+TEST_CASE("Constants are merged by name, and later values win", "[registry]") {
   const ConstantTable base = {{"COLORS", 9}, {"GOAL_THRESH", 0.1}};
   const ConstantTable others = {{"GOAL_THRESH", 0.2}, {"CUBES", 3}};
   const ConstantTable merged = merge_constants(base, others);

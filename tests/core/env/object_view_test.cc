@@ -39,7 +39,7 @@ TEST_CASE("A row is the robot, the cue where there is one, the time if asked for
   CHECK(names("RotateLenientPos-VLA-v0", false) == Names{"qpos", "qvel", "tcp_pose", "task_cue"});
 }
 
-TEST_CASE("Ranges are those of the fields; other modes have none", "[objects]") {
+TEST_CASE("Ranges are those of the fields, and other modes have none", "[objects]") {
   const auto env = make_seeing("RememberColor3-VLA-v0", {});
   const Queries queries(*env);
   const std::span<const RangedField> ranged = queries.ranged_fields();

@@ -32,7 +32,7 @@ struct Bound {
   SceneBinding binding;
 };
 
-TEST_CASE("Awake props are those of the columns; without sleep, all that are present",
+TEST_CASE("Awake props are those of the columns, or without sleep all that are present",
           "[scene_binding]") {
   const test::MixedColumns columns;
   SceneWorkspace scenes(mixed_model());

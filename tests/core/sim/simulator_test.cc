@@ -72,7 +72,7 @@ TEST_CASE("Environments side by side move as each would alone, to the bit", "[si
   CHECK(alone.columns.state.prop_pos_of(0, test::kCube0)[2] == Approx(0.02).margin(1e-3));
 }
 
-TEST_CASE("A diverged environment stays as it was; the others go on", "[simulator]") {
+TEST_CASE("A diverged environment stays as it was, and the others go on", "[simulator]") {
   Environments batch({});
   Environments undisturbed({});
   constexpr int kBad = 2;

@@ -55,8 +55,8 @@ TEST_CASE("An approach comes down where the tool is overhead", "[servo]") {
     return std::array{approach_from_above(env->state(), 0, goal, 0.06).z(),
                       descend(env->state(), 0, goal, 0.115).z()};
   };
-  CHECK(heights({0.2, 0.0, 0.15})[0] == Approx(0.11));
-  CHECK(heights({0.2, 0.0, 0.15})[1] == Approx(0.115));  // no higher than it travels
+  CHECK(heights({0.1, 0.0, 0.15})[0] == Approx(0.11));
+  CHECK(heights({0.1, 0.0, 0.15})[1] == Approx(0.115));  // no higher than it travels
   CHECK(heights({0.03 - 1e-6, 0.0, 0.15})[0] == Approx(0.05));
   CHECK(heights({0.03, 0.0, 0.15})[1] == Approx(0.07).margin(1e-5));
   CHECK(heights({0.005, 0.0, 0.15})[1] == Approx(0.05));
