@@ -12,30 +12,18 @@ it includes. Arrows that follow from other arrows are left out.
 import argparse
 import collections
 import pathlib
-import re
 import sys
+
+from structure import CPP, INCLUDE
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PICTURE = ROOT / "docs" / "pictures" / "modules.svg"
-FOLDERS = (
-    "core",
-    "mjcf",
-    "tasks",
-    "render",
-    "media",
-    "protocol",
-    "api",
-    "apps",
-    "bench",
-)
 SPLIT = (
     "core",
     "render",
     "protocol",
     "tasks",
 )  # their folders are modules of their own
-SHARED_BY_TASKS = ("common", "parts")
-INCLUDE = re.compile(r'^\s*#include ["<]([\w./]+)[">]', re.MULTILINE)
 
 BOX_HEIGHT, LAYER_GAP, BOX_GAP, MARGIN = 44, 46, 14, 16  # pixels
 CHARACTER = 8  # pixels: mean width in the font of names
@@ -55,7 +43,7 @@ def module_of(path):
     top, *rest = path.parts
     if top not in SPLIT or len(rest) < 2:
         return top
-    if top == "tasks" and rest[0] not in SHARED_BY_TASKS:
+    if top == "tasks" and rest[0] != "common":
         return "tasks/<family>"
     return f"{top}/{rest[0]}"
 
@@ -63,7 +51,7 @@ def module_of(path):
 def target_of(name):
     """Path from the root of a file that an #include line names, or None outside of the project."""
     for path in (pathlib.Path(name), pathlib.Path("api") / name):
-        if path.parts[0] in FOLDERS and (ROOT / path).is_file():
+        if path.parts[0] in CPP and (ROOT / path).is_file():
             return path
     return None
 
@@ -71,7 +59,7 @@ def target_of(name):
 def read_modules():
     """Files by module, and #include lines by pair of modules."""
     files, includes = collections.Counter(), collections.Counter()
-    for folder in FOLDERS:
+    for folder in CPP:
         for path in sorted((ROOT / folder).rglob("*")):
             if path.suffix not in (".h", ".cc", ".c"):
                 continue

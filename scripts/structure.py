@@ -19,7 +19,7 @@ import subprocess
 from pathlib import Path
 
 CPP = ("core", "mjcf", "tasks", "render", "media", "protocol", "api", "apps", "bench")
-INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
+INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.MULTILINE)
 
 # Terms that the simulator implements; each has to stand in core, render, tasks, protocol or apps.
 STANDARD_TERMS = (

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
+#include "core/math/eigen_types.h"
+
 namespace engram {
 namespace {
 
 constexpr double kRounding = 1e-9;  // m, margin for rounding errors
-
-using Vec3 = Eigen::Vector3d;
 
 // Bounding sphere of all geoms of a body but planes, in its frame.
 void enclose_body(const mjModel& model, int body, Vec3& center, double& radius) {

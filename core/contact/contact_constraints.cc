@@ -8,13 +8,13 @@
 
 #include "core/base/index.h"
 #include "core/math/dense.h"
+#include "core/math/eigen_types.h"
 #include "core/robot/robot_params.h"
 
 namespace engram {
 namespace {
 
 using Axes = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-using Vec3 = Eigen::Vector3d;
 
 // One side of a contact: a MuJoCo body, the dynamic body that it belongs to, and the sign of its
 // velocity.

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
+#include "core/math/eigen_types.h"
 #include "core/robot/robot_params.h"
 
 namespace engram {
 namespace {
 
 using Axes = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-using Vec3 = Eigen::Vector3d;
 
 // Contacts of boxes are checked from this depth on.
 constexpr double kMaxFalseDepth = 0.001;  // m

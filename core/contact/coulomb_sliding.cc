@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "core/math/eigen_types.h"
+
 namespace engram {
 namespace {
 
-using Vec3 = Eigen::Vector3d;
 using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 Matrix cross_matrix(const Vec3& v) {

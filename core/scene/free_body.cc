@@ -6,13 +6,13 @@
 
 #include "core/base/index.h"
 #include "core/math/dense.h"
+#include "core/math/eigen_types.h"
 #include "core/math/sine_cosine.h"
 
 namespace engram {
 namespace {
 
 using Axes = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-using Vec3 = Eigen::Vector3d;
 
 Eigen::Matrix3d cross_matrix(const Vec3& v) {
   Eigen::Matrix3d m;

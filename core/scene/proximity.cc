@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math/eigen_types.h"
+
 namespace engram {
 namespace {
-
-using Vec3 = Eigen::Vector3d;
 
 // Separating axis test of two boxes: how much farther apart than `gap` they are, along the axis
 // that separates them most: a face normal, the cross product of two edges, or the line between

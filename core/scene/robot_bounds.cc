@@ -6,12 +6,11 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/math/eigen_types.h"
 #include "core/scene/proximity.h"
 
 namespace engram {
 namespace {
-
-using Vec3 = Eigen::Vector3d;
 
 // About as far as points of the robot move in two control steps. Larger distances need not be known
 // precisely.

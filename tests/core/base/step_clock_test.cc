@@ -36,10 +36,5 @@ TEST_CASE("Parts share the time between start and the last mark", "[step_clock]"
   CHECK(counted <= passed);
 }
 
-TEST_CASE("Without a clock a mark does nothing", "[step_clock]") {
-  mark(nullptr, StepPart::kWake);
-  SUCCEED();
-}
-
 }  // namespace
 }  // namespace engram
