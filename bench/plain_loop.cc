@@ -41,16 +41,6 @@ PlainLoop::PlainLoop(const Batch& reference, SceneKind kind)
                   reference.physics_model().joint_ranges(), reference.options().rotation_sign),
       store_(reference.num_envs()),
       state_(store_, reference.state().num_props) {
-  // Free props have the slots of their types in order.
-  const PhysicsModel& physics = reference.physics_model();
-  slot_of_prop_.assign(physics.props().size(), 0);
-  std::size_t slot = 0;
-  for (int type = 0; type < physics.num_types(); ++type) {
-    for (std::size_t prop = 0; prop < physics.props().size(); ++prop) {
-      const PropModel& about = physics.props()[prop];
-      if (about.free && about.type == type) slot_of_prop_[prop] = slot++;
-    }
-  }
   for (int env = 0; env < reference.num_envs(); ++env) data_.push_back(make_data(*model_));
   shown_.assign(static_cast<std::size_t>(reference.num_envs() * reference.state().num_props), 2);
   for (int env = 0; env < reference.num_envs(); ++env) load_robot(env);
@@ -67,21 +57,21 @@ void PlainLoop::load_robot(int env) {
 void PlainLoop::load_prop(int env, int prop) {
   const PhysicsModel& physics = reference_.physics_model();
   const PropModel& about = physics.props()[static_cast<std::size_t>(prop)];
-  const SceneModel& scene = physics.scenes().back();
+  const int body = mj_name2id(model_.get(), mjOBJ_BODY, about.name.c_str());
   mjData* data = data_[static_cast<std::size_t>(env)].get();
   const bool present = reference_.state().status_of(env, prop) != PropStatus::kHidden;
   const double* pos = reference_.state().prop_pos_of(env, prop);
   const double hidden[3] = {0, 0, 100.0 * (prop + 1)};
   if (!about.free) {
-    const int mocap = scene.mocap[static_cast<std::size_t>(prop)];
-    std::copy_n(present ? pos : hidden, 3, data->mocap_pos + 3 * mocap);
+    std::copy_n(present ? pos : hidden, 3, data->mocap_pos + 3 * model_->body_mocapid[body]);
     return;
   }
-  const PropSlot& where = scene.slots[slot_of_prop_[static_cast<std::size_t>(prop)]];
-  std::copy_n(present ? pos : hidden, 3, data->qpos + where.qpos);
-  std::copy_n(reference_.state().prop_quat_of(env, prop), 4, data->qpos + where.qpos + 3);
-  std::fill_n(data->qvel + where.dof, 6, 0.0);
-  data->qfrc_applied[where.dof + 2] = present ? -about.mass * physics.gravity() : 0.0;
+  const int dof = model_->body_dofadr[body];
+  mjtNum* const qpos = data->qpos + model_->jnt_qposadr[model_->body_jntadr[body]];
+  std::copy_n(present ? pos : hidden, 3, qpos);
+  std::copy_n(reference_.state().prop_quat_of(env, prop), 4, qpos + 3);
+  std::fill_n(data->qvel + dof, 6, 0.0);
+  data->qfrc_applied[dof + 2] = present ? -about.mass * physics.gravity() : 0.0;
 }
 
 void PlainLoop::sync_scene() {

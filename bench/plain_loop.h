@@ -33,7 +33,6 @@ class PlainLoop {
   ColumnStore store_;
   State state_;  // input of the controller: the plain loop's own joints
   std::vector<DataPtr> data_;
-  std::vector<std::size_t> slot_of_prop_;  // of each free prop, in the whole scene
   std::vector<std::uint8_t> shown_;        // (num_envs, num_props) props that are present
 };
 

@@ -1,246 +1,250 @@
 #include "core/contact/contact_step.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 
 #include "core/base/index.h"
-#include "core/contact/coulomb_sliding.h"
-#include "core/math/dense.h"
+#include "core/contact/friction_patch.h"
 
 namespace engram {
 namespace {
 
-// Largest difference of the joint solver's velocities from the contact solver's with which the
-// former are taken.
-constexpr double kArmTolerance = 0.02;      // rad/s
-constexpr double kFingerTolerance = 0.005;  // m/s
-// Share of a drive's limit up to which its response to a change of force is linear.
-constexpr double kLinearShare = 0.9;
+// Shapes whose bounds are farther apart are not compared.
+constexpr double kNearGap = kContactReach;
+// A point whose gap is larger than this and the way that the bodies may approach in a substep does
+// nothing: its row is left out.
+constexpr double kRowGap = 0.004;      // m
+constexpr double kLinkRowGap = 0.005;  // a finger starts within a substep
+constexpr double kApproach = 1.5;      // of the present speeds
+// Pairs that come near in the same substep are solved from the nearest on, to this precision.
+constexpr double kOrderPrecision = 1000;  // 1/m
 
-// --- unconstrained accelerations ---
-
-void accelerate_props(const SceneModel& scene, mjData& data) {
-  for (std::size_t slot = 0; slot < scene.slots.size(); ++slot) {
-    const int dof = scene.slots[slot].dof;
-    if (scene.free_bodies[slot].is_idle(data)) {
-      std::fill_n(data.qacc_smooth + dof, FreeBody::kSize, 0.0);
-      std::fill_n(data.qfrc_smooth + dof, FreeBody::kSize, 0.0);
-    } else {
-      scene.free_bodies[slot].accelerate(data);
-    }
+// Lower bound of the distance of a point to a shape.
+double distance_to(const CollisionShape& shape, const Frame& frame, const Vec3& point) {
+  const Vec3 offset = point - frame.pos;
+  if (shape.type != mjGEOM_BOX && shape.type != mjGEOM_PLANE) {
+    return offset.norm() - shape.bounding_radius;
   }
+  const Vec3 local = frame.axes.transpose() * offset;
+  return (local - local.cwiseMin(shape.half).cwiseMax(-shape.half)).norm();
 }
 
-// --- one island ---
-
-// Range of a dynamic body's velocities in MuJoCo's arrays.
-struct DofRange {
-  int dof;
-  int count;
-};
-DofRange dofs_of(const SceneModel& scene, int body) {
-  if (body == kRobotBody) return {0, kRobotJoints};
-  return {scene.slots[at(body - 1)].dof, kPropWidth};
+Frame within(const Frame& outer, const Frame& inner) {
+  return {outer.pos + outer.axes * inner.pos, outer.axes * inner.axes};
 }
 
-// `robot_mass`: effective inertia of the robot; null if it is not in the island.
-void gather_island(const SceneModel& scene, const mjData& data, int island,
-                   const double* robot_mass, ContactWorkspace& workspace) {
-  workspace.bodies.clear();
-  double* mass = workspace.masses.data();
-  for (const int body : workspace.islands.bodies(island)) {
-    const int begin = workspace.islands.begin_of(body);
-    const int width = body == kRobotBody ? kRobotWidth : kPropWidth;
-    const DofRange dofs = dofs_of(scene, body);
-    const auto gather = [&](const mjtNum* from, std::vector<double>& to) {
-      std::copy_n(from + dofs.dof, dofs.count, &to[at(begin)]);
-      std::fill_n(&to[at(begin)] + dofs.count, width - dofs.count, 0.0);
-    };
-    gather(data.qfrc_smooth, workspace.smooth_force);
-    gather(data.qacc_smooth, workspace.smooth);
-    gather(data.qacc_warmstart, workspace.start);
-    if (body == kRobotBody) {
-      workspace.bodies.push_back({robot_mass, begin, width});
-    } else {
-      workspace.bodies.push_back({mass, begin, width});
-      const FreeBody::MassMatrix matrix = scene.free_bodies[at(body - 1)].mass_matrix(data);
-      mass = std::copy(matrix.begin(), matrix.end(), mass);
-    }
+// Both spheres around the shapes come near the other shape.
+bool shapes_near(const CollisionShape& a, const Frame& frame_a, const CollisionShape& b,
+                 const Frame& frame_b) {
+  return distance_to(b, frame_b, frame_a.pos) <= a.bounding_radius + kNearGap &&
+         distance_to(a, frame_a, frame_b.pos) <= b.bounding_radius + kNearGap;
+}
+
+bool bodies_near(const CollisionScene& scene, const CollisionBody& a, const Frame& frame_a,
+                 const CollisionBody& b, const Frame& frame_b) {
+  const Vec3 center = frame_a.pos + frame_a.axes * a.bounding_center;
+  const double reach = a.bounding_radius + kNearGap;
+  if (b.num_shapes == 1) {
+    const CollisionShape& shape = scene.shapes()[at(b.first_shape)];
+    return distance_to(shape, within(frame_b, shape.frame), center) <= reach;
   }
+  const Vec3 other = frame_b.pos + frame_b.axes * b.bounding_center;
+  return (center - other).norm() <= reach + b.bounding_radius;
 }
 
-// Sets qacc, qfrc_constraint and the warm start of the island's bodies.
-void solve_island(const SceneModel& scene, mjData& data, int island, const double* robot_mass,
-                  ContactWorkspace& workspace) {
-  const mjModel& model = *scene.model;
-  gather_island(scene, data, island, robot_mass, workspace);
-  // The scale is the same in all scenes, except for rounding.
-  const auto scale = static_cast<float>(model.stat.meaninertia * model.nv);
-  workspace.solver.solve(workspace.bodies, workspace.islands.contacts(island),
-                         {workspace.rows.jacobian(), data.efc_D, data.efc_aref, data.efc_force},
-                         {scale, model.opt.tolerance, model.opt.iterations},
-                         workspace.smooth_force.data(), workspace.smooth.data(),
-                         workspace.start.data());
-  for (const int body : workspace.islands.bodies(island)) {
-    const int begin = workspace.islands.begin_of(body);
-    const DofRange dofs = dofs_of(scene, body);
-    const auto scatter = [&](const double* from, mjtNum* to) {
-      std::copy_n(from + begin, dofs.count, to + dofs.dof);
-    };
-    scatter(workspace.solver.acceleration(), data.qacc);
-    scatter(workspace.solver.acceleration(), data.qacc_warmstart);
-    scatter(workspace.solver.contact_force(), data.qfrc_constraint);
-  }
+int joint_of(int link) {
+  const int finger = finger_of(link);
+  return finger >= 0 ? kArmJoints + finger : hinges_of(link) - 1;
 }
 
-// --- the robot among contacts ---
-
-// Joint-space matrix in the solver's layout: padded to an even width.
-using RobotMatrix = std::array<double, kRobotWidth * kRobotWidth>;
-RobotMatrix robot_matrix(const JointMatrix& inertia) {
-  RobotMatrix matrix{};
-  double* to = matrix.data();
-  for (const JointRow& row : inertia) to = std::copy(row.begin(), row.end(), to);
-  matrix.back() = 1;
-  return matrix;
+int list_of(const CollisionBody& a, const CollisionBody& b) {
+  const bool moves = b.kind == BodyKind::kLink || b.kind == BodyKind::kFree;
+  if (moves) return PatchLists::kMoving;
+  return a.kind == BodyKind::kLink ? PatchLists::kLinks + joint_of(a.link) : PatchLists::kFixed;
 }
 
-// Solves mass * acceleration = force.
-JointArray solve_acceleration(RobotMatrix mass, const JointArray& force) {
-  JointArray acceleration{};
-  if (force == JointArray{}) return acceleration;
-  std::array<double, kRobotWidth> inverse;
-  std::array<double, kRobotWidth> x{};
-  std::copy(force.begin(), force.end(), x.begin());
-  factor(mass.data(), inverse.data(), kRobotWidth);
-  solve(mass.data(), inverse.data(), x.data(), kRobotWidth);
-  std::copy_n(x.begin(), kRobotJoints, acceleration.begin());
-  return acceleration;
-}
-
-// Sets the robot's acceleration without contacts and the warm start, from the last run of the joint
-// solver, which was with this contact force.
-void set_robot_acceleration(const RobotStep& robot, const RobotMatrix& mass,
-                            const JointArray& force, double timestep, mjData& data) {
-  const JointArray change = solve_acceleration(mass, force);
-  std::array<double, kRobotWidth> free{};
-  for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    free[i] = (robot.end_v()[i] - robot.v[i]) / timestep - change[i];
-    data.qacc_smooth[i] = free[i];
-    data.qacc_warmstart[i] = free[i] + change[i];
-  }
-  for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    data.qfrc_smooth[i] = dot(&mass[i * kRobotWidth], free.data(), kRobotWidth);
-  }
-}
-
-// Velocities at the substep's end for which the contact solver found the forces.
-JointArray solved_velocity(const mjData& data, const RobotStep& robot, double timestep) {
-  JointArray velocity;
-  for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    velocity[i] = robot.v[i] + timestep * data.qacc[i];
-  }
-  return velocity;
-}
-
-bool agrees(const JointArray& velocity, const JointArray& solved) {
-  for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    const double tolerance = i < kArmJoints ? kArmTolerance : kFingerTolerance;
-    if (!(std::abs(velocity[i] - solved[i]) <= tolerance)) return false;
-  }
-  return true;
-}
-
-// Solves the robot's island and updates its contact force. The contact solver linearizes the
-// robot's response at the contact force of the last substep, within the linear range of the drives.
-// If the joint solver responds otherwise, because a drive or a joint comes to its limit, the
-// contact solver's velocities stand: no body penetrates another.
-void solve_robot_island(const SceneModel& scene, mjData& data, int island, RobotStep& robot,
-                        JointArray& force, ContactWorkspace& workspace) {
-  const double timestep = scene.model->opt.timestep;
-  const double linear = kLinearShare * robot.force_limit();
-  for (double& value : force) value = std::clamp(value, -linear, linear);
-  robot.run(force);
-  const RobotMatrix mass = robot_matrix(robot.effective_mass_matrix());
-  set_robot_acceleration(robot, mass, force, timestep, data);
-  solve_island(scene, data, island, mass.data(), workspace);
-  std::copy_n(data.qfrc_constraint, kRobotJoints, force.begin());
-  robot.run(force);
-  if (force != JointArray{}) {
-    const JointArray solved = solved_velocity(data, robot, timestep);
-    robot.integrate_constant_velocity(agrees(robot.end_v(), solved) ? robot.end_v() : solved);
-  }
-}
-
-// --- stages ---
-
-// Collision detection, contact constraints and islands.
-void find_contacts(const StepModels& models, mjData& data, ContactWorkspace& workspace,
-                   std::span<const KinematicBody> kinematic_bodies) {
-  const SceneModel& scene = *models.scene;
-  mj_collision(models.colliding, &data);
-  filter_contacts(*scene.model, data);
-  workspace.rows.build(scene, data, kinematic_bodies);
-  apply_coulomb_sliding(scene, data, workspace.rows);
-  workspace.islands.find(workspace.rows, static_cast<int>(scene.slots.size()) + 1);
-}
-
-// Sets the accelerations of all props, and the robot's motion and contact force.
-void solve_contacts(const SceneModel& scene, mjData& data, RobotStep& robot,
-                    JointArray& contact_force, ContactWorkspace& workspace) {
-  bool robot_touches = false;
-  for (int island = 0; island < workspace.islands.count(); ++island) {
-    if (workspace.islands.holds_robot(island)) {
-      robot_touches = true;
-      solve_robot_island(scene, data, island, robot, contact_force, workspace);
-    } else {
-      solve_island(scene, data, island, nullptr, workspace);
-    }
-  }
-  if (!robot_touches) contact_force = {};
-}
-
-void move_props(const SceneModel& scene, mjData& data, const ContactWorkspace& workspace) {
-  for (std::size_t slot = 0; slot < scene.slots.size(); ++slot) {
-    const FreeBody& body = scene.free_bodies[slot];
-    if (workspace.rows.contacts_of(static_cast<int>(slot) + 1) == 0) {
-      const int dof = scene.slots[slot].dof;
-      std::copy_n(data.qacc_smooth + dof, FreeBody::kSize, data.qacc + dof);
-      std::copy_n(data.qacc_smooth + dof, FreeBody::kSize, data.qacc_warmstart + dof);
-      std::fill_n(data.qfrc_constraint + dof, FreeBody::kSize, 0.0);
-      if (body.is_idle(data)) continue;
-    }
-    body.integrate(data, scene.model->opt.timestep);
-  }
+Frame center_frame(const CollisionBody& body, const Frame& frame) {
+  return {frame.pos + frame.axes * body.center, frame.axes};
 }
 
 }  // namespace
 
-ContactWorkspace::ContactWorkspace(std::span<const SceneModel> scenes)
-    : rows(scenes),
-      islands(rows.max_bodies(), rows.max_contacts()),
-      solver(kRobotWidth + kPropWidth * (rows.max_bodies() - 1), rows.max_contacts(),
-             rows.max_rows()) {
-  const int props = rows.max_bodies() - 1;
-  bodies.reserve(at(rows.max_bodies()));
-  masses.resize(at(props * kPropWidth * kPropWidth));
-  for (std::vector<double>* vector : {&smooth_force, &smooth, &start}) {
-    vector->resize(at(kRobotWidth + props * kPropWidth));
+BodyStates::BodyStates(const CollisionScene& scene)
+    : presence(scene.bodies().size(), BodyPresence::kPresent),
+      frames(scene.bodies().size()),
+      slots(scene.bodies().size(), -1),
+      kinematic_velocities(scene.bodies().size(), Vec3::Zero()),
+      speeds(scene.bodies().size(), 0) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i] = scene.bodies()[i].attachment.frame;  // of static ones
   }
 }
 
-void contact_step(const StepModels& models, mjData* d, RobotStep& robot, JointArray& contact_force,
-                  ContactWorkspace& workspace, std::span<const KinematicBody> kinematic_bodies) {
-  const SceneModel& scene = *models.scene;
-  accelerate_props(scene, *d);
-  find_contacts(models, *d, workspace, kinematic_bodies);
-  solve_contacts(scene, *d, robot, contact_force, workspace);
-  move_props(scene, *d, workspace);
-  std::copy_n(robot.end_q().begin(), kRobotJoints, d->qpos);
-  std::copy_n(robot.end_v().begin(), kRobotJoints, d->qvel);
-  d->time += scene.model->opt.timestep;
+int max_contact_pairs(const CollisionScene& scene) {
+  int free_bodies = 0;
+  for (const CollisionBody& body : scene.bodies()) free_bodies += body.kind == BodyKind::kFree;
+  return 48;
+}
+
+ContactStep::ContactStep(const CollisionScene& scene) : scene_(scene) {
+  const auto most = at(max_contact_pairs(scene));
+  near_.reserve(most);
+  refs_.reserve(most * ContactPair::kMostPatches);
+  kept_.reserve(most);
+  new_place_.reserve(most);
+  added_.reserve(most);
+}
+
+void ContactStep::find(const BodyStates& bodies, ContactMemory& memory,
+                       NarrowPhase& narrow_phase, double timestep, int lane,
+                       ContactBlock& block) {
+  refs_.clear();
+  find_near(bodies, memory, narrow_phase);
+  for (const Near& near : near_) add_patches(near, bodies, memory, timestep, lane, block);
+}
+
+void ContactStep::find_near(const BodyStates& bodies, ContactMemory& memory,
+                            NarrowPhase& narrow_phase) {
+  near_.clear();
+  const int known = static_cast<int>(memory.pairs.size());
+  kept_.assign(memory.pairs.size(), 0);
+  for (const BodyPair& pair : scene_.body_pairs()) {
+    find_body_pair(pair, bodies, memory, narrow_phase);
+  }
+  sort_new(known, memory);
+  forget_distant(bodies, memory);
+}
+
+// Known pairs keep their order; new ones follow from the nearest on.
+void ContactStep::sort_new(int known, ContactMemory& memory) {
+  const auto rank = [](const Near& near) { return std::floor(near.gap * kOrderPrecision + 0.5); };
+  std::sort(near_.begin(), near_.end(), [&](const Near& a, const Near& b) {
+    if (a.record < known || b.record < known) return a.record < b.record;
+    const double first = rank(a);
+    const double second = rank(b);
+    return first != second ? first < second : a.record < b.record;
+  });
+  added_.assign(memory.pairs.begin() + known, memory.pairs.end());
+  int next = known;
+  for (Near& near : near_) {
+    if (near.record < known) continue;
+    memory.pairs[at(next)] = added_[at(near.record - known)];
+    near.record = next++;
+  }
+  memory.pairs.resize(at(next));
+  kept_.resize(at(next));
+  std::fill(kept_.begin() + known, kept_.end(), std::uint8_t{1});
+}
+
+void ContactStep::find_body_pair(const BodyPair& pair, const BodyStates& bodies,
+                                 ContactMemory& memory, NarrowPhase& narrow_phase) {
+  if (bodies.presence[at(pair.a)] != BodyPresence::kPresent ||
+      bodies.presence[at(pair.b)] != BodyPresence::kPresent) {
+    return;
+  }
+  const Frame& frame_a = bodies.frames[at(pair.a)];
+  const Frame& frame_b = bodies.frames[at(pair.b)];
+  if (!bodies_near(scene_, scene_.bodies()[at(pair.a)], frame_a, scene_.bodies()[at(pair.b)],
+                   frame_b)) {
+    return;
+  }
+  for (int i = pair.first; i < pair.first + pair.count; ++i) {
+    const ShapePair& shapes = scene_.shape_pairs()[at(i)];
+    const CollisionShape& a = scene_.shapes()[at(shapes.a)];
+    const CollisionShape& b = scene_.shapes()[at(shapes.b)];
+    const Frame at_a = within(frame_a, a.frame);
+    const Frame at_b = within(frame_b, b.frame);
+    if (!shapes_near(a, at_a, b, at_b)) continue;
+    const auto found =
+        std::find_if(memory.pairs.begin(), memory.pairs.end(), [&](const ContactPair& known) {
+          return known.shape_a == shapes.a && known.shape_b == shapes.b;
+        });
+    Near near;
+    near.record = static_cast<int>(found - memory.pairs.begin());
+    near.shape_pair = i;
+    if (found == memory.pairs.end()) {
+      if (memory.pairs.size() == memory.pairs.capacity()) continue;
+      ContactPair added;
+      added.shape_a = shapes.a;
+      added.shape_b = shapes.b;
+      memory.pairs.push_back(added);
+      kept_.push_back(0);
+    }
+    near.points = narrow_phase.find(i, at_a, at_b, memory.pairs[at(near.record)]);
+    if (near.points.empty()) continue;
+    near.gap = near.points[0].gap;
+    for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
+    kept_[at(near.record)] = 1;
+    near_.push_back(near);
+  }
+}
+
+// Removes pairs that are no longer near; keeps those of sleeping props.
+void ContactStep::forget_distant(const BodyStates& bodies, ContactMemory& memory) {
+  const auto presence = [&](int shape) {
+    return bodies.presence[at(scene_.shapes()[at(shape)].body)];
+  };
+  const auto rests = [&](const ContactPair& pair) {
+    const BodyPresence a = presence(pair.shape_a);
+    const BodyPresence b = presence(pair.shape_b);
+    return a != BodyPresence::kAbsent && b != BodyPresence::kAbsent &&
+           (a == BodyPresence::kResting || b == BodyPresence::kResting);
+  };
+  new_place_.assign(memory.pairs.size(), -1);
+  int next = 0;
+  for (std::size_t i = 0; i < memory.pairs.size(); ++i) {
+    if (kept_[i] == 0 && !rests(memory.pairs[i])) continue;
+    new_place_[i] = next;
+    if (at(next) != i) memory.pairs[at(next)] = memory.pairs[i];
+    ++next;
+  }
+  memory.pairs.resize(at(next));
+  for (Near& near : near_) near.record = new_place_[at(near.record)];
+}
+
+void ContactStep::add_patches(const Near& near, const BodyStates& bodies, ContactMemory& memory,
+                              double timestep, int lane, ContactBlock& block) {
+  const ShapePair& shapes = scene_.shape_pairs()[at(near.shape_pair)];
+  const int a = scene_.shapes()[at(shapes.a)].body;
+  const int b = scene_.shapes()[at(shapes.b)].body;
+  const CollisionBody& body_a = scene_.bodies()[at(a)];
+  const CollisionBody& body_b = scene_.bodies()[at(b)];
+  const bool with_link = body_a.kind == BodyKind::kLink;
+  const double reach = (with_link ? kLinkRowGap : kRowGap) +
+                       kApproach * timestep * (bodies.speeds[at(a)] + bodies.speeds[at(b)]);
+  ContactPoints points;
+  for (const ContactPoint& point : near.points) {
+    if (point.gap < reach) points.push(point);
+  }
+  ContactPair& pair = memory.pairs[at(near.record)];
+  std::array<PatchSpec, ContactPair::kMostPatches> specs;
+  const int count = build_patches(points, center_frame(body_a, bodies.frames[at(a)]),
+                                  center_frame(body_b, bodies.frames[at(b)]), pair, specs);
+  for (int i = 0; i < count; ++i) {
+    PatchSpec& spec = specs[at(i)];
+    spec.list = list_of(body_a, body_b);
+    spec.link_a = body_a.link;
+    spec.link_b = body_b.link;
+    spec.slot_a = bodies.slots[at(a)];
+    spec.slot_b = bodies.slots[at(b)];
+    spec.friction = shapes.friction;
+    spec.torsion_radius = shapes.torsion_radius;
+    spec.kinematic_velocity = bodies.kinematic_velocities[at(b)];
+    const int patch = block.add_patch(lane, spec);
+    if (patch >= 0) refs_.push_back({patch, near.record, i, shapes.a, shapes.b});
+  }
+}
+
+void ContactStep::finish(ContactMemory& memory, int lane, const ContactBlock& block) const {
+  // From the last on: dropping one moves only later ones.
+  for (std::size_t i = refs_.size(); i-- > 0;) {
+    const Ref& ref = refs_[i];
+    if (!block.is_broken(lane, ref.patch)) continue;
+    ContactPair& pair = memory.pairs[at(ref.record)];
+    std::copy(pair.patches.begin() + ref.index + 1, pair.patches.begin() + pair.num_patches,
+              pair.patches.begin() + ref.index);
+    --pair.num_patches;
+  }
 }
 
 }  // namespace engram

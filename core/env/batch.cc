@@ -1,3 +1,4 @@
+#include "core/contact/contact_step.h"
 #include "core/env/batch.h"
 
 #include <algorithm>
@@ -95,7 +96,8 @@ Batch::~Batch() = default;
 // snapshot's signature.
 void Batch::allocate() {
   const TaskInfo& info = task_->info();
-  state_ = State(memory_, static_cast<int>(model_->props().size()));
+  state_ = State(memory_, static_cast<int>(model_->props().size()),
+                 max_contact_pairs(model_->collision()));
   const bool goes_on = options_.after_end == AfterEnd::kContinue;
   memory_.limit("elapsed", 0, goes_on ? kMostElapsed : info.horizon);
   pins_ = PinTable(pin_memory_, all_variables(info));

@@ -1,6 +1,6 @@
 // One substep of the robot's nine joints, for a single robot or for many side by side: projected
-// Gauss-Seidel over implicit drives, the fingers' coupling and joint limits, with positions
-// advanced in every iteration (PhysX's temporal Gauss-Seidel). docs/physics.md derives it.
+// Gauss-Seidel over contacts, the fingers' tendon, implicit drives and joint limits, with positions
+// advanced in every iteration (PhysX's temporal Gauss-Seidel). docs/physics.md has the equations.
 #pragma once
 
 #include "core/math/simd.h"
@@ -10,8 +10,10 @@ namespace engram {
 inline namespace ENGRAM_ISA {
 
 constexpr int kSolverIterations = 15;
-constexpr double kLinkDamping = 0.05;       // 1/s, of the arm's joint velocities
-constexpr double kCouplingStiffness = 1e5;  // N/m, between the fingers
+constexpr double kLinkDamping = 0.05;     // 1/s, of the arm's joint velocities
+constexpr double kTendonStiffness = 1e5;  // N/m, between the fingers
+// Share of an overlap that is taken out in one iteration: 2 sqrt(1 / kSolverIterations).
+constexpr double kOverlapShare = 0.5163977794943222;
 
 // Limit of joint velocities, rad/s, m/s; PhysX's as well. Free rotation is integrated explicitly,
 // and wrist joints beyond it would gain energy.
@@ -69,6 +71,18 @@ ENGRAM_INLINE void invert(JointMatrixOf<V>& m) {
   }
 }
 
+// Contacts of a robot that touches nothing.
+template <class V>
+struct NoContacts {
+  // Pairs of a moving body with a link or another moving body, then of moving bodies with fixed
+  // ones. `last`: the velocity iteration.
+  ENGRAM_INLINE void solve_bodies(JointsOf<V>& /*velocity*/, bool /*last*/) {}
+  ENGRAM_INLINE void move_bodies() {}
+  // Contacts with fixed bodies of the links that move with a joint and no later one.
+  ENGRAM_INLINE void solve_links(int /*joint*/, JointsOf<V>& /*velocity*/, bool /*last*/) {}
+  ENGRAM_INLINE void move_links(const JointsOf<V>& /*q*/) {}
+};
+
 template <class V>
 struct JointSolver {
   // --- input of prepare() ---
@@ -92,9 +106,12 @@ struct JointSolver {
   double inv_dt;  // 1 / dt
   JointsOf<V> drive_gain;
   JointsOf<V> implicit_damping;
-  JointsOf<V> effective_mass;     // inverse of inv_mass's diagonal
-  JointsOf<V> coupling_response;  // change of velocities by a unit of the coupling's impulse
-  V coupling_gain;
+  JointsOf<V> tendon_response;  // change of velocities by a unit of the tendon's error
+
+  // Limits of joints give way a little; known once a joint comes to its limit.
+  JointsOf<V> limit_mass;
+  bool limit_known[kRobotJoints] = {};
+  bool limited = false;
 
   ENGRAM_INLINE void prepare(const RobotParams& params) {
     dt = params.timestep / kSolverIterations;
@@ -104,85 +121,115 @@ struct JointSolver {
       const double resistance = params.drive.damping + dt * stiffness[i];
       drive_gain[i] = dt / (1.0 + inv_mass[i][i] * (dt * resistance));
       implicit_damping[i] = drive_gain[i] * resistance;
-      effective_mass[i] = 1.0 / inv_mass[i][i];
-      coupling_response[i] = inv_mass[i][kLeftFinger] - inv_mass[i][kRightFinger];
       if (i < kArmJoints) begin_v[i] *= 1 - kLinkDamping * params.timestep;
     }
-    const V compliance = coupling_response[kLeftFinger] - coupling_response[kRightFinger];
-    const double unit = dt * kCouplingStiffness;
-    coupling_gain = unit / (1.0 + compliance * (dt * unit));
+    const double unit = dt * kTendonStiffness;
+    const V left = unit / (1.0 + dt * unit * inv_mass[kLeftFinger][kLeftFinger]);
+    const V right = unit / (1.0 + dt * unit * inv_mass[kRightFinger][kRightFinger]);
+    for (int i = 0; i < kJointRow<V>; ++i) {
+      tendon_response[i] =
+          right * inv_mass[kRightFinger][i] - left * inv_mass[kLeftFinger][i];
+    }
     for (int i = 0; i < kRobotJoints; ++i) {
       add_scaled(begin_v, -params.timestep * bias_force[i], inv_mass[i]);
     }
+    // No velocity is a negative zero, so that adding a zero impulse never changes a bit.
+    for (int i = 0; i < kJointRow<V>; ++i) begin_v[i] += V{};
   }
 
-  // `contact_dv`: change of velocities by contact forces in one iteration; may be null.
-  // `saturated`, if not null: counts the iterations in which a drive is at its limit.
-  ENGRAM_INLINE void run(const RobotParams& params, const JointsOf<V>* contact_dv,
-                         JointsOf<V>* saturated) {
+  // `frames`: LinkFrames at the substep's start, for the compliance of limits.
+  template <class Frames, class Contacts>
+  ENGRAM_INLINE void run(const RobotParams& params, const Frames& frames, Contacts& contacts) {
     const double max_impulse = params.drive.limit * params.timestep;
     JointsOf<V> velocity = begin_v;
     drive_impulse = lower_impulse = upper_impulse = {};
-    bool limited = false;
+    limited = false;
+    for (bool& known : limit_known) known = false;
     for (int iteration = 0; iteration < kSolverIterations; ++iteration) {
-      if (contact_dv != nullptr) add_scaled(velocity, simd::broadcast<V>(1), *contact_dv);
-      solve_coupling(velocity);
+      contacts.solve_bodies(velocity, false);
+      contacts.move_bodies();
+      solve_tendon(velocity);
       for (int i = 0; i < kRobotJoints; ++i) {
         const V target_impulse = drive_gain[i] * (drive_bias[i] - stiffness[i] * end_q[i]);
-        solve_drive(max_impulse, i, target_impulse, velocity, saturated);
-        solve_limits(params, i, velocity, limited);
+        solve_drive(max_impulse, i, target_impulse, velocity);
+        solve_limits(params, frames, i, velocity, false);
+        contacts.solve_links(i, velocity, false);
       }
-      for (int i = 0; i < kRobotJoints; ++i) end_q[i] += dt * velocity[i];
+      integrate(params, velocity);
+      contacts.move_links(end_q);
+    }
+    // The velocity iteration: overlaps push no more, and nothing moves.
+    contacts.solve_bodies(velocity, true);
+    solve_tendon(velocity);
+    for (int i = 0; i < kRobotJoints; ++i) {
+      solve_limits(params, frames, i, velocity, true);
+      contacts.solve_links(i, velocity, true);
     }
     for (int i = 0; i < kRobotJoints; ++i) {
       end_v[i] = simd::clamp(velocity[i], -kMaxJointVelocity, kMaxJointVelocity);
     }
   }
 
-  // An undamped spring between the fingers, taken implicitly.
-  ENGRAM_INLINE void solve_coupling(JointsOf<V>& velocity) const {
-    const V error = end_q[kLeftFinger] - end_q[kRightFinger] +
-                    dt * (velocity[kLeftFinger] - velocity[kRightFinger]);
-    add_scaled(velocity, -coupling_gain * error, coupling_response);
+  // Fingers stop at their limits; joints of the arm do not.
+  ENGRAM_INLINE void integrate(const RobotParams& params, const JointsOf<V>& velocity) {
+    for (int i = 0; i < kRobotJoints; ++i) end_q[i] += dt * velocity[i];
+    for (int i = kArmJoints; i < kRobotJoints; ++i) {
+      end_q[i] = simd::clamp(end_q[i], params.lower[i], params.upper[i]);
+    }
   }
 
-  ENGRAM_INLINE void solve_drive(double max_impulse, int i, V target_impulse, JointsOf<V>& velocity,
-                                 JointsOf<V>* saturated) {
+  // An undamped spring on the mean of both fingers' errors, taken implicitly for each finger alone.
+  ENGRAM_INLINE void solve_tendon(JointsOf<V>& velocity) const {
+    const V error = 0.5 * (end_q[kLeftFinger] - end_q[kRightFinger] +
+                           dt * (velocity[kLeftFinger] - velocity[kRightFinger]));
+    add_scaled(velocity, error, tendon_response);
+  }
+
+  ENGRAM_INLINE void solve_drive(double max_impulse, int i, V target_impulse,
+                                 JointsOf<V>& velocity) {
     const V unclamped = drive_impulse[i] + (target_impulse - implicit_damping[i] * velocity[i]);
     const V impulse = simd::clamp(unclamped, -max_impulse, max_impulse);
-    if (saturated != nullptr) {
-      (*saturated)[i] += simd::abs(unclamped) >= max_impulse ? simd::broadcast<V>(1) : V{};
-    }
     add_scaled(velocity, impulse - drive_impulse[i], inv_mass[i]);
     drive_impulse[i] = impulse;
   }
 
-  // A joint goes no faster than to its limit.
-  ENGRAM_INLINE void solve_limits(const RobotParams& params, int i, JointsOf<V>& velocity,
-                                  bool& limited) {
-    const V to_lower = (params.lower[i] - end_q[i]) * inv_dt;
-    const V to_upper = (params.upper[i] - end_q[i]) * inv_dt;
+  // A joint goes no faster than to its limit; a limit that it leaves lets go of it.
+  template <class Frames>
+  ENGRAM_INLINE void solve_limits(const RobotParams& params, const Frames& frames, int i,
+                                  JointsOf<V>& velocity, bool last) {
+    const V speed = velocity[i];
+    const V above = end_q[i] - params.lower[i];
+    const V below = params.upper[i] - end_q[i];
+    const auto at_lower = simd::logical_or(above < 0.0, above + dt * speed < 0.0);
+    const auto at_upper = simd::logical_or(below < 0.0, below - dt * speed < 0.0);
     // All lanes together decide whether limits are solved; the result is each lane's own.
-    if (limited || simd::any(simd::logical_or(velocity[i]<to_lower, velocity[i]> to_upper)))
-        [[unlikely]] {
-      limited = true;
-      const V lower = lower_impulse[i] + (to_lower - velocity[i]) * effective_mass[i];
-      apply_limit(simd::max(V{}, lower), i, lower_impulse[i], velocity);
-      const V upper = upper_impulse[i] + (to_upper - velocity[i]) * effective_mass[i];
-      apply_limit(simd::min(V{}, upper), i, upper_impulse[i], velocity);
+    if (!limited && !simd::any(simd::logical_or(at_lower, at_upper))) [[likely]] return;
+    limited = true;
+    if (!limit_known[i]) {
+      limit_known[i] = true;
+      limit_mass[i] = 1.0 / (inv_mass[i][i] + frames.joint_compliance(i, inv_mass));
     }
+    const V mass = limit_mass[i];
+    const V overlap_rate = simd::broadcast<V>(kOverlapShare * inv_dt);
+    const V lower_goal = above < 0.0 ? (last ? speed : -above * overlap_rate) : -above * inv_dt;
+    const V upper_goal = below < 0.0 ? (last ? speed : below * overlap_rate) : below * inv_dt;
+    const V lower_pushed = simd::max(V{}, lower_impulse[i] + (lower_goal - speed) * mass);
+    const V upper_pushed = simd::min(V{}, upper_impulse[i] + (upper_goal - speed) * mass);
+    const V lower_released = lower_impulse[i] + simd::max(-speed * mass, -lower_impulse[i]);
+    const V upper_released = upper_impulse[i] + simd::min(-speed * mass, -upper_impulse[i]);
+    const auto opens = speed > 0.0;
+    const V lower = at_lower ? lower_pushed
+                             : (at_upper ? lower_impulse[i]
+                                         : (opens ? lower_released : lower_impulse[i]));
+    const V upper = at_lower ? upper_impulse[i]
+                             : (at_upper ? upper_pushed
+                                         : (opens ? upper_impulse[i] : upper_released));
+    const V change = (lower - lower_impulse[i]) + (upper - upper_impulse[i]);
+    add_scaled(velocity, change, inv_mass[i]);
+    lower_impulse[i] = lower;
+    upper_impulse[i] = upper;
   }
 
-  // Limits push in one direction only.
-  ENGRAM_INLINE void apply_limit(V impulse, int i, V& accumulated, JointsOf<V>& velocity) const {
-    const V change = impulse - accumulated;
-    const auto changes = change != V{};
-    for (int k = 0; k < kJointRow<V>; ++k) {
-      // Adding nothing would change the sign of a zero.
-      velocity[k] = changes ? velocity[k] + change * inv_mass[i][k] : velocity[k];
-    }
-    accumulated = impulse;
-  }
 };
 
 }  // namespace ENGRAM_ISA

@@ -13,14 +13,11 @@ struct LaneRows {
   static constexpr int kQ = 0;                             // (9) rad, m: joint positions
   static constexpr int kV = kQ + kRobotJoints;             // (9) rad/s, m/s
   static constexpr int kDriveBias = kV + kRobotJoints;     // (9) see JointSolver
-  static constexpr int kEndQ = kDriveBias + kRobotJoints;  // (9) after a substep without contacts
+  static constexpr int kEndQ = kDriveBias + kRobotJoints;  // (9) after a substep
   static constexpr int kEndV = kEndQ + kRobotJoints;       // (9)
   static constexpr int kClearanceQpos = kEndV + kRobotJoints;       // (9) where it was measured
   static constexpr int kClearance = kClearanceQpos + kRobotJoints;  // (1) m
-  // Written on demand.
-  static constexpr int kBiasForce = kClearance + 1;                             // (9)
-  static constexpr int kMassMatrix = kBiasForce + kRobotJoints;                 // (9 x 9)
-  static constexpr int kLinkPoses = kMassMatrix + kRobotJoints * kRobotJoints;  // (7 x (3 + 9))
+  static constexpr int kLinkPoses = kClearance + 1;  // (7 x (3 + 9)) written on demand
   // Rows of differential_ik() and forward_kinematics().
   static constexpr int kDisplacement = kLinkPoses + kArmJoints * 12;  // (6) of the TCP, m, rad
   static constexpr int kStep = kDisplacement + 6;                     // (7) of the joints, rad
@@ -36,10 +33,11 @@ struct LaneKernel {
   // The lanes, as bits, whose robots may have moved farther than their clearance. Reads kQ,
   // kClearanceQpos, kClearance.
   unsigned (*clearance_exceeded)(const RobotModel& robot, const double* rows);
-  // One substep without contacts: kQ, kV, kDriveBias to kEndQ, kEndV. `details`: writes kBiasForce,
-  // kMassMatrix and kLinkPoses as well.
+  // kQ to kLinkPoses.
+  void (*pose_links)(const RobotModel& robot, double* rows);
+  // One substep without contacts: kQ, kV, kDriveBias to kEndQ, kEndV.
   void (*substep)(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
-                  double* rows, bool details);
+                  double* rows);
   // kQ to kTcp.
   void (*forward_kinematics)(const RobotModel& robot, double* rows);
   // kQ and kDisplacement to kStep, the smallest joint step that gives the displacement, and

@@ -3,6 +3,7 @@
 
 #include "core/robot/arm_kinematics.h"
 #include "core/robot/lane_kernel.h"
+#include "core/robot/link_frames.h"
 #include "core/robot/robot_dynamics.h"
 
 namespace engram {
@@ -48,12 +49,11 @@ unsigned clearance_exceeded(const RobotModel& robot, const double* rows) {
 }
 
 template <class V>
-void store_details(const JointSolver<V>& joints, const LinkPose<V>* links, double* rows) {
-  store_rows(rows, LaneRows::kBiasForce, kRobotJoints, joints.bias_force.at);
-  for (int i = 0; i < kRobotJoints; ++i) {
-    store_rows(rows, LaneRows::kMassMatrix + i * kRobotJoints, kRobotJoints,
-               joints.inv_mass[i].at);  // not inverted yet
-  }
+void pose_links(const RobotModel& robot, double* rows) {
+  V q[kArmJoints];
+  load_rows<V>(rows, LaneRows::kQ, kArmJoints, q);
+  LinkPose<V> links[kArmJoints];
+  link_poses<V>(robot, q, links);
   for (int i = 0; i < kArmJoints; ++i) {
     const int first = LaneRows::kLinkPoses + 12 * i;
     store_rows(rows, first, 3, links[i].pos.at);
@@ -61,9 +61,12 @@ void store_details(const JointSolver<V>& joints, const LinkPose<V>* links, doubl
   }
 }
 
-template <class V>
-void substep(const RobotModel& robot, const RobotParams& params, bool velocity_mode, double* rows,
-             bool details) {
+// The substep with contacts of any kind (see NoContacts): `make_contacts` makes them from the links'
+// frames and the joint solver.
+template <class V, class MakeContacts>
+ENGRAM_INLINE void substep_with(const RobotModel& robot, const RobotParams& params,
+                                bool velocity_mode, double* rows,
+                                const MakeContacts& make_contacts) {
   JointSolver<V> joints;
   load_rows<V>(rows, LaneRows::kQ, kRobotJoints, joints.end_q.at);
   load_rows<V>(rows, LaneRows::kV, kRobotJoints, joints.begin_v.at);
@@ -75,14 +78,22 @@ void substep(const RobotModel& robot, const RobotParams& params, bool velocity_m
     dynamics.mass_matrix(joints.inv_mass);
     dynamics.bias_force(joints.begin_v.at, joints.bias_force.at);
   }
-  if (details) store_details<V>(joints, links, rows);
   for (int i = 0; i < kRobotJoints; ++i) {
     joints.stiffness[i] = drive_stiffness(params, velocity_mode, i);
   }
   joints.prepare(params);
-  joints.run(params, nullptr, nullptr);
+  const LinkFrames<V> frames(robot, joints.end_q.at, links);
+  auto contacts = make_contacts(frames, joints);
+  joints.run(params, frames, contacts);
   store_rows(rows, LaneRows::kEndQ, kRobotJoints, joints.end_q.at);
   store_rows(rows, LaneRows::kEndV, kRobotJoints, joints.end_v.at);
+}
+
+template <class V>
+void substep(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
+             double* rows) {
+  substep_with<V>(robot, params, velocity_mode, rows,
+                  [](const LinkFrames<V>&, const JointSolver<V>&) { return NoContacts<V>{}; });
 }
 
 template <class V>
@@ -116,7 +127,7 @@ unsigned differential_ik(const RobotModel& robot, double* rows) {
 
 template <class V>
 constexpr LaneKernel make_lane_kernel(InstructionSet set) {
-  return {set,        simd::kLanesOf<V>,     clearance_exceeded<V>,
+  return {set,        simd::kLanesOf<V>,     clearance_exceeded<V>, pose_links<V>,
           substep<V>, forward_kinematics<V>, differential_ik<V>};
 }
 

@@ -6,6 +6,20 @@
 
 namespace engram {
 
+// Rigid bodies of the robot, each with a centre of mass of its own: the arm's links, then these.
+inline constexpr int kLeftFingerLink = kArmJoints;
+inline constexpr int kRightFingerLink = kArmJoints + 1;
+inline constexpr int kHandLink = kArmJoints + 2;
+inline constexpr int kCameraLink = kArmJoints + 3;
+inline constexpr int kNumLinks = kArmJoints + 4;
+
+// Number of hinges that move a link.
+constexpr int hinges_of(int link) { return link < kArmJoints ? link + 1 : kArmJoints; }
+// The finger that a link is, or -1.
+constexpr int finger_of(int link) {
+  return link == kLeftFingerLink || link == kRightFingerLink ? link - kArmJoints : -1;
+}
+
 struct RobotModel {
   // A rigid body with all that is fixed to it.
   struct Link {
@@ -22,6 +36,9 @@ struct RobotModel {
   Link fingers[kFingers];
   double finger_axis[kFingers][3] = {};  // direction of opening, in the last link's frame
   double base_position[3] = {};          // m, world
+  // Centres of mass of the rigid bodies, m: in the frame of the arm's link that carries them, the
+  // fingers closed.
+  double centers[kNumLinks][3] = {};
 
   // Pose of the TCP in the last link's frame.
   double tcp_offset[3] = {};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/math/frame.h"
@@ -132,6 +133,23 @@ void read_fingers(const mjModel& model, int last_body, RobotModel& robot) {
   }
 }
 
+// Centres of mass of the rigid bodies by themselves.
+void read_centers(const mjModel& model, RobotModel& robot) {
+  const auto set = [&](int link, int body) {
+    const int carrier = model.jnt_bodyid[hinges_of(link) - 1];
+    const Frame frame = frame_in(model, body, carrier);
+    Eigen::Map<Vec3>(robot.centers[link]) =
+        frame.pos + frame.axes * Eigen::Map<const Vec3>(model.body_ipos + 3 * body);
+  };
+  for (int joint = 0; joint < kRobotJoints; ++joint) set(joint, model.jnt_bodyid[joint]);
+  const std::pair<int, const char*> fixed[] = {{kHandLink, "hand"}, {kCameraLink, "camera_link"}};
+  for (const auto& [link, name] : fixed) {
+    const int body = mj_name2id(&model, mjOBJ_BODY, name);
+    require(body >= 0, "a hand and a camera");
+    set(link, body);
+  }
+}
+
 }  // namespace
 
 RobotModel load_robot_model(const mjModel& model) {
@@ -143,6 +161,7 @@ RobotModel load_robot_model(const mjModel& model) {
   const int last_body = last_robot_body(model);
   read_arm(model, last_body, robot);
   read_fingers(model, last_body, robot);
+  read_centers(model, robot);
 
   const int site = mj_name2id(&model, mjOBJ_SITE, "tcp");
   require(site >= 0, "a site named 'tcp'");

@@ -1,57 +1,48 @@
-// Motion of a free rigid body: Newton-Euler equations, integrated by semi-implicit Euler steps with
-// damping implicit in velocity, as in mj_step. Velocities have MuJoCo's layout: of the body's
-// origin, in world axes, then angular, in the body's axes.
+// Motion of a free rigid body without contacts: Newton-Euler equations about its centre of mass.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
-#include <Eigen/Dense>
-#include <array>
+#include "core/math/eigen_types.h"
 
 namespace engram {
 
-// Tests for a body with a free joint: physics moves it, and no joint of the robot.
-bool is_free_body(const mjModel& model, int body);
-
-// Constants of a free body, and the functions that move it.
-class FreeBody {
- public:
-  static constexpr int kSize = 6;  // of its velocity
-  using MassMatrix = std::array<double, kSize * kSize>;
-
-  FreeBody(const mjModel& model, int body);
-
-  // Tests for a body at rest without applied forces.
-  bool is_idle(const mjData& data) const;
-
-  // Sets qfrc_smooth and qacc_smooth: forces and accelerations without contacts.
-  void accelerate(mjData& data) const;
-
-  MassMatrix mass_matrix(const mjData& data) const;
-
-  // Updates the velocity, then the position with the new velocity.
-  void integrate(mjData& data, double timestep) const;
-
- private:
-  using Matrix = Eigen::Matrix3d;
-  using Vector = Eigen::Vector3d;
-
-  // Acceleration with damping at the new velocity: solves (M + h D) a = f.
-  std::array<double, kSize> damped_acceleration(const mjData& data, double timestep) const;
-
-  int body_ = 0;
-  int qpos_ = 0;  // addresses
-  int dof_ = 0;
-  double mass_ = 0;                      // kg
-  Vector center_;                        // of mass, in the body's axes, m
-  Matrix inertia_;                       // about the centre of mass, in the body's axes, kg m^2
-  Matrix inverse_inertia_;               // 1/(kg m^2)
-  Matrix origin_inertia_;                // about the body's origin, kg m^2
-  std::array<double, kSize> damping_{};  // N s/m, N m s
-  bool damped_ = false;
+// World axes throughout.
+struct FreeBodyState {
+  Vec3 center = Vec3::Zero();    // of mass, m
+  Quat quat = Quat::Identity();  // of the body's axes
+  Vec3 linear = Vec3::Zero();    // velocity of the centre of mass, m/s
+  Vec3 angular = Vec3::Zero();   // rad/s
 };
 
-// Rotates a unit quaternion (w, x, y, z) by an angular velocity in its own axes: exponential map.
-void integrate_rotation(double* quat, const Eigen::Vector3d& velocity, double time);
+// Constants of a free body.
+class FreeBody {
+ public:
+  FreeBody() = default;
+  FreeBody(const mjModel& model, int body);
+
+  // State from MuJoCo's coordinates, and back: position and quaternion of the body's origin; its
+  // linear velocity in world axes and angular velocity in body axes.
+  FreeBodyState load(const double* pos, const double* quat, const double* qvel) const;
+  void store(const FreeBodyState& state, double* pos, double* quat, double* qvel) const;
+
+  // Velocities at the substep's end without contacts: weight, angular damping, and the gyroscopic
+  // torque, which keeps the size of the angular momentum.
+  void accelerate(FreeBodyState& state, double gravity, double timestep) const;
+
+  double inv_mass() const { return 1 / mass_; }  // 1/kg
+  Mat3 inv_inertia(const Quat& quat) const;      // world axes, 1/(kg m^2)
+  const Vec3& center() const { return center_; }
+
+ private:
+  double mass_ = 1;              // kg
+  Vec3 center_ = Vec3::Zero();   // of mass, in the body's axes, m
+  Vec3 inertia_ = Vec3::Ones();  // about the principal axes, kg m^2
+  Quat principal_ = Quat::Identity();
+};
+
+// Limits the angular speed to PhysX's bound: the rotation of a slender body is explicit and would
+// gain energy beyond it.
+void limit_spin(FreeBodyState& state);
 
 }  // namespace engram

@@ -4,14 +4,11 @@
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/robot/robot_model_loader.h"
 
 namespace engram {
 namespace {
-
-// Most scenes between the robot alone and the whole: enough for any three of about four types, few
-// enough to compile in some tens of milliseconds.
-constexpr std::size_t kMaxSubsets = 20;
 
 [[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInternal, why); }
 
@@ -67,114 +64,85 @@ std::vector<int> all_props(const SceneSpec& source) {
   return all;
 }
 
-// `text_model`: the scene with all props, even those of which nothing collides.
-std::vector<SceneModel> compile_scenes(const SceneSpec& source, ModelPtr text_model,
-                                       const std::vector<PropModel>& props) {
-  const std::vector<int> all = all_props(source);
-  std::vector<int> free_props;
-  std::vector<int> kinematic_props;
-  for (const int prop : all) {
-    const PropModel& model = props[static_cast<std::size_t>(prop)];
-    if (model.tangible()) (model.free ? free_props : kinematic_props).push_back(prop);
+// Throws Error unless the robot's joints come first, with one coordinate each.
+void validate_joints(const mjModel& model) {
+  if (model.nu != kRobotJoints || model.nv < kRobotJoints) {
+    refuse("scene without the nine driven joints of the robot");
   }
-  std::vector<SceneModel> scenes;
-  const auto add = [&](std::vector<int> subset, RobotDetail detail) {
-    std::sort(subset.begin(), subset.end());
-    scenes.push_back(compile_scene(source, subset, detail));
-  };
-  add({}, RobotDetail::kDynamics);
-  add({}, RobotDetail::kCollision);
-  if (!kinematic_props.empty() && !free_props.empty()) {
-    add(kinematic_props, RobotDetail::kCollision);
+  for (int i = 0; i < kRobotJoints; ++i) {
+    const int type = model.jnt_type[i];
+    if (model.jnt_dofadr[i] != i || (type != mjJNT_HINGE && type != mjJNT_SLIDE)) {
+      refuse("the robot's nine joints are not the scene's first");
+    }
   }
-  for (std::vector<int>& subset : scene_subsets(source, free_props, kMaxSubsets)) {
-    subset.insert(subset.end(), kinematic_props.begin(), kinematic_props.end());
-    add(std::move(subset), RobotDetail::kCollision);
+}
+
+// Removes from the model what the engine simulates: drives, limits, coupling, damping and rotor
+// inertia of the robot's joints, and gravity.
+void release_robot(mjModel& model) {
+  model.opt.gravity[2] = 0;
+  for (int i = 0; i < kRobotJoints; ++i) {
+    model.jnt_limited[i] = 0;
+    model.dof_armature[i] = 0;
+    model.dof_damping[i] = 0;
   }
-  std::vector<int> whole = free_props;
-  whole.insert(whole.end(), kinematic_props.begin(), kinematic_props.end());
-  if (whole.size() == all.size() && !all.empty()) {
-    scenes.push_back(make_scene(std::move(text_model), source, all));
-  } else if (!whole.empty()) {
-    add(std::move(whole), RobotDetail::kCollision);
-  }
-  return scenes;
+  std::fill_n(model.actuator_gainprm, model.nu * mjNGAIN, 0.0);
+  std::fill_n(model.actuator_biasprm, model.nu * mjNBIAS, 0.0);
+  std::fill_n(model.tendon_stiffness, model.ntendon, 0.0);
 }
 
 }  // namespace
 
 PhysicsModel::PhysicsModel(const SceneSpec& source)
-    : PhysicsModel(source,
-                   compile_model(source.compose(all_props(source), RobotDetail::kCollision))) {}
-
-PhysicsModel::PhysicsModel(const SceneSpec& source, ModelPtr whole) : arm_(*whole) {
-  read_text_model(source, *whole);
-  scenes_ = compile_scenes(source, std::move(whole), props_);
-  robot_bounds_ = RobotBounds(robot(), full());
-  robot_model_ = load_robot_model(robot());
+    : full_(compile_model(source.compose(all_props(source), RobotDetail::kCollision))),
+      robot_(compile_model(source.compose({}, RobotDetail::kCollision))),
+      arm_(*full_),
+      gravity_(-full_->opt.gravity[2]) {
+  validate_joints(*full_);
+  robot_params_ = read_robot_params(*full_);
+  release_robot(*full_);
+  release_robot(*robot_);
+  collision_ = CollisionScene(*full_, source.props);
+  read_props(source);
+  find_reach_shapes();
+  robot_bounds_ = RobotBounds(*robot_, *full_);
+  robot_model_ = load_robot_model(*robot_);
   std::copy(robot_bounds_.lever_arms().begin(), robot_bounds_.lever_arms().end(),
             robot_model_.lever_arms);
 }
 
-// Reads constants from the text's model, before release_robot() changes the compiled ones.
-void PhysicsModel::read_text_model(const SceneSpec& source, const mjModel& whole) {
-  gravity_ = -whole.opt.gravity[2];
-  if (whole.nu != kRobotJoints) refuse("scene without the nine driven joints of the robot");
-  robot_params_ = read_robot_params(whole);
-  read_props(source, whole);
-  find_reach_geoms(whole);
-  finger_bodies_[0] = body_named(whole, "leftfinger");
-  finger_bodies_[1] = body_named(whole, "rightfinger");
-}
-
-void PhysicsModel::read_props(const SceneSpec& source, const mjModel& whole) {
-  if (source.types.size() != source.props.size()) refuse("one type for each prop needed");
-  for (std::size_t i = 0; i < source.props.size(); ++i) {
-    const int body = body_named(whole, source.props[i]);
+void PhysicsModel::read_props(const SceneSpec& source) {
+  for (const std::string& name : source.props) {
+    const int body = body_named(*full_, name);
     PropModel prop;
-    prop.name = source.props[i];
-    prop.type = source.types[i];
-    prop.free = whole.body_mocapid[body] < 0;
-    prop.mass = whole.body_mass[body];
-    prop.center_of_mass = Eigen::Map<const Eigen::Vector3d>(whole.body_ipos + 3 * body);
-    bound_prop(whole, body, prop);
-    num_types_ = std::max(num_types_, prop.type + 1);
+    prop.name = name;
+    prop.free = full_->body_mocapid[body] < 0;
+    if (prop.free) {
+      const int joint = full_->body_jntadr[body];
+      if (joint < 0 || full_->jnt_type[joint] != mjJNT_FREE) {
+        refuse("prop '" + name + "' has neither a free joint nor a mocap body");
+      }
+      prop.body = FreeBody(*full_, body);
+    }
+    prop.mass = full_->body_mass[body];
+    bound_prop(*full_, body, prop);
     props_.push_back(std::move(prop));
   }
 }
 
-void PhysicsModel::find_reach_geoms(const mjModel& whole) {
-  std::vector<bool> is_prop(static_cast<std::size_t>(whole.nbody), false);
-  for (const PropModel& prop : props_) {
-    is_prop[static_cast<std::size_t>(body_named(whole, prop.name))] = true;
+void PhysicsModel::find_reach_shapes() {
+  for (const ShapePair& pair : collision_.shape_pairs()) {
+    const CollisionBody& a = collision_.bodies()[at(collision_.shapes()[at(pair.a)].body)];
+    const CollisionBody& b = collision_.bodies()[at(collision_.shapes()[at(pair.b)].body)];
+    if (a.kind == BodyKind::kLink && b.prop >= 0) reach_shapes_.push_back(pair.a);
   }
-  for (int pair = 0; pair < whole.npair; ++pair) {
-    const int geoms[2] = {whole.pair_geom1[pair], whole.pair_geom2[pair]};
-    for (int i = 0; i < 2; ++i) {
-      const int body = whole.geom_bodyid[geoms[i]];
-      const int other = whole.geom_bodyid[geoms[1 - i]];
-      if (body != 0 && !is_prop[static_cast<std::size_t>(body)] &&
-          is_prop[static_cast<std::size_t>(other)]) {
-        reach_geoms_.push_back(geoms[i]);
-      }
-    }
-  }
-  std::sort(reach_geoms_.begin(), reach_geoms_.end());
-  reach_geoms_.erase(std::unique(reach_geoms_.begin(), reach_geoms_.end()), reach_geoms_.end());
-  for (const int geom : reach_geoms_) {
-    reach_boxes_.push_back(enclose_geom(whole, geom));
+  std::sort(reach_shapes_.begin(), reach_shapes_.end());
+  reach_shapes_.erase(std::unique(reach_shapes_.begin(), reach_shapes_.end()),
+                      reach_shapes_.end());
+  for (const int shape : reach_shapes_) {
+    reach_boxes_.push_back(enclose_geom(*full_, collision_.shapes()[at(shape)].geom));
     reach_boxes_.back().frame = {};
   }
-}
-
-int PhysicsModel::smallest_scene(std::span<const int> count_by_type, bool kinematic_props) const {
-  const bool needs_kinematic = kinematic_props && scenes_.back().has_kinematic_props;
-  for (int i = kRobotScene; i < full_scene(); ++i) {
-    const SceneModel& scene = scenes_[static_cast<std::size_t>(i)];
-    if (needs_kinematic && !scene.has_kinematic_props) continue;
-    if (scene.has_slots_for(count_by_type)) return i;
-  }
-  return full_scene();
 }
 
 }  // namespace engram

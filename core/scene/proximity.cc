@@ -42,36 +42,24 @@ double box_clearance(double gap, const RoundedBox& a, const RoundedBox& b, const
 
 }  // namespace
 
-double sphere_geom_clearance(const mjModel& model, const mjData& data, int geom,
-                             const Eigen::Vector3d& center, double radius) {
-  const Eigen::Map<const Eigen::Vector3d> pos(data.geom_xpos + 3 * geom);
-  const Eigen::Vector3d offset = center - pos;
-  const double around = model.geom_rbound[geom] + radius;
+double sphere_clearance(const CollisionShape& shape, const Frame& frame,
+                        const Eigen::Vector3d& center, double radius) {
+  const Vec3 offset = center - frame.pos;
+  const double around = shape.bounding_radius + radius;
   const double squared = offset.squaredNorm();
   if (squared > around * around) return std::sqrt(squared) - around;
 
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.geom_xmat +
-                                                                            9 * geom);
-  const Eigen::Vector3d local = axes.transpose() * offset;
-  const mjtNum* size = model.geom_size + 3 * geom;
-  switch (model.geom_type[geom]) {
-    case mjGEOM_BOX: {
-      const Eigen::Vector3d half(size[0], size[1], size[2]);
-      return (local - local.cwiseMin(half).cwiseMax(-half)).norm() - radius;
-    }
+  const Vec3 local = frame.axes.transpose() * offset;
+  switch (shape.type) {
+    case mjGEOM_BOX:
+      return (local - local.cwiseMin(shape.half).cwiseMax(-shape.half)).norm() - radius;
     case mjGEOM_CAPSULE: {
-      const double along = std::clamp(local.z(), -size[1], size[1]);
-      return (local - Eigen::Vector3d(0, 0, along)).norm() - size[0] - radius;
+      const double along = std::clamp(local.z(), -shape.half[1], shape.half[1]);
+      return (local - Vec3(0, 0, along)).norm() - shape.half[0] - radius;
     }
     default:
       return 0;  // inside the bounding sphere: take it as touching
   }
-}
-
-Frame geom_frame(const mjData& data, int geom) {
-  return {
-      Eigen::Map<const Vec3>(data.geom_xpos + 3 * geom),
-      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom)};
 }
 
 RoundedBox enclose_geom(const mjModel& model, int geom) {

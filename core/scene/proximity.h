@@ -1,4 +1,4 @@
-// Lower bounds of distances, which decide when sleeping props wake: sphere against geom, and
+// Lower bounds of distances, which decide when sleeping props wake: sphere against shape, and
 // separating axis tests of bounding boxes.
 #pragma once
 
@@ -7,21 +7,18 @@
 #include <Eigen/Dense>
 #include <span>
 
-#include "core/math/frame.h"
+#include "core/scene/collision_scene.h"
 
 namespace engram {
 
 // Farther than anything in a scene.
 inline constexpr double kFarAway = 1e9;  // m
 
-// A lower bound of the distance between the sphere and the geom as posed in `data`, m. If it is
+// A lower bound of the distance between a sphere and a shape at this pose (world), m. If it is
 // above zero, they do not touch. If it is not, they touch; for shapes other than boxes, capsules
 // and spheres, they may.
-double sphere_geom_clearance(const mjModel& model, const mjData& data, int geom,
-                             const Eigen::Vector3d& center, double radius);
-
-// Pose of a geom in `data`, world.
-Frame geom_frame(const mjData& data, int geom);
+double sphere_clearance(const CollisionShape& shape, const Frame& frame,
+                        const Eigen::Vector3d& center, double radius);
 
 // All points within `radius` of a box: contains a geom, tightly if it is a box, a sphere or a
 // capsule.

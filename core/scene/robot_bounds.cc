@@ -16,6 +16,11 @@ namespace {
 // precisely.
 constexpr double kMaxSelfClearance = 0.1;  // m
 
+// Distances below this count as touching: contacts act before bodies touch, on the way of a
+// substep.
+constexpr double kContactMargin = 0.02;  // m
+constexpr double kSelfMargin = 0.01;     // m, between the robot's own bodies
+
 struct Sphere {
   Vec3 center;
   double radius;
@@ -218,6 +223,7 @@ RobotBounds::Clearance RobotBounds::clearance(const RobotPose& pose,
     if (capsule.meets_table) table = std::min(table, low);
     if (capsule.meets_props) lowest = std::min(lowest, low);
   }
+  table -= kContactMargin;
   if (table <= 0) return result;
   result.self = self_clearance(positions);
   if (result.self <= 0) return result;
@@ -234,11 +240,12 @@ double RobotBounds::self_clearance(const CapsulePositions& positions) const {
     const auto i = static_cast<std::size_t>(first);
     const auto j = static_cast<std::size_t>(second);
     // Most pairs are so far apart that the spheres around the capsules show it.
-    const double apart = capsules_[i].bounding_radius + capsules_[j].bounding_radius + least;
+    const double apart = capsules_[i].bounding_radius + capsules_[j].bounding_radius + least + kSelfMargin;
     if ((positions.middle[i] - positions.middle[j]).squaredNorm() > apart * apart) continue;
     const double squared =
         segments_squared(positions.a[i], positions.b[i], positions.a[j], positions.b[j]);
-    least = std::min(least, std::sqrt(squared) - capsules_[i].radius - capsules_[j].radius);
+    least = std::min(least, std::sqrt(squared) - capsules_[i].radius - capsules_[j].radius -
+                                kSelfMargin);
     if (least <= 0) break;
   }
   return least;

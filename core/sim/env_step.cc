@@ -2,27 +2,29 @@
 
 namespace engram {
 
-StepWorkspace::StepWorkspace(const PhysicsModel& model) {
+StepWorkspace::StepWorkspace(const PhysicsModel& model)
+    : bodies(model.collision()), contacts(model.collision()) {
   const std::size_t props = model.props().size();
   status.resize(props);
-  awake_by_type.resize(at(model.num_types()));
-  slot.resize(props);
-  prop.reserve(props);
   motion.resize(props);
+  moving_pos.resize(props);
+  awake.reserve(props);
   moving.reserve(props);
-  kinematic_bodies.reserve(props);
+  reach_frames.resize(model.reach_shapes().size());
+  memory.pairs.reserve(at(max_contact_pairs(model.collision())));
 }
 
 void EnvStep::wake(int prop) {
-  ++num_awake;
-  ++workspace.awake_by_type[at(prop_model(prop).type)];
   workspace.status[at(prop)] = PropStatus::kAwake;
-  workspace.slot[at(prop)] = kNoSlot;
-  PropMotion& motion = workspace.motion[at(prop)];
-  std::copy_n(state.prop_pos_of(env, prop), 3, motion.qpos.begin());
-  std::copy_n(state.prop_quat_of(env, prop), 4, motion.qpos.begin() + 3);
-  std::copy_n(state.prop_qvel_of(env, prop), 6, motion.qvel.begin());
-  std::copy_n(state.prop_qacc_warmstart.row(env) + 6 * prop, 6, motion.qacc_warmstart.begin());
+  workspace.awake.insert(std::lower_bound(awake().begin(), awake().end(), prop), prop);
+  workspace.motion[at(prop)] =
+      prop_model(prop).body.load(state.prop_pos_of(env, prop), state.prop_quat_of(env, prop),
+                                 state.prop_qvel_of(env, prop));
+}
+
+double EnvStep::prop_speed(int prop) const {
+  const FreeBodyState& motion = workspace.motion[at(prop)];
+  return motion.linear.norm() + motion.angular.norm() * prop_model(prop).bounding_radius;
 }
 
 }  // namespace engram

@@ -3,16 +3,16 @@
 // it. So the data stay in the cache, an environment costs a few kilobytes instead of hundreds, and
 // a step that diverges is simply not stored.
 //
-// Robots move side by side, one in each lane of the processor's vectors (lane_kernel.h), whatever
-// their scenes are. Everything else is simulated per environment. Work that provably has no effect
-// is left out:
-//  * While nothing at all can touch a robot, and no prop moves, the lane is the whole simulation.
+// Environments move side by side, one in each lane of the processor's vectors: robots
+// (lane_kernel.h), and where something touches, contacts and free props as well
+// (contact_kernel.h). Contacts are found for each environment by itself. Work that provably has no
+// effect is left out:
+//  * While nothing at all can touch a robot, and no prop moves, the robot is the whole simulation.
 //  * Props at rest are asleep (sleep_manager.h). They wake in the very substep in which something
 //    that moves comes near their parts; beside a moving kinematic prop, in the very step.
-//  * Each substep runs on the smallest compiled scene with slots for what is awake.
 //
-// Simulator::step is the sequence of one step: SceneBinding transfers the environment, SleepManager
-// wakes props, and contact_step simulates, all on one EnvStep per lane.
+// Simulator::step is the sequence of one step: StateTransfer reads the environment, SleepManager
+// wakes props, ContactStep finds contacts, and the kernel solves them, all on one EnvStep per lane.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "core/base/step_clock.h"
+#include "core/contact/contact_kernel.h"
 #include "core/robot/lane_kernel.h"
 #include "core/robot/robot_params.h"
 #include "core/scene/robot_bounds.h"
@@ -70,12 +71,13 @@ class Simulator {
   void begin_lane(WorkerWorkspace& workspace, int lane);
   void substep(WorkerWorkspace& workspace, int count, bool last, bool velocity_mode,
                StepClock::Worker* clock);
-  void substep_lane(WorkerWorkspace& workspace, int lane, bool check_clearance);
+  void find_contacts(WorkerWorkspace& workspace, int lane, bool check_clearance);
   void finish_lane(WorkerWorkspace& workspace, int lane);
 
   const PhysicsModel& model_;
   SimulatorOptions options_;
   const LaneKernel& kernel_;
+  const ContactKernel& contact_kernel_;
   std::vector<WorkerWorkspace> workspaces_;
   // Clearance of each environment's robot, as last found. Not part of the state: it holds the joint
   // positions of its measurement, and so stays true after a reset or a restored snapshot.

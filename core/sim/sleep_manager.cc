@@ -3,12 +3,14 @@
 namespace engram {
 namespace {
 
-// Gap below which the robot wakes a sleeping prop. Zero would suffice: a contact needs touching
-// geoms, and the test is made at the configuration of collision detection.
-constexpr double kWakeGap = 0.002;  // m
+// Gap below which the robot wakes a sleeping prop: farther than it comes in a substep at 2 m/s,
+// since contacts act before bodies touch.
+constexpr double kWakeGap = 0.02;  // m
 
-// Gap below which props wake one another; they may stand a millimetre apart and sleep.
+// Gap below which props wake one another, and the share of a substep's way that is added to it;
+// they may stand a millimetre apart and sleep.
 constexpr double kPropWakeGap = 0.0005;  // m
+constexpr double kApproach = 1.5;
 
 // A free prop that is slower than this for so many control steps, with nothing in motion near it,
 // falls asleep.
@@ -17,8 +19,8 @@ constexpr double kSleepAngularSpeed = 0.05;  // rad/s
 constexpr int kSleepSteps = 5;
 
 bool spheres_near(const Eigen::Vector3d& a, double radius_a, const Eigen::Vector3d& b,
-                  double radius_b) {
-  const double reach = radius_a + radius_b + kPropWakeGap;
+                  double radius_b, double gap) {
+  const double reach = radius_a + radius_b + gap;
   return (a - b).squaredNorm() <= reach * reach;
 }
 
@@ -78,11 +80,13 @@ double SleepManager::swept_radius(int prop) const {
 }
 
 void SleepManager::locate_awake() {
-  if (!step_.scene_has_props()) return;
-  for (int prop = 0; prop < num_props(); ++prop) {
-    if (!step_.is_awake(prop)) continue;
-    const mjtNum* qpos = step_.data().qpos + step_.slot_of(prop).qpos;
-    locate(prop, qpos, qpos + 3);
+  for (const int prop : step_.awake()) {
+    const FreeBodyState& motion = step_.workspace.motion[at(prop)];
+    Frame& frame = workspace_.frames[at(prop)];
+    frame.axes = motion.quat.toRotationMatrix();
+    frame.pos = motion.center - frame.axes * prop_model(prop).body.center();
+    workspace_.frame_known[at(prop)] = 1;
+    workspace_.centers[at(prop)] = frame.pos + frame.axes * prop_model(prop).bounding_center;
   }
 }
 
@@ -97,12 +101,22 @@ const Frame& SleepManager::frame_of(int prop) const {
 
 // --- distances to the robot ---
 
+void SleepManager::pose_reach(const RobotPose& robot) {
+  const CollisionScene& scene = step_.model.collision();
+  for (std::size_t i = 0; i < step_.model.reach_shapes().size(); ++i) {
+    const CollisionShape& shape = scene.shapes()[at(step_.model.reach_shapes()[i])];
+    const Frame body = carried(robot, scene.bodies()[at(shape.body)].attachment);
+    step_.workspace.reach_frames[i] = {body.pos + body.axes * shape.frame.pos,
+                                       body.axes * shape.frame.axes};
+  }
+}
+
 double SleepManager::lowest_reach() const {
-  const mjModel& model = step_.scene_model();
-  const mjData& data = step_.data();
   double lowest = kFarAway;
-  for (const int geom : step_.model.reach_geoms()) {
-    lowest = std::min(lowest, data.geom_xpos[3 * geom + 2] - model.geom_rbound[geom]);
+  for (std::size_t i = 0; i < step_.model.reach_shapes().size(); ++i) {
+    const int shape = step_.model.reach_shapes()[i];
+    lowest = std::min(lowest, step_.workspace.reach_frames[i].pos.z() -
+                                  step_.model.collision().shapes()[at(shape)].bounding_radius);
   }
   return lowest;
 }
@@ -112,14 +126,15 @@ double SleepManager::robot_clearance(int prop, double lowest) const {
   const double radius = swept_radius(prop) + kWakeGap;
   const double below = lowest - center.z() - radius;
   if (below > 0) return below;
-  const mjData& data = step_.data();
   double least = kFarAway;
-  for (std::size_t i = 0; i < step_.model.reach_geoms().size() && least > 0; ++i) {
-    const int geom = step_.model.reach_geoms()[i];
-    double clearance = sphere_geom_clearance(step_.scene_model(), data, geom, center, radius);
+  for (std::size_t i = 0; i < step_.model.reach_shapes().size() && least > 0; ++i) {
+    const CollisionShape& shape =
+        step_.model.collision().shapes()[at(step_.model.reach_shapes()[i])];
+    const Frame& frame = step_.workspace.reach_frames[i];
+    double clearance = sphere_clearance(shape, frame, center, radius);
     if (clearance <= 0 && !step_.is_moving(prop)) {
-      clearance = parts_clearance(kWakeGap, std::span(&step_.model.reach_boxes()[i], 1),
-                                  geom_frame(data, geom), prop_model(prop).parts, frame_of(prop));
+      clearance = parts_clearance(kWakeGap, std::span(&step_.model.reach_boxes()[i], 1), frame,
+                                  prop_model(prop).parts, frame_of(prop));
     }
     least = std::min(least, clearance);
   }
@@ -137,18 +152,25 @@ bool SleepManager::robot_reaches(int prop, std::optional<double>& lowest) {
 
 // --- distances between props ---
 
-bool SleepManager::props_near(int prop, int other) const {
+bool SleepManager::props_near(int prop, int other, double gap) const {
   return spheres_near(workspace_.centers[at(prop)], prop_model(prop).bounding_radius,
-                      workspace_.centers[at(other)], prop_model(other).bounding_radius) &&
-         parts_clearance(kPropWakeGap, prop_model(prop).parts, frame_of(prop),
-                         prop_model(other).parts, frame_of(other)) <= 0;
+                      workspace_.centers[at(other)], prop_model(other).bounding_radius, gap) &&
+         parts_clearance(gap, prop_model(prop).parts, frame_of(prop), prop_model(other).parts,
+                         frame_of(other)) <= 0;
+}
+
+double SleepManager::wake_gap(int prop, int other) const {
+  double speed = 0;
+  for (const int one : {prop, other}) {
+    if (step_.is_awake(one)) speed += step_.prop_speed(one);
+  }
+  return kPropWakeGap + kApproach * step_.model.robot_params().timestep * speed;
 }
 
 bool SleepManager::awake_prop_near(int prop) const {
-  for (int other = 0; other < num_props(); ++other) {
-    if (step_.is_awake(other) && props_near(prop, other)) return true;
-  }
-  return false;
+  return std::any_of(step_.awake().begin(), step_.awake().end(), [&](int other) {
+    return props_near(prop, other, wake_gap(prop, other));
+  });
 }
 
 bool SleepManager::moving_prop_near(int prop) const {
@@ -156,7 +178,7 @@ bool SleepManager::moving_prop_near(int prop) const {
   return std::any_of(moving.begin(), moving.end(), [&](int other) {
     return prop_model(other).tangible() &&
            spheres_near(workspace_.centers[at(prop)], prop_model(prop).bounding_radius,
-                        workspace_.centers[at(other)], swept_radius(other));
+                        workspace_.centers[at(other)], swept_radius(other), kPropWakeGap);
   });
 }
 
@@ -170,37 +192,36 @@ void SleepManager::wake_near_moving_props() {
 
 // --- waking and sleeping ---
 
-std::optional<int> SleepManager::wake_touching(const JointArray& qpos) {
+void SleepManager::wake_touching(const RobotPose& robot) {
   locate_awake();
-  const double displacement = step_.model.robot_bounds().max_displacement(checked_qpos_, qpos);
-  checked_qpos_ = qpos;
+  pose_reach(robot);
+  const double displacement =
+      step_.model.robot_bounds().max_displacement(checked_qpos_, robot.qpos);
+  checked_qpos_ = robot.qpos;
   std::optional<double> lowest;
-  bool kinematic = step_.scene->has_kinematic_props;
-  bool changed = false;
-  for (int prop = 0; prop < num_props(); ++prop) {
-    if (!step_.is_asleep(prop) || !prop_model(prop).tangible()) continue;
-    const bool free = prop_model(prop).free;
-    if (!free && kinematic) continue;
-    workspace_.clearance[at(prop)] -= displacement;
-    if (!robot_reaches(prop, lowest) && !(free && awake_prop_near(prop))) continue;
-    if (free) step_.wake(prop);
-    kinematic = true;  // awake props may touch kinematic ones too
-    changed = true;
+  for (int prop = 0; prop < num_props(); ++prop) workspace_.clearance[at(prop)] -= displacement;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (int prop = 0; prop < num_props(); ++prop) {
+      if (!step_.is_asleep(prop) || !prop_model(prop).free) continue;
+      if (!robot_reaches(prop, lowest) && !awake_prop_near(prop)) continue;
+      step_.wake(prop);
+      locate_awake();
+      changed = true;
+    }
   }
-  if (!changed) return std::nullopt;
-  return step_.smallest_scene(kinematic);
 }
 
 void SleepManager::sleep_resting() {
-  if (!step_.scene_has_props()) return;
+  if (step_.awake().empty()) return;
   std::uint8_t* slow = state_.prop_slow_steps.row(env_);
   count_slow_steps(slow);
   while (share_slow_steps(slow)) continue;
-  for (int prop = 0; prop < num_props(); ++prop) {
-    if (!step_.is_awake(prop) || slow[prop] < kSleepSteps) continue;
-    const Eigen::Vector3d pos = Eigen::Map<Eigen::Vector3d>(state_.prop_pos_of(env_, prop));
-    const Eigen::Vector4d quat = Eigen::Map<Eigen::Vector4d>(state_.prop_quat_of(env_, prop));
-    state_.place_prop(env_, prop, pos.data(), quat.data(), PropStatus::kAsleep);
+  for (const int prop : step_.awake()) {
+    if (slow[prop] < kSleepSteps) continue;
+    std::fill_n(state_.prop_qvel_of(env_, prop), 6, 0.0);
+    state_.prop_status.row(env_)[prop] = static_cast<std::uint8_t>(PropStatus::kAsleep);
+    slow[prop] = 0;
   }
 }
 
@@ -223,7 +244,7 @@ bool SleepManager::share_slow_steps(std::uint8_t* slow) const {
       if (slow[prop] <= slow[other] || !step_.is_awake(prop) || !step_.is_awake(other)) {
         continue;
       }
-      if (!props_near(prop, other)) continue;
+      if (!props_near(prop, other, kPropWakeGap)) continue;
       slow[prop] = slow[other];
       changed = true;
     }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/robot/robot_pose.h"
 #include "core/scene/proximity.h"
 #include "core/scene/robot_bounds.h"
 #include "core/sim/env_step.h"
@@ -30,21 +31,19 @@ class SleepManager {
       : step_(step), workspace_(workspace), state_(step.state), env_(step.env) {}
 
   // Locates props, and wakes those that a moving kinematic prop will come near. Call it after
-  // SceneBinding::begin.
+  // StateTransfer::begin.
   void begin();
 
   // Bounding spheres of tangible props that were at rest or are kinematic: what the robot can
   // touch.
   const std::vector<RobotBounds::Obstacle>& obstacles() const { return workspace_.obstacles; }
 
-  // Wakes sleeping props that the robot or an awake prop may touch. Returns the scene that has
-  // slots for them, and the kinematic props if any of them may be touched; nothing if the scene in
-  // use suffices. The returned scene has to be selected, loaded and posed before the next call.
-  // `qpos`: of the robot.
-  std::optional<int> wake_touching(const JointArray& qpos);
+  // Wakes sleeping props that the robot or an awake prop may touch, and those that these may touch.
+  // Wakes nothing else than free props.
+  void wake_touching(const RobotPose& robot);
 
   // Puts props to sleep that have rested long enough and are near nothing that moves. Call it after
-  // SceneBinding::store.
+  // StateTransfer::store.
   void sleep_resting();
 
  private:
@@ -58,7 +57,7 @@ class SleepManager {
   void locate_stored(int prop);
   // Locates moving kinematic props by spheres around their whole displacement.
   void locate_moving();
-  // Locates awake props by the scene in use.
+  // Locates awake props by their present motion.
   void locate_awake();
   const Frame& frame_of(int prop) const;
   // Radius of the sphere that a prop does not leave during this step.
@@ -66,6 +65,7 @@ class SleepManager {
 
   // --- distances to the robot ---
 
+  void pose_reach(const RobotPose& robot);
   // Lowest height that a part of the robot may reach: a cheap first test, since props lie low and
   // the robot is above them most of the time.
   double lowest_reach() const;
@@ -77,8 +77,10 @@ class SleepManager {
 
   // --- distances between props ---
 
-  bool props_near(int prop, int other) const;
+  bool props_near(int prop, int other, double gap) const;
   bool awake_prop_near(int prop) const;
+  // Distance below which two props wake one another, m.
+  double wake_gap(int prop, int other) const;
   // Tests for a moving kinematic prop near a free one.
   bool moving_prop_near(int prop) const;
   void wake_near_moving_props();

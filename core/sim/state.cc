@@ -4,11 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/contact/contact_pair.h"
 #include "core/math/real_functions.h"
 
 namespace engram {
 
-State::State(ColumnStore& store, int props) : num_props(props) {
+State::State(ColumnStore& store, int props, int contact_pairs)
+    : num_props(props), num_contact_pairs(contact_pairs) {
   seed = store.add<std::uint64_t>("seed");
   episode = store.add<std::uint64_t>("episode");
   elapsed = store.add<std::int32_t>("elapsed", 1, "control steps");
@@ -16,7 +18,6 @@ State::State(ColumnStore& store, int props) : num_props(props) {
 
   qpos = store.add<double>("qpos", kRobotJoints, "rad, m");
   qvel = store.add<double>("qvel", kRobotJoints, "rad/s, m/s");
-  contact_force = store.add<double>("contact_force", kRobotJoints);
   tcp_pos = store.add<double>("tcp_pos", 3, "m");
   tcp_quat = store.add<double>("tcp_quat", 4);
   target_qpos = store.add<double>("target_qpos", kArmJoints, "rad");
@@ -27,13 +28,15 @@ State::State(ColumnStore& store, int props) : num_props(props) {
   prop_pos = store.add<double>("prop_pos", 3 * width, "m");
   prop_quat = store.add<double>("prop_quat", 4 * width);
   prop_qvel = store.add<double>("prop_qvel", 6 * width, "m/s, rad/s");
-  prop_qacc_warmstart = store.add<double>("prop_qacc_warmstart", 6 * width);
   prop_status = store.add<std::uint8_t>("prop_status", width);
   prop_slow_steps = store.add<std::uint8_t>("prop_slow_steps", width);
   prop_rgba = store.add<float>("prop_rgba", 4 * width);
   prop_emission = store.add<float>("prop_emission", width);
   covered = store.add<std::uint64_t>("covered");
   finger_force = store.add<double>("finger_force", 6 * width, "N");
+  const int pairs = std::max(1, contact_pairs);
+  contact_ids = store.add<std::int32_t>("contact_ids", StoredPair::kInts * pairs);
+  contact_values = store.add<double>("contact_values", StoredPair::kDoubles * pairs);
 
   store.limit("finished", 0, 1);
   store.limit("prop_status", 0, static_cast<int>(PropStatus::kAwake));
@@ -44,10 +47,18 @@ void State::place_prop(int env, int prop, const double* pos, const double* quat,
   std::copy_n(pos, 3, prop_pos_of(env, prop));
   std::copy_n(quat, 4, prop_quat_of(env, prop));
   std::fill_n(prop_qvel_of(env, prop), 6, 0.0);
-  std::fill_n(prop_qacc_warmstart.row(env) + 6 * prop, 6, 0.0);
   std::fill_n(finger_force.row(env) + 6 * prop, 6, 0.0);
   prop_status.row(env)[prop] = static_cast<std::uint8_t>(status);
   prop_slow_steps.row(env)[prop] = 0;
+  forget_contacts(env, prop);
+}
+
+void State::forget_contacts(int env, int prop) const {
+  for (int i = 0; i < num_contact_pairs; ++i) {
+    std::int32_t* const ids = contact_ids.row(env) + i * StoredPair::kInts;
+    if (StoredPair::is_empty(ids)) return;
+    if (StoredPair::holds_prop(ids, prop)) StoredPair::forget(ids);
+  }
 }
 
 void State::move_kinematic(int env, int prop, const double* pos) const {

@@ -17,9 +17,11 @@ enum class PropStatus : std::uint8_t {
 // Column views; the arrays live in the ColumnStore that they were added to.
 struct State {
   State() = default;
-  State(ColumnStore& store, int num_props);
+  // `contact_pairs`: most pairs of shapes that the contact law remembers of an environment.
+  State(ColumnStore& store, int num_props, int contact_pairs = 0);
 
   int num_props = 0;
+  int num_contact_pairs = 0;
 
   // Episode.
   Column<std::uint64_t> seed;     // of the environment, set by reset
@@ -30,7 +32,6 @@ struct State {
   // Robot: seven arm joints, left finger, right finger.
   Column<double> qpos;           // (9) rad, m
   Column<double> qvel;           // (9) rad/s, m/s
-  Column<double> contact_force;  // (9) on the joints in the last substep, N m, N
   Column<double> tcp_pos;        // (3) m, world
   Column<double> tcp_quat;       // (4) w, x, y, z
   Column<double> target_qpos;    // (7) controller state of the joint target mode
@@ -42,7 +43,6 @@ struct State {
   // (num_props * 6) linear (world), angular (body). For a kinematic prop in motion: its
   // displacement in this control step, m.
   Column<double> prop_qvel;
-  Column<double> prop_qacc_warmstart;    // (num_props * 6)
   Column<std::uint8_t> prop_status;      // (num_props) PropStatus
   Column<std::uint8_t> prop_slow_steps;  // (num_props) consecutive control steps at rest
   // Colour in images instead of the document's, if its alpha is positive; emitted light.
@@ -53,6 +53,10 @@ struct State {
   // (num_props * 2 * 3) force of a prop on each finger in the last substep, N, world frame; left
   // finger first.
   Column<double> finger_force;
+  // Memory of the contact law (StoredPair), pairs in the order of solving; an environment's first
+  // row with both shapes the same ends the list.
+  Column<std::int32_t> contact_ids;    // (num_contact_pairs * StoredPair::kInts)
+  Column<double> contact_values;       // (num_contact_pairs * StoredPair::kDoubles)
 
   double* prop_pos_of(int env, int prop) const { return prop_pos.row(env) + 3 * prop; }
   double* prop_quat_of(int env, int prop) const { return prop_quat.row(env) + 4 * prop; }
@@ -61,6 +65,9 @@ struct State {
     return static_cast<PropStatus>(prop_status.row(env)[prop]);
   }
 
+  // Forgets contact points and friction anchors of a prop, as the original does whenever a task
+  // sets a pose.
+  void forget_contacts(int env, int prop) const;
   // Places a prop without velocity, asleep. Pass kAwake for a pose in which physics has to act at
   // once: in the air, or in contact with something that moves.
   void place_prop(int env, int prop, const double* pos, const double* quat,

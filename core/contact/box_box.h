@@ -1,0 +1,24 @@
+// Contact points of two boxes by the separating axis test over face normals and face clipping, in
+// the order and with the thresholds of the original's solver, PhysX.
+#pragma once
+
+#include "core/contact/contact_point.h"
+#include "core/math/frame.h"
+
+namespace engram {
+
+struct BoxPose {
+  Vec3 half;    // half extents, m
+  Frame frame;  // world
+};
+
+// Points on `b`, up to four, whose gap is below `reach`. Only the six face normals are candidates
+// for the contact normal, so boxes that touch with edges have points, too. None if the boxes are
+// farther apart, or if nothing is left of the clipped face.
+ContactPoints box_box(const BoxPose& a, const BoxPose& b, double reach);
+
+// The nearest points of two boxes, one contact; none if they overlap or their distance is not below
+// `reach`. By alternating projections.
+ContactPoints nearest_points(const BoxPose& a, const BoxPose& b, double reach);
+
+}  // namespace engram

@@ -1,0 +1,84 @@
+// Memory of the contact solver for one block of lanes, filled and read lane by lane.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/base/aligned_array.h"
+#include "core/contact/contact_lanes.h"
+#include "core/contact/contact_pair.h"
+#include "core/contact/contact_point.h"
+#include "core/scene/free_body.h"
+
+namespace engram {
+
+// One patch as it is found: contacts of one pair with one normal.
+struct PatchSpec {
+  int list = 0;  // of PatchLists
+  int link_a = -1;
+  int link_b = -1;
+  int slot_a = -1;
+  int slot_b = -1;
+  double friction = 0;
+  double torsion_radius = 0;
+  Vec3 normal = Vec3::Zero();              // from B to A
+  Vec3 kinematic_velocity = Vec3::Zero();  // of B
+  std::array<Vec3, kPatchPoints> points;   // world
+  std::array<double, kPatchPoints> gaps{};
+  int num_points = 0;
+  std::array<Vec3, kPatchAnchors> anchors_a;  // world
+  std::array<Vec3, kPatchAnchors> anchors_b;
+  int num_anchors = 0;
+};
+
+class ContactBlock {
+ public:
+  // `max_bodies`: free bodies of an environment.
+  ContactBlock(int lanes, int max_bodies, const Vec3& base_position);
+
+  int lanes() const { return lanes_; }
+
+  // Begins a substep.
+  void clear();
+  void put_body(int lane, int slot, const FreeBody& body, const FreeBodyState& state);
+  // Appends a patch to its list. Returns its index, or -1 if the lane's list is full.
+  int add_patch(int lane, const PatchSpec& spec);
+  // Fills what lanes lack, after the last body and patch.
+  const ContactLanes& finish();
+
+  // After the substep: the body's motion; what a patch has become.
+  void get_body(int lane, int slot, FreeBodyState& state) const;
+  bool is_broken(int lane, int patch) const;
+  // Sum of impulses on A, N s, world.
+  Vec3 impulse(int lane, int patch) const;
+
+ private:
+  struct Used {
+    std::vector<int> bodies;                                // of each lane
+    std::vector<std::array<int, PatchLists::kCount>> lists;  // sizes of each lane
+  };
+
+  double* body_row(int slot) { return bodies_.data() + slot * body_stride_; }
+  const double* body_row(int slot) const { return bodies_.data() + slot * body_stride_; }
+  double* patch_row(int patch) { return patches_.data() + patch * patch_stride_; }
+  const double* patch_row(int patch) const { return patches_.data() + patch * patch_stride_; }
+  void empty_patch(int lane, int patch);
+  void empty_body(int lane, int slot);
+  void add_member(int lane, int patch, const PatchSpec& spec);
+
+  int lanes_;
+  Vec3 base_;
+  std::ptrdiff_t body_stride_;
+  std::ptrdiff_t patch_stride_;
+  std::array<int, PatchLists::kCount> capacity_;
+  AlignedArray<double> bodies_;
+  AlignedArray<double> patches_;
+  std::vector<PatchMembers> members_;
+  // Slots of the lanes that a patch's members were collected from.
+  std::vector<std::array<int, 2>> first_slots_;
+  Used used_;
+  ContactLanes view_;
+};
+
+}  // namespace engram

@@ -1,0 +1,24 @@
+// One substep of environments side by side in which something touches.
+#pragma once
+
+#include "core/contact/contact_lanes.h"
+#include "core/robot/lane_kernel.h"
+
+namespace engram {
+
+struct ContactKernel {
+  int lanes;
+  // As LaneKernel::substep, with contacts: moves the free bodies as well, and sets the impulses of
+  // patches and which of them slip.
+  void (*substep)(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
+                  double* rows, const ContactLanes& contacts);
+};
+
+// The kernel of so many lanes, of those that lane_kernel() has.
+const ContactKernel& contact_kernel(int lanes);
+
+// Null where this library was built without the instruction set.
+const ContactKernel* avx2_contact_kernel();
+const ContactKernel* avx512_contact_kernel();
+
+}  // namespace engram

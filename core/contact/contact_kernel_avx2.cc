@@ -1,0 +1,17 @@
+// Four lanes, for processors with AVX2.
+#include "core/contact/contact_kernel.h"
+
+#if defined(__AVX2__)
+#include "core/contact/contact_kernel_body.h"
+
+namespace engram {
+namespace {
+constexpr ContactKernel kKernel = make_contact_kernel<simd::Double>();
+}
+const ContactKernel* avx2_contact_kernel() { return &kKernel; }
+}  // namespace engram
+#else
+namespace engram {
+const ContactKernel* avx2_contact_kernel() { return nullptr; }
+}  // namespace engram
+#endif

@@ -1,0 +1,26 @@
+// The kernel of one width, compiled for one instruction set.
+#pragma once
+
+#include "core/contact/contact_kernel.h"
+#include "core/contact/contact_solver.h"
+#include "core/robot/lane_kernel_body.h"
+
+namespace engram {
+inline namespace ENGRAM_ISA {
+
+template <class V>
+void substep_with_contacts(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
+                           double* rows, const ContactLanes& contacts) {
+  substep_with<V>(robot, params, velocity_mode, rows,
+                  [&](const LinkFrames<V>& frames, const JointSolver<V>& joints) {
+                    return ContactSolver<V>(contacts, frames, joints, params.timestep);
+                  });
+}
+
+template <class V>
+constexpr ContactKernel make_contact_kernel() {
+  return {simd::kLanesOf<V>, substep_with_contacts<V>};
+}
+
+}  // namespace ENGRAM_ISA
+}  // namespace engram

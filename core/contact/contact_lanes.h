@@ -1,0 +1,105 @@
+// Memory of the contact solver for environments side by side: free bodies, and patches of contacts
+// in the order in which they are solved. A patch has one slot in every lane, empty in some. The
+// layout is that of the structures below, with one double for each lane in place of every number.
+#pragma once
+
+#include "core/math/vec3.h"
+#include "core/robot/robot_model.h"
+
+namespace engram {
+inline namespace ENGRAM_ISA {
+
+inline constexpr int kPatchPoints = 4;
+inline constexpr int kPatchAnchors = 2;
+
+// A free prop, about its centre of mass, world axes.
+template <class V>
+struct FreeBodyLanes {
+  V inv_mass;               // 1/kg; 0: none in this lane
+  V inv_inertia[6];         // xx, yy, zz, xy, xz, yz; 1/(kg m^2)
+  Vec3Of<V> center;         // m, at the substep's start, from the robot's base
+  Vec3Of<V> linear;         // velocity, m/s
+  Vec3Of<V> angular;        // rad/s
+  Vec3Of<V> begin_linear;   // velocity before contacts
+  Vec3Of<V> moved, turned;  // in this substep so far: sums of velocity times time, m, rad
+  QuatOf<V> rotation;       // the same turn, as a quaternion
+};
+
+// One row of the contact problem: J of both bodies, and the response of their velocities to a unit
+// of impulse.
+template <class V>
+struct ContactRowLanes {
+  V joint[kRobotJoints];
+  V joint_response[kRobotJoints];
+  Vec3Of<V> turn_a, turn_response_a;
+  Vec3Of<V> turn_b, turn_response_b;
+  V mass;             // effective, kg; 0: no such row in this lane
+  V offset;           // gap, or distance of anchors, at the substep's start, m
+  V rate;             // share of the offset that is taken out, 1/s
+  V kinematic_speed;  // of B along the axis, m/s
+  V impulse;          // sum in this substep, N s
+};
+
+// Contacts of one pair with one normal.
+template <class V>
+struct PatchLanes {
+  // --- set for each lane ---
+  V link_a, link_b;  // of the robot, or -1
+  V prop_a, prop_b;  // slot of a free body, or -1
+  V joint_sign[kRobotJoints];  // 1: the joint moves A, -1: it moves B
+  V num_points;                // 0: an empty slot
+  V num_anchors;
+  V friction;
+  V torsion_radius;               // m
+  Vec3Of<V> normal;               // from B to A
+  Vec3Of<V> kinematic_velocity;   // of B, m/s
+  Vec3Of<V> point[kPatchPoints];  // m, from the robot's base
+  V gap[kPatchPoints];            // m
+  Vec3Of<V> anchor_a[kPatchAnchors], anchor_b[kPatchAnchors];  // m, from the robot's base
+  // --- set by the solver ---
+  V broken;                  // 1: friction slipped in the velocity iteration
+  V inv_mass_a, inv_mass_b;  // of free bodies, 1/kg
+  Vec3Of<V> tangent[2];
+  V least_load;     // least sum of normal impulses for friction, N s
+  V torsion_reach;  // m; 0: no torsional friction
+  ContactRowLanes<V> normal_row[kPatchPoints];
+  ContactRowLanes<V> friction_row[kPatchAnchors][2];
+  ContactRowLanes<V> torsion_row;
+};
+
+}  // namespace ENGRAM_ISA
+
+// Members of one patch over all lanes, so that nothing is done for what no lane has.
+struct PatchMembers {
+  unsigned links = 0;  // bits
+  unsigned long long props_a = 0;
+  unsigned long long props_b = 0;
+  int num_points = 0;  // most of any lane
+  int num_anchors = 0;
+  bool torsion = false;
+  // Lanes that have this patch have different slots, or some have none.
+  bool mixed_a = false;
+  bool mixed_b = false;
+};
+
+// Order of solving: pairs of moving bodies; pairs of a free body and a fixed one; then, after each
+// joint, pairs of its links and fixed bodies.
+struct PatchLists {
+  static constexpr int kMoving = 0;
+  static constexpr int kFixed = 1;
+  static constexpr int kLinks = 2;  // + joint
+  static constexpr int kCount = kLinks + kRobotJoints;
+
+  int begin[kCount] = {};  // first patch
+  int size[kCount] = {};   // most of any lane
+};
+
+struct ContactLanes {
+  double* bodies = nullptr;
+  int num_bodies = 0;         // most of any lane
+  double* patches = nullptr;
+  PatchMembers* members = nullptr;
+  PatchLists lists;
+};
+
+}  // namespace engram

@@ -1,0 +1,38 @@
+// Contact points of a pair of shapes A and B.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "core/math/eigen_types.h"
+
+namespace engram {
+
+struct ContactPoint {
+  Vec3 pos;        // on the surface of B, m, world
+  Vec3 normal;     // from B to A
+  double gap = 0;  // distance along the normal; below zero: overlap, m
+};
+
+// Points of one pair; those beyond the capacity are left out.
+class ContactPoints {
+ public:
+  static constexpr int kCapacity = 8;
+
+  void push(const ContactPoint& point) {
+    if (size_ < kCapacity) points_[static_cast<std::size_t>(size_++)] = point;
+  }
+  void clear() { size_ = 0; }
+  int size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  ContactPoint& operator[](int i) { return points_[static_cast<std::size_t>(i)]; }
+  const ContactPoint& operator[](int i) const { return points_[static_cast<std::size_t>(i)]; }
+  const ContactPoint* begin() const { return points_.data(); }
+  const ContactPoint* end() const { return points_.data() + size_; }
+
+ private:
+  std::array<ContactPoint, kCapacity> points_;
+  int size_ = 0;
+};
+
+}  // namespace engram

@@ -1,0 +1,544 @@
+// The contact law: contacts and friction of the robot's links and of free bodies, solved row by row
+// (projected Gauss-Seidel) in the iterations of JointSolver. docs/physics.md has the equations.
+#pragma once
+
+#include "core/contact/contact_lanes.h"
+#include "core/robot/link_frames.h"
+
+namespace engram {
+inline namespace ENGRAM_ISA {
+
+// Share of the distance of anchors that is taken out in one iteration, in pairs with a link.
+constexpr double kLinkAnchorShare = 0.8;
+// Slip counts from this excess of impulse on, N s: rounding is none.
+constexpr double kSlipTolerance = 1e-9;
+// Tangential speed below which friction takes fixed axes, squared, m^2/s^2.
+constexpr double kSlowSquared = 1e-4;
+
+template <class V>
+class ContactSolver {
+ public:
+  // `joints` after its prepare(); `frames` and `velocity` at the substep's start.
+  ContactSolver(const ContactLanes& lanes, const LinkFrames<V>& frames,
+                const JointSolver<V>& joints, double timestep)
+      : lanes_(lanes),
+        bodies_(reinterpret_cast<FreeBodyLanes<V>*>(lanes.bodies)),
+        patches_(reinterpret_cast<PatchLanes<V>*>(lanes.patches)),
+        frames_(frames),
+        inv_mass_(joints.inv_mass),
+        begin_q_(joints.end_q),
+        timestep_(timestep),
+        dt_(timestep / kSolverIterations) {
+    prepare_links();
+    for (int list = 0; list < PatchLists::kCount; ++list) {
+      for_each_patch(list, [&](PatchLanes<V>& patch, const PatchMembers& members) {
+        prepare_patch(patch, members, joints.begin_v);
+      });
+    }
+  }
+
+  void solve_bodies(JointsOf<V>& velocity, bool last) {
+    solve_list(PatchLists::kMoving, velocity, last);
+    solve_list(PatchLists::kFixed, velocity, last);
+  }
+  void solve_links(int joint, JointsOf<V>& velocity, bool last) {
+    solve_list(PatchLists::kLinks + joint, velocity, last);
+  }
+
+  void move_bodies() {
+    for (int i = 0; i < lanes_.num_bodies; ++i) {
+      FreeBodyLanes<V>& body = bodies_[i];
+      body.moved = body.moved + body.linear * simd::broadcast<V>(dt_);
+      body.turned = body.turned + body.angular * simd::broadcast<V>(dt_);
+      rotate(body);
+    }
+  }
+
+  // Displacements of joints, and those of the links' centres of mass beyond their Jacobians, to
+  // second order.
+  void move_links(const JointsOf<V>& q) {
+    time_ += dt_;
+    for (int i = 0; i < kRobotJoints; ++i) moved_[i] = q[i] - begin_q_[i];
+    for (int link = 0; link < kNumLinks; ++link) {
+      if ((links_ >> link & 1U) != 0) bend_[link] = bend_of(link);
+    }
+  }
+
+ private:
+  struct Motion {
+    Vec3Of<V> linear, angular, moved, turned;
+  };
+  using Vec = Vec3Of<V>;
+
+  template <class Visit>
+  ENGRAM_INLINE void for_each_patch(int list, const Visit& visit) {
+    const int begin = lanes_.lists.begin[list];
+    for (int i = begin; i < begin + lanes_.lists.size[list]; ++i) {
+      visit(patches_[i], lanes_.members[i]);
+    }
+  }
+  void solve_list(int list, JointsOf<V>& velocity, bool last) {
+    for_each_patch(list, [&](PatchLanes<V>& patch, const PatchMembers& members) {
+      solve_patch(patch, members, velocity, last);
+    });
+  }
+
+  // --- free bodies ---
+
+  // Value of a lane's own body; zeros if it has none.
+  template <class Get>
+  ENGRAM_INLINE auto gather(unsigned long long props, bool mixed, V slot, const Get& get) const {
+    int first = 0;
+    while ((props >> first & 1U) == 0) ++first;
+    auto value = get(bodies_[first]);
+    if (!mixed) return value;
+    value = decltype(value)();
+    for (int i = first; props >> i != 0; ++i) {
+      if ((props >> i & 1U) == 0) continue;
+      const auto other = get(bodies_[i]);
+      const auto mine = slot == static_cast<double>(i);
+      for (int k = 0; k < kWords<decltype(value)>; ++k) {
+        word(value, k) = mine ? word(other, k) : word(value, k);
+      }
+    }
+    return value;
+  }
+  template <class T>
+  static constexpr int kWords = static_cast<int>(sizeof(T) / sizeof(V));
+  template <class T>
+  ENGRAM_INLINE static V& word(T& value, int k) {
+    return reinterpret_cast<V*>(&value)[k];
+  }
+  template <class T>
+  ENGRAM_INLINE static const V& word(const T& value, int k) {
+    return reinterpret_cast<const V*>(&value)[k];
+  }
+
+  ENGRAM_INLINE Motion motion_of(unsigned long long props, bool mixed, V slot) const {
+    return gather(props, mixed, slot, [](const FreeBodyLanes<V>& body) {
+      return Motion{body.linear, body.angular, body.moved, body.turned};
+    });
+  }
+  ENGRAM_INLINE void set_velocity(unsigned long long props, bool mixed, V slot,
+                                  const Motion& motion) {
+    for (int i = 0; props >> i != 0; ++i) {
+      if ((props >> i & 1U) == 0) continue;
+      FreeBodyLanes<V>& body = bodies_[i];
+      if (!mixed) {
+        body.linear = motion.linear;
+        body.angular = motion.angular;
+        continue;
+      }
+      const auto mine = slot == static_cast<double>(i);
+      for (int k = 0; k < 3; ++k) {
+        body.linear[k] = mine ? motion.linear[k] : body.linear[k];
+        body.angular[k] = mine ? motion.angular[k] : body.angular[k];
+      }
+    }
+  }
+
+  // Exponential map of one iteration's turn.
+  ENGRAM_INLINE void rotate(FreeBodyLanes<V>& body) {
+    const V speed = simd::sqrt(dot(body.angular, body.angular));
+    V sine;
+    V cosine;
+    sine_cosine(speed * (0.5 * dt_), sine, cosine);
+    const V scale = speed > 0.0 ? sine / speed : V{};
+    const Vec v = body.angular * scale;
+    const QuatOf<V> q = body.rotation;
+    body.rotation = {cosine * q.w - (v.x() * q.x + v.y() * q.y + v.z() * q.z),
+                     cosine * q.x + q.w * v.x() + (v.y() * q.z - v.z() * q.y),
+                     cosine * q.y + q.w * v.y() + (v.z() * q.x - v.x() * q.z),
+                     cosine * q.z + q.w * v.z() + (v.x() * q.y - v.y() * q.x)};
+  }
+
+  // --- links ---
+
+  void prepare_links() {
+    for (int list = 0; list < PatchLists::kCount; ++list) {
+      for_each_patch(list, [&](const PatchLanes<V>& /*patch*/, const PatchMembers& members) {
+        links_ |= members.links;
+      });
+    }
+    for (int link = 0; link < kNumLinks; ++link) {
+      if ((links_ >> link & 1U) == 0) continue;
+      compliance_[link] = frames_.compliance(link, inv_mass_);
+      JointsOf<V> rows[3];
+      frames_.center_jacobian(link, rows);
+      for (int i = 0; i < kRobotJoints; ++i) column_[link][i] = {rows[0][i], rows[1][i], rows[2][i]};
+      bend_[link] = {};
+    }
+  }
+
+  Vec bend_of(int link) const {
+    Vec turned = {};
+    Vec bend = {};
+    for (int i = 0; i < hinges_of(link); ++i) {
+      const Vec turn = frames_.axis(i) * moved_[i];
+      const Vec step = column_[link][i] * moved_[i];
+      bend = bend + cross(turned + turn * simd::broadcast<V>(0.5), step);
+      turned = turned + turn;
+    }
+    const int finger = finger_of(link);
+    if (finger < 0) return bend;
+    const int joint = kArmJoints + finger;
+    return bend + cross(turned, column_[link][joint] * moved_[joint]);
+  }
+
+  // Sum over A's link, less B's, of a quantity of links.
+  template <class T>
+  ENGRAM_INLINE Vec link_difference(const PatchLanes<V>& patch, const PatchMembers& members,
+                                    const T& of_link) const {
+    Vec sum = {};
+    for (int link = 0; link < kNumLinks; ++link) {
+      if ((members.links >> link & 1U) == 0) continue;
+      const Vec value = of_link(link);
+      const auto is_a = patch.link_a == static_cast<double>(link);
+      const auto is_b = patch.link_b == static_cast<double>(link);
+      for (int k = 0; k < 3; ++k) {
+        sum[k] += (is_a ? value[k] : V{}) - (is_b ? value[k] : V{});
+      }
+    }
+    return sum;
+  }
+
+  // --- preparation ---
+
+  // `point`: where A is pushed; `point_b`: where B is.
+  ENGRAM_INLINE void set_row(ContactRowLanes<V>& row, const PatchLanes<V>& patch,
+                             const PatchMembers& members, const Vec& axis, const Vec& point,
+                             const Vec& point_b) const {
+    if (members.links != 0) {
+      for (int i = 0; i < kArmJoints; ++i) {
+        const Vec column = cross(frames_.axis(i), point - frames_.origin(i));
+        row.joint[i] = patch.joint_sign[i] * dot(axis, column);
+      }
+      for (int i = 0; i < kFingers; ++i) {
+        row.joint[kArmJoints + i] =
+            patch.joint_sign[kArmJoints + i] * dot(axis, frames_.finger_axis(i));
+      }
+    }
+    row.kinematic_speed = dot(axis, patch.kinematic_velocity);
+    row.turn_a = row.turn_b = {};
+    if (members.props_a != 0) {
+      const Vec center = gather(members.props_a, members.mixed_a, patch.prop_a,
+                                [](const FreeBodyLanes<V>& body) { return body.center; });
+      row.turn_a = cross(point - center, axis);
+    }
+    if (members.props_b != 0) {
+      const Vec center = gather(members.props_b, members.mixed_b, patch.prop_b,
+                                [](const FreeBodyLanes<V>& body) { return body.center; });
+      row.turn_b = cross(axis, point_b - center);
+    }
+  }
+
+  struct Inertia {
+    V inv_mass;
+    V at[6];
+  };
+  ENGRAM_INLINE Inertia inertia_of_body(unsigned long long props, bool mixed, V slot) const {
+    if (props == 0) return Inertia();
+    return gather(props, mixed, slot, [](const FreeBodyLanes<V>& body) {
+      Inertia result;
+      result.inv_mass = body.inv_mass;
+      for (int k = 0; k < 6; ++k) result.at[k] = body.inv_inertia[k];
+      return result;
+    });
+  }
+  ENGRAM_INLINE static Vec response(const Inertia& inertia, const Vec& turn) {
+    const V* i = inertia.at;
+    return {i[0] * turn.x() + i[3] * turn.y() + i[4] * turn.z(),
+            i[3] * turn.x() + i[1] * turn.y() + i[5] * turn.z(),
+            i[4] * turn.x() + i[5] * turn.y() + i[2] * turn.z()};
+  }
+
+  // Responses and effective mass. `linear`: 1 for a row of forces, 0 for one of torques.
+  ENGRAM_INLINE void finish_row(ContactRowLanes<V>& row, const PatchMembers& members,
+                                const Inertia& a, const Inertia& b, V compliance,
+                                double linear) const {
+    V sum = linear * (a.inv_mass + b.inv_mass);
+    if (members.links != 0) {
+      for (int i = 0; i < kRobotJoints; ++i) {
+        V change = {};
+        for (int k = 0; k < kRobotJoints; ++k) change += inv_mass_[i][k] * row.joint[k];
+        row.joint_response[i] = change;
+        sum += row.joint[i] * change;
+      }
+    }
+    row.turn_response_a = response(a, row.turn_a);
+    row.turn_response_b = response(b, row.turn_b);
+    sum += dot(row.turn_a, row.turn_response_a) + dot(row.turn_b, row.turn_response_b);
+    row.mass = 1.0 / (sum + compliance);
+    row.impulse = V{};
+  }
+
+  void prepare_patch(PatchLanes<V>& patch, const PatchMembers& members,
+                     const JointsOf<V>& velocity) {
+    const Inertia a = inertia_of_body(members.props_a, members.mixed_a, patch.prop_a);
+    const Inertia b = inertia_of_body(members.props_b, members.mixed_b, patch.prop_b);
+    V compliance = {};
+    for (int link = 0; link < kNumLinks; ++link) {
+      if ((members.links >> link & 1U) == 0) continue;
+      const auto mine = simd::logical_or(patch.link_a == static_cast<double>(link),
+                                         patch.link_b == static_cast<double>(link));
+      compliance = mine ? simd::max(compliance, compliance_[link]) : compliance;
+    }
+    const auto with_link = compliance > 0.0;
+    patch.inv_mass_a = a.inv_mass;
+    patch.inv_mass_b = b.inv_mass;
+    prepare_normals(patch, members, a, b, compliance, velocity);
+    prepare_friction(patch, members, a, b, compliance, velocity, with_link);
+    prepare_torsion(patch, members, a, b, compliance);
+    patch.broken = V{};
+  }
+
+  void prepare_normals(PatchLanes<V>& patch, const PatchMembers& members, const Inertia& a,
+                       const Inertia& b, V compliance, const JointsOf<V>& velocity) {
+    V load = {};
+    for (int i = 0; i < members.num_points; ++i) {
+      ContactRowLanes<V>& row = patch.normal_row[i];
+      set_row(row, patch, members, patch.normal, patch.point[i], patch.point[i]);
+      finish_row(row, members, a, b, compliance, 1);
+      const auto present = patch.num_points > static_cast<double>(i);
+      row.mass = present ? row.mass : V{};
+      row.offset = present ? patch.gap[i] : V{};
+      row.rate = row.offset > 0.0 ? simd::broadcast<V>(1 / dt_)
+                                  : simd::broadcast<V>(kOverlapShare / dt_);
+      if (members.links == 0) continue;
+      const V speed = row_speed(row, patch, members, patch.normal, velocity);
+      load += simd::max(V{}, row.mass * (-row.offset * (1 / timestep_) - speed));
+    }
+    const auto loaded = simd::logical_and(compliance > 0.0, patch.num_points > 0.0);
+    patch.least_load = loaded ? 0.25 * load / patch.num_points : V{};
+  }
+
+  void prepare_friction(PatchLanes<V>& patch, const PatchMembers& members, const Inertia& a,
+                        const Inertia& b, V compliance, const JointsOf<V>& velocity,
+                        auto with_link) {
+    if (members.num_anchors == 0) return;
+    set_tangents(patch, members, velocity);
+    const V rate = with_link ? simd::broadcast<V>(kLinkAnchorShare / dt_)
+                             : simd::broadcast<V>(kOverlapShare / dt_);
+    for (int i = 0; i < members.num_anchors; ++i) {
+      const auto present = patch.num_anchors > static_cast<double>(i);
+      for (int k = 0; k < 2; ++k) {
+        ContactRowLanes<V>& row = patch.friction_row[i][k];
+        const Vec& axis = patch.tangent[k];
+        set_row(row, patch, members, axis, patch.anchor_a[i], patch.anchor_b[i]);
+        finish_row(row, members, a, b, compliance, 1);
+        row.mass = present ? kOverlapShare * row.mass : V{};
+        row.offset = present ? dot(axis, patch.anchor_a[i] - patch.anchor_b[i]) : V{};
+        row.rate = rate;
+      }
+    }
+  }
+
+  // Axes of friction: along the tangential motion of the centres of mass, and across it.
+  void set_tangents(PatchLanes<V>& patch, const PatchMembers& members,
+                    const JointsOf<V>& velocity) {
+    Vec relative = link_difference(patch, members, [&](int link) {
+      Vec sum = {};
+      for (int i = 0; i < kRobotJoints; ++i) sum = sum + column_[link][i] * velocity[i];
+      return sum;
+    });
+    relative = relative - patch.kinematic_velocity;
+    const auto add = [&](unsigned long long props, bool mixed, V slot, double sign) {
+      if (props == 0) return;
+      const Vec linear = gather(props, mixed, slot,
+                                [](const FreeBodyLanes<V>& body) { return body.begin_linear; });
+      for (int k = 0; k < 3; ++k) relative[k] += sign * linear[k];
+    };
+    add(members.props_a, members.mixed_a, patch.prop_a, 1);
+    add(members.props_b, members.mixed_b, patch.prop_b, -1);
+    const Vec& n = patch.normal;
+    const Vec tangential = relative - n * dot(n, relative);
+    const V squared = dot(tangential, tangential);
+    const auto moving = squared > kSlowSquared;
+    const auto upright = simd::abs(n.x()) < 0.70710678;
+    const Vec fixed = {upright ? V{} : -n.y(), upright ? -n.z() : n.x(), upright ? n.y() : V{}};
+    Vec axis;
+    for (int k = 0; k < 3; ++k) axis[k] = moving ? tangential[k] : fixed[k];
+    const auto present = patch.num_points > 0.0;
+    const V length = simd::sqrt(dot(axis, axis));
+    patch.tangent[0] = axis * (1.0 / (present ? length : simd::broadcast<V>(1)));
+    patch.tangent[1] = cross(n, patch.tangent[0]);
+  }
+
+  void prepare_torsion(PatchLanes<V>& patch, const PatchMembers& members, const Inertia& a,
+                       const Inertia& b, V compliance) {
+    patch.torsion_reach = V{};
+    if (!members.torsion) return;
+    const auto present =
+        simd::logical_and(patch.torsion_radius > 0.0, patch.num_anchors == 1.0);
+    ContactRowLanes<V>& row = patch.torsion_row;
+    for (int i = 0; i < kArmJoints; ++i) {
+      row.joint[i] = patch.joint_sign[i] * dot(patch.normal, frames_.axis(i));
+    }
+    for (int i = 0; i < kFingers; ++i) row.joint[kArmJoints + i] = V{};
+    row.turn_a = patch.normal;
+    row.turn_b = patch.normal * simd::broadcast<V>(-1);
+    row.kinematic_speed = V{};
+    finish_row(row, members, a, b, compliance, 0);
+    row.mass = present ? kOverlapShare * row.mass : V{};
+    V depth = {};
+    for (int i = 0; i < members.num_points; ++i) depth = simd::max(depth, -patch.normal_row[i].offset);
+    const V reach =
+        simd::max(patch.torsion_radius, simd::sqrt(depth * patch.torsion_radius));
+    patch.torsion_reach = present ? reach : V{};
+  }
+
+  // --- iterations ---
+
+  // J v at the substep's start.
+  ENGRAM_INLINE V row_speed(const ContactRowLanes<V>& row, const PatchLanes<V>& patch,
+                            const PatchMembers& members, const Vec& axis,
+                            const JointsOf<V>& velocity) const {
+    V speed = -row.kinematic_speed;
+    for (int i = 0; i < kRobotJoints; ++i) speed += row.joint[i] * velocity[i];
+    const auto add = [&](unsigned long long props, bool mixed, V slot, const Vec& turn,
+                         double sign) {
+      if (props == 0) return;
+      const Motion motion = motion_of(props, mixed, slot);
+      speed += sign * dot(axis, motion.linear) + dot(turn, motion.angular);
+    };
+    add(members.props_a, members.mixed_a, patch.prop_a, row.turn_a, 1);
+    add(members.props_b, members.mixed_b, patch.prop_b, row.turn_b, -1);
+    return speed;
+  }
+
+  // A patch that is being solved: its bodies' motion, in registers.
+  struct Solving {
+    const PatchLanes<V>& patch;
+    const PatchMembers& members;
+    JointsOf<V>& velocity;
+    Vec bend;
+    Motion a, b;
+  };
+
+  // J D and J v of a row.
+  ENGRAM_INLINE void row_motion(const Solving& now, const ContactRowLanes<V>& row, const Vec& axis,
+                                double linear, V& moved, V& speed) const {
+    moved = row.offset - row.kinematic_speed * time_;
+    speed = -row.kinematic_speed;
+    if (now.members.links != 0) {
+      moved += dot(axis, now.bend);
+      for (int i = 0; i < kRobotJoints; ++i) {
+        moved += row.joint[i] * moved_[i];
+        speed += row.joint[i] * now.velocity[i];
+      }
+    }
+    if (now.members.props_a != 0) {
+      moved += linear * dot(axis, now.a.moved) + dot(row.turn_a, now.a.turned);
+      speed += linear * dot(axis, now.a.linear) + dot(row.turn_a, now.a.angular);
+    }
+    if (now.members.props_b != 0) {
+      moved += dot(row.turn_b, now.b.turned) - linear * dot(axis, now.b.moved);
+      speed += dot(row.turn_b, now.b.angular) - linear * dot(axis, now.b.linear);
+    }
+  }
+
+  ENGRAM_INLINE void apply(Solving& now, ContactRowLanes<V>& row, const Vec& axis, double linear,
+                           V impulse) const {
+    const V change = impulse - row.impulse;
+    row.impulse = impulse;
+    if (now.members.links != 0) {
+      for (int i = 0; i < kRobotJoints; ++i) now.velocity[i] += row.joint_response[i] * change;
+    }
+    if (now.members.props_a != 0) {
+      now.a.linear = now.a.linear + axis * (linear * now.patch.inv_mass_a * change);
+      now.a.angular = now.a.angular + row.turn_response_a * change;
+    }
+    if (now.members.props_b != 0) {
+      now.b.linear = now.b.linear - axis * (linear * now.patch.inv_mass_b * change);
+      now.b.angular = now.b.angular + row.turn_response_b * change;
+    }
+  }
+
+  // Returns the sum of normal impulses.
+  ENGRAM_INLINE V solve_normals(Solving& now, PatchLanes<V>& patch, bool last) const {
+    V load = {};
+    for (int i = 0; i < now.members.num_points; ++i) {
+      ContactRowLanes<V>& row = patch.normal_row[i];
+      V gap;
+      V speed;
+      row_motion(now, row, patch.normal, 1, gap, speed);
+      if (last) gap = simd::max(V{}, gap);
+      const V impulse = simd::max(V{}, row.impulse - (row.rate * gap + speed) * row.mass);
+      apply(now, row, patch.normal, 1, impulse);
+      load += impulse;
+    }
+    return load;
+  }
+
+  // Coulomb's limit on both axes together. Returns 1 where it is exceeded.
+  ENGRAM_INLINE V solve_friction(Solving& now, PatchLanes<V>& patch, V load) const {
+    const auto two = patch.num_anchors > 1.0;
+    const V limit = patch.friction * load * (two ? simd::broadcast<V>(0.5) : simd::broadcast<V>(1));
+    V broken = {};
+    for (int i = 0; i < now.members.num_anchors; ++i) {
+      V wanted[2];
+      for (int k = 0; k < 2; ++k) {
+        const ContactRowLanes<V>& row = patch.friction_row[i][k];
+        V distance;
+        V speed;
+        row_motion(now, row, patch.tangent[k], 1, distance, speed);
+        wanted[k] = row.impulse - (row.rate * distance + speed) * row.mass;
+      }
+      const V size = simd::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
+      const auto slips = size > limit + kSlipTolerance;
+      const V scale = slips ? limit / size : simd::broadcast<V>(1);
+      broken = slips ? simd::broadcast<V>(1) : broken;
+      for (int k = 0; k < 2; ++k) {
+        apply(now, patch.friction_row[i][k], patch.tangent[k], 1, wanted[k] * scale);
+      }
+    }
+    return broken;
+  }
+
+  ENGRAM_INLINE V solve_torsion(Solving& now, PatchLanes<V>& patch, V load) const {
+    ContactRowLanes<V>& row = patch.torsion_row;
+    V turned;
+    V speed;
+    row_motion(now, row, patch.normal, 0, turned, speed);
+    const V limit = patch.friction * load * patch.torsion_reach;
+    const V wanted = row.impulse - speed * row.mass;
+    const V impulse = simd::min(limit, simd::max(-limit, wanted));
+    apply(now, row, patch.normal, 0, impulse);
+    return simd::abs(wanted) > limit + kSlipTolerance ? simd::broadcast<V>(1) : V{};
+  }
+
+  void solve_patch(PatchLanes<V>& patch, const PatchMembers& members, JointsOf<V>& velocity,
+                   bool last) {
+    Solving now = {patch, members, velocity, {}, {}, {}};
+    if (members.links != 0 && time_ > 0) {
+      now.bend = link_difference(patch, members, [this](int link) { return bend_[link]; });
+    }
+    if (members.props_a != 0) now.a = motion_of(members.props_a, members.mixed_a, patch.prop_a);
+    if (members.props_b != 0) now.b = motion_of(members.props_b, members.mixed_b, patch.prop_b);
+    const V load = simd::max(solve_normals(now, patch, last), patch.least_load);
+    V broken = {};
+    if (members.num_anchors > 0) broken = solve_friction(now, patch, load);
+    if (members.torsion) broken = simd::max(broken, solve_torsion(now, patch, load));
+    patch.broken = broken;
+    if (members.props_a != 0) set_velocity(members.props_a, members.mixed_a, patch.prop_a, now.a);
+    if (members.props_b != 0) set_velocity(members.props_b, members.mixed_b, patch.prop_b, now.b);
+  }
+
+  const ContactLanes& lanes_;
+  FreeBodyLanes<V>* bodies_;
+  PatchLanes<V>* patches_;
+  const LinkFrames<V>& frames_;
+  const JointMatrixOf<V>& inv_mass_;
+  const JointsOf<V> begin_q_;
+  double timestep_;
+  double dt_;
+  double time_ = 0;  // since the substep's start
+  unsigned links_ = 0;
+  V compliance_[kNumLinks];
+  Vec column_[kNumLinks][kRobotJoints];
+  Vec bend_[kNumLinks];
+  JointsOf<V> moved_;
+};
+
+}  // namespace ENGRAM_ISA
+}  // namespace engram

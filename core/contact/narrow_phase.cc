@@ -1,0 +1,80 @@
+#include "core/contact/narrow_phase.h"
+
+#include <algorithm>
+
+#include "core/base/index.h"
+
+namespace engram {
+namespace {
+
+constexpr std::size_t kMostFound = 64;  // contacts of one pair that MuJoCo may find
+
+bool is_box(const CollisionShape& shape) {
+  return shape.type == mjGEOM_BOX || shape.type == mjGEOM_PLANE;
+}
+
+}  // namespace
+
+NarrowPhase::NarrowPhase(const mjModel& model, const CollisionScene& scene)
+    : model_(model), scene_(scene), data_(make_data_lazy_contacts(model)), found_(kMostFound) {
+  mj_kinematics(&model_, data_.get());
+  for (const ShapePair& pair : scene.shape_pairs()) {
+    limits_.push_back(
+        manifold_limits(scene.shapes()[at(pair.a)].half, scene.shapes()[at(pair.b)].half));
+  }
+}
+
+ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b,
+                                ContactPair& pair) {
+  const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
+  if (is_box(scene_.shapes()[at(shapes.a)]) && is_box(scene_.shapes()[at(shapes.b)])) {
+    return find_boxes(shape_pair, a, b, pair);
+  }
+  return collide(shapes, a, b);
+}
+
+ContactPoints NarrowPhase::find_boxes(int shape_pair, const Frame& a, const Frame& b,
+                                      ContactPair& pair) {
+  const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
+  const BoxPose box_a = {scene_.shapes()[at(shapes.a)].half, a};
+  const BoxPose box_b = {scene_.shapes()[at(shapes.b)].half, b};
+  const ManifoldLimits& limits = limits_[at(shape_pair)];
+  if (refresh_manifold(pair.manifold, box_a, box_b, limits)) {
+    find_manifold(pair.manifold, box_a, box_b, limits, kContactReach,
+                  [&] { return nearest_points(box_a, box_b, kContactReach); });
+  }
+  return manifold_points(pair.manifold, box_a, box_b, kContactReach);
+}
+
+void NarrowPhase::pose(int shape, const Frame& frame) {
+  const CollisionShape& of = scene_.shapes()[at(shape)];
+  if (of.type == mjGEOM_PLANE) return;  // static
+  Eigen::Map<Vec3>(data_->geom_xpos + 3 * of.geom) = frame.pos;
+  Eigen::Map<RowMat3>(data_->geom_xmat + 9 * of.geom) = frame.axes;
+}
+
+ContactPoints NarrowPhase::collide(const ShapePair& pair, const Frame& a, const Frame& b) {
+  pose(pair.a, a);
+  pose(pair.b, b);
+  int first = scene_.shapes()[at(pair.a)].geom;
+  int second = scene_.shapes()[at(pair.b)].geom;
+  const bool swapped = model_.geom_type[first] > model_.geom_type[second];
+  if (swapped) std::swap(first, second);
+  const mjfCollision function =
+      mjCOLLISIONFUNC[model_.geom_type[first]][model_.geom_type[second]];
+  ContactPoints points;
+  if (function == nullptr) return points;
+  const int count =
+      function(&model_, data_.get(), found_.data(), first, second, kContactReach);
+  const bool on_a = scene_.shapes()[at(pair.b)].type == mjGEOM_SPHERE;
+  for (int i = 0; i < std::min(count, Manifold::kMostPoints); ++i) {
+    const mjContact& contact = found_[at(i)];
+    const Vec3 from_first = Eigen::Map<const Vec3>(contact.frame);
+    const Vec3 normal = swapped ? from_first : Vec3(-from_first);
+    const double to_surface = (on_a ? 0.5 : -0.5) * contact.dist;
+    points.push({Eigen::Map<const Vec3>(contact.pos) + to_surface * normal, normal, contact.dist});
+  }
+  return points;
+}
+
+}  // namespace engram

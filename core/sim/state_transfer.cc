@@ -1,0 +1,203 @@
+#include "core/sim/state_transfer.h"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace engram {
+namespace {
+
+// Values beyond this are a diverged state, as in MuJoCo's own checks.
+constexpr double kLargestValue = mjMAXVAL;
+
+// Tests that the absolute values of all numbers are below kLargestValue. Without their sign bits,
+// doubles are ordered like the integers of the same bits, and NaN is above all numbers; a value
+// that is too large makes the difference negative, which sets its top bit. The compiler vectorises
+// this loop, but not one that compares doubles.
+bool all_plausible(const double* values, int count) {
+  constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
+  std::uint64_t differences = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::uint64_t magnitude = std::bit_cast<std::uint64_t>(values[i]) & ~kSign;
+    differences |= std::bit_cast<std::uint64_t>(kLargestValue) - 1 - magnitude;
+  }
+  return (differences & kSign) == 0;
+}
+
+}  // namespace
+
+bool StateTransfer::state_is_plausible() const {
+  const int count = step_.num_props();
+  return all_plausible(state_.qpos.row(env_), kRobotJoints) &&
+         all_plausible(state_.qvel.row(env_), kRobotJoints) &&
+         all_plausible(state_.prop_pos.row(env_), 3 * count) &&
+         all_plausible(state_.prop_quat.row(env_), 4 * count) &&
+         all_plausible(state_.prop_qvel.row(env_), 6 * count);
+}
+
+bool StateTransfer::is_plausible(const JointArray& qpos, const JointArray& qvel) const {
+  bool good = all_plausible(qpos.data(), kRobotJoints) && all_plausible(qvel.data(), kRobotJoints);
+  for (const int prop : step_.awake()) {
+    const FreeBodyState& motion = workspace_.motion[at(prop)];
+    good = good && all_plausible(motion.center.data(), 3) &&
+           all_plausible(motion.quat.coeffs().data(), 4) &&
+           all_plausible(motion.linear.data(), 3) && all_plausible(motion.angular.data(), 3);
+  }
+  return good;
+}
+
+void StateTransfer::begin(bool sleep) {
+  workspace_.awake.clear();
+  workspace_.moving.clear();
+  for (int prop = 0; prop < step_.num_props(); ++prop) {
+    const PropStatus status = state_.status_of(env_, prop);
+    workspace_.status[at(prop)] = status;
+    if (step_.prop_model(prop).free) {
+      const bool present = status != PropStatus::kHidden;
+      if (status == PropStatus::kAwake || (present && !sleep)) step_.wake(prop);
+    } else if (status == PropStatus::kAwake) {
+      workspace_.moving.push_back(prop);
+      workspace_.status[at(prop)] = PropStatus::kAsleep;
+    }
+  }
+}
+
+void StateTransfer::load_contacts() {
+  if (contacts_loaded_) return;
+  contacts_loaded_ = true;
+  workspace_.memory.pairs.clear();
+  const int shapes = static_cast<int>(step_.model.collision().shapes().size());
+  for (int i = 0; i < state_.num_contact_pairs; ++i) {
+    const std::int32_t* const ids = state_.contact_ids.row(env_) + i * StoredPair::kInts;
+    if (StoredPair::is_empty(ids)) return;
+    ContactPair pair;
+    if (load_pair(ids, state_.contact_values.row(env_) + i * StoredPair::kDoubles, shapes, pair)) {
+      workspace_.memory.pairs.push_back(pair);
+    }
+  }
+}
+
+void StateTransfer::move_kinematic_props(int substep, int substeps) {
+  const double part = static_cast<double>(substep) / substeps;
+  workspace_.moves_per_second = 1 / (substeps * step_.model.robot_params().timestep);
+  for (const int prop : step_.moving()) {
+    const double* from = state_.prop_pos_of(env_, prop);
+    const double* displacement = step_.displacement_of(prop);
+    Vec3& pos = workspace_.moving_pos[at(prop)];
+    for (int i = 0; i < 3; ++i) pos[i] = from[i] + part * displacement[i];
+  }
+}
+
+// --- bodies ---
+
+void StateTransfer::pose_bodies(const RobotPose& robot, const JointArray& qvel) {
+  double speed = 0;
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
+    speed += step_.model.robot_model().lever_arms[i] * std::abs(qvel[i]);
+  }
+  pose_links(robot, speed);
+  for (int prop = 0; prop < step_.num_props(); ++prop) {
+    if (step_.model.collision().body_of_prop(prop) < 0) continue;
+    if (step_.prop_model(prop).free) {
+      pose_free(prop);
+    } else {
+      pose_kinematic(prop);
+    }
+  }
+}
+
+void StateTransfer::pose_links(const RobotPose& robot, double speed) {
+  const std::vector<CollisionBody>& bodies = step_.model.collision().bodies();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].prop >= 0 || bodies[i].attachment.link < 0) continue;
+    workspace_.bodies.frames[i] = carried(robot, bodies[i].attachment);
+    workspace_.bodies.speeds[i] = speed;
+  }
+}
+
+void StateTransfer::pose_kinematic(int prop) {
+  const auto body = at(step_.model.collision().body_of_prop(prop));
+  BodyStates& bodies = workspace_.bodies;
+  const bool hidden = workspace_.status[at(prop)] == PropStatus::kHidden;
+  bodies.presence[body] = hidden ? BodyPresence::kAbsent : BodyPresence::kPresent;
+  bodies.frames[body] =
+      make_frame(state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop));
+  bodies.kinematic_velocities[body] = Vec3::Zero();
+  bodies.speeds[body] = 0;
+  if (!step_.is_moving(prop)) return;
+  const double per_second = workspace_.moves_per_second;
+  bodies.frames[body].pos = workspace_.moving_pos[at(prop)];
+  bodies.kinematic_velocities[body] =
+      per_second * Eigen::Map<const Vec3>(step_.displacement_of(prop));
+  bodies.speeds[body] = bodies.kinematic_velocities[body].norm();
+}
+
+void StateTransfer::pose_free(int prop) {
+  const auto body = at(step_.model.collision().body_of_prop(prop));
+  BodyStates& bodies = workspace_.bodies;
+  if (!step_.is_awake(prop)) {
+    bodies.presence[body] =
+        step_.is_asleep(prop) ? BodyPresence::kResting : BodyPresence::kAbsent;
+    return;
+  }
+  const FreeBodyState& motion = workspace_.motion[at(prop)];
+  Frame& frame = bodies.frames[body];
+  frame.axes = motion.quat.toRotationMatrix();
+  frame.pos = motion.center - frame.axes * step_.prop_model(prop).body.center();
+  bodies.presence[body] = BodyPresence::kPresent;
+  bodies.speeds[body] = step_.prop_speed(prop);
+}
+
+// --- into the columns ---
+
+void StateTransfer::store(const JointArray& qpos, const JointArray& qvel) {
+  std::copy_n(qpos.begin(), kRobotJoints, state_.qpos.row(env_));
+  std::copy_n(qvel.begin(), kRobotJoints, state_.qvel.row(env_));
+  if (step_.num_props() > 0) {
+    std::fill_n(state_.finger_force.row(env_), 6 * step_.num_props(), 0.0);
+  }
+  for (const int prop : step_.moving()) {
+    Eigen::Map<Vec3>{state_.prop_pos_of(env_, prop)} = workspace_.moving_pos[at(prop)];
+    std::fill_n(state_.prop_qvel_of(env_, prop), 6, 0.0);
+    state_.prop_status.row(env_)[prop] = static_cast<std::uint8_t>(PropStatus::kAsleep);
+  }
+  for (const int prop : step_.awake()) {
+    step_.prop_model(prop).body.store(workspace_.motion[at(prop)], state_.prop_pos_of(env_, prop),
+                                      state_.prop_quat_of(env_, prop),
+                                      state_.prop_qvel_of(env_, prop));
+    state_.prop_status.row(env_)[prop] = static_cast<std::uint8_t>(PropStatus::kAwake);
+  }
+  if (contacts_loaded_) store_contacts();
+}
+
+void StateTransfer::store_contacts() const {
+  const CollisionScene& scene = step_.model.collision();
+  const auto prop_of = [&](int shape) {
+    return scene.bodies()[at(scene.shapes()[at(shape)].body)].prop;
+  };
+  int count = 0;
+  for (const ContactPair& pair : workspace_.memory.pairs) {
+    store_pair(pair, prop_of(pair.shape_a), prop_of(pair.shape_b),
+               state_.contact_ids.row(env_) + count * StoredPair::kInts,
+               state_.contact_values.row(env_) + count * StoredPair::kDoubles);
+    ++count;
+  }
+  for (; count < state_.num_contact_pairs; ++count) {
+    std::int32_t* const ids = state_.contact_ids.row(env_) + count * StoredPair::kInts;
+    if (StoredPair::is_empty(ids)) return;
+    std::fill_n(ids, StoredPair::kInts, 0);
+    std::fill_n(state_.contact_values.row(env_) + count * StoredPair::kDoubles,
+                StoredPair::kDoubles, 0.0);
+  }
+}
+
+void StateTransfer::store_finger_forces(int lane, const ContactBlock& block) const {
+  const double per_second = 1 / step_.model.robot_params().timestep;
+  workspace_.contacts.for_finger_impulses(lane, block, [&](int prop, int finger,
+                                                           const Vec3& impulse) {
+    Eigen::Map<Vec3> sum(state_.finger_force.row(env_) + 6 * prop + 3 * finger);
+    sum += per_second * impulse;
+  });
+}
+
+}  // namespace engram

@@ -1,0 +1,51 @@
+// Transfer of one environment between its columns and the working memory of a step.
+#pragma once
+
+#include "core/robot/robot_pose.h"
+#include "core/sim/env_step.h"
+
+namespace engram {
+
+class StateTransfer {
+ public:
+  explicit StateTransfer(EnvStep& step)
+      : step_(step), workspace_(step.workspace), state_(step.state), env_(step.env) {}
+
+  // Tests that all numbers in the columns are finite and not huge.
+  bool state_is_plausible() const;
+
+  // Reads which props are awake or in motion. Without `sleep` every free prop that is present is
+  // awake.
+  void begin(bool sleep);
+  // Reads what the contact law remembers; before the first substep in which something may touch.
+  void load_contacts();
+
+  // Moves kinematic props in motion to their positions after so many of the control step's
+  // substeps.
+  void move_kinematic_props(int substep, int substeps);
+
+  // Sets the states of all bodies that collide. `qvel`: of the robot.
+  void pose_bodies(const RobotPose& robot, const JointArray& qvel);
+
+  // Tests that all numbers of the robot and of awake props are finite and not huge.
+  bool is_plausible(const JointArray& qpos, const JointArray& qvel) const;
+
+  // Writes robot and props into the columns; and contacts, if load_contacts() was called.
+  void store(const JointArray& qpos, const JointArray& qvel);
+  // Writes the force that each prop exerts on each finger in the last substep.
+  void store_finger_forces(int lane, const ContactBlock& block) const;
+
+ private:
+  void pose_links(const RobotPose& robot, double speed);
+  void pose_kinematic(int prop);
+  void pose_free(int prop);
+  void store_contacts() const;
+
+  EnvStep& step_;
+  StepWorkspace& workspace_;
+  const State& state_;
+  int env_;
+  bool contacts_loaded_ = false;
+};
+
+}  // namespace engram
