@@ -13,10 +13,10 @@ namespace engram::mjcf {
 namespace {
 
 // A material: sliding friction, and the radius of the contact patch, which gives torsional
-// friction. The rubber tips have the original benchmark's; hard surfaces get a small one.
+// friction. Only the rubber tips have one.
 struct Material {
   double friction = 0.3;
-  double patch = 0.005;  // m
+  double patch = 0;  // m
 };
 constexpr Material kHard{};
 constexpr Material kRubber{.friction = 2.0, .patch = 0.1};

@@ -245,27 +245,4 @@ ContactPoints box_box(const BoxPose& a, const BoxPose& b, double reach) {
   return points;
 }
 
-ContactPoints nearest_points(const BoxPose& a, const BoxPose& b, double reach) {
-  constexpr int kMostIterations = 64;
-  constexpr double kPrecisionSquared = 1e-16;  // m^2
-  constexpr double kLeastGap = 1e-7;           // m
-  const auto project = [](const BoxPose& box, const Vec3& point) {
-    const Vec3 local = box.frame.axes.transpose() * (point - box.frame.pos);
-    return Vec3(box.frame.pos + box.frame.axes * local.cwiseMin(box.half).cwiseMax(-box.half));
-  };
-  Vec3 on_a = project(a, b.frame.pos);
-  Vec3 on_b = project(b, on_a);
-  for (int i = 0; i < kMostIterations; ++i) {
-    const Vec3 before = on_a;
-    on_a = project(a, on_b);
-    on_b = project(b, on_a);
-    if ((on_a - before).squaredNorm() < kPrecisionSquared) break;
-  }
-  ContactPoints points;
-  const Vec3 apart = on_a - on_b;
-  const double gap = apart.norm();
-  if (gap > kLeastGap && gap < reach) points.push({on_b, apart / gap, gap});
-  return points;
-}
-
 }  // namespace engram

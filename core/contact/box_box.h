@@ -17,8 +17,4 @@ struct BoxPose {
 // farther apart, or if nothing is left of the clipped face.
 ContactPoints box_box(const BoxPose& a, const BoxPose& b, double reach);
 
-// The nearest points of two boxes, one contact; none if they overlap or their distance is not below
-// `reach`. By alternating projections.
-ContactPoints nearest_points(const BoxPose& a, const BoxPose& b, double reach);
-
 }  // namespace engram

@@ -68,7 +68,7 @@ class ContactStep {
     int record = 0;  // of the memory
     int shape_pair = 0;
     ContactPoints points;
-    double gap = 0;  // least
+    double gap = 0;  // least, m
   };
   struct Ref {
     int patch = 0;

@@ -12,7 +12,6 @@ namespace {
 constexpr double kMarginShare = 0.15;    // of the smallest half extent
 constexpr double kMostMargin = 0.015;    // m
 constexpr double kSlideShare = 0.8;      // of the margin: a point that has slid farther is dropped
-constexpr double kSamePointShare = 0.05; // of the margin
 // By number of points: relative motion that is too much, as a share of the margin.
 constexpr std::array<double, 5> kMotionShare = {0.5, 0.125, 0.25, 0.375, 0.375};
 constexpr double kLeastCosine = 0.9999;         // between quaternions
@@ -82,34 +81,14 @@ bool refresh_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
          manifold_quat(b.frame.axes).dot(manifold.quat_b) < limits.cosine_b[count];
 }
 
-void replace_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
-                      const ContactPoints& points) {
+void find_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b, double reach) {
+  const ContactPoints points = box_box(a, b, reach);
   set_reference(manifold, a, b);
   manifold.num_points = std::min(points.size(), Manifold::kMostPoints);
   for (int i = 0; i < manifold.num_points; ++i) {
     manifold.points[at(i)] = localize(a, b, points[i]);
   }
   if (manifold.num_points > 0) manifold.normal = b.frame.axes.transpose() * points[0].normal;
-}
-
-void add_to_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
-                     const ManifoldLimits& limits, const ContactPoint& point) {
-  set_reference(manifold, a, b);
-  manifold.normal = b.frame.axes.transpose() * point.normal;
-  const ManifoldPoint added = localize(a, b, point);
-  const double same = kSamePointShare * limits.margin;
-  for (int i = 0; i < manifold.num_points; ++i) {
-    ManifoldPoint& known = manifold.points[at(i)];
-    const double squared = std::min((known.a - added.a).squaredNorm(),
-                                    (known.b - added.b).squaredNorm());
-    if (squared < same * same) {
-      known = added;
-      return;
-    }
-  }
-  if (manifold.num_points < Manifold::kMostPoints) {
-    manifold.points[at(manifold.num_points++)] = added;
-  }
 }
 
 ContactPoints manifold_points(const Manifold& manifold, const BoxPose& a, const BoxPose& b,

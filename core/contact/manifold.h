@@ -24,28 +24,8 @@ Eigen::Vector4d manifold_quat(const Mat3& axes);
 // has to be found anew.
 bool refresh_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
                       const ManifoldLimits& limits);
-// Replaces its points by these; adds one to them, or replaces one that is nearly the same.
-void replace_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
-                      const ContactPoints& points);
-void add_to_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
-                     const ManifoldLimits& limits, const ContactPoint& point);
-// Finds it anew. `nearest`: supplies the nearest points of the boxes, for when nothing is left of
-// the clipped face; called at most once, and may return none.
-template <class Nearest>
-void find_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
-                   const ManifoldLimits& limits, double reach, const Nearest& nearest) {
-  const ContactPoints found = box_box(a, b, reach);
-  if (!found.empty()) {
-    replace_manifold(manifold, a, b, found);
-    return;
-  }
-  const ContactPoints one = nearest();
-  if (one.empty()) {
-    replace_manifold(manifold, a, b, one);
-  } else {
-    add_to_manifold(manifold, a, b, limits, one[0]);
-  }
-}
+// Finds it anew, with points up to `reach` apart; empty if nothing is left of the clipped face.
+void find_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b, double reach);
 
 // The manifold's points whose gap is at most `reach`.
 ContactPoints manifold_points(const Manifold& manifold, const BoxPose& a, const BoxPose& b,

@@ -40,8 +40,7 @@ ContactPoints NarrowPhase::find_boxes(int shape_pair, const Frame& a, const Fram
   const BoxPose box_b = {scene_.shapes()[at(shapes.b)].half, b};
   const ManifoldLimits& limits = limits_[at(shape_pair)];
   if (refresh_manifold(pair.manifold, box_a, box_b, limits)) {
-    find_manifold(pair.manifold, box_a, box_b, limits, kContactReach,
-                  [&] { return nearest_points(box_a, box_b, kContactReach); });
+    find_manifold(pair.manifold, box_a, box_b, kContactReach);
   }
   return manifold_points(pair.manifold, box_a, box_b, kContactReach);
 }
