@@ -235,7 +235,20 @@ TEST_CASE("upstream_rewards pays no bonus for a find", "[battery][reward]") {
   CHECK(reward_of_confirm(0) - reward_of_confirm(1) == Approx(14.0 / 40).margin(1e-6));
 }
 
-TEST_CASE("socket_battery_idx says what is told of an empty socket", "[battery]") {
+TEST_CASE("Easy: socket_battery_idx is -1 when a battery returns, whatever an empty socket has",
+          "[battery]") {
+  for (const double empty : {-1.0, 0.0}) {
+    const auto env = start("Easy-3", {2}, {{"socket_battery_idx", empty}});
+    put(*env, 2, kSocketFloor);
+    idle(*env);
+    REQUIRE(flag(*env, "new_return_event"));
+    CHECK(number(*env, "socket_battery_idx") == -1);
+    idle(*env);
+    CHECK(number(*env, "socket_battery_idx") == empty);
+  }
+}
+
+TEST_CASE("socket_battery_idx of an empty socket is the option's value", "[battery]") {
   for (const double empty : {-1.0, 0.0}) {
     const auto env = start("Hard-3", {1}, {{"socket_battery_idx", empty}});
     CHECK(number(*env, "socket_battery_idx") == empty);
