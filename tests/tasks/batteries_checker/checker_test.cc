@@ -265,7 +265,7 @@ TEST_CASE("socket_battery_idx of an empty socket is the option's value", "[batte
   }
 }
 
-TEST_CASE("Only the lamp tells which batteries work", "[battery]") {
+TEST_CASE("Only the lamp reveals which batteries work", "[battery]") {
   // What is shown of a prop is its pose, its colour and its light.
   const auto one = start("Hard-3", {0});
   const auto other = start("Hard-3", {1});
@@ -279,16 +279,16 @@ TEST_CASE("Only the lamp tells which batteries work", "[battery]") {
            equal(a.prop_pos, b.prop_pos) && equal(a.qpos, b.qpos);
   };
   const auto lit = [](const Batch& env) { return observed(env, "lamp_on_pose")[2] == 0; };
-  int told = 0;
+  int revealed = 0;
   for (int i = 0; i < 240; ++i) {
     const std::vector<float> actions = test::act(*one, Policy::kOracle);
     one->step(actions);
     other->step(actions);
     CHECK(same() == (lit(*one) == lit(*other)));
-    told += lit(*one) == lit(*other) ? 0 : 1;
+    revealed += lit(*one) == lit(*other) ? 0 : 1;
   }
   CHECK(number(*one, "checked_count") == 2);
-  CHECK(told >= 14);
+  CHECK(revealed >= 14);
 }
 
 TEST_CASE("Snapshots in the middle of grasps and insertions go on bit for bit",

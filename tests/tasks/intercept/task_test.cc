@@ -86,8 +86,8 @@ TEST_CASE("Launches cover their ranges", "[intercept]") {
       high = high.cwiseMax(pos);
       slow = slow.cwiseMin(velocity);
       quick = quick.cwiseMax(velocity);
-      const float* told = row<float>(env->output("oracle_info"), i);
-      for (int k = 0; k < 3; ++k) REQUIRE(told[k] == static_cast<float>(velocity[k]));
+      const float* given = row<float>(env->output("oracle_info"), i);
+      for (int k = 0; k < 3; ++k) REQUIRE(given[k] == static_cast<float>(velocity[k]));
       if (is_grab(id)) continue;
       const double* goal = env->state().prop_pos_of(i, 1);
       REQUIRE(goal[0] == Approx(pos.x() + 0.2));
