@@ -62,13 +62,13 @@ struct SegmentTrace {
   bool operator==(const SegmentTrace&) const = default;
 };
 
-// Lanes of that instruction set; 0, the default, where the machine lacks it.
+// Lanes of the vector kernel of that instruction set; 0, the default, where the machine has none.
 int lanes_of(InstructionSet set) {
-  int lanes = 0;
-  if (set == kBaseline) lanes = 2;
-  if (set == kAvx2) lanes = 4;
-  if (set == kAvx512) lanes = 8;
-  return lane_kernel(lanes) != nullptr ? lanes : 0;
+  for (int lanes = kMostLanes; lanes > 1; lanes /= 2) {
+    const LaneKernel* kernel = lane_kernel(lanes);
+    if (kernel != nullptr && kernel->instruction_set == set) return lanes;
+  }
+  return 0;
 }
 
 class Checker {

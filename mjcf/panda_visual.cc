@@ -9,19 +9,18 @@ namespace {
 
 using enum Link;
 
-// Colours as displayed: the arm's, and two greys for hand and camera.
-enum class Finish { kShell, kTrim, kBlack, kGrey, kSilver };
+// Colours as displayed: the arm's, and the grey of the camera.
+enum class Finish { kShell, kTrim, kBlack, kSilver };
 
 struct FinishEntry {
   const char* name;
   Rgba rgba;
   double specular;
 };
-constexpr std::array<FinishEntry, 5> kFinishes = {{
+constexpr std::array<FinishEntry, 4> kFinishes = {{
     {"shell", {0.954, 0.964, 0.967, 1}, 0.3},
     {"trim", {1, 1, 1, 1}, 0.3},
     {"black", {0.2565, 0.2565, 0.2565, 1}, 0.2},
-    {"grey", {0.55, 0.56, 0.57, 1}, 0.2},
     {"silver", {0.75, 0.76, 0.77, 1}, 0.5},
 }};
 
@@ -39,7 +38,6 @@ constexpr GeomType kCylinder = GeomType::kCylinder;
 constexpr Finish kShell = Finish::kShell;
 constexpr Finish kTrim = Finish::kTrim;
 constexpr Finish kBlack = Finish::kBlack;
-constexpr Finish kGrey = Finish::kGrey;
 constexpr Finish kSilver = Finish::kSilver;
 
 constexpr std::array kFromToGeoms = {
@@ -78,46 +76,51 @@ constexpr std::array kFromToGeoms = {
     FromToGeom{kLink5, kShell, kCylinder, {0, 0.117, 0}, {0, 0.121, 0}, 0.038},
     // Wrist: the barrel of joint 6, the upright body, its black lid.
     FromToGeom{kLink6, kShell, kCylinder, {0, 0, 0.03}, {0, 0, -0.045}, 0.047},
+    FromToGeom{kLink6, kBlack, kCylinder, {0, 0, 0.044}, {0, 0, 0.053}, 0.045},
     FromToGeom{kLink6, kShell, kCapsule, {0, 0, 0.005}, {0.075, 0, 0.002}, 0.043},
-    FromToGeom{kLink6, kShell, kCylinder, {0.088, -0.04, 0}, {0.088, 0.052, 0}, 0.045},
+    FromToGeom{kLink6, kShell, kCylinder, {0.088, -0.048, 0}, {0.088, 0.052, 0}, 0.0435},
     FromToGeom{kLink6, kShell, kCylinder, {0.088, 0.052, 0}, {0.088, 0.06, 0}, 0.042},
     FromToGeom{kLink6, kBlack, kCylinder, {0.088, 0.06, 0}, {0.088, 0.067, 0}, 0.039},
     // Flange.
-    FromToGeom{kLink7, kTrim, kCylinder, {0, 0, 0.04}, {0, 0, 0.043}, 0.0455},
-    FromToGeom{kLink7, kShell, kCylinder, {0, 0, 0.043}, {0, 0, 0.107}, 0.043},
-    // Hand: rounded ends.
-    FromToGeom{kHand, kShell, kCylinder, {0, 0.075, 0.002}, {0, 0.075, 0.054}, 0.026},
-    FromToGeom{kHand, kShell, kCylinder, {0, -0.075, 0.002}, {0, -0.075, 0.054}, 0.026},
+    FromToGeom{kLink7, kTrim, kCylinder, {0, 0, 0.048}, {0, 0, 0.051}, 0.044},
+    FromToGeom{kLink7, kShell, kCylinder, {0, 0, 0.051}, {0, 0, 0.098}, 0.043},
+    // Hand: the collar around the flange, rounded ends.
+    FromToGeom{kHand, kShell, kCylinder, {0, 0, -0.009}, {0, 0, -0.006}, 0.043},
+    FromToGeom{kHand, kShell, kCylinder, {0, 0.075, 0.002}, {0, 0.075, 0.054}, 0.027},
+    FromToGeom{kHand, kShell, kCylinder, {0, -0.075, -0.006}, {0, -0.075, 0.054}, 0.027},
     // Camera: lens.
-    FromToGeom{kCamera, kBlack, kCylinder, {-0.004, 0, 0}, {-0.002, 0, 0}, 0.006},
+    FromToGeom{kCamera, kBlack, kCylinder, {-0.002, 0, 0}, {0, 0, 0}, 0.006},
 };
 
-// A box or ellipsoid, rotated about the link's x axis.
+// A box or ellipsoid, rotated about the link's x axis, then about its z axis.
 struct Block {
   Link link;
   Finish finish;
   GeomType type;
   Vec3 center, half_size;
   double roll = 0;
+  double yaw = 0;
 };
 
 constexpr GeomType kBox = GeomType::kBox;
 constexpr GeomType kEllipsoid = GeomType::kEllipsoid;
 constexpr double kTilt = std::numbers::pi / 6;
+constexpr double kEighth = std::numbers::pi / 4;  // from the flange to the hand
 
 constexpr std::array kBlocks = {
     Block{kLink0, kShell, kEllipsoid, {-0.005, 0, 0.02}, {0.08, 0.08, 0.1}},
     Block{kLink0, kShell, kBox, {-0.09, 0, 0.04}, {0.04, 0.045, 0.038}},
     Block{kLink0, kTrim, kBox, {-0.125, 0, 0.006}, {0.025, 0.07, 0.006}},
+    // The flange's grip, with a black front, in the hand's axes.
+    Block{kLink7, kShell, kBox, {0.0385, 0.0442, 0.085}, {0.028, 0.0275, 0.014}, 0, -kEighth},
+    Block{kLink7, kBlack, kBox, {0.0573, 0.0226, 0.083}, {0.001, 0.0175, 0.011}, 0, -kEighth},
     // The hand tapers towards the fingers, out of the wrist camera's sight.
-    Block{kHand, kShell, kBox, {0, 0, 0.028}, {0.026, 0.075, 0.026}},
-    Block{kHand, kGrey, kBox, {0, 0, 0.06}, {0.015, 0.095, 0.006}},
-    // Above its ends: the socket, with a black front, and a black geom.
-    Block{kHand, kShell, kBox, {-0.007, 0.063, -0.019}, {0.039, 0.028, 0.011}},
-    Block{kHand, kBlack, kBox, {0.0325, 0.0645, -0.019}, {0.001, 0.0145, 0.011}},
-    Block{kHand, kShell, kBox, {0.017, -0.068, -0.006}, {0.007, 0.027, 0.0097}},
-    Block{kHand, kBlack, kBox, {-0.020, -0.074, -0.0065}, {0.006, 0.029, 0.0070}},
-    Block{kCamera, kSilver, kBox, {-0.0125, -0.02, 0}, {0.010025, 0.0495, 0.0115}},
+    Block{kHand, kShell, kBox, {0, 0, 0.024}, {0.027, 0.075, 0.030}},
+    Block{kHand, kShell, kBox, {0, 0, 0.06}, {0.015, 0.095, 0.006}},
+    // Above its other end: a ledge, and a black one behind it.
+    Block{kHand, kShell, kBox, {0.0135, -0.068, -0.008}, {0.0105, 0.027, 0.0077}},
+    Block{kHand, kBlack, kBox, {-0.020, -0.074, -0.0095}, {0.006, 0.029, 0.0060}},
+    Block{kCamera, kSilver, kBox, {-0.00775, -0.0215, 0.0005}, {0.00775, 0.0465, 0.012}},
     Block{kLeftFinger, kShell, kBox, {0, 0.0185, 0.00915}, {0.011, 0.0075, 0.00815}},
     Block{kLeftFinger, kShell, kBox, {0, 0.0068, 0.0022}, {0.011, 0.0044, 0.0019}},
     Block{kLeftFinger, kShell, kBox, {0, 0.01728, 0.02597}, {0.00875, 0.0035, 0.0145}, kTilt},
@@ -160,7 +163,7 @@ void add_visual_geoms(Element& body, Link link) {
   for (const Block& entry : kBlocks) {
     if (entry.link != (right ? kLeftFinger : link)) continue;
     const Block block = right ? mirrored(entry) : entry;
-    paint(add_geom(body, block.type, block.half_size, block.center, {block.roll, 0, 0}),
+    paint(add_geom(body, block.type, block.half_size, block.center, {block.roll, 0, block.yaw}),
           block.finish);
   }
 }

@@ -11,6 +11,9 @@ namespace {
 constexpr double kGroundHeight = -0.91964;
 constexpr Vec3 kTableHalfSize = {0.6045, 1.209, 0.45982145};
 constexpr Vec3 kTableCenter = {-0.12, 0, -0.45982145};
+// The visible board. Its near edge is 16 mm behind the block's, as the original's mesh has it.
+constexpr Vec3 kBoardHalfSize = {0.5967, 1.209, 0.015};
+constexpr Vec3 kBoardCenter = {-0.1278, 0, -0.0155};
 
 // The original benchmark's lights. Its pipeline shades linearly, divides by pi and encodes for the
 // display with a power of 1 / 2.2. A power of a product is the product of the powers, so we light
@@ -127,9 +130,9 @@ void add_surroundings(Element& worldbody) {
   add_light(worldbody, "slanted", {1, 1, -1}, kSlanted);
   add_light(worldbody, "overhead", {0, 0, -1}, kOverhead);
 
-  // The visible table ends a hair below its top, so that flat things on it do not flicker.
-  Element& table =
-      add_geom(worldbody, GeomType::kBox, {0.6045, 1.209, 0.45957145}, {-0.12, 0, -0.46007145}, {});
+  // The visible table is a board with the floor below it, and ends a hair below the contacts' top,
+  // so that flat things on it do not flicker.
+  Element& table = add_geom(worldbody, GeomType::kBox, kBoardHalfSize, kBoardCenter, {});
   set(table, "name", "table");
   set(table, "group", kVisualGroup);
   set(table, "material", "wood");

@@ -488,7 +488,7 @@ void load_variants(const std::string& path);
 std::vector<std::string> task_ids();
 /// The same with family, split, memory type, horizon, instruction and sizes, as JSON.
 std::string_view list();
-/// Version of the library, "0.4.0".
+/// Version of the library, "0.5.0".
 inline std::string_view version() { return engram_version(); }
 
 }  // namespace v0

@@ -55,7 +55,7 @@ typedef enum engram_status {
  * next failing call. Never NULL. */
 ENGRAM_API const char* engram_last_error(void);
 
-/** Version of the library, "0.4.0". */
+/** Version of the library, "0.5.0". */
 ENGRAM_API const char* engram_version(void);
 
 /* ---- tasks ---- */

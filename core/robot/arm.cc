@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/math/real_functions.h"
 #include "core/robot/robot_model_loader.h"
@@ -73,25 +74,40 @@ ArmVector Arm::pseudo_inverse_step(const ArmJacobian& jacobian, const Vec3& line
 }
 
 bool Arm::inverse(const Pose& target, const double* q, ArmVector& q_target) const {
-  constexpr int kIterations = 100;
-  constexpr double kStep = 0.1;
-  constexpr double kDamping = 1e-6;
-  constexpr double kTolerance = 1e-4;
-  ArmVector current = Eigen::Map<const ArmVector>(q);
+  constexpr int kIterations = 200;
+  constexpr double kStep = 0.2;
+  constexpr double kDamping = 1e-9;
+  constexpr double kPositionTolerance = 1e-3;  // m
+  constexpr double kRotationTolerance = 1e-2;  // rad
+  constexpr int kPatience = 3;                 // steps without a smaller error
+  constexpr double kLargestAngle = 1e5;        // rad; sine and cosine are exact up to here
+  q_target = Eigen::Map<const ArmVector>(q);
+  double least_error = std::numeric_limits<double>::infinity();
+  int stalled = 0;
   ArmJacobian jacobian;
-  for (int i = 0; i <= kIterations; ++i) {
-    const Pose pose = forward(current.data(), jacobian);
+  for (int i = 0; i < kIterations; ++i) {
+    const Pose pose = forward(q_target.data(), jacobian);
     Vector6 error;
     error.head<3>() = target.pos - pose.pos;
     error.tail<3>() = rotation_vector(target.quat * pose.quat.conjugate());
-    if (error.norm() < kTolerance) {
-      q_target = current;
+    const Matrix6 normal = jacobian * jacobian.transpose() + kDamping * Matrix6::Identity();
+    const ArmVector next = q_target + kStep * jacobian.transpose() * normal.ldlt().solve(error);
+    // Refuses numbers that are not finite as well.
+    if (!(next.array().abs() <= kLargestAngle).all()) return false;
+    q_target = next;
+    if (error.head<3>().norm() < kPositionTolerance &&
+        error.tail<3>().norm() < kRotationTolerance) {
       return true;
     }
-    const Matrix6 normal = jacobian * jacobian.transpose() + kDamping * Matrix6::Identity();
-    current += kStep * jacobian.transpose() * normal.ldlt().solve(error);
+    if (i == 0) continue;  // the original does not compare with the first error
+    const double size = error.norm();
+    if (size < least_error) {
+      least_error = size;
+      stalled = 0;
+    } else if (++stalled == kPatience) {
+      return false;
+    }
   }
-  q_target = Eigen::Map<const ArmVector>(q);
   return false;
 }
 

@@ -172,7 +172,7 @@ ArmVector Controller::delta_position_target(const State& state, int env,
 ArmVector Controller::pose_target(const State& state, int env, const Pose& target) const {
   ArmVector joints;
   const Pose in_world{target.pos + arm_.base_position(), target.quat};
-  arm_.inverse(in_world, state.qpos.row(env), joints);  // on failure: the measured joints
+  arm_.inverse(in_world, state.qpos.row(env), joints);  // as far as it came, on failure
   return joints;
 }
 

@@ -18,7 +18,7 @@ std::unique_ptr<Batch> make(std::string_view id, const BatchOptions& options = {
 std::unique_ptr<Batch> make(std::string_view id, const MakeOptions& options,
                             RendererFactory renderers);
 
-// Version of the library, "0.4.0".
+// Version of the library, "0.5.0".
 const char* version();
 
 }  // namespace engram

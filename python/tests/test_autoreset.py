@@ -10,13 +10,13 @@ from conftest import ENDING_TASK, TASK, assert_same, noisy_oracle
 import engram
 from engram.envs.compat import GYMNASIUM_1
 
-TELLING = {"privileged": True, "language_in_info": True}
+ALL_INFOS = {"privileged": True, "language_in_info": True}
 MODES = ["NEXT_STEP", "SAME_STEP", "DISABLED"]
 needs_1 = pytest.mark.skipif(not GYMNASIUM_1, reason="Gymnasium 0.29 knows one mode only")
 
 
 def reference(id: str, num_envs: int, mode: str, **options):
-    options = {**TELLING, **options}
+    options = {**ALL_INFOS, **options}
     makers = [lambda: engram.make(id, **options) for _ in range(num_envs)]
     if not GYMNASIUM_1:
         assert mode == "SAME_STEP"
@@ -83,7 +83,7 @@ def compare(env, other, steps: int) -> dict[str, int]:
 @pytest.mark.parametrize("mode", MODES if GYMNASIUM_1 else ["SAME_STEP"])
 @pytest.mark.parametrize("id", [TASK, ENDING_TASK])
 def test_modes_are_gymnasiums(make, id, mode):
-    env = make(id, num_envs=3, autoreset_mode=mode, **TELLING)
+    env = make(id, num_envs=3, autoreset_mode=mode, **ALL_INFOS)
     other = reference(id, 3, mode)
     seen = compare(env, other, 200)
     assert seen["truncated"] + seen["terminated"] >= 6
@@ -96,14 +96,14 @@ def test_modes_are_gymnasiums(make, id, mode):
 @pytest.mark.parametrize("obs_mode", ["state_dict", "rgb", "objects_dict"])
 def test_final_observations_have_the_form_of_the_space(make, obs_mode):
     options = {"obs_mode": obs_mode, **({"image_size": 16} if obs_mode == "rgb" else {})}
-    env = make(num_envs=2, autoreset_mode="SAME_STEP", **TELLING, **options)
+    env = make(num_envs=2, autoreset_mode="SAME_STEP", **ALL_INFOS, **options)
     other = reference(TASK, 2, "SAME_STEP", **options)
     assert compare(env, other, 30)["final"] == 1
     other.close()
 
 
 def test_instructions_of_ended_and_new_episodes(make):
-    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="SAME_STEP", **TELLING)
+    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="SAME_STEP", **ALL_INFOS)
     other = reference("RotateLenientPos-VLA-v0", 2, "SAME_STEP")
     assert compare(env, other, 200)["final"] > 0
     other.close()
@@ -111,7 +111,7 @@ def test_instructions_of_ended_and_new_episodes(make):
 
 @needs_1
 def test_instructions_in_next_step_mode(make):
-    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="NEXT_STEP", **TELLING)
+    env = make("RotateLenientPos-VLA-v0", num_envs=2, autoreset_mode="NEXT_STEP", **ALL_INFOS)
     other = reference("RotateLenientPos-VLA-v0", 2, "NEXT_STEP")
     compare(env, other, 200)
     other.close()

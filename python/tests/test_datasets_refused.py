@@ -11,7 +11,8 @@ from pathlib import Path
 import fuzz_datasets
 import numpy as np
 import pytest
-from fuzz_datasets import ID, arrays_of, sound_metadata, tree, write_sound
+from fuzz_datasets import tree
+from sound_dataset import ID, arrays_of, sound_metadata, write_sound
 
 from engram.datasets import DatasetError, DemonstrationFolder, find_folders
 

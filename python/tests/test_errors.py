@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import pickle
-import threading
 
 import gymnasium
 import numpy as np
@@ -420,108 +418,6 @@ def test_an_extension_object_without_its_constructor_is_harmless():
             blank.num_envs  # noqa: B018
     with pytest.raises((TypeError, pickle.PicklingError)):
         pickle.dumps(_core.Options())
-
-
-def test_two_threads_on_one_batch(make):
-    env = make(num_envs=16)
-    env.reset(seed=0)
-    actions = np.zeros((16, 7), np.float32)
-    refused, stepped, unexpected = [], [], []
-
-    def work():
-        for _ in range(60):
-            try:
-                env.step(actions)
-                stepped.append(1)
-            except engram.BadStateError:
-                refused.append(1)
-            except BaseException as error:
-                unexpected.append(error)
-
-    threads = [threading.Thread(target=work) for _ in range(3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not unexpected
-    assert len(stepped) + len(refused) == 180
-    assert stepped
-    env.step(actions)
-
-
-def test_closing_while_another_thread_steps(make):
-    for _ in range(5):
-        env = make(num_envs=32)
-        env.reset(seed=0)
-        actions = np.zeros((32, 7), np.float32)
-        unexpected = []
-
-        def work(env=env, actions=actions, unexpected=unexpected):
-            try:
-                while True:
-                    env.step(actions)
-            except engram.BadStateError:
-                pass
-            except BaseException as error:
-                unexpected.append(error)
-
-        thread = threading.Thread(target=work)
-        thread.start()
-        while env._views["elapsed_steps"].max() < 2:
-            pass
-        env.close()
-        thread.join()
-        assert not unexpected
-
-
-def test_the_gil_is_free_while_a_step_runs(make):
-    env = make(num_envs=4096, threads=1)
-    env.reset(seed=0)
-    actions = np.zeros((4096, 7), np.float32)
-    counted, done = [0], threading.Event()
-
-    def count():
-        while not done.is_set():
-            counted[0] += 1
-
-    thread = threading.Thread(target=count)
-    thread.start()
-    before = counted[0]
-    for _ in range(200):
-        env.step(actions)
-        if counted[0] - before > 100:
-            break  # on a busy machine not within the first steps
-    done.set()
-    thread.join()
-    assert counted[0] - before > 100
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_a_forked_process_gets_an_error_and_can_make_batches(make):
-    env = make()
-    obs, _ = env.reset(seed=0)
-    expected = obs.copy()
-    child = os.fork()
-    if child == 0:
-        status = 1
-        try:
-            try:
-                env.step(GOOD)
-            except engram.BadStateError as error:
-                named = "fork" in str(error)
-            env.close()
-            own = engram.make_vec(TASK, 4, threads=2)
-            same = np.array_equal(own.reset(seed=0)[0], expected)
-            own.step(GOOD)
-            own.close()
-            del env, obs
-            status = 0 if named and same else 2
-        finally:
-            os._exit(status)
-    _, status = os.waitpid(child, 0)
-    assert os.waitstatus_to_exitcode(status) == 0
-    env.step(GOOD)
 
 
 def test_a_character_0_is_refused_not_cut_off():

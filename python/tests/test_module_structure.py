@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import ast
+import fnmatch
 import importlib
+import re
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import engram
 from engram._deprecated import MOVED
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+from structure import circles, python_modules  # noqa: E402
 
 PACKAGE = Path(engram.__file__).parent
 # Modules and packages side by side in python/engram, without former names.
@@ -24,64 +28,22 @@ FIRST_LEVEL = {
 }  # fmt: skip
 
 
-def modules() -> dict[str, Path]:
-    """Source files by the name of their module."""
-    found = {}
-    for file in PACKAGE.rglob("*.py"):
-        parts = file.relative_to(PACKAGE.parent).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
-    return found
+MODULES = python_modules(ROOT)
 
 
-MODULES = modules()
-
-
-def imports(name: str) -> Iterator[str]:
-    """Modules of the package that a module imports, at its top, in functions or for checkers."""
-    for node in ast.walk(ast.parse(MODULES[name].read_text())):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if alias.name in MODULES)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{name}: a relative import"
-            for alias in node.names:
-                whole = f"{node.module}.{alias.name}"
-                if whole == "engram._core":
-                    continue  # the extension
-                if whole in MODULES:
-                    yield whole
-                elif node.module in MODULES:
-                    yield str(node.module)
-
-
-def circle(graph: dict[str, set[str]]) -> list[str]:
-    """Nodes of a circle, if there is one."""
-    done: set[str] = set()
-    path: list[str] = []
-
-    def visit(node: str) -> list[str]:
-        if node in path:
-            return [*path[path.index(node) :], node]
-        if node in done:
-            return []
-        path.append(node)
-        for other in sorted(graph.get(node, ())):
-            if found := visit(other):
-                return found
-        done.add(path.pop())
-        return []
-
-    return next((found for node in sorted(graph) if (found := visit(node))), [])
+def test_imports_are_absolute():
+    relative = re.compile(r"^\s*from \.", re.MULTILINE)
+    assert not [file for file in PACKAGE.rglob("*.py") if relative.search(file.read_text())]
 
 
 def test_a_circle_is_found():
-    assert circle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
-    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
+    assert circles({"a": {"b"}, "b": {"c"}, "c": set()}) == []
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == [["b", "c"]]
 
 
 def test_modules_do_not_import_each_other_in_circles():
-    graph = {name: set(imports(name)) - {name} for name in MODULES}
-    assert {"engram.envs.vector_env", "engram.typing"} <= graph["engram.factory"]
-    assert " -> ".join(circle(graph)) == ""
+    assert {"engram.envs.vector_env", "engram.typing"} <= MODULES["engram.factory"]
+    assert circles(MODULES) == []
 
 
 def test_packages_do_not_import_each_other_in_circles():
@@ -91,11 +53,11 @@ def test_packages_do_not_import_each_other_in_circles():
         return ".".join(name.split(".")[:2])
 
     graph: dict[str, set[str]] = {}
-    for name in MODULES:
-        graph.setdefault(unit(name), set()).update(unit(other) for other in imports(name))
+    for name, others in MODULES.items():
+        graph.setdefault(unit(name), set()).update(unit(other) for other in others)
     for name, others in graph.items():
         others.discard(name)
-    assert " -> ".join(circle(graph)) == ""
+    assert circles(graph) == []
 
 
 def test_the_first_level_is_narrow():
@@ -105,6 +67,21 @@ def test_the_first_level_is_narrow():
         if (path.is_dir() and any(path.glob("*.py"))) or path.suffix in (".py", ".so")
     }
     assert found <= FIRST_LEVEL
+
+
+def test_the_debian_package_has_all_kinds_of_files():
+    """All but the command, which is a package of its own there."""
+    text = (ROOT / "python" / "CMakeLists.txt").read_text()
+    rule = text[text.index("FILES_MATCHING") :]
+    patterns = re.findall(r'PATTERN "([^"]+)"(?! EXCLUDE)', rule[: rule.index(")")])
+    folder = ROOT / "python" / "engram"
+    files = [
+        file
+        for file in folder.rglob("*")
+        if file.is_file() and not {"__pycache__", "command"} & {*file.parts}
+    ]
+    assert "font.npz" in {file.name for file in files}
+    assert not [file for file in files if not any(fnmatch.fnmatch(file.name, p) for p in patterns)]
 
 
 # Only the environment of the data tests has LeRobot (tests/clients/data/test_lerobot_rollout.py).

@@ -53,14 +53,16 @@ class Noise {
   std::vector<float> values_;
 };
 
-// Streaks along the board, some 0.1 m long and 6 mm thick, that bend a little.
+// Streaks along the board, some 0.1 m long and 6 mm thick, that bend a little, and specks of 10 mm.
 struct Grain {
   Noise bend{4, 6, 5};
   Noise streaks[3] = {{9, 200, 1}, {28, 256, 2}, {96, 400, 3}};
+  Noise specks{256, 400, 4};
 
   float operator()(float x, float y) const {
     const float bent = y + 0.003F * (1 + bend(x, y));
-    return 0.80F * streaks[0](x, bent) + 0.60F * streaks[1](x, bent) + 0.40F * streaks[2](x, bent);
+    return 0.80F * streaks[0](x, bent) + 0.60F * streaks[1](x, bent) + 0.40F * streaks[2](x, bent) +
+           0.60F * specks(x, bent);
   }
 };
 
@@ -116,10 +118,10 @@ Board finest() {
   return board;
 }
 
-// Takes the mean over 22 mm across off each texel: dark lines get bright ones beside them, and
+// Takes the mean over 11 mm across off each texel: dark lines get bright ones beside them, and
 // brightness at large is the figure's.
 void level_out(Board& board) {
-  constexpr int kHalf = 9;
+  constexpr int kHalf = 4;
   const auto along = static_cast<std::size_t>(board.along);
   const std::vector<float> before = board.grain;
   const auto row = [&](int y) {
@@ -157,7 +159,7 @@ Board coarser(const Board& finer) {
 // The same contrast on every level: the original reads its photograph unfiltered, so that it stays
 // crisp far away. A difference of 1 is a brightness of kScale.
 void paint(const Board& board, std::uint8_t* out) {
-  constexpr float kContrast = 0.062F;  // standard deviation
+  constexpr float kContrast = 0.095F;  // standard deviation
   constexpr float kScale = 300;
   double sum = 0;
   double squares = 0;

@@ -22,7 +22,8 @@ void CheckColumns::bind(const Bindings& bindings, int batteries) {
   active = info.add<std::int32_t>("active_battery_idx", 1, "", "of this round, -1: none");
   socket_has_battery = info.add<std::uint8_t>("socket_has_battery");
   socket_idx =
-      info.add<std::int32_t>("socket_battery_idx", 1, "", "none: as the option of that name says");
+      info.add<std::int32_t>("socket_battery_idx", 1, "",
+                             "none: as the option of that name says; -1 if it returned by itself");
   socket_works = info.add<std::uint8_t>("socket_has_working");
   active_count = info.add<std::int32_t>("active_battery_count");
   checked_count = info.add<std::int32_t>("checked_count");
@@ -59,7 +60,8 @@ void CheckColumns::store(int env, const CheckEvents& events, bool pressed) const
   confirm_event[env] = events.confirm ? 1 : 0;
   newly_found[env] = events.newly_found ? 1 : 0;
   press_event[env] = pressed ? 1 : 0;
-  socket_idx[env] = events.socket_battery >= 0 ? events.socket_battery : empty_socket_idx;
+  const bool found_empty = events.socket_battery < 0 && !events.taken_out;
+  socket_idx[env] = found_empty ? empty_socket_idx : events.socket_battery;
   socket_has_battery[env] = events.socket_battery >= 0 ? 1 : 0;
   socket_works[env] = events.socket_works ? 1 : 0;
   lit[env] = events.lamp ? 1 : 0;

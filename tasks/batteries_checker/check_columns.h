@@ -19,7 +19,7 @@ struct CheckColumns {
   BatterySet found(int env) const { return static_cast<BatterySet>(found_set[env]); }
   BatterySet held(int env) const { return static_cast<BatterySet>(grasped_set[env]); }
 
-  int empty_socket_idx = -1;  // what socket_idx says of an empty socket
+  int empty_socket_idx = -1;  // socket_idx of a socket that was empty
 
   // Remembered.
   Column<std::int32_t> working_set;

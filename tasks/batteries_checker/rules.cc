@@ -41,6 +41,7 @@ bool return_by_itself(CheckState& state, CheckEvents& events) {
   if (state.stage != STAGE_RETURN || state.active < 0) return false;
   state.stage = STAGE_CONFIRM;
   events.returned = true;
+  events.taken_out = true;
   events.socket_battery = -1;
   events.socket_works = false;
   return true;

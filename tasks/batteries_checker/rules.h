@@ -44,6 +44,7 @@ struct CheckInputs {
 struct CheckEvents {
   bool insert = false;
   bool returned = false;
+  bool taken_out = false;  // returned by itself, out of the socket
   bool confirm = false;
   bool newly_found = false;  // a working battery has been confirmed for the first time
   int socket_battery = -1;   // -1: none

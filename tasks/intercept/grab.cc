@@ -45,7 +45,7 @@ void list_terms(Row& row, const GrabRewardInputs& in, const GrabRewardTerms& ter
   row.term("current_gripper_width", "m", in.gripper_width);
   row.term("very_close_mask", "", terms.very_close);
   row.term("static_reward", "", terms.ball_stillness);
-  row.term("robot_static_reward", "", terms.robot_stillness);
+  row.term("robot_static_reward", "", in.robot_static);
   row.term("success", "", in.success);
 }
 
@@ -115,7 +115,7 @@ class InterceptGrab final : public FamilyBase {
       in.penalty = smoothness_penalty(engine_, env, params_.ball.smoothness);
       in.ball_speed = launch_.linear_velocity(env).norm();
       in.ball_spin = launch_.angular_velocity(env).norm();
-      in.arm_speed = Eigen::Map<const ArmVector>(engine_.state->qvel.row(env)).norm();
+      in.robot_static = is_robot_static_[env] != 0;
       const GrabRewardTerms terms = grab_reward(in);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
@@ -181,7 +181,6 @@ GrabRewardTerms grab_reward(const GrabRewardInputs& in) {
                      terms.distance <= 0.04 && width >= diameter;
   terms.very_close = terms.distance <= 0.025;
   terms.ball_stillness = 1 - real::tanh(10 * in.ball_speed + in.ball_spin);
-  terms.robot_stillness = 1 - real::tanh(5 * in.arm_speed);
 
   double reward = 10 * (1 - real::tanh(3 * terms.distance));
   if (terms.in_gripper) {

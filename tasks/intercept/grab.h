@@ -19,7 +19,7 @@ struct GrabRewardInputs {
   // For reward_dict alone.
   double ball_speed = 0;  // m/s
   double ball_spin = 0;   // rad/s
-  double arm_speed = 0;   // norm of the arm joint velocities, rad/s
+  bool robot_static = false;
 };
 
 struct GrabRewardTerms {
@@ -28,7 +28,6 @@ struct GrabRewardTerms {
   bool in_gripper = false;
   bool very_close = false;
   double ball_stillness = 0;
-  double robot_stillness = 0;
   double reward = 0;
 };
 

@@ -135,7 +135,7 @@ TEST_CASE("Missing pages are found", "[conventions]") {
   const std::string gone =
       "docs/no_such"
       "_page.md";
-  CHECK(missing_pages("// (" + gone + " tells)", "a.cc") == std::vector<std::string>{gone});
+  CHECK(missing_pages("// (" + gone + " has it)", "a.cc") == std::vector<std::string>{gone});
   CHECK(missing_pages("// docs/evaluation.md", "a.cc").empty());
   CHECK(missing_pages("[one](evaluation.md) [two](no_such.md#x)", "docs/a.md") ==
         std::vector<std::string>{"no_such.md"});

@@ -1,4 +1,4 @@
-// What the cue has shown must not be told by any later depth or segmentation: not by the order in
+// No later depth or segmentation may reveal the content of the cue: not by the order in
 // which segments are counted either.
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -30,8 +30,8 @@ std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
 
 struct Count {
   int steps = 0;      // that were compared
-  int uncovered = 0;  // others after the cue, in which colours tell what the robot has uncovered
-  int shown = 0;      // steps of the cue in which colours tell it
+  int uncovered = 0;  // others after the cue, in which colours show what the robot has uncovered
+  int shown = 0;      // steps of the cue in which colours show it
   int shaped = 0;     // and those in which depth or segmentation do
 };
 
@@ -68,7 +68,7 @@ Count check(const std::string& id, Policy policy, std::uint64_t seed) {
   return count;
 }
 
-TEST_CASE("Depth and segmentation tell nothing after the cue", "[render][leak][depth][long]") {
+TEST_CASE("Depth and segmentation reveal nothing after the cue", "[render][leak][depth][long]") {
   const Policy policy = GENERATE(Policy::kZero, Policy::kRandom, Policy::kSweep);
   int tasks = 0;
   int steps = 0;
@@ -99,7 +99,7 @@ TEST_CASE("A cue of colour alone shows in colours alone", "[render][leak][depth]
   }
 }
 
-TEST_CASE("Depth and segmentation of Rotate never tell the angle", "[render][leak][depth]") {
+TEST_CASE("Depth and segmentation of Rotate never reveal the angle", "[render][leak][depth]") {
   for (const std::string& id : test::implemented_ids()) {
     if (id.find("Rotate") != 0) continue;
     INFO(id);

@@ -1,4 +1,4 @@
-// Whether what is hidden in one task, or in one episode, tells anything about another.
+// Independence of the hidden quantities of tasks and of episodes.
 #include <algorithm>
 #include <bit>
 #include <catch2/catch.hpp>
@@ -151,7 +151,7 @@ int agreements(const std::string& one, const std::string& other) {
   return same;
 }
 
-TEST_CASE("What one task hides tells nothing about another", "[independence]") {
+TEST_CASE("What one task hides says nothing about another", "[independence]") {
   const std::vector<std::string> ids = {"RememberColor3-VLA-v0", "FindImposterColor3-VLA-v0",
                                         "ShellGameTouch-VLA-v0", "ShellGamePush-VLA-v0",
                                         "RememberColor3-Long-VLA-v0"};

@@ -1,4 +1,4 @@
-// Whether anything after the cue tells what it has shown.
+// Search for outputs after the cue that reveal its content.
 #pragma once
 
 #include <algorithm>
@@ -50,7 +50,7 @@ inline std::optional<RandomVariable> draw_named(const TaskInfo& info, std::strin
   return std::nullopt;
 }
 
-// Whether an output may tell what is hidden: docs/protocol.md names those infos.
+// True if an output may reveal what is hidden: docs/protocol.md names those infos.
 inline bool is_closed(const Batch& env, const std::string& output) {
   return output != "instruction" && env.output(output).field->privileged;
 }
@@ -69,7 +69,7 @@ inline std::vector<std::string> differing_outputs(const Batch& one, const Batch&
   return names;
 }
 
-// Those of them that nothing may tell.
+// Those of them that nothing may reveal.
 inline std::vector<std::string> leaking_outputs(const Batch& one, const Batch& other) {
   std::vector<std::string> names = differing_outputs(one, other);
   std::erase_if(names, [&one](const std::string& name) { return is_closed(one, name); });
@@ -121,7 +121,7 @@ void play_unanswered(Batch& one, Batch& other, Policy policy, Look&& look) {
 }
 
 // Plays two episodes that differ in what is hidden alone. Outside the moments that show it, no
-// camera sees a difference, and no info tells one, until the robot has answered. People may be
+// camera sees a difference, and no info has one, until the robot has answered. People may be
 // shown where the goal is.
 inline void compare_pictures(const std::string& id, Batch& one, Batch& other,
                              const LeakCheck& check) {

@@ -1,4 +1,4 @@
-// What the cue has shown must not be told by any later picture: else memory would not be needed.
+// No later picture may reveal the content of the cue: else memory would not be needed.
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
@@ -23,17 +23,17 @@ void check_all(Policy policy) {
   }
 }
 
-TEST_CASE("No picture after the cue tells what was shown to a robot that rests",
+TEST_CASE("No picture after the cue reveals what was shown to a robot that rests",
           "[render][leak][long]") {
   check_all(Policy::kZero);
 }
 
-TEST_CASE("No picture after the cue tells what was shown to a robot that moves about",
+TEST_CASE("No picture after the cue reveals what was shown to a robot that moves about",
           "[render][leak][long]") {
   check_all(Policy::kRandom);
 }
 
-TEST_CASE("No picture after the cue tells what was shown to a robot that does the task",
+TEST_CASE("No picture after the cue reveals what was shown to a robot that does the task",
           "[render][leak][long]") {
   check_all(Policy::kSweep);
 }
@@ -49,7 +49,7 @@ TEST_CASE("The families that hide nothing behind a cue are those that are tested
   }
 }
 
-TEST_CASE("Pictures of Rotate never tell the angle", "[render][leak]") {
+TEST_CASE("Pictures of Rotate never reveal the angle", "[render][leak]") {
   for (const std::string& id : test::implemented_ids()) {
     if (id.find("Rotate") != 0) continue;
     INFO(id);
@@ -71,7 +71,7 @@ TEST_CASE("Pictures of Rotate never tell the angle", "[render][leak]") {
 
 // The cube shows where it started until it is moved. From the target on, nothing does: with another
 // start in the environment's memory, and the same robot, pictures are the same.
-TEST_CASE("Pictures of TakeItBack do not tell the start once the cube is on its target",
+TEST_CASE("Pictures of TakeItBack do not reveal the start once the cube is on its target",
           "[render][leak]") {
   BatchOptions options;
   options.threads = 1;

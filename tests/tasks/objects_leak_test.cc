@@ -1,4 +1,4 @@
-// What the cue has shown must not be told by any later observation of the objects modes, nor by
+// The content of the cue must not be in any later observation of the objects modes, nor in
 // what else a policy is given.
 #include <algorithm>
 #include <array>
@@ -60,7 +60,7 @@ struct Count {
   int tasks = 0;
   int steps = 0;                  // that were compared
   int shown = 0;                  // steps in which the cue could be seen in the observation
-  std::set<std::string> leaking;  // outputs that differ where nothing may tell
+  std::set<std::string> leaking;  // outputs that differ where nothing may differ
   std::set<std::string> closed;   // the others that differ there
 };
 
@@ -116,7 +116,7 @@ Count check_all(Policy policy, Drawing drawing) {
   return count;
 }
 
-TEST_CASE("Objects and infos tell nothing after the cue", "[objects][leak][long]") {
+TEST_CASE("Objects and infos reveal nothing after the cue", "[objects][leak][long]") {
   const Policy policy = GENERATE(Policy::kZero, Policy::kRandom, Policy::kSweep, Policy::kBlind);
   const Drawing drawing = GENERATE(Drawing::kExtremes, Drawing::kDefault);
   const Count count = check_all(policy, drawing);
@@ -125,7 +125,7 @@ TEST_CASE("Objects and infos tell nothing after the cue", "[objects][leak][long]
               count.steps, count.shown);
 }
 
-TEST_CASE("Every info that is closed to policies tells something", "[objects][leak][long]") {
+TEST_CASE("Every info that is closed to policies reveals something", "[objects][leak][long]") {
   Count all;
   for (const Policy policy : {Policy::kRandom, Policy::kSweep, Policy::kBlind}) {
     all.closed.merge(check_all(policy, Drawing::kExtremes).closed);
@@ -153,7 +153,8 @@ TEST_CASE("The ids that hide nothing behind a cue are those with tests of their 
   CHECK(kHiding + of_family("Rotate") + of_family("TakeItBack") + of_family("Intercept") == 97);
 }
 
-TEST_CASE("A token or an info that told the hidden quantity would be noticed", "[objects][leak]") {
+TEST_CASE("A token or an info that revealed the hidden quantity would be noticed",
+          "[objects][leak]") {
   const std::string id = "RememberColor3-VLA-v0";
   const RandomVariable draw = *test::draw_named(make_task(id)->info(), "target");
   const auto leaking = [&](auto&& change) {
@@ -222,7 +223,7 @@ TEST_CASE("Nothing of Intercept is ever hidden", "[objects][leak]") {
 }
 
 // The angle is a cue that policies may see; everything else is the same.
-TEST_CASE("Objects of Rotate tell the angle in task_cue alone", "[objects][leak]") {
+TEST_CASE("Objects of Rotate have the angle in task_cue alone", "[objects][leak]") {
   const Policy policy = GENERATE(Policy::kZero, Policy::kRandom, Policy::kSweep);
   for (const std::string& id : test::implemented_ids()) {
     if (!id.starts_with("Rotate")) continue;
@@ -245,8 +246,9 @@ TEST_CASE("Objects of Rotate tell the angle in task_cue alone", "[objects][leak]
   }
 }
 
-// With another start in the environment's memory, and the same robot, all that is told is the same.
-TEST_CASE("Objects of TakeItBack do not tell the start once the cube is on its target",
+// With another start in the environment's memory, and the same robot, all observations are the
+// same.
+TEST_CASE("Objects of TakeItBack do not reveal the start once the cube is on its target",
           "[objects][leak]") {
   const Policy policy = GENERATE(Policy::kZero, Policy::kRandom, Policy::kBlind);
   int compared = 0;

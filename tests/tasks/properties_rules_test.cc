@@ -243,7 +243,7 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     CHECK(task["props"].size() == env->physics_model().props().size());
     CHECK(task["reward_terms"].size() == info.reward_terms.size());
 
-    // What policies are given has the width that is told of it, and the values that belong there.
+    // What policies are given has the width of its description, and the values that belong there.
     const auto width = [&](const char* name) {
       const ColumnView view = env->outputs().find(name);
       return view.field == nullptr ? 0 : view.field->width;

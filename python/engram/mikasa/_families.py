@@ -172,6 +172,63 @@ _FIELD_TYPES: Mapping[str, torch.dtype] = {
     "active_mask": torch.bool,
     "cubes_on_disc": torch.bool,
 }
+# Types of reward terms that are conditions or counts; all others are float32.
+_TARGET_TERMS = dict.fromkeys(("is_robot_static", "reached", "success"), torch.bool)
+_SHELL_TERMS = dict.fromkeys(
+    (
+        "is_obj_placed",
+        'info["is_obj_placed"]',
+        'info["is_grasped"]',
+        "is_mug_displacement_ok",
+        "is_robot_static",
+        "reached_status",
+    ),
+    torch.bool,
+)
+_CAPACITY_TERMS = {
+    **dict.fromkeys(
+        ("all_seq_touched", "no_extra_touched", "is_robot_static", "strong_cube_displacement"),
+        torch.bool,
+    ),
+    **dict.fromkeys(
+        (
+            "correct_touches",
+            "correct_touches_in_order",
+            "wrong_touches",
+            "touched_cubes",
+            "sequence_cubes_mask",
+        ),
+        torch.int64,
+    ),
+}
+_ROTATE_TERMS = dict.fromkeys(
+    ("agent_is_static", "correct_angle", "position_ok", "reached_status", "success"), torch.bool
+)
+_REWARD_TYPES: Mapping[str, Mapping[str, torch.dtype]] = {
+    **dict.fromkeys(REMEMBER, _TARGET_TERMS),
+    **dict.fromkeys(SHELL_GAMES, _SHELL_TERMS),
+    **dict.fromkeys(CAPACITY, _CAPACITY_TERMS),
+    **dict.fromkeys(ROTATE, _ROTATE_TERMS),
+    "Intercept": {"reached_status": torch.bool},
+    "InterceptGrab": dict.fromkeys(
+        (
+            "ball_in_gripper",
+            "is_grasped_reward",
+            "robot_static_reward",
+            "success",
+            "very_close_mask",
+        ),
+        torch.bool,
+    ),
+    "TakeItBack": dict.fromkeys(
+        ("goal_achieved", "goal_reached_status", "reached_pull", "reached_push"), torch.bool
+    ),
+}
+
+
+def reward_type(term: str, family: str) -> torch.dtype:
+    """Type of a term of ``reward_dict``."""
+    return _REWARD_TYPES.get(family, {}).get(term, torch.float32)
 
 
 def oracle_type(family: str) -> torch.dtype:

@@ -218,7 +218,9 @@ class Evaluation:
         views = batch._views
         self._batch = batch
         self._by_episode = family in _families.ROTATE
-        self._terms = description["reward_terms"]
+        self._terms = [
+            (term, _families.reward_type(term, family)) for term in description["reward_terms"]
+        ]
         self._oracle = _column(
             views["oracle_info"],
             _families.oracle_type(family),
@@ -249,14 +251,17 @@ class Evaluation:
         return None if self._cue is None else self._cue()
 
     def reward_dict(self) -> dict[str, torch.Tensor] | None:
-        """Terms of the reward of the step before; None where no environment has any."""
+        """Terms of the reward of the step before; None where no environment has any.
+
+        Beside environments that have some, an environment without has NaN, False and 0.
+        """
         if not self._terms:
             return None
         first = self._rewards.item(0)
         if first != first and np.isnan(self._rewards).all():
             return None
-        terms = np.array(self._rewards.T, order="C")
-        return dict(zip(self._terms, map(torch.from_numpy, terms)))
+        rows = np.array(self._rewards.T, order="C")
+        return {name: _term(row, dtype) for (name, dtype), row in zip(self._terms, rows)}
 
     def __call__(self) -> dict[str, Any]:
         """The infos but for elapsed_steps."""
@@ -268,6 +273,15 @@ class Evaluation:
         info["oracle_info"] = self.oracle_info()
         info["reward_dict"] = self.reward_dict()
         return info
+
+
+def _term(row: np.ndarray, dtype: torch.dtype) -> torch.Tensor:
+    """A reward term as a tensor; ``row`` is its memory where the type is that of the row."""
+    if dtype is torch.bool:
+        row = row > 0
+    elif dtype is torch.int64:
+        row = np.nan_to_num(row).astype(np.int64)
+    return torch.from_numpy(row)
 
 
 def _shared_type(view: np.ndarray) -> torch.dtype | None:

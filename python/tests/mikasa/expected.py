@@ -61,6 +61,37 @@ INFOS = {
     "BatteriesCheckerHard": _BATTERIES,
 }
 
+# Reward terms that are no floats, with the letters above.
+_TARGET_TERMS = "is_robot_static:b reached:b success:b"
+_TOUCH_TERMS = 'info["is_obj_placed"]:b is_mug_displacement_ok:b'
+_LAMP_TERMS = "is_obj_placed:b"
+_CAPACITY_TERMS = (
+    "correct_touches:i correct_touches_in_order:i wrong_touches:i touched_cubes:i "
+    "sequence_cubes_mask:i is_robot_static:b all_seq_touched:b no_extra_touched:b "
+    "strong_cube_displacement:b"
+)
+_ROTATE_TERMS = "reached_status:b correct_angle:b agent_is_static:b success:b"
+REWARD_TERMS = {
+    **dict.fromkeys(
+        [name for name in INFOS if name.startswith(("Remember", "FindImposter"))], _TARGET_TERMS
+    ),
+    "ShellGameTouch": _TOUCH_TERMS,
+    "ShellGameShuffleTouch": _TOUCH_TERMS,
+    "ShellGameColorLampTouch": _LAMP_TERMS,
+    "ShellGameShuffleColorLampTouch": _LAMP_TERMS,
+    "ShellGamePush": 'info["is_obj_placed"]:b is_robot_static:b reached_status:b',
+    "ShellGamePick": 'info["is_obj_placed"]:b info["is_grasped"]:b reached_status:b',
+    "BunchOfColors": _CAPACITY_TERMS,
+    "SeqOfColors": _CAPACITY_TERMS,
+    "ChainOfColors": _CAPACITY_TERMS,
+    "Intercept": "reached_status:b",
+    "InterceptGrab": "ball_in_gripper:b is_grasped_reward:b robot_static_reward:b success:b "
+    "very_close_mask:b",
+    "RotateLenient": _ROTATE_TERMS,
+    "RotateStrict": f"{_ROTATE_TERMS} position_ok:b",
+    "TakeItBack": "goal_achieved:b goal_reached_status:b reached_pull:b reached_push:b",
+}
+
 # Answers: type and second dimension (0: none; a text: a constant of the task).
 _FLOATS = ("float32", 0)
 _TRIPLE = ("float32", 3)
@@ -111,6 +142,13 @@ CUE_ALONE = [
     "TraceShape",
     "TraceShapeSeq",
 ]
+
+
+def term_types(family: str) -> Iterator[tuple[str, str]]:
+    """Names of a family's reward terms that are no floats, each with the letter of its type."""
+    for entry in REWARD_TERMS.get(family, "").split():
+        name, kind = entry.split(":")
+        yield name, kind
 
 
 def own_infos(family: str) -> Iterator[tuple[str, str]]:

@@ -9,7 +9,7 @@ pytest.importorskip("torch")
 import gymnasium as gym
 import torch
 from conftest import registered_ids
-from expected import CUE_ALONE, CUE_AND_EMPTY, CUES, ORACLES, SHARED, own_infos
+from expected import CUE_ALONE, CUE_AND_EMPTY, CUES, ORACLES, SHARED, own_infos, term_types
 from helpers import as_arrays, made, shapes, tasks
 
 import engram
@@ -54,7 +54,11 @@ def assert_infos(info, env, family):
         assert isinstance(text, str)
         assert text
     terms = seen.pop("reward_dict")
-    assert terms is None or set(terms.values()) == {f"float32 ({B},)"}
+    if terms is not None:
+        letters = {"b": "bool", "i": "int64"}
+        expected = {name: letters[kind] for name, kind in term_types(family)}
+        for name, seen_type in terms.items():
+            assert seen_type == f"{expected.get(name, 'float32')} ({B},)", name
     seen.pop("reconfigure", None)
     assert seen == {}
     assert set(SHARED.split()) <= set(info)

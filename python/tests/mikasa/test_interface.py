@@ -334,3 +334,18 @@ def test_states_of_a_batch_include_the_tasks_variables():
         assert torch.equal(base.waypoints, drawn)
         base.set_state_dict(base.get_state_dict())
         assert torch.equal(base.get_state(), state)
+
+
+def test_reward_terms_of_an_environment_that_has_none():
+    """After a partial reset: NaN, False and 0 beside the terms of the others."""
+    with made("ChainOfColors3-VLA-v0", num_envs=2, obs_mode="state") as env:
+        env.reset(seed=0)
+        for _ in range(3):
+            env.step(env.action_space.sample())
+        _, info = env.reset(options={"env_idx": torch.tensor([1])})
+        terms = info["reward_dict"]
+        assert terms["is_robot_static"].dtype == terms["all_seq_touched"].dtype == torch.bool
+        assert terms["wrong_touches"].dtype == terms["sequence_cubes_mask"].dtype == torch.int64
+        assert terms["sequence_cubes_mask"].tolist() == [3, 0]
+        assert terms["reaching_reward"].isnan().tolist() == [False, True]
+        assert not terms["all_seq_touched"].any()

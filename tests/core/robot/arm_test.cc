@@ -174,18 +174,52 @@ TEST_CASE("Inverse kinematics finds joints for a pose nearby", "[arm]") {
     ArmVector found;
     REQUIRE(robot.arm.inverse(target, q.data(), found));
     const Pose reached = robot.arm.forward(found.data());
-    CHECK((reached.pos - target.pos).norm() < 1e-4);
-    CHECK(reached.quat.angularDistance(target.quat) < 1e-4);
+    CHECK((reached.pos - target.pos).norm() < 1e-3);
+    CHECK(reached.quat.angularDistance(target.quat) < 1e-2);
   }
 }
 
-TEST_CASE("Inverse kinematics gives the joints back where it fails", "[arm]") {
+// The original stops within its tolerances of 1 mm and 10 mrad, but makes a step there, too.
+TEST_CASE("A step of inverse kinematics removes a fifth of the error", "[arm]") {
   const Robot robot;
-  Pose far_away = robot.arm.forward(kStart.data());
-  far_away.pos.x() += 3;
-  ArmVector found = ArmVector::Zero();
-  CHECK_FALSE(robot.arm.inverse(far_away, kStart.data(), found));
-  CHECK(found == kStart);
+  const Pose start = robot.arm.forward(kStart.data());
+  Pose target = start;
+  target.pos += Vec3(4e-4, -3e-4, 5e-4);
+  target.quat = Quat(Eigen::AngleAxisd(5e-3, Vec3(1, 2, -2) / 3)) * start.quat;
+  ArmVector found;
+  REQUIRE(robot.arm.inverse(target, kStart.data(), found));
+  const Pose reached = robot.arm.forward(found.data());
+  CHECK((target.pos - reached.pos - 0.8 * (target.pos - start.pos)).norm() < 1e-6);
+  CHECK(reached.quat.angularDistance(target.quat) == Approx(0.8 * 5e-3).margin(1e-5));
+  // The smallest such step.
+  ArmJacobian jacobian;
+  robot.arm.forward(kStart.data(), jacobian);
+  Vector6 error;
+  error << target.pos - start.pos, rotation_vector(target.quat * start.quat.conjugate());
+  CHECK((found - kStart - 0.2 * pseudo_inverse(jacobian, error)).norm() < 1e-8);
+}
+
+TEST_CASE("Inverse kinematics ends where the error no longer falls", "[arm]") {
+  const Robot robot;
+  for (const double away : {0.6, 3.0, 100.0}) {
+    Pose target = robot.arm.forward(kStart.data());
+    target.pos.x() += away;
+    ArmVector found = ArmVector::Zero();
+    CHECK_FALSE(robot.arm.inverse(target, kStart.data(), found));
+    CHECK(found.allFinite());
+    CHECK(found != kStart);
+  }
+}
+
+TEST_CASE("Inverse kinematics takes no step to joints that are no angles", "[arm]") {
+  const Robot robot;
+  for (const double away : {1e30, 1e300}) {
+    Pose target = robot.arm.forward(kStart.data());
+    target.pos.x() += away;
+    ArmVector found = ArmVector::Zero();
+    CHECK_FALSE(robot.arm.inverse(target, kStart.data(), found));
+    CHECK(found == kStart);
+  }
 }
 
 TEST_CASE("A rotation vector is the shorter of both", "[arm]") {

@@ -259,14 +259,18 @@ TEST_CASE("The absolute pose mode goes where the action says", "[controller]") {
   const float pi = std::numbers::pi_v<float>;
   const DriveTarget drive = fixture.drive({0.585F, 0.05F, 0.28F, pi, 0.1F, -0.2F, 1});
   const Pose reached = robot_model().arm().forward(drive.qpos.data());
-  CHECK((reached.pos - Eigen::Vector3d(-0.03, 0.05, 0.28)).norm() < 1e-4);
+  CHECK((reached.pos - Eigen::Vector3d(-0.03, 0.05, 0.28)).norm() < 1e-3);
   using Eigen::AngleAxisd;
   const Eigen::Quaterniond wanted(AngleAxisd(kPi, Eigen::Vector3d::UnitX()) *
                                   AngleAxisd(0.1, Eigen::Vector3d::UnitY()) *
                                   AngleAxisd(-0.2, Eigen::Vector3d::UnitZ()));
-  CHECK(reached.quat.angularDistance(wanted) < 2e-4);
-  // Out of reach: the arm holds.
-  CHECK(fixture.change({3, 0, 0.3F, pi, 0, 0, 1}) == ArmVector::Zero());
+  CHECK(reached.quat.angularDistance(wanted) < 1e-2);
+  // Out of reach: the arm moves, as in the original.
+  const ArmVector change = fixture.change({3, 0, 0.3F, pi, 0, 0, 1});
+  CHECK(change.allFinite());
+  CHECK(change.norm() > 0.1);
+  // A number that is no distance: the arm holds.
+  CHECK(fixture.change({1e30F, 0, 0.3F, pi, 0, 0, 1}) == ArmVector::Zero());
 }
 
 TEST_CASE("Target modes add to the target before and not to what is measured", "[controller]") {
@@ -290,8 +294,8 @@ TEST_CASE("Target modes add to the target before and not to what is measured", "
     pose.drive(up);
     const DriveTarget drive = pose.drive(up);
     const Pose reached = robot_model().arm().forward(drive.qpos.data());
-    CHECK((reached.pos - from - Eigen::Vector3d(0, 0, 0.04)).norm() < 2e-4);
-    CHECK(roll_pitch_yaw(reached.quat).z() == Approx(rotates ? -0.1 : 0).margin(2e-4));
+    CHECK((reached.pos - from - Eigen::Vector3d(0, 0, 0.04)).norm() < 1e-3);
+    CHECK(roll_pitch_yaw(reached.quat).z() == Approx(rotates ? -0.1 : 0).margin(1e-2));
     CHECK(std::string(pose.controller.state_name()) == "target_pose");
     CHECK(pose.controller.state_row(pose.state, 0)[0] == Approx(from.x() + 0.615));
     CHECK(pose.controller.state_row(pose.state, 0)[2] == Approx(from.z() + 0.04));
@@ -319,8 +323,8 @@ TEST_CASE("The hold action keeps the arm where it is in every mode", "[controlle
     const ArmVector before = fixture.q();
     for (int i = 0; i < 40; ++i) fixture.step(fixture.hold());
     INFO(name_of(mode));
-    // Actions are floats, and absolute poses go through inverse kinematics with a tolerance.
-    CHECK((fixture.q() - before).norm() < (mode == ControlMode::kPdEePose ? 5e-4 : 1e-5));
+    // Actions are floats.
+    CHECK((fixture.q() - before).norm() < 1e-5);
     // Absolute modes hold the fingers, too; normalised ones half close them, as in the original.
     const bool absolute = !fixture.controller.action_space().normalized;
     CHECK(fixture.state.qpos.row(0)[7] == Approx(absolute ? 0.04 : 0.015).margin(1e-3));

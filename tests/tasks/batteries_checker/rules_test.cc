@@ -106,9 +106,11 @@ TEST_CASE("Easy: an insertion ends in the confirmation stage and eats the press"
   CheckState state;
   CheckEvents events = check_step(in_socket(1, true), state);
   CHECK_FALSE(events.confirm);
+  CHECK_FALSE(events.taken_out);
   CHECK(return_by_itself(state, events));
   CHECK(events.insert);
   CHECK(events.returned);
+  CHECK(events.taken_out);
   CHECK(events.socket_battery == -1);
   CHECK_FALSE(events.socket_works);
   CHECK(state.stage == STAGE_CONFIRM);

@@ -7,7 +7,7 @@
 namespace engram::tasks {
 namespace {
 
-TEST_CASE("A scale tells blinks by the length of the cue", "[blink_count]") {
+TEST_CASE("A scale counts blinks by the length of the cue", "[blink_count]") {
   const CountScale hard(kBlinkVariants[4]);  // 1 to 7 blinks of 7 steps, 7.5 steps before them
   CHECK(hard.count_after(0) == 1);
   CHECK(hard.count_after(14) == 1);
@@ -16,7 +16,7 @@ TEST_CASE("A scale tells blinks by the length of the cue", "[blink_count]") {
   CHECK(hard.count_after(500) == 7);
 }
 
-TEST_CASE("The places of counts are told apart", "[blink_count]") {
+TEST_CASE("The places of counts are distinguished", "[blink_count]") {
   for (const BlinkCountParams& params : kBlinkVariants) {
     const CountScale scale(params);
     for (int count = params.BLINK_COUNT_RANGE.low; count <= params.BLINK_COUNT_RANGE.high;

@@ -176,7 +176,7 @@ TEST_CASE("Cubes that were carried onto the disc lie still on it", "[gather]") {
   }
 }
 
-TEST_CASE("Pictures tell the colour during the flash only", "[gather][snapshot]") {
+TEST_CASE("Pictures reveal the colour during the flash only", "[gather][snapshot]") {
   // What is shown of a prop is its pose, its colour and its light.
   const auto red = start(3, 0, 1, 10);
   const auto blue = start(3, 2, 1, 10);
@@ -189,16 +189,16 @@ TEST_CASE("Pictures tell the colour during the flash only", "[gather][snapshot]"
     return equal(a.prop_rgba, b.prop_rgba) && equal(a.prop_emission, b.prop_emission) &&
            equal(a.prop_pos, b.prop_pos) && equal(a.qpos, b.qpos);
   };
-  int told = 0;
+  int revealed = 0;
   for (int i = 0; i < 150; ++i) {
     const std::vector<float> actions = test::act(*red, Policy::kOracle);
     red->step(actions);
     blue->step(actions);
     CHECK(same() != flag(*red, "flash_active"));
-    told += flag(*red, "flash_active") ? 1 : 0;
+    revealed += flag(*red, "flash_active") ? 1 : 0;
     if (flag(*red, "all_on_disc")) break;
   }
-  CHECK(told == 10);
+  CHECK(revealed == 10);
 }
 
 TEST_CASE("A snapshot in the middle of a grasp goes on bit for bit - gathering",

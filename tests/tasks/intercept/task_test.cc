@@ -86,8 +86,8 @@ TEST_CASE("Launches cover their ranges", "[intercept]") {
       high = high.cwiseMax(pos);
       slow = slow.cwiseMin(velocity);
       quick = quick.cwiseMax(velocity);
-      const float* told = row<float>(env->output("oracle_info"), i);
-      for (int k = 0; k < 3; ++k) REQUIRE(told[k] == static_cast<float>(velocity[k]));
+      const float* given = row<float>(env->output("oracle_info"), i);
+      for (int k = 0; k < 3; ++k) REQUIRE(given[k] == static_cast<float>(velocity[k]));
       if (is_grab(id)) continue;
       const double* goal = env->state().prop_pos_of(i, 1);
       REQUIRE(goal[0] == Approx(pos.x() + 0.2));
@@ -178,6 +178,20 @@ TEST_CASE("Having been behind the ball is remembered for the episode", "[interce
   env->reset();
   test::step(*env, Policy::kZero);
   CHECK(env->reward()[0] < 2);
+}
+
+TEST_CASE("The reward term robot_static_reward of InterceptGrab is a condition", "[intercept]") {
+  const auto env = make_env("InterceptGrabFast-VLA-v0");
+  env->reset();
+  constexpr int kTerm = 9;  // in docs/tasks/intercept.md
+  const auto reported = [&] { return row<float>(env->output("reward_dict"), 0)[kTerm]; };
+  const auto is_static = [&] { return *row<std::uint8_t>(env->output("is_robot_static"), 0); };
+  test::step(*env, Policy::kZero);
+  for (const float speed : {0.0F, 1.0F, 1.0F, 0.0F, 0.0F, 0.0F}) {
+    const float before = is_static();
+    env->step(std::vector<float>{speed, 0, 0, 0, 0, 0, 1});
+    CHECK(reported() == before);
+  }
 }
 
 TEST_CASE("The TCP's velocity is that of its motion", "[intercept]") {

@@ -69,7 +69,7 @@ inline bool is_visible(const Batch& env, int key, int index = 0) {
   return env.state().status_of(index, key) != PropStatus::kHidden;
 }
 
-// Success, info and state observation tell of the target's present place and of no other.
+// Success, info and state observation contain the target's present place and no other.
 inline void check_outputs(const Batch& env, const tasks::ObjectSet& objects) {
   const int target = memory_int(env, "target");
   const Eigen::Vector3d pos = object_pos(env, target);

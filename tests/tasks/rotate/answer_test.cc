@@ -80,7 +80,7 @@ TEST_CASE("A peg that turns past its target has not come to rest there", "[rotat
   }
 }
 
-// At full speed for a time that the target tells: nobody has to remember how the peg lay.
+// At full speed for a time that follows from the target: no memory of the peg is needed.
 TEST_CASE("A clock replaces the memory of how the peg lay", "[rotate][answer]") {
   for (const char* id : {"RotateLenientPosNeg-VLA-v0", "RotateStrictPos-VLA-v0"}) {
     INFO(id);

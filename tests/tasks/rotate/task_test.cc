@@ -93,7 +93,7 @@ TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
   }
 }
 
-TEST_CASE("Every environment is told its own angle", "[rotate]") {
+TEST_CASE("Every environment is given its own angle", "[rotate]") {
   BatchOptions options;
   options.num_envs = 2;
   const auto env = make_env("RotateStrictPosNeg-VLA-v0", options);

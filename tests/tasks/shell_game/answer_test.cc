@@ -1,4 +1,4 @@
-// The cup that the robot first touches or moves is its answer; what the lamp alone tells.
+// The cup that the robot first touches or moves is its answer; answers from the lamp alone.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -159,7 +159,8 @@ TEST_CASE("A pinned mapping is obeyed under fixed_mapping, too", "[shell][lamp]"
   }
 }
 
-TEST_CASE("With a fixed mapping the lamp alone tells, unless cups are shuffled", "[shell][lamp]") {
+TEST_CASE("With a fixed mapping the lamp alone reveals the cup, unless cups are shuffled",
+          "[shell][lamp]") {
   constexpr int kEpisodes = 60;
   for (const bool shuffled : {false, true}) {
     BatchOptions options;

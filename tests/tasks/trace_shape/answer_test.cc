@@ -1,4 +1,4 @@
-// What a trail commits to, and that nothing but the demonstration tells the shape.
+// Shapes that a trail commits to; only the demonstration reveals the shape.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -91,7 +91,7 @@ void submit(Batch& env) {
   test::step_at(env, {button[0], button[1], 0.07});
 }
 
-TEST_CASE("The place of the green cube does not tell what was traced", "[trace][answer]") {
+TEST_CASE("The place of the green cube does not reveal what was traced", "[trace][answer]") {
   for (const char* id : {kMedium, kHard, kSeq}) {
     INFO(id);
     BatchOptions options;
@@ -114,7 +114,7 @@ TEST_CASE("The place of the green cube does not tell what was traced", "[trace][
   }
 }
 
-TEST_CASE("Where the red cube pushes the green one, its place tells", "[trace][answer]") {
+TEST_CASE("A green cube that the red one pushes reveals the shape", "[trace][answer]") {
   BatchOptions options;
   options.num_envs = 400;
   options.auto_reset = AutoReset::kOff;

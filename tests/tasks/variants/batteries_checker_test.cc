@@ -168,7 +168,7 @@ TEST_CASE("The lamp stays on for LAMP_AFTERGLOW_STEPS", "[variants][battery]") {
   }
 }
 
-TEST_CASE("The button is as large as it is told to be", "[variants][battery]") {
+TEST_CASE("The button has the size of its constants", "[variants][battery]") {
   const ConstantTable constants = {{"BUTTON_BASE_HALF_SIZE", ConstantList{0.05, 0.06, 0.02}},
                                    {"BUTTON_CAP_RADIUS", 0.04}};
   const auto task = make_task(kHard, constants);
@@ -198,7 +198,7 @@ TEST_CASE("The button is pressed within its radius, and at its height", "[varian
   }
 }
 
-TEST_CASE("Penalties of BatteriesChecker weigh as much as they are told to",
+TEST_CASE("Penalties of BatteriesChecker have the weights of their constants",
           "[variants][battery]") {
   const auto reward = [](const ConstantTable& constants) {
     const auto env = make(kEasy, constants);

@@ -213,7 +213,7 @@ TEST_CASE("A press counts after a lift of REQUIRED_LIFT_HEIGHT", "[variants][bli
   }
 }
 
-TEST_CASE("Penalties weigh as much as they are told to", "[variants][blink_count]") {
+TEST_CASE("Penalties have the weights of their constants", "[variants][blink_count]") {
   const auto reward = [](const ConstantTable& constants) {
     const auto env = after_cue(constants);
     std::vector<float> action = test::zeros(*env);

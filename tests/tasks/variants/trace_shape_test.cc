@@ -247,7 +247,8 @@ TEST_CASE("The map shows the largest shape", "[variants][trace]") {
   CHECK(left == Approx(10 + 80 - 80 * 0.2 / 0.23).margin(0.1));
 }
 
-TEST_CASE("Penalties of the tracing tasks weigh as much as they are told to", "[variants][trace]") {
+TEST_CASE("Penalties of the tracing tasks have the weights of their constants",
+          "[variants][trace]") {
   const auto reward = [](const char* id, const ConstantTable& constants) {
     MakeOptions options;
     options.substeps = 0;

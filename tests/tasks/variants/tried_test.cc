@@ -1,5 +1,5 @@
 // Tasks with other constants: the oracle solves them, a guess succeeds as often as it should, and
-// nothing is told after the cue.
+// nothing is revealed after the cue.
 #include "tests/tasks/variants/tried.h"
 
 #include <catch2/catch.hpp>
@@ -60,7 +60,7 @@ TEST_CASE("The ids of the example file are solved", "[variants]") {
   }
 }
 
-TEST_CASE("No picture of a variant after the cue tells what was shown",
+TEST_CASE("No picture of a variant after the cue reveals what was shown",
           "[variants][render][long]") {
   constexpr std::size_t kEvery = 8;  // pictures of all of them would take a quarter of an hour
   const std::vector<test::TriedVariant> variants = test::tried_variants();

@@ -1,0 +1,67 @@
+#include "mjcf/scenery.h"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "tests/mjcf/model.h"
+
+namespace engram::mjcf::test {
+namespace {
+
+using Eigen::Vector3d;
+
+// Name of the visible geom that a line of sight meets first, and the meeting point.
+struct Sight {
+  std::string name;
+  Vector3d point;
+};
+
+// MuJoCo's rays meet planes of every group: the plane of contacts is passed.
+Sight look(const Model& model, const Data& data, Vector3d eye, const Vector3d& target) {
+  constexpr int kVisual = 2;  // group
+  mjtByte groups[mjNGROUP] = {};
+  groups[kVisual] = 1;
+  const Vector3d along = target - eye;
+  for (;;) {
+    int geom = -1;
+    const double distance =
+        mj_ray(model.get(), data.get(), eye.data(), along.data(), groups, 1, -1, &geom);
+    REQUIRE(geom >= 0);
+    if (model->geom_group[geom] == kVisual) {
+      const char* name = mj_id2name(model.get(), mjOBJ_GEOM, geom);
+      return {name == nullptr ? "" : name, eye + distance * along};
+    }
+    eye += (distance + 1e-9) * along;
+  }
+}
+
+const Vector3d kHumanEye(0.6, 0.7, 0.6);
+
+TEST_CASE("People see the floor below the table's near edge", "[mjcf][scenery]") {
+  const Model model = compile(Scene{}, Detail::kFull);
+  const Data data = make_data(model, kMikasa);
+  for (const double y : {0.0, 0.3, 0.6}) {
+    CHECK(look(model, data, kHumanEye, {0.47, y, -0.3}).name == "ground");
+    CHECK(look(model, data, kHumanEye, {0.46, y, 0}).name == "table");
+    CHECK(look(model, data, kHumanEye, {0.469, y, -0.02}).name == "table");  // the board's edge
+  }
+}
+
+TEST_CASE("The visible table ends where the original's does, a hair below the contacts' top",
+          "[mjcf][scenery]") {
+  const Model model = compile(Scene{}, Detail::kFull);
+  const Data data = make_data(model, kMikasa);
+  const auto below = [&](double x, double y) { return look(model, data, {x, y, 0.5}, {x, y, 0}); };
+  CHECK(below(0.4685, 0).name == "table");
+  CHECK(below(0.4695, 0).name == "ground");
+  CHECK(below(-0.724, 1).name == "table");
+  CHECK(below(-0.725, 1).name == "ground");
+  CHECK(below(0.1, -1.208).name == "table");
+  CHECK(below(0.1, -1.210).name == "ground");
+  const double top = below(0.1, 0.5).point.z();
+  CHECK(top < 0);
+  CHECK(top > -0.001);
+}
+
+}  // namespace
+}  // namespace engram::mjcf::test
