@@ -1,83 +1,28 @@
-// Motion of free props and of the robot in contact against that of the original benchmark: every
-// run begins at its recorded state and goes on by itself, with the recorded drive targets.
+// Motion of props and of the robot in contact against that of the original benchmark: every run
+// begins at its recorded state and goes on by itself, with the recorded drive targets.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <fstream>
 #include <map>
 #include <numbers>
-#include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "core/contact/contact_step.h"
 #include "core/scene/physics_model.h"
 #include "core/sim/simulator.h"
-#include "mjcf/ball.h"
-#include "mjcf/peg.h"
 #include "tasks/common/task_info.h"
-#include "tests/build_paths.h"
+#include "tests/core/contact/recorded_contacts.h"
 
 namespace engram {
 namespace {
 
-// Rows of one run of a recording: substep, body (if there is one), numbers.
-struct Row {
-  int substep = 0;
-  std::string body;
-  std::vector<double> values;
-};
-using Runs = std::map<std::string, std::vector<Row>>;
+using test::RecordedBody;
+using test::RecordedRobot;
+using test::RecordedRun;
+using test::Recordings;
 
-Runs read_runs(const std::string& name, bool with_body) {
-  std::ifstream file(std::string(test::kData) + "/contact_law/" + name);
-  Runs runs;
-  std::string line;
-  std::getline(file, line);  // names
-  while (std::getline(file, line)) {
-    std::istringstream fields(line);
-    std::string run;
-    std::string field;
-    Row row;
-    std::getline(fields, run, ',');
-    std::getline(fields, field, ',');
-    row.substep = std::stoi(field);
-    if (with_body) std::getline(fields, row.body, ',');
-    while (std::getline(fields, field, ',')) row.values.push_back(std::stod(field));
-    runs[run].push_back(row);
-  }
-  return runs;
-}
-
-const Runs& motions() {
-  static const Runs runs = read_runs("motion.csv", true);
-  return runs;
-}
-const Runs& robots() {
-  static const Runs runs = read_runs("robot.csv", false);
-  return runs;
-}
-
-// The bodies of a run by their names in the recording, in a scene of their own.
-std::vector<mjcf::Prop> props_of(const std::string& run) {
-  std::vector<mjcf::Prop> props;
-  const auto found = motions().find(run);
-  if (found == motions().end()) return props;
-  for (const Row& row : found->second) {
-    if (row.substep > 0) break;
-    if (row.body == "ball") {
-      props.push_back(mjcf::ball("ball", 0.02, {1, 1, 1, 1}));
-    } else if (row.body == "peg") {
-      props.push_back(mjcf::peg("peg", 0.12, 0.025, {1, 0, 0, 1}, {0, 0, 1, 1}));
-    } else {
-      props.push_back(mjcf::cube(row.body, 0.02, {1, 0, 0, 1}));
-    }
-  }
-  return props;
-}
+constexpr int kSubsteps = 5;
 
 // Largest errors against the recording.
 struct Errors {
@@ -89,58 +34,37 @@ struct Errors {
 
 class World {
  public:
-  explicit World(const std::string& run)
-      : model_(tasks::scene_source({.props = props_of(run)})),
+  explicit World(const RecordedRun& run)
+      : model_(tasks::scene_source({.props = test::recorded_props(run)})),
         state_(store_, static_cast<int>(model_.props().size()),
                max_contact_pairs(model_.collision())),
-        simulator_(model_, SimulatorOptions{}, 1, 1) {
-    const std::vector<double> up = {0, 0, 0, -1.9, 0, 2.6, 0.8, 0.04, 0.04};
-    std::copy_n(up.begin(), kRobotJoints, state_.qpos.row(0));
-    std::copy_n(up.begin(), kRobotJoints, drive_.qpos.begin());
-    for (const Row& row : motions_of(run, 0)) place(row);
-    if (const Row* const robot = robot_of(run, 0)) {
-      std::copy_n(robot->values.begin(), kRobotJoints, state_.qpos.row(0));
-      std::copy_n(robot->values.begin() + kRobotJoints, kRobotJoints, state_.qvel.row(0));
+        simulator_(model_, SimulatorOptions{kSubsteps}, 1, 1) {
+    const JointArray up = {0, 0, 0, -1.9, 0, 2.6, 0.8, 0.04, 0.04};
+    std::copy(up.begin(), up.end(), state_.qpos.row(0));
+    drive_.qpos = up;
+    for (const RecordedBody& body : run.at(0).bodies) place(body);
+    for (const RecordedRobot& robot : run.at(0).robot) {
+      std::copy(robot.qpos.begin(), robot.qpos.end(), state_.qpos.row(0));
+      std::copy(robot.qvel.begin(), robot.qvel.end(), state_.qvel.row(0));
     }
   }
 
   // Errors over a run, from the world's present state on.
-  Errors play(const std::string& run, bool poses_are_set) {
+  Errors play(const RecordedRun& run, bool sets_poses) {
     Errors worst;
-    for (int substep = 0; substep < 5 * 60; substep += 5) {
-      if (const Row* const robot = robot_of(run, substep)) {
-        std::copy_n(robot->values.begin() + 2 * kRobotJoints, kRobotJoints, drive_.qpos.begin());
-      }
-      const std::vector<Row> next = motions_of(run, substep + 5);
-      const Row* const robot = robot_of(run, substep + 5);
-      if (next.empty() && robot == nullptr) break;
-      for (int prop = 0; prop < state_.num_props && poses_are_set; ++prop) {
+    for (int substep = 0; run.contains(substep + kSubsteps); substep += kSubsteps) {
+      for (const RecordedRobot& robot : run.at(substep).robot) drive_.qpos = robot.target;
+      for (int prop = 0; prop < state_.num_props && sets_poses; ++prop) {
         state_.forget_contacts(0, prop);
       }
       REQUIRE(simulator_.step(state_, 0, 0, drive_));
-      for (const Row& row : next) compare(row, worst);
-      if (robot != nullptr) compare_robot(*robot, worst);
+      for (const RecordedBody& body : run.at(substep + kSubsteps).bodies) compare(body, worst);
+      for (const RecordedRobot& robot : run.at(substep + kSubsteps).robot) compare(robot, worst);
     }
     return worst;
   }
 
  private:
-  static std::vector<Row> motions_of(const std::string& run, int substep) {
-    std::vector<Row> rows;
-    const auto found = motions().find(run);
-    if (found == motions().end()) return rows;
-    std::copy_if(found->second.begin(), found->second.end(), std::back_inserter(rows),
-                 [substep](const Row& row) { return row.substep == substep; });
-    return rows;
-  }
-  static const Row* robot_of(const std::string& run, int substep) {
-    const auto found = robots().find(run);
-    if (found == robots().end()) return nullptr;
-    const auto row = std::find_if(found->second.begin(), found->second.end(),
-                                  [substep](const Row& r) { return r.substep == substep; });
-    return row == found->second.end() ? nullptr : &*row;
-  }
-
   int prop_named(const std::string& name) const {
     const auto& props = model_.props();
     const auto found = std::find_if(props.begin(), props.end(),
@@ -149,35 +73,26 @@ class World {
     return static_cast<int>(found - props.begin());
   }
 
-  void place(const Row& row) {
-    const int prop = prop_named(row.body);
-    state_.place_prop(0, prop, row.values.data(), row.values.data() + 3, PropStatus::kAwake);
-    const Eigen::Quaterniond quat(row.values[3], row.values[4], row.values[5], row.values[6]);
-    const Eigen::Vector3d spin =
-        quat.conjugate() * Eigen::Vector3d(row.values[10], row.values[11], row.values[12]);
-    std::copy_n(row.values.begin() + 7, 3, state_.prop_qvel_of(0, prop));
-    std::copy_n(spin.data(), 3, state_.prop_qvel_of(0, prop) + 3);
+  void place(const RecordedBody& body) {
+    const int prop = prop_named(body.name);
+    const double quat[4] = {body.quat.w(), body.quat.x(), body.quat.y(), body.quat.z()};
+    state_.place_prop(0, prop, body.pos.data(), quat, PropStatus::kAwake);
+    Eigen::Map<Vec3>{state_.prop_qvel_of(0, prop)} = body.linear;
+    Eigen::Map<Vec3>{state_.prop_qvel_of(0, prop) + 3} = body.quat.conjugate() * body.angular;
   }
 
-  void compare(const Row& row, Errors& worst) const {
-    const int prop = prop_named(row.body);
-    double squared = 0;
-    for (int i = 0; i < 3; ++i) {
-      const double apart = state_.prop_pos_of(0, prop)[i] - row.values[static_cast<std::size_t>(i)];
-      squared += apart * apart;
-    }
+  void compare(const RecordedBody& body, Errors& worst) const {
+    const int prop = prop_named(body.name);
+    const Eigen::Map<const Vec3> pos(state_.prop_pos_of(0, prop));
     const double* const q = state_.prop_quat_of(0, prop);
-    const Eigen::Quaterniond mine(q[0], q[1], q[2], q[3]);
-    const Eigen::Quaterniond theirs(row.values[3], row.values[4], row.values[5], row.values[6]);
-    const double turn = mine.angularDistance(theirs.normalized()) * 180 / std::numbers::pi;
-    worst.pos = std::max(worst.pos, 1e3 * std::sqrt(squared));
-    worst.turn = std::max(worst.turn, turn);
+    const double turn = Quat(q[0], q[1], q[2], q[3]).angularDistance(body.quat);
+    worst.pos = std::max(worst.pos, 1e3 * (pos - body.pos).norm());
+    worst.turn = std::max(worst.turn, turn * 180 / std::numbers::pi);
   }
 
-  void compare_robot(const Row& row, Errors& worst) const {
-    for (int i = 0; i < kRobotJoints; ++i) {
-      const double apart =
-          std::abs(state_.qpos.row(0)[i] - row.values[static_cast<std::size_t>(i)]);
+  void compare(const RecordedRobot& robot, Errors& worst) const {
+    for (std::size_t i = 0; i < kRobotJoints; ++i) {
+      const double apart = std::abs(state_.qpos.row(0)[i] - robot.qpos[i]);
       double& error = i < kArmJoints ? worst.joints : worst.fingers;
       error = std::max(error, (i < kArmJoints ? 1e3 : 1e6) * apart);
     }
@@ -190,27 +105,65 @@ class World {
   DriveTarget drive_;
 };
 
-// Runs that set their cubes' poses in every control step.
-bool sets_poses(const std::string& run) {
-  return run.starts_with("stack") || run.starts_with("cube_hits");
+// The largest errors of the law itself in numpy; fingers within 10 um of it, where none is given.
+struct Bound {
+  double pos;         // mm
+  double turn;        // degrees
+  double joints = 0;  // mrad
+};
+const std::map<std::string, Bound>& bounds() {
+  static const std::map<std::string, Bound> all = {
+      {"stack_off22mm", {1.119, 2.953}},
+      {"ball_vs_fingers_0.3_off0.012", {1.821, 5.771}},
+      {"ball_vs_fingers_0.6_off0.012", {1.073, 2.109}},
+      {"grasp_close_0.5", {0.37, 0.47}},  // in the other order of the fingers
+      {"grasp_lift_0.5", {0.38, 0.49}},
+      {"grasp_shake_0.5", {0.36, 0.49}},
+      // The hand's mesh touches the peg: ours is a box.
+      {"peg_push_0.15_z0.012", {0.57, 0.24, 0.5}},
+      {"peg_push_0.50_z0.012", {2.33, 0.64, 0.5}},
+      {"peg_push_0.15_z0.028", {0.755, 0.165, 0.1}},
+      {"peg_push_0.15_z0.035", {0.813, 0.177, 0.1}},
+      {"peg_push_0.50_z0.028", {0.160, 0.085}},
+      {"peg_push_0.50_z0.035", {0.182, 0.029}},
+      {"peg_push_0.50_z0.042", {3.8, 1.4, 1.0}},
+  };
+  return all;
 }
 
-TEST_CASE("Bodies in contact move as in the original", "[physics][original]") {
-  std::map<std::string, Errors> errors;
-  for (const auto& [run, rows] : motions()) {
-    if (run.starts_with("battery") || run.starts_with("grasp")) continue;
-    errors[run] = World(run).play(run, sets_poses(run));
-  }
-  for (const std::string variant : {"0.0", "0.5", "1.0"}) {
-    World world("grasp_close_" + variant);
-    for (const char* part : {"grasp_close_", "grasp_lift_", "grasp_shake_"}) {
-      const std::string run = part + variant;
-      if (robots().contains(run)) errors[run] = world.play(run, false);
+void check(const std::string& run, const Errors& worst) {
+  constexpr double kTolerance = 0.1;  // mm; what is below that is as good as none
+  const auto found = bounds().find(run);
+  const Bound bound = found == bounds().end() ? Bound{kTolerance, 0.3} : found->second;
+  INFO(run << ": " << worst.pos << " mm, " << worst.turn << " degrees, " << worst.joints
+           << " mrad, fingers " << worst.fingers << " um");
+  CHECK(worst.pos <= 1.05 * bound.pos);
+  CHECK(worst.turn <= 1.05 * bound.turn);
+  CHECK(worst.joints <= std::max(0.05, bound.joints));
+  CHECK(worst.fingers <= 10);
+}
+
+TEST_CASE("Props and robot in contact move as in the original", "[physics][original]") {
+  int runs = 0;
+  for (const auto& [name, run] : Recordings::runs()) {
+    if (name.starts_with("battery") || name.starts_with("grasp") || name.starts_with("press")) {
+      continue;
     }
+    check(name, World(run).play(run, test::sets_poses(name)));
+    ++runs;
   }
-  for (const auto& [run, worst] : errors) {
-    std::printf("%-28s %8.3f mm %8.3f deg %8.3f mrad %8.2f um\n", run.c_str(), worst.pos, worst.turn,
-                worst.joints, worst.fingers);
+  CHECK(runs == 48);
+}
+
+// The anchors of a grip are part of its state, so that each part begins where the last one ended.
+TEST_CASE("A grip that closes, lifts and is shaken does not creep", "[physics][original]") {
+  for (const std::string variant : {"0.0", "0.5", "1.0"}) {
+    const auto& runs = Recordings::runs();
+    World world(runs.at("grasp_close_" + variant));
+    for (const char* part : {"grasp_close_", "grasp_lift_", "grasp_shake_"}) {
+      const auto run = runs.find(part + variant);
+      if (run != runs.end()) check(run->first, world.play(run->second, false));
+    }
   }
 }
 
