@@ -19,24 +19,45 @@ struct Axis {
   double side = 1;
 };
 
+// Overlap of two boxes along the normal of face `index`, and the side on which B is.
+class FaceOverlaps {
+ public:
+  FaceOverlaps(const BoxPose& a, const BoxPose& b)
+      : a_(a),
+        b_(b),
+        between_(b.frame.pos - a.frame.pos),
+        spread_(((a.frame.axes.transpose() * b.frame.axes).array().abs() + kAxisSlack).matrix()) {}
+
+  double overlap(int index, double& side) const {
+    const int k = index % 3;
+    const bool of_a = index < 3;
+    const BoxPose& box = of_a ? a_ : b_;
+    const double offset = box.frame.axes.col(k).dot(between_);
+    const double across =
+        of_a ? spread_.row(k).dot(b_.half.transpose()) : spread_.col(k).dot(a_.half);
+    side = offset > 0 ? 1.0 : -1.0;
+    return box.half[k] + across - std::abs(offset);
+  }
+
+ private:
+  const BoxPose& a_;
+  const BoxPose& b_;
+  Vec3 between_;
+  Mat3 spread_;
+};
+
 // The axis of least overlap, the first of equals; none if the boxes are farther apart than `reach`.
 Axis find_axis(const BoxPose& a, const BoxPose& b, double reach) {
-  const Vec3 between = b.frame.pos - a.frame.pos;
-  const Mat3 spread =
-      ((a.frame.axes.transpose() * b.frame.axes).array().abs() + kAxisSlack).matrix();
+  const FaceOverlaps overlaps(a, b);
   Axis best;
   double least = std::numeric_limits<double>::infinity();
   for (int index = 0; index < 6; ++index) {
-    const int k = index % 3;
-    const bool of_a = index < 3;
-    const double offset = (of_a ? a : b).frame.axes.col(k).dot(between);
-    const double across =
-        of_a ? spread.row(k).dot(b.half.transpose()) : spread.col(k).dot(a.half);
-    const double overlap = (of_a ? a : b).half[k] + across - std::abs(offset);
+    double side = 1;
+    const double overlap = overlaps.overlap(index, side);
     if (overlap + reach < 0) return {};
     if (overlap < least) {
       least = overlap;
-      best = {index, offset > 0 ? 1.0 : -1.0};
+      best = {index, side};
     }
   }
   return best;
@@ -62,8 +83,12 @@ ReferenceFace make_face(const BoxPose& box, int k, double side) {
   constexpr std::array<std::array<int, 2>, 3> kInPlane = {{{2, 1}, {0, 2}, {0, 1}}};
   const auto [i, j] = kInPlane[at(k)];
   const Vec3 normal = side * box.frame.axes.col(k);
-  return {box.frame.pos + normal * box.half[k], box.frame.axes.col(i), box.frame.axes.col(j),
-          normal,  box.half[i] * kFaceScale,   box.half[j] * kFaceScale};
+  return {box.frame.pos + normal * box.half[k],
+          box.frame.axes.col(i),
+          box.frame.axes.col(j),
+          normal,
+          box.half[i] * kFaceScale,
+          box.half[j] * kFaceScale};
 }
 
 // Corners of the face that opposes a direction most, in the reference face's frame.
@@ -243,6 +268,14 @@ ContactPoints box_box(const BoxPose& a, const BoxPose& b, double reach) {
     points.push({of_a ? Vec3(foot + reference.normal * local.z()) : foot, normal, local.z()});
   }
   return points;
+}
+
+double box_separation(const BoxPose& a, const BoxPose& b) {
+  const FaceOverlaps overlaps(a, b);
+  double side = 1;
+  double least = std::numeric_limits<double>::infinity();
+  for (int index = 0; index < 6; ++index) least = std::min(least, overlaps.overlap(index, side));
+  return -least;
 }
 
 }  // namespace engram

@@ -17,4 +17,8 @@ struct BoxPose {
 // farther apart, or if nothing is left of the clipped face.
 ContactPoints box_box(const BoxPose& a, const BoxPose& b, double reach);
 
+// Lower bound of the distance of two boxes, m: the gap along the face normal that separates them
+// most; below zero if none does.
+double box_separation(const BoxPose& a, const BoxPose& b);
+
 }  // namespace engram

@@ -55,7 +55,7 @@ class ContactBlock {
 
  private:
   struct Used {
-    std::vector<int> bodies;                                // of each lane
+    std::vector<int> bodies;                                 // of each lane
     std::vector<std::array<int, PatchLists::kCount>> lists;  // sizes of each lane
   };
 

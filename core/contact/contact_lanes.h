@@ -44,17 +44,17 @@ struct ContactRowLanes {
 template <class V>
 struct PatchLanes {
   // --- set for each lane ---
-  V link_a, link_b;  // of the robot, or -1
-  V prop_a, prop_b;  // slot of a free body, or -1
+  V link_a, link_b;            // of the robot, or -1
+  V prop_a, prop_b;            // slot of a free body, or -1
   V joint_sign[kRobotJoints];  // 1: the joint moves A, -1: it moves B
   V num_points;                // 0: an empty slot
   V num_anchors;
   V friction;
-  V torsion_radius;               // m
-  Vec3Of<V> normal;               // from B to A
-  Vec3Of<V> kinematic_velocity;   // of B, m/s
-  Vec3Of<V> point[kPatchPoints];  // m, from the robot's base
-  V gap[kPatchPoints];            // m
+  V torsion_radius;                                            // m
+  Vec3Of<V> normal;                                            // from B to A
+  Vec3Of<V> kinematic_velocity;                                // of B, m/s
+  Vec3Of<V> point[kPatchPoints];                               // m, from the robot's base
+  V gap[kPatchPoints];                                         // m
   Vec3Of<V> anchor_a[kPatchAnchors], anchor_b[kPatchAnchors];  // m, from the robot's base
   // --- set by the solver ---
   V broken;                  // 1: friction slipped in the velocity iteration
@@ -96,7 +96,7 @@ struct PatchLists {
 
 struct ContactLanes {
   double* bodies = nullptr;
-  int num_bodies = 0;         // most of any lane
+  int num_bodies = 0;  // most of any lane
   double* patches = nullptr;
   PatchMembers* members = nullptr;
   PatchLists lists;

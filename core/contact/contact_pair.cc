@@ -29,31 +29,28 @@ void for_each_number(Pair& pair, const Visit& visit) {
 
 void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* ids,
                 double* values) {
-  ids[StoredPair::kShapeA] = pair.shape_a;
-  ids[StoredPair::kShapeB] = pair.shape_b;
+  ids[StoredPair::kShapePair] = pair.shape_pair + 1;
   ids[StoredPair::kPropA] = prop_a + 1;
   ids[StoredPair::kPropB] = prop_b + 1;
   ids[StoredPair::kPoints] = pair.manifold.known ? pair.manifold.num_points + 1 : 0;
   ids[StoredPair::kPatches] = pair.num_patches;
   for (int i = 0; i < ContactPair::kMostPatches; ++i) {
-    ids[StoredPair::kAnchors + i] =
-        i < pair.num_patches ? pair.patches[at(i)].num_anchors : 0;
+    ids[StoredPair::kAnchors + i] = i < pair.num_patches ? pair.patches[at(i)].num_anchors : 0;
   }
   for_each_number(pair, [&](double value) { *values++ = value; });
 }
 
-bool load_pair(const std::int32_t* ids, const double* values, int num_shapes, ContactPair& pair) {
+bool load_pair(const std::int32_t* ids, const double* values, int num_shape_pairs,
+               ContactPair& pair) {
   const auto within = [ids](int id, int low, int high) {
     return low <= ids[id] && ids[id] <= high;
   };
-  if (StoredPair::is_empty(ids) || !within(StoredPair::kShapeA, 0, num_shapes - 1) ||
-      !within(StoredPair::kShapeB, 0, num_shapes - 1) ||
+  if (!within(StoredPair::kShapePair, 1, num_shape_pairs) ||
       !within(StoredPair::kPoints, 0, Manifold::kMostPoints + 1) ||
       !within(StoredPair::kPatches, 0, ContactPair::kMostPatches)) {
     return false;
   }
-  pair.shape_a = ids[StoredPair::kShapeA];
-  pair.shape_b = ids[StoredPair::kShapeB];
+  pair.shape_pair = ids[StoredPair::kShapePair] - 1;
   pair.manifold.known = ids[StoredPair::kPoints] > 0;
   pair.manifold.num_points = std::max(ids[StoredPair::kPoints] - 1, 0);
   pair.num_patches = ids[StoredPair::kPatches];

@@ -44,8 +44,7 @@ struct Manifold {
 
 struct ContactPair {
   static constexpr int kMostPatches = 2;
-  int shape_a = -1;  // of the CollisionScene
-  int shape_b = -1;
+  int shape_pair = -1;  // of the CollisionScene
   Manifold manifold;
   std::array<FrictionPatch, kMostPatches> patches;
   int num_patches = 0;
@@ -56,20 +55,18 @@ struct ContactPair {
 // Layout of a pair in an environment's columns.
 struct StoredPair {
   enum Id {
-    kShapeA,
-    kShapeB,
-    kPropA,    // of the task plus one; 0: none
+    kShapePair,  // plus one; 0: empty
+    kPropA,      // of the task plus one; 0: none
     kPropB,
-    kPoints,   // of the manifold, plus one; 0: unknown
+    kPoints,  // of the manifold, plus one; 0: unknown
     kPatches,
     kAnchors,  // of each patch
     kInts = kAnchors + ContactPair::kMostPatches,
   };
-  static constexpr int kDoubles =
-      3 + 3 + 4 + 4 + 6 * Manifold::kMostPoints +
-      ContactPair::kMostPatches * (6 + 6 * FrictionPatch::kMostAnchors);
+  static constexpr int kDoubles = 3 + 3 + 4 + 4 + 6 * Manifold::kMostPoints +
+                                  ContactPair::kMostPatches * (6 + 6 * FrictionPatch::kMostAnchors);
 
-  static bool is_empty(const std::int32_t* ids) { return ids[kShapeA] == ids[kShapeB]; }
+  static bool is_empty(const std::int32_t* ids) { return ids[kShapePair] == 0; }
   static bool holds_prop(const std::int32_t* ids, int prop) {
     return ids[kPropA] == prop + 1 || ids[kPropB] == prop + 1;
   }
@@ -79,8 +76,8 @@ struct StoredPair {
 
 // Writes a pair of these props of the task (-1: none); reads one, false for numbers that no pair
 // has.
-void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* ids,
-                double* values);
-bool load_pair(const std::int32_t* ids, const double* values, int num_shapes, ContactPair& pair);
+void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* ids, double* values);
+bool load_pair(const std::int32_t* ids, const double* values, int num_shape_pairs,
+               ContactPair& pair);
 
 }  // namespace engram

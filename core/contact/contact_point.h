@@ -23,6 +23,14 @@ class ContactPoints {
     if (size_ < kCapacity) points_[static_cast<std::size_t>(size_++)] = point;
   }
   void clear() { size_ = 0; }
+  // Drops points with this gap or more.
+  void keep_below(double gap) {
+    int kept = 0;
+    for (int i = 0; i < size_; ++i) {
+      if ((*this)[i].gap < gap) (*this)[kept++] = (*this)[i];
+    }
+    size_ = kept;
+  }
   int size() const { return size_; }
   bool empty() const { return size_ == 0; }
   ContactPoint& operator[](int i) { return points_[static_cast<std::size_t>(i)]; }

@@ -165,7 +165,8 @@ class ContactSolver {
       compliance_[link] = frames_.compliance(link, inv_mass_);
       JointsOf<V> rows[3];
       frames_.center_jacobian(link, rows);
-      for (int i = 0; i < kRobotJoints; ++i) column_[link][i] = {rows[0][i], rows[1][i], rows[2][i]};
+      for (int i = 0; i < kRobotJoints; ++i)
+        column_[link][i] = {rows[0][i], rows[1][i], rows[2][i]};
       bend_[link] = {};
     }
   }
@@ -302,8 +303,8 @@ class ContactSolver {
       const auto present = patch.num_points > static_cast<double>(i);
       row.mass = present ? row.mass : V{};
       row.offset = present ? patch.gap[i] : V{};
-      row.rate = row.offset > 0.0 ? simd::broadcast<V>(1 / dt_)
-                                  : simd::broadcast<V>(kOverlapShare / dt_);
+      row.rate =
+          row.offset > 0.0 ? simd::broadcast<V>(1 / dt_) : simd::broadcast<V>(kOverlapShare / dt_);
       if (members.links == 0) continue;
       const V speed = row_speed(row, patch, members, patch.normal, velocity);
       load += simd::max(V{}, row.mass * (-row.offset * (1 / timestep_) - speed));
@@ -368,8 +369,7 @@ class ContactSolver {
                        const Inertia& b, V compliance) {
     patch.torsion_reach = V{};
     if (!members.torsion) return;
-    const auto present =
-        simd::logical_and(patch.torsion_radius > 0.0, patch.num_anchors == 1.0);
+    const auto present = simd::logical_and(patch.torsion_radius > 0.0, patch.num_anchors == 1.0);
     ContactRowLanes<V>& row = patch.torsion_row;
     for (int i = 0; i < kArmJoints; ++i) {
       row.joint[i] = patch.joint_sign[i] * dot(patch.normal, frames_.axis(i));
@@ -381,9 +381,9 @@ class ContactSolver {
     finish_row(row, members, a, b, compliance, 0);
     row.mass = present ? kOverlapShare * row.mass : V{};
     V depth = {};
-    for (int i = 0; i < members.num_points; ++i) depth = simd::max(depth, -patch.normal_row[i].offset);
-    const V reach =
-        simd::max(patch.torsion_radius, simd::sqrt(depth * patch.torsion_radius));
+    for (int i = 0; i < members.num_points; ++i)
+      depth = simd::max(depth, -patch.normal_row[i].offset);
+    const V reach = simd::max(patch.torsion_radius, simd::sqrt(depth * patch.torsion_radius));
     patch.torsion_reach = present ? reach : V{};
   }
 

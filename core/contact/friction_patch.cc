@@ -8,9 +8,9 @@
 namespace engram {
 namespace {
 
-constexpr double kSameNormal = 0.999;       // cosine
-constexpr double kMostParting = 0.0025;     // m along the normal: anchors are dropped
-constexpr double kFrictionGap = 0.004;      // m: a point with a smaller gap carries friction
+constexpr double kSameNormal = 0.999;          // cosine
+constexpr double kMostParting = 0.0025;        // m along the normal: anchors are dropped
+constexpr double kFrictionGap = 0.004;         // m: a point with a smaller gap carries friction
 constexpr double kLeastSpacingSquared = 1e-8;  // m^2, between two anchors
 
 // Points of one patch in the order in which they are solved.

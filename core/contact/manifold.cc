@@ -9,20 +9,19 @@
 namespace engram {
 namespace {
 
-constexpr double kMarginShare = 0.15;    // of the smallest half extent
-constexpr double kMostMargin = 0.015;    // m
-constexpr double kSlideShare = 0.8;      // of the margin: a point that has slid farther is dropped
+constexpr double kMarginShare = 0.15;  // of the smallest half extent
+constexpr double kMostMargin = 0.015;  // m
+constexpr double kSlideShare = 0.8;    // of the margin: a point that has slid farther is dropped
 // By number of points: relative motion that is too much, as a share of the margin.
 constexpr std::array<double, 5> kMotionShare = {0.5, 0.125, 0.25, 0.375, 0.375};
-constexpr double kLeastCosine = 0.9999;         // between quaternions
+constexpr double kLeastCosine = 0.9999;  // between quaternions
 constexpr double kLeastCosineNoPoints = 0.9998;
 
 std::array<double, 5> least_cosines(const Vec3& half, double margin) {
   std::array<double, 5> cosines;
   for (std::size_t count = 0; count < cosines.size(); ++count) {
     const double angle = kMotionShare[count] * margin / half.norm();
-    cosines[count] =
-        std::max(real::cos(angle), count == 0 ? kLeastCosineNoPoints : kLeastCosine);
+    cosines[count] = std::max(real::cos(angle), count == 0 ? kLeastCosineNoPoints : kLeastCosine);
   }
   return cosines;
 }

@@ -24,13 +24,25 @@ NarrowPhase::NarrowPhase(const mjModel& model, const CollisionScene& scene)
   }
 }
 
-ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b,
-                                ContactPair& pair) {
+ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair) {
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
   if (is_box(scene_.shapes()[at(shapes.a)]) && is_box(scene_.shapes()[at(shapes.b)])) {
     return find_boxes(shape_pair, a, b, pair);
   }
   return collide(shapes, a, b);
+}
+
+double NarrowPhase::least_distance(int shape_pair, const Frame& a, const Frame& b,
+                                   const ContactPoints& points) const {
+  const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
+  const CollisionShape& shape_a = scene_.shapes()[at(shapes.a)];
+  const CollisionShape& shape_b = scene_.shapes()[at(shapes.b)];
+  // Lateral motion may bring parts of a box into play that are nearer than its points.
+  if (is_box(shape_a) && is_box(shape_b))
+    return box_separation({shape_a.half, a}, {shape_b.half, b});
+  double least = kContactReach;
+  for (const ContactPoint& point : points) least = std::min(least, point.gap);
+  return least;
 }
 
 ContactPoints NarrowPhase::find_boxes(int shape_pair, const Frame& a, const Frame& b,
@@ -59,12 +71,10 @@ ContactPoints NarrowPhase::collide(const ShapePair& pair, const Frame& a, const 
   int second = scene_.shapes()[at(pair.b)].geom;
   const bool swapped = model_.geom_type[first] > model_.geom_type[second];
   if (swapped) std::swap(first, second);
-  const mjfCollision function =
-      mjCOLLISIONFUNC[model_.geom_type[first]][model_.geom_type[second]];
+  const mjfCollision function = mjCOLLISIONFUNC[model_.geom_type[first]][model_.geom_type[second]];
   ContactPoints points;
   if (function == nullptr) return points;
-  const int count =
-      function(&model_, data_.get(), found_.data(), first, second, kContactReach);
+  const int count = function(&model_, data_.get(), found_.data(), first, second, kContactReach);
   const bool on_a = scene_.shapes()[at(pair.b)].type == mjGEOM_SPHERE;
   for (int i = 0; i < std::min(count, Manifold::kMostPoints); ++i) {
     const mjContact& contact = found_[at(i)];

@@ -1,5 +1,5 @@
-// Contact points of pairs of shapes: box_box with persistent manifolds for boxes, MuJoCo's collision
-// functions for all others.
+// Contact points of pairs of shapes: box_box with persistent manifolds for boxes, MuJoCo's
+// collision functions for all others.
 #pragma once
 
 #include <vector>
@@ -21,6 +21,9 @@ class NarrowPhase {
   // Contact points of a pair at these poses of its shapes (world). `pair` holds what was found
   // before. Call it within a MujocoScope.
   ContactPoints find(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair);
+  // Lower bound of the distance of shapes at which these points were found, m.
+  double least_distance(int shape_pair, const Frame& a, const Frame& b,
+                        const ContactPoints& points) const;
 
  private:
   ContactPoints find_boxes(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair);

@@ -127,8 +127,7 @@ struct JointSolver {
     const V left = unit / (1.0 + dt * unit * inv_mass[kLeftFinger][kLeftFinger]);
     const V right = unit / (1.0 + dt * unit * inv_mass[kRightFinger][kRightFinger]);
     for (int i = 0; i < kJointRow<V>; ++i) {
-      tendon_response[i] =
-          right * inv_mass[kRightFinger][i] - left * inv_mass[kLeftFinger][i];
+      tendon_response[i] = right * inv_mass[kRightFinger][i] - left * inv_mass[kLeftFinger][i];
     }
     for (int i = 0; i < kRobotJoints; ++i) {
       add_scaled(begin_v, -params.timestep * bias_force[i], inv_mass[i]);
@@ -203,7 +202,8 @@ struct JointSolver {
     const auto at_lower = simd::logical_or(above < 0.0, above + dt * speed < 0.0);
     const auto at_upper = simd::logical_or(below < 0.0, below - dt * speed < 0.0);
     // All lanes together decide whether limits are solved; the result is each lane's own.
-    if (!limited && !simd::any(simd::logical_or(at_lower, at_upper))) [[likely]] return;
+    if (!limited && !simd::any(simd::logical_or(at_lower, at_upper))) [[likely]]
+      return;
     limited = true;
     if (!limit_known[i]) {
       limit_known[i] = true;
@@ -218,18 +218,17 @@ struct JointSolver {
     const V lower_released = lower_impulse[i] + simd::max(-speed * mass, -lower_impulse[i]);
     const V upper_released = upper_impulse[i] + simd::min(-speed * mass, -upper_impulse[i]);
     const auto opens = speed > 0.0;
-    const V lower = at_lower ? lower_pushed
-                             : (at_upper ? lower_impulse[i]
-                                         : (opens ? lower_released : lower_impulse[i]));
-    const V upper = at_lower ? upper_impulse[i]
-                             : (at_upper ? upper_pushed
-                                         : (opens ? upper_impulse[i] : upper_released));
+    const V lower =
+        at_lower ? lower_pushed
+                 : (at_upper ? lower_impulse[i] : (opens ? lower_released : lower_impulse[i]));
+    const V upper = at_lower
+                        ? upper_impulse[i]
+                        : (at_upper ? upper_pushed : (opens ? upper_impulse[i] : upper_released));
     const V change = (lower - lower_impulse[i]) + (upper - upper_impulse[i]);
     add_scaled(velocity, change, inv_mass[i]);
     lower_impulse[i] = lower;
     upper_impulse[i] = upper;
   }
-
 };
 
 }  // namespace ENGRAM_ISA

@@ -157,8 +157,8 @@ void CollisionScene::add_pairs(const mjModel& model, const std::vector<int>& sha
     grouped[{fixed, body_of(entry.a), body_of(entry.b)}].push_back(entry);
   }
   for (const auto& [key, pairs] : grouped) {
-    body_pairs_.push_back({key[1], key[2], static_cast<int>(shape_pairs_.size()),
-                           static_cast<int>(pairs.size())});
+    body_pairs_.push_back(
+        {key[1], key[2], static_cast<int>(shape_pairs_.size()), static_cast<int>(pairs.size())});
     shape_pairs_.insert(shape_pairs_.end(), pairs.begin(), pairs.end());
   }
 }

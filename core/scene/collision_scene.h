@@ -18,20 +18,20 @@ enum class BodyKind {
 };
 
 struct CollisionShape {
-  int geom = -1;  // of the model
-  int type = 0;   // mjtGeom; a plane counts as the top of a large box
-  int body = -1;  // of the CollisionScene
-  Frame frame;    // in the body's
+  int geom = -1;             // of the model
+  int type = 0;              // mjtGeom; a plane counts as the top of a large box
+  int body = -1;             // of the CollisionScene
+  Frame frame;               // in the body's
   Vec3 half = Vec3::Zero();  // extents of a box; MuJoCo's sizes of other shapes, m
   double bounding_radius = 0;
 };
 
 struct CollisionBody {
   BodyKind kind = BodyKind::kStatic;
-  int prop = -1;          // of the task, or -1
-  int link = -1;          // of the robot (kNumLinks), or -1
-  Attachment attachment;  // of a link
-  Vec3 center = Vec3::Zero();  // of mass, in the body's frame, m
+  int prop = -1;                        // of the task, or -1
+  int link = -1;                        // of the robot (kNumLinks), or -1
+  Attachment attachment;                // of a link
+  Vec3 center = Vec3::Zero();           // of mass, in the body's frame, m
   Vec3 bounding_center = Vec3::Zero();  // of a sphere around all shapes, in the body's frame
   double bounding_radius = 0;
   int first_shape = 0;

@@ -137,8 +137,7 @@ void PhysicsModel::find_reach_shapes() {
     if (a.kind == BodyKind::kLink && b.prop >= 0) reach_shapes_.push_back(pair.a);
   }
   std::sort(reach_shapes_.begin(), reach_shapes_.end());
-  reach_shapes_.erase(std::unique(reach_shapes_.begin(), reach_shapes_.end()),
-                      reach_shapes_.end());
+  reach_shapes_.erase(std::unique(reach_shapes_.begin(), reach_shapes_.end()), reach_shapes_.end());
   for (const int shape : reach_shapes_) {
     reach_boxes_.push_back(enclose_geom(*full_, collision_.shapes()[at(shape)].geom));
     reach_boxes_.back().frame = {};

@@ -240,12 +240,13 @@ double RobotBounds::self_clearance(const CapsulePositions& positions) const {
     const auto i = static_cast<std::size_t>(first);
     const auto j = static_cast<std::size_t>(second);
     // Most pairs are so far apart that the spheres around the capsules show it.
-    const double apart = capsules_[i].bounding_radius + capsules_[j].bounding_radius + least + kSelfMargin;
+    const double apart =
+        capsules_[i].bounding_radius + capsules_[j].bounding_radius + least + kSelfMargin;
     if ((positions.middle[i] - positions.middle[j]).squaredNorm() > apart * apart) continue;
     const double squared =
         segments_squared(positions.a[i], positions.b[i], positions.a[j], positions.b[j]);
-    least = std::min(least, std::sqrt(squared) - capsules_[i].radius - capsules_[j].radius -
-                                kSelfMargin);
+    least = std::min(least,
+                     std::sqrt(squared) - capsules_[i].radius - capsules_[j].radius - kSelfMargin);
     if (least <= 0) break;
   }
   return least;

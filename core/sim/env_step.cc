@@ -17,9 +17,8 @@ StepWorkspace::StepWorkspace(const PhysicsModel& model)
 void EnvStep::wake(int prop) {
   workspace.status[at(prop)] = PropStatus::kAwake;
   workspace.awake.insert(std::lower_bound(awake().begin(), awake().end(), prop), prop);
-  workspace.motion[at(prop)] =
-      prop_model(prop).body.load(state.prop_pos_of(env, prop), state.prop_quat_of(env, prop),
-                                 state.prop_qvel_of(env, prop));
+  workspace.motion[at(prop)] = prop_model(prop).body.load(
+      state.prop_pos_of(env, prop), state.prop_quat_of(env, prop), state.prop_qvel_of(env, prop));
 }
 
 double EnvStep::prop_speed(int prop) const {

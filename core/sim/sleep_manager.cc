@@ -168,9 +168,8 @@ double SleepManager::wake_gap(int prop, int other) const {
 }
 
 bool SleepManager::awake_prop_near(int prop) const {
-  return std::any_of(step_.awake().begin(), step_.awake().end(), [&](int other) {
-    return props_near(prop, other, wake_gap(prop, other));
-  });
+  return std::any_of(step_.awake().begin(), step_.awake().end(),
+                     [&](int other) { return props_near(prop, other, wake_gap(prop, other)); });
 }
 
 bool SleepManager::moving_prop_near(int prop) const {

@@ -30,12 +30,12 @@ struct State {
   Column<std::uint8_t> finished;  // terminated or truncated; waits for a reset
 
   // Robot: seven arm joints, left finger, right finger.
-  Column<double> qpos;           // (9) rad, m
-  Column<double> qvel;           // (9) rad/s, m/s
-  Column<double> tcp_pos;        // (3) m, world
-  Column<double> tcp_quat;       // (4) w, x, y, z
-  Column<double> target_qpos;    // (7) controller state of the joint target mode
-  Column<double> target_pose;    // (7) controller state of the pose target modes, root frame
+  Column<double> qpos;         // (9) rad, m
+  Column<double> qvel;         // (9) rad/s, m/s
+  Column<double> tcp_pos;      // (3) m, world
+  Column<double> tcp_quat;     // (4) w, x, y, z
+  Column<double> target_qpos;  // (7) controller state of the joint target mode
+  Column<double> target_pose;  // (7) controller state of the pose target modes, root frame
 
   // Props, in task order; a row holds all props of one environment.
   Column<double> prop_pos;   // (num_props * 3) m, as observations report it
@@ -55,8 +55,8 @@ struct State {
   Column<double> finger_force;
   // Memory of the contact law (StoredPair), pairs in the order of solving; an environment's first
   // row with both shapes the same ends the list.
-  Column<std::int32_t> contact_ids;    // (num_contact_pairs * StoredPair::kInts)
-  Column<double> contact_values;       // (num_contact_pairs * StoredPair::kDoubles)
+  Column<std::int32_t> contact_ids;  // (num_contact_pairs * StoredPair::kInts)
+  Column<double> contact_values;     // (num_contact_pairs * StoredPair::kDoubles)
 
   double* prop_pos_of(int env, int prop) const { return prop_pos.row(env) + 3 * prop; }
   double* prop_quat_of(int env, int prop) const { return prop_quat.row(env) + 4 * prop; }

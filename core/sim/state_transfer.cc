@@ -66,15 +66,17 @@ void StateTransfer::load_contacts() {
   if (contacts_loaded_) return;
   contacts_loaded_ = true;
   workspace_.memory.pairs.clear();
-  const int shapes = static_cast<int>(step_.model.collision().shapes().size());
+  const int shape_pairs = static_cast<int>(step_.model.collision().shape_pairs().size());
   for (int i = 0; i < state_.num_contact_pairs; ++i) {
     const std::int32_t* const ids = state_.contact_ids.row(env_) + i * StoredPair::kInts;
-    if (StoredPair::is_empty(ids)) return;
+    if (StoredPair::is_empty(ids)) break;
     ContactPair pair;
-    if (load_pair(ids, state_.contact_values.row(env_) + i * StoredPair::kDoubles, shapes, pair)) {
+    if (load_pair(ids, state_.contact_values.row(env_) + i * StoredPair::kDoubles, shape_pairs,
+                  pair)) {
       workspace_.memory.pairs.push_back(pair);
     }
   }
+  workspace_.contacts.begin(workspace_.memory);
 }
 
 void StateTransfer::move_kinematic_props(int substep, int substeps) {
@@ -91,11 +93,7 @@ void StateTransfer::move_kinematic_props(int substep, int substeps) {
 // --- bodies ---
 
 void StateTransfer::pose_bodies(const RobotPose& robot, const JointArray& qvel) {
-  double speed = 0;
-  for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    speed += step_.model.robot_model().lever_arms[i] * std::abs(qvel[i]);
-  }
-  pose_links(robot, speed);
+  pose_links(robot, qvel);
   for (int prop = 0; prop < step_.num_props(); ++prop) {
     if (step_.model.collision().body_of_prop(prop) < 0) continue;
     if (step_.prop_model(prop).free) {
@@ -106,11 +104,31 @@ void StateTransfer::pose_bodies(const RobotPose& robot, const JointArray& qvel) 
   }
 }
 
-void StateTransfer::pose_links(const RobotPose& robot, double speed) {
+void StateTransfer::pose_links(const RobotPose& robot, const JointArray& qvel) {
+  // Velocity of each hinge's link: of the point at the world's origin, and angular.
+  std::array<Vec3, kArmJoints> linear;
+  std::array<Vec3, kArmJoints> angular;
+  Vec3 v = Vec3::Zero();
+  Vec3 w = Vec3::Zero();
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
+    const Vec3 turn = robot.links[i].axes.col(2) * qvel[i];
+    w += turn;
+    v -= turn.cross(robot.links[i].pos);
+    linear[i] = v;
+    angular[i] = w;
+  }
   const std::vector<CollisionBody>& bodies = step_.model.collision().bodies();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (bodies[i].prop >= 0 || bodies[i].attachment.link < 0) continue;
-    workspace_.bodies.frames[i] = carried(robot, bodies[i].attachment);
+    const CollisionBody& body = bodies[i];
+    if (body.kind != BodyKind::kLink) continue;
+    const Frame frame = carried(robot, body.attachment);
+    const auto hinge = at(hinges_of(body.link) - 1);
+    const Vec3 center = frame.pos + frame.axes * body.bounding_center;
+    double speed = (linear[hinge] + angular[hinge].cross(center)).norm() +
+                   angular[hinge].norm() * body.bounding_radius;
+    const int finger = finger_of(body.link);
+    if (finger >= 0) speed += std::abs(qvel[at(kArmJoints + finger)]);
+    workspace_.bodies.frames[i] = frame;
     workspace_.bodies.speeds[i] = speed;
   }
 }
@@ -120,8 +138,7 @@ void StateTransfer::pose_kinematic(int prop) {
   BodyStates& bodies = workspace_.bodies;
   const bool hidden = workspace_.status[at(prop)] == PropStatus::kHidden;
   bodies.presence[body] = hidden ? BodyPresence::kAbsent : BodyPresence::kPresent;
-  bodies.frames[body] =
-      make_frame(state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop));
+  bodies.frames[body] = make_frame(state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop));
   bodies.kinematic_velocities[body] = Vec3::Zero();
   bodies.speeds[body] = 0;
   if (!step_.is_moving(prop)) return;
@@ -136,8 +153,7 @@ void StateTransfer::pose_free(int prop) {
   const auto body = at(step_.model.collision().body_of_prop(prop));
   BodyStates& bodies = workspace_.bodies;
   if (!step_.is_awake(prop)) {
-    bodies.presence[body] =
-        step_.is_asleep(prop) ? BodyPresence::kResting : BodyPresence::kAbsent;
+    bodies.presence[body] = step_.is_asleep(prop) ? BodyPresence::kResting : BodyPresence::kAbsent;
     return;
   }
   const FreeBodyState& motion = workspace_.motion[at(prop)];
@@ -177,7 +193,8 @@ void StateTransfer::store_contacts() const {
   };
   int count = 0;
   for (const ContactPair& pair : workspace_.memory.pairs) {
-    store_pair(pair, prop_of(pair.shape_a), prop_of(pair.shape_b),
+    const ShapePair& shapes = scene.shape_pairs()[at(pair.shape_pair)];
+    store_pair(pair, prop_of(shapes.a), prop_of(shapes.b),
                state_.contact_ids.row(env_) + count * StoredPair::kInts,
                state_.contact_values.row(env_) + count * StoredPair::kDoubles);
     ++count;
@@ -193,11 +210,11 @@ void StateTransfer::store_contacts() const {
 
 void StateTransfer::store_finger_forces(int lane, const ContactBlock& block) const {
   const double per_second = 1 / step_.model.robot_params().timestep;
-  workspace_.contacts.for_finger_impulses(lane, block, [&](int prop, int finger,
-                                                           const Vec3& impulse) {
-    Eigen::Map<Vec3> sum(state_.finger_force.row(env_) + 6 * prop + 3 * finger);
-    sum += per_second * impulse;
-  });
+  workspace_.contacts.for_finger_impulses(
+      lane, block, [&](int prop, int finger, const Vec3& impulse) {
+        Eigen::Map<Vec3> sum(state_.finger_force.row(env_) + 6 * prop + 3 * finger);
+        sum += per_second * impulse;
+      });
 }
 
 }  // namespace engram

@@ -36,7 +36,7 @@ class StateTransfer {
   void store_finger_forces(int lane, const ContactBlock& block) const;
 
  private:
-  void pose_links(const RobotPose& robot, double speed);
+  void pose_links(const RobotPose& robot, const JointArray& qvel);
   void pose_kinematic(int prop);
   void pose_free(int prop);
   void store_contacts() const;

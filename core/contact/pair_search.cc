@@ -1,0 +1,257 @@
+#include "core/contact/pair_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/index.h"
+
+namespace engram {
+namespace {
+
+// A point whose gap is larger than this and the displacement of the bodies in a substep does
+// nothing: it is left out.
+constexpr double kActiveGap = 0.0025;  // m
+// Most displacement in a substep, by the speed at its start: a factor, and what acceleration adds.
+constexpr double kApproach = 1.5;
+constexpr double kSpeedGain = 0.15;  // m/s
+// Pairs that come near in the same substep are solved from the nearest on, to this precision.
+constexpr double kOrderPrecision = 1000;  // 1/m
+// Pairs that are tested in every substep.
+constexpr double kNever = -1;
+
+// Lower bound of the distance of a point to a shape.
+double distance_to(const CollisionShape& shape, const Frame& frame, const Vec3& point) {
+  const Vec3 offset = point - frame.pos;
+  if (shape.type != mjGEOM_BOX && shape.type != mjGEOM_PLANE) {
+    return offset.norm() - shape.bounding_radius;
+  }
+  const Vec3 local = frame.axes.transpose() * offset;
+  return (local - local.cwiseMin(shape.half).cwiseMax(-shape.half)).norm();
+}
+
+// How much farther apart than kContactReach two shapes are at least.
+double clearance_of(const CollisionShape& a, const Frame& frame_a, const CollisionShape& b,
+                    const Frame& frame_b) {
+  const double to_b = distance_to(b, frame_b, frame_a.pos) - a.bounding_radius;
+  const double to_a = distance_to(a, frame_a, frame_b.pos) - b.bounding_radius;
+  return std::max(to_a, to_b) - kContactReach;
+}
+
+bool moves_freely(const CollisionBody& body) {
+  return body.kind == BodyKind::kLink || body.kind == BodyKind::kFree;
+}
+
+}  // namespace
+
+BodyStates::BodyStates(const CollisionScene& scene)
+    : presence(scene.bodies().size(), BodyPresence::kPresent),
+      frames(scene.bodies().size()),
+      slots(scene.bodies().size(), -1),
+      kinematic_velocities(scene.bodies().size(), Vec3::Zero()),
+      speeds(scene.bodies().size(), 0) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i] = scene.bodies()[i].attachment.frame;  // of static ones
+  }
+}
+
+int max_contact_pairs(const CollisionScene& scene) {
+  constexpr int kMost = 48;
+  return std::min(kMost, static_cast<int>(scene.shape_pairs().size()));
+}
+
+PairSearch::PairSearch(const CollisionScene& scene)
+    : scene_(scene),
+      travel_(scene.bodies().size()),
+      bodies_clear_(scene.body_pairs().size()),
+      shapes_clear_(scene.shape_pairs().size()),
+      records_(scene.shape_pairs().size()),
+      shape_frames_(scene.shapes().size()),
+      posed_(scene.shapes().size()) {
+  const auto most = at(max_contact_pairs(scene));
+  near_.reserve(most);
+  kept_.reserve(most);
+  order_.reserve(most);
+  added_.reserve(most);
+}
+
+void PairSearch::begin(const ContactMemory& memory) {
+  std::fill(travel_.begin(), travel_.end(), Travel{});
+  std::fill(bodies_clear_.begin(), bodies_clear_.end(), kNever);
+  std::fill(shapes_clear_.begin(), shapes_clear_.end(), kNever);
+  std::fill(records_.begin(), records_.end(), -1);
+  for (std::size_t i = 0; i < memory.pairs.size(); ++i) {
+    records_[at(memory.pairs[i].shape_pair)] = static_cast<int>(i);
+  }
+}
+
+void PairSearch::find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
+                      double timestep) {
+  near_.clear();
+  advance_travel(bodies, timestep);
+  std::fill(posed_.begin(), posed_.end(), std::uint8_t{0});
+  const int known = static_cast<int>(memory.pairs.size());
+  kept_.assign(memory.pairs.size(), 0);
+  for (std::size_t i = 0; i < scene_.body_pairs().size(); ++i) {
+    find_body_pair(static_cast<int>(i), bodies, memory, narrow_phase);
+  }
+  sort_new(known, memory);
+  forget_distant(bodies, memory);
+}
+
+void PairSearch::advance_travel(const BodyStates& bodies, double timestep) {
+  for (std::size_t i = 0; i < travel_.size(); ++i) {
+    const double gain = moves_freely(scene_.bodies()[i]) ? kSpeedGain : 0;
+    travel_[i].before = travel_[i].after;
+    travel_[i].after += timestep * (kApproach * bodies.speeds[i] + gain);
+  }
+}
+
+PairSearch::Travel PairSearch::travel_of(int body_a, int body_b) const {
+  const Travel& a = travel_[at(body_a)];
+  const Travel& b = travel_[at(body_b)];
+  return {a.before + b.before, a.after + b.after};
+}
+
+const Frame& PairSearch::shape_frame(int shape, const BodyStates& bodies) {
+  Frame& frame = shape_frames_[at(shape)];
+  if (posed_[at(shape)] == 0) {
+    posed_[at(shape)] = 1;
+    const CollisionShape& of = scene_.shapes()[at(shape)];
+    const Frame& body = bodies.frames[at(of.body)];
+    frame.pos = body.pos + body.axes * of.frame.pos;
+    frame.axes = body.axes * of.frame.axes;
+  }
+  return frame;
+}
+
+void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemory& memory,
+                                NarrowPhase& narrow_phase) {
+  const BodyPair& pair = scene_.body_pairs()[at(index)];
+  if (bodies.presence[at(pair.a)] != BodyPresence::kPresent ||
+      bodies.presence[at(pair.b)] != BodyPresence::kPresent) {
+    return;
+  }
+  const Travel travel = travel_of(pair.a, pair.b);
+  if (travel.after < bodies_clear_[at(index)]) return;
+  const CollisionBody& a = scene_.bodies()[at(pair.a)];
+  const CollisionBody& b = scene_.bodies()[at(pair.b)];
+  const Frame& frame_a = bodies.frames[at(pair.a)];
+  const Frame& frame_b = bodies.frames[at(pair.b)];
+  const Vec3 center = frame_a.pos + frame_a.axes * a.bounding_center;
+  double distance = 0;
+  if (b.num_shapes == 1) {
+    distance =
+        distance_to(scene_.shapes()[at(b.first_shape)], shape_frame(b.first_shape, bodies), center);
+  } else {
+    const Vec3 other = frame_b.pos + frame_b.axes * b.bounding_center;
+    distance = (center - other).norm() - b.bounding_radius;
+  }
+  const double clearance = distance - a.bounding_radius - kContactReach;
+  if (clearance > 0) {
+    bodies_clear_[at(index)] = travel.before + clearance;
+    return;
+  }
+  for (int i = pair.first; i < pair.first + pair.count; ++i) {
+    if (travel.after >= shapes_clear_[at(i)]) {
+      find_shape_pair(i, travel, bodies, memory, narrow_phase);
+    } else if (records_[at(i)] >= 0) {
+      kept_[at(records_[at(i)])] = 1;
+    }
+  }
+}
+
+void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStates& bodies,
+                                 ContactMemory& memory, NarrowPhase& narrow_phase) {
+  const ShapePair& pair = scene_.shape_pairs()[at(index)];
+  const CollisionShape& a = scene_.shapes()[at(pair.a)];
+  const CollisionShape& b = scene_.shapes()[at(pair.b)];
+  const Frame& frame_a = shape_frame(pair.a, bodies);
+  const Frame& frame_b = shape_frame(pair.b, bodies);
+  double& clear = shapes_clear_[at(index)];
+  clear = kNever;
+  const double clearance = clearance_of(a, frame_a, b, frame_b);
+  if (clearance > 0) {
+    clear = travel.before + clearance;
+    return;
+  }
+  const int record = record_of(index, memory);
+  if (record < 0) return;
+  const double active = kActiveGap + travel.after - travel.before;
+  NearPair& near = near_.emplace_back();
+  near.record = record;
+  near.shape_pair = index;
+  near.points = narrow_phase.find(index, frame_a, frame_b, memory.pairs[at(record)]);
+  near.gap = kContactReach;
+  for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
+  if (near.gap >= active) {
+    clear = travel.before - kActiveGap +
+            narrow_phase.least_distance(index, frame_a, frame_b, near.points);
+  }
+  if (near.points.empty()) {
+    near_.pop_back();
+    return;
+  }
+  kept_[at(record)] = 1;
+  near.points.keep_below(active);
+}
+
+int PairSearch::record_of(int shape_pair, ContactMemory& memory) {
+  int& record = records_[at(shape_pair)];
+  if (record >= 0 || memory.pairs.size() == memory.pairs.capacity()) return record;
+  record = static_cast<int>(memory.pairs.size());
+  memory.pairs.emplace_back().shape_pair = shape_pair;
+  kept_.push_back(0);
+  return record;
+}
+
+// Known pairs keep their order; new ones follow from the nearest on.
+void PairSearch::sort_new(int known, ContactMemory& memory) {
+  const auto rank = [](const NearPair& near) {
+    return std::floor(near.gap * kOrderPrecision + 0.5);
+  };
+  order_.resize(near_.size());
+  for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<int>(i);
+  std::sort(order_.begin(), order_.end(), [&](int first, int second) {
+    const NearPair& a = near_[at(first)];
+    const NearPair& b = near_[at(second)];
+    if (a.record < known || b.record < known) return a.record < b.record;
+    return rank(a) != rank(b) ? rank(a) < rank(b) : a.record < b.record;
+  });
+  if (at(known) == memory.pairs.size()) return;
+  added_.assign(memory.pairs.begin() + known, memory.pairs.end());
+  for (const ContactPair& pair : added_) records_[at(pair.shape_pair)] = -1;
+  memory.pairs.resize(at(known));
+  kept_.resize(at(known));
+  for (const int i : order_) {
+    NearPair& near = near_[at(i)];
+    if (near.record < known) continue;
+    const ContactPair& pair = added_[at(near.record - known)];
+    near.record = static_cast<int>(memory.pairs.size());
+    records_[at(pair.shape_pair)] = near.record;
+    memory.pairs.push_back(pair);
+    kept_.push_back(1);
+  }
+}
+
+// Removes pairs that are no longer near; keeps those of sleeping props.
+void PairSearch::forget_distant(const BodyStates& bodies, ContactMemory& memory) {
+  const auto rests = [&](const ContactPair& pair) {
+    const ShapePair& shapes = scene_.shape_pairs()[at(pair.shape_pair)];
+    const BodyPresence a = bodies.presence[at(scene_.shapes()[at(shapes.a)].body)];
+    const BodyPresence b = bodies.presence[at(scene_.shapes()[at(shapes.b)].body)];
+    return a != BodyPresence::kAbsent && b != BodyPresence::kAbsent &&
+           (a == BodyPresence::kResting || b == BodyPresence::kResting);
+  };
+  int next = 0;
+  for (std::size_t i = 0; i < memory.pairs.size(); ++i) {
+    const bool keep = kept_[i] != 0 || rests(memory.pairs[i]);
+    records_[at(memory.pairs[i].shape_pair)] = keep ? next : -1;
+    if (!keep) continue;
+    if (at(next) != i) memory.pairs[at(next)] = memory.pairs[i];
+    ++next;
+  }
+  memory.pairs.resize(at(next));
+  for (NearPair& near : near_) near.record = records_[at(near.shape_pair)];
+}
+
+}  // namespace engram

@@ -1,0 +1,100 @@
+// Search for the pairs of shapes of one environment that are near each other, with their contact
+// points.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/contact/contact_point.h"
+#include "core/contact/narrow_phase.h"
+
+namespace engram {
+
+enum class BodyPresence : std::uint8_t {
+  kAbsent,   // hidden
+  kResting,  // a free prop that is asleep: not simulated
+  kPresent,  // simulated, or moved by the task
+};
+
+// Bodies of an environment at a substep's start, by index of the CollisionScene.
+struct BodyStates {
+  explicit BodyStates(const CollisionScene& scene);
+
+  std::vector<BodyPresence> presence;
+  std::vector<Frame> frames;               // of the bodies' origins, world
+  std::vector<int> slots;                  // of free bodies in the solver, or -1
+  std::vector<Vec3> kinematic_velocities;  // m/s
+  std::vector<double> speeds;              // upper bounds of any point's, m/s
+};
+
+// What the contact law remembers of an environment: pairs of shapes, in the order in which they
+// came near each other, which is that of solving.
+struct ContactMemory {
+  std::vector<ContactPair> pairs;
+};
+
+// Pairs that an environment can remember; those that came near last are left out.
+int max_contact_pairs(const CollisionScene& scene);
+
+// A pair of shapes near each other in this substep.
+struct NearPair {
+  int record = 0;  // of the memory
+  int shape_pair = 0;
+  ContactPoints points;  // that can act in this substep
+  double gap = 0;        // least, m
+};
+
+class PairSearch {
+ public:
+  // Working memory of one lane.
+  explicit PairSearch(const CollisionScene& scene);
+
+  // Begins a control step with what is remembered.
+  void begin(const ContactMemory& memory);
+  // Finds the pairs of this substep. Remembers those within kContactReach, forgets others; keeps
+  // those of sleeping props. Call it within a MujocoScope.
+  void find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
+            double timestep);
+  // Calls `visit(near)` for each pair with points, in the order of solving.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (const int i : order_) {
+      const NearPair& near = near_[static_cast<std::size_t>(i)];
+      if (!near.points.empty()) visit(near);
+    }
+  }
+
+ private:
+  // What both bodies of a pair may have moved in this control step, m.
+  struct Travel {
+    double before = 0;  // until this substep
+    double after = 0;   // until its end
+  };
+
+  void advance_travel(const BodyStates& bodies, double timestep);
+  Travel travel_of(int body_a, int body_b) const;
+  const Frame& shape_frame(int shape, const BodyStates& bodies);
+  void find_body_pair(int pair, const BodyStates& bodies, ContactMemory& memory,
+                      NarrowPhase& narrow_phase);
+  void find_shape_pair(int pair, const Travel& travel, const BodyStates& bodies,
+                       ContactMemory& memory, NarrowPhase& narrow_phase);
+  // Index of the pair's record; a new one if there is none, or -1 if the memory is full.
+  int record_of(int shape_pair, ContactMemory& memory);
+  void sort_new(int known, ContactMemory& memory);
+  void forget_distant(const BodyStates& bodies, ContactMemory& memory);
+
+  const CollisionScene& scene_;
+  std::vector<NearPair> near_;
+  std::vector<Travel> travel_;  // of each body
+  // Travel of both bodies up to which a pair cannot come near: body pairs, shape pairs.
+  std::vector<double> bodies_clear_;
+  std::vector<double> shapes_clear_;
+  std::vector<int> records_;  // of each shape pair, or -1
+  std::vector<Frame> shape_frames_;
+  std::vector<std::uint8_t> posed_;  // shapes whose frame is known
+  std::vector<std::uint8_t> kept_;   // of the memory's pairs
+  std::vector<int> order_;           // of near_
+  std::vector<ContactPair> added_;
+};
+
+}  // namespace engram
