@@ -175,6 +175,8 @@ void ContactBlock::add_member(int /*lane*/, int patch, const PatchSpec& spec) {
   std::array<int, 2>& first = first_slots_[at(patch)];
   const bool is_first = members.num_points == 0;
   if (is_first) first = {spec.slot_a, spec.slot_b};
+  members.mixed_links =
+      members.mixed_links || (!is_first && (members.links != 0) != (spec.link_a >= 0));
   members.mixed_a = members.mixed_a || spec.slot_a != first[0];
   members.mixed_b = members.mixed_b || spec.slot_b != first[1];
   if (spec.slot_a >= 0) members.props_a |= 1ULL << static_cast<unsigned>(spec.slot_a);

@@ -77,6 +77,8 @@ struct PatchMembers {
   int num_points = 0;  // most of any lane
   int num_anchors = 0;
   bool torsion = false;
+  // Some lanes that have this patch have a link as A, others have none.
+  bool mixed_links = false;
   // Lanes that have this patch have different slots, or some have none.
   bool mixed_a = false;
   bool mixed_b = false;

@@ -59,9 +59,7 @@ class ContactSolver {
   void move_links(const JointsOf<V>& q) {
     time_ += dt_;
     for (int i = 0; i < kRobotJoints; ++i) moved_[i] = q[i] - begin_q_[i];
-    for (int link = 0; link < kNumLinks; ++link) {
-      if ((links_ >> link & 1U) != 0) bend_[link] = bend_of(link);
-    }
+    if (links_ != 0) bend_links();
   }
 
  private:
@@ -79,7 +77,7 @@ class ContactSolver {
   }
   void solve_list(int list, JointsOf<V>& velocity, bool last) {
     for_each_patch(list, [&](PatchLanes<V>& patch, const PatchMembers& members) {
-      solve_patch(patch, members, velocity, last);
+      solve_any(patch, members, velocity, last);
     });
   }
 
@@ -171,25 +169,36 @@ class ContactSolver {
     }
   }
 
-  Vec bend_of(int link) const {
+  // Motion on a hinge's circle beyond its tangent, by the turns of that hinge and those before it.
+  void bend_links() {
     Vec turned = {};
-    Vec bend = {};
-    for (int i = 0; i < hinges_of(link); ++i) {
+    Vec lever[kArmJoints];
+    for (int i = 0; i < kArmJoints; ++i) {
       const Vec turn = frames_.axis(i) * moved_[i];
-      const Vec step = column_[link][i] * moved_[i];
-      bend = bend + cross(turned + turn * simd::broadcast<V>(0.5), step);
+      lever[i] = (turned + turn * simd::broadcast<V>(0.5)) * moved_[i];
       turned = turned + turn;
     }
-    const int finger = finger_of(link);
-    if (finger < 0) return bend;
-    const int joint = kArmJoints + finger;
-    return bend + cross(turned, column_[link][joint] * moved_[joint]);
+    for (int link = 0; link < kNumLinks; ++link) {
+      if ((links_ >> link & 1U) == 0) continue;
+      Vec bend = {};
+      for (int i = 0; i < hinges_of(link); ++i) bend = bend + cross(lever[i], column_[link][i]);
+      const int finger = finger_of(link);
+      if (finger >= 0) {
+        const int joint = kArmJoints + finger;
+        bend = bend + cross(turned, column_[link][joint] * moved_[joint]);
+      }
+      bend_[link] = bend;
+    }
   }
 
   // Sum over A's link, less B's, of a quantity of links.
   template <class T>
   ENGRAM_INLINE Vec link_difference(const PatchLanes<V>& patch, const PatchMembers& members,
                                     const T& of_link) const {
+    // A single link is A.
+    if (!members.mixed_links && (members.links & (members.links - 1)) == 0) {
+      return members.links == 0 ? Vec{} : of_link(__builtin_ctz(members.links));
+    }
     Vec sum = {};
     for (int link = 0; link < kNumLinks; ++link) {
       if ((members.links >> link & 1U) == 0) continue;
@@ -389,12 +398,20 @@ class ContactSolver {
 
   // --- iterations ---
 
+  // Sum of products over the joints, in two chains.
+  ENGRAM_INLINE static V product(const V* row, const JointsOf<V>& joints) {
+    static_assert(kRobotJoints == 9);
+    const V even = row[0] * joints[0] + row[2] * joints[2] + row[4] * joints[4] +
+                   row[6] * joints[6] + row[8] * joints[8];
+    const V odd = row[1] * joints[1] + row[3] * joints[3] + row[5] * joints[5] + row[7] * joints[7];
+    return even + odd;
+  }
+
   // J v at the substep's start.
   ENGRAM_INLINE V row_speed(const ContactRowLanes<V>& row, const PatchLanes<V>& patch,
                             const PatchMembers& members, const Vec& axis,
                             const JointsOf<V>& velocity) const {
-    V speed = -row.kinematic_speed;
-    for (int i = 0; i < kRobotJoints; ++i) speed += row.joint[i] * velocity[i];
+    V speed = product(row.joint, velocity) - row.kinematic_speed;
     const auto add = [&](unsigned long long props, bool mixed, V slot, const Vec& turn,
                          double sign) {
       if (props == 0) return;
@@ -406,71 +423,75 @@ class ContactSolver {
     return speed;
   }
 
-  // A patch that is being solved: its bodies' motion, in registers.
+  // What a patch's bodies are in any lane.
+  enum Bodies : unsigned { kHasLink = 1, kHasPropA = 2, kHasPropB = 4 };
+
+  // A patch that is being solved: its bodies' motion.
   struct Solving {
     const PatchLanes<V>& patch;
     const PatchMembers& members;
-    JointsOf<V>& velocity;
+    JointsOf<V> velocity;
     Vec bend;
     Motion a, b;
   };
 
   // J D and J v of a row.
+  template <unsigned kBodies>
   ENGRAM_INLINE void row_motion(const Solving& now, const ContactRowLanes<V>& row, const Vec& axis,
                                 double linear, V& moved, V& speed) const {
     moved = row.offset - row.kinematic_speed * time_;
     speed = -row.kinematic_speed;
-    if (now.members.links != 0) {
-      moved += dot(axis, now.bend);
-      for (int i = 0; i < kRobotJoints; ++i) {
-        moved += row.joint[i] * moved_[i];
-        speed += row.joint[i] * now.velocity[i];
-      }
+    if constexpr ((kBodies & kHasLink) != 0) {
+      moved += dot(axis, now.bend) + product(row.joint, moved_);
+      speed += product(row.joint, now.velocity);
     }
-    if (now.members.props_a != 0) {
+    if constexpr ((kBodies & kHasPropA) != 0) {
       moved += linear * dot(axis, now.a.moved) + dot(row.turn_a, now.a.turned);
       speed += linear * dot(axis, now.a.linear) + dot(row.turn_a, now.a.angular);
     }
-    if (now.members.props_b != 0) {
+    if constexpr ((kBodies & kHasPropB) != 0) {
       moved += dot(row.turn_b, now.b.turned) - linear * dot(axis, now.b.moved);
       speed += dot(row.turn_b, now.b.angular) - linear * dot(axis, now.b.linear);
     }
   }
 
+  template <unsigned kBodies>
   ENGRAM_INLINE void apply(Solving& now, ContactRowLanes<V>& row, const Vec& axis, double linear,
                            V impulse) const {
     const V change = impulse - row.impulse;
     row.impulse = impulse;
-    if (now.members.links != 0) {
+    if constexpr ((kBodies & kHasLink) != 0) {
       for (int i = 0; i < kRobotJoints; ++i) now.velocity[i] += row.joint_response[i] * change;
     }
-    if (now.members.props_a != 0) {
+    if constexpr ((kBodies & kHasPropA) != 0) {
       now.a.linear = now.a.linear + axis * (linear * now.patch.inv_mass_a * change);
       now.a.angular = now.a.angular + row.turn_response_a * change;
     }
-    if (now.members.props_b != 0) {
+    if constexpr ((kBodies & kHasPropB) != 0) {
       now.b.linear = now.b.linear - axis * (linear * now.patch.inv_mass_b * change);
       now.b.angular = now.b.angular + row.turn_response_b * change;
     }
   }
 
   // Returns the sum of normal impulses.
+  template <unsigned kBodies>
   ENGRAM_INLINE V solve_normals(Solving& now, PatchLanes<V>& patch, bool last) const {
     V load = {};
     for (int i = 0; i < now.members.num_points; ++i) {
       ContactRowLanes<V>& row = patch.normal_row[i];
       V gap;
       V speed;
-      row_motion(now, row, patch.normal, 1, gap, speed);
+      row_motion<kBodies>(now, row, patch.normal, 1, gap, speed);
       if (last) gap = simd::max(V{}, gap);
       const V impulse = simd::max(V{}, row.impulse - (row.rate * gap + speed) * row.mass);
-      apply(now, row, patch.normal, 1, impulse);
+      apply<kBodies>(now, row, patch.normal, 1, impulse);
       load += impulse;
     }
     return load;
   }
 
   // Coulomb's limit on both axes together. Returns 1 where it is exceeded.
+  template <unsigned kBodies>
   ENGRAM_INLINE V solve_friction(Solving& now, PatchLanes<V>& patch, V load) const {
     const auto two = patch.num_anchors > 1.0;
     const V limit = patch.friction * load * (two ? simd::broadcast<V>(0.5) : simd::broadcast<V>(1));
@@ -481,7 +502,7 @@ class ContactSolver {
         const ContactRowLanes<V>& row = patch.friction_row[i][k];
         V distance;
         V speed;
-        row_motion(now, row, patch.tangent[k], 1, distance, speed);
+        row_motion<kBodies>(now, row, patch.tangent[k], 1, distance, speed);
         wanted[k] = row.impulse - (row.rate * distance + speed) * row.mass;
       }
       const V size = simd::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
@@ -489,39 +510,74 @@ class ContactSolver {
       const V scale = slips ? limit / size : simd::broadcast<V>(1);
       broken = slips ? simd::broadcast<V>(1) : broken;
       for (int k = 0; k < 2; ++k) {
-        apply(now, patch.friction_row[i][k], patch.tangent[k], 1, wanted[k] * scale);
+        apply<kBodies>(now, patch.friction_row[i][k], patch.tangent[k], 1, wanted[k] * scale);
       }
     }
     return broken;
   }
 
+  template <unsigned kBodies>
   ENGRAM_INLINE V solve_torsion(Solving& now, PatchLanes<V>& patch, V load) const {
     ContactRowLanes<V>& row = patch.torsion_row;
     V turned;
     V speed;
-    row_motion(now, row, patch.normal, 0, turned, speed);
+    row_motion<kBodies>(now, row, patch.normal, 0, turned, speed);
     const V limit = patch.friction * load * patch.torsion_reach;
     const V wanted = row.impulse - speed * row.mass;
     const V impulse = simd::min(limit, simd::max(-limit, wanted));
-    apply(now, row, patch.normal, 0, impulse);
+    apply<kBodies>(now, row, patch.normal, 0, impulse);
     return simd::abs(wanted) > limit + kSlipTolerance ? simd::broadcast<V>(1) : V{};
   }
 
+  template <unsigned kBodies>
   void solve_patch(PatchLanes<V>& patch, const PatchMembers& members, JointsOf<V>& velocity,
                    bool last) {
-    Solving now = {patch, members, velocity, {}, {}, {}};
-    if (members.links != 0 && time_ > 0) {
-      now.bend = link_difference(patch, members, [this](int link) { return bend_[link]; });
+    Solving now = {patch, members, {}, {}, {}, {}};
+    if constexpr ((kBodies & kHasLink) != 0) {
+      now.velocity = velocity;
+      if (time_ > 0) {
+        now.bend = link_difference(patch, members, [this](int link) { return bend_[link]; });
+      }
     }
-    if (members.props_a != 0) now.a = motion_of(members.props_a, members.mixed_a, patch.prop_a);
-    if (members.props_b != 0) now.b = motion_of(members.props_b, members.mixed_b, patch.prop_b);
-    const V load = simd::max(solve_normals(now, patch, last), patch.least_load);
+    if constexpr ((kBodies & kHasPropA) != 0) {
+      now.a = motion_of(members.props_a, members.mixed_a, patch.prop_a);
+    }
+    if constexpr ((kBodies & kHasPropB) != 0) {
+      now.b = motion_of(members.props_b, members.mixed_b, patch.prop_b);
+    }
+    const V load = simd::max(solve_normals<kBodies>(now, patch, last), patch.least_load);
     V broken = {};
-    if (members.num_anchors > 0) broken = solve_friction(now, patch, load);
-    if (members.torsion) broken = simd::max(broken, solve_torsion(now, patch, load));
+    if (members.num_anchors > 0) broken = solve_friction<kBodies>(now, patch, load);
+    if (members.torsion) broken = simd::max(broken, solve_torsion<kBodies>(now, patch, load));
     patch.broken = broken;
-    if (members.props_a != 0) set_velocity(members.props_a, members.mixed_a, patch.prop_a, now.a);
-    if (members.props_b != 0) set_velocity(members.props_b, members.mixed_b, patch.prop_b, now.b);
+    if constexpr ((kBodies & kHasLink) != 0) velocity = now.velocity;
+    if constexpr ((kBodies & kHasPropA) != 0) {
+      set_velocity(members.props_a, members.mixed_a, patch.prop_a, now.a);
+    }
+    if constexpr ((kBodies & kHasPropB) != 0) {
+      set_velocity(members.props_b, members.mixed_b, patch.prop_b, now.b);
+    }
+  }
+
+  // The combinations that collision pairs have (see ShapePair); others are solved as if they had
+  // all.
+  ENGRAM_INLINE void solve_any(PatchLanes<V>& patch, const PatchMembers& members,
+                               JointsOf<V>& velocity, bool last) {
+    const unsigned bodies = (members.links != 0 ? kHasLink : 0U) |
+                            (members.props_a != 0 ? kHasPropA : 0U) |
+                            (members.props_b != 0 ? kHasPropB : 0U);
+    switch (bodies) {
+      case kHasLink:
+        return solve_patch<kHasLink>(patch, members, velocity, last);
+      case kHasPropA:
+        return solve_patch<kHasPropA>(patch, members, velocity, last);
+      case kHasLink | kHasPropB:
+        return solve_patch<kHasLink | kHasPropB>(patch, members, velocity, last);
+      case kHasPropA | kHasPropB:
+        return solve_patch<kHasPropA | kHasPropB>(patch, members, velocity, last);
+      default:
+        return solve_patch<kHasLink | kHasPropA | kHasPropB>(patch, members, velocity, last);
+    }
   }
 
   const ContactLanes& lanes_;

@@ -9,7 +9,7 @@ namespace engram {
 namespace {
 
 // A point whose gap is larger than this and the displacement of the bodies in a substep does
-// nothing: it is left out.
+// nothing: shapes with no nearer points are not near each other.
 constexpr double kActiveGap = 0.0025;  // m
 // Most displacement in a substep, by the speed at its start: a factor, and what acceleration adds.
 constexpr double kApproach = 1.5;
@@ -29,12 +29,12 @@ double distance_to(const CollisionShape& shape, const Frame& frame, const Vec3& 
   return (local - local.cwiseMin(shape.half).cwiseMax(-shape.half)).norm();
 }
 
-// How much farther apart than kContactReach two shapes are at least.
-double clearance_of(const CollisionShape& a, const Frame& frame_a, const CollisionShape& b,
-                    const Frame& frame_b) {
+// Lower bound of the distance of two shapes, by spheres around them.
+double least_distance_of(const CollisionShape& a, const Frame& frame_a, const CollisionShape& b,
+                         const Frame& frame_b) {
   const double to_b = distance_to(b, frame_b, frame_a.pos) - a.bounding_radius;
   const double to_a = distance_to(a, frame_a, frame_b.pos) - b.bounding_radius;
-  return std::max(to_a, to_b) - kContactReach;
+  return std::max(to_a, to_b);
 }
 
 bool moves_freely(const CollisionBody& body) {
@@ -146,16 +146,11 @@ void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemo
     const Vec3 other = frame_b.pos + frame_b.axes * b.bounding_center;
     distance = (center - other).norm() - b.bounding_radius;
   }
-  const double clearance = distance - a.bounding_radius - kContactReach;
-  if (clearance > 0) {
-    bodies_clear_[at(index)] = travel.before + clearance;
-    return;
-  }
+  bodies_clear_[at(index)] = travel.before + distance - a.bounding_radius - kActiveGap;
+  if (travel.after < bodies_clear_[at(index)]) return;
   for (int i = pair.first; i < pair.first + pair.count; ++i) {
     if (travel.after >= shapes_clear_[at(i)]) {
       find_shape_pair(i, travel, bodies, memory, narrow_phase);
-    } else if (records_[at(i)] >= 0) {
-      kept_[at(records_[at(i)])] = 1;
     }
   }
 }
@@ -168,31 +163,26 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   const Frame& frame_a = shape_frame(pair.a, bodies);
   const Frame& frame_b = shape_frame(pair.b, bodies);
   double& clear = shapes_clear_[at(index)];
+  clear = travel.before + least_distance_of(a, frame_a, b, frame_b) - kActiveGap;
+  if (travel.after < clear) return;
   clear = kNever;
-  const double clearance = clearance_of(a, frame_a, b, frame_b);
-  if (clearance > 0) {
-    clear = travel.before + clearance;
-    return;
-  }
   const int record = record_of(index, memory);
   if (record < 0) return;
-  const double active = kActiveGap + travel.after - travel.before;
   NearPair& near = near_.emplace_back();
   near.record = record;
   near.shape_pair = index;
   near.points = narrow_phase.find(index, frame_a, frame_b, memory.pairs[at(record)]);
-  near.gap = kContactReach;
-  for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
-  if (near.gap >= active) {
-    clear = travel.before - kActiveGap +
-            narrow_phase.least_distance(index, frame_a, frame_b, near.points);
-  }
+  const ContactPoints found = near.points;
+  near.points.keep_below(kActiveGap + travel.after - travel.before);
   if (near.points.empty()) {
+    clear =
+        travel.before - kActiveGap + narrow_phase.least_distance(index, frame_a, frame_b, found);
     near_.pop_back();
     return;
   }
   kept_[at(record)] = 1;
-  near.points.keep_below(active);
+  near.gap = near.points[0].gap;
+  for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
 }
 
 int PairSearch::record_of(int shape_pair, ContactMemory& memory) {

@@ -51,17 +51,14 @@ class PairSearch {
 
   // Begins a control step with what is remembered.
   void begin(const ContactMemory& memory);
-  // Finds the pairs of this substep. Remembers those within kContactReach, forgets others; keeps
+  // Finds the pairs with points that can act in this substep. Remembers them, forgets others; keeps
   // those of sleeping props. Call it within a MujocoScope.
   void find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
             double timestep);
-  // Calls `visit(near)` for each pair with points, in the order of solving.
+  // Calls `visit(near)` for each pair found, in the order of solving.
   template <class Visit>
   void for_each(const Visit& visit) const {
-    for (const int i : order_) {
-      const NearPair& near = near_[static_cast<std::size_t>(i)];
-      if (!near.points.empty()) visit(near);
-    }
+    for (const int i : order_) visit(near_[static_cast<std::size_t>(i)]);
   }
 
  private:
