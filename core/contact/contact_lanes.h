@@ -25,18 +25,19 @@ struct FreeBodyLanes {
   QuatOf<V> rotation;       // the same turn, as a quaternion
 };
 
-// One row of the contact problem: J of both bodies, and the response of their velocities to a unit
-// of impulse.
+// One row of the contact problem: J of both bodies times the row's effective mass, so that a speed
+// becomes an impulse, and the response of their velocities to a unit of impulse. The mass is 0
+// where a lane has no such row.
 template <class V>
 struct ContactRowLanes {
   V joint[kRobotJoints];
   V joint_response[kRobotJoints];
+  Vec3Of<V> axis;  // along which free bodies are pushed; 0 for a torque
   Vec3Of<V> turn_a, turn_response_a;
   Vec3Of<V> turn_b, turn_response_b;
-  V mass;             // effective, kg; 0: no such row in this lane
-  V offset;           // gap, or distance of anchors, at the substep's start, m
+  V offset;           // gap, or distance of anchors, at the substep's start, times mass, kg m
   V rate;             // share of the offset that is taken out, 1/s
-  V kinematic_speed;  // of B along the axis, m/s
+  V kinematic_speed;  // of B along the axis, times mass, N s
   V impulse;          // sum in this substep, N s
 };
 
@@ -57,9 +58,11 @@ struct PatchLanes {
   V gap[kPatchPoints];                                         // m
   Vec3Of<V> anchor_a[kPatchAnchors], anchor_b[kPatchAnchors];  // m, from the robot's base
   // --- set by the solver ---
-  V broken;                  // 1: friction slipped in the velocity iteration
-  V inv_mass_a, inv_mass_b;  // of free bodies, 1/kg
+  V broken;  // 1: friction slipped in the velocity iteration
   Vec3Of<V> tangent[2];
+  // Change of a free body's velocity by a unit of impulse along the normal and the tangents, 1/kg.
+  Vec3Of<V> normal_response_a, normal_response_b;
+  Vec3Of<V> tangent_response_a[2], tangent_response_b[2];
   V least_load;     // least sum of normal impulses for friction, N s
   V torsion_reach;  // m; 0: no torsional friction
   ContactRowLanes<V> normal_row[kPatchPoints];

@@ -262,11 +262,11 @@ class ContactSolver {
             i[4] * turn.x() + i[5] * turn.y() + i[2] * turn.z()};
   }
 
-  // Responses and effective mass. `linear`: 1 for a row of forces, 0 for one of torques.
-  ENGRAM_INLINE void finish_row(ContactRowLanes<V>& row, const PatchMembers& members,
-                                const Inertia& a, const Inertia& b, V compliance,
-                                double linear) const {
-    V sum = linear * (a.inv_mass + b.inv_mass);
+  // Responses; J times the effective mass, of which a row takes this share. `axis`: of forces, 0
+  // for a torque.
+  ENGRAM_INLINE V finish_row(ContactRowLanes<V>& row, const PatchMembers& members, const Inertia& a,
+                             const Inertia& b, V compliance, const Vec& axis, V share) const {
+    V sum = dot(axis, axis) * (a.inv_mass + b.inv_mass);
     if (members.links != 0) {
       for (int i = 0; i < kRobotJoints; ++i) {
         V change = {};
@@ -278,8 +278,16 @@ class ContactSolver {
     row.turn_response_a = response(a, row.turn_a);
     row.turn_response_b = response(b, row.turn_b);
     sum += dot(row.turn_a, row.turn_response_a) + dot(row.turn_b, row.turn_response_b);
-    row.mass = 1.0 / (sum + compliance);
+    const V mass = share > 0.0 ? share / (sum + compliance) : V{};
+    if (members.links != 0) {
+      for (int i = 0; i < kRobotJoints; ++i) row.joint[i] *= mass;
+    }
+    row.axis = axis * mass;
+    row.turn_a = row.turn_a * mass;
+    row.turn_b = row.turn_b * mass;
+    row.kinematic_speed *= mass;
     row.impulse = V{};
+    return mass;
   }
 
   void prepare_patch(PatchLanes<V>& patch, const PatchMembers& members,
@@ -294,8 +302,8 @@ class ContactSolver {
       compliance = mine ? simd::max(compliance, compliance_[link]) : compliance;
     }
     const auto with_link = compliance > 0.0;
-    patch.inv_mass_a = a.inv_mass;
-    patch.inv_mass_b = b.inv_mass;
+    patch.normal_response_a = patch.normal * a.inv_mass;
+    patch.normal_response_b = patch.normal * (-b.inv_mass);
     prepare_normals(patch, members, a, b, compliance, velocity);
     prepare_friction(patch, members, a, b, compliance, velocity, with_link);
     prepare_torsion(patch, members, a, b, compliance);
@@ -308,15 +316,15 @@ class ContactSolver {
     for (int i = 0; i < members.num_points; ++i) {
       ContactRowLanes<V>& row = patch.normal_row[i];
       set_row(row, patch, members, patch.normal, patch.point[i], patch.point[i]);
-      finish_row(row, members, a, b, compliance, 1);
       const auto present = patch.num_points > static_cast<double>(i);
-      row.mass = present ? row.mass : V{};
-      row.offset = present ? patch.gap[i] : V{};
-      row.rate =
-          row.offset > 0.0 ? simd::broadcast<V>(1 / dt_) : simd::broadcast<V>(kOverlapShare / dt_);
+      const V gap = present ? patch.gap[i] : V{};
+      const V mass = finish_row(row, members, a, b, compliance, patch.normal,
+                                present ? simd::broadcast<V>(1) : V{});
+      row.offset = gap * mass;
+      row.rate = gap > 0.0 ? simd::broadcast<V>(1 / dt_) : simd::broadcast<V>(kOverlapShare / dt_);
       if (members.links == 0) continue;
-      const V speed = row_speed(row, patch, members, patch.normal, velocity);
-      load += simd::max(V{}, row.mass * (-row.offset * (1 / timestep_) - speed));
+      const V speed = row_speed(row, patch, members, velocity);
+      load += simd::max(V{}, -row.offset * (1 / timestep_) - speed);
     }
     const auto loaded = simd::logical_and(compliance > 0.0, patch.num_points > 0.0);
     patch.least_load = loaded ? 0.25 * load / patch.num_points : V{};
@@ -335,11 +343,16 @@ class ContactSolver {
         ContactRowLanes<V>& row = patch.friction_row[i][k];
         const Vec& axis = patch.tangent[k];
         set_row(row, patch, members, axis, patch.anchor_a[i], patch.anchor_b[i]);
-        finish_row(row, members, a, b, compliance, 1);
-        row.mass = present ? kOverlapShare * row.mass : V{};
-        row.offset = present ? dot(axis, patch.anchor_a[i] - patch.anchor_b[i]) : V{};
+        const V mass = finish_row(row, members, a, b, compliance, axis,
+                                  present ? simd::broadcast<V>(kOverlapShare) : V{});
+        const V apart = dot(axis, patch.anchor_a[i] - patch.anchor_b[i]);
+        row.offset = present ? apart * mass : V{};
         row.rate = rate;
       }
+    }
+    for (int k = 0; k < 2; ++k) {
+      patch.tangent_response_a[k] = patch.tangent[k] * a.inv_mass;
+      patch.tangent_response_b[k] = patch.tangent[k] * (-b.inv_mass);
     }
   }
 
@@ -386,37 +399,38 @@ class ContactSolver {
     for (int i = 0; i < kFingers; ++i) row.joint[kArmJoints + i] = V{};
     row.turn_a = patch.normal;
     row.turn_b = patch.normal * simd::broadcast<V>(-1);
-    row.kinematic_speed = V{};
-    finish_row(row, members, a, b, compliance, 0);
-    row.mass = present ? kOverlapShare * row.mass : V{};
+    row.kinematic_speed = row.offset = row.rate = V{};
+    finish_row(row, members, a, b, compliance, Vec{},
+               present ? simd::broadcast<V>(kOverlapShare) : V{});
     V depth = {};
-    for (int i = 0; i < members.num_points; ++i)
-      depth = simd::max(depth, -patch.normal_row[i].offset);
+    for (int i = 0; i < members.num_points; ++i) {
+      const auto is_point = patch.num_points > static_cast<double>(i);
+      depth = simd::max(depth, is_point ? -patch.gap[i] : V{});
+    }
     const V reach = simd::max(patch.torsion_radius, simd::sqrt(depth * patch.torsion_radius));
     patch.torsion_reach = present ? reach : V{};
   }
 
   // --- iterations ---
 
-  // Sum of products over the joints, in two chains.
+  // Sum of products over the joints, in three chains.
   ENGRAM_INLINE static V product(const V* row, const JointsOf<V>& joints) {
     static_assert(kRobotJoints == 9);
-    const V even = row[0] * joints[0] + row[2] * joints[2] + row[4] * joints[4] +
-                   row[6] * joints[6] + row[8] * joints[8];
-    const V odd = row[1] * joints[1] + row[3] * joints[3] + row[5] * joints[5] + row[7] * joints[7];
-    return even + odd;
+    const V first = row[0] * joints[0] + row[1] * joints[1] + row[2] * joints[2];
+    const V second = row[3] * joints[3] + row[4] * joints[4] + row[5] * joints[5];
+    const V third = row[6] * joints[6] + row[7] * joints[7] + row[8] * joints[8];
+    return (first + second) + third;
   }
 
-  // J v at the substep's start.
+  // J v at the substep's start, times the row's mass.
   ENGRAM_INLINE V row_speed(const ContactRowLanes<V>& row, const PatchLanes<V>& patch,
-                            const PatchMembers& members, const Vec& axis,
-                            const JointsOf<V>& velocity) const {
+                            const PatchMembers& members, const JointsOf<V>& velocity) const {
     V speed = product(row.joint, velocity) - row.kinematic_speed;
     const auto add = [&](unsigned long long props, bool mixed, V slot, const Vec& turn,
                          double sign) {
       if (props == 0) return;
       const Motion motion = motion_of(props, mixed, slot);
-      speed += sign * dot(axis, motion.linear) + dot(turn, motion.angular);
+      speed += sign * dot(row.axis, motion.linear) + dot(turn, motion.angular);
     };
     add(members.props_a, members.mixed_a, patch.prop_a, row.turn_a, 1);
     add(members.props_b, members.mixed_b, patch.prop_b, row.turn_b, -1);
@@ -435,41 +449,54 @@ class ContactSolver {
     Motion a, b;
   };
 
-  // J D and J v of a row.
+  // J D of a row, times its mass.
   template <unsigned kBodies>
-  ENGRAM_INLINE void row_motion(const Solving& now, const ContactRowLanes<V>& row, const Vec& axis,
-                                double linear, V& moved, V& speed) const {
-    moved = row.offset - row.kinematic_speed * time_;
-    speed = -row.kinematic_speed;
-    if constexpr ((kBodies & kHasLink) != 0) {
-      moved += dot(axis, now.bend) + product(row.joint, moved_);
-      speed += product(row.joint, now.velocity);
-    }
+  ENGRAM_INLINE V row_distance(const Solving& now, const ContactRowLanes<V>& row) const {
+    V distance = row.offset - row.kinematic_speed * time_;
+    if constexpr ((kBodies & kHasLink) != 0) distance += product(row.joint, moved_);
     if constexpr ((kBodies & kHasPropA) != 0) {
-      moved += linear * dot(axis, now.a.moved) + dot(row.turn_a, now.a.turned);
-      speed += linear * dot(axis, now.a.linear) + dot(row.turn_a, now.a.angular);
+      distance += dot(row.axis, now.a.moved) + dot(row.turn_a, now.a.turned);
     }
     if constexpr ((kBodies & kHasPropB) != 0) {
-      moved += dot(row.turn_b, now.b.turned) - linear * dot(axis, now.b.moved);
-      speed += dot(row.turn_b, now.b.angular) - linear * dot(axis, now.b.linear);
+      distance += dot(row.turn_b, now.b.turned) - dot(row.axis, now.b.moved);
     }
+    if constexpr ((kBodies & kHasLink) != 0) distance += dot(row.axis, now.bend);
+    return distance;
   }
 
+  // J v of a row, times its mass.
   template <unsigned kBodies>
-  ENGRAM_INLINE void apply(Solving& now, ContactRowLanes<V>& row, const Vec& axis, double linear,
-                           V impulse) const {
-    const V change = impulse - row.impulse;
-    row.impulse = impulse;
-    if constexpr ((kBodies & kHasLink) != 0) {
-      for (int i = 0; i < kRobotJoints; ++i) now.velocity[i] += row.joint_response[i] * change;
-    }
+  ENGRAM_INLINE V row_speed(const Solving& now, const ContactRowLanes<V>& row) const {
+    V speed = -row.kinematic_speed;
     if constexpr ((kBodies & kHasPropA) != 0) {
-      now.a.linear = now.a.linear + axis * (linear * now.patch.inv_mass_a * change);
-      now.a.angular = now.a.angular + row.turn_response_a * change;
+      speed += dot(row.axis, now.a.linear) + dot(row.turn_a, now.a.angular);
     }
     if constexpr ((kBodies & kHasPropB) != 0) {
-      now.b.linear = now.b.linear - axis * (linear * now.patch.inv_mass_b * change);
-      now.b.angular = now.b.angular + row.turn_response_b * change;
+      speed += dot(row.turn_b, now.b.angular) - dot(row.axis, now.b.linear);
+    }
+    if constexpr ((kBodies & kHasLink) != 0) speed += product(row.joint, now.velocity);
+    return speed;
+  }
+
+  ENGRAM_INLINE static void add_to(Vec& sum, const Vec& direction, V scale) {
+    sum = sum + direction * scale;
+  }
+
+  // Applies a change of a row's impulse. `response_a`, `response_b`: of free bodies' velocities.
+  template <unsigned kBodies>
+  ENGRAM_INLINE void apply(Solving& now, ContactRowLanes<V>& row, const Vec& response_a,
+                           const Vec& response_b, V change) const {
+    row.impulse += change;
+    if constexpr ((kBodies & kHasPropA) != 0) {
+      add_to(now.a.linear, response_a, change);
+      add_to(now.a.angular, row.turn_response_a, change);
+    }
+    if constexpr ((kBodies & kHasPropB) != 0) {
+      add_to(now.b.linear, response_b, change);
+      add_to(now.b.angular, row.turn_response_b, change);
+    }
+    if constexpr ((kBodies & kHasLink) != 0) {
+      for (int i = 0; i < kRobotJoints; ++i) now.velocity[i] += row.joint_response[i] * change;
     }
   }
 
@@ -479,13 +506,12 @@ class ContactSolver {
     V load = {};
     for (int i = 0; i < now.members.num_points; ++i) {
       ContactRowLanes<V>& row = patch.normal_row[i];
-      V gap;
-      V speed;
-      row_motion<kBodies>(now, row, patch.normal, 1, gap, speed);
+      V gap = row_distance<kBodies>(now, row);
       if (last) gap = simd::max(V{}, gap);
-      const V impulse = simd::max(V{}, row.impulse - (row.rate * gap + speed) * row.mass);
-      apply<kBodies>(now, row, patch.normal, 1, impulse);
-      load += impulse;
+      // The impulse stays above zero.
+      const V change = simd::max(-row.impulse, -(row.rate * gap) - row_speed<kBodies>(now, row));
+      apply<kBodies>(now, row, patch.normal_response_a, patch.normal_response_b, change);
+      load += row.impulse;
     }
     return load;
   }
@@ -500,17 +526,17 @@ class ContactSolver {
       V wanted[2];
       for (int k = 0; k < 2; ++k) {
         const ContactRowLanes<V>& row = patch.friction_row[i][k];
-        V distance;
-        V speed;
-        row_motion<kBodies>(now, row, patch.tangent[k], 1, distance, speed);
-        wanted[k] = row.impulse - (row.rate * distance + speed) * row.mass;
+        const V held = row.impulse - row.rate * row_distance<kBodies>(now, row);
+        wanted[k] = held - row_speed<kBodies>(now, row);
       }
       const V size = simd::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
       const auto slips = size > limit + kSlipTolerance;
       const V scale = slips ? limit / size : simd::broadcast<V>(1);
       broken = slips ? simd::broadcast<V>(1) : broken;
       for (int k = 0; k < 2; ++k) {
-        apply<kBodies>(now, patch.friction_row[i][k], patch.tangent[k], 1, wanted[k] * scale);
+        ContactRowLanes<V>& row = patch.friction_row[i][k];
+        apply<kBodies>(now, row, patch.tangent_response_a[k], patch.tangent_response_b[k],
+                       wanted[k] * scale - row.impulse);
       }
     }
     return broken;
@@ -519,13 +545,10 @@ class ContactSolver {
   template <unsigned kBodies>
   ENGRAM_INLINE V solve_torsion(Solving& now, PatchLanes<V>& patch, V load) const {
     ContactRowLanes<V>& row = patch.torsion_row;
-    V turned;
-    V speed;
-    row_motion<kBodies>(now, row, patch.normal, 0, turned, speed);
     const V limit = patch.friction * load * patch.torsion_reach;
-    const V wanted = row.impulse - speed * row.mass;
+    const V wanted = row.impulse - row_speed<kBodies>(now, row);
     const V impulse = simd::min(limit, simd::max(-limit, wanted));
-    apply<kBodies>(now, row, patch.normal, 0, impulse);
+    apply<kBodies>(now, row, Vec{}, Vec{}, impulse - row.impulse);
     return simd::abs(wanted) > limit + kSlipTolerance ? simd::broadcast<V>(1) : V{};
   }
 

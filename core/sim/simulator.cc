@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/contact/contact_kernel.h"
 #include "core/robot/joint_solver.h"
 #include "core/robot/lane_block.h"
 #include "core/sim/env_step.h"

@@ -20,13 +20,14 @@
 #include <vector>
 
 #include "core/base/step_clock.h"
-#include "core/contact/contact_kernel.h"
 #include "core/robot/lane_kernel.h"
 #include "core/robot/robot_params.h"
 #include "core/scene/robot_bounds.h"
 #include "core/sim/state.h"
 
 namespace engram {
+
+struct ContactKernel;
 
 class LaneBlock;
 class PhysicsModel;
