@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numbers>
 
-#include "core/math/real_functions.h"
-
 namespace engram::mjcf {
 namespace {
 
@@ -31,30 +29,17 @@ double SocketShape::hole_half_width() const {
 
 double SocketShape::floor_height() const { return 2 * std::max(0.004, 0.35 * SOCKET_HALF_SIZE[2]); }
 
-// A cylinder would rock on boxes without end, and roll without end when it lies. Two square prisms
-// inside it, one turned by 45 degrees, have eight edges on its surface. They stand, lie and are
-// held still. Two of their faces are on the sides from which fingers come.
 Prop battery(const std::string& name, const BatteryShape& shape) {
   const double radius = shape.BATTERY_RADIUS;
   const double half = shape.BATTERY_HALF_HEIGHT;
-  const double side = radius / std::numbers::sqrt2;
   const Quat upright = {kBatteryQuat[0], -kBatteryQuat[1], -kBatteryQuat[2], -kBatteryQuat[3]};
-  const double cosine = real::cos(std::numbers::pi / 8);  // quaternion of 45 degrees about the axis
-  const double sine = real::sin(std::numbers::pi / 8);
-  const Quat turned = {upright[0] * cosine, upright[2] * sine, upright[2] * cosine,
-                       upright[0] * sine};
 
   Prop prop;
   prop.name = name;
   prop.geoms.push_back({.type = GeomType::kCylinder,
                         .size = {radius, half, 0},
                         .quat = upright,
-                        .rgba = shape.BATTERY_COLOR,
-                        .collides = false});
-  for (const Quat& quat : {upright, turned}) {
-    prop.geoms.push_back(
-        {.type = GeomType::kBox, .size = {side, side, half}, .quat = quat, .visible = false});
-  }
+                        .rgba = shape.BATTERY_COLOR});
 
   const double height = 2 * half;
   prop.mass = std::numbers::pi * radius * radius * height * kDensity;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/base/index.h"
+#include "core/contact/contact_polygon.h"
 
 namespace engram {
 namespace {
@@ -121,52 +122,15 @@ class ClippedFace {
   ClippedFace(const ReferenceFace& reference, const IncidentFace& incident, double reach)
       : reference_(reference), incident_(incident), reach_(reach) {
     add_corners();
-    if (size_ == 4) return;
+    if (points_.size() == 4) return;
     add_reference_corners();
     add_edges();
   }
 
-  int size() const { return size_; }
-  const Vec3& operator[](int i) const { return points_[at(i)]; }
-
-  // The deepest point, the farthest from it, and the extremes on both sides of the line between.
-  void reduce() {
-    if (size_ <= 4) return;
-    const auto gap = [&](int i) { return points_[at(i)].z(); };
-    int deepest = 0;
-    for (int i = 1; i < size_; ++i) deepest = gap(i) < gap(deepest) ? i : deepest;
-    const auto squared = [&](int i) {
-      return (points_[at(i)] - points_[at(deepest)]).head<2>().squaredNorm();
-    };
-    int farthest = 0;
-    for (int i = 1; i < size_; ++i) farthest = squared(i) > squared(farthest) ? i : farthest;
-    const Vec3 edge = points_[at(farthest)] - points_[at(deepest)];
-    const auto across = [&](int i) {
-      const Vec3 offset = points_[at(i)] - points_[at(deepest)];
-      return edge.x() * offset.y() - edge.y() * offset.x();
-    };
-    int left = 0;
-    int right = 0;
-    for (int i = 1; i < size_; ++i) {
-      left = across(i) > across(left) ? i : left;
-      right = across(i) < across(right) ? i : right;
-    }
-    std::array<int, 4> chosen = {deepest, farthest, -1, -1};
-    int count = 2;
-    for (const int i : {left, right}) {
-      if (std::find(chosen.begin(), chosen.begin() + count, i) == chosen.begin() + count) {
-        chosen[at(count++)] = i;
-      }
-    }
-    const std::array<Vec3, kMost> all = points_;
-    for (int i = 0; i < count; ++i) points_[at(i)] = all[at(chosen[at(i)])];
-    size_ = count;
-  }
+  ContactPolygon& points() { return points_; }
 
  private:
-  static constexpr int kMost = 16;  // four corners, four of the reference, two on each edge
-
-  void push(const Vec3& point) { points_[at(size_++)] = point; }
+  void push(const Vec3& point) { points_.push(point); }
 
   void add_corners() {
     for (int i = 0; i < 4; ++i) {
@@ -243,8 +207,7 @@ class ClippedFace {
   const ReferenceFace& reference_;
   const IncidentFace& incident_;
   double reach_;
-  std::array<Vec3, kMost> points_;
-  int size_ = 0;
+  ContactPolygon points_;
   std::array<bool, 4> near_{};
   std::array<bool, 4> inside_{};
 };
@@ -259,8 +222,9 @@ ContactPoints box_box(const BoxPose& a, const BoxPose& b, double reach) {
   const ReferenceFace reference =
       make_face(of_a ? a : b, axis.index % 3, of_a ? axis.side : -axis.side);
   const IncidentFace incident = make_incident(of_a ? b : a, reference);
-  ClippedFace clipped(reference, incident, reach);
-  clipped.reduce();
+  ClippedFace face(reference, incident, reach);
+  ContactPolygon& clipped = face.points();
+  clipped.reduce_to_four();
   const Vec3 normal = of_a ? Vec3(-reference.normal) : reference.normal;
   for (int i = 0; i < clipped.size(); ++i) {
     const Vec3& local = clipped[i];

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/index.h"
+#include "core/contact/cylinder_box.h"
 
 namespace engram {
 namespace {
@@ -11,6 +12,21 @@ constexpr std::size_t kMostFound = 64;  // contacts of one pair that MuJoCo may 
 
 bool is_box(const CollisionShape& shape) {
   return shape.type == mjGEOM_BOX || shape.type == mjGEOM_PLANE;
+}
+
+bool is_cylinder(const CollisionShape& shape) { return shape.type == mjGEOM_CYLINDER; }
+
+CylinderPose cylinder_at(const CollisionShape& shape, const Frame& frame) {
+  return {shape.half[0], shape.half[1], frame};
+}
+
+// Seen from the other shape.
+ContactPoints swapped(const ContactPoints& points) {
+  ContactPoints result;
+  for (const ContactPoint& point : points) {
+    result.push({point.pos + point.normal * point.gap, -point.normal, point.gap});
+  }
+  return result;
 }
 
 }  // namespace
@@ -26,8 +42,14 @@ NarrowPhase::NarrowPhase(const mjModel& model, const CollisionScene& scene)
 
 ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair) {
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
-  if (is_box(scene_.shapes()[at(shapes.a)]) && is_box(scene_.shapes()[at(shapes.b)])) {
-    return find_boxes(shape_pair, a, b, pair);
+  const CollisionShape& shape_a = scene_.shapes()[at(shapes.a)];
+  const CollisionShape& shape_b = scene_.shapes()[at(shapes.b)];
+  if (is_box(shape_a) && is_box(shape_b)) return find_boxes(shape_pair, a, b, pair);
+  if (is_cylinder(shape_a) && is_box(shape_b)) {
+    return cylinder_box(cylinder_at(shape_a, a), {shape_b.half, b}, kContactReach);
+  }
+  if (is_box(shape_a) && is_cylinder(shape_b)) {
+    return swapped(cylinder_box(cylinder_at(shape_b, b), {shape_a.half, a}, kContactReach));
   }
   return collide(shapes, a, b);
 }
@@ -40,6 +62,12 @@ double NarrowPhase::least_distance(int shape_pair, const Frame& a, const Frame& 
   // Lateral motion may bring parts of a box into play that are nearer than its points.
   if (is_box(shape_a) && is_box(shape_b))
     return box_separation({shape_a.half, a}, {shape_b.half, b});
+  if (is_cylinder(shape_a) && is_box(shape_b)) {
+    return cylinder_box_separation(cylinder_at(shape_a, a), {shape_b.half, b});
+  }
+  if (is_box(shape_a) && is_cylinder(shape_b)) {
+    return cylinder_box_separation(cylinder_at(shape_b, b), {shape_a.half, a});
+  }
   double least = kContactReach;
   for (const ContactPoint& point : points) least = std::min(least, point.gap);
   return least;
