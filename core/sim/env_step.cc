@@ -7,6 +7,7 @@ StepWorkspace::StepWorkspace(const PhysicsModel& model)
   const std::size_t props = model.props().size();
   status.resize(props);
   motion.resize(props);
+  begin.resize(props);
   moving_pos.resize(props);
   awake.reserve(props);
   moving.reserve(props);
@@ -19,6 +20,7 @@ void EnvStep::wake(int prop) {
   workspace.awake.insert(std::lower_bound(awake().begin(), awake().end(), prop), prop);
   workspace.motion[at(prop)] = prop_model(prop).body.load(
       state.prop_pos_of(env, prop), state.prop_quat_of(env, prop), state.prop_qvel_of(env, prop));
+  workspace.begin[at(prop)] = workspace.motion[at(prop)];
 }
 
 double EnvStep::prop_speed(int prop) const {

@@ -21,6 +21,7 @@ struct StepWorkspace {
 
   std::vector<PropStatus> status;     // of each prop during the step
   std::vector<FreeBodyState> motion;  // of awake free props
+  std::vector<FreeBodyState> begin;   // the same when the control step began
   std::vector<Vec3> moving_pos;       // of kinematic props in motion
   std::vector<int> awake;             // free props that are simulated, ascending
   std::vector<int> moving;            // kinematic props in motion

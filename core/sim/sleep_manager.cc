@@ -12,8 +12,9 @@ constexpr double kWakeGap = 0.02;  // m
 constexpr double kPropWakeGap = 0.0005;  // m
 constexpr double kApproach = 1.5;
 
-// A free prop that is slower than this for so many control steps, with nothing in motion near it,
-// falls asleep.
+// A free prop that is displaced at less than these speeds for so many control steps, with nothing
+// in motion near it, falls asleep. The velocities that the contact law leaves to a prop at rest say
+// little: they may be larger.
 constexpr double kSleepLinearSpeed = 0.005;  // m/s
 constexpr double kSleepAngularSpeed = 0.05;  // rad/s
 constexpr int kSleepSteps = 5;
@@ -224,13 +225,21 @@ void SleepManager::sleep_resting() {
   }
 }
 
+bool SleepManager::is_still(int prop) const {
+  const FreeBodyState& begin = step_.workspace.begin[at(prop)];
+  const FreeBodyState& end = step_.workspace.motion[at(prop)];
+  const double rate = step_.workspace.moves_per_second;
+  const double turn = 2 * (end.quat * begin.quat.conjugate()).vec().norm();
+  return rate * (end.center - begin.center).norm() < kSleepLinearSpeed &&
+         rate * turn < kSleepAngularSpeed;
+}
+
 void SleepManager::count_slow_steps(std::uint8_t* slow) const {
   const double lowest = lowest_reach();
   for (int prop = 0; prop < num_props(); ++prop) {
     if (!step_.is_awake(prop)) continue;
     const bool resting =
-        prop_is_static(state_, env_, prop, kSleepLinearSpeed, kSleepAngularSpeed) &&
-        robot_clearance(prop, lowest) > 0 && !moving_prop_near(prop);
+        is_still(prop) && robot_clearance(prop, lowest) > 0 && !moving_prop_near(prop);
     slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
                          : std::uint8_t{0};
   }

@@ -88,6 +88,8 @@ class SleepManager {
   // --- sleep ---
 
   // Counts the control steps for which awake props have been at rest.
+  // Displacement in this control step.
+  bool is_still(int prop) const;
   void count_slow_steps(std::uint8_t* slow) const;
   // Lowers the counts of awake props near one another to the least of them, so that they fall
   // asleep together: one that stayed awake would wake the others. True if a count changed.
