@@ -14,8 +14,9 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kFirmForce = 5.0;       // N on each finger
-constexpr double kFingerRest = 0.05;     // m/s: fingers this slow have closed; held ones report some speed
+constexpr double kFirmForce = 5.0;  // N on each finger
+constexpr double kFingerRest =
+    0.1;  // m/s: fingers this slow have closed; held ones report some speed
 constexpr double kFingerTarget = 0.015;  // m per finger at command 0
 constexpr double kFingerScale = 0.025;   // m per unit of command
 constexpr double kOpenEnough = 0.004;    // m: what a finger may lack of its opening
