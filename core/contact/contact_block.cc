@@ -19,12 +19,12 @@ using Row = ContactRowLanes<double>;
 constexpr int kSetRows = ENGRAM_ROW(Patch, broken);
 
 // Most patches of a lane in each list.
-constexpr int kMostMoving = 24;
+constexpr int kMostMoving = 32;
 constexpr int kMostOfLink = 3;
 constexpr int kMostOfHand = 8;
 constexpr int kMostOfFinger = 6;
 
-int most_fixed(int max_bodies) { return 8 + 3 * max_bodies; }
+int most_fixed(int max_shapes) { return 8 + 2 * max_shapes; }
 
 // Joint after which contacts of a link with fixed bodies are solved.
 int joint_of_list(int list) { return list - PatchLists::kLinks; }
@@ -55,7 +55,7 @@ class ConstLane {
 
 }  // namespace
 
-ContactBlock::ContactBlock(int lanes, int max_bodies, const Vec3& base_position)
+ContactBlock::ContactBlock(int lanes, int max_bodies, int max_shapes, const Vec3& base_position)
     : lanes_(lanes),
       base_(base_position),
       body_stride_(static_cast<std::ptrdiff_t>(sizeof(Body) / sizeof(double)) * lanes),
@@ -66,7 +66,7 @@ ContactBlock::ContactBlock(int lanes, int max_bodies, const Vec3& base_position)
     if (list == PatchLists::kMoving) {
       capacity = kMostMoving;
     } else if (list == PatchLists::kFixed) {
-      capacity = most_fixed(max_bodies);
+      capacity = most_fixed(max_shapes);
     } else if (joint_of_list(list) < kArmJoints - 1) {
       capacity = kMostOfLink;
     } else {

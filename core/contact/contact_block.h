@@ -34,8 +34,8 @@ struct PatchSpec {
 
 class ContactBlock {
  public:
-  // `max_bodies`: free bodies of an environment.
-  ContactBlock(int lanes, int max_bodies, const Vec3& base_position);
+  // `max_bodies`: free bodies of an environment; `max_shapes`: theirs.
+  ContactBlock(int lanes, int max_bodies, int max_shapes, const Vec3& base_position);
 
   int lanes() const { return lanes_; }
 

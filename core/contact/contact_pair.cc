@@ -27,8 +27,7 @@ void for_each_number(Pair& pair, const Visit& visit) {
 
 }  // namespace
 
-void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* ids,
-                double* values) {
+void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* ids, float* values) {
   ids[StoredPair::kShapePair] = pair.shape_pair + 1;
   ids[StoredPair::kPropA] = prop_a + 1;
   ids[StoredPair::kPropB] = prop_b + 1;
@@ -37,10 +36,10 @@ void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* i
   for (int i = 0; i < ContactPair::kMostPatches; ++i) {
     ids[StoredPair::kAnchors + i] = i < pair.num_patches ? pair.patches[at(i)].num_anchors : 0;
   }
-  for_each_number(pair, [&](double value) { *values++ = value; });
+  for_each_number(pair, [&](double value) { *values++ = static_cast<float>(value); });
 }
 
-bool load_pair(const std::int32_t* ids, const double* values, int num_shape_pairs,
+bool load_pair(const std::int32_t* ids, const float* values, int num_shape_pairs,
                ContactPair& pair) {
   const auto within = [ids](int id, int low, int high) {
     return low <= ids[id] && ids[id] <= high;

@@ -63,8 +63,8 @@ struct StoredPair {
     kAnchors,  // of each patch
     kInts = kAnchors + ContactPair::kMostPatches,
   };
-  static constexpr int kDoubles = 3 + 3 + 4 + 4 + 6 * Manifold::kMostPoints +
-                                  ContactPair::kMostPatches * (6 + 6 * FrictionPatch::kMostAnchors);
+  static constexpr int kFloats = 3 + 3 + 4 + 4 + 6 * Manifold::kMostPoints +
+                                 ContactPair::kMostPatches * (6 + 6 * FrictionPatch::kMostAnchors);
 
   static bool is_empty(const std::int32_t* ids) { return ids[kShapePair] == 0; }
   static bool holds_prop(const std::int32_t* ids, int prop) {
@@ -76,8 +76,8 @@ struct StoredPair {
 
 // Writes a pair of these props of the task (-1: none); reads one, false for numbers that no pair
 // has.
-void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* ids, double* values);
-bool load_pair(const std::int32_t* ids, const double* values, int num_shape_pairs,
+void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* ids, float* values);
+bool load_pair(const std::int32_t* ids, const float* values, int num_shape_pairs,
                ContactPair& pair);
 
 }  // namespace engram

@@ -27,7 +27,7 @@ Frame center_frame(const CollisionBody& body, const Frame& frame) {
 }  // namespace
 
 ContactStep::ContactStep(const CollisionScene& scene) : scene_(scene), search_(scene) {
-  refs_.reserve(at(max_contact_pairs(scene)) * ContactPair::kMostPatches);
+  refs_.reserve(at(max_near_pairs(scene)) * ContactPair::kMostPatches);
 }
 
 void ContactStep::find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,

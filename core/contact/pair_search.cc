@@ -54,9 +54,16 @@ BodyStates::BodyStates(const CollisionScene& scene)
   }
 }
 
-int max_contact_pairs(const CollisionScene& scene) {
-  constexpr int kMost = 48;
-  return std::min(kMost, static_cast<int>(scene.shape_pairs().size()));
+int max_near_pairs(const CollisionScene& scene) {
+  constexpr int kOfRobot = 48;
+  constexpr int kOfShape = 4;
+  return std::min(kOfRobot + kOfShape * scene.num_free_shapes(),
+                  static_cast<int>(scene.shape_pairs().size()));
+}
+
+int max_stored_pairs(const CollisionScene& scene) {
+  constexpr int kOfRobot = 16;
+  return std::min(kOfRobot + scene.num_free_shapes(), static_cast<int>(scene.shape_pairs().size()));
 }
 
 PairSearch::PairSearch(const CollisionScene& scene)
@@ -67,7 +74,7 @@ PairSearch::PairSearch(const CollisionScene& scene)
       records_(scene.shape_pairs().size()),
       shape_frames_(scene.shapes().size()),
       posed_(scene.shapes().size()) {
-  const auto most = at(max_contact_pairs(scene));
+  const auto most = at(max_near_pairs(scene));
   near_.reserve(most);
   kept_.reserve(most);
   order_.reserve(most);
@@ -157,41 +164,41 @@ void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemo
 
 void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStates& bodies,
                                  ContactMemory& memory, NarrowPhase& narrow_phase) {
-  const ShapePair& pair = scene_.shape_pairs()[at(index)];
-  const CollisionShape& a = scene_.shapes()[at(pair.a)];
-  const CollisionShape& b = scene_.shapes()[at(pair.b)];
-  const Frame& frame_a = shape_frame(pair.a, bodies);
-  const Frame& frame_b = shape_frame(pair.b, bodies);
+  const ShapePair& shapes = scene_.shape_pairs()[at(index)];
+  const CollisionShape& a = scene_.shapes()[at(shapes.a)];
+  const CollisionShape& b = scene_.shapes()[at(shapes.b)];
+  const Frame& frame_a = shape_frame(shapes.a, bodies);
+  const Frame& frame_b = shape_frame(shapes.b, bodies);
   double& clear = shapes_clear_[at(index)];
   clear = travel.before + least_distance_of(a, frame_a, b, frame_b) - kActiveGap;
   if (travel.after < clear) return;
   clear = kNever;
-  const int record = record_of(index, memory);
-  if (record < 0) return;
-  NearPair& near = near_.emplace_back();
-  near.record = record;
-  near.shape_pair = index;
-  near.points = narrow_phase.find(index, frame_a, frame_b, memory.pairs[at(record)]);
-  const ContactPoints found = near.points;
-  near.points.keep_below(kActiveGap + travel.after - travel.before);
-  if (near.points.empty()) {
+  const int known = records_[at(index)];
+  if (known < 0) {
+    added_pair_.shape_pair = index;
+    added_pair_.manifold.known = false;
+    added_pair_.manifold.num_points = 0;
+  }
+  ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
+  ContactPoints points = narrow_phase.find(index, frame_a, frame_b, pair);
+  const ContactPoints found = points;
+  points.keep_below(kActiveGap + travel.after - travel.before);
+  if (points.empty()) {
     clear =
         travel.before - kActiveGap + narrow_phase.least_distance(index, frame_a, frame_b, found);
-    near_.pop_back();
     return;
   }
+  if (known < 0) {
+    if (memory.pairs.size() == memory.pairs.capacity()) return;
+    records_[at(index)] = static_cast<int>(memory.pairs.size());
+    memory.pairs.push_back(added_pair_);
+    kept_.push_back(0);
+  }
+  const int record = records_[at(index)];
   kept_[at(record)] = 1;
-  near.gap = near.points[0].gap;
-  for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
-}
-
-int PairSearch::record_of(int shape_pair, ContactMemory& memory) {
-  int& record = records_[at(shape_pair)];
-  if (record >= 0 || memory.pairs.size() == memory.pairs.capacity()) return record;
-  record = static_cast<int>(memory.pairs.size());
-  memory.pairs.emplace_back().shape_pair = shape_pair;
-  kept_.push_back(0);
-  return record;
+  double gap = points[0].gap;
+  for (const ContactPoint& point : points) gap = std::min(gap, point.gap);
+  near_.push_back({record, index, points, gap});
 }
 
 // Known pairs keep their order; new ones follow from the nearest on.

@@ -33,8 +33,10 @@ struct ContactMemory {
   std::vector<ContactPair> pairs;
 };
 
-// Pairs that an environment can remember; those that came near last are left out.
-int max_contact_pairs(const CollisionScene& scene);
+// Most pairs that are near at once, and most of them that an environment remembers from step to
+// step. Of more, those that came near last are left out.
+int max_near_pairs(const CollisionScene& scene);
+int max_stored_pairs(const CollisionScene& scene);
 
 // A pair of shapes near each other in this substep.
 struct NearPair {
@@ -75,8 +77,6 @@ class PairSearch {
                       NarrowPhase& narrow_phase);
   void find_shape_pair(int pair, const Travel& travel, const BodyStates& bodies,
                        ContactMemory& memory, NarrowPhase& narrow_phase);
-  // Index of the pair's record; a new one if there is none, or -1 if the memory is full.
-  int record_of(int shape_pair, ContactMemory& memory);
   void sort_new(int known, ContactMemory& memory);
   void forget_distant(const BodyStates& bodies, ContactMemory& memory);
 
@@ -92,6 +92,7 @@ class PairSearch {
   std::vector<std::uint8_t> kept_;   // of the memory's pairs
   std::vector<int> order_;           // of near_
   std::vector<ContactPair> added_;
+  ContactPair added_pair_;  // one that may be added
 };
 
 }  // namespace engram

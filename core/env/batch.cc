@@ -97,7 +97,7 @@ Batch::~Batch() = default;
 void Batch::allocate() {
   const TaskInfo& info = task_->info();
   state_ = State(memory_, static_cast<int>(model_->props().size()),
-                 max_contact_pairs(model_->collision()));
+                 max_stored_pairs(model_->collision()));
   const bool goes_on = options_.after_end == AfterEnd::kContinue;
   memory_.limit("elapsed", 0, goes_on ? kMostElapsed : info.horizon);
   pins_ = PinTable(pin_memory_, all_variables(info));

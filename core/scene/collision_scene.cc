@@ -163,4 +163,12 @@ void CollisionScene::add_pairs(const mjModel& model, const std::vector<int>& sha
   }
 }
 
+int CollisionScene::num_free_shapes() const {
+  int sum = 0;
+  for (const CollisionBody& body : bodies_) {
+    if (body.kind == BodyKind::kFree) sum += body.num_shapes;
+  }
+  return sum;
+}
+
 }  // namespace engram

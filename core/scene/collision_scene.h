@@ -67,6 +67,8 @@ class CollisionScene {
   const std::vector<ShapePair>& shape_pairs() const { return shape_pairs_; }
   // Pairs of two moving bodies come first, then those of a moving and a static or kinematic one.
   const std::vector<BodyPair>& body_pairs() const { return body_pairs_; }
+  // Shapes of free props.
+  int num_free_shapes() const;
   // Body of a prop, or -1 if nothing of it collides.
   int body_of_prop(int prop) const { return body_of_prop_[static_cast<std::size_t>(prop)]; }
 

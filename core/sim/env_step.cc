@@ -12,7 +12,7 @@ StepWorkspace::StepWorkspace(const PhysicsModel& model)
   awake.reserve(props);
   moving.reserve(props);
   reach_frames.resize(model.reach_shapes().size());
-  memory.pairs.reserve(at(max_contact_pairs(model.collision())));
+  memory.pairs.reserve(at(max_near_pairs(model.collision())));
 }
 
 void EnvStep::wake(int prop) {

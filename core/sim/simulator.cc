@@ -118,7 +118,8 @@ struct Simulator::Lane {
 struct Simulator::WorkerWorkspace {
   WorkerWorkspace(const PhysicsModel& model, const LaneKernel& kernel)
       : block(kernel),
-        contact_block(kernel.lanes, num_free(model), base_of(model)),
+        contact_block(kernel.lanes, num_free(model), model.collision().num_free_shapes(),
+                      base_of(model)),
         narrow_phase(model.full(), model.collision()) {
     for (int i = 0; i < kernel.lanes; ++i) {
       step_workspaces.emplace_back(model);

@@ -36,7 +36,7 @@ State::State(ColumnStore& store, int props, int contact_pairs)
   finger_force = store.add<double>("finger_force", 6 * width, "N");
   const int pairs = std::max(1, contact_pairs);
   contact_ids = store.add<std::int32_t>("contact_ids", StoredPair::kInts * pairs);
-  contact_values = store.add<double>("contact_values", StoredPair::kDoubles * pairs);
+  contact_values = store.add<float>("contact_values", StoredPair::kFloats * pairs);
 
   store.limit("finished", 0, 1);
   store.limit("prop_status", 0, static_cast<int>(PropStatus::kAwake));

@@ -56,7 +56,7 @@ struct State {
   // Memory of the contact law (StoredPair), pairs in the order of solving; an environment's first
   // row with both shapes the same ends the list.
   Column<std::int32_t> contact_ids;  // (num_contact_pairs * StoredPair::kInts)
-  Column<double> contact_values;     // (num_contact_pairs * StoredPair::kDoubles)
+  Column<float> contact_values;      // (num_contact_pairs * StoredPair::kFloats)
 
   double* prop_pos_of(int env, int prop) const { return prop_pos.row(env) + 3 * prop; }
   double* prop_quat_of(int env, int prop) const { return prop_quat.row(env) + 4 * prop; }

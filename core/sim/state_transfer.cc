@@ -71,7 +71,7 @@ void StateTransfer::load_contacts() {
     const std::int32_t* const ids = state_.contact_ids.row(env_) + i * StoredPair::kInts;
     if (StoredPair::is_empty(ids)) break;
     ContactPair pair;
-    if (load_pair(ids, state_.contact_values.row(env_) + i * StoredPair::kDoubles, shape_pairs,
+    if (load_pair(ids, state_.contact_values.row(env_) + i * StoredPair::kFloats, shape_pairs,
                   pair)) {
       workspace_.memory.pairs.push_back(pair);
     }
@@ -193,18 +193,19 @@ void StateTransfer::store_contacts() const {
   };
   int count = 0;
   for (const ContactPair& pair : workspace_.memory.pairs) {
+    if (count == state_.num_contact_pairs) return;
     const ShapePair& shapes = scene.shape_pairs()[at(pair.shape_pair)];
     store_pair(pair, prop_of(shapes.a), prop_of(shapes.b),
                state_.contact_ids.row(env_) + count * StoredPair::kInts,
-               state_.contact_values.row(env_) + count * StoredPair::kDoubles);
+               state_.contact_values.row(env_) + count * StoredPair::kFloats);
     ++count;
   }
   for (; count < state_.num_contact_pairs; ++count) {
     std::int32_t* const ids = state_.contact_ids.row(env_) + count * StoredPair::kInts;
     if (StoredPair::is_empty(ids)) return;
     std::fill_n(ids, StoredPair::kInts, 0);
-    std::fill_n(state_.contact_values.row(env_) + count * StoredPair::kDoubles,
-                StoredPair::kDoubles, 0.0);
+    std::fill_n(state_.contact_values.row(env_) + count * StoredPair::kFloats, StoredPair::kFloats,
+                0.0F);
   }
 }
 

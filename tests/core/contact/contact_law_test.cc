@@ -37,7 +37,7 @@ class World {
   explicit World(const RecordedRun& run)
       : model_(tasks::scene_source({.props = test::recorded_props(run)})),
         state_(store_, static_cast<int>(model_.props().size()),
-               max_contact_pairs(model_.collision())),
+               max_stored_pairs(model_.collision())),
         simulator_(model_, SimulatorOptions{kSubsteps}, 1, 1) {
     const JointArray up = {0, 0, 0, -1.9, 0, 2.6, 0.8, 0.04, 0.04};
     std::copy(up.begin(), up.end(), state_.qpos.row(0));
