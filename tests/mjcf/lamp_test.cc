@@ -48,8 +48,12 @@ TEST_CASE("Visual props cost physics nothing and change no bit", "[mjcf][lamp]")
   test::Rig without({cube}, {cube_place});
 
   const PhysicsModel& model = with.env().physics_model();
-  CHECK(model.scenes().size() == without.env().physics_model().scenes().size());
-  for (const SceneModel& scene : model.scenes()) CHECK_FALSE(scene.has_kinematic_props);
+  const CollisionScene& scene = model.collision();
+  CHECK(scene.shape_pairs().size() ==
+        without.env().physics_model().collision().shape_pairs().size());
+  CHECK(scene.body_of_prop(0) == -1);
+  CHECK(scene.body_of_prop(1) >= 0);
+  CHECK(scene.body_of_prop(2) == -1);
   CHECK_FALSE(model.props()[0].tangible());
   CHECK(model.props()[1].tangible());
   CHECK_FALSE(model.props()[2].tangible());

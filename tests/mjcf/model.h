@@ -43,9 +43,8 @@ inline Model compile(const std::string& xml) {
 
 inline Model compile(const Scene& scene, Detail detail) { return compile(compose(scene, detail)); }
 
-// A scene as the engine moves it (core/scene/scene_model.cc): no gravity in the model, and the
-// drives' damping as armature and force, so that contacts are solved with the accelerations that
-// happen.
+// A scene that MuJoCo itself moves: no gravity in the model, and the drives' damping as armature
+// and force, so that contacts are solved with the accelerations that happen.
 inline Model compile_driven(const Scene& scene, Detail detail) {
   Model model = compile(scene, detail);
   model->opt.gravity[2] = 0;
@@ -72,7 +71,7 @@ inline Data make_data(const Model& model, const Arm& pose) {
   return data;
 }
 
-// Steps as the engine does: the weight of free props comes from outside.
+// Steps in MuJoCo; the weight of free props comes from outside.
 inline void step(const Model& model, const Data& data) {
   for (int joint = 0; joint < model->njnt; ++joint) {
     if (model->jnt_type[joint] != mjJNT_FREE) continue;

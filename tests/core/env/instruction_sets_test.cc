@@ -30,9 +30,10 @@ std::uint64_t bits_of(std::string_view id) {
   options.obs_mode = ObsMode::kRgb;
   const auto env = make(id, options);
   std::uint64_t hash = checksum(Queries(*env).document());
-  for (const SceneModel& scene : env->physics_model().scenes()) {
-    std::vector<std::byte> bytes(static_cast<std::size_t>(mj_sizeModel(scene.model.get())));
-    mj_saveModel(scene.model.get(), nullptr, bytes.data(), static_cast<int>(bytes.size()));
+  const PhysicsModel& physics = env->physics_model();
+  for (const mjModel* model : {&physics.full(), &physics.robot()}) {
+    std::vector<std::byte> bytes(static_cast<std::size_t>(mj_sizeModel(model)));
+    mj_saveModel(model, nullptr, bytes.data(), static_cast<int>(bytes.size()));
     hash = checksum(bytes, hash);
   }
   env->reset();

@@ -42,6 +42,12 @@ inline Robot random_robot(RandomStream& random) {
   return robot;
 }
 
+// Part of a drive's force that does not depend on the joint's motion, N m, N; see JointSolver.
+inline double drive_bias_of(const Robot& robot, int joint) {
+  return physics().robot_params().drive.stiffness *
+         robot.drive.qpos[static_cast<std::size_t>(joint)];
+}
+
 inline std::vector<Robot> random_robots(int count) {
   RandomStream random(5, 0, 0);
   std::vector<Robot> robots;

@@ -11,30 +11,6 @@
 namespace engram::test {
 namespace {
 
-TEST_CASE("Links are posed as MuJoCo poses bodies and geoms", "[physics]") {
-  const SceneModel& scene = physics().scenes()[PhysicsModel::kRobotScene];
-  const mjModel& model = *scene.model;
-  const DataPtr mine = make_data(model);
-  const DataPtr theirs = make_data(model);
-  scene.kinematics.pose_fixed(*mine);
-  double worst = 0;
-  for (const Robot& robot : random_robots(256)) {
-    std::copy(robot.q.begin(), robot.q.end(), theirs->qpos);
-    mj_kinematics(&model, theirs.get());
-    scene.kinematics.pose(pose_at(physics().robot_model(), robot.q.data()), *mine);
-    const auto compare = [&](const mjtNum* a, const mjtNum* b, int count) {
-      for (int i = 0; i < count; ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
-    };
-    compare(mine->xpos, theirs->xpos, 3 * model.nbody);
-    compare(mine->xmat, theirs->xmat, 9 * model.nbody);
-    compare(mine->geom_xpos, theirs->geom_xpos, 3 * model.ngeom);
-    compare(mine->geom_xmat, theirs->geom_xmat, 9 * model.ngeom);
-    compare(mine->xanchor, theirs->xanchor, 3 * kArmJoints);
-    compare(mine->xaxis, theirs->xaxis, 3 * kRobotJoints);
-  }
-  CHECK(worst < 1e-13);
-}
-
 TEST_CASE("Bodies that are fixed to links are where MuJoCo has them", "[physics]") {
   const mjModel& model = physics().robot();
   const DataPtr data = make_data(model);
@@ -62,8 +38,7 @@ TEST_CASE("The pose in a lane is the one at its joint positions, to the bit", "[
     block.put(LaneRows::kQ, lane, robot.q.data(), kRobotJoints);
     block.put(LaneRows::kV, lane, robot.v.data(), kRobotJoints);
   }
-  block.kernel().substep(physics().robot_model(), physics().robot_params(), false, block.rows(),
-                         true);
+  block.kernel().pose_links(physics().robot_model(), block.rows());
   for (int lane = 0; lane < block.lanes(); ++lane) {
     const RobotModel& model = physics().robot_model();
     const RobotPose pose = pose_in_lane(model, block.rows(), block.lanes(), lane);

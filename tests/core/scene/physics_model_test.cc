@@ -1,9 +1,9 @@
 #include "core/scene/physics_model.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <numeric>
+#include <cmath>
 #include <string>
-#include <vector>
 
 #include "core/base/error.h"
 #include "tests/core/scene/props.h"
@@ -11,39 +11,34 @@
 namespace engram {
 namespace {
 
-std::vector<int> count_of(const PhysicsModel& model, const std::vector<int>& props) {
-  std::vector<int> count(static_cast<std::size_t>(model.num_types()), 0);
-  for (const int prop : props) {
-    ++count[static_cast<std::size_t>(model.props()[static_cast<std::size_t>(prop)].type)];
-  }
-  return count;
+// Replaces the first occurrence of a string in all texts of a scene.
+SceneSpec with_text(const std::string& before, const std::string& after) {
+  SceneSpec spec = tasks::scene_source(test::mixed_scene());
+  spec.compose = [compose = spec.compose, before, after](std::span<const int> props,
+                                                         RobotDetail detail) {
+    std::string text = compose(props, detail);
+    const std::size_t found = text.find(before);
+    REQUIRE(found != std::string::npos);
+    return text.replace(found, before.size(), after);
+  };
+  return spec;
 }
 
-TEST_CASE("Scenes grow from the robot's dynamics to the whole scene", "[physics_model]") {
+TEST_CASE("Compiled scenes have collision geometry, no gravity and no drives", "[physics_model]") {
   const PhysicsModel& model = test::mixed_model();
-  CHECK(model.scenes()[PhysicsModel::kDynamicsScene].model->npair == 0);
-  CHECK(model.scenes()[PhysicsModel::kRobotScene].slots.empty());
-  CHECK(model.robot().npair > 0);
-  CHECK(model.scenes().back().slots.size() == 3);
-  for (const SceneModel& scene : model.scenes()) CHECK(scene.model->nu == kRobotJoints);
-}
-
-TEST_CASE("The smallest scene has slots for what is awake, and no smaller one has",
-          "[physics_model]") {
-  const PhysicsModel& model = test::mixed_model();
-  CHECK(model.smallest_scene(count_of(model, {}), false) == PhysicsModel::kRobotScene);
-  CHECK(model.smallest_scene(count_of(model, {0, 1, 2}), true) == model.full_scene());
-  for (const std::vector<int>& awake : std::vector<std::vector<int>>{{0}, {1}, {0, 1}, {0, 2}}) {
-    const std::vector<int> count = count_of(model, awake);
-    const int scene = model.smallest_scene(count, true);
-    const SceneModel& chosen = model.scenes()[static_cast<std::size_t>(scene)];
-    CHECK(chosen.has_slots_for(count));
-    CHECK(chosen.has_kinematic_props);
-    CHECK(chosen.slots.size() == awake.size());
+  for (const mjModel* scene : {&model.full(), &model.robot()}) {
+    CHECK(scene->npair > 0);
+    CHECK(scene->nu == kRobotJoints);
+    CHECK(scene->opt.gravity[2] == 0);
+    for (int i = 0; i < kRobotJoints; ++i) {
+      CHECK(scene->actuator_gainprm[i * mjNGAIN] == 0);
+      CHECK(scene->dof_damping[i] == 0);
+      CHECK(scene->jnt_limited[i] == 0);
+    }
   }
-  const int kinematic = model.smallest_scene(count_of(model, {}), true);
-  CHECK(model.scenes()[static_cast<std::size_t>(kinematic)].has_kinematic_props);
-  CHECK(model.scenes()[static_cast<std::size_t>(kinematic)].slots.empty());
+  CHECK(model.robot().nq == kRobotJoints);
+  CHECK(model.full().nq == kRobotJoints + 3 * 7);
+  CHECK(model.full().nmocap == 1);
 }
 
 TEST_CASE("Constants of robot and props are the text's", "[physics_model]") {
@@ -54,28 +49,34 @@ TEST_CASE("Constants of robot and props are the text's", "[physics_model]") {
   CHECK(model.props()[test::kBall].bounding_radius == Approx(0.03).margin(1e-3));
   CHECK_FALSE(model.props()[test::kBox].free);
   CHECK(model.props()[test::kBox].tangible());
-  CHECK(model.props()[test::kCube0].type == model.props()[test::kCube1].type);
-  CHECK(model.num_types() == 3);
-  CHECK_FALSE(model.reach_geoms().empty());
-  CHECK(model.reach_boxes().size() == model.reach_geoms().size());
+  CHECK(model.robot_params().drive.stiffness == 1000);
+  CHECK(model.robot_params().timestep == Approx(0.01));
+  CHECK(model.robot_params().upper[kArmJoints] == Approx(0.04));
 }
 
-TEST_CASE("Robot geometry that reaches props is the same in all scenes", "[physics_model]") {
+TEST_CASE("Shapes that reach props are those of the hand and its neighbours", "[physics_model]") {
   const PhysicsModel& model = test::mixed_model();
-  for (std::size_t i = PhysicsModel::kRobotScene; i < model.scenes().size(); ++i) {
-    const mjModel& scene = *model.scenes()[i].model;
-    for (const int geom : model.reach_geoms()) {
-      CHECK(scene.geom_bodyid[geom] == model.full().geom_bodyid[geom]);
-      CHECK(scene.geom_rbound[geom] == model.full().geom_rbound[geom]);
-    }
-    CHECK(std::string(mj_id2name(&scene, mjOBJ_BODY, model.finger_bodies()[0])) == "leftfinger");
+  REQUIRE_FALSE(model.reach_shapes().empty());
+  REQUIRE(model.reach_boxes().size() == model.reach_shapes().size());
+  bool finger = false;
+  for (std::size_t i = 0; i < model.reach_shapes().size(); ++i) {
+    const CollisionShape& shape =
+        model.collision().shapes()[static_cast<std::size_t>(model.reach_shapes()[i])];
+    const CollisionBody& body = model.collision().bodies()[static_cast<std::size_t>(shape.body)];
+    CHECK(body.kind == BodyKind::kLink);
+    CHECK(model.reach_boxes()[i].bounding_radius() >= 0.99 * shape.half.maxCoeff());
+    finger = finger || finger_of(body.link) >= 0;
   }
+  CHECK(finger);
+  CHECK(std::is_sorted(model.reach_shapes().begin(), model.reach_shapes().end()));
 }
 
-TEST_CASE("A specification without a type for each prop is refused", "[physics_model]") {
+TEST_CASE("Scenes that the engine cannot move are refused", "[physics_model]") {
+  CHECK_THROWS_WITH(PhysicsModel(with_text("<freejoint/>", "<joint type=\"slide\"/>")),
+                    Catch::Contains("neither a free joint nor a mocap body"));
   SceneSpec spec = tasks::scene_source(test::mixed_scene());
-  spec.types.pop_back();
-  CHECK_THROWS_WITH(PhysicsModel(spec), Catch::Contains("one type for each prop"));
+  spec.props.front() = "sphinx";
+  CHECK_THROWS_WITH(PhysicsModel(spec), Catch::Contains("without a body named 'sphinx'"));
 }
 
 }  // namespace

@@ -46,6 +46,10 @@ Counts probe(const std::string& shape) {
                     "<contact><pair geom1='a' geom2='b'/></contact></mujoco>");
   const DataPtr data = make_data(*model);
   RandomStream random(1, 0, 0);
+  CollisionShape probed;
+  probed.type = model->geom_type[0];
+  probed.half = Eigen::Map<const Vec3>(model->geom_size);
+  probed.bounding_radius = model->geom_rbound[0];
   Counts counts;
   for (counts.rounds = 0; counts.rounds < 5000; ++counts.rounds) {
     random_pose(random, 0.2, data->mocap_pos, data->mocap_quat);
@@ -53,7 +57,9 @@ Counts probe(const std::string& shape) {
     mj_kinematics(model.get(), data.get());
     mj_collision(model.get(), data.get());
     const Eigen::Map<const Eigen::Vector3d> center(data->geom_xpos + 3);
-    const double distance = sphere_geom_clearance(*model, *data, 0, center, kRadius);
+    const Frame frame = {Eigen::Map<const Vec3>(data->geom_xpos),
+                         Eigen::Map<const RowMat3>(data->geom_xmat)};
+    const double distance = sphere_clearance(probed, frame, center, kRadius);
     const bool reaches = distance <= 0;
     counts.touches += data->ncon > 0 ? 1 : 0;
     counts.reached += reaches ? 1 : 0;
@@ -95,19 +101,44 @@ TEST_CASE("A sphere that touches any other shape is never missed", "[proximity]"
   }
 }
 
-// Pairs of slots of a whole scene that have a contact, in order.
-std::set<std::pair<int, int>> touching_slots(const SceneModel& whole, const mjData& data) {
-  std::set<std::pair<int, int>> touches;
-  for (int i = 0; i < data.ncon; ++i) {
-    const auto slot_of = [&](int geom) {
-      return whole.slot_of_body[static_cast<std::size_t>(whole.model->geom_bodyid[geom])];
-    };
-    const int a = slot_of(data.contact[i].geom1);
-    const int b = slot_of(data.contact[i].geom2);
-    if (a >= 0 && b >= 0) touches.emplace(std::min(a, b), std::max(a, b));
+// Free props of a scene in MuJoCo's data.
+class Props {
+ public:
+  explicit Props(const PhysicsModel& physics) : model_(physics.full()), data_(make_data(model_)) {
+    prop_of_body_.assign(static_cast<std::size_t>(model_.nbody), -1);
+    for (const PropModel& prop : physics.props()) {
+      const int body = mj_name2id(&model_, mjOBJ_BODY, prop.name.c_str());
+      prop_of_body_[static_cast<std::size_t>(body)] = static_cast<int>(qpos_.size());
+      qpos_.push_back(model_.jnt_qposadr[model_.body_jntadr[body]]);
+    }
   }
-  return touches;
-}
+
+  int count() const { return static_cast<int>(qpos_.size()); }
+  // Position and quaternion.
+  mjtNum* pose(int prop) { return data_->qpos + qpos_[static_cast<std::size_t>(prop)]; }
+
+  // Pairs of props that have a contact, in order.
+  std::set<std::pair<int, int>> touching() {
+    mj_kinematics(&model_, data_.get());
+    mj_collision(&model_, data_.get());
+    std::set<std::pair<int, int>> touches;
+    for (int i = 0; i < data_->ncon; ++i) {
+      const auto prop_of = [&](int geom) {
+        return prop_of_body_[static_cast<std::size_t>(model_.geom_bodyid[geom])];
+      };
+      const int a = prop_of(data_->contact[i].geom1);
+      const int b = prop_of(data_->contact[i].geom2);
+      if (a >= 0 && b >= 0) touches.emplace(std::min(a, b), std::max(a, b));
+    }
+    return touches;
+  }
+
+ private:
+  const mjModel& model_;
+  DataPtr data_;
+  std::vector<int> prop_of_body_;  // or -1
+  std::vector<int> qpos_;          // addresses
+};
 
 mjcf::Scene one_of_each_shape() {
   mjcf::Scene scene;
@@ -121,9 +152,8 @@ mjcf::Scene one_of_each_shape() {
 TEST_CASE("Shapes do not touch when they have come nearer by less than they were apart",
           "[proximity]") {
   const PhysicsModel physics(tasks::scene_source(one_of_each_shape()));
-  const SceneModel& whole = physics.scenes().back();
-  const DataPtr data = make_data(*whole.model);
-  for (const PropSlot& slot : whole.slots) data->qpos[slot.qpos] = 10.0 * (1 + slot.dof);  // apart
+  Props props(physics);
+  for (int prop = 0; prop < props.count(); ++prop) props.pose(prop)[0] = 1000.0 + 10.0 * prop;
   RandomStream random(5, 0, 0);
   constexpr double kGap = 0.002;
   int moved = 0;
@@ -133,7 +163,7 @@ TEST_CASE("Shapes do not touch when they have come nearer by less than they were
     mjtNum* poses[2];
     Frame frames[2];
     for (int i = 0; i < 2; ++i) {
-      poses[i] = data->qpos + whole.slots[static_cast<std::size_t>(i == 0 ? a : b)].qpos;
+      poses[i] = props.pose(i == 0 ? a : b);
       random_pose(random, 0.06, poses[i], poses[i] + 3);
       frames[i] = make_frame(poses[i], poses[i] + 3);
     }
@@ -143,9 +173,7 @@ TEST_CASE("Shapes do not touch when they have come nearer by less than they were
     if (clearance > 0) {
       Eigen::Map<Eigen::Vector3d> second(poses[1]);
       second -= (clearance + kGap - 1e-9) * (second - frames[0].pos).normalized();
-      mj_kinematics(whole.model.get(), data.get());
-      mj_collision(whole.model.get(), data.get());
-      REQUIRE(touching_slots(whole, *data).count({std::min(a, b), std::max(a, b)}) == 0);
+      REQUIRE(props.touching().count({std::min(a, b), std::max(a, b)}) == 0);
       ++moved;
     }
     for (int i = 0; i < 2; ++i) poses[i][0] = 1000.0 + 10.0 * (i == 0 ? a : b);
@@ -155,8 +183,7 @@ TEST_CASE("Shapes do not touch when they have come nearer by less than they were
 
 TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity]") {
   const PhysicsModel physics(tasks::scene_source(one_of_each_shape()));
-  const SceneModel& whole = physics.scenes().back();
-  const DataPtr data = make_data(*whole.model);
+  Props props(physics);
   RandomStream random(4, 0, 0);
   const MujocoScope scope;  // nine shapes in a knot may have more contacts than fit
   int touching = 0;
@@ -164,13 +191,11 @@ TEST_CASE("Shapes that touch are near, and those far apart are not", "[proximity
   int spheres = 0;
   for (int round = 0; round < 1500; ++round) {
     std::vector<Frame> frames;
-    for (const PropSlot& slot : whole.slots) {
-      random_pose(random, 0.06, data->qpos + slot.qpos, data->qpos + slot.qpos + 3);
-      frames.push_back(make_frame(data->qpos + slot.qpos, data->qpos + slot.qpos + 3));
+    for (int prop = 0; prop < props.count(); ++prop) {
+      random_pose(random, 0.06, props.pose(prop), props.pose(prop) + 3);
+      frames.push_back(make_frame(props.pose(prop), props.pose(prop) + 3));
     }
-    mj_kinematics(whole.model.get(), data.get());
-    mj_collision(whole.model.get(), data.get());
-    const std::set<std::pair<int, int>> touches = touching_slots(whole, *data);
+    const std::set<std::pair<int, int>> touches = props.touching();
     for (int a = 0; a < mjcf::kObjectShapeCount; ++a) {
       for (int b = a + 1; b < mjcf::kObjectShapeCount; ++b) {
         const PropModel& first = physics.props()[static_cast<std::size_t>(a)];

@@ -27,6 +27,16 @@ RobotPose pose_of(const PhysicsModel& physics, const mjData& data) {
   return pose_at(physics.robot_model(), data.qpos);
 }
 
+// Lower bound of the distance of an obstacle to one of the robot's shapes.
+double distance_to(const PhysicsModel& physics, const RobotPose& pose, int shape,
+                   const RobotBounds::Obstacle& obstacle) {
+  const CollisionScene& scene = physics.collision();
+  const CollisionShape& of = scene.shapes()[static_cast<std::size_t>(shape)];
+  const Frame body = carried(pose, scene.bodies()[static_cast<std::size_t>(of.body)].attachment);
+  const Frame frame = {body.pos + body.axes * of.frame.pos, body.axes * of.frame.axes};
+  return sphere_clearance(of, frame, obstacle.center, obstacle.radius);
+}
+
 TEST_CASE("The robot is never called clear where it has a contact", "[proximity]") {
   const PhysicsModel physics(tasks::scene_source({}));
   const mjModel& model = physics.robot();
@@ -68,12 +78,12 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
       const double y = random.uniform(-0.3, 0.3);
       const double z = random.uniform(-0.3, 0.3);
       const RobotBounds::Obstacle obstacle{tcp + Eigen::Vector3d(x, y, z), 0.036};
-      const bool reaches =
-          std::any_of(physics.reach_geoms().begin(), physics.reach_geoms().end(), [&](int geom) {
-            return sphere_geom_clearance(model, *data, geom, obstacle.center, obstacle.radius) <= 0;
-          });
-      const bool is_clear =
-          physics.robot_bounds().clearance(pose_of(physics, *data), {&obstacle, 1}).is_clear();
+      const RobotPose pose = pose_of(physics, *data);
+      const std::vector<int>& shapes = physics.reach_shapes();
+      const bool reaches = std::any_of(shapes.begin(), shapes.end(), [&](int shape) {
+        return distance_to(physics, pose, shape, obstacle) <= 0;
+      });
+      const bool is_clear = physics.robot_bounds().clearance(pose, {&obstacle, 1}).is_clear();
       if (reaches) REQUIRE_FALSE(is_clear);
       reached += reaches ? 1 : 0;
       clear += is_clear ? 1 : 0;

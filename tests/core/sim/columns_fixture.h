@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/contact/contact_step.h"
 #include "core/sim/state.h"
 #include "tests/core/scene/props.h"
 
@@ -12,7 +13,8 @@ namespace engram::test {
 // The robot at its start pose; the first cube falls, the ball sleeps, the second cube is hidden,
 // the kinematic box stands.
 struct MixedColumns {
-  explicit MixedColumns(int num_envs = 1) : store(num_envs), state(store, 4) {
+  explicit MixedColumns(int num_envs = 1)
+      : store(num_envs), state(store, 4, max_contact_pairs(mixed_model().collision())) {
     for (int env = 0; env < num_envs; ++env) {
       std::copy(kStartPose.begin(), kStartPose.end(), state.qpos.row(env));
       place(env, kCube0, {0.0, 0.4, 0.1}, PropStatus::kAwake);

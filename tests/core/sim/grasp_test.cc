@@ -144,13 +144,13 @@ TEST_CASE("The force of a grip is that of the drives", "[physics]") {
   }
 }
 
-TEST_CASE("Forces on the joints end when a held cube vanishes", "[physics]") {
+TEST_CASE("Forces on the fingers end when a held cube vanishes", "[physics]") {
   BatchOptions options;
   options.sleep = GENERATE(true, false);
   Rig rig = Rig::cubes({{{-0.05, 0.05, 0.02}}}, options);
   const auto strongest = [&] {
-    const double* force = rig.state().contact_force.row(0);
-    return std::max(std::abs(force[7]), std::abs(force[8]));  // fingers
+    const double* force = rig.state().finger_force.row(0);
+    return std::max(std::abs(force[1]), std::abs(force[4]));
   };
   rig.move({-0.05, 0.05, 0.02}, 30);
   rig.rest(10, -1);

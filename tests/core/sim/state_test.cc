@@ -3,17 +3,25 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "core/contact/contact_pair.h"
 #include "tests/core/sim/columns_fixture.h"
 
 namespace engram {
 namespace {
 
-TEST_CASE("A placed prop has its pose and no velocity, force or warm start", "[state]") {
+TEST_CASE("A placed prop has its pose and no velocity, force or contact", "[state]") {
   const test::MixedColumns columns;
   const State& state = columns.state;
   std::fill_n(state.prop_qvel_of(0, 1), 6, 1.0);
   state.finger_force.row(0)[6 + 2] = 5;
-  state.prop_qacc_warmstart.row(0)[6] = 3;
+  ContactPair touching;
+  touching.shape_pair = 0;
+  touching.manifold.known = true;
+  touching.num_patches = 1;
+  std::int32_t* const ids = state.contact_ids.row(0);
+  store_pair(touching, 1, -1, ids, state.contact_values.row(0));
+  store_pair(touching, 2, 0, ids + StoredPair::kInts,
+             state.contact_values.row(0) + StoredPair::kDoubles);
   state.prop_slow_steps.row(0)[1] = 4;
   columns.place(0, 1, {1, 2, 3}, PropStatus::kAwake);
   CHECK(state.prop_pos_of(0, 1)[2] == 3);
@@ -21,7 +29,12 @@ TEST_CASE("A placed prop has its pose and no velocity, force or warm start", "[s
   CHECK(std::all_of(state.prop_qvel_of(0, 1), state.prop_qvel_of(0, 1) + 6,
                     [](double v) { return v == 0; }));
   CHECK(state.finger_force.row(0)[6 + 2] == 0);
-  CHECK(state.prop_qacc_warmstart.row(0)[6] == 0);
+  // The pair stays in the order of solving; that of other props stays as it was.
+  CHECK_FALSE(StoredPair::is_empty(ids));
+  CHECK(ids[StoredPair::kPoints] == 0);
+  CHECK(ids[StoredPair::kPatches] == 0);
+  CHECK(ids[StoredPair::kInts + StoredPair::kPoints] == 1);
+  CHECK(ids[StoredPair::kInts + StoredPair::kPatches] == 1);
   CHECK(state.prop_slow_steps.row(0)[1] == 0);
   CHECK(state.status_of(0, 1) == PropStatus::kAwake);
 }
