@@ -25,6 +25,9 @@ std::array<double, 5> pair_friction(double sliding, double patch) {
   return {sliding, sliding, sliding * patch, 1e-4, 1e-4};
 }
 
+// Softness and onset of contacts are for MuJoCo's own step: the engine solves contacts by another law
+// (core/contact).
+
 // Penetration of a resting prop into soft contacts, whatever it weighs, if it stands on four of
 // them; more contacts share its weight. The table's contacts begin that much earlier. So props rest
 // at the height of their shapes, where tasks place them, and wake without a jolt.
@@ -38,8 +41,7 @@ constexpr std::array<double, 3> kGripImpedance = {0.99, 0.999, 0.0002};
 constexpr std::array<double, 3> kStandingImpedance = {0.99, 0.999, 0.0007};
 
 // Onset of a contact, m above the surface: the height at which it pushes, and the distance above
-// that at which it is speculative (core/contact/contact_filter.h). MuJoCo's own step has no
-// speculative contacts.
+// that at which it is found and does not push yet.
 struct Onset {
   double push = 0;
   double speculative = 0;

@@ -34,15 +34,4 @@ Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba) {
   return prop;
 }
 
-bool same_physics(const Prop& a, const Prop& b) {
-  const auto same_geom = [](const Geom& p, const Geom& q) {
-    return p.type == q.type && p.size == q.size && p.pos == q.pos && p.quat == q.quat &&
-           p.collides == q.collides;
-  };
-  return a.body_type == b.body_type && a.pushes_props == b.pushes_props && a.mass == b.mass &&
-         a.center_of_mass == b.center_of_mass && a.inertia == b.inertia &&
-         a.friction == b.friction && a.damping == b.damping &&
-         std::equal(a.geoms.begin(), a.geoms.end(), b.geoms.begin(), b.geoms.end(), same_geom);
-}
-
 }  // namespace engram::mjcf

@@ -58,7 +58,4 @@ Prop cube(const std::string& name, double half_size, const Rgba& rgba);
 // A sphere for rendering only, moved by the task; it does not collide.
 Prop visual_sphere(const std::string& name, double radius, const Rgba& rgba);
 
-// True if the two differ in name, appearance and pose only.
-bool same_physics(const Prop& a, const Prop& b);
-
 }  // namespace engram::mjcf

@@ -12,9 +12,9 @@ namespace engram {
 
 enum class StepPart {
   kController,   // joint targets from the action, and the drives' forces in every substep
-  kDynamics,     // MuJoCo's stages of a physics step
-  kWake,         // broad phase, waking and sleeping of props
-  kGather,       // columns to mjData and back, checks for diverged states
+  kDynamics,     // contacts, dynamics and the solver in every substep
+  kWake,         // waking and sleeping of props
+  kGather,       // columns to the workspace and back, checks for diverged states
   kTask,         // phases, success, rewards, endings
   kObservation,  // TCP pose, proprioception, state vector
   kReset,        // new episodes

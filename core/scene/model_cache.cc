@@ -23,7 +23,6 @@ std::string key_of(const SceneSpec& source) {
   std::iota(all.begin(), all.end(), 0);
   std::string key = source.compose(all, RobotDetail::kCollision);
   for (const std::string& prop : source.props) key += prop + '\n';
-  for (const int type : source.types) key += std::to_string(type) + '\n';
   return key;
 }
 

@@ -18,9 +18,6 @@ enum class RobotDetail {
 // are the same in all texts.
 struct SceneSpec {
   std::vector<std::string> props;  // body names, in the order in which tasks index them
-  // Free props of the same type differ in name and appearance only, so that they can share a slot
-  // of a scene. One number per prop.
-  std::vector<int> types;
   // Composes the text of robot, table and the props of these indices (ascending).
   std::function<std::string(std::span<const int> props, RobotDetail detail)> compose;
 };

@@ -1,7 +1,7 @@
-// Advances environments by control steps. MuJoCo's data belong to worker threads, not to
+// Advances environments by control steps. Working memory belongs to worker threads, not to
 // environments: an environment's state lives in columns, and every step loads, simulates and stores
-// it. So the data stay in the cache, an environment costs a few kilobytes instead of hundreds, and
-// a step that diverges is simply not stored.
+// it. So working memory stays in the cache, an environment costs a few kilobytes, and a step that
+// diverges is simply not stored.
 //
 // Environments move side by side, one in each lane of the processor's vectors: robots
 // (lane_kernel.h), and where something touches, contacts and free props as well

@@ -54,7 +54,7 @@ struct State {
   // finger first.
   Column<double> finger_force;
   // Memory of the contact law (StoredPair), pairs in the order of solving; an environment's first
-  // row with both shapes the same ends the list.
+  // empty one ends the list.
   Column<std::int32_t> contact_ids;  // (num_contact_pairs * StoredPair::kInts)
   Column<float> contact_values;      // (num_contact_pairs * StoredPair::kFloats)
 

@@ -1,6 +1,5 @@
 #include "tasks/common/task_info.h"
 
-#include <algorithm>
 
 #include "core/base/index.h"
 
@@ -20,15 +19,7 @@ TaskInfo describe(const RegistryEntry& entry) {
 
 SceneSpec scene_source(const mjcf::Scene& scene) {
   SceneSpec source;
-  std::vector<const mjcf::Prop*> kinds;
-  for (const mjcf::Prop& prop : scene.props) {
-    source.props.push_back(prop.name);
-    const auto same = std::find_if(kinds.begin(), kinds.end(), [&prop](const mjcf::Prop* kind) {
-      return mjcf::same_physics(*kind, prop);
-    });
-    source.types.push_back(static_cast<int>(same - kinds.begin()));
-    if (same == kinds.end()) kinds.push_back(&prop);
-  }
+  for (const mjcf::Prop& prop : scene.props) source.props.push_back(prop.name);
   source.compose = [scene](std::span<const int> props, RobotDetail detail) {
     mjcf::Scene part;
     part.render_view = scene.render_view;

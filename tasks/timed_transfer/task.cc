@@ -140,9 +140,6 @@ std::string instruction_for(const RegistryEntry& entry, const Params& params) {
   return text.replace(begin, text.find(' ', begin) - begin, std::to_string(params.DELAY_STEPS));
 }
 
-// Depth of a cube at rest in the soft contact with a disc: placed there, it wakes without a jolt.
-constexpr double kSinkage = 1.06e-4;  // m
-
 // Props of the scene before the lamp's, each at its index.
 enum PropIndex { kGreenDisc, kRedDisc, kCube };
 constexpr std::size_t kDiscsAndCube = 3;
@@ -253,7 +250,7 @@ class TimedTransfer final : public FamilyBase {
     const double lamp[3] = {x + LAMP_FORWARD_OFFSET, y, 0};
     state.place_prop(env, kGreenDisc, green, mjcf::kDiscQuat.data());
     state.place_prop(env, kRedDisc, red, mjcf::kDiscQuat.data());
-    place_upright(state, env, kCube, {green[0], green[1]}, kRestingHeight - kSinkage);
+    place_upright(state, env, kCube, {green[0], green[1]}, kRestingHeight);
     lamp_.place(state, env, lamp);
   }
 

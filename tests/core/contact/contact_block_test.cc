@@ -22,7 +22,7 @@ class Block {
  public:
   Block()
       : robots_(*lane_kernel(2)),
-        block_(2, 2, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
+        block_(2, 2, 2, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
     const double stiffness = model().robot_params().drive.stiffness;
     for (int lane = 0; lane < 2; ++lane) {
       robots_.put(LaneRows::kQ, lane, kStartPose.data(), kRobotJoints);

@@ -134,7 +134,7 @@ std::vector<Environment> environments(int count, std::uint64_t seed = 3) {
 class Lanes {
  public:
   explicit Lanes(int width)
-      : robots_(*lane_kernel(width)), contacts_(width, kBodies, base_position()) {}
+      : robots_(*lane_kernel(width)), contacts_(width, kBodies, kBodies, base_position()) {}
 
   int width() const { return robots_.lanes(); }
 
@@ -291,7 +291,7 @@ TEST_CASE("A robot that touches nothing moves as without contacts, to the bit", 
   };
   LaneBlock free(kernel);
   LaneBlock busy(kernel);
-  ContactBlock contacts(kernel.lanes, kBodies, base_position());
+  ContactBlock contacts(kernel.lanes, kBodies, kBodies, base_position());
   for (std::size_t first = 0; first < robots.size();
        first += static_cast<std::size_t>(kernel.lanes)) {
     contacts.clear();

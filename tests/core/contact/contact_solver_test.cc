@@ -44,7 +44,7 @@ class Law {
   explicit Law(const RecordedRun& run)
       : model_(tasks::scene_source({.props = test::recorded_props(run)})),
         lanes_(*lane_kernel(1)),
-        block_(1, static_cast<int>(model_.props().size()),
+        block_(1, static_cast<int>(model_.props().size()), model_.collision().num_free_shapes(),
                Eigen::Map<const Vec3>(model_.robot_model().base_position)) {}
 
   // Errors of one substep against the next row of the recording.
