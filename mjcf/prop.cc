@@ -1,6 +1,5 @@
 #include "mjcf/prop.h"
 
-#include <algorithm>
 
 namespace engram::mjcf {
 
