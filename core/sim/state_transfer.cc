@@ -193,6 +193,7 @@ void StateTransfer::store_contacts() const {
   };
   int count = 0;
   for (const ContactPair& pair : workspace_.memory.pairs) {
+    if (count == state_.num_contact_pairs) return;
     const ShapePair& shapes = scene.shape_pairs()[at(pair.shape_pair)];
     store_pair(pair, prop_of(shapes.a), prop_of(shapes.b),
                state_.contact_ids.row(env_) + count * StoredPair::kInts,

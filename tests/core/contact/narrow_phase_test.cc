@@ -29,8 +29,8 @@ class Finder {
         narrow_phase_(model_.full(), model_.collision()) {}
 
   struct Counts {
-    int pairs = 0;    // that the original has with an impulse
-    int alike = 0;    // of the same number, order, normal, points and gaps
+    int pairs = 0;  // that the original has with an impulse
+    int alike = 0;  // of the same number, order, normal, points and gaps
     int points = 0;
   };
 
@@ -76,7 +76,8 @@ class Finder {
     if (name.ends_with("finger")) {
       if (at.robot.empty()) return false;
       const RobotPose robot = pose_at(model_.robot_model(), at.robot.front().qpos.data());
-      body = carried(robot, model_.collision().bodies()[static_cast<std::size_t>(of.body)].attachment);
+      body =
+          carried(robot, model_.collision().bodies()[static_cast<std::size_t>(of.body)].attachment);
     } else if (name != "table") {
       const auto found = std::find_if(at.bodies.begin(), at.bodies.end(),
                                       [&](const RecordedBody& b) { return b.name == name; });
@@ -129,7 +130,8 @@ TEST_CASE("Boxes have the original's contact points", "[physics][original]") {
   CHECK(counts.points > 2000);
 }
 
-TEST_CASE("Shapes other than boxes have MuJoCo's contact points, on the surface of B", "[physics]") {
+TEST_CASE("Shapes other than boxes have MuJoCo's contact points, on the surface of B",
+          "[physics]") {
   const RecordedRun& run = Recordings::runs().at("ball_vs_fingers_1.0_off0.000");
   const PhysicsModel model(tasks::scene_source({.props = test::recorded_props(run)}));
   NarrowPhase narrow_phase(model.full(), model.collision());
@@ -140,9 +142,8 @@ TEST_CASE("Shapes other than boxes have MuJoCo's contact points, on the surface 
     const CollisionShape& table = scene.shapes()[static_cast<std::size_t>(pair.b)];
     if (ball.type != mjGEOM_SPHERE || table.type != mjGEOM_PLANE) continue;
     ContactPair memory;
-    const ContactPoints points =
-        narrow_phase.find(static_cast<int>(i), {Vec3(0.1, 0.2, 0.05), Mat3::Identity()},
-                          table.frame, memory);
+    const ContactPoints points = narrow_phase.find(
+        static_cast<int>(i), {Vec3(0.1, 0.2, 0.05), Mat3::Identity()}, table.frame, memory);
     REQUIRE(points.size() == 1);
     CHECK(points[0].gap == Approx(0.03));
     CHECK(points[0].normal.isApprox(Vec3::UnitZ()));
