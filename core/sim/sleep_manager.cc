@@ -12,8 +12,9 @@ constexpr double kWakeGap = 0.02;  // m
 constexpr double kPropWakeGap = 0.0005;  // m
 constexpr double kApproach = 1.5;
 
-// A free prop that is slower than this for so many control steps, with nothing in motion near it,
-// falls asleep.
+// A free prop whose mean speed is below this for so many control steps, with nothing in motion near
+// it, falls asleep. What stands still in a stack may have a velocity: the last iteration of the
+// contact law sets velocities that no position follows.
 constexpr double kSleepLinearSpeed = 0.005;  // m/s
 constexpr double kSleepAngularSpeed = 0.05;  // rad/s
 constexpr int kSleepSteps = 5;
@@ -211,28 +212,38 @@ void SleepManager::wake_touching(const RobotPose& robot) {
   }
 }
 
-void SleepManager::sleep_resting() {
+bool SleepManager::is_slow(int prop) const {
+  const FreeBodyState before =
+      prop_model(prop).body.load(state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop),
+                                 state_.prop_qvel_of(env_, prop));
+  const FreeBodyState& now = step_.workspace.motion[at(prop)];
+  const double per_second = step_.workspace.moves_per_second;
+  // Sine of half the angle, which is small.
+  const double half_turn = (before.quat.conjugate() * now.quat).vec().norm();
+  return per_second * (now.center - before.center).norm() <= kSleepLinearSpeed &&
+         2 * per_second * half_turn <= kSleepAngularSpeed;
+}
+
+void SleepManager::count_slow_steps() {
   if (step_.awake().empty()) return;
   std::uint8_t* slow = state_.prop_slow_steps.row(env_);
-  count_slow_steps(slow);
+  const double lowest = lowest_reach();
+  for (const int prop : step_.awake()) {
+    const bool resting =
+        is_slow(prop) && robot_clearance(prop, lowest) > 0 && !moving_prop_near(prop);
+    slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
+                         : std::uint8_t{0};
+  }
   while (share_slow_steps(slow)) continue;
+}
+
+void SleepManager::sleep_resting() {
+  std::uint8_t* slow = state_.prop_slow_steps.row(env_);
   for (const int prop : step_.awake()) {
     if (slow[prop] < kSleepSteps) continue;
     std::fill_n(state_.prop_qvel_of(env_, prop), 6, 0.0);
     state_.prop_status.row(env_)[prop] = static_cast<std::uint8_t>(PropStatus::kAsleep);
     slow[prop] = 0;
-  }
-}
-
-void SleepManager::count_slow_steps(std::uint8_t* slow) const {
-  const double lowest = lowest_reach();
-  for (int prop = 0; prop < num_props(); ++prop) {
-    if (!step_.is_awake(prop)) continue;
-    const bool resting =
-        prop_is_static(state_, env_, prop, kSleepLinearSpeed, kSleepAngularSpeed) &&
-        robot_clearance(prop, lowest) > 0 && !moving_prop_near(prop);
-    slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
-                         : std::uint8_t{0};
   }
 }
 
