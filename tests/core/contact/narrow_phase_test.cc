@@ -151,5 +151,42 @@ TEST_CASE("Shapes other than boxes have MuJoCo's contact points, on the surface 
   }
 }
 
+// MuJoCo's collision of convex shapes is exact only up to a margin well below their sizes.
+TEST_CASE("The gap of a ball to a cylinder is exact wherever the ball is near", "[contact]") {
+  constexpr double kBall = 0.02;      // m
+  constexpr double kCylinder = 0.04;  // m
+  mjcf::Prop post;
+  post.name = "post";
+  post.geoms.push_back({.type = mjcf::GeomType::kCylinder, .size = {kCylinder, 0.06, 0}});
+  post.body_type = mjcf::BodyType::kKinematic;
+  mjcf::Scene props;
+  props.props = {mjcf::ball("ball", kBall, {1, 1, 1, 1}), post};
+  const PhysicsModel model(tasks::scene_source(props));
+  const CollisionScene& scene = model.collision();
+  const auto prop_of = [&](int shape) {
+    const int body = scene.shapes()[static_cast<std::size_t>(shape)].body;
+    return scene.bodies()[static_cast<std::size_t>(body)].prop;
+  };
+  NarrowPhase narrow_phase(model.full(), scene);
+  const MujocoScope scope;
+  int pairs = 0;
+  for (std::size_t i = 0; i < scene.shape_pairs().size(); ++i) {
+    const ShapePair& pair = scene.shape_pairs()[i];
+    if (prop_of(pair.a) != 0 || prop_of(pair.b) != 1) continue;
+    ++pairs;
+    for (const double gap : {0.009, 0.006, 0.003, 0.001, 0.0, -0.0005}) {
+      CAPTURE(gap);
+      ContactPair memory;
+      const Frame ball = {Vec3(0, -kCylinder - kBall - gap, 0.02), Mat3::Identity()};
+      const ContactPoints points = narrow_phase.find(static_cast<int>(i), ball,
+                                                     {Vec3(0, 0, 0.06), Mat3::Identity()}, memory);
+      REQUIRE(points.size() == 1);
+      CHECK(points[0].gap == Approx(gap).margin(1e-5));
+      CHECK(points[0].normal.isApprox(-Vec3::UnitY(), 1e-3));
+    }
+  }
+  CHECK(pairs == 1);
+}
+
 }  // namespace
 }  // namespace engram
