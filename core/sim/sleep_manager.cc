@@ -12,11 +12,14 @@ constexpr double kWakeGap = 0.02;  // m
 constexpr double kPropWakeGap = 0.0005;  // m
 constexpr double kApproach = 1.5;
 
-// A free prop whose mean speed is below this for so many control steps, with nothing in motion near
-// it, falls asleep. What stands still in a stack may have a velocity: the last iteration of the
-// contact law sets velocities that no position follows.
+// A free prop that is slower than this for so many control steps, with nothing in motion near it,
+// falls asleep.
 constexpr double kSleepLinearSpeed = 0.005;  // m/s
 constexpr double kSleepAngularSpeed = 0.05;  // rad/s
+// As good is a mean speed below this: the last iteration of the contact law leaves velocities that
+// no position follows, in stacks above all.
+constexpr double kStillLinearSpeed = 1e-4;   // m/s
+constexpr double kStillAngularSpeed = 1e-3;  // rad/s
 constexpr int kSleepSteps = 5;
 
 bool spheres_near(const Eigen::Vector3d& a, double radius_a, const Eigen::Vector3d& b,
@@ -213,15 +216,18 @@ void SleepManager::wake_touching(const RobotPose& robot) {
 }
 
 bool SleepManager::is_slow(int prop) const {
+  const FreeBodyState& now = step_.workspace.motion[at(prop)];
+  if (now.linear.norm() <= kSleepLinearSpeed && now.angular.norm() <= kSleepAngularSpeed) {
+    return true;
+  }
   const FreeBodyState before =
       prop_model(prop).body.load(state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop),
                                  state_.prop_qvel_of(env_, prop));
-  const FreeBodyState& now = step_.workspace.motion[at(prop)];
   const double per_second = step_.workspace.moves_per_second;
   // Sine of half the angle, which is small.
   const double half_turn = (before.quat.conjugate() * now.quat).vec().norm();
-  return per_second * (now.center - before.center).norm() <= kSleepLinearSpeed &&
-         2 * per_second * half_turn <= kSleepAngularSpeed;
+  return per_second * (now.center - before.center).norm() <= kStillLinearSpeed &&
+         2 * per_second * half_turn <= kStillAngularSpeed;
 }
 
 void SleepManager::count_slow_steps() {

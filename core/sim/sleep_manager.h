@@ -89,7 +89,7 @@ class SleepManager {
 
   // --- sleep ---
 
-  // Tests how far an awake prop has come in this control step.
+  // Tests an awake prop's speed, or how far it has come in this control step.
   bool is_slow(int prop) const;
   // Lowers the counts of awake props near one another to the least of them, so that they fall
   // asleep together: one that stayed awake would wake the others. True if a count changed.
