@@ -18,17 +18,18 @@ class NarrowPhase {
   // Working memory of one thread. Both must outlive this object.
   NarrowPhase(const mjModel& model, const CollisionScene& scene);
 
-  // Contact points of a pair at these poses of its shapes (world). `pair` holds what was found
-  // before. Call it within a MujocoScope.
-  ContactPoints find(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair);
+  // Contact points of a pair at these poses of its shapes (world), with all those whose gap is
+  // below `reach`. `pair` holds what was found before. Call it within a MujocoScope.
+  ContactPoints find(int shape_pair, const Frame& a, const Frame& b, double reach,
+                     ContactPair& pair);
   // Lower bound of the distance of shapes at which these points were found, m.
-  double least_distance(int shape_pair, const Frame& a, const Frame& b,
+  double least_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
                         const ContactPoints& points) const;
 
  private:
   ContactPoints find_boxes(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair);
   // MuJoCo's points.
-  ContactPoints collide(const ShapePair& pair, const Frame& a, const Frame& b);
+  ContactPoints collide(const ShapePair& pair, const Frame& a, const Frame& b, double reach);
   void pose(int shape, const Frame& frame);
 
   const mjModel& model_;

@@ -102,8 +102,8 @@ PhysicsModel::PhysicsModel(const SceneSpec& source)
   robot_params_ = read_robot_params(*full_);
   release_robot(*full_);
   release_robot(*robot_);
-  collision_ = CollisionScene(*full_, source.props);
   read_props(source);
+  collision_ = CollisionScene(*full_, source.props);
   find_reach_shapes();
   robot_bounds_ = RobotBounds(*robot_, *full_);
   robot_model_ = load_robot_model(*robot_);

@@ -283,6 +283,7 @@ void Simulator::finish_lane(WorkerWorkspace& workspace, int lane) {
   here.transfer.move_kinematic_props(options_.substeps, options_.substeps);
   here.good = here.transfer.is_plausible(qpos, qvel);
   if (!here.good) return;
+  if (options_.sleep) here.sleep_manager.count_slow_steps();
   here.transfer.store(qpos, qvel);
   if (here.busy) here.transfer.store_finger_forces(lane, workspace.contact_block);
   mark(here.step.clock, StepPart::kGather);

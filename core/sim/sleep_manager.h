@@ -42,8 +42,10 @@ class SleepManager {
   // Wakes nothing else than free props.
   void wake_touching(const RobotPose& robot);
 
-  // Puts props to sleep that have rested long enough and are near nothing that moves. Call it after
-  // StateTransfer::store.
+  // Counts the control steps for which awake props have been at rest, near nothing that moves. Call
+  // it before StateTransfer::store.
+  void count_slow_steps();
+  // Puts props to sleep that have rested long enough. Call it after StateTransfer::store.
   void sleep_resting();
 
  private:
@@ -87,10 +89,8 @@ class SleepManager {
 
   // --- sleep ---
 
-  // Counts the control steps for which awake props have been at rest.
-  // Displacement in this control step.
-  bool is_still(int prop) const;
-  void count_slow_steps(std::uint8_t* slow) const;
+  // Tests an awake prop's speed, or how far it has come in this control step.
+  bool is_slow(int prop) const;
   // Lowers the counts of awake props near one another to the least of them, so that they fall
   // asleep together: one that stayed awake would wake the others. True if a count changed.
   bool share_slow_steps(std::uint8_t* slow) const;

@@ -53,8 +53,8 @@ struct State {
   // (num_props * 2 * 3) force of a prop on each finger in the last substep, N, world frame; left
   // finger first.
   Column<double> finger_force;
-  // Memory of the contact law (StoredPair), pairs in the order of solving; an environment's first
-  // empty one ends the list.
+  // Memory of the contact law (StoredPair), pairs in the order of solving; the first empty
+  // one ends an environment's list.
   Column<std::int32_t> contact_ids;  // (num_contact_pairs * StoredPair::kInts)
   Column<float> contact_values;      // (num_contact_pairs * StoredPair::kFloats)
 

@@ -35,7 +35,7 @@ TEST_CASE("command: verify fails if results depend on the order of work", "[apps
   if (test::kSanitized) return;  // sanitizers want to be the first that is loaded
   const std::string environment =
       std::string("LD_PRELOAD='") + test::kNondeterministicContacts + "'";
-  const std::string arguments = "verify TimedTransferEasy-VLA-v0 --obs state --steps 2 --json";
+  const std::string arguments = "verify InterceptSlow-VLA-v0 --obs state --steps 2 --json";
   const CommandResult result = engram_command(arguments, "", environment);
   CHECK(result.code == 1);
   CHECK_THAT(result.err, Catch::Contains("1 of 1 checks found different bits"));

@@ -48,7 +48,8 @@ TEST_CASE("Boxes farther apart than the reach have no contact", "[contact]") {
 }
 
 TEST_CASE("Points lie on the second box, the normal leads to the first", "[contact]") {
-  const ContactPoints points = box_box(box(kCube, {0, 0, 0}), box(kCube, {0.039, 0.005, 0}), kReach);
+  const ContactPoints points =
+      box_box(box(kCube, {0, 0, 0}), box(kCube, {0.039, 0.005, 0}), kReach);
   REQUIRE(points.size() == 4);
   for (const ContactPoint& point : points) {
     CHECK(point.gap == Approx(-0.001));

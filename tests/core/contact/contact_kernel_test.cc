@@ -72,8 +72,8 @@ class Generator {
     PatchSpec spec;
     const int kind = bodies == 0 ? 0 : below(bodies == 1 ? 3 : 4);
     switch (kind) {
-      case 0: {  // a link and the table
-        spec.link_a = below(kNumLinks);
+      case 0: {  // a link and the table, which the first one cannot reach
+        spec.link_a = 1 + below(kNumLinks - 1);
         const int finger = finger_of(spec.link_a);
         const int joint = finger >= 0 ? kArmJoints + finger : hinges_of(spec.link_a) - 1;
         spec.list = PatchLists::kLinks + joint;

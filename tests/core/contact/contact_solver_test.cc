@@ -35,7 +35,6 @@ struct Errors {
   double fingers = 0;  // um
 };
 
-
 // A pair of shapes, named as in the recording.
 using PairName = std::tuple<std::string, std::string, std::string>;
 
@@ -119,7 +118,8 @@ class Law {
     std::map<std::tuple<bool, int, int, PairName>, ContactPoints> pairs;  // in order of solving
     reference_.clear();
     for (const RecordedPoint& point : from.points) {
-      if (link_of(point.a) < 0 && !before_.contains(point.a)) continue;  // its motion is not recorded
+      if (link_of(point.a) < 0 && !before_.contains(point.a))
+        continue;  // its motion is not recorded
       const PairName name = {point.a, point.shape, point.b};
       const int finger = point.a == "leftfinger" ? 0 : (point.a == "rightfinger" ? 1 : 2);
       const int shape = point.shape.empty() ? 0 : -std::stoi(point.shape);
@@ -148,10 +148,10 @@ class Law {
       spec.slot_b = b == "table" ? -1 : slots_.at(b);
       spec.friction = rubber ? 1.15 : 0.3;
       spec.torsion_radius = rubber ? 0.1 : 0;
-      spec.list = b != "table"         ? PatchLists::kMoving
-                  : spec.link_a < 0    ? PatchLists::kFixed
-                  : rubber             ? PatchLists::kLinks + spec.link_a
-                                       : PatchLists::kLinks + kArmJoints - 1;
+      spec.list = b != "table"      ? PatchLists::kMoving
+                  : spec.link_a < 0 ? PatchLists::kFixed
+                  : rubber          ? PatchLists::kLinks + spec.link_a
+                                    : PatchLists::kLinks + kArmJoints - 1;
       const int patch = block_.add_patch(0, spec);
       REQUIRE(patch >= 0);
       patches_.push_back({name, patch, i, spec.normal});
@@ -225,8 +225,7 @@ Errors worst_of(const std::string& name, const RecordedRun& run) {
   for (const auto& [substep, from] : run) {
     const auto to = run.find(substep + 1);
     if (to == run.end() || from.points.empty()) continue;
-    const Errors errors =
-        law.step(from, to->second, test::sets_poses(name) && substep % 5 == 0);
+    const Errors errors = law.step(from, to->second, test::sets_poses(name) && substep % 5 == 0);
     pos.push_back(errors.pos);
     impulse.push_back(errors.impulse);
     joints.push_back(errors.joints);
@@ -237,7 +236,8 @@ Errors worst_of(const std::string& name, const RecordedRun& run) {
   return {percentile90(pos), percentile90(impulse), percentile90(joints), percentile90(fingers)};
 }
 
-TEST_CASE("From the original's contacts follow its impulses and its motion", "[physics][original]") {
+TEST_CASE("From the original's contacts follow its impulses and its motion",
+          "[physics][original]") {
   int runs = 0;
   for (const auto& [name, run] : Recordings::runs()) {
     if (name.starts_with("battery")) continue;

@@ -29,8 +29,8 @@ class Finder {
         narrow_phase_(model_.full(), model_.collision()) {}
 
   struct Counts {
-    int pairs = 0;    // that the original has with an impulse
-    int alike = 0;    // of the same number, order, normal, points and gaps
+    int pairs = 0;  // that the original has with an impulse
+    int alike = 0;  // of the same number, order, normal, points and gaps
     int points = 0;
   };
 
@@ -76,7 +76,8 @@ class Finder {
     if (name.ends_with("finger")) {
       if (at.robot.empty()) return false;
       const RobotPose robot = pose_at(model_.robot_model(), at.robot.front().qpos.data());
-      body = carried(robot, model_.collision().bodies()[static_cast<std::size_t>(of.body)].attachment);
+      body =
+          carried(robot, model_.collision().bodies()[static_cast<std::size_t>(of.body)].attachment);
     } else if (name != "table") {
       const auto found = std::find_if(at.bodies.begin(), at.bodies.end(),
                                       [&](const RecordedBody& b) { return b.name == name; });
@@ -129,7 +130,8 @@ TEST_CASE("Boxes have the original's contact points", "[physics][original]") {
   CHECK(counts.points > 2000);
 }
 
-TEST_CASE("Shapes other than boxes have MuJoCo's contact points, on the surface of B", "[physics]") {
+TEST_CASE("Shapes other than boxes have MuJoCo's contact points, on the surface of B",
+          "[physics]") {
   const RecordedRun& run = Recordings::runs().at("ball_vs_fingers_1.0_off0.000");
   const PhysicsModel model(tasks::scene_source({.props = test::recorded_props(run)}));
   NarrowPhase narrow_phase(model.full(), model.collision());
@@ -140,14 +142,50 @@ TEST_CASE("Shapes other than boxes have MuJoCo's contact points, on the surface 
     const CollisionShape& table = scene.shapes()[static_cast<std::size_t>(pair.b)];
     if (ball.type != mjGEOM_SPHERE || table.type != mjGEOM_PLANE) continue;
     ContactPair memory;
-    const ContactPoints points =
-        narrow_phase.find(static_cast<int>(i), {Vec3(0.1, 0.2, 0.05), Mat3::Identity()},
-                          table.frame, memory);
+    const ContactPoints points = narrow_phase.find(
+        static_cast<int>(i), {Vec3(0.1, 0.2, 0.05), Mat3::Identity()}, table.frame, memory);
     REQUIRE(points.size() == 1);
     CHECK(points[0].gap == Approx(0.03));
     CHECK(points[0].normal.isApprox(Vec3::UnitZ()));
     CHECK(points[0].pos.isApprox(Vec3(0.1, 0.2, 0), 1e-12));
   }
+}
+
+// MuJoCo's collision of convex shapes is exact only up to a margin well below their sizes.
+TEST_CASE("The gap of a ball to a cylinder is exact wherever the ball is near", "[contact]") {
+  constexpr double kBall = 0.02;      // m
+  constexpr double kCylinder = 0.04;  // m
+  mjcf::Prop post;
+  post.name = "post";
+  post.geoms.push_back({.type = mjcf::GeomType::kCylinder, .size = {kCylinder, 0.06, 0}});
+  post.body_type = mjcf::BodyType::kKinematic;
+  mjcf::Scene props;
+  props.props = {mjcf::ball("ball", kBall, {1, 1, 1, 1}), post};
+  const PhysicsModel model(tasks::scene_source(props));
+  const CollisionScene& scene = model.collision();
+  const auto prop_of = [&](int shape) {
+    const int body = scene.shapes()[static_cast<std::size_t>(shape)].body;
+    return scene.bodies()[static_cast<std::size_t>(body)].prop;
+  };
+  NarrowPhase narrow_phase(model.full(), scene);
+  const MujocoScope scope;
+  int pairs = 0;
+  for (std::size_t i = 0; i < scene.shape_pairs().size(); ++i) {
+    const ShapePair& pair = scene.shape_pairs()[i];
+    if (prop_of(pair.a) != 0 || prop_of(pair.b) != 1) continue;
+    ++pairs;
+    for (const double gap : {0.009, 0.006, 0.003, 0.001, 0.0, -0.0005}) {
+      CAPTURE(gap);
+      ContactPair memory;
+      const Frame ball = {Vec3(0, -kCylinder - kBall - gap, 0.02), Mat3::Identity()};
+      const ContactPoints points = narrow_phase.find(static_cast<int>(i), ball,
+                                                     {Vec3(0, 0, 0.06), Mat3::Identity()}, memory);
+      REQUIRE(points.size() == 1);
+      CHECK(points[0].gap == Approx(gap).margin(1e-5));
+      CHECK(points[0].normal.isApprox(-Vec3::UnitY(), 1e-3));
+    }
+  }
+  CHECK(pairs == 1);
 }
 
 }  // namespace

@@ -133,12 +133,13 @@ TEST_CASE("No pair that comes near is missed", "[contact]") {
     for (int substep = 0; substep < kSubsteps; ++substep) {
       world.find();
       const std::vector<int> found = world.found();
-      for (const int pair : world.nearer_than(kGap)) {
+      const std::vector<int> now = world.nearer_than(kGap);
+      for (const int pair : now) {
         REQUIRE(std::count(found.begin(), found.end(), pair) == 1);
         ++near;
         come_near += substep > 0 && std::count(before.begin(), before.end(), pair) == 0 ? 1 : 0;
       }
-      before = found;
+      before = now;
       world.move();
     }
   }

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/contact/pair_search.h"
 #include "core/scene/physics_model.h"
 #include "core/sim/controller.h"
 #include "core/sim/simulator.h"
@@ -33,7 +34,7 @@ struct Robot {
   double v(int joint) const { return state.qvel.row(0)[joint]; }
 
   ColumnStore store{1};
-  State state{store, 0};
+  State state{store, 0, max_contact_pairs(robot_model().collision())};
   Simulator simulator;
   DriveTarget drive;
 };

@@ -123,7 +123,8 @@ TEST_CASE("Pairs of two bodies lie together, those of moving bodies first", "[co
 TEST_CASE("Fingers alone have torsional friction", "[collision_scene]") {
   int rubber = 0;
   for (const ShapePair& pair : scene().shape_pairs()) {
-    const bool finger = finger_of(body_of_shape(pair.a).link) >= 0;
+    const bool finger =
+        finger_of(body_of_shape(pair.a).link) >= 0 || finger_of(body_of_shape(pair.b).link) >= 0;
     CHECK(pair.friction == Approx(finger ? 1.15 : 0.3));
     CHECK(pair.torsion_radius == Approx(finger ? 0.1 : 0));
     rubber += finger ? 1 : 0;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/pair_search.h"
 #include "core/scene/physics_model.h"
 #include "core/sim/controller.h"
 #include "core/sim/simulator.h"
@@ -64,7 +65,7 @@ struct Robot {
   }
 
   ColumnStore store{1};
-  State state{store, 0};
+  State state{store, 0, max_contact_pairs(robot_model().collision())};
   Controller controller;
   Simulator simulator{robot_model(), SimulatorOptions{}, 1, 1};
 };

@@ -133,13 +133,14 @@ TEST_CASE("A held cube slips less than 2 mm in 200 steps", "[physics]") {
   CHECK((rig.pos(0) - rig.tcp() - in_hand).norm() < 0.002);
 }
 
-TEST_CASE("The force of a grip is that of the drives", "[physics]") {
+// 30 N of each drive; the original measures 27.95 and 27.97 N at the cube.
+TEST_CASE("The force of a grip is the original's", "[physics]") {
   Rig rig = Rig::cubes({{{-0.05, 0.05, 0.02}}});
   rig.move({-0.05, 0.05, 0.02}, 30);
   rig.rest(20, -1);
   for (int finger = 0; finger < kFingers; ++finger) {
     const Eigen::Map<const Eigen::Vector3d> force(rig.state().finger_force.row(0) + 3 * finger);
-    CHECK(force.norm() == Approx(30).margin(1.5));
+    CHECK(force.norm() == Approx(27.96).margin(0.05));
     CHECK(std::abs(force.y()) > 0.99 * force.norm());
   }
 }

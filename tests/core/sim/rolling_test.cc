@@ -158,6 +158,9 @@ constexpr double kSpeeds[] = {0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0};
 constexpr double kOneStep = 0.01;       // s
 constexpr double kCompliance = 0.0008;  // m
 
+// Contacts stop a ball where it touches.
+constexpr double kContactGap = 1e-5;  // m
+
 // Energy after a contact, as a share of the energy before it. A contact adds no energy, but it
 // pushes the ball out of the obstacle that the last substep carried it into: with at most 15 % of
 // the speed.
@@ -256,7 +259,7 @@ TEST_CASE("No ball passes through a cube, a mug or a thin wall", "[rolling]") {
                 fine_steps());
         launch(rig, {0.1 + offset, -target.half_depth - 0.12, kRadius}, {0, speed, 0}, true);
         Losses losses(rig);
-        double deepest = 0;
+        double deepest = -1;
         for (int i = 0; i < 200; ++i) {
           rig.rest(1);
           losses.note(energy(rig));
@@ -265,11 +268,13 @@ TEST_CASE("No ball passes through a cube, a mug or a thin wall", "[rolling]") {
         INFO("target of depth " << target.half_depth << ", mass " << target.prop.mass << ", "
                                 << speed << " m/s, offset " << offset << ", deepest "
                                 << 1000 * deepest << " mm, gain " << losses.gain());
-        CHECK(deepest > 0);  // it did hit
+        CHECK(deepest > -kContactGap);  // it did hit
         CHECK(deepest < kOneStep * speed + kCompliance);
         CHECK(losses.gain() < kPushedOut);
-        const bool fixed = target.prop.body_type == mjcf::BodyType::kKinematic;
-        if (fixed || offset == 0) CHECK(rig.pos(0).y() < rig.pos(1).y());
+        // Cubes give way, and a ball may roll past a cylinder.
+        const bool is_wall = target.prop.body_type == mjcf::BodyType::kKinematic &&
+                             target.prop.geoms[0].type == mjcf::GeomType::kBox;
+        if (is_wall || offset == 0) CHECK(rig.pos(0).y() < rig.pos(1).y());
       }
     }
   }

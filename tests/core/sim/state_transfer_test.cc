@@ -127,6 +127,20 @@ TEST_CASE("A step in which nothing may touch leaves the memory as it is", "[stat
   CHECK(fixture.remembered().size() == 1);
 }
 
+TEST_CASE("Columns without room for contacts remember none", "[state_transfer]") {
+  ColumnStore store(1);
+  const State state(store, 4);
+  StepWorkspace workspace(model());
+  RobotBounds::Clearance clearance;
+  EnvStep step(model(), state, 0, workspace, clearance, nullptr);
+  StateTransfer transfer(step);
+  transfer.begin(true);
+  transfer.load_contacts();
+  workspace.memory.pairs.push_back(touching(pair_of(test::kBall, -1)));
+  transfer.store({}, {});
+  CHECK(state.contact_ids.row(0)[StoredPair::kShapePair] == 0);
+}
+
 TEST_CASE("A kinematic prop is where it has come to in this substep", "[state_transfer]") {
   Fixture fixture;
   const double to[3] = {-0.1, 0.5, 0.02};  // 0.1 m in x
@@ -185,6 +199,7 @@ TEST_CASE("No point of a link is faster than its bound", "[state_transfer]") {
   const std::vector<Frame> after = frames_at(later);
   const std::vector<Frame> before = frames_at(qpos);
   const CollisionScene& scene = model().collision();
+  double fastest = 0;
   for (const CollisionShape& shape : scene.shapes()) {
     const auto body = static_cast<std::size_t>(shape.body);
     if (scene.bodies()[body].kind != BodyKind::kLink) continue;
@@ -193,8 +208,9 @@ TEST_CASE("No point of a link is faster than its bound", "[state_transfer]") {
                        (before[body].pos + before[body].axes * point);
     const double speed = moved.norm() / kStep;
     CHECK(speed <= fixture.workspace().bodies.speeds[body] + 1e-6);
-    CHECK(speed > 0.01);
+    fastest = std::max(fastest, speed);
   }
+  CHECK(fastest > 0.5);
 }
 
 TEST_CASE("A state with a number that is not finite or huge is not plausible", "[state_transfer]") {

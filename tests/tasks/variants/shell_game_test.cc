@@ -76,7 +76,7 @@ TEST_CASE("Cups grow with MUG_SCALE, and so does where they stand", "[variants][
     const PropModel& before = usual->physics_model().props()[0];
     CHECK(mug.mass == Approx(before.mass * ratio * ratio * ratio));
     CHECK(mug.bounding_radius == Approx(before.bounding_radius * ratio));
-    CHECK((mug.center_of_mass - ratio * before.center_of_mass).norm() < 1e-9);
+    CHECK((mug.body.center() - ratio * before.body.center()).norm() < 1e-9);
     wait(*env);
     for (int cup = 0; cup < 3; ++cup) CHECK(pos(*env, cup).z() == Approx(kRest * ratio));
   }
