@@ -40,7 +40,8 @@ NarrowPhase::NarrowPhase(const mjModel& model, const CollisionScene& scene)
   }
 }
 
-ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair) {
+ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, double reach,
+                                ContactPair& pair) {
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
   const CollisionShape& shape_a = scene_.shapes()[at(shapes.a)];
   const CollisionShape& shape_b = scene_.shapes()[at(shapes.b)];
@@ -51,10 +52,10 @@ ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, 
   if (is_box(shape_a) && is_cylinder(shape_b)) {
     return swapped(cylinder_box(cylinder_at(shape_b, b), {shape_a.half, a}, kContactReach));
   }
-  return collide(shapes, a, b);
+  return collide(shapes, a, b, reach);
 }
 
-double NarrowPhase::least_distance(int shape_pair, const Frame& a, const Frame& b,
+double NarrowPhase::least_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
                                    const ContactPoints& points) const {
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
   const CollisionShape& shape_a = scene_.shapes()[at(shapes.a)];
@@ -68,7 +69,7 @@ double NarrowPhase::least_distance(int shape_pair, const Frame& a, const Frame& 
   if (is_box(shape_a) && is_cylinder(shape_b)) {
     return cylinder_box_separation(cylinder_at(shape_b, b), {shape_a.half, a});
   }
-  double least = kContactReach;
+  double least = reach;
   for (const ContactPoint& point : points) least = std::min(least, point.gap);
   return least;
 }
@@ -92,7 +93,8 @@ void NarrowPhase::pose(int shape, const Frame& frame) {
   Eigen::Map<RowMat3>(data_->geom_xmat + 9 * of.geom) = frame.axes;
 }
 
-ContactPoints NarrowPhase::collide(const ShapePair& pair, const Frame& a, const Frame& b) {
+ContactPoints NarrowPhase::collide(const ShapePair& pair, const Frame& a, const Frame& b,
+                                   double reach) {
   pose(pair.a, a);
   pose(pair.b, b);
   int first = scene_.shapes()[at(pair.a)].geom;
@@ -102,7 +104,7 @@ ContactPoints NarrowPhase::collide(const ShapePair& pair, const Frame& a, const 
   const mjfCollision function = mjCOLLISIONFUNC[model_.geom_type[first]][model_.geom_type[second]];
   ContactPoints points;
   if (function == nullptr) return points;
-  const int count = function(&model_, data_.get(), found_.data(), first, second, kContactReach);
+  const int count = function(&model_, data_.get(), found_.data(), first, second, reach);
   const bool on_a = scene_.shapes()[at(pair.b)].type == mjGEOM_SPHERE;
   for (int i = 0; i < std::min(count, Manifold::kMostPoints); ++i) {
     const mjContact& contact = found_[at(i)];

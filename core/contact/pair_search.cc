@@ -11,6 +11,9 @@ namespace {
 // A point whose gap is larger than this and the displacement of the bodies in a substep does
 // nothing: shapes with no nearer points are not near each other.
 constexpr double kActiveGap = 0.0025;  // m
+// Points up to so much farther are looked for, so that pairs without are not tested again soon.
+// MuJoCo's convex collision is wrong for reaches of several centimetres.
+constexpr double kLookAhead = 0.01;  // m
 // Most displacement in a substep, by the speed at its start: a factor, and what acceleration adds.
 constexpr double kApproach = 1.5;
 constexpr double kSpeedGain = 0.15;  // m/s
@@ -180,12 +183,13 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
     added_pair_.manifold.num_points = 0;
   }
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
-  ContactPoints points = narrow_phase.find(index, frame_a, frame_b, pair);
+  const double active = kActiveGap + travel.after - travel.before;
+  ContactPoints points = narrow_phase.find(index, frame_a, frame_b, active + kLookAhead, pair);
   const ContactPoints found = points;
-  points.keep_below(kActiveGap + travel.after - travel.before);
+  points.keep_below(active);
   if (points.empty()) {
-    clear =
-        travel.before - kActiveGap + narrow_phase.least_distance(index, frame_a, frame_b, found);
+    clear = travel.before - kActiveGap +
+            narrow_phase.least_distance(index, frame_a, frame_b, active + kLookAhead, found);
     return;
   }
   if (known < 0) {

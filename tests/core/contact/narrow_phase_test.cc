@@ -41,7 +41,8 @@ class Finder {
       Frame a;
       Frame b;
       if (!pose(pair.a, at, a) || !pose(pair.b, at, b)) continue;
-      const ContactPoints found = narrow_phase_.find(static_cast<int>(i), a, b, memory_[i]);
+      const ContactPoints found =
+          narrow_phase_.find(static_cast<int>(i), a, b, kContactReach, memory_[i]);
       const std::vector<RecordedPoint> theirs = recorded(pair, at);
       const bool pushes = std::any_of(theirs.begin(), theirs.end(),
                                       [](const RecordedPoint& point) { return point.impulse > 0; });
@@ -142,8 +143,9 @@ TEST_CASE("Shapes other than boxes have MuJoCo's contact points, on the surface 
     const CollisionShape& table = scene.shapes()[static_cast<std::size_t>(pair.b)];
     if (ball.type != mjGEOM_SPHERE || table.type != mjGEOM_PLANE) continue;
     ContactPair memory;
-    const ContactPoints points = narrow_phase.find(
-        static_cast<int>(i), {Vec3(0.1, 0.2, 0.05), Mat3::Identity()}, table.frame, memory);
+    const ContactPoints points =
+        narrow_phase.find(static_cast<int>(i), {Vec3(0.1, 0.2, 0.05), Mat3::Identity()},
+                          table.frame, kContactReach, memory);
     REQUIRE(points.size() == 1);
     CHECK(points[0].gap == Approx(0.03));
     CHECK(points[0].normal.isApprox(Vec3::UnitZ()));
@@ -178,8 +180,8 @@ TEST_CASE("The gap of a ball to a cylinder is exact wherever the ball is near", 
       CAPTURE(gap);
       ContactPair memory;
       const Frame ball = {Vec3(0, -kCylinder - kBall - gap, 0.02), Mat3::Identity()};
-      const ContactPoints points = narrow_phase.find(static_cast<int>(i), ball,
-                                                     {Vec3(0, 0, 0.06), Mat3::Identity()}, memory);
+      const ContactPoints points = narrow_phase.find(
+          static_cast<int>(i), ball, {Vec3(0, 0, 0.06), Mat3::Identity()}, 0.012, memory);
       REQUIRE(points.size() == 1);
       CHECK(points[0].gap == Approx(gap).margin(1e-5));
       CHECK(points[0].normal.isApprox(-Vec3::UnitY(), 1e-3));

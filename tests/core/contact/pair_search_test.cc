@@ -74,8 +74,8 @@ class World {
       };
       const ShapePair& shapes = scene().shape_pairs()[i];
       ContactPair fresh;
-      ContactPoints points =
-          narrow_phase_.find(static_cast<int>(i), frame_of(shapes.a), frame_of(shapes.b), fresh);
+      ContactPoints points = narrow_phase_.find(static_cast<int>(i), frame_of(shapes.a),
+                                                frame_of(shapes.b), gap + 0.01, fresh);
       points.keep_below(gap);
       if (!points.empty()) pairs.push_back(static_cast<int>(i));
     }
