@@ -37,7 +37,7 @@ class World {
     for (const int prop : {kBall, kCube1, kBox}) {
       bodies_.presence[index(prop)] = BodyPresence::kAbsent;
     }
-    memory_.pairs.reserve(static_cast<std::size_t>(max_contact_pairs(scene())));
+    memory_.pairs.reserve(static_cast<std::size_t>(max_near_pairs(scene())));
   }
 
   static const PhysicsModel& model() { return mixed_model(); }

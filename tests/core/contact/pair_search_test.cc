@@ -22,7 +22,7 @@ class World {
       const CollisionBody& body = scene().bodies()[i];
       if (body.kind == BodyKind::kLink) bodies_.frames[i] = carried(robot, body.attachment);
     }
-    memory_.pairs.reserve(static_cast<std::size_t>(max_contact_pairs(scene())));
+    memory_.pairs.reserve(static_cast<std::size_t>(max_near_pairs(scene())));
     for (int prop = 0; prop < 4; ++prop) place(prop, {0.1 * prop, 0.6, 1}, Vec3::Zero());
   }
 
