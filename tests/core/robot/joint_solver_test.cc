@@ -34,7 +34,7 @@ struct Robot {
   double v(int joint) const { return state.qvel.row(0)[joint]; }
 
   ColumnStore store{1};
-  State state{store, 0, max_contact_pairs(robot_model().collision())};
+  State state{store, 0, max_stored_pairs(robot_model().collision())};
   Simulator simulator;
   DriveTarget drive;
 };

@@ -14,7 +14,7 @@ namespace engram::test {
 // the kinematic box stands.
 struct MixedColumns {
   explicit MixedColumns(int num_envs = 1)
-      : store(num_envs), state(store, 4, max_contact_pairs(mixed_model().collision())) {
+      : store(num_envs), state(store, 4, max_stored_pairs(mixed_model().collision())) {
     for (int env = 0; env < num_envs; ++env) {
       std::copy(kStartPose.begin(), kStartPose.end(), state.qpos.row(env));
       place(env, kCube0, {0.0, 0.4, 0.1}, PropStatus::kAwake);

@@ -55,7 +55,7 @@ struct Fixture {
   }
 
   ColumnStore store{1};
-  State state{store, 0, max_contact_pairs(robot_model().collision())};
+  State state{store, 0, max_stored_pairs(robot_model().collision())};
   Controller controller;
   Simulator simulator{robot_model(), SimulatorOptions{}, 1, 1};
 };
