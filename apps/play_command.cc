@@ -20,7 +20,7 @@ constexpr const char* kStart =
     "except ModuleNotFoundError as error:\n"
     "    if error.name not in ('engram', 'engram.play', 'engram.play.__main__'):\n"
     "        raise\n"
-    "    print('engram: play needs the Python package: pip install \"engram[play]\"; ' +\n"
+    "    print('engram: play needs the Python package of this project, as a wheel: ' +\n"
     "          sys.executable + ' has none', file=sys.stderr)\n"
     "    sys.exit(1)\n"
     "run()\n";

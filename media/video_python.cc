@@ -21,8 +21,14 @@ namespace engram {
 namespace {
 
 constexpr const char* kPython = "ENGRAM_PYTHON";  // the environment variable
-constexpr char kPicture = 'p';                    // its bytes follow
-constexpr char kPalette = 'c';                    // 256 entries follow
+// The current folder is no place for modules.
+constexpr const char* kStart =
+    "import sys\n"
+    "sys.path[:] = [path for path in sys.path if path]\n"
+    "from engram.command.video import main\n"
+    "sys.exit(main())\n";
+constexpr char kPicture = 'p';  // its bytes follow
+constexpr char kPalette = 'c';  // 256 entries follow
 constexpr char kEnd = 'e';
 // The child process inherits the video's file as descriptor 3: names of open files are valid only
 // in the process that has them.
@@ -44,7 +50,7 @@ class PythonStream final : public VideoStream {
     if (video < 0) fail(std::strerror(errno));
     const bool open = file.starts_with(kOpenFiles);
     const std::string name = open ? std::string(kOpenFiles) + std::to_string(kVideo) : file;
-    start({python, "-m", "engram.command.video", name, format == VideoFormat::kMp4 ? "mp4" : "gif",
+    start({python, "-c", kStart, name, format == VideoFormat::kMp4 ? "mp4" : "gif",
            std::to_string(shape.width), std::to_string(shape.height),
            std::to_string(shape.frames_per_second)},
           video);

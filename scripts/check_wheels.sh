@@ -103,8 +103,8 @@ try_out() {  # ROW ROOT PYTHON
     engram collect RememberColor3-VLA-v0 --episodes 2 --out data >/dev/null
     engram record RememberColor3-VLA-v0 --overlays --at 1,5 --out sheet.png
     if engram record RememberColor3-VLA-v0 --out film.mp4 2>message; then exit 1; fi
-    grep -F "pip install \"engram[video]\"" message
-    pip install -q --disable-pip-version-check --find-links /dist "engram[video]"
+    grep -F "pip install av" message
+    pip install -q --disable-pip-version-check av
     for film in film.mp4 film.gif; do engram record RememberColor3-VLA-v0 --seed 1 --out $film; done
     python /packaging/check_film.py "$(python -m engram info RememberColor3-VLA-v0 --json |
       python -c "import json, sys; print(json.load(sys.stdin)[\"horizon\"] + 1)")" film.mp4 film.gif' >&2

@@ -14,13 +14,13 @@ old=$env-0.29
 data=$env-data
 
 run_time=nanobind-backend  # of engram's own
-readers=(pyarrow av pandas pillow protobuf google-crc32c)  # engram[datasets]
+readers=(pyarrow av pandas pillow protobuf google-crc32c)  # data sets
 shared=(
   "$run_time" pytest numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
   stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
   tyro tqdm rich  # of the original's scripts, which engram.mikasa runs
-  aiohttp playwright websockets  # engram[play], and what its tests talk to it with
+  aiohttp playwright websockets  # play, and what its tests talk to it with
 )
 
 [ -x "$env/bin/python" ] || python3 -m venv "$env"
