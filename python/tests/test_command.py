@@ -101,21 +101,6 @@ def test_colours_of_a_film_are_those_of_a_picture(tmp_path):
     assert np.abs(sheet[corner].mean((0, 1)) - video[corner].mean((0, 1))).max() < 8
 
 
-@pytest.mark.parametrize("planted", ["av", "numpy", "engram", "json"])
-def test_films_import_nothing_from_the_current_folder(tmp_path, planted):
-    (tmp_path / f"{planted}.py").write_text("open('ran', 'w').close()")
-    done = subprocess.run(
-        [Path(sys.executable).with_name("engram"), "record", TASK, "--out", "video.mp4"],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "video.mp4").stat().st_size > 1000
-    assert not (tmp_path / "ran").exists()
-
-
 def test_without_pyav_the_error_names_it(tmp_path):
     (tmp_path / "av.py").write_text("raise ImportError('no av')")
     video = tmp_path / "video.mp4"
