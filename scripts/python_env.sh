@@ -48,6 +48,8 @@ CC=${CC:-cc} CXX=${CXX:-c++} "$env/bin/python" -m pip wheel --quiet --disable-pi
   --no-build-isolation --no-deps --wheel-dir "$wheels" \
   --config-settings=cmake.define.ENGRAM_PCH=OFF .
 for folder in "$env" "$old" "$data"; do
-  install "$folder" --no-deps --reinstall-package engram "$wheels"/engram-*.whl
+  # Its name before 0.5.0. Removed first, because both have the same files.
+  "$env/bin/uv" pip uninstall --quiet --python "$folder/bin/python" engram
+  install "$folder" --no-deps --reinstall-package engram-sim "$wheels"/engram_sim-*.whl
 done
 echo "engram is installed in $env, $old and $data"

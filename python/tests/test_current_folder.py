@@ -18,7 +18,7 @@ NAMES = sorted(
     for name in {
         *sys.stdlib_module_names,
         *importlib.metadata.packages_distributions(),
-        *("engram", "sitecustomize", "usercustomize", "video", "libraries"),
+        *("engram", "sitecustomize", "usercustomize", "video"),
     }
     if name.isidentifier()
 )

@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from engram.command.libraries import install_command
+from engram._distribution import install_command
 
 _H264 = {"preset": "medium", "crf": "18"}
 _THREADS = 4  # fixed: the output of x264 depends on the number

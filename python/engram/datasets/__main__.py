@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from engram.command.libraries import install_command
+from engram._distribution import install_command
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import find_folders

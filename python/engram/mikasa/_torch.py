@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engram.command.libraries import install_command
+from engram._distribution import install_command
 from engram.errors import UnavailableError
 
 try:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from engram.command.libraries import install_command
+from engram._distribution import install_command
 from engram.errors import InvalidArgumentError, UnavailableError
 from engram.mikasa._base_wrappers import Wrapper
 from engram.mikasa._torch import torch

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import NoReturn
 
-from engram.command.libraries import install_command
+from engram._distribution import install_command
 
 _MISSING = "engram play: {}; `{}` installs what the server needs"
 
