@@ -6,21 +6,19 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "protocol/batch/make.h"  // Error
+#include "core/base/error.h"
+#include "core/base/python_program.h"
 
 namespace engram::apps {
 namespace {
 
-// The folder that one happens to be in is no place for modules.
-constexpr const char* kStart =
-    "import sys\n"
-    "sys.path[:] = [path for path in sys.path if path]\n"
+constexpr const char* kServer =
     "try:\n"
     "    from engram.play.__main__ import run\n"
     "except ModuleNotFoundError as error:\n"
     "    if error.name not in ('engram', 'engram.play', 'engram.play.__main__'):\n"
     "        raise\n"
-    "    print('engram: play needs the Python package: pip install \"engram[play]\"; ' +\n"
+    "    print('engram: play needs the Python package of this project, as a wheel: ' +\n"
     "          sys.executable + ' has none', file=sys.stderr)\n"
     "    sys.exit(1)\n"
     "run()\n";
@@ -32,7 +30,8 @@ struct PlayOptions {
 // Becomes the server.
 [[noreturn]] void run(const PlayOptions& options, const std::vector<std::string>& variants) {
   const char* given = std::getenv("ENGRAM_PYTHON");
-  std::vector<std::string> words = {given != nullptr ? given : "python3", "-c", kStart};
+  std::vector<std::string> words = {given != nullptr ? given : "python3", "-c",
+                                    python_program(kServer)};
   for (const std::string& file : variants) words.push_back("--variants=" + file);
   words.insert(words.end(), options.arguments.begin(), options.arguments.end());
   std::vector<char*> arguments;

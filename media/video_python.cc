@@ -15,14 +15,18 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/python_program.h"
 #include "media/video_stream.h"
 
 namespace engram {
 namespace {
 
 constexpr const char* kPython = "ENGRAM_PYTHON";  // the environment variable
-constexpr char kPicture = 'p';                    // its bytes follow
-constexpr char kPalette = 'c';                    // 256 entries follow
+constexpr const char* kEncoder =
+    "from engram.command.video import main\n"
+    "sys.exit(main())\n";
+constexpr char kPicture = 'p';  // its bytes follow
+constexpr char kPalette = 'c';  // 256 entries follow
 constexpr char kEnd = 'e';
 // The child process inherits the video's file as descriptor 3: names of open files are valid only
 // in the process that has them.
@@ -44,9 +48,9 @@ class PythonStream final : public VideoStream {
     if (video < 0) fail(std::strerror(errno));
     const bool open = file.starts_with(kOpenFiles);
     const std::string name = open ? std::string(kOpenFiles) + std::to_string(kVideo) : file;
-    start({python, "-m", "engram.command.video", name, format == VideoFormat::kMp4 ? "mp4" : "gif",
-           std::to_string(shape.width), std::to_string(shape.height),
-           std::to_string(shape.frames_per_second)},
+    start({python, "-c", python_program(kEncoder), name,
+           format == VideoFormat::kMp4 ? "mp4" : "gif", std::to_string(shape.width),
+           std::to_string(shape.height), std::to_string(shape.frames_per_second)},
           video);
   }
   // Without an end message, the child process stops.

@@ -22,8 +22,9 @@ for name in "$@"; do
   [ -x "$folder/bin/python" ] || python3 -m venv "$folder"
   # shellcheck disable=SC2086
   $uv pip install --quiet --python "$folder/bin/python" pytest ${packages[$name]}
-  $uv pip install --quiet --python "$folder/bin/python" --reinstall-package engram \
-    build/wheels/engram-*.whl
+  $uv pip uninstall --quiet --python "$folder/bin/python" engram  # its name before 0.5.0
+  $uv pip install --quiet --python "$folder/bin/python" --reinstall-package engram-sim \
+    build/wheels/engram_sim-*.whl
   "$folder/bin/python" -m pytest -rs --may-skip nothing "python/tests/clients/apart/test_$name.py" ||
     failed+=("$name")
 done

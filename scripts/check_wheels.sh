@@ -61,6 +61,18 @@ copy_root() {  # BARE ROOT
   cp -r "$dist" "$2/dist"
 }
 
+# Files, not names, are installed: pip would look for a name on its index, too.
+newest() {  # PATTERN -> the name of the newest file of $dist
+  local name
+  name=$(find "$dist" -maxdepth 1 -name "$1" -printf '%T@ %f\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
+  if [ -z "$name" ]; then
+    echo "check_wheels.sh: no $1 in $dist" >&2
+    exit 1
+  fi
+  echo "$name"
+}
+newest_wheel() { newest "engram_sim-*manylinux*_$1.whl"; }  # MACHINE
+
 seconds_of() {  # COMMAND... -> $seconds
   local begin=$EPOCHREALTIME
   "$@" >&2
@@ -88,7 +100,9 @@ try_out() {  # ROW ROOT PYTHON
   inside "$root" "$3" -m venv /env
   local version
   version=$(inside "$root" python -V)
-  seconds_of inside "$root" pip install -q --disable-pip-version-check --find-links /dist engram
+  local wheel
+  wheel=$(newest_wheel "$(inside "$root" uname -m)")
+  seconds_of inside "$root" pip install -q --disable-pip-version-check "/dist/$wheel"
   local size result
   size=$(inside "$root" sh -c 'du -sbc /env/lib/python*/site-packages/engram* | tail -n 1 | cut -f 1')
   result=$(inside "$root" python /packaging/first_rollout.py)
@@ -103,11 +117,11 @@ try_out() {  # ROW ROOT PYTHON
     engram collect RememberColor3-VLA-v0 --episodes 2 --out data >/dev/null
     engram record RememberColor3-VLA-v0 --overlays --at 1,5 --out sheet.png
     if engram record RememberColor3-VLA-v0 --out film.mp4 2>message; then exit 1; fi
-    grep -F "pip install \"engram[video]\"" message
-    pip install -q --disable-pip-version-check --find-links /dist "engram[video]"
+    grep -F "pip install av" message
+    pip install -q --disable-pip-version-check "/dist/$1[video]"
     for film in film.mp4 film.gif; do engram record RememberColor3-VLA-v0 --seed 1 --out $film; done
     python /packaging/check_film.py "$(python -m engram info RememberColor3-VLA-v0 --json |
-      python -c "import json, sys; print(json.load(sys.stdin)[\"horizon\"] + 1)")" film.mp4 film.gif' >&2
+      python -c "import json, sys; print(json.load(sys.stdin)[\"horizon\"] + 1)")" film.mp4 film.gif' sh "$wheel" >&2
 }
 
 try_debian() {  # ROW SUITE [PYTHON]
@@ -160,7 +174,7 @@ try_older() {  # ROW SUITE
   new_root "$2" "$2-older"
   inside "$root" apt-get install -y -q --no-install-recommends python3-venv >&2
   inside "$root" python3 -m venv /env
-  name=$(basename "$dist"/engram-*manylinux*"_$(uname -m)".whl)
+  name=$(newest_wheel "$(uname -m)")
   # That the suite's Python is too old, too, is not to be the reason.
   local fetch=(pip download -q --no-index --no-deps --only-binary ":all:" --python-version 3.11 -d /got)
   if message=$(inside "$root" "${fetch[@]}" "/dist/$name" 2>&1); then
@@ -184,8 +198,9 @@ try_sdist() {
   inside "$root" apt-get install -y -q --no-install-recommends $packages g++ pkg-config \
     fonts-dejavu-core python3-venv >&2
   inside "$root" python3 -m venv /env
-  seconds_of inside "$root" pip install -q --disable-pip-version-check --no-binary engram \
-    --find-links /dist engram
+  local sources
+  sources=$(newest "engram_sim-*.tar.gz")
+  seconds_of inside "$root" pip install -q --disable-pip-version-check "/dist/$sources"
   note sdist "$(inside "$root" python -c 'import platform; print(platform.python_version())')" \
     "$seconds" "$(inside "$root" sh -c 'du -sbc /env/lib/python*/site-packages/engram* | tail -n 1 | cut -f 1')" \
     "$(inside "$root" python /packaging/first_rollout.py)"

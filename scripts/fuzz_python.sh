@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Plays made-up data sets and made-up arguments of the Python API: fuzz_python.sh [cases of each,
 # 10,000 unless said otherwise [number of the first]]. $PYTHON is an interpreter with engram
-# installed, build/python-env's by default; without the libraries of engram[datasets] data sets are
-# read, not converted. Ends with what was refused and accepted; fails if there are findings, each of
+# installed, build/python-env's by default; without the libraries of the extra `datasets`, data sets
+# are read, not converted. Ends with what was refused and accepted; fails if there are findings, each of
 # which names the case that shows it again.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

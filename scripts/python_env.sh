@@ -14,13 +14,13 @@ old=$env-0.29
 data=$env-data
 
 run_time=nanobind-backend  # of engram's own
-readers=(pyarrow av pandas pillow protobuf google-crc32c)  # engram[datasets]
+readers=(pyarrow av pandas pillow protobuf google-crc32c)  # data sets
 shared=(
   "$run_time" pytest numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
   stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
   tyro tqdm rich  # of the original's scripts, which engram.mikasa runs
-  aiohttp playwright websockets  # engram[play], and what its tests talk to it with
+  aiohttp playwright websockets  # play, and what its tests talk to it with
 )
 
 [ -x "$env/bin/python" ] || python3 -m venv "$env"
@@ -48,6 +48,8 @@ CC=${CC:-cc} CXX=${CXX:-c++} "$env/bin/python" -m pip wheel --quiet --disable-pi
   --no-build-isolation --no-deps --wheel-dir "$wheels" \
   --config-settings=cmake.define.ENGRAM_PCH=OFF .
 for folder in "$env" "$old" "$data"; do
-  install "$folder" --no-deps --reinstall-package engram "$wheels"/engram-*.whl
+  # Its name before 0.5.0. Removed first, because both have the same files.
+  "$env/bin/uv" pip uninstall --quiet --python "$folder/bin/python" engram
+  install "$folder" --no-deps --reinstall-package engram-sim "$wheels"/engram_sim-*.whl
 done
 echo "engram is installed in $env, $old and $data"

@@ -34,8 +34,8 @@ finish() {  # GLIBC MACHINE
   # auditwheel takes the names of its own machine's platforms only, though it knows all.
   python -c "import platform, sys; platform.machine = lambda: '$2'
 from auditwheel.main import main
-sys.exit(main())" repair --plat "manylinux_$1_$2" --wheel-dir "$dist" "$plain"/engram-*.whl
-  abi3audit --strict --summary "$dist"/engram-*"manylinux_$1_$2".whl
+sys.exit(main())" repair --plat "manylinux_$1_$2" --wheel-dir "$dist" "$plain"/engram_sim-*.whl
+  abi3audit --strict --summary "$dist"/engram_sim-*"manylinux_$1_$2".whl
 }
 
 native() {
@@ -83,7 +83,7 @@ aarch64() {
   libccd aarch64-linux-gnu-gcc --sysroot="$sysroot"
   local stub=$PWD/build/wheel-stub native
   # The newest: earlier versions may lie beside it.
-  native=$(find "$dist" -name "engram-*manylinux*_$(uname -m).whl" -printf '%T@ %p\n' | sort -n |
+  native=$(find "$dist" -name "engram_sim-*manylinux*_$(uname -m).whl" -printf '%T@ %p\n' | sort -n |
     tail -n 1 | cut -d ' ' -f 2-)
   if [ -z "$native" ]; then
     echo "wheel.sh: no wheel for $(uname -m) in $dist, which aarch64 takes the stub from; run" \

@@ -7,7 +7,7 @@
 Keys are pressed and lifted by the browser's own input; a latency ends in the animation frame after
 the first picture of a step that obeyed the key. Memory is that of the server, its USS where the
 system tells it, once a minute or a tenth of the time. Prints one JSON document. Needs Debian's
-chromium, and playwright, psutil and engram[play] from PyPI.
+chromium, and playwright, psutil, aiohttp and pillow from PyPI.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ import builtins
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from engram import _core, _deprecated
+from engram import _core, _deprecated, _distribution
 from engram.errors import (
     BadStateError,
     Error,
@@ -59,6 +59,7 @@ __all__ = [
 
 __version__: str = _core.version()
 
+_distribution.warn_of_other_distribution(stacklevel=2)
 
 # Former names of modules are found there, with a warning.
 __path__ += _deprecated.__path__

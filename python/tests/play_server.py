@@ -15,8 +15,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+import numpy as np
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
+
+from engram.play.episode_spec import EpisodeSpec
 
 SECONDS = 60  # limit for every wait
 
@@ -115,12 +118,18 @@ class Page:
 
 @contextlib.contextmanager
 def serving(
-    out: Path, *arguments: Any, stay: bool = True, command: Sequence[str] = ("engram.play",)
+    out: Path,
+    *arguments: Any,
+    stay: bool = True,
+    program: Sequence[Any] = (sys.executable, "-m"),
+    command: Sequence[str] = ("engram.play",),
+    cwd: Path | None = None,
 ) -> Iterator[Server]:
     """A server until the block ends. command: the module to run, and its first arguments."""
-    words = [sys.executable, "-m", *command, "--no-open", "--out", out, *arguments]
+    words = [*program, *command, "--no-open", "--out", out, *arguments]
     with subprocess.Popen(
         [str(word) for word in [*words, *(["--stay"] if stay else [])]],
+        cwd=cwd,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -133,3 +142,17 @@ def serving(
             yield Server(line.split()[-1], out, process)
         finally:
             process.kill()
+
+
+def play_oracle(page: Page, id: str, seed: int) -> dict:
+    """An episode with the oracle's actions, to its end; returns how it ended."""
+    page.play(id, seed)
+    mirror = EpisodeSpec(id, seed).make_batch(terminate_on_success=True)
+    mirror.reset(seed=seed)
+    ended = False
+    while not ended:
+        action = np.clip(mirror.act("oracle")[0], -1, 1).astype(np.float64)
+        ended = page.step(action)["ended"]
+        mirror.step(action.astype(np.float32)[None])
+    mirror.close()
+    return page.receive("ended")

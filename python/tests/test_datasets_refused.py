@@ -17,7 +17,7 @@ from sound_dataset import ID, arrays_of, sound_metadata, write_sound
 from engram.datasets import DatasetError, DemonstrationFolder, find_folders
 
 needs_libraries = pytest.mark.skipif(
-    not fuzz_datasets.has_libraries(), reason="the libraries of engram[datasets] are missing"
+    not fuzz_datasets.has_libraries(), reason="the libraries of data sets are missing"
 )
 CONVERTERS = {"rlds": Path("data_rlds") / ID / "1.0.0", "lerobot": Path("data_lerobot") / ID}
 

@@ -22,9 +22,9 @@ from structure import circles, python_modules  # noqa: E402
 PACKAGE = Path(engram.__file__).parent
 # Modules and packages side by side in python/engram, without former names.
 FIRST_LEVEL = {
-    "__init__", "__main__", "_args", "_core", "_deprecated", "_ids", "command", "datasets", "envs",
-    "errors", "evaluation", "factory", "gym_registration", "integrations", "mikasa", "play",
-    "scores", "tasks", "typing",
+    "__init__", "__main__", "_args", "_core", "_deprecated", "_distribution", "_ids", "command",
+    "datasets", "envs", "errors", "evaluation", "factory", "gym_registration", "integrations",
+    "mikasa", "play", "scores", "tasks", "typing",
 }  # fmt: skip
 
 
@@ -67,6 +67,14 @@ def test_the_first_level_is_narrow():
         if (path.is_dir() and any(path.glob("*.py"))) or path.suffix in (".py", ".so")
     }
     assert found <= FIRST_LEVEL
+
+
+def test_no_import_needs_the_command():
+    """Debian's package of the Python files leaves out its folder."""
+    needs = re.compile(r"^(from|import) engram\.command\b", re.MULTILINE)
+    files = {file.relative_to(PACKAGE) for file in PACKAGE.rglob("*.py")}
+    rest = {file for file in files if file.parts[0] not in ("command", "__main__.py")}
+    assert not [file for file in rest if needs.search((PACKAGE / file).read_text())]
 
 
 def test_the_debian_package_has_all_kinds_of_files():

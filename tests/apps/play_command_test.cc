@@ -47,7 +47,7 @@ TEST_CASE("play: a missing Python or package is reported in one line", "[apps]")
   result = engram_command("play", "", python(folder, "exec python3 -I -S \"$@\""));
   CHECK(result.code == 1);
   CHECK(result.out.empty());
-  CHECK_THAT(result.err, Catch::Contains("pip install \"engram[play]\""));
+  CHECK_THAT(result.err, Catch::Contains("needs the Python package of this project"));
   CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
 }
 

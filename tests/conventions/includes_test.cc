@@ -51,7 +51,7 @@ const std::vector<Module> kModules = {
     {"api/engram", {}},
     {"api", {"core/*", "render", "render/egl", "media", "protocol/*", "api/engram"}},
     {"bench", {"core/*", "tasks", "render", "render/cpu", "protocol/*"}},
-    {"apps", {"core/env", "protocol/*", "api", "bench"}},
+    {"apps", {"core/base", "core/env", "protocol/*", "api", "bench"}},
     {"apps/examples", {"api/engram"}},
     {"python/src", {"api/engram"}},
 };

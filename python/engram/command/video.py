@@ -12,6 +12,8 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from engram._distribution import install_command
+
 _H264 = {"preset": "medium", "crf": "18"}
 _THREADS = 4  # fixed: the output of x264 depends on the number
 _MPEG_RANGE = 1
@@ -95,7 +97,7 @@ def main() -> int:
     try:
         encode(sys.stdin.buffer, file, kind, width, height, rate)
     except ImportError:
-        print('videos need PyAV: pip install "engram[video]"', end="")
+        print(f"videos need PyAV: {install_command('video')}", end="")
         return 1
     except Exception as error:
         print(error, end="")

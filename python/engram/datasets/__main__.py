@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+from engram._distribution import install_command
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import find_folders
@@ -26,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     except ModuleNotFoundError as error:
         print(
-            f"engram.datasets: {error}; `pip install engram[datasets]` brings it",
+            f"engram.datasets: {error}; `{install_command('datasets')}` brings it",
             file=sys.stderr,
         )
         return 1

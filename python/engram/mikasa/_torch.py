@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from engram._distribution import install_command
 from engram.errors import UnavailableError
 
 try:
     import torch
 except ImportError:
-    raise UnavailableError("engram.mikasa needs torch: pip install 'engram[mikasa]'") from None
+    raise UnavailableError(f"engram.mikasa needs torch: {install_command('mikasa')}") from None
 
 CPU = torch.device("cpu")
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from engram._distribution import install_command
 from engram.errors import InvalidArgumentError, UnavailableError
 from engram.mikasa._base_wrappers import Wrapper
 from engram.mikasa._torch import torch
@@ -26,7 +27,7 @@ def write_video(path: Path, frames: list[np.ndarray], rate: int) -> None:
         import av  # noqa: F401
     except ImportError:
         raise UnavailableError(
-            f"{path.name}: videos need PyAV: pip install 'engram[video]'"
+            f"{path.name}: videos need PyAV: {install_command('video')}"
         ) from None
     from engram.command.video import Stream
 

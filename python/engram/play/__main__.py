@@ -9,7 +9,9 @@ import sys
 from pathlib import Path
 from typing import NoReturn
 
-_MISSING = 'engram play: {}; pip install "engram[play]" installs what the server needs'
+from engram._distribution import install_command
+
+_MISSING = "engram play: {}; `{}` installs what the server needs"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -20,7 +22,7 @@ def main(arguments: list[str] | None = None) -> int:
         from engram.play import app
         from engram.play.sources import SourceError
     except ModuleNotFoundError as error:
-        print(_MISSING.format(error), file=sys.stderr)
+        print(_MISSING.format(error, install_command("play")), file=sys.stderr)
         return 1
     try:
         for file in options.variants:

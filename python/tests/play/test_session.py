@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from play_server import SECONDS, Page, Server, serving
+from play_server import SECONDS, Server, play_oracle, serving
 
 import engram
 from engram.datasets import DemonstrationFolder
@@ -23,20 +23,6 @@ from engram.play.sources import builtin_policy
 TASK = "RememberColor3-VLA-v0"
 IDS = [task["id"] for task in engram.list()][:97]  # other tests register more
 PIPE_POLICY = Path(__file__).parents[2] / "examples" / "pipe_policy.py"
-
-
-def play_oracle(page: Page, id: str, seed: int) -> dict:
-    """An episode with the oracle's actions, to its end; returns how it ended."""
-    page.play(id, seed)
-    mirror = EpisodeSpec(id, seed).make_batch(terminate_on_success=True)
-    mirror.reset(seed=seed)
-    ended = False
-    while not ended:
-        action = np.clip(mirror.act("oracle")[0], -1, 1).astype(np.float64)
-        ended = page.step(action)["ended"]
-        mirror.step(action.astype(np.float32)[None])
-    mirror.close()
-    return page.receive("ended")
 
 
 # --- information before and after the end ---
