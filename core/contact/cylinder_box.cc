@@ -116,8 +116,9 @@ class Collector {
  public:
   Collector(const BoxPose& box, const Vec3& normal, double reach)
       : box_(box), normal_(box.frame.axes * normal), reach_(reach) {}
-  void add(const Vec3& on_box, double gap) {
-    if (gap < reach_) points_.push({box_.frame.pos + box_.frame.axes * on_box, normal_, gap});
+  void add(const Vec3& on_box, double gap) { add_along(normal_, on_box, gap); }
+  void add_along(const Vec3& normal, const Vec3& on_box, double gap) {
+    if (gap < reach_) points_.push({box_.frame.pos + box_.frame.axes * on_box, normal, gap});
   }
   const ContactPoints& points() const { return points_; }
 
@@ -253,6 +254,33 @@ void add_on_side(const LocalCylinder& cylinder, const Vec3& half, const Vec3& no
   add(cylinder.center + end * cylinder.axis);
 }
 
+// A rim against an edge or a corner, which no axis above describes: the nearest points of the box
+// and of the cylinder with rounded rims. `axis` serves where even that overlaps.
+void add_on_rim(const LocalCylinder& cylinder, const Vec3& half, const Axis& axis, const Mat3& axes,
+                Collector& contacts) {
+  constexpr double kRounding = 0.002;  // m
+  constexpr int kRounds = 24;          // of alternating projections
+  const double radius = cylinder.radius - kRounding;
+  const double half_height = cylinder.half - kRounding;
+  Vec3 inner = cylinder.center;
+  Vec3 on_box = inner;
+  for (int i = 0; i < kRounds; ++i) {
+    on_box = inner.cwiseMin(half).cwiseMax(-half);
+    const Vec3 offset = on_box - cylinder.center;
+    const double along = offset.dot(cylinder.axis);
+    const Vec3 radial = offset - along * cylinder.axis;
+    inner = cylinder.center + std::clamp(along, -half_height, half_height) * cylinder.axis +
+            radial * std::min(1.0, radius / std::max(radial.norm(), 1e-9));
+  }
+  const Vec3 offset = inner - on_box;
+  const double distance = offset.norm();
+  if (distance > 1e-6) {
+    contacts.add_along(axes * (offset / distance), on_box, distance - kRounding);
+  } else {
+    contacts.add(on_box, -axis.overlap);
+  }
+}
+
 }  // namespace
 
 ContactPoints cylinder_box(const CylinderPose& cylinder, const BoxPose& box, double reach) {
@@ -271,6 +299,7 @@ ContactPoints cylinder_box(const CylinderPose& cylinder, const BoxPose& box, dou
       add_on_side(local, box.half, axis.normal, contacts);
       break;
   }
+  if (contacts.points().empty()) add_on_rim(local, box.half, axis, box.frame.axes, contacts);
   return contacts.points();
 }
 

@@ -11,20 +11,20 @@ constexpr int kShapePairs = 10;
 
 struct Stored {
   std::array<std::int32_t, StoredPair::kInts> ids{};
-  std::array<double, StoredPair::kDoubles> values{};
+  std::array<float, StoredPair::kFloats> values{};
 };
 
 Vec3 vec(double first) { return {first, first + 0.25, first + 0.5}; }
 
-// A pair all of whose numbers differ.
+// A pair all of whose numbers differ, each exact in a float.
 ContactPair busy_pair() {
   ContactPair pair;
   pair.shape_pair = 7;
   pair.manifold.known = true;
   pair.manifold.normal = vec(1);
   pair.manifold.position = vec(2);
-  pair.manifold.quat_a = {3, 3.1, 3.2, 3.3};
-  pair.manifold.quat_b = {4, 4.1, 4.2, 4.3};
+  pair.manifold.quat_a = {3, 3.125, 3.25, 3.375};
+  pair.manifold.quat_b = {4, 4.125, 4.25, 4.375};
   pair.manifold.num_points = 3;
   double next = 10;
   for (ManifoldPoint& point : pair.manifold.points) point = {vec(next++), vec(next++)};

@@ -22,7 +22,7 @@ class World {
         contacts_(scene()),
         narrow_phase_(model().full(), scene()),
         robots_(*lane_kernel(1)),
-        block_(1, 1, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
+        block_(1, 1, 1, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
     robots_.put(LaneRows::kQ, 0, kStartPose.data(), kRobotJoints);
     for (int i = 0; i < kRobotJoints; ++i) {
       const double bias =

@@ -21,7 +21,7 @@ TEST_CASE("A placed prop has its pose and no velocity, force or contact", "[stat
   std::int32_t* const ids = state.contact_ids.row(0);
   store_pair(touching, 1, -1, ids, state.contact_values.row(0));
   store_pair(touching, 2, 0, ids + StoredPair::kInts,
-             state.contact_values.row(0) + StoredPair::kDoubles);
+             state.contact_values.row(0) + StoredPair::kFloats);
   state.prop_slow_steps.row(0)[1] = 4;
   columns.place(0, 1, {1, 2, 3}, PropStatus::kAwake);
   CHECK(state.prop_pos_of(0, 1)[2] == 3);
