@@ -178,9 +178,8 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   clear = kNever;
   const int known = records_[at(index)];
   if (known < 0) {
+    added_pair_ = ContactPair{};
     added_pair_.shape_pair = index;
-    added_pair_.manifold.known = false;
-    added_pair_.manifold.num_points = 0;
   }
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
   const double active = kActiveGap + travel.after - travel.before;
