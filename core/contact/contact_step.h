@@ -14,8 +14,8 @@ class ContactStep {
   // Working memory of one lane.
   explicit ContactStep(const CollisionScene& scene);
 
-  // Begins a control step with what is remembered.
-  void begin(const ContactMemory& memory) { search_.begin(memory); }
+  // Begins a control step.
+  void begin() { search_.begin(); }
   // Finds all contacts and adds them to the lane. Call it within a MujocoScope.
   void find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
             double timestep, int lane, ContactBlock& block);

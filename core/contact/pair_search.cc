@@ -40,6 +40,13 @@ double least_distance_of(const CollisionShape& a, const Frame& frame_a, const Co
   return std::max(to_a, to_b);
 }
 
+// Index of what is remembered of a pair of shapes, or -1.
+int record_of(int shape_pair, const ContactMemory& memory) {
+  const auto found = std::find_if(memory.pairs.begin(), memory.pairs.end(),
+                                  [&](const ContactPair& p) { return p.shape_pair == shape_pair; });
+  return found == memory.pairs.end() ? -1 : static_cast<int>(found - memory.pairs.begin());
+}
+
 bool moves_freely(const CollisionBody& body) {
   return body.kind == BodyKind::kLink || body.kind == BodyKind::kFree;
 }
@@ -74,24 +81,21 @@ PairSearch::PairSearch(const CollisionScene& scene)
       travel_(scene.bodies().size()),
       bodies_clear_(scene.body_pairs().size()),
       shapes_clear_(scene.shape_pairs().size()),
-      records_(scene.shape_pairs().size()),
+      was_near_(scene.body_pairs().size()),
       shape_frames_(scene.shapes().size()),
       posed_(scene.shapes().size()) {
   const auto most = at(max_near_pairs(scene));
   near_.reserve(most);
   kept_.reserve(most);
   order_.reserve(most);
+  moved_to_.reserve(most);
   added_.reserve(most);
 }
 
-void PairSearch::begin(const ContactMemory& memory) {
+void PairSearch::begin() {
   std::fill(travel_.begin(), travel_.end(), Travel{});
   std::fill(bodies_clear_.begin(), bodies_clear_.end(), kNever);
-  std::fill(shapes_clear_.begin(), shapes_clear_.end(), kNever);
-  std::fill(records_.begin(), records_.end(), -1);
-  for (std::size_t i = 0; i < memory.pairs.size(); ++i) {
-    records_[at(memory.pairs[i].shape_pair)] = static_cast<int>(i);
-  }
+  std::fill(was_near_.begin(), was_near_.end(), std::uint8_t{0});
 }
 
 void PairSearch::find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
@@ -111,15 +115,15 @@ void PairSearch::find(const BodyStates& bodies, ContactMemory& memory, NarrowPha
 void PairSearch::advance_travel(const BodyStates& bodies, double timestep) {
   for (std::size_t i = 0; i < travel_.size(); ++i) {
     const double gain = moves_freely(scene_.bodies()[i]) ? kSpeedGain : 0;
-    travel_[i].before = travel_[i].after;
-    travel_[i].after += timestep * (kApproach * bodies.speeds[i] + gain);
+    travel_[i].before = travel_[i].after();
+    travel_[i].substep = timestep * (kApproach * bodies.speeds[i] + gain);
   }
 }
 
 PairSearch::Travel PairSearch::travel_of(int body_a, int body_b) const {
   const Travel& a = travel_[at(body_a)];
   const Travel& b = travel_[at(body_b)];
-  return {a.before + b.before, a.after + b.after};
+  return {a.before + b.before, a.substep + b.substep};
 }
 
 const Frame& PairSearch::shape_frame(int shape, const BodyStates& bodies) {
@@ -142,7 +146,7 @@ void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemo
     return;
   }
   const Travel travel = travel_of(pair.a, pair.b);
-  if (travel.after < bodies_clear_[at(index)]) return;
+  if (travel.after() < bodies_clear_[at(index)]) return;
   const CollisionBody& a = scene_.bodies()[at(pair.a)];
   const CollisionBody& b = scene_.bodies()[at(pair.b)];
   const Frame& frame_a = bodies.frames[at(pair.a)];
@@ -157,9 +161,13 @@ void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemo
     distance = (center - other).norm() - b.bounding_radius;
   }
   bodies_clear_[at(index)] = travel.before + distance - a.bounding_radius - kActiveGap;
-  if (travel.after < bodies_clear_[at(index)]) return;
+  if (travel.after() < bodies_clear_[at(index)]) return;
+  if (was_near_[at(index)] == 0) {
+    was_near_[at(index)] = 1;
+    std::fill_n(shapes_clear_.begin() + pair.first, pair.count, kNever);
+  }
   for (int i = pair.first; i < pair.first + pair.count; ++i) {
-    if (travel.after >= shapes_clear_[at(i)]) {
+    if (travel.after() >= shapes_clear_[at(i)]) {
       find_shape_pair(i, travel, bodies, memory, narrow_phase);
     }
   }
@@ -174,15 +182,15 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   const Frame& frame_b = shape_frame(shapes.b, bodies);
   double& clear = shapes_clear_[at(index)];
   clear = travel.before + least_distance_of(a, frame_a, b, frame_b) - kActiveGap;
-  if (travel.after < clear) return;
+  if (travel.after() < clear) return;
   clear = kNever;
-  const int known = records_[at(index)];
+  const int known = record_of(index, memory);
   if (known < 0) {
     added_pair_ = ContactPair{};
     added_pair_.shape_pair = index;
   }
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
-  const double active = kActiveGap + travel.after - travel.before;
+  const double active = kActiveGap + travel.substep;
   ContactPoints points = narrow_phase.find(index, frame_a, frame_b, active + kLookAhead, pair);
   const ContactPoints found = points;
   points.keep_below(active);
@@ -191,13 +199,12 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
             narrow_phase.least_distance(index, frame_a, frame_b, active + kLookAhead, found);
     return;
   }
+  const int record = known < 0 ? static_cast<int>(memory.pairs.size()) : known;
   if (known < 0) {
     if (memory.pairs.size() == memory.pairs.capacity()) return;
-    records_[at(index)] = static_cast<int>(memory.pairs.size());
     memory.pairs.push_back(added_pair_);
     kept_.push_back(0);
   }
-  const int record = records_[at(index)];
   kept_[at(record)] = 1;
   double gap = points[0].gap;
   for (const ContactPoint& point : points) gap = std::min(gap, point.gap);
@@ -219,7 +226,6 @@ void PairSearch::sort_new(int known, ContactMemory& memory) {
   });
   if (at(known) == memory.pairs.size()) return;
   added_.assign(memory.pairs.begin() + known, memory.pairs.end());
-  for (const ContactPair& pair : added_) records_[at(pair.shape_pair)] = -1;
   memory.pairs.resize(at(known));
   kept_.resize(at(known));
   for (const int i : order_) {
@@ -227,7 +233,6 @@ void PairSearch::sort_new(int known, ContactMemory& memory) {
     if (near.record < known) continue;
     const ContactPair& pair = added_[at(near.record - known)];
     near.record = static_cast<int>(memory.pairs.size());
-    records_[at(pair.shape_pair)] = near.record;
     memory.pairs.push_back(pair);
     kept_.push_back(1);
   }
@@ -242,16 +247,16 @@ void PairSearch::forget_distant(const BodyStates& bodies, ContactMemory& memory)
     return a != BodyPresence::kAbsent && b != BodyPresence::kAbsent &&
            (a == BodyPresence::kResting || b == BodyPresence::kResting);
   };
+  moved_to_.resize(memory.pairs.size());
   int next = 0;
   for (std::size_t i = 0; i < memory.pairs.size(); ++i) {
     const bool keep = kept_[i] != 0 || rests(memory.pairs[i]);
-    records_[at(memory.pairs[i].shape_pair)] = keep ? next : -1;
     if (!keep) continue;
     if (at(next) != i) memory.pairs[at(next)] = memory.pairs[i];
-    ++next;
+    moved_to_[i] = next++;
   }
   memory.pairs.resize(at(next));
-  for (NearPair& near : near_) near.record = records_[at(near.shape_pair)];
+  for (NearPair& near : near_) near.record = moved_to_[at(near.record)];
 }
 
 }  // namespace engram

@@ -51,8 +51,8 @@ class PairSearch {
   // Working memory of one lane.
   explicit PairSearch(const CollisionScene& scene);
 
-  // Begins a control step with what is remembered.
-  void begin(const ContactMemory& memory);
+  // Begins a control step.
+  void begin();
   // Finds the pairs with points that can act in this substep. Remembers them, forgets others; keeps
   // those of sleeping props. Call it within a MujocoScope.
   void find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
@@ -64,10 +64,12 @@ class PairSearch {
   }
 
  private:
-  // What both bodies of a pair may have moved in this control step, m.
+  // What both bodies of a pair may have moved, m.
   struct Travel {
-    double before = 0;  // until this substep
-    double after = 0;   // until its end
+    double before = 0;   // in this control step, until this substep
+    double substep = 0;  // in this substep
+
+    double after() const { return before + substep; }
   };
 
   void advance_travel(const BodyStates& bodies, double timestep);
@@ -85,12 +87,13 @@ class PairSearch {
   std::vector<Travel> travel_;  // of each body
   // Travel of both bodies up to which a pair cannot come near: body pairs, shape pairs.
   std::vector<double> bodies_clear_;
-  std::vector<double> shapes_clear_;
-  std::vector<int> records_;  // of each shape pair, or -1
+  std::vector<double> shapes_clear_;    // set for body pairs that have been near
+  std::vector<std::uint8_t> was_near_;  // body pairs, in this control step
   std::vector<Frame> shape_frames_;
   std::vector<std::uint8_t> posed_;  // shapes whose frame is known
   std::vector<std::uint8_t> kept_;   // of the memory's pairs
   std::vector<int> order_;           // of near_
+  std::vector<int> moved_to_;        // of the memory's pairs
   std::vector<ContactPair> added_;
   ContactPair added_pair_;  // one that may be added
 };

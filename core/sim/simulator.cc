@@ -74,10 +74,11 @@ struct Simulator::Lane {
     // The updated clearance serves the next step's begin(). This step keeps its geometry.
     if (!clearance_updated && step.awake().empty()) update_clearance(pose);
     transfer.load_contacts();
+    transfer.pose_links(pose, qvel);
     if (sleep) sleep_manager.wake_touching(pose);
     mark(step.clock, StepPart::kWake);
     put_bodies(lane, block);
-    transfer.pose_bodies(pose, qvel);
+    transfer.pose_props();
     step.workspace.contacts.find(step.workspace.bodies, step.workspace.memory, narrow_phase,
                                  step.model.robot_params().timestep, lane, block);
   }
@@ -241,7 +242,6 @@ void Simulator::substep(WorkerWorkspace& workspace, int count, bool last, bool v
     }
     contact_kernel_.substep(robot, model_.robot_params(), velocity_mode, block.rows(),
                             workspace.contact_block.finish());
-    mark(clock, StepPart::kDynamics);
   }
   mark(clock, StepPart::kDynamics);
   for (int lane = 0; lane < count; ++lane) {

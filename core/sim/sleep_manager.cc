@@ -3,13 +3,15 @@
 namespace engram {
 namespace {
 
-// Gap below which the robot wakes a sleeping prop: farther than it comes in a substep at 2 m/s,
-// since contacts act before bodies touch.
-constexpr double kWakeGap = 0.02;  // m
+// Gap below which the robot wakes a sleeping prop at rest, and at most; the displacement of a
+// substep is added to it, since contacts act before bodies touch.
+constexpr double kLeastWakeGap = 0.006;  // m
+constexpr double kWakeGap = 0.02;        // m
 
-// Gap below which props wake one another, and the share of a substep's way that is added to it;
-// they may stand a millimetre apart and sleep.
+// Gap below which props wake one another; they may stand a millimetre apart and sleep.
 constexpr double kPropWakeGap = 0.0005;  // m
+
+// Most displacement in a substep, as a share of that at its start's speed.
 constexpr double kApproach = 1.5;
 
 // A free prop that is slower than this for so many control steps, with nothing in motion near it,
@@ -106,14 +108,18 @@ const Frame& SleepManager::frame_of(int prop) const {
 
 // --- distances to the robot ---
 
-void SleepManager::pose_reach(const RobotPose& robot) {
+void SleepManager::pose_reach() {
   const CollisionScene& scene = step_.model.collision();
+  double speed = 0;
   for (std::size_t i = 0; i < step_.model.reach_shapes().size(); ++i) {
     const CollisionShape& shape = scene.shapes()[at(step_.model.reach_shapes()[i])];
-    const Frame body = carried(robot, scene.bodies()[at(shape.body)].attachment);
+    const Frame& body = step_.workspace.bodies.frames[at(shape.body)];
     step_.workspace.reach_frames[i] = {body.pos + body.axes * shape.frame.pos,
                                        body.axes * shape.frame.axes};
+    speed = std::max(speed, step_.workspace.bodies.speeds[at(shape.body)]);
   }
+  const double displacement = kApproach * step_.model.robot_params().timestep * speed;
+  robot_gap_ = std::min(kWakeGap, kLeastWakeGap + displacement);
 }
 
 double SleepManager::lowest_reach() const {
@@ -126,9 +132,9 @@ double SleepManager::lowest_reach() const {
   return lowest;
 }
 
-double SleepManager::robot_clearance(int prop, double lowest) const {
+double SleepManager::robot_clearance(int prop, double lowest, double gap) const {
   const Eigen::Vector3d& center = workspace_.centers[at(prop)];
-  const double radius = swept_radius(prop) + kWakeGap;
+  const double radius = swept_radius(prop) + gap;
   const double below = lowest - center.z() - radius;
   if (below > 0) return below;
   double least = kFarAway;
@@ -138,7 +144,7 @@ double SleepManager::robot_clearance(int prop, double lowest) const {
     const Frame& frame = step_.workspace.reach_frames[i];
     double clearance = sphere_clearance(shape, frame, center, radius);
     if (clearance <= 0 && !step_.is_moving(prop)) {
-      clearance = parts_clearance(kWakeGap, std::span(&step_.model.reach_boxes()[i], 1), frame,
+      clearance = parts_clearance(gap, std::span(&step_.model.reach_boxes()[i], 1), frame,
                                   prop_model(prop).parts, frame_of(prop));
     }
     least = std::min(least, clearance);
@@ -151,8 +157,8 @@ bool SleepManager::robot_reaches(int prop, std::optional<double>& lowest) {
   double& clearance = workspace_.clearance[at(prop)];
   if (clearance > 0) return false;
   if (!lowest) lowest = lowest_reach();
-  clearance = robot_clearance(prop, *lowest);
-  return clearance <= 0;
+  clearance = robot_clearance(prop, *lowest, kWakeGap);
+  return clearance <= 0 && robot_clearance(prop, *lowest, robot_gap_) <= 0;
 }
 
 // --- distances between props ---
@@ -198,7 +204,7 @@ void SleepManager::wake_near_moving_props() {
 
 void SleepManager::wake_touching(const RobotPose& robot) {
   locate_awake();
-  pose_reach(robot);
+  pose_reach();
   const double displacement =
       step_.model.robot_bounds().max_displacement(checked_qpos_, robot.qpos);
   checked_qpos_ = robot.qpos;
@@ -235,7 +241,7 @@ void SleepManager::count_slow_steps() {
   const double lowest = lowest_reach();
   for (const int prop : step_.awake()) {
     const bool resting =
-        is_slow(prop) && robot_clearance(prop, lowest) > 0 && !moving_prop_near(prop);
+        is_slow(prop) && robot_clearance(prop, lowest, robot_gap_) > 0 && !moving_prop_near(prop);
     slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
                          : std::uint8_t{0};
   }

@@ -39,7 +39,7 @@ class SleepManager {
   const std::vector<RobotBounds::Obstacle>& obstacles() const { return workspace_.obstacles; }
 
   // Wakes sleeping props that the robot or an awake prop may touch, and those that these may touch.
-  // Wakes nothing else than free props.
+  // Wakes nothing else than free props. Call it after StateTransfer::pose_links.
   void wake_touching(const RobotPose& robot);
 
   // Counts the control steps for which awake props have been at rest, near nothing that moves. Call
@@ -67,13 +67,12 @@ class SleepManager {
 
   // --- distances to the robot ---
 
-  void pose_reach(const RobotPose& robot);
+  void pose_reach();
   // Lowest height that a part of the robot may reach: a cheap first test, since props lie low and
   // the robot is above them most of the time.
   double lowest_reach() const;
-  // Lower bound of a prop's distance, m, to the region in which the robot wakes it; not above zero
-  // if the robot wakes it.
-  double robot_clearance(int prop, double lowest) const;
+  // Lower bound of a prop's distance to the robot's reach, less `gap`, m.
+  double robot_clearance(int prop, double lowest, double gap) const;
   // Tests whether the robot wakes a sleeping prop. `lowest` is computed on demand.
   bool robot_reaches(int prop, std::optional<double>& lowest);
 
@@ -100,6 +99,7 @@ class SleepManager {
   const State& state_;
   int env_;
   JointArray checked_qpos_{};  // at the last wake_touching
+  double robot_gap_ = 0;       // below which the robot wakes props, m
 };
 
 }  // namespace engram

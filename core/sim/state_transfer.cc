@@ -76,7 +76,7 @@ void StateTransfer::load_contacts() {
       workspace_.memory.pairs.push_back(pair);
     }
   }
-  workspace_.contacts.begin(workspace_.memory);
+  workspace_.contacts.begin();
 }
 
 void StateTransfer::move_kinematic_props(int substep, int substeps) {
@@ -91,18 +91,6 @@ void StateTransfer::move_kinematic_props(int substep, int substeps) {
 }
 
 // --- bodies ---
-
-void StateTransfer::pose_bodies(const RobotPose& robot, const JointArray& qvel) {
-  pose_links(robot, qvel);
-  for (int prop = 0; prop < step_.num_props(); ++prop) {
-    if (step_.model.collision().body_of_prop(prop) < 0) continue;
-    if (step_.prop_model(prop).free) {
-      pose_free(prop);
-    } else {
-      pose_kinematic(prop);
-    }
-  }
-}
 
 void StateTransfer::pose_links(const RobotPose& robot, const JointArray& qvel) {
   // Velocity of each hinge's link: of the point at the world's origin, and angular.
@@ -133,6 +121,17 @@ void StateTransfer::pose_links(const RobotPose& robot, const JointArray& qvel) {
   }
 }
 
+void StateTransfer::pose_props() {
+  for (int prop = 0; prop < step_.num_props(); ++prop) {
+    if (step_.model.collision().body_of_prop(prop) < 0) continue;
+    if (step_.prop_model(prop).free) {
+      pose_free(prop);
+    } else {
+      pose_kinematic(prop);
+    }
+  }
+}
+
 void StateTransfer::pose_kinematic(int prop) {
   const auto body = at(step_.model.collision().body_of_prop(prop));
   BodyStates& bodies = workspace_.bodies;
@@ -154,6 +153,7 @@ void StateTransfer::pose_free(int prop) {
   BodyStates& bodies = workspace_.bodies;
   if (!step_.is_awake(prop)) {
     bodies.presence[body] = step_.is_asleep(prop) ? BodyPresence::kResting : BodyPresence::kAbsent;
+    bodies.speeds[body] = 0;
     return;
   }
   const FreeBodyState& motion = workspace_.motion[at(prop)];
@@ -183,7 +183,11 @@ void StateTransfer::store(const JointArray& qpos, const JointArray& qvel) {
                                       state_.prop_qvel_of(env_, prop));
     state_.prop_status.row(env_)[prop] = static_cast<std::uint8_t>(PropStatus::kAwake);
   }
-  if (contacts_loaded_) store_contacts();
+  if (contacts_loaded_) {
+    store_contacts();
+  } else {
+    keep_resting_contacts();
+  }
 }
 
 void StateTransfer::store_contacts() const {
@@ -206,6 +210,32 @@ void StateTransfer::store_contacts() const {
     std::fill_n(ids, StoredPair::kInts, 0);
     std::fill_n(state_.contact_values.row(env_) + count * StoredPair::kFloats, StoredPair::kFloats,
                 0.0F);
+  }
+}
+
+// Nothing came near anything: what a search would have forgotten is forgotten.
+void StateTransfer::keep_resting_contacts() const {
+  const auto rests = [this](std::int32_t stored) {
+    return stored > 0 && step_.prop_model(stored - 1).free && step_.is_asleep(stored - 1);
+  };
+  int kept = 0;
+  for (int i = 0; i < state_.num_contact_pairs; ++i) {
+    std::int32_t* const ids = state_.contact_ids.row(env_) + i * StoredPair::kInts;
+    if (StoredPair::is_empty(ids)) return;
+    float* const values = state_.contact_values.row(env_) + i * StoredPair::kFloats;
+    const bool keep = rests(ids[StoredPair::kPropA]) || rests(ids[StoredPair::kPropB]);
+    if (keep && kept == i) {
+      ++kept;
+      continue;
+    }
+    if (keep) {
+      std::copy_n(ids, StoredPair::kInts, state_.contact_ids.row(env_) + kept * StoredPair::kInts);
+      std::copy_n(values, StoredPair::kFloats,
+                  state_.contact_values.row(env_) + kept * StoredPair::kFloats);
+      ++kept;
+    }
+    std::fill_n(ids, StoredPair::kInts, 0);
+    std::fill_n(values, StoredPair::kFloats, 0.0F);
   }
 }
 

@@ -24,22 +24,23 @@ class StateTransfer {
   // substeps.
   void move_kinematic_props(int substep, int substeps);
 
-  // Sets the states of all bodies that collide. `qvel`: of the robot.
-  void pose_bodies(const RobotPose& robot, const JointArray& qvel);
+  // Sets the states of all bodies that collide: the robot's links, then props.
+  void pose_links(const RobotPose& robot, const JointArray& qvel);
+  void pose_props();
 
   // Tests that all numbers of the robot and of awake props are finite and not huge.
   bool is_plausible(const JointArray& qpos, const JointArray& qvel) const;
 
-  // Writes robot and props into the columns; and contacts, if load_contacts() was called.
+  // Writes robot, props and contacts into the columns.
   void store(const JointArray& qpos, const JointArray& qvel);
   // Writes the force that each prop exerts on each finger in the last substep.
   void store_finger_forces(int lane, const ContactBlock& block) const;
 
  private:
-  void pose_links(const RobotPose& robot, const JointArray& qvel);
   void pose_kinematic(int prop);
   void pose_free(int prop);
   void store_contacts() const;
+  void keep_resting_contacts() const;
 
   EnvStep& step_;
   StepWorkspace& workspace_;

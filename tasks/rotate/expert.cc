@@ -135,13 +135,12 @@ RotateExpert::Goal RotateExpert::measured_goal(int env, Script script) const {
 // Without memory of the first pose: begins at a set step, turns the peg at full speed and stops
 // when that should have been enough.
 RotateExpert::Goal RotateExpert::timed_goal(int env) const {
-  constexpr double kPerStep = 0.0377;  // rad
-  constexpr double kAtOnce = 0.012;    // rad: before the first step, as the fingers close
+  constexpr double kPerStep = 0.0387;  // rad
   constexpr int kLatestStart = 42;     // control steps, by when the peg is always in hand
   constexpr int kRest = 3;             // ... at the end
   const State& state = *view_.engine.state;
   const double size = std::abs(view_.target[env]);
-  const int steps = static_cast<int>(std::lrint((size - kAtOnce) / kPerStep));
+  const int steps = static_cast<int>(std::lrint(size / kPerStep));
   const int start = std::min(kLatestStart, view_.info.horizon - kRest - steps);
   const int since = state.elapsed[env] - start;
   const Vector peg = prop_pos(state, env, kPegProp);
@@ -210,9 +209,9 @@ constexpr double kLeastYaw = -2.0;       // rad: what the wrist can do
 constexpr double kMostYaw = 3.5;
 constexpr double kTurnedWithin = 0.03;  // rad, where the threshold is the usual one
 
-// Yaw of the hand for a grasp: across the peg, turned ahead in the direction of the target.
-double grasp_yaw(const Peg& peg, double turn, double room) {
-  const double most = kMostMisalignment * room;
+// Yaw of the hand for a grasp: across the peg, turned ahead by at most `most` in the direction of
+// the target.
+double grasp_yaw(const Peg& peg, double turn, double most) {
   const double ahead = std::clamp(turn, -most, most);
   double best = 0;
   double least = std::numeric_limits<double>::max();
@@ -255,7 +254,8 @@ void RotateExpert::turn_peg(int env, const Goal& goal, float* action) const {
   // While it descends and closes, the hand keeps its yaw.
   const double misaligned = std::abs(wrap_angle(2 * (yaw - peg.yaw)) / 2);
   const bool low = tcp.z() < peg_height + kLowGap && offset.norm() < 0.03;
-  const double wanted = low ? yaw : grasp_yaw(peg, goal.turn, room);
+  const double most_ahead = goal.wait ? 0 : kMostMisalignment * room;
+  const double wanted = low ? yaw : grasp_yaw(peg, goal.turn, most_ahead);
   const bool ready = low || (std::abs(wrap_angle(wanted - yaw)) < 0.06 && offset.norm() < 0.008 &&
                              misaligned < kMayComeDown * room);
   const double height = ready ? grasp_height : peg_height + kHoverGap;

@@ -75,6 +75,7 @@ constexpr std::array<Params, 2> kStrict = {{
 }};
 
 constexpr double kMostOffset = 0.05;  // m, in x and in y, of the strict family
+constexpr double kLeastTurn = 0.01;   // rad in a control step: a peg that turns less rests
 constexpr double kTurnedShare = 0.5;  // of the threshold: a peg that has turned less is as it was
 constexpr double kStartSpan = 0.1;    // m, to either side
 constexpr double kLenientSuccessReward = 60;
@@ -163,6 +164,7 @@ class Rotate final : public FamilyBase {
     target_ = memory.add<double>("target_angle", 1, "rad");
     initial_yaw_ = memory.add<double>("initial_yaw", 1, "rad");
     initial_position_ = memory.add<double>("initial_peg_position", 2, "m");
+    last_angle_ = memory.add<double>("last_angle", 1, "rad", "turned until the step before");
   }
 
   // The target is in the instruction and in task_cue all the time.
@@ -189,6 +191,7 @@ class Rotate final : public FamilyBase {
                            params_.PEG_HALF_WIDTH};
     const double quat[4] = {real::cos(yaw / 2), 0, 0, real::sin(yaw / 2)};
     initial_yaw_[env] = yaw;
+    last_angle_[env] = 0;
     std::copy_n(pos, 2, initial_position_.row(env));
     engine_.state->place_prop(env, kPeg, pos, quat);
   }
@@ -214,6 +217,7 @@ class Rotate final : public FamilyBase {
         in_place = shift.cwiseAbs().maxCoeff() < kMostOffset;
       }
       note_answer(env, turn);
+      last_angle_[env] = turn.relative;
       const bool counts = !engine_.strict || engine_.answers.given(env);
       engine_.success[env] = counts && is_correct(turn.error, params_.angle_threshold) &&
                                      in_place && robot_is_static(*engine_.state, env)
@@ -301,7 +305,9 @@ class Rotate final : public FamilyBase {
   void note_answer(int env, const PegTurn& turn) const {
     const State& state = *engine_.state;
     const bool turned = std::abs(turn.relative) > kTurnedShare * params_.angle_threshold;
-    if (!turned || !robot_is_static(state, env) || !prop_is_static(state, env, kPeg)) return;
+    // A peg that is held keeps a velocity that its pose does not follow.
+    const bool rests = std::abs(wrap_angle(turn.relative - last_angle_[env])) < kLeastTurn;
+    if (!turned || !rests || !robot_is_static(state, env)) return;
     engine_.answers.give(env, static_cast<int>(std::lrint(turn.relative * 180 / kPi)),
                          is_correct(turn.error, params_.angle_threshold));
   }
@@ -325,6 +331,7 @@ class Rotate final : public FamilyBase {
   Column<double> target_;            // rad, a half-precision number
   Column<double> initial_yaw_;       // rad
   Column<double> initial_position_;  // (2) m
+  Column<double> last_angle_;        // rad, turned until the step before
   RotateExpert expert_;
 };
 

@@ -38,7 +38,7 @@ class World {
   void set_presence(int prop, BodyPresence presence) { bodies_.presence[index(prop)] = presence; }
   const Frame& frame(int prop) const { return bodies_.frames[index(prop)]; }
 
-  void begin() { search_.begin(memory_); }
+  void begin() { search_.begin(); }
   void find() {
     const MujocoScope scope;
     search_.find(bodies_, memory_, narrow_phase_, kTimestep);
@@ -188,6 +188,27 @@ TEST_CASE("Pairs that part are forgotten, those of resting props are not", "[con
   world.begin();
   world.find();
   CHECK(world.remembered().empty());
+}
+
+TEST_CASE("What a search found before leaves no trace in new pairs", "[contact]") {
+  const auto stored = [](World& world) {
+    world.place(test::kBall, {0.1, 0.6, 0.02}, Vec3::Zero());
+    world.begin();
+    world.find();
+    REQUIRE(world.remembered() == std::vector<int>{with_table(test::kBall)});
+    std::vector<std::int32_t> ids(StoredPair::kInts);
+    std::vector<float> values(StoredPair::kFloats);
+    store_pair(world.memory().pairs[0], test::kBall, -1, ids.data(), values.data());
+    return std::pair(ids, values);
+  };
+  World fresh;
+  World used;
+  used.place(test::kCube0, {0, 0.6, 0.02}, Vec3::Zero());
+  used.begin();
+  used.find();
+  REQUIRE(used.memory().pairs[0].manifold.num_points == 4);
+  used.place(test::kCube0, {0, 0.6, 1}, Vec3::Zero());
+  CHECK(stored(used) == stored(fresh));
 }
 
 TEST_CASE("A body that is absent touches nothing", "[contact]") {

@@ -64,10 +64,10 @@ ContactPair touching(int shape_pair) {
   pair.shape_pair = shape_pair;
   pair.manifold.known = true;
   pair.manifold.num_points = 2;
-  pair.manifold.points[1].a = {0.1, 0.2, 0.3 + shape_pair};
+  pair.manifold.points[1].a = {0.125, 0.25, 0.5 + shape_pair};
   pair.num_patches = 1;
   pair.patches[0].num_anchors = 2;
-  pair.patches[0].anchors[1].b = {0.4, 0.5, 0.6 + shape_pair};
+  pair.patches[0].anchors[1].b = {0.375, 0.5, 0.75 + shape_pair};
   return pair;
 }
 
@@ -150,7 +150,8 @@ TEST_CASE("A kinematic prop is where it has come to in this substep", "[state_tr
   transfer.begin(true);
   CHECK(step.is_moving(test::kBox));
   transfer.move_kinematic_props(2, 5);
-  transfer.pose_bodies(pose_at(model().robot_model(), test::kStartPose.data()), {});
+  transfer.pose_links(pose_at(model().robot_model(), test::kStartPose.data()), {});
+  transfer.pose_props();
   const auto body = static_cast<std::size_t>(model().collision().body_of_prop(test::kBox));
   const BodyStates& bodies = fixture.workspace().bodies;
   CHECK(bodies.frames[body].pos.isApprox(Vec3(-0.16, 0.5, 0.02)));
@@ -173,7 +174,8 @@ TEST_CASE("Bodies are present, resting or absent as their props are", "[state_tr
     EnvStep step = fixture.step();
     StateTransfer transfer(step);
     transfer.begin(sleep);
-    transfer.pose_bodies(pose_at(model().robot_model(), test::kStartPose.data()), {});
+    transfer.pose_links(pose_at(model().robot_model(), test::kStartPose.data()), {});
+    transfer.pose_props();
     CHECK(presence(test::kCube0) == BodyPresence::kPresent);
     CHECK(presence(test::kBall) == (sleep ? BodyPresence::kResting : BodyPresence::kPresent));
     CHECK(presence(test::kCube1) == BodyPresence::kAbsent);
@@ -193,7 +195,8 @@ TEST_CASE("No point of a link is faster than its bound", "[state_transfer]") {
   StateTransfer transfer(step);
   transfer.begin(true);
   const auto frames_at = [&](const JointArray& q) {
-    transfer.pose_bodies(pose_at(model().robot_model(), q.data()), qvel);
+    transfer.pose_links(pose_at(model().robot_model(), q.data()), qvel);
+    transfer.pose_props();
     return fixture.workspace().bodies.frames;
   };
   const std::vector<Frame> after = frames_at(later);

@@ -29,15 +29,21 @@ class Peg {
     env_->reset();
   }
 
-  // pace: rad/s, of the peg and of one of the robot's joints.
-  void turn_to(double angle, double peg_pace = 0, double robot_pace = 0) {
+  // Is at this angle after a step; robot_pace: rad/s, of one of the robot's joints.
+  void pass(double angle, double robot_pace = 0) {
     double* quat = env_->state().prop_quat_of(0, 0);
     quat[0] = std::cos(angle / 2);
     quat[3] = std::sin(angle / 2);
-    env_->state().prop_qvel_of(0, 0)[5] = peg_pace;
     env_->state().qvel.row(0)[6] = robot_pace;
     test::step(*env_, Policy::kZero);
   }
+  // Stays there for a step.
+  void turn_to(double angle, double robot_pace = 0) {
+    pass(angle, robot_pace);
+    pass(angle, robot_pace);
+  }
+  // What a hand that holds the peg still leaves it, rad/s.
+  void set_velocity(double spin) { env_->state().prop_qvel_of(0, 0)[5] = spin; }
 
   FirstAnswer answer() const { return first_answer(*env_); }
   bool succeeds() const { return env_->success()[0] != 0; }
@@ -52,10 +58,11 @@ TEST_CASE("The angle at which the turned peg first rests is the answer", "[rotat
     Peg peg(id, 0.8, false);
     peg.turn_to(0.04);  // as good as unturned
     CHECK_FALSE(peg.answer().given);
-    peg.turn_to(0.5, 0.3);
+    peg.pass(0.5);
     CHECK_FALSE(peg.answer().given);
-    peg.turn_to(0.6, 0, 0.5);
+    peg.turn_to(0.6, 0.5);
     CHECK_FALSE(peg.answer().given);
+    peg.set_velocity(2.2);
     peg.turn_to(0.75);
     CHECK(peg.answer() == FirstAnswer{true, 43, true});
     CHECK(peg.succeeds());
@@ -70,7 +77,7 @@ TEST_CASE("The angle at which the turned peg first rests is the answer", "[rotat
 TEST_CASE("A peg that turns past its target has not come to rest there", "[rotate][answer]") {
   for (const bool strict : {false, true}) {
     Peg peg(kLenient, 0.8, strict);
-    peg.turn_to(0.8, 0.3);
+    peg.pass(0.8);
     CHECK(peg.succeeds() == !strict);
     CHECK_FALSE(peg.answer().given);
     peg.turn_to(1.2);
