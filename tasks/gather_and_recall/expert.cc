@@ -14,6 +14,7 @@ namespace {
 constexpr double kTableHeight = 0.05;     // m, of the TCP: where the tool is slowest
 constexpr double kTravelHeight = 0.13;    // m: a cube in the hand passes over all others
 constexpr double kClearance = 0.06;       // m above a cube that was released
+constexpr double kFingersClear = 0.035;   // m above a cube: the fingers no longer reach it
 constexpr double kLowTravelHeight = 0.1;  // m: enough to clear a cube that was dropped
 constexpr double kNearButtons = 0.07;     // m: how much nearer to the buttons a single cube goes
 constexpr double kNearRim = 0.03;         // m
@@ -31,11 +32,16 @@ bool has_landed(const Eigen::Vector3d& cube, const Vec2& disc, double threshold)
   return offset.head<2>().norm() < threshold - kRim && std::abs(offset.z()) < kRim;
 }
 
-// Releases only a cube between the fingers; others may stand close by.
-bool release_cube(const State& state, int env, const Grip& grip, float* action) {
+// Tests that the fingers are beside or above a cube; others may stand close by.
+bool is_around(const State& state, int env, int cube) {
   constexpr double kBetweenFingers = 0.02;  // m
-  const Eigen::Vector3d offset = prop_pos(state, env, grip.prop) - tcp_pos(state, env);
-  if (offset.head<2>().norm() > kBetweenFingers) return true;
+  const Eigen::Vector3d offset = prop_pos(state, env, cube) - tcp_pos(state, env);
+  return offset.head<2>().norm() <= kBetweenFingers;
+}
+
+// Releases only a cube between the fingers.
+bool release_cube(const State& state, int env, const Grip& grip, float* action) {
+  if (!is_around(state, env, grip.prop)) return true;
   return release(state, env, grip, kClearance, action);
 }
 
@@ -113,9 +119,16 @@ void GatherExpert::press(int env, int color, float* action) const {
 void GatherExpert::drop_and_press(int env, int color, float* action) const {
   const State& state = *view_.engine.state;
   for (int cube = 0; cube < view_.params.N_CUBES; ++cube) {
-    if (!is_grasping(state, env, cube)) continue;
-    hold_tcp(kGripperOpen, action);
-    return;
+    if (is_grasping(state, env, cube)) {
+      hold_tcp(kGripperOpen, action);
+      return;
+    }
+    const Eigen::Vector3d tcp = tcp_pos(state, env);
+    const double clear = prop_pos(state, env, cube).z() + kFingersClear;
+    if (is_around(state, env, cube) && tcp.z() < clear) {
+      servo_tcp(state, env, {tcp.x(), tcp.y(), kLowTravelHeight}, kToolDown, kGripperOpen, action);
+      return;
+    }
   }
   servo_tcp(state, env, press_waypoint(button(color), env, kLowTravelHeight), kToolDown,
             kGripperOpen, action);

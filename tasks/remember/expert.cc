@@ -12,7 +12,7 @@
 namespace engram::tasks {
 namespace {
 
-constexpr double kTouchGap = 0.014;  // m above an object as high as a cube
+constexpr double kTouchGap = 0.017;  // m above an object as high as a cube
 // Objects that would roll away from a touch are approached more slowly, up to a gap.
 constexpr double kRollingGap = 0.020;  // m
 // m: how much nearer than GOAL_THRESH the tool goes. Where that is into the object, the gripper

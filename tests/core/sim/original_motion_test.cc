@@ -128,7 +128,7 @@ TEST_CASE("Sixty recorded actions lead where they led in the original", "[physic
       {"rz", {60, 0.1}},        {"close", {60, 0.1}},   {"zero", {60, 0.1}},
       {"closeopen", {60, 0.1}}, {"x03", {24, 0.1}},     {"ry", {49, 0.1}},
       {"px", {8, 0.5}},         {"mx", {12, 0.5}},      {"py", {18, 0.5}},
-      {"pz", {23, 0.5}},        {"diag", {40, 0.5}}};
+      {"pz", {23, 0.5}},        {"diag", {39, 0.5}}};
   const auto recorded = read_groups("arm_actions.csv", 1);
   REQUIRE(recorded.size() == bounds.size());
   for (const auto& [name, rows] : recorded) {
