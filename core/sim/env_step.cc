@@ -12,6 +12,7 @@ StepWorkspace::StepWorkspace(const PhysicsModel& model)
   awake.reserve(props);
   moving.reserve(props);
   reach_frames.resize(model.reach_shapes().size());
+  reach_gaps.resize(model.reach_shapes().size());
   memory.pairs.reserve(at(max_near_pairs(model.collision())));
 }
 

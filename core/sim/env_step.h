@@ -28,6 +28,7 @@ struct StepWorkspace {
   double moves_per_second = 0;        // control steps, 1/s
   BodyStates bodies;                  // of the CollisionScene
   std::vector<Frame> reach_frames;    // of the robot's shapes that can touch props
+  std::vector<double> reach_gaps;     // below which they wake props, m
   ContactMemory memory;
   ContactStep contacts;
 };

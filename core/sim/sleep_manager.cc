@@ -110,16 +110,15 @@ const Frame& SleepManager::frame_of(int prop) const {
 
 void SleepManager::pose_reach() {
   const CollisionScene& scene = step_.model.collision();
-  double speed = 0;
   for (std::size_t i = 0; i < step_.model.reach_shapes().size(); ++i) {
     const CollisionShape& shape = scene.shapes()[at(step_.model.reach_shapes()[i])];
     const Frame& body = step_.workspace.bodies.frames[at(shape.body)];
     step_.workspace.reach_frames[i] = {body.pos + body.axes * shape.frame.pos,
                                        body.axes * shape.frame.axes};
-    speed = std::max(speed, step_.workspace.bodies.speeds[at(shape.body)]);
+    const double displacement = kApproach * step_.model.robot_params().timestep *
+                                step_.workspace.bodies.speeds[at(shape.body)];
+    step_.workspace.reach_gaps[i] = std::min(kWakeGap, kLeastWakeGap + displacement);
   }
-  const double displacement = kApproach * step_.model.robot_params().timestep * speed;
-  robot_gap_ = std::min(kWakeGap, kLeastWakeGap + displacement);
 }
 
 double SleepManager::lowest_reach() const {
@@ -132,17 +131,18 @@ double SleepManager::lowest_reach() const {
   return lowest;
 }
 
-double SleepManager::robot_clearance(int prop, double lowest, double gap) const {
+double SleepManager::robot_clearance(int prop, double lowest, Gaps gaps) const {
   const Eigen::Vector3d& center = workspace_.centers[at(prop)];
-  const double radius = swept_radius(prop) + gap;
-  const double below = lowest - center.z() - radius;
+  const double radius = swept_radius(prop);
+  const double below = lowest - center.z() - radius - kWakeGap;
   if (below > 0) return below;
   double least = kFarAway;
   for (std::size_t i = 0; i < step_.model.reach_shapes().size() && least > 0; ++i) {
     const CollisionShape& shape =
         step_.model.collision().shapes()[at(step_.model.reach_shapes()[i])];
     const Frame& frame = step_.workspace.reach_frames[i];
-    double clearance = sphere_clearance(shape, frame, center, radius);
+    const double gap = gaps == Gaps::kLargest ? kWakeGap : step_.workspace.reach_gaps[i];
+    double clearance = sphere_clearance(shape, frame, center, radius + gap);
     if (clearance <= 0 && !step_.is_moving(prop)) {
       clearance = parts_clearance(gap, std::span(&step_.model.reach_boxes()[i], 1), frame,
                                   prop_model(prop).parts, frame_of(prop));
@@ -157,8 +157,8 @@ bool SleepManager::robot_reaches(int prop, std::optional<double>& lowest) {
   double& clearance = workspace_.clearance[at(prop)];
   if (clearance > 0) return false;
   if (!lowest) lowest = lowest_reach();
-  clearance = robot_clearance(prop, *lowest, kWakeGap);
-  return clearance <= 0 && robot_clearance(prop, *lowest, robot_gap_) <= 0;
+  clearance = robot_clearance(prop, *lowest, Gaps::kLargest);
+  return clearance <= 0 && robot_clearance(prop, *lowest, Gaps::kBySpeed) <= 0;
 }
 
 // --- distances between props ---
@@ -240,8 +240,8 @@ void SleepManager::count_slow_steps() {
   std::uint8_t* slow = state_.prop_slow_steps.row(env_);
   const double lowest = lowest_reach();
   for (const int prop : step_.awake()) {
-    const bool resting =
-        is_slow(prop) && robot_clearance(prop, lowest, robot_gap_) > 0 && !moving_prop_near(prop);
+    const bool resting = is_slow(prop) && robot_clearance(prop, lowest, Gaps::kBySpeed) > 0 &&
+                         !moving_prop_near(prop);
     slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
                          : std::uint8_t{0};
   }

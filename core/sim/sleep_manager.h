@@ -71,8 +71,10 @@ class SleepManager {
   // Lowest height that a part of the robot may reach: a cheap first test, since props lie low and
   // the robot is above them most of the time.
   double lowest_reach() const;
-  // Lower bound of a prop's distance to the robot's reach, less `gap`, m.
-  double robot_clearance(int prop, double lowest, double gap) const;
+  // Below which parts of the robot wake a prop: the largest, or what follows from their speeds.
+  enum class Gaps { kLargest, kBySpeed };
+  // Lower bound of a prop's distance to the robot's reach, less the gap, m.
+  double robot_clearance(int prop, double lowest, Gaps gaps) const;
   // Tests whether the robot wakes a sleeping prop. `lowest` is computed on demand.
   bool robot_reaches(int prop, std::optional<double>& lowest);
 
@@ -99,7 +101,6 @@ class SleepManager {
   const State& state_;
   int env_;
   JointArray checked_qpos_{};  // at the last wake_touching
-  double robot_gap_ = 0;       // below which the robot wakes props, m
 };
 
 }  // namespace engram
