@@ -35,7 +35,7 @@ int exit_code(const Error& error) {
 }
 
 int run(int argc, char** argv) {
-  CommandLine line("engram", "Batched MuJoCo simulator of tabletop memory tasks");
+  CommandLine line("engram", "Batched simulator of tabletop memory tasks");
   line.require_command();
   line.set_version(std::string("engram ") + version());
   const Command program = line.program();

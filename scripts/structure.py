@@ -25,13 +25,12 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.MULTILINE)
 STANDARD_TERMS = (
     "broad phase",
     "speculative contact",
+    "contact manifold",
+    "friction anchor",
     "penetration",
-    "depenetration",
     "Gauss-Seidel",
     "CRBA",
     "RNEA",
-    "union-find",
-    "line search",
     "forward kinematics",
     "workspace",
 )

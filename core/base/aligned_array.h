@@ -13,7 +13,8 @@
 namespace engram {
 
 // Owns `size` elements whose first one lies on a 64-byte boundary. They start value-initialised,
-// which is zero for numbers. Moving leaves an empty array behind and keeps pointers valid.
+// which is zero for numbers, unless they are made without values. Moving leaves an empty array
+// behind and keeps pointers valid.
 template <typename T>
 class AlignedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
@@ -24,15 +25,21 @@ class AlignedArray {
   AlignedArray() = default;
 
   // Throws std::bad_alloc if memory runs out.
-  explicit AlignedArray(std::size_t size) {
-    if (size == 0) return;
+  explicit AlignedArray(std::size_t size) : AlignedArray(uninitialized(size)) {
+    std::uninitialized_value_construct_n(data_, size_);
+  }
+
+  // Elements have no values yet: what is never used takes up no memory.
+  static AlignedArray uninitialized(std::size_t size) {
+    AlignedArray array;
+    if (size == 0) return array;
     if (size > std::numeric_limits<std::size_t>::max() / sizeof(T)) {
       throw std::bad_array_new_length();
     }
     void* memory = ::operator new (size * sizeof(T), std::align_val_t{kAlignment});
-    data_ = static_cast<T*>(memory);
-    size_ = size;
-    std::uninitialized_value_construct_n(data_, size_);
+    array.data_ = static_cast<T*>(memory);
+    array.size_ = size;
+    return array;
   }
 
   AlignedArray(AlignedArray&& other) noexcept

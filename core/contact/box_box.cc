@@ -47,7 +47,8 @@ class FaceOverlaps {
   Mat3 spread_;
 };
 
-// The axis of least overlap, the first of equals; none if the boxes are farther apart than `reach`.
+// The axis of least penetration, the first of equals; none if the boxes are farther apart than
+// `reach`.
 Axis find_axis(const BoxPose& a, const BoxPose& b, double reach) {
   const FaceOverlaps overlaps(a, b);
   Axis best;

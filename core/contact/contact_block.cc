@@ -75,8 +75,11 @@ ContactBlock::ContactBlock(int lanes, int max_bodies, int max_shapes, const Vec3
     view_.lists.begin[list] = total;
     total += capacity;
   }
-  bodies_ = AlignedArray<double>(at(max_bodies) * static_cast<std::size_t>(body_stride_));
-  patches_ = AlignedArray<double>(at(total) * static_cast<std::size_t>(patch_stride_));
+  const auto rows = [](int count, std::ptrdiff_t stride) {
+    return AlignedArray<double>::uninitialized(at(count) * static_cast<std::size_t>(stride));
+  };
+  bodies_ = rows(max_bodies, body_stride_);
+  patches_ = rows(total, patch_stride_);
   members_.resize(at(total));
   first_slots_.resize(at(total));
   used_.bodies.resize(at(lanes));

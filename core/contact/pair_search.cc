@@ -8,8 +8,9 @@
 namespace engram {
 namespace {
 
-// A point whose gap is larger than this and the displacement of the bodies in a substep does
-// nothing: shapes with no nearer points are not near each other.
+// Speculative contacts act before shapes touch. A point whose gap is larger than this and
+// the displacement of the bodies in a substep does nothing: shapes with no nearer points are not
+// near each other.
 constexpr double kActiveGap = 0.0025;  // m
 // Points up to so much farther are looked for, so that pairs without are not tested again soon.
 // MuJoCo's convex collision is wrong for reaches of several centimetres.

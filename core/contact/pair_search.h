@@ -1,4 +1,4 @@
-// Search for the pairs of shapes of one environment that are near each other, with their contact
+// Broad phase of one environment: the pairs of shapes that are near each other, with their contact
 // points.
 #pragma once
 

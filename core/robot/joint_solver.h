@@ -108,7 +108,7 @@ struct JointSolver {
   JointsOf<V> implicit_damping;
   JointsOf<V> tendon_response;  // change of velocities by a unit of the tendon's error
 
-  // Limits of joints give way a little; known once a joint comes to its limit.
+  // Limits of joints are compliant; known once a joint comes to its limit.
   JointsOf<V> limit_mass;
   bool limit_known[kRobotJoints] = {};
   bool limited = false;

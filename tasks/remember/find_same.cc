@@ -120,7 +120,11 @@ class FindSame final : public ObjectRecall {
           if (begins) hide_all(env);
           break;
         case Phase::kManipulation:
-          if (elapsed < clock().manipulation_start(env) + settle_steps()) show_all(env);
+          if (elapsed < clock().manipulation_start(env) + settle_steps()) {
+            show_all(env);
+          } else if (!settles_) {
+            forget_contacts(env);
+          }
           break;
       }
     }
@@ -151,6 +155,11 @@ class FindSame final : public ObjectRecall {
     for (int key = 0; key < count(); ++key) {
       engine_.state->place_prop(env, key, position(env, key), objects().quat(key));
     }
+  }
+
+  // The original sets the poses of cubes, to where they are, in every control step.
+  void forget_contacts(int env) const {
+    for (int key = 0; key < count(); ++key) engine_.state->forget_contacts(env, key);
   }
 
   TaskOption success_in_cue_;

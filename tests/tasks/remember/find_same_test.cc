@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/contact_pair.h"
 #include "tests/tasks/remember/recall_env.h"
 
 namespace engram {
@@ -238,6 +239,25 @@ TEST_CASE("Touching the cue before the objects appear is a success with success_
       if (counts) options.task_options = {{"success_in_cue", 1}};
       CHECK(rest_at_cue(*make_env(id, options), counts) > 20);
     }
+  }
+}
+
+TEST_CASE("Cubes forget in every step what they stick to, shapes do not", "[remember]") {
+  for (const bool cubes : {true, false}) {
+    BatchOptions options;
+    options.substeps = 0;
+    const auto env = make_env(cubes ? "RememberColor3-VLA-v0" : "RememberShape3-VLA-v0", options);
+    env->reset();
+    for (int i = 0; i < 22; ++i) test::step(*env, Policy::kZero);
+    std::int32_t* const ids = env->state().contact_ids.row(0);
+    std::fill_n(ids, StoredPair::kInts, 0);
+    ids[StoredPair::kShapePair] = 1;
+    ids[StoredPair::kPropA] = 2;
+    ids[StoredPair::kPoints] = ids[StoredPair::kPatches] = 1;
+    test::step(*env, Policy::kZero);
+    CHECK(ids[StoredPair::kShapePair] == 1);
+    CHECK(ids[StoredPair::kPatches] == (cubes ? 0 : 1));
+    CHECK(ids[StoredPair::kPoints] == (cubes ? 0 : 1));
   }
 }
 

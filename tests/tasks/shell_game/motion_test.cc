@@ -150,6 +150,12 @@ TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]")
     options.auto_reset = AutoReset::kOff;
     const auto env = make_env(id, options);
     env->reset();
+    std::vector<Eigen::Quaterniond> upright;
+    const auto quat = [&](int mug, int i) {
+      const double* q = env->state().prop_quat_of(i, mug);
+      return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+    };
+    for (int i = 0; i < options.num_envs; ++i) upright.push_back(quat(0, i));
     int lifted = 0;
     int pushed = 0;
     for (int t = 1; t <= 30; ++t) {
@@ -170,7 +176,8 @@ TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]")
       if (std::string_view(id) != "ShellGamePick-VLA-v0") continue;
       // Reward, observation and a real grasp agree.
       if (*row<std::uint8_t>(env->output("is_grasped"), i) == 0) continue;
-      const Vector3d handle = pos(*env, cup, i) + Vector3d(-0.045, 0.043, 0);
+      const Eigen::Quaterniond turned = quat(cup, i) * upright[static_cast<std::size_t>(i)].conjugate();
+      const Vector3d handle = pos(*env, cup, i) + turned * Vector3d(-0.045, 0.043, 0);
       CHECK((handle - Eigen::Map<Vector3d>(env->state().tcp_pos.row(i))).norm() < 0.04);
     }
     INFO(id);

@@ -1,0 +1,206 @@
+// Bodies of contacts in the solver's lanes: free bodies and the robot's links, and how far they
+// have moved since the substep began.
+#pragma once
+
+#include "core/contact/contact_lanes.h"
+#include "core/robot/link_frames.h"
+
+namespace engram {
+inline namespace ENGRAM_ISA {
+
+template <class V>
+class ContactBodies {
+ public:
+  // `joints` after its prepare(); `frames` and `velocity` at the substep's start.
+  ContactBodies(const ContactLanes& lanes, const LinkFrames<V>& frames,
+                const JointSolver<V>& joints, double timestep)
+      : lanes_(lanes),
+        bodies_(reinterpret_cast<FreeBodyLanes<V>*>(lanes.bodies)),
+        patches_(reinterpret_cast<PatchLanes<V>*>(lanes.patches)),
+        frames_(frames),
+        inv_mass_(joints.inv_mass),
+        begin_q_(joints.end_q),
+        timestep_(timestep),
+        dt_(timestep / kSolverIterations) {
+    prepare_links();
+  }
+
+  void move_bodies() {
+    for (int i = 0; i < lanes_.num_bodies; ++i) {
+      FreeBodyLanes<V>& body = bodies_[i];
+      body.moved = body.moved + body.linear * simd::broadcast<V>(dt_);
+      body.turned = body.turned + body.angular * simd::broadcast<V>(dt_);
+      rotate(body);
+    }
+  }
+
+  // Displacements of joints, and those of the links' centres of mass beyond their Jacobians, to
+  // second order.
+  void move_links(const JointsOf<V>& q) {
+    time_ += dt_;
+    for (int i = 0; i < kRobotJoints; ++i) moved_[i] = q[i] - begin_q_[i];
+    if (links_ != 0) bend_links();
+  }
+
+ protected:
+  struct Motion {
+    Vec3Of<V> linear, angular, moved, turned;
+  };
+  using Vec = Vec3Of<V>;
+
+  template <class Visit>
+  ENGRAM_INLINE void for_each_patch(int list, const Visit& visit) {
+    const int begin = lanes_.lists.begin[list];
+    for (int i = begin; i < begin + lanes_.lists.size[list]; ++i) {
+      visit(patches_[i], lanes_.members[i]);
+    }
+  }
+  // --- free bodies ---
+
+  // Value of a lane's own body; zeros if it has none.
+  template <class Get>
+  ENGRAM_INLINE auto gather(unsigned long long props, bool mixed, V slot, const Get& get) const {
+    int first = 0;
+    while ((props >> first & 1U) == 0) ++first;
+    auto value = get(bodies_[first]);
+    if (!mixed) return value;
+    value = decltype(value)();
+    for (int i = first; props >> i != 0; ++i) {
+      if ((props >> i & 1U) == 0) continue;
+      const auto other = get(bodies_[i]);
+      const auto mine = slot == static_cast<double>(i);
+      for (int k = 0; k < kWords<decltype(value)>; ++k) {
+        word(value, k) = mine ? word(other, k) : word(value, k);
+      }
+    }
+    return value;
+  }
+  template <class T>
+  static constexpr int kWords = static_cast<int>(sizeof(T) / sizeof(V));
+  template <class T>
+  ENGRAM_INLINE static V& word(T& value, int k) {
+    return reinterpret_cast<V*>(&value)[k];
+  }
+  template <class T>
+  ENGRAM_INLINE static const V& word(const T& value, int k) {
+    return reinterpret_cast<const V*>(&value)[k];
+  }
+
+  ENGRAM_INLINE Motion motion_of(unsigned long long props, bool mixed, V slot) const {
+    return gather(props, mixed, slot, [](const FreeBodyLanes<V>& body) {
+      return Motion{body.linear, body.angular, body.moved, body.turned};
+    });
+  }
+  ENGRAM_INLINE void set_velocity(unsigned long long props, bool mixed, V slot,
+                                  const Motion& motion) {
+    for (int i = 0; props >> i != 0; ++i) {
+      if ((props >> i & 1U) == 0) continue;
+      FreeBodyLanes<V>& body = bodies_[i];
+      if (!mixed) {
+        body.linear = motion.linear;
+        body.angular = motion.angular;
+        continue;
+      }
+      const auto mine = slot == static_cast<double>(i);
+      for (int k = 0; k < 3; ++k) {
+        body.linear[k] = mine ? motion.linear[k] : body.linear[k];
+        body.angular[k] = mine ? motion.angular[k] : body.angular[k];
+      }
+    }
+  }
+
+  // Exponential map of one iteration's turn.
+  ENGRAM_INLINE void rotate(FreeBodyLanes<V>& body) {
+    const V speed = simd::sqrt(dot(body.angular, body.angular));
+    V sine;
+    V cosine;
+    sine_cosine(speed * (0.5 * dt_), sine, cosine);
+    const V scale = speed > 0.0 ? sine / speed : V{};
+    const Vec v = body.angular * scale;
+    const QuatOf<V> q = body.rotation;
+    body.rotation = {cosine * q.w - (v.x() * q.x + v.y() * q.y + v.z() * q.z),
+                     cosine * q.x + q.w * v.x() + (v.y() * q.z - v.z() * q.y),
+                     cosine * q.y + q.w * v.y() + (v.z() * q.x - v.x() * q.z),
+                     cosine * q.z + q.w * v.z() + (v.x() * q.y - v.y() * q.x)};
+  }
+
+  // --- links ---
+
+  void prepare_links() {
+    for (int list = 0; list < PatchLists::kCount; ++list) {
+      for_each_patch(list, [&](const PatchLanes<V>& /*patch*/, const PatchMembers& members) {
+        links_ |= members.links;
+      });
+    }
+    for (int link = 0; link < kNumLinks; ++link) {
+      if ((links_ >> link & 1U) == 0) continue;
+      compliance_[link] = frames_.compliance(link, inv_mass_);
+      JointsOf<V> rows[3];
+      frames_.center_jacobian(link, rows);
+      for (int i = 0; i < kRobotJoints; ++i)
+        column_[link][i] = {rows[0][i], rows[1][i], rows[2][i]};
+      bend_[link] = {};
+    }
+  }
+
+  // Motion on a hinge's circle beyond its tangent, by the turns of that hinge and those before it.
+  void bend_links() {
+    Vec turned = {};
+    Vec lever[kArmJoints];
+    for (int i = 0; i < kArmJoints; ++i) {
+      const Vec turn = frames_.axis(i) * moved_[i];
+      lever[i] = (turned + turn * simd::broadcast<V>(0.5)) * moved_[i];
+      turned = turned + turn;
+    }
+    for (int link = 0; link < kNumLinks; ++link) {
+      if ((links_ >> link & 1U) == 0) continue;
+      Vec bend = {};
+      for (int i = 0; i < hinges_of(link); ++i) bend = bend + cross(lever[i], column_[link][i]);
+      const int finger = finger_of(link);
+      if (finger >= 0) {
+        const int joint = kArmJoints + finger;
+        bend = bend + cross(turned, column_[link][joint] * moved_[joint]);
+      }
+      bend_[link] = bend;
+    }
+  }
+
+  // Sum over A's link, less B's, of a quantity of links.
+  template <class T>
+  ENGRAM_INLINE Vec link_difference(const PatchLanes<V>& patch, const PatchMembers& members,
+                                    const T& of_link) const {
+    // A single link is A.
+    if (!members.mixed_links && (members.links & (members.links - 1)) == 0) {
+      return members.links == 0 ? Vec{} : of_link(__builtin_ctz(members.links));
+    }
+    Vec sum = {};
+    for (int link = 0; link < kNumLinks; ++link) {
+      if ((members.links >> link & 1U) == 0) continue;
+      const Vec value = of_link(link);
+      const auto is_a = patch.link_a == static_cast<double>(link);
+      const auto is_b = patch.link_b == static_cast<double>(link);
+      for (int k = 0; k < 3; ++k) {
+        sum[k] += (is_a ? value[k] : V{}) - (is_b ? value[k] : V{});
+      }
+    }
+    return sum;
+  }
+
+  const ContactLanes& lanes_;
+  FreeBodyLanes<V>* bodies_;
+  PatchLanes<V>* patches_;
+  const LinkFrames<V>& frames_;
+  const JointMatrixOf<V>& inv_mass_;
+  const JointsOf<V> begin_q_;
+  double timestep_;
+  double dt_;
+  double time_ = 0;  // since the substep's start
+  unsigned links_ = 0;
+  V compliance_[kNumLinks];
+  Vec column_[kNumLinks][kRobotJoints];
+  Vec bend_[kNumLinks];
+  JointsOf<V> moved_;
+};
+
+}  // namespace ENGRAM_ISA
+}  // namespace engram
