@@ -1,10 +1,12 @@
 // Grasping, carrying and releasing, on real physics.
 #include "tasks/common/grasp_servo.h"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/math/random.h"
 #include "mjcf/disc.h"
 #include "tests/core/sim/physics_fixture.h"
 
@@ -70,6 +72,32 @@ TEST_CASE("A cube in the oracle's grip does not slip in 200 steps", "[grasp]") {
   for (int i = 0; i < 200; ++i) hold();
   CHECK(is_held(rig.state(), 0, 0));
   CHECK((in_hand(rig) - before).norm() < 5e-5);
+}
+
+TEST_CASE("A held cube slips less than 0.1 mm in 60 random steps", "[grasp][original]") {
+  for (const double scale : {0.5, 1.0}) {
+    Rig rig = make_rig();
+    REQUIRE(take_cube(rig) > 0);
+    std::array<float, 7> action{};
+    for (int i = 0; i < 40; ++i) {
+      carry(rig.state(), 0, grip(rig), {-0.1, 0.0, 0.25}, action.data());
+      rig.env().step(action);
+    }
+    const Eigen::Vector3d before = in_hand(rig);
+    RandomStream random(11, 1, 0);
+    double slip = 0;
+    for (int i = 0; i < 60; ++i) {
+      for (std::size_t k = 0; k < 6; ++k) {
+        action[k] = static_cast<float>(scale * random.uniform(-1, 1));
+      }
+      action[6] = static_cast<float>(kGripperSqueezing);
+      rig.env().step(action);
+      slip = std::max(slip, (in_hand(rig) - before).norm());
+    }
+    INFO("scale " << scale << ": " << 1e3 * slip << " mm");
+    CHECK(is_held(rig.state(), 0, 0));
+    CHECK(slip < 1e-4);
+  }
 }
 
 TEST_CASE("A cube is brought onto a disc, left there and rests", "[grasp]") {
