@@ -26,6 +26,17 @@ TEST_CASE("AlignedArray starts aligned and zero, even in used memory", "[aligned
   }
 }
 
+TEST_CASE("AlignedArray may begin without values", "[aligned_array]") {
+  auto array = AlignedArray<double>::uninitialized(100);
+  REQUIRE(array.size() == 100);
+  CHECK(is_aligned(array.data()));
+  std::ranges::fill(array, 2.0);
+  CHECK(array[99] == 2.0);
+  CHECK(AlignedArray<double>::uninitialized(0).empty());
+  CHECK_THROWS_AS(AlignedArray<double>::uninitialized(std::numeric_limits<std::size_t>::max()),
+                  std::bad_array_new_length);
+}
+
 TEST_CASE("AlignedArray gives access to its elements", "[aligned_array]") {
   AlignedArray<int> array(5);
   array[3] = 7;
