@@ -24,6 +24,10 @@ constexpr int kMostOfLink = 3;
 constexpr int kMostOfHand = 8;
 constexpr int kMostOfFinger = 6;
 
+// Two links of the robot count as no deeper in one another, m: the arm has no room to give way, and
+// larger corrections would throw it through itself.
+constexpr double kMostSelfOverlap = 0.004;
+
 int most_fixed(int max_shapes) { return 8 + 2 * max_shapes; }
 
 // Joint after which contacts of a link with fixed bodies are solved.
@@ -163,7 +167,8 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
   rows.put(ENGRAM_ROW(Patch, kinematic_velocity), spec.kinematic_velocity);
   for (int i = 0; i < spec.num_points; ++i) {
     rows.put(ENGRAM_ROW(Patch, point) + 3 * i, spec.points[at(i)] - base_);
-    rows[ENGRAM_ROW(Patch, gap) + i] = spec.gaps[at(i)];
+    const double gap = spec.gaps[at(i)];
+    rows[ENGRAM_ROW(Patch, gap) + i] = spec.link_b >= 0 ? std::max(gap, -kMostSelfOverlap) : gap;
   }
   for (int i = 0; i < spec.num_anchors; ++i) {
     rows.put(ENGRAM_ROW(Patch, anchor_a) + 3 * i, spec.anchors_a[at(i)] - base_);
