@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/index.h"
+#include "core/scene/approach.h"
 
 namespace engram {
 namespace {
@@ -15,9 +16,10 @@ constexpr double kActiveGap = 0.0025;  // m
 // Points up to so much farther are looked for, so that pairs without are not tested again soon.
 // MuJoCo's convex collision is wrong for reaches of several centimetres.
 constexpr double kLookAhead = 0.01;  // m
-// Most displacement in a substep, by the speed at its start: a factor, and what acceleration adds.
-constexpr double kApproach = 1.5;
+// What acceleration may add to a body's speed in a substep, besides kApproach.
 constexpr double kSpeedGain = 0.15;  // m/s
+// Links of the robot touch one another at no larger gap than this: the margin of a clearance.
+constexpr double kMostSelfGap = 0.009;  // m
 // Pairs that come near in the same substep are solved from the nearest on, to this precision.
 constexpr double kOrderPrecision = 1000;  // 1/m
 // Pairs that are tested in every substep.
@@ -191,7 +193,10 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
     added_pair_.shape_pair = index;
   }
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
-  const double active = kActiveGap + travel.substep;
+  const bool of_links = scene_.bodies()[at(a.body)].kind == BodyKind::kLink &&
+                        scene_.bodies()[at(b.body)].kind == BodyKind::kLink;
+  const double reach = kActiveGap + travel.substep;
+  const double active = of_links ? std::min(reach, kMostSelfGap) : reach;
   ContactPoints points = narrow_phase.find(index, frame_a, frame_b, active + kLookAhead, pair);
   const ContactPoints found = points;
   points.keep_below(active);

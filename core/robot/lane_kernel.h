@@ -10,11 +10,11 @@ namespace engram {
 
 // First rows of quantities in the memory of a block. A row has one double for each lane.
 struct LaneRows {
-  static constexpr int kQ = 0;                             // (9) rad, m: joint positions
-  static constexpr int kV = kQ + kRobotJoints;             // (9) rad/s, m/s
-  static constexpr int kDriveBias = kV + kRobotJoints;     // (9) see JointSolver
-  static constexpr int kEndQ = kDriveBias + kRobotJoints;  // (9) after a substep
-  static constexpr int kEndV = kEndQ + kRobotJoints;       // (9)
+  static constexpr int kQ = 0;                                      // (9) rad, m: joint positions
+  static constexpr int kV = kQ + kRobotJoints;                      // (9) rad/s, m/s
+  static constexpr int kDriveBias = kV + kRobotJoints;              // (9) see JointSolver
+  static constexpr int kEndQ = kDriveBias + kRobotJoints;           // (9) after a substep
+  static constexpr int kEndV = kEndQ + kRobotJoints;                // (9)
   static constexpr int kClearanceQpos = kEndV + kRobotJoints;       // (9) where it was measured
   static constexpr int kClearance = kClearanceQpos + kRobotJoints;  // (1) m
   static constexpr int kLinkPoses = kClearance + 1;  // (7 x (3 + 9)) written on demand
@@ -30,9 +30,11 @@ struct LaneKernel {
   InstructionSet instruction_set;
   int lanes;
 
-  // The lanes, as bits, whose robots may have moved farther than their clearance. Reads kQ,
-  // kClearanceQpos, kClearance.
-  unsigned (*clearance_exceeded)(const RobotModel& robot, const double* rows);
+  // The lanes, as bits, whose robots may have moved farther than their clearance, or will have
+  // after `look_ahead` seconds at their velocity, of which `allowance` metres do not count. Reads
+  // kQ, kV, kClearanceQpos, kClearance.
+  unsigned (*clearance_exceeded)(const RobotModel& robot, double look_ahead, double allowance,
+                                 const double* rows);
   // kQ to kLinkPoses.
   void (*pose_links)(const RobotModel& robot, double* rows);
   // One substep without contacts: kQ, kV, kDriveBias to kEndQ, kEndV.

@@ -38,13 +38,17 @@ unsigned other_lanes(Mask mask) {
 }
 
 template <class V>
-unsigned clearance_exceeded(const RobotModel& robot, const double* rows) {
+unsigned clearance_exceeded(const RobotModel& robot, double look_ahead, double allowance,
+                            const double* rows) {
   V displacement = {};
+  V speed = {};
   for (int i = 0; i < kRobotJoints; ++i) {
     displacement +=
         robot.lever_arms[i] * simd::abs(load_row<V>(rows, LaneRows::kQ + i) -
                                         load_row<V>(rows, LaneRows::kClearanceQpos + i));
+    speed += robot.lever_arms[i] * simd::abs(load_row<V>(rows, LaneRows::kV + i));
   }
+  displacement += simd::max(V{}, look_ahead * speed - allowance);
   return other_lanes<V>(displacement < load_row<V>(rows, LaneRows::kClearance));
 }
 
@@ -61,8 +65,8 @@ void pose_links(const RobotModel& robot, double* rows) {
   }
 }
 
-// The substep with contacts of any kind (see NoContacts): `make_contacts` makes them from the links'
-// frames and the joint solver.
+// The substep with contacts of any kind (see NoContacts): `make_contacts` makes them from the
+// links' frames and the joint solver.
 template <class V, class MakeContacts>
 ENGRAM_INLINE void substep_with(const RobotModel& robot, const RobotParams& params,
                                 bool velocity_mode, double* rows,
@@ -90,8 +94,7 @@ ENGRAM_INLINE void substep_with(const RobotModel& robot, const RobotParams& para
 }
 
 template <class V>
-void substep(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
-             double* rows) {
+void substep(const RobotModel& robot, const RobotParams& params, bool velocity_mode, double* rows) {
   substep_with<V>(robot, params, velocity_mode, rows,
                   [](const LinkFrames<V>&, const JointSolver<V>&) { return NoContacts<V>{}; });
 }

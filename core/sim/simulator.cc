@@ -8,6 +8,7 @@
 #include "core/contact/contact_kernel.h"
 #include "core/robot/joint_solver.h"
 #include "core/robot/lane_block.h"
+#include "core/scene/approach.h"
 #include "core/sim/env_step.h"
 #include "core/sim/sleep_manager.h"
 #include "core/sim/state_transfer.h"
@@ -51,30 +52,36 @@ struct Simulator::Lane {
         sleep_manager(step, sleep_workspace) {}
 
   // Begins a control step; decides whether anything may touch.
-  void begin(bool sleep) {
+  void begin(bool sleep, int substeps) {
     transfer.begin(sleep);
-    sleep_manager.begin();
+    sleep_manager.begin(substeps);
     const bool was_clear = step.clearance.is_clear();
     step.clearance = RobotBounds::with_obstacles(step.clearance, sleep_manager.obstacles());
     // A robot that was near something probably still is.
     busy = !sleep || !step.awake().empty() || !was_clear;
   }
 
-  // Tests again whether the robot, at a new pose, is clear of everything. If not, the lane is busy
-  // from now on.
-  void update_clearance(const RobotPose& pose) {
+  // Tests again whether the robot, at a new pose and velocity, is clear of everything in this
+  // substep. If not, the lane is busy from now on.
+  void update_clearance(const RobotPose& pose, const JointArray& qvel) {
     clearance_updated = true;
     step.clearance = step.model.robot_bounds().clearance(pose, sleep_manager.obstacles());
-    if (!step.clearance.is_clear()) busy = true;
+    transfer.pose_links(pose, qvel);
+    const double reach = kApproach * step.model.robot_params().timestep * transfer.fastest_link();
+    const double needed = std::max(0.0, reach - kClearanceAllowance);
+    if (step.clearance.clearance() <= needed) busy = true;
   }
 
   // Wakes props, finds contacts, and puts them and the free bodies into the block.
   void find_contacts(const RobotPose& pose, const JointArray& qvel, bool sleep, int lane,
                      NarrowPhase& narrow_phase, ContactBlock& block) {
     // The updated clearance serves the next step's begin(). This step keeps its geometry.
-    if (!clearance_updated && step.awake().empty()) update_clearance(pose);
     transfer.load_contacts();
-    transfer.pose_links(pose, qvel);
+    if (!clearance_updated && step.awake().empty()) {
+      update_clearance(pose, qvel);
+    } else {
+      transfer.pose_links(pose, qvel);
+    }
     if (sleep) sleep_manager.wake_touching(pose);
     mark(step.clock, StepPart::kWake);
     put_bodies(lane, block);
@@ -210,7 +217,7 @@ void Simulator::begin_lane(WorkerWorkspace& workspace, int lane) {
   workspace.block.put(LaneRows::kV, lane, state.qvel.row(env), kRobotJoints);
   here.good = here.transfer.state_is_plausible();
   if (!here.good) return;
-  here.begin(options_.sleep);
+  here.begin(options_.sleep, options_.substeps);
   put_clearance(workspace.block, lane, here.step.clearance);
 }
 
@@ -220,7 +227,8 @@ void Simulator::substep(WorkerWorkspace& workspace, int count, bool last, bool v
                         StepClock::Worker* clock) {
   LaneBlock& block = workspace.block;
   const RobotModel& robot = model_.robot_model();
-  const unsigned exceeded = kernel_.clearance_exceeded(robot, block.rows());
+  const unsigned exceeded = kernel_.clearance_exceeded(
+      robot, kApproach * model_.robot_params().timestep, kClearanceAllowance, block.rows());
   unsigned busy = 0;
   unsigned unclear = 0;  // lanes whose clearance has to be updated
   for (int lane = 0; lane < count; ++lane) {
@@ -257,15 +265,15 @@ void Simulator::find_contacts(WorkerWorkspace& workspace, int lane, bool check_c
   Lane& here = *workspace.lanes[at(lane)];
   LaneBlock& block = workspace.block;
   const RobotPose pose = pose_in_lane(model_.robot_model(), block.rows(), block.lanes(), lane);
+  JointArray qvel;
+  block.get(LaneRows::kV, lane, qvel.data(), kRobotJoints);
   try {
     if (check_clearance) {
-      here.update_clearance(pose);
+      here.update_clearance(pose, qvel);
       put_clearance(block, lane, here.step.clearance);
       mark(here.step.clock, StepPart::kWake);
     }
     if (!here.busy) return;
-    JointArray qvel;
-    block.get(LaneRows::kV, lane, qvel.data(), kRobotJoints);
     here.find_contacts(pose, qvel, options_.sleep, lane, workspace.narrow_phase,
                        workspace.contact_block);
   } catch (const Error&) {

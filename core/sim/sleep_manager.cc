@@ -1,5 +1,7 @@
 #include "core/sim/sleep_manager.h"
 
+#include "core/scene/approach.h"
+
 namespace engram {
 namespace {
 
@@ -10,9 +12,6 @@ constexpr double kWakeGap = 0.02;        // m
 
 // Gap below which props wake one another; they may stand a millimetre apart and sleep.
 constexpr double kPropWakeGap = 0.0005;  // m
-
-// Most displacement in a substep, as a share of that at its start's speed.
-constexpr double kApproach = 1.5;
 
 // A free prop that is slower than this for so many control steps, with nothing in motion near it,
 // falls asleep.
@@ -42,14 +41,19 @@ SleepWorkspace::SleepWorkspace(const PhysicsModel& model) {
   obstacles.reserve(props);
 }
 
-void SleepManager::begin() {
+void SleepManager::begin(int substeps) {
   std::fill(workspace_.clearance.begin(), workspace_.clearance.end(), 0.0);
   workspace_.obstacles.clear();
   for (int prop = 0; prop < num_props(); ++prop) locate_stored(prop);
   locate_moving();
   for (int prop = 0; prop < num_props(); ++prop) {
     if (!step_.is_asleep(prop) || !prop_model(prop).tangible()) continue;
-    workspace_.obstacles.push_back({workspace_.centers[at(prop)], swept_radius(prop) + kWakeGap});
+    double radius = swept_radius(prop) + kWakeGap;
+    if (step_.is_moving(prop)) {
+      const Eigen::Map<const Eigen::Vector3d> displacement(step_.displacement_of(prop));
+      radius += kApproach * displacement.norm() / substeps;
+    }
+    workspace_.obstacles.push_back({workspace_.centers[at(prop)], radius});
   }
   wake_near_moving_props();
 }

@@ -31,8 +31,8 @@ class SleepManager {
       : step_(step), workspace_(workspace), state_(step.state), env_(step.env) {}
 
   // Locates props, and wakes those that a moving kinematic prop will come near. Call it after
-  // StateTransfer::begin.
-  void begin();
+  // StateTransfer::begin. The control step has so many substeps.
+  void begin(int substeps);
 
   // Bounding spheres of tangible props that were at rest or are kinematic: what the robot can
   // touch.

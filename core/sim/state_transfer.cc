@@ -121,6 +121,16 @@ void StateTransfer::pose_links(const RobotPose& robot, const JointArray& qvel) {
   }
 }
 
+double StateTransfer::fastest_link() const {
+  const std::vector<CollisionBody>& bodies = step_.model.collision().bodies();
+  double fastest = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].kind != BodyKind::kLink) continue;
+    fastest = std::max(fastest, workspace_.bodies.speeds[i]);
+  }
+  return fastest;
+}
+
 void StateTransfer::pose_props() {
   for (int prop = 0; prop < step_.num_props(); ++prop) {
     if (step_.model.collision().body_of_prop(prop) < 0) continue;
@@ -215,6 +225,9 @@ void StateTransfer::store_contacts() const {
 
 // Nothing came near anything: what a search would have forgotten is forgotten.
 void StateTransfer::keep_resting_contacts() const {
+  const auto present = [this](std::int32_t stored) {
+    return stored == 0 || workspace_.status[at(stored - 1)] != PropStatus::kHidden;
+  };
   const auto rests = [this](std::int32_t stored) {
     return stored > 0 && step_.prop_model(stored - 1).free && step_.is_asleep(stored - 1);
   };
@@ -223,7 +236,9 @@ void StateTransfer::keep_resting_contacts() const {
     std::int32_t* const ids = state_.contact_ids.row(env_) + i * StoredPair::kInts;
     if (StoredPair::is_empty(ids)) return;
     float* const values = state_.contact_values.row(env_) + i * StoredPair::kFloats;
-    const bool keep = rests(ids[StoredPair::kPropA]) || rests(ids[StoredPair::kPropB]);
+    const std::int32_t a = ids[StoredPair::kPropA];
+    const std::int32_t b = ids[StoredPair::kPropB];
+    const bool keep = present(a) && present(b) && (rests(a) || rests(b));
     if (keep && kept == i) {
       ++kept;
       continue;

@@ -27,6 +27,8 @@ class StateTransfer {
   // Sets the states of all bodies that collide: the robot's links, then props.
   void pose_links(const RobotPose& robot, const JointArray& qvel);
   void pose_props();
+  // Upper bound of the speed of any point of the robot's links, m/s, after pose_links().
+  double fastest_link() const;
 
   // Tests that all numbers of the robot and of awake props are finite and not huge.
   bool is_plausible(const JointArray& qpos, const JointArray& qvel) const;

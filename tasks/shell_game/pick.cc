@@ -101,7 +101,7 @@ class Pick final : public ShellGame {
 
   void bind(const Bindings& bindings) override {
     ShellGame::bind(bindings);
-    is_grasped_ = bindings.outputs->add<std::uint8_t>("is_grasped");
+    is_grasped_ = bindings.outputs->add_privileged<std::uint8_t>("is_grasped");
   }
 
   // --- phases ---

@@ -139,7 +139,7 @@ TEST_CASE("Every info that is closed to policies reveals something", "[objects][
     }
   }
   closed.erase("reward_dict");  // of the dense rewards, which are not looked at here
-  CHECK(closed.size() == 19);
+  CHECK(closed.size() == 20);
   CHECK(all.closed == closed);
 }
 

@@ -78,7 +78,17 @@ TEST_CASE("A robot that moves beyond its clearance is reported", "[physics]") {
     block.put(LaneRows::kClearance, lane, &clearance, 1);
   }
   const unsigned all = (1U << block.lanes()) - 1;
-  CHECK(block.kernel().clearance_exceeded(physics().robot_model(), block.rows()) == (all & ~3U));
+  const RobotModel& model = physics().robot_model();
+  CHECK(block.kernel().clearance_exceeded(model, 0, 0, block.rows()) == (all & ~3U));
+  // The first two move on: 0.01 rad in the time, less what is allowed for.
+  JointArray qvel{};
+  qvel[0] = 1;
+  for (int lane = 0; lane < 2; ++lane) {
+    block.put(LaneRows::kV, lane, qvel.data(), kRobotJoints);
+  }
+  CHECK(block.kernel().clearance_exceeded(model, 0.01, 0, block.rows()) == (all & ~1U));
+  const double allowance = model.lever_arms[0] * 0.008;
+  CHECK(block.kernel().clearance_exceeded(model, 0.01, allowance, block.rows()) == (all & ~3U));
 }
 
 TEST_CASE("The widest kernel is of the best instruction set here", "[physics]") {
