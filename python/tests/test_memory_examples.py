@@ -386,8 +386,8 @@ def test_distilling_learns(tmp_path: Path) -> None:
 
 
 def test_reinforcement_learns_with_memory_alone(tmp_path: Path) -> None:
-    """Half of the default steps of ppo_recurrent.py; without memory the policy guesses."""
-    arguments = ["--steps", "100000", "--evaluate-every", "1000", "--out", str(tmp_path)]
+    """Two thirds of the default steps of ppo_recurrent.py; without memory the policy guesses."""
+    arguments = ["--steps", "130000", "--evaluate-every", "1000", "--out", str(tmp_path)]
     result = json.loads(run("ppo_recurrent.py", *arguments)[-1])
     assert result["success_once"] > 0.8
     assert result["wiped"]["success_once"] < 0.6

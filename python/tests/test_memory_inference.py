@@ -46,7 +46,7 @@ def untrained(examples: SimpleNamespace, scenes: Any, memory: bool = True) -> An
     policy.fit(scenes.reset(seed=1)[None])
     with torch.no_grad():
         for weight in policy.act.parameters():
-            weight += 0.3 * torch.randn_like(weight)
+            weight += 0.15 * torch.randn_like(weight)
     return policy
 
 
@@ -83,9 +83,12 @@ def test_an_evaluation_plays_as_learners_do(examples: SimpleNamespace, policy: A
     expected, actions = lockstep(policy, examples.training.ObjectsEnv(TASK, EPISODES))
     assert np.ptp(actions[-1], axis=0).max() > 0.01  # the episodes differ
     runner = examples.inference.PolicyRunner(policy, task=TASK)
-    np.testing.assert_allclose(returns_of(runner, "objects", num_envs=50), expected, atol=1e-3)
+    # Torch's last bits depend on the size of a batch, and contacts magnify them.
+    same = {"rtol": 0, "atol": 0.02}
+    assert np.diff(np.sort(expected)).min() > 2 * same["atol"]
+    np.testing.assert_allclose(returns_of(runner, "objects", num_envs=50), expected, **same)
     # The same runner and slots, new episodes: the old memories are gone.
-    np.testing.assert_allclose(returns_of(runner, "objects", num_envs=1), expected, atol=1e-3)
+    np.testing.assert_allclose(returns_of(runner, "objects", num_envs=1), expected, **same)
 
 
 def test_an_evaluation_from_pictures_plays_as_learners_do(examples: SimpleNamespace) -> None:
