@@ -33,7 +33,7 @@ class PlainLoop {
   ColumnStore store_;
   State state_;  // input of the controller: the plain loop's own joints
   std::vector<DataPtr> data_;
-  std::vector<std::uint8_t> shown_;        // (num_envs, num_props) props that are present
+  std::vector<std::uint8_t> shown_;  // (num_envs, num_props) props that are present
 };
 
 }  // namespace engram::bench

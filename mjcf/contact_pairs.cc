@@ -25,8 +25,8 @@ std::array<double, 5> pair_friction(double sliding, double patch) {
   return {sliding, sliding, sliding * patch, 1e-4, 1e-4};
 }
 
-// Softness and onset of contacts are for MuJoCo's own step: the engine solves contacts by another law
-// (core/contact).
+// Softness and onset of contacts are for MuJoCo's own step: the engine solves contacts by another
+// law (core/contact).
 
 // Penetration of a resting prop into soft contacts, whatever it weighs, if it stands on four of
 // them; more contacts share its weight. The table's contacts begin that much earlier. So props rest

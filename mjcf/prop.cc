@@ -1,6 +1,5 @@
 #include "mjcf/prop.h"
 
-
 namespace engram::mjcf {
 
 Prop cube(const std::string& name, double half_size, const Rgba& rgba) {

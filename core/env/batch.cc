@@ -1,4 +1,3 @@
-#include "core/contact/contact_step.h"
 #include "core/env/batch.h"
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
+#include "core/contact/contact_step.h"
 #include "core/robot/lane_kernel.h"
 #include "core/scene/model_cache.h"
 

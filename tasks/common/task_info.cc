@@ -1,6 +1,5 @@
 #include "tasks/common/task_info.h"
 
-
 #include "core/base/index.h"
 
 namespace engram::tasks {

@@ -71,8 +71,8 @@ class Recordings {
       at.robot.push_back(robot);
     });
     read("contacts.csv", [](const std::vector<std::string>& row, RecordedSubstep& at) {
-      at.points.push_back({row[2], row[3], row[4], vec3(row, 6), vec3(row, 9), number(row, 12),
-                           number(row, 13)});
+      at.points.push_back(
+          {row[2], row[3], row[4], vec3(row, 6), vec3(row, 9), number(row, 12), number(row, 13)});
     });
   }
 

@@ -114,8 +114,8 @@ TEST_CASE("What appears around closed fingers is pushed out or held", "[pushing]
     const auto shape = static_cast<mjcf::ObjectShape>(i % mjcf::kObjectShapeCount);
     const Vec3 offset(random.uniform(-0.012, 0.012), random.uniform(-0.012, 0.012), 0);
     const Appearance seen = appear(shape, offset, random.uniform(-3.1, 3.1), sleep);
-    INFO(mjcf::shape_name(shape)
-         << ", offset " << offset.transpose() << ", goes " << seen.way.transpose());
+    INFO(mjcf::shape_name(shape) << ", offset " << offset.transpose() << ", goes "
+                                 << seen.way.transpose());
     CHECK(seen.fastest < 2);
     CHECK(seen.height > 0.5 * mjcf::resting_height(shape));
     if (seen.height > 0.05) {

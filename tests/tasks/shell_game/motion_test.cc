@@ -176,7 +176,8 @@ TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]")
       if (std::string_view(id) != "ShellGamePick-VLA-v0") continue;
       // Reward, observation and a real grasp agree.
       if (*row<std::uint8_t>(env->output("is_grasped"), i) == 0) continue;
-      const Eigen::Quaterniond turned = quat(cup, i) * upright[static_cast<std::size_t>(i)].conjugate();
+      const Eigen::Quaterniond turned =
+          quat(cup, i) * upright[static_cast<std::size_t>(i)].conjugate();
       const Vector3d handle = pos(*env, cup, i) + turned * Vector3d(-0.045, 0.043, 0);
       CHECK((handle - Eigen::Map<Vector3d>(env->state().tcp_pos.row(i))).norm() < 0.04);
     }
