@@ -55,6 +55,7 @@ class ContactBodies {
       visit(patches_[i], lanes_.members[i]);
     }
   }
+
   // --- free bodies ---
 
   // Value of a lane's own body; zeros if it has none.

@@ -18,8 +18,11 @@ constexpr double kActiveGap = 0.0025;  // m
 constexpr double kLookAhead = 0.01;  // m
 // What acceleration may add to a body's speed in a substep, besides kApproach.
 constexpr double kSpeedGain = 0.15;  // m/s
-// Links of the robot touch one another at no larger gap than this: the margin of a clearance.
+// Links of the robot touch one another at no larger gap than this.
 constexpr double kMostSelfGap = 0.009;  // m
+// Whatever a clearance calls clear is too far away for contacts.
+static_assert(kMostSelfGap < kSelfMargin);
+static_assert(kActiveGap + kClearanceAllowance < kContactMargin);
 // Pairs that come near in the same substep are solved from the nearest on, to this precision.
 constexpr double kOrderPrecision = 1000;  // 1/m
 // Pairs that are tested in every substep.

@@ -7,7 +7,11 @@ namespace engram {
 // Contacts act at gaps of up to so many times the displacement that the bodies' speeds at the
 // substep's start make in it.
 inline constexpr double kApproach = 1.5;
-// What the margins of a clearance (RobotBounds) leave for that, m: faster robots need more.
+// Distances below these count as touching in a clearance (RobotBounds), m: of the robot to anything
+// else, and between its own bodies.
+inline constexpr double kContactMargin = 0.02;
+inline constexpr double kSelfMargin = 0.01;
+// What these margins leave for the way of a substep, m: faster robots need more.
 inline constexpr double kClearanceAllowance = 0.016;
 
 }  // namespace engram

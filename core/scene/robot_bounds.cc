@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/math/eigen_types.h"
+#include "core/scene/approach.h"
 #include "core/scene/proximity.h"
 
 namespace engram {
@@ -15,11 +16,6 @@ namespace {
 // About as far as points of the robot move in two control steps. Larger distances need not be known
 // precisely.
 constexpr double kMaxSelfClearance = 0.1;  // m
-
-// Distances below this count as touching: contacts act before bodies touch, on the way of a
-// substep.
-constexpr double kContactMargin = 0.02;  // m
-constexpr double kSelfMargin = 0.01;     // m, between the robot's own bodies
 
 struct Sphere {
   Vec3 center;

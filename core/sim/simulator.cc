@@ -61,27 +61,23 @@ struct Simulator::Lane {
     busy = !sleep || !step.awake().empty() || !was_clear;
   }
 
-  // Tests again whether the robot, at a new pose and velocity, is clear of everything in this
-  // substep. If not, the lane is busy from now on.
-  void update_clearance(const RobotPose& pose, const JointArray& qvel) {
+  // Tests again whether the robot, at a new pose, is clear of everything in this substep. If not,
+  // the lane is busy from now on. Links have been posed.
+  void update_clearance(const RobotPose& pose) {
     clearance_updated = true;
     step.clearance = step.model.robot_bounds().clearance(pose, sleep_manager.obstacles());
-    transfer.pose_links(pose, qvel);
     const double reach = kApproach * step.model.robot_params().timestep * transfer.fastest_link();
     const double needed = std::max(0.0, reach - kClearanceAllowance);
     if (step.clearance.clearance() <= needed) busy = true;
   }
 
-  // Wakes props, finds contacts, and puts them and the free bodies into the block.
-  void find_contacts(const RobotPose& pose, const JointArray& qvel, bool sleep, int lane,
-                     NarrowPhase& narrow_phase, ContactBlock& block) {
-    // The updated clearance serves the next step's begin(). This step keeps its geometry.
+  // Wakes props, finds contacts, and puts them and the free bodies into the block. Links have been
+  // posed.
+  void find_contacts(const RobotPose& pose, bool sleep, int lane, NarrowPhase& narrow_phase,
+                     ContactBlock& block) {
     transfer.load_contacts();
-    if (!clearance_updated && step.awake().empty()) {
-      update_clearance(pose, qvel);
-    } else {
-      transfer.pose_links(pose, qvel);
-    }
+    // The updated clearance serves the next step's begin(). This step keeps its geometry.
+    if (!clearance_updated && step.awake().empty()) update_clearance(pose);
     if (sleep) sleep_manager.wake_touching(pose);
     mark(step.clock, StepPart::kWake);
     put_bodies(lane, block);
@@ -268,14 +264,14 @@ void Simulator::find_contacts(WorkerWorkspace& workspace, int lane, bool check_c
   JointArray qvel;
   block.get(LaneRows::kV, lane, qvel.data(), kRobotJoints);
   try {
+    here.transfer.pose_links(pose, qvel);
     if (check_clearance) {
-      here.update_clearance(pose, qvel);
+      here.update_clearance(pose);
       put_clearance(block, lane, here.step.clearance);
       mark(here.step.clock, StepPart::kWake);
     }
     if (!here.busy) return;
-    here.find_contacts(pose, qvel, options_.sleep, lane, workspace.narrow_phase,
-                       workspace.contact_block);
+    here.find_contacts(pose, options_.sleep, lane, workspace.narrow_phase, workspace.contact_block);
   } catch (const Error&) {
     here.good = false;  // MuJoCo failed in the middle of a step; nothing has been stored
   }

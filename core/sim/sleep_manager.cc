@@ -8,7 +8,7 @@ namespace {
 // Gap below which the robot wakes a sleeping prop at rest, and at most; the displacement of a
 // substep is added to it, since contacts act before bodies touch.
 constexpr double kLeastWakeGap = 0.006;  // m
-constexpr double kWakeGap = 0.02;        // m
+constexpr double kWakeGap = kContactMargin;
 
 // Gap below which props wake one another; they may stand a millimetre apart and sleep.
 constexpr double kPropWakeGap = 0.0005;  // m
@@ -50,8 +50,7 @@ void SleepManager::begin(int substeps) {
     if (!step_.is_asleep(prop) || !prop_model(prop).tangible()) continue;
     double radius = swept_radius(prop) + kWakeGap;
     if (step_.is_moving(prop)) {
-      const Eigen::Map<const Eigen::Vector3d> displacement(step_.displacement_of(prop));
-      radius += kApproach * displacement.norm() / substeps;
+      radius += kApproach * displacement(prop).norm() / substeps;
     }
     workspace_.obstacles.push_back({workspace_.centers[at(prop)], radius});
   }
@@ -79,15 +78,18 @@ void SleepManager::locate_stored(int prop) {
 
 void SleepManager::locate_moving() {
   for (const int prop : step_.moving()) {
-    const Eigen::Map<const Eigen::Vector3d> displacement(step_.displacement_of(prop));
-    workspace_.centers[at(prop)] += displacement / 2;
+    workspace_.centers[at(prop)] += displacement(prop) / 2;
   }
+}
+
+Eigen::Map<const Eigen::Vector3d> SleepManager::displacement(int prop) const {
+  return Eigen::Map<const Eigen::Vector3d>(step_.displacement_of(prop));
 }
 
 double SleepManager::swept_radius(int prop) const {
   const double radius = prop_model(prop).bounding_radius;
   if (!step_.is_moving(prop)) return radius;
-  return radius + Eigen::Map<const Eigen::Vector3d>(step_.displacement_of(prop)).norm() / 2;
+  return radius + displacement(prop).norm() / 2;
 }
 
 void SleepManager::locate_awake() {
@@ -119,9 +121,9 @@ void SleepManager::pose_reach() {
     const Frame& body = step_.workspace.bodies.frames[at(shape.body)];
     step_.workspace.reach_frames[i] = {body.pos + body.axes * shape.frame.pos,
                                        body.axes * shape.frame.axes};
-    const double displacement = kApproach * step_.model.robot_params().timestep *
-                                step_.workspace.bodies.speeds[at(shape.body)];
-    step_.workspace.reach_gaps[i] = std::min(kWakeGap, kLeastWakeGap + displacement);
+    const double approach = kApproach * step_.model.robot_params().timestep *
+                            step_.workspace.bodies.speeds[at(shape.body)];
+    step_.workspace.reach_gaps[i] = std::min(kWakeGap, kLeastWakeGap + approach);
   }
 }
 
@@ -209,11 +211,10 @@ void SleepManager::wake_near_moving_props() {
 void SleepManager::wake_touching(const RobotPose& robot) {
   locate_awake();
   pose_reach();
-  const double displacement =
-      step_.model.robot_bounds().max_displacement(checked_qpos_, robot.qpos);
+  const double moved = step_.model.robot_bounds().max_displacement(checked_qpos_, robot.qpos);
   checked_qpos_ = robot.qpos;
   std::optional<double> lowest;
-  for (int prop = 0; prop < num_props(); ++prop) workspace_.clearance[at(prop)] -= displacement;
+  for (int prop = 0; prop < num_props(); ++prop) workspace_.clearance[at(prop)] -= moved;
   for (bool changed = true; changed;) {
     changed = false;
     for (int prop = 0; prop < num_props(); ++prop) {

@@ -68,11 +68,9 @@ void StateTransfer::load_contacts() {
   workspace_.memory.pairs.clear();
   const int shape_pairs = static_cast<int>(step_.model.collision().shape_pairs().size());
   for (int i = 0; i < state_.num_contact_pairs; ++i) {
-    const std::int32_t* const ids = state_.contact_ids.row(env_) + i * StoredPair::kInts;
-    if (StoredPair::is_empty(ids)) break;
+    if (StoredPair::is_empty(pair_ids(i))) break;
     ContactPair pair;
-    if (load_pair(ids, state_.contact_values.row(env_) + i * StoredPair::kFloats, shape_pairs,
-                  pair)) {
+    if (load_pair(pair_ids(i), pair_values(i), shape_pairs, pair)) {
       workspace_.memory.pairs.push_back(pair);
     }
   }
@@ -209,18 +207,18 @@ void StateTransfer::store_contacts() const {
   for (const ContactPair& pair : workspace_.memory.pairs) {
     if (count == state_.num_contact_pairs) return;
     const ShapePair& shapes = scene.shape_pairs()[at(pair.shape_pair)];
-    store_pair(pair, prop_of(shapes.a), prop_of(shapes.b),
-               state_.contact_ids.row(env_) + count * StoredPair::kInts,
-               state_.contact_values.row(env_) + count * StoredPair::kFloats);
+    store_pair(pair, prop_of(shapes.a), prop_of(shapes.b), pair_ids(count), pair_values(count));
     ++count;
   }
   for (; count < state_.num_contact_pairs; ++count) {
-    std::int32_t* const ids = state_.contact_ids.row(env_) + count * StoredPair::kInts;
-    if (StoredPair::is_empty(ids)) return;
-    std::fill_n(ids, StoredPair::kInts, 0);
-    std::fill_n(state_.contact_values.row(env_) + count * StoredPair::kFloats, StoredPair::kFloats,
-                0.0F);
+    if (StoredPair::is_empty(pair_ids(count))) return;
+    clear_pair(count);
   }
+}
+
+void StateTransfer::clear_pair(int pair) const {
+  std::fill_n(pair_ids(pair), StoredPair::kInts, 0);
+  std::fill_n(pair_values(pair), StoredPair::kFloats, 0.0F);
 }
 
 // Nothing came near anything: what a search would have forgotten is forgotten.
@@ -233,9 +231,8 @@ void StateTransfer::keep_resting_contacts() const {
   };
   int kept = 0;
   for (int i = 0; i < state_.num_contact_pairs; ++i) {
-    std::int32_t* const ids = state_.contact_ids.row(env_) + i * StoredPair::kInts;
+    const std::int32_t* const ids = pair_ids(i);
     if (StoredPair::is_empty(ids)) return;
-    float* const values = state_.contact_values.row(env_) + i * StoredPair::kFloats;
     const std::int32_t a = ids[StoredPair::kPropA];
     const std::int32_t b = ids[StoredPair::kPropB];
     const bool keep = present(a) && present(b) && (rests(a) || rests(b));
@@ -244,13 +241,11 @@ void StateTransfer::keep_resting_contacts() const {
       continue;
     }
     if (keep) {
-      std::copy_n(ids, StoredPair::kInts, state_.contact_ids.row(env_) + kept * StoredPair::kInts);
-      std::copy_n(values, StoredPair::kFloats,
-                  state_.contact_values.row(env_) + kept * StoredPair::kFloats);
+      std::copy_n(ids, StoredPair::kInts, pair_ids(kept));
+      std::copy_n(pair_values(i), StoredPair::kFloats, pair_values(kept));
       ++kept;
     }
-    std::fill_n(ids, StoredPair::kInts, 0);
-    std::fill_n(values, StoredPair::kFloats, 0.0F);
+    clear_pair(i);
   }
 }
 

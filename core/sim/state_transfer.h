@@ -44,6 +44,15 @@ class StateTransfer {
   void store_contacts() const;
   void keep_resting_contacts() const;
 
+  // Columns of what is remembered of the environment's pairs.
+  std::int32_t* pair_ids(int pair) const {
+    return state_.contact_ids.row(env_) + pair * StoredPair::kInts;
+  }
+  float* pair_values(int pair) const {
+    return state_.contact_values.row(env_) + pair * StoredPair::kFloats;
+  }
+  void clear_pair(int pair) const;
+
   EnvStep& step_;
   StepWorkspace& workspace_;
   const State& state_;

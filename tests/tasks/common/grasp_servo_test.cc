@@ -43,6 +43,15 @@ int take_cube(Rig& rig) {
   return -1;
 }
 
+// Carries the held cube towards a place for so many steps.
+void carry_for(Rig& rig, int steps, const Eigen::Vector3d& place) {
+  std::array<float, 7> action{};
+  for (int i = 0; i < steps; ++i) {
+    carry(rig.state(), 0, grip(rig), place, action.data());
+    rig.env().step(action);
+  }
+}
+
 TEST_CASE("A cube is taken however it is turned", "[grasp]") {
   for (const double yaw : {0.0, 0.3, 0.75, 0.82, 1.5, -2.0}) {
     Rig rig = make_rig(yaw);
@@ -61,15 +70,11 @@ Eigen::Vector3d in_hand(const Rig& rig) {
 TEST_CASE("A cube in the oracle's grip does not slip in 200 steps", "[grasp]") {
   Rig rig = make_rig();
   REQUIRE(take_cube(rig) > 0);
-  std::array<float, 7> action{};
-  const auto hold = [&] {
-    carry(rig.state(), 0, grip(rig), {-0.1, 0.1, 0.1}, action.data());
-    rig.env().step(action);
-  };
-  for (int i = 0; i < 40; ++i) hold();
+  const Eigen::Vector3d place(-0.1, 0.1, 0.1);
+  carry_for(rig, 40, place);
   REQUIRE(rig.pos(0).z() == Approx(0.1).margin(0.002));
   const Eigen::Vector3d before = in_hand(rig);
-  for (int i = 0; i < 200; ++i) hold();
+  carry_for(rig, 200, place);
   CHECK(is_held(rig.state(), 0, 0));
   CHECK((in_hand(rig) - before).norm() < 5e-5);
 }
@@ -78,11 +83,8 @@ TEST_CASE("A held cube slips less than 0.1 mm in 60 random steps", "[grasp][orig
   for (const double scale : {0.5, 1.0}) {
     Rig rig = make_rig();
     REQUIRE(take_cube(rig) > 0);
+    carry_for(rig, 40, {-0.1, 0.0, 0.25});
     std::array<float, 7> action{};
-    for (int i = 0; i < 40; ++i) {
-      carry(rig.state(), 0, grip(rig), {-0.1, 0.0, 0.25}, action.data());
-      rig.env().step(action);
-    }
     const Eigen::Vector3d before = in_hand(rig);
     RandomStream random(11, 1, 0);
     double slip = 0;
@@ -125,11 +127,7 @@ TEST_CASE("A cube is brought onto a disc, left there and rests", "[grasp]") {
 TEST_CASE("What was lost on the way is taken again", "[grasp]") {
   Rig rig = make_rig();
   REQUIRE(take_cube(rig) > 0);
-  std::array<float, 7> action{};
-  for (int i = 0; i < 10; ++i) {
-    carry(rig.state(), 0, grip(rig), {-0.1, 0.1, 0.05}, action.data());
-    rig.env().step(action);
-  }
+  carry_for(rig, 10, {-0.1, 0.1, 0.05});
   rig.rest(15, kGripperOpen);
   CHECK_FALSE(is_held(rig.state(), 0, 0));
   CHECK(take_cube(rig) > 0);
