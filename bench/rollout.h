@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "bench/interleave.h"
 #include "bench/measurement.h"
+#include "core/base/processors.h"
 #include "core/env/scripted_policy.h"
 #include "protocol/batch/make.h"
 
@@ -27,7 +27,7 @@ inline int envs_or(const SuiteOptions& options, int usual) {
 
 // 0: one per core.
 inline int threads_or_all(int threads) {
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int cores = available_processors();
   return threads > 0 ? threads : cores;
 }
 

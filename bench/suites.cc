@@ -106,6 +106,38 @@ std::vector<Measurement> run_physics(const SuiteOptions& options) {
   return rows;
 }
 
+// All threads beside one, by the number of environments: rows scaling.n<N>.
+void measure_batch_sizes(const SuiteOptions& options, const std::string& id,
+                         std::vector<Measurement>& rows) {
+  constexpr int kStepsTimesEnvs = 25 * 256;
+  const int most = threads_or_all(options.threads);
+  for (const int n : {2, 8, 16, 32, 64, 128, 256, 1024}) {
+    const int steps = std::max(25, kStepsTimesEnvs / n);
+    Rollout several(id, batch(n, most), options.policy);
+    Rollout single(id, batch(n, 1), options.policy);
+    const Comparison rates = interleave(
+        options, [&] { return several.rate(steps); }, [&] { return single.rate(steps); });
+    rows.push_back(make_measurement("scaling.n" + std::to_string(n), "env steps/s", "one thread",
+                                    rates, options.rounds));
+  }
+}
+
+// More threads than processors: rows scaling.over.<K>.
+void measure_excess_threads(const SuiteOptions& options, const std::string& id,
+                            std::vector<Measurement>& rows) {
+  constexpr int kSteps = 25;
+  const int most = threads_or_all(options.threads);
+  const int n = envs_or(options, 256);
+  Rollout usual(id, batch(n, most), options.policy);
+  for (const int threads : {4 * most, 32 * most}) {
+    Rollout several(id, batch(n, threads), options.policy);
+    const Comparison rates = interleave(
+        options, [&] { return several.rate(kSteps); }, [&] { return usual.rate(kSteps); });
+    rows.push_back(make_measurement("scaling.over." + std::to_string(threads), "env steps/s",
+                                    std::to_string(most) + " threads", rates, options.rounds));
+  }
+}
+
 std::vector<Measurement> run_scaling(const SuiteOptions& options) {
   constexpr int kSteps = 25;
   const int most = threads_or_all(options.threads);
@@ -128,6 +160,8 @@ std::vector<Measurement> run_scaling(const SuiteOptions& options) {
     rows.push_back(make_measurement("scaling.spin." + std::to_string(threads), "items/s",
                                     "one thread", spins, options.rounds));
   }
+  measure_batch_sizes(options, id, rows);
+  measure_excess_threads(options, id, rows);
   return rows;
 }
 

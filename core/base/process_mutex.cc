@@ -7,7 +7,7 @@
 namespace engram {
 namespace {
 
-constinit std::array<std::mutex, static_cast<std::size_t>(ProcessLock::kModels) + 1> locks;
+constinit std::array<std::mutex, static_cast<std::size_t>(ProcessLock::kThreads) + 1> locks;
 
 void lock_all() {
   for (std::mutex& lock : locks) lock.lock();

@@ -13,6 +13,7 @@ enum class ProcessLock {
   kTextures,     // textures, while they are painted
   kCompiler,     // MuJoCo's, which compiles one scene at a time
   kModels,       // compiled scenes in use
+  kThreads,      // the process's helping threads
 };
 
 // A child of fork() has one thread only: it would wait for ever for a lock that another thread held

@@ -1,146 +1,97 @@
 #include "core/base/thread_pool.h"
 
 #include <algorithm>
+#include <exception>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
+#include "core/base/spin_wait.h"
 
 namespace engram {
 namespace {
 
-// Polls before sleeping in the kernel: some ten microseconds, about the pause between two loops of
-// a busy batch.
-constexpr int kSpins = 500;
+// Work that pays for another thread: several times what waking it costs.
+constexpr double kLeastShare = 40'000;  // ns
 
-void relax() noexcept {
-#if defined(__x86_64__) || defined(__i386__)
-  __builtin_ia32_pause();
-#elif defined(__aarch64__)
-  asm volatile("yield");
-#endif
-}
+// Share of the latest loop in the mean of measured costs.
+constexpr double kLatest = 0.125;
 
-// Returns once `value` differs from `old`.
-void wait_for_change(const std::atomic<std::uint32_t>& value, std::uint32_t old) noexcept {
-  for (int i = 0; i < kSpins; ++i) {
-    if (value.load(std::memory_order_acquire) != old) return;
-    relax();
+// Runs a loop on the calling thread.
+std::exception_ptr run_alone(const LoopWork& work, std::int64_t* busy) noexcept {
+  std::exception_ptr error;
+  const std::int64_t start = now_ns();
+  for (int begin = 0; begin < work.items;) {
+    const int end = begin + std::min(work.chunk, work.items - begin);
+    try {
+      work.body(work.context, 0, begin, end);
+    } catch (...) {
+      if (!error) error = std::current_exception();
+    }
+    begin = end;
   }
-  value.wait(old);
+  *busy = now_ns() - start;
+  return error;
 }
 
 }  // namespace
 
-ThreadPool::ThreadPool(int threads) {
+ThreadPool::ThreadPool(int threads, int unit, std::shared_ptr<WorkerThreads> workers)
+    : threads_(threads), unit_(unit), workers_(std::move(workers)) {
   if (threads < 1 || threads > kMaxThreads) {
     throw Error(Error::kInvalidArgument, "number of threads is " + std::to_string(threads) +
                                              "; allowed are 1 to " + std::to_string(kMaxThreads));
   }
-  workers_.reserve(static_cast<std::size_t>(threads - 1));
-  try {
-    for (int worker = 1; worker < threads; ++worker) {
-      workers_.emplace_back([this, worker] { serve(worker); });
-    }
-  } catch (const std::exception& error) {
-    // Out of threads, or of memory for one.
-    stop();
-    throw Error(Error::kUnavailable, "number of threads is " + std::to_string(threads) +
-                                         "; the system allows " + std::to_string(this->threads()) +
-                                         " (" + error.what() + ")");
+  if (unit < 1) {
+    throw Error(Error::kInvalidArgument,
+                "unit of ranges is " + std::to_string(unit) + "; allowed are 1 and more");
   }
+  if (threads > 1 && workers_ == nullptr) workers_ = WorkerThreads::of_process();
 }
 
-ThreadPool::~ThreadPool() { stop(); }
-
-void ThreadPool::stop() noexcept {
-  stopping_ = true;
-  generation_.fetch_add(1);
-  generation_.notify_all();
-  for (std::thread& worker : workers_) worker.join();
-}
-
-void ThreadPool::run_loop(const Loop& loop) {
-  if (loop.items < 0 || loop.chunk < 1) {
-    throw Error(Error::kInvalidArgument, "loop over " + std::to_string(loop.items) +
-                                             " items in chunks of " + std::to_string(loop.chunk) +
+void ThreadPool::run_loop(LoopWork work) {
+  if (work.items < 0 || work.chunk < 1) {
+    throw Error(Error::kInvalidArgument, "loop over " + std::to_string(work.items) +
+                                             " items in chunks of " + std::to_string(work.chunk) +
                                              "; allowed are items >= 0 and chunk >= 1");
   }
-  if (busy_.exchange(true, std::memory_order_acquire)) {
+  if (running_.exchange(true, std::memory_order_acquire)) {
     throw Error(Error::kBadState,
                 "this thread pool is running a loop; loops cannot nest or overlap");
   }
-
   const IeeeScope scope;
-
-  // Publish the loop, work along, and wait for the others: each of them must have seen the end of
-  // this loop before the next one may overwrite it.
-  loop_ = loop;
-  next_.store(0, std::memory_order_relaxed);
-  const bool shared = is_shared(loop);
-  if (shared) {
-    pending_.store(static_cast<std::uint32_t>(workers_.size()), std::memory_order_relaxed);
-    generation_.fetch_add(1);
-    generation_.notify_all();
+  Cost& cost = cost_of(work.body);
+  work.unit = std::min(unit_, work.chunk);
+  work.workers = workers_for(work, cost);
+  std::int64_t busy = 0;
+  const std::exception_ptr error =
+      work.workers > 1 ? workers_->run(work, &busy) : run_alone(work, &busy);
+  if (work.items > 0) {
+    const double per_item = static_cast<double>(busy) / work.items;
+    cost.per_item +=
+        cost.per_item < 0 ? per_item - cost.per_item : kLatest * (per_item - cost.per_item);
   }
-  work(0);
-  if (shared) {
-    while (const std::uint32_t left = pending_.load(std::memory_order_acquire)) {
-      wait_for_change(pending_, left);
-    }
-  }
-
-  const std::exception_ptr error = std::exchange(error_, nullptr);
-  busy_.store(false, std::memory_order_release);
+  running_.store(false, std::memory_order_release);
   if (error) std::rethrow_exception(error);
 }
 
-// A single range is not worth waking another thread.
-bool ThreadPool::is_shared(const Loop& loop) const noexcept {
-  return !workers_.empty() && loop.items > loop.chunk;
-}
-
-// Length of the range that begins there: at most half of every worker's share of what is left.
-int ThreadPool::length_at(const Loop& loop, int begin) const noexcept {
-  const int left = loop.items - begin;
-  if (!is_shared(loop)) return std::min(loop.chunk, left);
-  return std::clamp(left / (2 * threads()), 1, loop.chunk);
-}
-
-// Claims and runs ranges of the current loop until none is left.
-void ThreadPool::work(int worker) noexcept {
-  const Loop loop = loop_;
-  int begin = next_.load(std::memory_order_relaxed);
-  for (;;) {
-    int end = 0;
-    do {
-      if (begin >= loop.items) return;
-      end = begin + length_at(loop, begin);
-    } while (!next_.compare_exchange_weak(begin, end, std::memory_order_relaxed));
-    try {
-      loop.body(loop.context, worker, begin, end);
-    } catch (...) {
-      const std::lock_guard lock(error_mutex_);
-      if (!error_ || begin < error_begin_) {
-        error_ = std::current_exception();
-        error_begin_ = begin;
-      }
-    }
-    begin = next_.load(std::memory_order_relaxed);
+ThreadPool::Cost& ThreadPool::cost_of(LoopWork::Body body) noexcept {
+  for (Cost& cost : costs_) {
+    if (cost.body == body) return cost;
   }
+  Cost& cost = costs_[next_cost_++ % kMostCosts];
+  cost = {body, -1};
+  return cost;
 }
 
-// Main loop of a worker other than the caller.
-void ThreadPool::serve(int worker) noexcept {
-  const IeeeScope scope;  // a new thread has the mode of the one that starts it
-  for (std::uint32_t seen = 0;; ++seen) {
-    wait_for_change(generation_, seen);
-    if (stopping_) return;
-    work(worker);
-    if (pending_.fetch_sub(1) == 1) pending_.notify_one();
-  }
+// A single range is not worth another thread, nor is a short loop.
+int ThreadPool::workers_for(const LoopWork& work, const Cost& cost) const noexcept {
+  if (workers_ == nullptr || work.items <= work.chunk) return 1;
+  const int most = std::min(threads_, workers_->helpers() + 1);
+  if (cost.per_item < 0) return most;
+  const double paid = cost.per_item * work.items / kLeastShare;
+  return static_cast<int>(std::clamp(paid, 1.0, static_cast<double>(most)));
 }
 
 }  // namespace engram

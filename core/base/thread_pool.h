@@ -1,85 +1,73 @@
 // Parallel loops over the environments of a batch.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
-#include <exception>
 #include <memory>
-#include <mutex>
-#include <thread>
 #include <type_traits>
-#include <vector>
+
+#include "core/base/worker_threads.h"
 
 namespace engram {
 
-// A fixed set of threads that share loops. The calling thread works too, as worker 0, so a pool of
-// one thread starts none and runs every loop inline.
+// Loops shared by up to `threads` threads: the calling one, as worker 0, and helpers of the
+// process's WorkerThreads. A loop gets as many of them as its measured cost pays for.
 class ThreadPool {
  public:
-  static constexpr int kMaxThreads = 1024;
+  static constexpr int kMaxThreads = WorkerThreads::kMaxThreads;
 
-  // threads: 1 to kMaxThreads, the caller included. Throws Error if it is out of range
-  // (kInvalidArgument) or if the system refuses a thread (kUnavailable).
-  explicit ThreadPool(int threads);
-  ~ThreadPool();
+  // threads: 1 to kMaxThreads, the caller included; with more than the process has processors,
+  // fewer work. unit: ranges are multiples of it where they can be. workers: tests have their own.
+  // Throws Error if an argument is out of range (kInvalidArgument) or if the system refuses a
+  // thread (kUnavailable).
+  explicit ThreadPool(int threads, int unit = 1, std::shared_ptr<WorkerThreads> workers = {});
 
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  int threads() const noexcept { return static_cast<int>(workers_.size()) + 1; }
+  int threads() const noexcept { return threads_; }
 
   // Calls f(worker, begin, end) for neighbouring ranges of [0, items), each range once, on
   // whichever worker is free (0 <= worker < threads()), and returns when all are done. Every call
   // of f computes in an IeeeScope. Does not allocate.
   //
-  // Ranges have `chunk` items. If several threads share a loop, its last ranges get shorter and
-  // shorter, so that no thread waits long for the last one. The ranges depend on items, chunk and
-  // threads() alone.
+  // Ranges have `chunk` items at most. If several threads share a loop, its last ranges get shorter
+  // and shorter, so that no thread waits long for the last one. How many threads share it depends
+  // on the time that loops with this f have taken before.
   //
   // If f throws, the other ranges are still run. Then the exception of the lowest range is
-  // rethrown, so that the outcome does not depend on which worker was free.
+  // rethrown.
   //
   // Throws Error if items < 0 or chunk < 1 (kInvalidArgument), or if a loop is running already
   // (kBadState): loops neither nest nor overlap.
   template <typename F>
   void run(int items, int chunk, F&& f) {
     using Function = std::remove_reference_t<F>;
-    const Body body = [](const void* context, int worker, int begin, int end) {
+    const LoopWork::Body body = [](const void* context, int worker, int begin, int end) {
       (*static_cast<Function*>(const_cast<void*>(context)))(worker, begin, end);
     };
-    run_loop({body, std::addressof(f), items, chunk});
+    run_loop({body, std::addressof(f), items, chunk, 1, 1});
   }
 
  private:
-  using Body = void (*)(const void* context, int worker, int begin, int end);
-
-  struct Loop {
-    Body body = nullptr;
-    const void* context = nullptr;  // the function object, const or not as the caller gave it
-    int items = 0;
-    int chunk = 1;
+  // Measured cost of the loops with one body.
+  struct Cost {
+    LoopWork::Body body = nullptr;
+    double per_item = -1;  // ns; -1: unknown
   };
+  static constexpr std::size_t kMostCosts = 8;
 
-  void run_loop(const Loop& loop);
-  bool is_shared(const Loop& loop) const noexcept;
-  int length_at(const Loop& loop, int begin) const noexcept;
-  void work(int worker) noexcept;
-  void serve(int worker) noexcept;
-  void stop() noexcept;
+  void run_loop(LoopWork work);
+  Cost& cost_of(LoopWork::Body body) noexcept;
+  int workers_for(const LoopWork& work, const Cost& cost) const noexcept;
 
-  std::vector<std::thread> workers_;
-  Loop loop_;              // written by the caller between loops only
-  bool stopping_ = false;  // likewise
-  std::atomic<bool> busy_ = false;
-
-  std::mutex error_mutex_;
-  std::exception_ptr error_;  // of the lowest range that failed
-  int error_begin_ = 0;
-
-  // On cache lines of their own: what every worker polls, claims from and reports to.
-  alignas(64) std::atomic<std::uint32_t> generation_ = 0;  // number of loops started
-  alignas(64) std::atomic<int> next_ = 0;                  // first item not yet claimed
-  alignas(64) std::atomic<std::uint32_t> pending_ = 0;     // workers not yet done with the loop
+  int threads_;
+  int unit_;
+  std::shared_ptr<WorkerThreads> workers_;
+  std::array<Cost, kMostCosts> costs_;
+  std::size_t next_cost_ = 0;
+  std::atomic<bool> running_ = false;
 };
 
 }  // namespace engram

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <thread>
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
+#include "core/base/processors.h"
 #include "core/contact/contact_step.h"
 #include "core/robot/lane_kernel.h"
 #include "core/scene/model_cache.h"
@@ -24,20 +24,27 @@ constexpr std::array<double, kRobotJoints> kStartQpos = {
 constexpr int kProprioDim = 7;
 constexpr int kTcpPoseDim = 7;
 
-// Several claims per worker, since some environments take longer than others; several environments
-// per claim, since workers share the counter of claims, and whole blocks of lanes at best.
-int chosen_chunk(const BatchOptions& options) {
+// Environments that workers do not share: whole blocks of lanes, since part of a block takes the
+// time of all of it. With pictures, which take longer, half a block pays for another thread.
+int chosen_unit(const BatchOptions& options) {
   const int lanes = options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
-  const int share = (options.num_envs + options.threads - 1) / options.threads;
-  const int chunk = std::clamp(options.num_envs / (options.threads * 8), 1, 16);
-  return chunk < lanes ? std::min(lanes, share) : chunk - chunk % lanes;
+  return observes_pictures(options.obs_mode) ? (lanes + 1) / 2 : lanes;
+}
+
+// Several claims per worker, since some environments take longer than others; several environments
+// per claim, since workers share the counter of claims.
+int chosen_chunk(const BatchOptions& options) {
+  const int unit = chosen_unit(options);
+  const int lanes = options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
+  if (options.num_envs <= options.threads * lanes) return unit;
+  const int chunk = std::min(options.num_envs / (options.threads * 8), 16);
+  return std::max(lanes, chunk - chunk % lanes);
 }
 
 BatchOptions checked(BatchOptions options) {
   check_ranges(options);
   if (options.threads == 0) {
-    options.threads =
-        std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxNumEnvs);
+    options.threads = std::min(available_processors(), kMaxThreads);
   }
   options.threads = std::min(options.threads, options.num_envs);
   if (options.chunk == 0) options.chunk = chosen_chunk(options);
@@ -66,7 +73,7 @@ Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const Batch
       model_(cached_model(task_->scene())),
       controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
                                                model_->joint_ranges(), options_.rotation_sign)),
-      pool_(options_.threads),
+      pool_(options_.threads, chosen_unit(options_)),
       simulator_(std::make_unique<Simulator>(
           *model_, SimulatorOptions{options_.substeps, options_.sleep, options_.lanes},
           options_.threads, options_.num_envs)),

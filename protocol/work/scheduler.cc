@@ -4,10 +4,10 @@
 #include <chrono>
 #include <exception>
 #include <map>
-#include <thread>
 #include <utility>
 #include <vector>
 
+#include "core/base/processors.h"
 #include "core/base/thread_pool.h"
 #include "protocol/work/worker_pool.h"
 
@@ -253,7 +253,7 @@ void run_worker_rank(Ranks& ranks, int threads, const WorkFunction& work) {
 
 int worker_threads(int threads, const Ranks& ranks) {
   if (threads > 0) return std::min(threads, ThreadPool::kMaxThreads);
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int cores = available_processors();
   return std::clamp(cores / ranks.local_size(), 1, ThreadPool::kMaxThreads);
 }
 

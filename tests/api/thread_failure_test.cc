@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "core/base/processors.h"
 #include "tests/api/c_api_fixture.h"
 
 namespace engram {
@@ -28,20 +29,24 @@ bool threads_fall_to(std::ptrdiff_t number) {
 TEST_CASE("C API: a batch whose threads are refused is not made", "[api][fault]") {
   engram_options options = test::default_options(8);
   options.threads = 4;
-  const BatchHandle keeper = test::make_batch(options);
+  const int threads = usable_processors();
   const std::ptrdiff_t before = threads_of_this_process();
-  for (int number = 1; number <= 3; ++number) {
+  for (int number = 1; number < threads; ++number) {
     engram_env* env = nullptr;
     const FailingThread failing(number);
-    const std::string allowed =
-        "number of threads is 4; the system allows " + std::to_string(number);
+    const std::string allowed = "number of threads is " + std::to_string(threads) +
+                                "; the system allows " + std::to_string(number);
     test::check_refused(engram_make(test::kId, &options, &env), ENGRAM_UNAVAILABLE,
                         allowed.c_str());
     CHECK(env == nullptr);
     CHECK(threads_fall_to(before));
   }
-  const FailingThread failing(4);  // there are but three besides the caller's
-  test::make_batch(options).reset();
+  {
+    const BatchHandle first = test::make_batch(options);
+    CHECK(threads_of_this_process() == before + threads - 1);
+    const FailingThread failing(1);  // further batches start none
+    test::make_batch(options).reset();
+  }
   CHECK(threads_fall_to(before));
 }
 

@@ -1,42 +1,38 @@
 #include "core/base/thread_pool.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdint>
-#include <ctime>
-#include <fstream>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/base/error.h"
 #include "tests/allocation_counter.h"
-#include "tests/sanitizers.h"
 
 namespace engram {
 namespace {
 
-using test::kSanitized;
+// As many threads as a test wants, however few processors there are.
+ThreadPool pool_of(int threads, int unit = 1) {
+  return ThreadPool(threads, unit, std::make_shared<WorkerThreads>(threads - 1));
+}
 
 // Runs a loop and checks that every item was handled once, in ranges as promised.
-void check_coverage(ThreadPool& pool, int items, int chunk) {
+void check_coverage(ThreadPool& pool, int items, int chunk, int unit = 1) {
   std::vector<int> visits(static_cast<std::size_t>(items));
   std::atomic<int> wrong = 0;  // Catch's macros are not for other threads
   pool.run(items, chunk, [&](int worker, int begin, int end) {
     if (worker < 0 || worker >= pool.threads()) ++wrong;
     if (begin < 0 || end <= begin || end > items || end - begin > chunk) ++wrong;
-    const bool shared = pool.threads() > 1 && items > chunk;
-    const int left = items - begin;
-    const int longest = shared ? std::max(1, left / (2 * pool.threads())) : left;
-    if (end - begin != std::min(chunk, longest)) ++wrong;
+    if (end < items && (end - begin) % std::min(unit, chunk) != 0) ++wrong;
     for (int i = begin; i < end; ++i) ++visits[static_cast<std::size_t>(i)];
   });
   REQUIRE(wrong == 0);
@@ -44,14 +40,48 @@ void check_coverage(ThreadPool& pool, int items, int chunk) {
 }
 
 TEST_CASE("ThreadPool runs every item once", "[thread_pool]") {
-  ThreadPool pool(GENERATE(1, 2, 3, 8));
+  ThreadPool pool = pool_of(GENERATE(1, 2, 3, 8));
   for (const int items : {0, 1, 2, 7, 64, 1000}) {
     for (const int chunk : {1, 2, 3, 64, 1001}) check_coverage(pool, items, chunk);
   }
 }
 
+TEST_CASE("ThreadPool cuts ranges in whole units", "[thread_pool]") {
+  ThreadPool pool = pool_of(GENERATE(1, 2, 3, 8), 8);
+  for (const int items : {1, 8, 12, 64, 1000}) {
+    for (const int chunk : {1, 3, 8, 16, 1001}) check_coverage(pool, items, chunk, 8);
+  }
+}
+
+// Threads that have worked on a loop of so many items, each of so many microseconds, once its cost
+// is known.
+std::size_t threads_on(ThreadPool& pool, int items, int microseconds) {
+  std::mutex mutex;
+  std::set<std::thread::id> ids;
+  const auto body = [&](int, int begin, int end) {
+    {
+      const std::lock_guard lock(mutex);
+      ids.insert(std::this_thread::get_id());
+    }
+    const auto until =
+        std::chrono::steady_clock::now() + std::chrono::microseconds(microseconds * (end - begin));
+    while (std::chrono::steady_clock::now() < until) continue;
+  };
+  for (int round = 0; round < 60; ++round) {
+    if (round == 50) ids.clear();
+    pool.run(items, 1, body);
+  }
+  return ids.size();
+}
+
+TEST_CASE("ThreadPool shares long loops, and keeps short ones to the caller", "[thread_pool]") {
+  ThreadPool pool = pool_of(2);
+  CHECK(threads_on(pool, 4, 1) == 1);
+  CHECK(threads_on(pool, 4, 2000) == 2);
+}
+
 TEST_CASE("ThreadPool takes a chunk beyond all items without overflow", "[thread_pool]") {
-  ThreadPool pool(2);
+  ThreadPool pool = pool_of(2);
   constexpr int kMax = std::numeric_limits<int>::max();
   check_coverage(pool, 10, kMax);
 
@@ -73,22 +103,6 @@ TEST_CASE("ThreadPool of one runs inline and in order", "[thread_pool]") {
   CHECK(begins == std::vector{0, 4, 8});
 }
 
-TEST_CASE("ThreadPool gives every worker a thread of its own, the caller being worker 0",
-          "[thread_pool]") {
-  constexpr int kThreads = 4;
-  ThreadPool pool(kThreads);
-  std::vector<std::thread::id> ids(kThreads);
-  std::atomic<int> arrived = 0;
-  // Nobody leaves before all have come, so each of them gets one range.
-  pool.run(kThreads, 1, [&](int worker, int, int) {
-    ids[static_cast<std::size_t>(worker)] = std::this_thread::get_id();
-    ++arrived;
-    while (arrived < kThreads) std::this_thread::yield();
-  });
-  CHECK(ids[0] == std::this_thread::get_id());
-  CHECK(std::set<std::thread::id>(ids.begin(), ids.end()).size() == kThreads);
-}
-
 TEST_CASE("ThreadPool calls mutable, const and move-only function objects in place",
           "[thread_pool]") {
   struct Counter {
@@ -108,7 +122,7 @@ TEST_CASE("ThreadPool calls mutable, const and move-only function objects in pla
 }
 
 TEST_CASE("ThreadPool publishes what was written before and within a loop", "[thread_pool]") {
-  ThreadPool pool(3);
+  ThreadPool pool = pool_of(3);
   std::vector<int> values(300, 1);
   for (int round = 0; round < 200; ++round) {
     pool.run(300, 7, [&](int, int begin, int end) {
@@ -120,7 +134,7 @@ TEST_CASE("ThreadPool publishes what was written before and within a loop", "[th
 }
 
 TEST_CASE("ThreadPool rethrows the exception of the lowest range", "[thread_pool]") {
-  ThreadPool pool(GENERATE(1, 2, 4));
+  ThreadPool pool = pool_of(GENERATE(1, 2, 4));
   for (int round = 0; round < 50; ++round) {
     std::atomic<int> items = 0;
     const auto body = [&](int, int begin, int end) {
@@ -145,6 +159,7 @@ TEST_CASE("ThreadPool refuses bad arguments", "[thread_pool]") {
   for (const int threads : {0, -1, ThreadPool::kMaxThreads + 1}) {
     CHECK_THROWS_MATCHES(ThreadPool(threads), Error, is_invalid);
   }
+  CHECK_THROWS_MATCHES(ThreadPool(2, 0), Error, is_invalid);
   ThreadPool pool(2);
   const auto unreachable = [](int, int, int) { throw std::logic_error("was run"); };
   CHECK_THROWS_MATCHES(pool.run(-1, 1, unreachable), Error, is_invalid);
@@ -154,7 +169,7 @@ TEST_CASE("ThreadPool refuses bad arguments", "[thread_pool]") {
 }
 
 TEST_CASE("ThreadPool refuses nested loops", "[thread_pool]") {
-  ThreadPool pool(GENERATE(1, 2));
+  ThreadPool pool = pool_of(GENERATE(1, 2));
   const auto nested = [&](int, int, int) { pool.run(4, 1, [](int, int, int) {}); };
   CHECK_THROWS_MATCHES(
       pool.run(4, 1, nested), Error,
@@ -163,7 +178,7 @@ TEST_CASE("ThreadPool refuses nested loops", "[thread_pool]") {
 }
 
 TEST_CASE("ThreadPool does not allocate while running", "[thread_pool]") {
-  ThreadPool pool(GENERATE(1, 3));
+  ThreadPool pool = pool_of(GENERATE(1, 3));
   std::vector<int> values(1000);
   const auto body = [&](int, int begin, int end) {
     for (int i = begin; i < end; ++i) ++values[static_cast<std::size_t>(i)];
@@ -174,75 +189,11 @@ TEST_CASE("ThreadPool does not allocate while running", "[thread_pool]") {
   CHECK(test::allocation_count() == before);
 }
 
-TEST_CASE("An idle ThreadPool uses no processor time", "[thread_pool]") {
-  ThreadPool pool(4);
-  check_coverage(pool, 100, 1);
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // past the spinning
-  const std::clock_t before = std::clock();                    // of the whole process
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  CHECK(std::clock() - before < CLOCKS_PER_SEC / 20);
-}
-
 TEST_CASE("ThreadPools come and go", "[thread_pool]") {
   for (int round = 0; round < 200; ++round) {
     ThreadPool pool(1 + round % 5);
     if (round % 2 == 0) check_coverage(pool, 20, 3);
   }
-}
-
-TEST_CASE("ThreadPool reports how many threads the system allows", "[thread_pool]") {
-  if (kSanitized) return;  // they reserve more address space than the limit below leaves
-
-  // Leave address space for a few stacks only.
-  std::ifstream statm("/proc/self/statm");
-  rlim_t pages = 0;
-  REQUIRE(statm >> pages);
-  rlimit old_limit{};
-  REQUIRE(getrlimit(RLIMIT_AS, &old_limit) == 0);
-  rlimit limit = old_limit;
-  limit.rlim_cur = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t{256} << 20);
-  REQUIRE(setrlimit(RLIMIT_AS, &limit) == 0);
-  std::string message;
-  try {
-    const ThreadPool pool(ThreadPool::kMaxThreads);
-  } catch (const Error& error) {
-    if (error.kind() == Error::kUnavailable) message = error.what();
-  }
-  REQUIRE(setrlimit(RLIMIT_AS, &old_limit) == 0);
-
-  // The number of threads in the message can be had.
-  INFO(message);
-  const std::string lead = "number of threads is 1024; the system allows ";
-  REQUIRE(message.starts_with(lead));
-  const int allowed = std::stoi(message.substr(lead.size()));
-  CHECK(allowed > 1);
-  CHECK(allowed < 200);
-  ThreadPool pool(allowed);
-  check_coverage(pool, 1000, 1);
-}
-
-TEST_CASE("ThreadPool survives many short loops", "[thread_pool][long]") {
-  // Pauses of all lengths, so that workers are met polling, asleep and in between.
-  ThreadPool pool(GENERATE(2, 3, 6));
-  std::vector<std::int64_t> counts(64);
-  constexpr int kRounds = 60000;
-  int failures = 0;
-  for (int round = 0; round < kRounds; ++round) {
-    const bool throws = round % 97 == 0;
-    try {
-      pool.run(64, 1 + round % 9, [&](int, int begin, int end) {
-        for (int i = begin; i < end; ++i) ++counts[static_cast<std::size_t>(i)];
-        if (throws) throw begin;
-      });
-    } catch (const int begin) {
-      failures += begin == 0 ? 1 : 0;
-    }
-    if (round % 16 == 0) {
-      std::this_thread::sleep_for(std::chrono::microseconds(round / 16 % 40));
-    }
-  }
-  CHECK(counts == std::vector<std::int64_t>(64, kRounds));
-  CHECK(failures == (kRounds + 96) / 97);
 }
 
 }  // namespace
