@@ -73,6 +73,7 @@ int usable_processors() noexcept {
 double cgroup_quota(const std::string& root) {
   // Lines like "4:cpu,cpuacct:/group" (v1) and "0::/group" (v2).
   std::ifstream groups(root + "/proc/self/cgroup");
+  const std::string mounts = root + "/sys/fs/cgroup/";
   double least = 0;
   for (std::string line; std::getline(groups, line);) {
     const std::size_t first = line.find(':');
@@ -82,10 +83,10 @@ double cgroup_quota(const std::string& root) {
     const std::string group = line.substr(second + 1);
     if (!group.starts_with('/')) continue;
     if (controllers.empty()) {
-      least = smaller_quota(least, least_quota(root + "/sys/fs/cgroup", group, quota_v2));
+      least = smaller_quota(least, least_quota(mounts, group, quota_v2));
     } else if (has_controller(controllers, "cpu")) {
       for (const std::string& name : {std::string("cpu"), controllers}) {
-        least = smaller_quota(least, least_quota(root + "/sys/fs/cgroup/" + name, group, quota_v1));
+        least = smaller_quota(least, least_quota(mounts + name, group, quota_v1));
       }
     }
   }
