@@ -62,9 +62,7 @@ bool kill_after(const std::string& arguments, std::chrono::microseconds time) {
   return WIFSIGNALED(status);
 }
 
-}  // namespace
-
-TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][long]") {
+void check_kills(int wanted) {
   const TemporaryFolder reference;
   const auto start = std::chrono::steady_clock::now();
   REQUIRE(
@@ -80,7 +78,7 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][l
   const std::string command = "eval " + kTasks + kProtocol;
   int killed = 0;
   int partial = 0;
-  while (killed < 24) {
+  while (killed < wanted) {
     const TemporaryFolder folder;
     std::string arguments = command;
     arguments.append(" --out ").append(folder.path().string());
@@ -110,6 +108,14 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][l
     CHECK(leftovers == 0);
   }
   CHECK(partial > 0);
+}
+
+}  // namespace
+
+TEST_CASE("eval: killed a few times, resumed to the same files", "[apps]") { check_kills(8); }
+
+TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][long]") {
+  check_kills(24);
 }
 
 TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps][long]") {

@@ -221,7 +221,7 @@ TEST_CASE("ThreadPool reports how many threads the system allows", "[thread_pool
   check_coverage(pool, 1000, 1);
 }
 
-TEST_CASE("ThreadPool survives many short loops", "[thread_pool][long]") {
+TEST_CASE("ThreadPool survives many short loops", "[thread_pool]") {
   // Pauses of all lengths, so that workers are met polling, asleep and in between.
   ThreadPool pool(GENERATE(2, 3, 6));
   std::vector<std::int64_t> counts(64);
