@@ -62,7 +62,9 @@ bool kill_after(const std::string& arguments, std::chrono::microseconds time) {
   return WIFSIGNALED(status);
 }
 
-void check_kills(int wanted) {
+}  // namespace
+
+TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]") {
   const TemporaryFolder reference;
   const auto start = std::chrono::steady_clock::now();
   REQUIRE(
@@ -78,7 +80,7 @@ void check_kills(int wanted) {
   const std::string command = "eval " + kTasks + kProtocol;
   int killed = 0;
   int partial = 0;
-  while (killed < wanted) {
+  while (killed < 24) {
     const TemporaryFolder folder;
     std::string arguments = command;
     arguments.append(" --out ").append(folder.path().string());
@@ -110,15 +112,7 @@ void check_kills(int wanted) {
   CHECK(partial > 0);
 }
 
-}  // namespace
-
-TEST_CASE("eval: killed a few times, resumed to the same files", "[apps]") { check_kills(8); }
-
-TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][long]") {
-  check_kills(24);
-}
-
-TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps][long]") {
+TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {
   if (std::system("command -v mpirun >/dev/null") != 0 ||
       !fs::exists(fs::path(test::kCommand).parent_path() / "libengram_mpi.so")) {
     WARN("no MPI in this build; nothing checked");
