@@ -22,24 +22,12 @@ inline std::vector<std::string> one_of_each_family() {
   return ids;
 }
 
-// The ids of every family's shortest episodes, without families of long ones, for tests that cannot
-// play everything.
-inline std::vector<std::string> short_one_of_each_family() {
+// The ids of short episodes, for tests that cannot play all.
+inline std::vector<std::string> short_ids() {
   constexpr int kLongest = 200;  // steps
-  std::vector<const RegistryEntry*> shortest;
-  for (const RegistryEntry& entry : registry()) {
-    const auto same = std::find_if(shortest.begin(), shortest.end(), [&](const RegistryEntry* one) {
-      return one->family == entry.family;
-    });
-    if (same == shortest.end()) {
-      shortest.push_back(&entry);
-    } else if (entry.horizon < (*same)->horizon) {
-      *same = &entry;
-    }
-  }
   std::vector<std::string> ids;
-  for (const RegistryEntry* entry : shortest) {
-    if (entry->horizon <= kLongest) ids.emplace_back(entry->id);
+  for (const RegistryEntry& entry : registry()) {
+    if (entry.horizon <= kLongest) ids.emplace_back(entry.id);
   }
   return ids;
 }
