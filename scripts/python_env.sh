@@ -40,13 +40,14 @@ install "$old" "gymnasium==0.29.1" "numpy<2" "${shared[@]}" "pyarrow<22"  # newe
 install "$data" "$run_time" "lerobot[dataset,evaluation]>=0.6.1" tensorflow-cpu \
   tensorflow-datasets pytest "${readers[@]}"
 
-# The compiler by the name that the main build calls it, so that ccache finds its objects again.
-# Without precompiled headers: so every file of the library shows that it includes what it needs.
+# The compiler by the name that the main build calls it, and precompiled headers as there, so that
+# ccache finds its objects again. With ENGRAM_PCH=OFF they are all compiled, and every file of the
+# library shows that it includes what it needs.
 wheels=build/wheels
 rm -rf "$wheels"
 CC=${CC:-cc} CXX=${CXX:-c++} "$env/bin/python" -m pip wheel --quiet --disable-pip-version-check \
   --no-build-isolation --no-deps --wheel-dir "$wheels" \
-  --config-settings=cmake.define.ENGRAM_PCH=OFF .
+  --config-settings=cmake.define.ENGRAM_PCH="${ENGRAM_PCH:-ON}" .
 for folder in "$env" "$old" "$data"; do
   # Its name before 0.5.0. Removed first, because both have the same files.
   "$env/bin/uv" pip uninstall --quiet --python "$folder/bin/python" engram

@@ -1,23 +1,41 @@
 #!/usr/bin/env bash
-# Builds the release preset and runs all tests, long ones included: ctest for C++, then pytest for
-# the Python package and its clients, in the virtual environments of scripts/python_env.sh; then
-# builds the documentation's site, which checks links and references. Further arguments go to ctest,
-# for instance -LE long. Everything runs even if something fails; the last lines are the summaries,
-# and what was skipped. Clients that conflict with those of the newest environment have one to
+# Builds the release preset and runs the tests: test.sh [--long] [ctest argument...]
+#   --long   also the tests labelled "long", which take minutes each; CI leaves them out. Each of
+#            them has a shorter form that always runs. The wheel is compiled without precompiled
+#            headers, which shows that every file includes what it needs.
+#   --help   prints this
+# ctest runs those of C++, then pytest those of the Python package and its clients, in the virtual
+# environments of scripts/python_env.sh; then the documentation's site is built, which checks links
+# and references. Everything runs even if something fails; the last lines are the summaries, and
+# what was skipped. Clients that conflict with those of the newest environment have one to
 # themselves: scripts/check_clients.sh.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+without_long=(-LE long)          # for ctest
+without_long_python=(-m "not long")
+case ${1:-} in
+  --help | -h)
+    sed -n '2,/^[^#]/ { /^#/ s/^# \{0,1\}//p }' scripts/test.sh
+    exit
+    ;;
+  --long)
+    without_long=() without_long_python=()
+    export ENGRAM_PCH=OFF  # of the wheel
+    shift
+    ;;
+esac
+
 scripts/build.sh release
 failed=()
-ctest --preset release -j2 "$@" || failed+=("C++ tests")
+ctest --preset release -j2 "${without_long[@]}" "$@" || failed+=("C++ tests")
 
 skipped=build/skipped.txt
 : > "$skipped"
 python_tests() {  # ENVIRONMENT REASON-TO-SKIP ARGUMENT...
   local env=$1 may_skip=$2 log=build/pytest.log
   shift 2
-  "$env/bin/python" -m pytest -rs --may-skip "$may_skip" "$@" 2>&1 | tee "$log" ||
+  "$env/bin/python" -m pytest -rs --may-skip "$may_skip" "${without_long_python[@]}" "$@" 2>&1 | tee "$log" ||
     failed+=("Python tests in $env")
   { grep '^SKIPPED' "$log" || echo nothing; } | sed "s|^|$env: |" >> "$skipped"
 }
@@ -25,9 +43,15 @@ env=build/python-env
 # What these run with has an environment of its own.
 data=python/tests/clients/data
 elsewhere=(--ignore "$data" --ignore python/tests/clients/apart)
+# What depends on the versions of Gymnasium and NumPy; nothing else runs with the old ones.
+depends_on_versions=(
+  python/tests/{clients,datasets,mikasa}
+  python/tests/test_{autoreset,copies,depth,env,errors,every_task,frameworks,gym_registration}.py
+  python/tests/test_{objects,options_refused,queries,sb3,spaces,typing,variants,vector_env,window}.py
+)
 if scripts/install_dependencies.sh chromium && scripts/python_env.sh "$env"; then  # for engram play
   "$env/bin/ruff" check python && "$env/bin/ruff" format --check python || failed+=("Python style")
-  python_tests "$env-0.29" "Gymnasium 0.29" python "${elsewhere[@]}"
+  python_tests "$env-0.29" "Gymnasium 0.29" "${depends_on_versions[@]}" "${elsewhere[@]}"
   python_tests "$env" nothing python "${elsewhere[@]}"
   python_tests "$env-data" nothing "$data"
   scripts/docs_site.sh || failed+=("the documentation's site")

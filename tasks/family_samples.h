@@ -22,4 +22,14 @@ inline std::vector<std::string> one_of_each_family() {
   return ids;
 }
 
+// The ids of short episodes, for tests that cannot play all.
+inline std::vector<std::string> short_ids() {
+  constexpr int kLongest = 200;  // steps
+  std::vector<std::string> ids;
+  for (const RegistryEntry& entry : registry()) {
+    if (entry.horizon <= kLongest) ids.emplace_back(entry.id);
+  }
+  return ids;
+}
+
 }  // namespace engram

@@ -101,7 +101,7 @@ TEST_CASE("collect: bytes do not depend on threads, batches or interruptions", "
   CHECK(files_in(grown.path()) == expected);
 }
 
-TEST_CASE("collect: continues after a kill at any moment", "[apps][long]") {
+TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
   const std::string ids = "RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 ";
   const TemporaryFolder reference;
   const auto start = std::chrono::steady_clock::now();

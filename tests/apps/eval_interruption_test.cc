@@ -64,7 +64,7 @@ bool kill_after(const std::string& arguments, std::chrono::microseconds time) {
 
 }  // namespace
 
-TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][long]") {
+TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]") {
   const TemporaryFolder reference;
   const auto start = std::chrono::steady_clock::now();
   REQUIRE(
@@ -112,7 +112,7 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps][l
   CHECK(partial > 0);
 }
 
-TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps][long]") {
+TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {
   if (std::system("command -v mpirun >/dev/null") != 0 ||
       !fs::exists(fs::path(test::kCommand).parent_path() / "libengram_mpi.so")) {
     WARN("no MPI in this build; nothing checked");

@@ -74,7 +74,7 @@ TEST_CASE("The socket's hole is as published", "[battery]") {
 }
 
 TEST_CASE("Batteries on the table and in the socket stand still for thousands of steps",
-          "[battery][long]") {
+          "[battery]") {
   const bool sleep = GENERATE(true, false);
   const Eigen::Vector3d on_table(-0.05, 0.0, 0.030);
   const Eigen::Vector3d in_socket(kSocket.x(), kSocket.y(), kInSocket);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tasks/family_samples.h"
 #include "tests/tasks/leak_check.h"
 
 namespace engram {
@@ -66,6 +67,15 @@ Count check(const std::string& id, Policy policy, std::uint64_t seed) {
   const bool may_uncover = policy == Policy::kRandom && id.starts_with("ShellGame");
   if (!may_uncover) CHECK(count.uncovered == 0);
   return count;
+}
+
+TEST_CASE("Depth and segmentation of short episodes reveal nothing after the cue",
+          "[render][leak][depth]") {
+  int steps = 0;
+  for (const std::string& id : short_ids()) {
+    steps += check(id, Policy::kSweep, 0).steps;
+  }
+  CHECK(steps > 300);
 }
 
 TEST_CASE("Depth and segmentation reveal nothing after the cue", "[render][leak][depth][long]") {

@@ -1,9 +1,11 @@
 // No later picture may reveal the content of the cue: else memory would not be needed.
+#include <array>
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
 #include "core/env/snapshot.h"
+#include "tasks/family_samples.h"
 #include "tests/tasks/leak_check.h"
 
 namespace engram {
@@ -20,6 +22,16 @@ void check_all(Policy policy) {
       INFO(id << ", seed " << seed << ", " << name_of(policy));
       test::check_leaks(id, {}, seed, {.policy = policy});
     }
+  }
+}
+
+TEST_CASE("No picture of short episodes after the cue reveals what was shown", "[render][leak]") {
+  constexpr std::array kPolicies = {Policy::kSweep, Policy::kRandom, Policy::kZero};
+  std::size_t turn = 0;
+  for (const std::string& id : short_ids()) {
+    const Policy policy = kPolicies[turn++ % kPolicies.size()];
+    INFO(id << ", " << name_of(policy));
+    test::check_leaks(id, {}, 0, {.policy = policy});
   }
 }
 

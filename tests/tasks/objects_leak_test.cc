@@ -11,6 +11,7 @@
 
 #include "core/env/queries.h"
 #include "core/env/snapshot.h"
+#include "tasks/family_samples.h"
 #include "tests/tasks/leak_check.h"
 
 namespace engram {
@@ -91,10 +92,10 @@ void compare(const Pair& pair, Policy policy, Count& count) {
   compare(pair, policy, count, [](Batch& /*one*/) {});
 }
 
-// All ids that hide something behind a cue. The others have tests of their own below.
-Count check_all(Policy policy, Drawing drawing) {
+// Those of the ids that hide something behind a cue. The others have tests of their own below.
+Count check(const std::vector<std::string>& ids, Policy policy, Drawing drawing) {
   Count count;
-  for (const std::string& id : test::implemented_ids()) {
+  for (const std::string& id : ids) {
     const TaskInfo info = make_task(id)->info();
     const std::optional<RandomVariable> draw = test::draw_named(info, info.hidden_variable);
     if (!draw) continue;
@@ -110,10 +111,23 @@ Count check_all(Policy policy, Drawing drawing) {
     // What was drawn may be what the other has.
     if (at_a_set_time && drawing == Drawing::kExtremes) CHECK(count.shown > before);
   }
+  return count;
+}
+
+Count check_all(Policy policy, Drawing drawing) {
+  Count count = check(test::implemented_ids(), policy, drawing);
   CHECK(count.tasks == kHiding);
   CHECK(count.steps > 15000);
   CHECK(count.shown > 3500);
   return count;
+}
+
+TEST_CASE("Objects and infos of short episodes reveal nothing after the cue", "[objects][leak]") {
+  const Count count = check(short_ids(), Policy::kSweep, Drawing::kExtremes);
+  CHECK(count.tasks > 25);
+  CHECK(count.steps > 500);
+  CHECK(count.shown > 100);
+  CHECK(count.closed.contains("oracle_info"));
 }
 
 TEST_CASE("Objects and infos reveal nothing after the cue", "[objects][leak][long]") {
@@ -285,10 +299,10 @@ int pixels_of(Batch& env, Batch& bare, test::PicturePair& pictures, std::uint64_
   return pictures.differing_pixels("base_camera") + pictures.differing_pixels("hand_camera");
 }
 
-TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothing else",
-          "[objects][render][long]") {
+// Returns how many tokens were ever filled.
+int check_tokens(const std::vector<std::string>& ids) {
   int tokens = 0;
-  for (const std::string& id : test::implemented_ids()) {
+  for (const std::string& id : ids) {
     BatchOptions options;
     options.obs_mode = ObsMode::kObjects;
     options.threads = 1;
@@ -322,7 +336,17 @@ TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothin
     CHECK(in_pictures == ever_seen);
     tokens += std::popcount(ever_seen);
   }
-  CHECK(tokens > 500);
+  return tokens;
+}
+
+TEST_CASE("Tokens are filled for what the sensors' pictures of short episodes show",
+          "[objects][render]") {
+  CHECK(check_tokens(short_ids()) > 100);
+}
+
+TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothing else",
+          "[objects][render][long]") {
+  CHECK(check_tokens(test::implemented_ids()) > 500);
 }
 
 }  // namespace

@@ -1,7 +1,10 @@
 // Environments that are simulated on after their episode's end, and horizons of users' own.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <string>
+#include <vector>
 
+#include "tasks/family_samples.h"
 #include "tests/env_helpers.h"
 
 namespace engram {
@@ -44,15 +47,23 @@ Bytes play(Batch& env, Policy policy, int steps) {
   return batch_bytes(env);
 }
 
-TEST_CASE("Every task goes on for twice its horizon, whatever the threads",
-          "[past_the_end][long]") {
-  for (const std::string& id : test::implemented_ids()) {
+void check_going_on(const std::vector<std::string>& ids) {
+  for (const std::string& id : ids) {
     CAPTURE(id);
     const auto one = make_env(id, going_on(1));
     const auto three = make_env(id, going_on(3));
     const int steps = 2 * one->info().horizon;
     CHECK(play(*one, Policy::kOracle, steps) == play(*three, Policy::kOracle, steps));
   }
+}
+
+TEST_CASE("Short tasks go on for twice their horizon, whatever the threads", "[past_the_end]") {
+  check_going_on(short_ids());
+}
+
+TEST_CASE("Every task goes on for twice its horizon, whatever the threads",
+          "[past_the_end][long]") {
+  check_going_on(test::implemented_ids());
 }
 
 // Without physics, so that there is time for every policy.

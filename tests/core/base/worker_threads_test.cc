@@ -157,7 +157,7 @@ TEST_CASE("Worker threads refuse numbers out of range", "[worker_threads]") {
   }
 }
 
-TEST_CASE("Many short loops of many callers are all done", "[worker_threads][long]") {
+TEST_CASE("Many short loops of many callers are all done", "[worker_threads]") {
   // Pauses of all lengths, so that workers are met polling, asleep and in between.
   WorkerThreads threads(GENERATE(1, 5, 63));
   constexpr int kRounds = 20000;

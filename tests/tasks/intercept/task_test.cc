@@ -240,7 +240,7 @@ TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[interc
   }
 }
 
-TEST_CASE("Who does nothing hardly ever succeeds", "[intercept][long]") {
+TEST_CASE("Who does nothing hardly ever succeeds", "[intercept]") {
   const auto share = [](const char* id) {
     BatchOptions options;
     options.num_envs = 4000;
