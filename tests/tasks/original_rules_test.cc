@@ -33,6 +33,7 @@ const std::map<std::string, OptionUnderRules> kKnown = {
     {"red_pushes_green", {0, 1}},
     {"upstream_rewards", {0, 1}},
     {"socket_battery_idx", {-1, 0}},
+    {"truncate_window", {0, 1}},
     // Not departures.
     {"strict", {0, 0}},
     {"blink_red", {0, 0}},
@@ -51,6 +52,7 @@ const std::map<std::string, std::set<std::string>> kFamilies = {
     {"red_pushes_green", {"TraceShape", "TraceShapeSeq"}},
     {"upstream_rewards", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
     {"socket_battery_idx", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
+    {"truncate_window", {"TimedTransfer"}},
 };
 
 BatchOptions under(Rules rules, std::vector<TaskOptionValue> choices = {}) {
