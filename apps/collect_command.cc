@@ -106,6 +106,12 @@ void run(Ranks& ranks, CollectOptions& options) {
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;
   CollectionTiming timing;
+  if (ranks.is_root()) {
+    MakeOptions env;
+    env.rules = options.collection.plan.rules;
+    env.constants = options.collection.plan.constants;
+    warn_of_unused_constants(tasks, env);
+  }
   const Folders folders = collect_all(ranks, tasks, options, timing);
   if (!ranks.is_root()) return;
   write_output(options.collection.out / kReport, collection_report(folders, timing));

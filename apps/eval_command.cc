@@ -12,6 +12,7 @@
 #include "apps/live_view.h"
 #include "apps/mpi_run.h"
 #include "apps/output.h"
+#include "apps/task_choice.h"
 #include "protocol/evaluation/evaluation_run.h"
 #include "protocol/evaluation/mean.h"
 
@@ -100,6 +101,7 @@ void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   broadcast(ranks, {bytes.begin(), bytes.end()});
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
   Protocol protocol = protocol_of(options, run.settings());
+  warn_of_unused_constants(tasks, protocol.environment);
   {
     LiveView view;
     const Interruption interruption;

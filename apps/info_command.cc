@@ -6,6 +6,7 @@
 
 #include "apps/options.h"
 #include "apps/output.h"
+#include "apps/task_choice.h"
 #include "apps/task_text.h"
 #include "core/env/queries.h"
 #include "protocol/batch/task_description.h"
@@ -28,6 +29,7 @@ void run(const InfoOptions& options) {
                 "is needed");
   }
   const auto env = make(options.id, options.env);
+  warn_of_unused_constants(options.id, options.env);
   if (options.mjcf == "-") {
     print(Queries(*env).document());
     return;

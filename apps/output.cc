@@ -51,6 +51,8 @@ void print_error(std::string_view text) {
   (void)write_text(STDERR_FILENO, line + "\n");
 }
 
+void print_warning(std::string_view text) { print_error("warning: " + std::string(text)); }
+
 std::string Table::text(std::string_view indent) const {
   std::vector<std::size_t> widths;
   for (const ColumnHeader& column : columns_) widths.push_back(column.name.size());

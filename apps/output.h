@@ -13,8 +13,9 @@ void guard_standard_streams();
 
 // Writes to standard output, control characters as JSON writes them. Throws Error if that fails.
 void print(std::string_view text);
-// Writes the text to standard error as one line, likewise.
+// Write the text to standard error as one line, likewise.
 void print_error(std::string_view text);
+void print_warning(std::string_view text);
 
 // Rows of text in aligned columns.
 class Table {

@@ -14,6 +14,7 @@
 #include "apps/progress.h"
 #include "apps/record_episode.h"
 #include "apps/record_view.h"
+#include "apps/task_choice.h"
 #include "protocol/evaluation/result_files.h"
 
 namespace engram::apps {
@@ -183,6 +184,7 @@ RecordReport record(const RecordOptions& options) {
   const Interruption interruption;
   try {
     RecordedEpisode episode(options.episode, interruption);
+    warn_of_unused_constants(options.episode.id, options.episode.env);
     RecordReport report =
         picture ? record_pictures(options, episode) : record_video(options, episode);
     report.success_once = episode.success_once();

@@ -14,6 +14,7 @@
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "apps/task_choice.h"
 #include "core/env/queries.h"
 #include "core/env/scripted_policy.h"
 #include "protocol/formats/document.h"
@@ -161,6 +162,7 @@ RolloutOptions completed(RolloutOptions options) {
 void run(const RolloutOptions& given) {
   const RolloutOptions options = completed(given);
   const auto env = make(options.id, options.env);
+  warn_of_unused_constants(options.id, options.env);
   EpisodeLog log(*env, options.episodes);
   const RolloutReport report = roll_out(*env, options, log);
   print(options.json ? to_text(to_document(*env, options, log, report))

@@ -1,8 +1,11 @@
 #include "apps/task_choice.h"
 
 #include <algorithm>
+#include <set>
 
+#include "apps/output.h"
 #include "protocol/batch/make.h"
+#include "protocol/batch/unused_constants.h"
 
 namespace engram::apps {
 namespace {
@@ -38,6 +41,21 @@ std::vector<const RegistryEntry*> chosen_tasks(const std::vector<std::string>& i
     throw Error(Error::kInvalidArgument, "the filters leave no task; `engram list` shows all");
   }
   return tasks;
+}
+
+void warn_of_unused_constants(std::span<const RegistryEntry* const> tasks,
+                              const MakeOptions& options) {
+  std::set<std::string> known;
+  for (const RegistryEntry* task : tasks) {
+    for (const std::string& text : unused_constants(task->id, options)) {
+      if (known.insert(text).second) print_warning(text);
+    }
+  }
+}
+
+void warn_of_unused_constants(std::string_view id, const MakeOptions& options) {
+  const RegistryEntry* task = &require_entry(id);
+  warn_of_unused_constants({&task, 1}, options);
 }
 
 }  // namespace engram::apps

@@ -1,7 +1,9 @@
 // The tasks that a command works on.
 #pragma once
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/options.h"
@@ -12,5 +14,10 @@ namespace engram::apps {
 // of the two ways.
 std::vector<const RegistryEntry*> chosen_tasks(const std::vector<std::string>& ids,
                                                const TaskFilter& filter, bool all);
+
+// Warns of constants that have no effect on the tasks, of each once.
+void warn_of_unused_constants(std::span<const RegistryEntry* const> tasks,
+                              const MakeOptions& options);
+void warn_of_unused_constants(std::string_view id, const MakeOptions& options);
 
 }  // namespace engram::apps

@@ -34,5 +34,5 @@ sheet trace_shape TraceShapeHard-VLA-v0 "${human[@]}" --seed 5 --pin shape=2 --p
 sheet trace_shape_seq TraceShapeSeqHard-VLA-v0 "${human[@]}" --seed 5 --pin sequence_length=2 --pin shapes=1,2,0,0,0 --pin pre_demo_steps=3 --at 35,100,155,175,196,221
 sheet timed_transfer TimedTransferEasy-VLA-v0 "${human[@]}" --seed 0 --at 0,2,17,60,97,99
 sheet gather_and_recall GatherAndRecall3-VLA-v0 "${human[@]}" --seed 0 --pin flash_trigger_count=2 --pin flash_color=1 --at 0,54,123,150,192,212
-sheet batteries_checker BatteriesCheckerHard-3-VLA-v0 "${human[@]}" --seed 0 --pin working=1 --at 0,30,155,174,187,207
+sheet batteries_checker BatteriesCheckerHard-3-VLA-v0 "${human[@]}" --seed 0 --pin working=1 --at 0,30,155,174,187,201
 sheet cameras GatherAndRecall3-VLA-v0 --camera all --size 256 --seed 0 --at 30

@@ -6,6 +6,7 @@
 
 #include "core/env/queries.h"
 #include "protocol/batch/ceilings.h"
+#include "protocol/batch/unused_constants.h"
 
 namespace engram {
 namespace {
@@ -311,6 +312,7 @@ ConstantTable describe_task(const Batch& env) {
                               {"options", describe_options(env)},
                               {"changeable", describe_changeable(info)},
                               {"changed", changed_constants(info.constants)},
+                              {"warnings", list_of(unused_constants(info, env.options()))},
                               {"phases", describe_phases(info)},
                               {"state_dim", env.state_dim()},
                               {"state_fields", describe_observation(env)},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,7 +13,8 @@ import numpy as np
 from engram import _core
 from engram._args.option_list import OBS_MODE, RULES
 from engram._args.values import constants_json, integer, one_of, path, real, seed_value, text
-from engram.errors import InvalidArgumentError
+from engram.errors import Error, InvalidArgumentError
+from engram.tasks import describe
 
 if TYPE_CHECKING:
     from engram.typing import Renderer, Rules
@@ -73,9 +75,15 @@ def evaluate(
     def act(observation: dict[str, Any]) -> list[np.ndarray]:
         return _chunks(policy(observation), len(observation["instruction"]))
 
+    tasks = _ids(ids)
+    if rules == "original":
+        # Warns of constants without effect. The evaluation refuses bad arguments in its own words.
+        with contextlib.suppress(Error):
+            for id in tasks:
+                describe(id, rules=rules, task_options=task_options, constants=constants)
     document = _core.evaluate(
         policy=act,
-        ids=_ids(ids),
+        ids=tasks,
         episodes=integer("episodes", episodes),
         seed=seed_value("seed", seed),
         num_envs=integer("num_envs", num_envs),

@@ -40,7 +40,8 @@ def describe(
         A dict with, among others, action_spaces, draws (what pins may name), options
         (task_options), phases, state_fields (name, offset, width, unit; with obs_mode="objects"
         also low, high and, of one-hot parts, names), outputs, reward_terms, constants,
-        changeable (constants that can be changed, with bounds), changed.
+        changeable (constants that can be changed, with bounds), changed, warnings (of constants
+        that have no effect under these rules).
         ``engram.typing.TaskDescription`` has all of them.
 
     Raises:

@@ -310,6 +310,7 @@ class TaskDescription(TaskSummary):
     options: list[Option]
     changeable: list[Constant]
     changed: dict[str, Any]
+    warnings: list[str]  # of constants that have no effect under these rules
     phases: list[Phase]
     state_fields: list[Field]
     proprio: list[Field]

@@ -49,6 +49,7 @@ class BatteryChecker final : public FamilyBase {
 
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
+    check_all_ = options_.check_all.is_on(bindings);
     upstream_rewards_ = options_.upstream_rewards.is_on(bindings);
     rack_.bind(bindings);
     button_.bind(bindings);
@@ -199,11 +200,16 @@ class BatteryChecker final : public FamilyBase {
     }
   }
 
-  // Every battery checked, every working one found, and no checked one far from its slot.
-  bool is_solved(int env, const CheckState& state) const {
-    const BatterySet misplaced = state.checked & ~rack_.home(env, kDisplaced);
+  // Every working battery found; with check_all, every other one checked, too.
+  bool is_search_over(const CheckState& state) const {
     return count(state.found) >= params_.WORKING_BATTERY_COUNT &&
-           count(state.checked) >= params_.ACTIVE_BATTERY_COUNT && misplaced == 0;
+           (!check_all_ || count(state.checked) >= params_.ACTIVE_BATTERY_COUNT);
+  }
+
+  // With check_all no checked battery is far from its slot.
+  bool is_solved(int env, const CheckState& state) const {
+    const BatterySet misplaced = check_all_ ? state.checked & ~rack_.home(env, kDisplaced) : 0;
+    return is_search_over(state) && misplaced == 0;
   }
 
   // A press says that a battery has been dealt with: wrongly if it is not in its slot, or was
@@ -213,7 +219,7 @@ class BatteryChecker final : public FamilyBase {
     const bool confirmed = after.active < 0;
     if (!confirmed || contains(before.checked, before.active)) {
       engine_.answers.give(env, before.active, false);
-    } else if (count(after.checked) >= params_.ACTIVE_BATTERY_COUNT) {
+    } else if (is_search_over(after)) {
       engine_.answers.give(env, before.active, true);
     }
   }
@@ -280,6 +286,7 @@ class BatteryChecker final : public FamilyBase {
   BatteryRack rack_;
   PressButton button_;
   Lamp lamp_;
+  bool check_all_ = false;
   bool upstream_rewards_ = false;
   RewardDict reward_dict_;
   CheckColumns check_;

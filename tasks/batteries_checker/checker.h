@@ -1,6 +1,6 @@
-// BatteriesChecker: put every battery into the socket, see whether the lamp lights up, bring it
-// back to its slot (in the easy variants it goes there by itself) and confirm with the button
-// (docs/tasks/batteries_checker.md).
+// BatteriesChecker: put batteries into the socket, see whether the lamp lights up, bring them back
+// to their slots (in the easy variants they go there by themselves) and confirm with the button,
+// until all that work are found (docs/tasks/batteries_checker.md).
 #pragma once
 
 #include "tasks/family.h"

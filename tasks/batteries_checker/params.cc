@@ -1,8 +1,6 @@
 #include "tasks/batteries_checker/params.h"
 
-#include <algorithm>
-#include <array>
-#include <limits>
+#include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/join.h"
@@ -13,14 +11,42 @@
 namespace engram::tasks {
 namespace {
 
-// Without memory of what it has tested, an agent that takes a battery at random as often as there
-// are batteries tests all of them once in n^n / n! cases. Where one has to go back to is no secret:
-// batteries fill the same slots in every episode, and there is one hole in them.
-double count_guesses(const BatteryParams& params) {
-  const int batteries = params.ACTIVE_BATTERY_COUNT;
+// Number of ways to choose some of n; 0 of more than n.
+double choose(int n, int some) {
+  if (some > n) return 0;
   double ways = 1;
-  for (int i = 1; i <= batteries; ++i) ways *= static_cast<double>(batteries) / i;
+  for (int i = 1; i <= some; ++i) ways = ways * (n - some + i) / i;
   return ways;
+}
+
+// An agent that does not remember what it has tested takes a battery at random in every round.
+// Where one has to go back to is no secret: batteries fill the same slots in every episode, and
+// there is one hole in them.
+
+// Probability that as many rounds as there are batteries find all that work: by inclusion and
+// exclusion of those that were never taken.
+double find_rate(const BatteryParams& params) {
+  const int batteries = params.ACTIVE_BATTERY_COUNT;
+  double rate = 0;
+  for (int missed = 0; missed <= params.WORKING_BATTERY_COUNT; ++missed) {
+    const double none_of_them = std::pow(1 - static_cast<double>(missed) / batteries, batteries);
+    rate +=
+        (missed % 2 == 0 ? 1 : -1) * choose(params.WORKING_BATTERY_COUNT, missed) * none_of_them;
+  }
+  return rate;
+}
+
+// Probability that the last one that works is found before any battery is taken twice.
+double find_rate_without_repetition(const BatteryParams& params) {
+  const int batteries = params.ACTIVE_BATTERY_COUNT;
+  const int working = params.WORKING_BATTERY_COUNT;
+  double rate = 0;
+  double all_differ = 1;
+  for (int rounds = 1; rounds <= batteries; ++rounds) {
+    all_differ *= static_cast<double>(batteries - rounds + 1) / batteries;
+    rate += all_differ * choose(rounds - 1, working - 1) / choose(batteries, working);
+  }
+  return rate;
 }
 
 ConstantList list(const mjcf::Vec3& values) { return {values[0], values[1], values[2]}; }
@@ -125,7 +151,10 @@ BatteryVariables::BatteryVariables(RandomVariables list, const BatteryParams& pa
                         true})) {}
 
 BatteryOptions::BatteryOptions(TaskOptions list)
-    : upstream_rewards(
+    : check_all(list.on_off("check_all",
+                            "1: success needs every battery checked, and none of them lost",
+                            /*original=*/true)),
+      upstream_rewards(
           list.on_off("upstream_rewards",
                       "1: button reach, found bonus and press penalty as in upstream's code",
                       /*original=*/true)),
@@ -134,13 +163,13 @@ BatteryOptions::BatteryOptions(TaskOptions list)
                     "what the info field of that name says of an empty socket", 0})) {}
 
 void describe_batteries(const BatteryParams& params, TaskInfo& info) {
-  const double guesses = count_guesses(params);
-  info.candidates = static_cast<int>(std::min(guesses, double{std::numeric_limits<int>::max()}));
-  info.guess_rate = 1 / guesses;
-  info.answer_rate = info.guess_rate;
+  info.candidates =
+      static_cast<int>(choose(params.ACTIVE_BATTERY_COUNT, params.WORKING_BATTERY_COUNT));
+  info.guess_rate = find_rate(params);
+  info.answer_rate = find_rate_without_repetition(params);
   info.answer =
       "the first press of the button with a battery out of its slot or checked before (wrong), or "
-      "the one that checks the last (right); the battery";
+      "the one that ends the search (right); the battery";
   info.termination = Termination::kSuccess;
   info.success_reward = kBatterySuccessReward;
   info.oracle_dim = params.WORKING_BATTERY_COUNT;

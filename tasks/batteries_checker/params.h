@@ -83,6 +83,7 @@ struct BatteryVariables {
 struct BatteryOptions {
   explicit BatteryOptions(TaskOptions list);
 
+  TaskOption check_all;
   TaskOption upstream_rewards;
   TaskOption socket_battery_idx;
 };

@@ -15,14 +15,15 @@ constexpr double kWayIntoReach = 0.39;  // m
 constexpr double kRolling = 5 / 7.0;    // of the launch's speed is left once it rolls
 constexpr double kControlStep = 0.05;   // s
 constexpr int kTimeToAct = 15;          // control steps that a catch takes
+constexpr double kMostDrift = 0.05;     // m/s, in x
 
 using Vector = Eigen::Vector3d;
 
 }  // namespace
 
 void BallParams::declare(ConstantBinder& constants) {
-  constants.range("VELOCITY_RANGE", VELOCITY_RANGE, {0.1, 1.5}, "m/s",
-                  "speed of the ball's launch, in y; drawn anew in every episode",
+  constants.range("VELOCITY_RANGE", VELOCITY_RANGE, {0, 1.5}, "m/s",
+                  "speed of the ball's launch, in y; drawn anew in every episode; 0, 0: at rest",
                   {"velocity_y", "of the ball's launch"});
   constants.real("BALL_RADIUS", BALL_RADIUS, {0.012, 0.03}, "m",
                  "of the ball; its mass grows with it, and the hand opens 0.04 m to either side");
@@ -30,6 +31,7 @@ void BallParams::declare(ConstantBinder& constants) {
 }
 
 void BallParams::check(int horizon) const {
+  if (may_rest()) return;  // waiting brings no ball at rest into reach
   const double steps = kWayIntoReach / (kRolling * VELOCITY_RANGE.low * kControlStep);
   check_horizon(horizon,
                 {{"the slowest ball's way into reach at VELOCITY_RANGE[0]",
@@ -42,7 +44,8 @@ mjcf::Prop launched_ball(double radius) { return mjcf::ball("ball", radius, {1, 
 BallVariables::BallVariables(RandomVariables list, const BallParams& params)
     : ball_x(list.real("ball_x", {-0.35, -0.05}, "m", "where the ball starts")),
       ball_y(list.real("ball_y", {-0.9, -0.65}, "m", "where the ball starts")),
-      velocity_x(list.real("velocity_x", {0, 0.05}, "m/s", "of the ball's launch")),
+      velocity_x(list.real("velocity_x", {0, params.rests() ? 0 : kMostDrift}, "m/s",
+                           "of the ball's launch")),
       velocity_y(list.of(params.VELOCITY_RANGE)) {}
 
 void describe_launch(TaskInfo& info) {

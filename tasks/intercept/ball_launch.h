@@ -19,8 +19,13 @@ struct BallParams {
   double BALL_RADIUS = tasks::BALL_RADIUS;  // m
   SmoothnessParams smoothness = {};         // in the original nothing comes of it
 
+  // A ball that is not launched does not drift either.
+  bool rests() const { return VELOCITY_RANGE.high == 0; }
+  // Some balls may never come within reach.
+  bool may_rest() const { return VELOCITY_RANGE.low == 0; }
+
   void declare(ConstantBinder& constants);
-  // Throws Error unless even the slowest ball comes within reach in time.
+  // Throws Error unless even the slowest ball that is launched comes within reach in time.
   void check(int horizon) const;
 };
 

@@ -68,7 +68,7 @@ class Intercept final : public FamilyBase {
                     .real("goal_y", {-kGoalSpan, kGoalSpan}, "m", "where the target lies")),
         expert_({.engine = engine_,
                  .goal_prop = kGoalProp,
-                 .ball_radius = params.ball.BALL_RADIUS,
+                 .ball = params.ball,
                  .goal_radius = params.GOAL_RADIUS}) {
     describe_launch(info_);
     info_.success_reward = kSuccessReward;

@@ -16,6 +16,7 @@ constexpr double kControlStep = 0.05;   // s
 constexpr double kTopSpeed = 0.033;     // m per control step that the hand can count on
 constexpr double kReactionSteps = 2;    // until the hand is up to speed
 constexpr double kFarthest = 0.76;      // m from the axis of the robot's base
+constexpr double kStretched = 0.79;     // m, likewise: farther away the arm is out of control
 constexpr double kTrackingGain = 0.45;  // share of the error that a step removes
 
 // Lengths that follow from the size of the ball, m.
@@ -35,6 +36,8 @@ struct Catch {
   double close_within;
 };
 
+double reach_of(const Vector& point) { return real::hypot(point.x() - kRobotBaseX, point.y()); }
+
 // First point in which the hand can be above the ball.
 Vector meeting_point(const Vector& ball, const Vector& velocity, const Vector& tcp, double height) {
   constexpr int kLongest = 60;
@@ -42,7 +45,7 @@ Vector meeting_point(const Vector& ball, const Vector& velocity, const Vector& t
   for (int step = 1; step <= kLongest; ++step) {
     point = ball + kControlStep * step * velocity;
     point.z() = height;
-    const double reach = real::hypot(point.x() - kRobotBaseX, point.y());
+    const double reach = reach_of(point);
     const double steps = (point - tcp).norm() / kTopSpeed + kReactionSteps;
     if (reach <= kFarthest && steps <= step) break;
   }
@@ -58,13 +61,23 @@ bool holds_ball(const State& state, int env, double radius) {
          fingers[0] + fingers[1] < 2 * radius + 0.004;
 }
 
+// True if the ball lies within reach, or rolls there in the near future.
+bool comes_within_reach(const Vector& ball, const Vector& velocity, const Vector& tcp) {
+  return reach_of(ball) <= kStretched ||
+         reach_of(meeting_point(ball, velocity, tcp, tcp.z())) <= kFarthest;
+}
+
 // Writes the next action towards a catch.
-void catch_ball(const State& state, int env, double radius, float* action) {
-  const Catch sizes(radius);
+void catch_ball(const State& state, int env, const BallParams& params, float* action) {
+  const Catch sizes(params.BALL_RADIUS);
   const Vector ball = prop_pos(state, env, kBallProp);
   Vector velocity = Eigen::Map<const Vector>(state.prop_qvel_of(env, kBallProp));
   velocity.z() = 0;
   const Vector tcp = tcp_pos(state, env);
+  if (params.may_rest() && !comes_within_reach(ball, velocity, tcp)) {
+    hold_tcp(kGripperOpen, action);
+    return;
+  }
 
   // Run along with the ball, or wait for it where the hand can join it.
   const Vector error = ball - tcp;
@@ -91,10 +104,10 @@ void GrabExpert::act(Range envs, Script /*script*/, FloatRows actions) const {
   const State& state = *engine_.state;
   for (int env = envs.begin; env < envs.end; ++env) {
     float* action = actions.row(env);
-    if (holds_ball(state, env, ball_radius_)) {
+    if (holds_ball(state, env, ball_.BALL_RADIUS)) {
       hold_tcp(kGripperSqueezing, action);
     } else {
-      catch_ball(state, env, ball_radius_, action);
+      catch_ball(state, env, ball_, action);
     }
   }
 }
@@ -106,13 +119,13 @@ void DeflectExpert::act(Range envs, Script /*script*/, FloatRows actions) const 
   const State& state = *view_.engine.state;
   const double near_enough =
       std::max(kNearEnough + (view_.goal_radius - kUsualRadius), view_.goal_radius / 2);
-  const double height = view_.ball_radius + kCarryGap;
+  const double height = view_.ball.BALL_RADIUS + kCarryGap;
   for (int env = envs.begin; env < envs.end; ++env) {
     float* action = actions.row(env);
     const Vector goal = prop_pos(state, env, view_.goal_prop);
     const Vector offset = prop_pos(state, env, kBallProp) - goal;
-    if (!holds_ball(state, env, view_.ball_radius)) {
-      catch_ball(state, env, view_.ball_radius, action);
+    if (!holds_ball(state, env, view_.ball.BALL_RADIUS)) {
+      catch_ball(state, env, view_.ball, action);
     } else if (offset.head<2>().norm() < near_enough) {
       hold_tcp(kGripperSqueezing, action);
     } else {

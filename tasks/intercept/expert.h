@@ -11,14 +11,13 @@ namespace engram::tasks {
 // Catches the ball and stops.
 class GrabExpert final : public Expert {
  public:
-  GrabExpert(const Bindings& engine, double ball_radius)
-      : engine_(engine), ball_radius_(ball_radius) {}
+  GrabExpert(const Bindings& engine, const BallParams& ball) : engine_(engine), ball_(ball) {}
 
   void act(Range envs, Script script, FloatRows actions) const override;
 
  private:
   const Bindings& engine_;
-  double ball_radius_;  // m
+  BallParams ball_;
 };
 
 // Catches the ball and carries it to the target.
@@ -28,7 +27,7 @@ class DeflectExpert final : public Expert {
   struct View {
     const Bindings& engine;
     int goal_prop;
-    double ball_radius;  // m
+    BallParams ball;
     double goal_radius;  // m
   };
 

@@ -55,7 +55,7 @@ class InterceptGrab final : public FamilyBase {
       : FamilyBase(entry),
         params_(params),
         launch_({RandomVariables(info_.random_variables), params.ball}, params.ball.BALL_RADIUS),
-        expert_(engine_, params.ball.BALL_RADIUS) {
+        expert_(engine_, params.ball) {
     describe_launch(info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });

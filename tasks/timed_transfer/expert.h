@@ -19,6 +19,7 @@ class TimedTransferExpert final : public Expert {
     double resting_height;  // m, of the cube on a disc
     int delay_steps;
     double tolerance;  // of the delay
+    const WindowRounding& rounding;
     StepRange signal_steps;
   };
 
@@ -28,7 +29,7 @@ class TimedTransferExpert final : public Expert {
 
  private:
   TimeWindow window(int signal_step) const {
-    return time_window(signal_step, view_.delay_steps, view_.tolerance);
+    return time_window(signal_step, view_.delay_steps, view_.tolerance, view_.rounding);
   }
   int due_step(int env, Script script, bool narrow) const;
   int guessed_count(int env) const;

@@ -4,9 +4,15 @@
 
 namespace engram::tasks {
 
-TimeWindow time_window(int signal_step, int delay_steps, double tolerance) {
-  return {signal_step + static_cast<int>(delay_steps * (1 - tolerance)),
-          signal_step + static_cast<int>(delay_steps * (1 + tolerance))};
+TimeWindow time_window(int signal_step, int delay_steps, double tolerance,
+                       WindowRounding rounding) {
+  if (rounding == WindowRounding::kDown) {
+    return {signal_step + static_cast<int>(delay_steps * (1 - tolerance)),
+            signal_step + static_cast<int>(delay_steps * (1 + tolerance))};
+  }
+  constexpr double kHair = 1e-9;  // 0.29 of 100 steps is 28.999999999999996
+  const int slack = static_cast<int>(delay_steps * tolerance + kHair);
+  return {signal_step + delay_steps - slack, signal_step + delay_steps + slack};
 }
 
 CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window) {

@@ -16,7 +16,13 @@ struct TimeWindow {
   int start = 0;
   int end = 0;
 };
-TimeWindow time_window(int signal_step, int delay_steps, double tolerance = TOLERANCE_FRAC);
+// Rounding of a window whose tolerance is no whole number of steps.
+enum class WindowRounding {
+  kInward,  // the steps within the tolerance
+  kDown,    // both ends: the first step may come before the tolerance
+};
+TimeWindow time_window(int signal_step, int delay_steps, double tolerance = TOLERANCE_FRAC,
+                       WindowRounding rounding = WindowRounding::kInward);
 
 // Position of a step in the count.
 struct CountPhase {

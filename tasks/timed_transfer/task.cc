@@ -15,6 +15,7 @@
 #include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/task_info.h"
+#include "tasks/common/task_options.h"
 #include "tasks/common/variant.h"
 #include "tasks/timed_transfer/expert.h"
 #include "tasks/timed_transfer/rules.h"
@@ -35,8 +36,8 @@ struct Params {
 
   void declare(ConstantBinder& constants);
   void check(int horizon) const;
-  TimeWindow window(int signal_step) const {
-    return time_window(signal_step, DELAY_STEPS, TOLERANCE_FRAC);
+  TimeWindow window(int signal_step, WindowRounding rounding = WindowRounding::kInward) const {
+    return time_window(signal_step, DELAY_STEPS, TOLERANCE_FRAC, rounding);
   }
 };
 
@@ -180,6 +181,11 @@ class TimedTransfer final : public FamilyBase {
       : FamilyBase(entry),
         params_(params),
         variables_(RandomVariables(info_.random_variables), params),
+        truncate_window_(TaskOptions(info_.options)
+                             .on_off("truncate_window",
+                                     "1: ends of the window are rounded down, so it may begin "
+                                     "before the tolerance",
+                                     /*original=*/true)),
         expert_({.engine = engine_,
                  .signal_step = signal_step_,
                  .cube = kCube,
@@ -187,6 +193,7 @@ class TimedTransfer final : public FamilyBase {
                  .resting_height = kRestingHeight,
                  .delay_steps = params.DELAY_STEPS,
                  .tolerance = params.TOLERANCE_FRAC,
+                 .rounding = rounding_,
                  .signal_steps = params.PRE_SIGNAL_STEPS}) {
     add_discs_and_cube(scene_, params.DISC_RADIUS);
     lamp_ = Lamp(scene_, "signal_lamp");
@@ -211,6 +218,7 @@ class TimedTransfer final : public FamilyBase {
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
     reward_dict_.bind(bindings, info_.reward_terms.size());
+    if (truncate_window_.is_on(bindings)) rounding_ = WindowRounding::kDown;
     signal_step_ = bindings.memory->add<std::int32_t>("signal_step", 1, "control steps");
     ColumnStore& info = *bindings.outputs;
     too_early_ = info.add<std::uint8_t>("too_early", 1, "", "on red before the window");
@@ -353,13 +361,15 @@ class TimedTransfer final : public FamilyBase {
   }
 
  private:
-  TimeWindow window(int env) const { return params_.window(signal_step_[env]); }
+  TimeWindow window(int env) const { return params_.window(signal_step_[env], rounding_); }
   CountPhase count(int env) const {
     return count_phase(engine_.state->elapsed[env], signal_step_[env], window(env));
   }
 
   Params params_;
   Variables variables_;
+  TaskOption truncate_window_;
+  WindowRounding rounding_ = WindowRounding::kInward;
   Lamp lamp_;
   RewardDict reward_dict_;
   Column<std::int32_t> signal_step_;

@@ -105,4 +105,24 @@ TEST_CASE("rules: data sets name them, and a folder has one rule set", "[apps][r
   CHECK(engram_command(command + "--rules original").code == 0);
 }
 
+TEST_CASE("rules: constants without effect are warned of, once", "[apps][rules]") {
+  const TemporaryFolder folder;
+  const std::string out = folder.path().string();
+  const std::string given = " SeqOfColors3-VLA-v0 --set GOAL_THRESH=0.08";
+  const std::string two = " BunchOfColors3-VLA-v0" + given;
+  for (const std::string& command : {"info" + given, "rollout --steps 1 --num-envs 1" + given,
+                                     "record --steps 1 --out " + out + "/one.png" + given,
+                                     "eval --episodes 1 --policy zero" + two,
+                                     "collect --episodes 1 --max-attempts 1 --out " + out + two}) {
+    INFO(command);
+    const CommandResult warned = engram_command(command + " --rules original");
+    CHECK_THAT(warned.err, Catch::StartsWith("engram: warning: GOAL_THRESH=0.08 has no effect on "
+                                             "touch_radius, which is 0.02 with rules=original"));
+    CHECK(warned.err.find("GOAL_THRESH") == warned.err.rfind("GOAL_THRESH"));
+    CHECK(engram_command(command).err.find("GOAL_THRESH") == std::string::npos);
+  }
+  CHECK(engram_command("info --json --rules original" + given).json()["warnings"].size() == 1);
+  CHECK(engram_command("info --json" + given).json()["warnings"].empty());
+}
+
 }  // namespace engram::tests

@@ -31,8 +31,10 @@ const std::map<std::string, OptionUnderRules> kKnown = {
     {"success_in_cue", {0, 1}},
     {"may_overlap", {0, 1}},
     {"red_pushes_green", {0, 1}},
+    {"check_all", {0, 1}},
     {"upstream_rewards", {0, 1}},
     {"socket_battery_idx", {-1, 0}},
+    {"truncate_window", {0, 1}},
     // Not departures.
     {"strict", {0, 0}},
     {"blink_red", {0, 0}},
@@ -49,8 +51,10 @@ const std::map<std::string, std::set<std::string>> kFamilies = {
     {"success_in_cue", {"RememberColor", "RememberShape", "RememberShapeAndColor"}},
     {"may_overlap", {"TakeItBack"}},
     {"red_pushes_green", {"TraceShape", "TraceShapeSeq"}},
+    {"check_all", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
     {"upstream_rewards", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
     {"socket_battery_idx", {"BatteriesCheckerEasy", "BatteriesCheckerHard"}},
+    {"truncate_window", {"TimedTransfer"}},
 };
 
 BatchOptions under(Rules rules, std::vector<TaskOptionValue> choices = {}) {

@@ -17,6 +17,7 @@ from engram._args import methods
 from engram._args import options as option_args
 from engram._args.option_list import POLICY
 from engram._args.values import one_of
+from engram._args.warn import warn
 from engram.envs.compat import (
     AUTORESET_NAMES,
     GYMNASIUM_1,
@@ -204,6 +205,8 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         self._started = False
         exported = Copier() if copy else same
         self._open(obs_mode, exported, bool(privileged), bool(language_in_info))
+        for text in self.description["warnings"]:
+            warn(text)
         defaults: Any = VectorEnv.__init__.__kwdefaults__
         self.spec = spec_of(self._arguments, {"num_envs": 1, **defaults})
         if GYMNASIUM_1:

@@ -263,6 +263,7 @@ def is_row(name: str, family: str) -> bool:
 BASE_CONSTANTS: Mapping[str, Mapping[str, Any]] = {
     **{family: {"SEQUENCE_LENGTH": 5} for family in CAPACITY},
     "GatherAndRecall": {"N_CUBES": 5},
+    **{family: {"VELOCITY_RANGE": [0.0, 0.0]} for family in INTERCEPT},
     "BlinkCountButtonPress": {
         "BLINK_COUNT_RANGE": [1, 5],
         "PRE_BLINK_OFF_STEPS": [2, 4],

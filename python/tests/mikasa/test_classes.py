@@ -71,6 +71,18 @@ def test_constants_of_bases():
             env.unwrapped.GOAL_THRESH = 0.1
 
 
+@pytest.mark.parametrize("cls", [mikasa.InterceptVLABaseEnv, mikasa.InterceptGrabVLABaseEnv])
+def test_the_ball_of_bases_rests(cls):
+    assert list(cls.VELOCITY_RANGE) == [0.0, 0.0]
+    env = cls(num_envs=4, obs_mode="state")
+    try:
+        env.reset(seed=1)
+        assert env.oracle_info.shape == (4, 3)
+        assert (env.oracle_info == 0).all()
+    finally:
+        env.close()
+
+
 def test_other_cue_and_delay():
     @register_env("RememberColor5-Variant-VLA-v0", max_episode_steps=100)
     class Medium(mikasa.RememberColorVLABaseEnv):

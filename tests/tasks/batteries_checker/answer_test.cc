@@ -22,13 +22,14 @@ const Vector3d kFarAway(-0.1, 0, 0.4);
 
 Vector3d slot(int battery) { return {-0.05 * battery, -0.084, 0.03}; }
 
-// Everything stays where a test puts it.
-std::unique_ptr<Batch> start(const char* id, bool strict = false) {
+// Battery 0 works. Everything stays where a test puts it.
+std::unique_ptr<Batch> start(const char* id, bool strict = false, bool check_all = true) {
   BatchOptions options;
   options.substeps = 0;
   options.auto_reset = AutoReset::kOff;
   options.pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}};
-  options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+  options.task_options = {{kStrictOption, strict ? 1.0 : 0.0},
+                          {"check_all", check_all ? 1.0 : 0.0}};
   auto env = test::make_env(id, options);
   env->reset();
   return env;
@@ -62,6 +63,30 @@ TEST_CASE("Who checks every battery once has answered rightly with the last", "[
     }
     CHECK(first_answer(*env) == FirstAnswer{true, 2, true});
     CHECK(flag(*env, "success"));
+  }
+}
+
+TEST_CASE("Who finds the last one that works has answered rightly", "[battery][answer]") {
+  for (const char* id : {kEasy, kHard}) {
+    const auto env = start(id, true, false);
+    check_off(*env, 1);
+    CHECK(first_answer(*env) == FirstAnswer{});
+    CHECK_FALSE(flag(*env, "success"));
+    check_off(*env, 0);
+    CHECK(first_answer(*env) == FirstAnswer{true, 0, true});
+    CHECK(flag(*env, "success"));
+  }
+}
+
+TEST_CASE("Who checks a dud twice before that has answered wrongly", "[battery][answer]") {
+  for (const bool strict : {false, true}) {
+    const auto env = start(kEasy, strict, false);
+    check_off(*env, 1);
+    check_off(*env, 1);
+    CHECK(first_answer(*env) == FirstAnswer{true, 1, false});
+    check_off(*env, 0);
+    CHECK(first_answer(*env) == FirstAnswer{true, 1, false});
+    CHECK(flag(*env, "success") == !strict);
   }
 }
 

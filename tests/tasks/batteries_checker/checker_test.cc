@@ -17,6 +17,7 @@ using test::row;
 
 const double* const kUpright = mjcf::kBatteryQuat.data();
 const std::vector<Pin> kLayout = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}};
+const std::vector<TaskOptionValue> kCheckAll = {{"check_all", 1}};
 
 std::unique_ptr<Batch> start(const std::string& id, std::vector<double> working,
                              std::vector<TaskOptionValue> choices = {}) {
@@ -209,8 +210,42 @@ bool play(Batch& env, int most, const Done& done) {
   return done();
 }
 
-TEST_CASE("Success needs every battery checked and none lost", "[battery]") {
-  const auto env = start("Easy-3", {0});
+// Words of the benchmark's documentation: "every working battery must be discovered through the
+// full insert-return-confirm procedure".
+TEST_CASE("Success is that every working battery was found", "[battery]") {
+  for (const std::string id : {"Easy-3", "Hard-3"}) {
+    const auto env = start(id, {1});
+    CHECK(env->info().options[0].name == "check_all");
+    REQUIRE(play(*env, 150, [&] { return number(*env, "checked_count") == 1; }));
+    CHECK_FALSE(flag(*env, "success"));  // a dud
+    REQUIRE(play(*env, 150, [&] { return flag(*env, "new_return_event"); }));
+    CHECK_FALSE(flag(*env, "success"));  // inserted and returned, not confirmed
+    put(*env, 0, {0.0, -0.3, 0.03});     // a dud that is lost has been found to be one all the same
+    REQUIRE(play(*env, 150, [&] { return number(*env, "checked_count") == 2; }));
+    CHECK(number(*env, "found_working_count") == 1);
+    CHECK_FALSE(flag(*env, "all_checked"));
+    CHECK(flag(*env, "success"));
+    CHECK(*row<std::uint8_t>(env->output("terminated"), 0) == 1);
+    CHECK(env->reward()[0] == 1);
+  }
+}
+
+TEST_CASE("The number of working batteries decides what success needs", "[battery]") {
+  for (const int working : {1, 2, 3}) {
+    MakeOptions options;
+    options.auto_reset = AutoReset::kOff;
+    options.constants = {{"WORKING_BATTERY_COUNT", working}};
+    options.pins = {{"working", {0}}};
+    for (int i = 1; i < working; ++i) options.pins[0].values.push_back(i);
+    const auto env = make_env("BatteriesCheckerEasy-3-VLA-v0", options);
+    env->reset();
+    REQUIRE(play(*env, 300, [&] { return flag(*env, "success"); }));
+    CHECK(number(*env, "checked_count") == working);
+  }
+}
+
+TEST_CASE("check_all: success needs every battery checked and none lost", "[battery]") {
+  const auto env = start("Easy-3", {0}, kCheckAll);
   REQUIRE(play(*env, 200, [&] { return number(*env, "checked_count") == 2; }));
   CHECK(number(*env, "found_working_count") == 1);
   CHECK_FALSE(flag(*env, "success"));  // all that work are found, but not all are checked
@@ -227,7 +262,7 @@ TEST_CASE("Success needs every battery checked and none lost", "[battery]") {
 
 TEST_CASE("upstream_rewards pays no bonus for a find", "[battery][reward]") {
   const auto reward_of_confirm = [](double option) {
-    const auto env = start("Easy-3", {0}, {{"upstream_rewards", option}});
+    const auto env = start("Easy-3", {0}, {{"upstream_rewards", option}, {"check_all", 1}});
     REQUIRE(play(*env, 200, [&] { return flag(*env, "new_confirm_event"); }));
     return env->reward()[0];
   };
@@ -267,8 +302,8 @@ TEST_CASE("socket_battery_idx of an empty socket is the option's value", "[batte
 
 TEST_CASE("Only the lamp reveals which batteries work", "[battery]") {
   // What is shown of a prop is its pose, its colour and its light.
-  const auto one = start("Hard-3", {0});
-  const auto other = start("Hard-3", {1});
+  const auto one = start("Hard-3", {0}, kCheckAll);
+  const auto other = start("Hard-3", {1}, kCheckAll);
   const auto same = [&] {
     const State& a = one->state();
     const State& b = other->state();
@@ -294,7 +329,7 @@ TEST_CASE("Only the lamp reveals which batteries work", "[battery]") {
 TEST_CASE("Snapshots in the middle of grasps and insertions go on bit for bit",
           "[battery][snapshot]") {
   for (const std::string id : {"Easy-3", "Hard-3"}) {
-    const auto env = start(id, {0});
+    const auto env = start(id, {0}, kCheckAll);
     int taken = 0;
     const auto check = [&] {
       const std::vector<std::byte> saved = Snapshotter(*env).save();
@@ -303,7 +338,7 @@ TEST_CASE("Snapshots in the middle of grasps and insertions go on bit for bit",
         test::step(*env, Policy::kOracle);
         expected.push_back(test::env_bytes(*env, 0));
       }
-      const auto fresh = start(id, {1});
+      const auto fresh = start(id, {1}, kCheckAll);
       Snapshotter(*fresh).restore(saved);
       for (const test::Bytes& bytes : expected) {
         test::step(*fresh, Policy::kOracle);

@@ -1,20 +1,60 @@
 // Counting and rewards of TimedTransfer in worked examples.
 #include "tasks/timed_transfer/rules.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <vector>
 
 namespace engram::tasks {
 namespace {
 
-TEST_CASE("Windows of TimedTransfer are those of the table", "[timed]") {
-  constexpr int kTable[][3] = {{100, 95, 105},  {150, 142, 157}, {200, 190, 210},
-                               {300, 285, 315}, {500, 475, 525}, {1000, 950, 1050}};
-  for (const auto& [delay, start, end] : kTable) {
+// Delay, first and last step of the window after the signal.
+using Windows = std::vector<std::array<int, 3>>;
+
+void check_windows(const Windows& windows, WindowRounding rounding) {
+  for (const auto& [delay, start, end] : windows) {
+    INFO(delay);
     for (int signal = 1; signal <= 3; ++signal) {
-      const TimeWindow window = time_window(signal, delay);
+      const TimeWindow window = time_window(signal, delay, TOLERANCE_FRAC, rounding);
       CHECK(window.start == signal + start);
       CHECK(window.end == signal + end);
+    }
+  }
+}
+
+TEST_CASE("Windows of TimedTransfer are five per cent to either side", "[timed]") {
+  check_windows({{100, 95, 105},
+                 {150, 143, 157},
+                 {200, 190, 210},
+                 {300, 285, 315},
+                 {500, 475, 525},
+                 {1000, 950, 1050},
+                 {70, 67, 73},
+                 {130, 124, 136}},
+                WindowRounding::kInward);
+}
+
+TEST_CASE("Windows of the original's code are rounded down at both ends", "[timed]") {
+  check_windows({{100, 95, 105},
+                 {150, 142, 157},
+                 {200, 190, 210},
+                 {300, 285, 315},
+                 {500, 475, 525},
+                 {1000, 950, 1050},
+                 {70, 66, 73}},
+                WindowRounding::kDown);
+}
+
+TEST_CASE("A window has all steps within the tolerance, and no others", "[timed]") {
+  for (int delay = 60; delay <= 3000; delay += 7) {
+    for (int percent = 0; percent <= 50; ++percent) {
+      INFO(delay << " steps, " << percent << " per cent");
+      const TimeWindow window = time_window(0, delay, percent / 100.0);
+      const int early = delay - window.start;
+      const int late = window.end - delay;
+      CHECK((100 * early <= delay * percent && 100 * (early + 1) > delay * percent));
+      CHECK(late == early);
     }
   }
 }

@@ -110,6 +110,45 @@ TEST_CASE("Who has the step count need not remember the signal", "[timed]") {
   }
 }
 
+// The first and the last step of the count at which the cube may arrive.
+std::pair<int, int> window(const char* id, Rules rules) {
+  BatchOptions options = signal_at(2);
+  options.rules = rules;
+  const auto env = make_env(id, options);
+  env->reset();
+  std::pair<int, int> steps = {0, 0};
+  while (info<std::uint8_t>(*env, "past_window") == 0) {
+    env->step(test::zeros(*env));
+    if (info<std::uint8_t>(*env, "in_window") == 0) continue;
+    const int count = env->state().elapsed[0] - 2;
+    if (steps.first == 0) steps.first = count;
+    steps.second = count;
+  }
+  return steps;
+}
+
+TEST_CASE("The tolerance is five per cent of 150 steps, in the original's code more", "[timed]") {
+  constexpr const char* kMedium = "TimedTransferMedium-VLA-v0";
+  CHECK(window(kMedium, Rules::kReference) == std::pair(143, 157));
+  CHECK(window(kMedium, Rules::kOriginal) == std::pair(142, 157));
+  const auto task = make_task(kMedium);
+  CHECK(task->info().chance() == Approx(15.0 / 301));
+  CHECK(task->info().phases.back().second == "s + 143 <= elapsed <= s + 157");
+}
+
+TEST_CASE("Oracle and sweep bring the cube in the window of either rules", "[timed]") {
+  for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
+    for (const Policy policy : {Policy::kOracle, Policy::kSweep}) {
+      BatchOptions options = signal_at(3);
+      options.rules = rules;
+      const auto env = make_env("TimedTransferMedium-VLA-v0", options);
+      env->reset();
+      while (env->state().finished[0] == 0) test::step(*env, policy);
+      CHECK(info<std::uint8_t>(*env, "success") == 1);
+    }
+  }
+}
+
 TEST_CASE("A cube that arrives early fails at once", "[timed]") {
   BatchOptions options = signal_at(3);
   options.num_envs = 20;

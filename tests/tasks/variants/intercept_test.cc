@@ -42,6 +42,45 @@ TEST_CASE("The range of speeds is where launches are drawn", "[variants][interce
   }
 }
 
+// The value of the benchmark's base classes.
+TEST_CASE("A range of speeds of 0, 0 means a ball at rest", "[variants][intercept]") {
+  for (const char* id : kIds) {
+    INFO(id);
+    MakeOptions options;
+    options.num_envs = 8;
+    options.constants = {{"VELOCITY_RANGE", ConstantList{0.0, 0.0}}};
+    const auto env = make_env(id, options);
+    CHECK(test::draw_of(env->info(), "velocity_x").high == 0);
+    CHECK(test::draw_of(env->info(), "velocity_y").high == 0);
+    env->reset();
+    const auto ball = [&](int i) {
+      return Eigen::Map<const Eigen::Vector3d>(env->state().prop_pos_of(i, kBall));
+    };
+    std::vector<Eigen::Vector3d> starts;
+    for (int i = 0; i < options.num_envs; ++i) {
+      starts.emplace_back(ball(i));
+      CHECK(env->state().prop_qvel_of(i, kBall)[0] == 0);
+      CHECK(env->state().prop_qvel_of(i, kBall)[1] == 0);
+    }
+    for (int step = 0; step < 50; ++step) test::step(*env, Policy::kZero);
+    for (int i = 0; i < options.num_envs; ++i) {
+      CHECK((ball(i) - starts[static_cast<std::size_t>(i)]).head<2>().norm() < 1e-6);
+    }
+  }
+}
+
+TEST_CASE("A range of speeds may begin with 0", "[variants][intercept]") {
+  for (const char* id : kIds) {
+    MakeOptions options;
+    options.constants = {{"VELOCITY_RANGE", ConstantList{0.0, 0.5}}};
+    options.pins = {{"velocity_y", {0.0}}, {"velocity_x", {0.04}}};
+    const auto env = make_env(id, options);
+    env->reset();
+    CHECK(env->state().prop_qvel_of(0, kBall)[0] == 0.04);
+    CHECK(env->state().prop_qvel_of(0, kBall)[1] == 0);
+  }
+}
+
 TEST_CASE("The ball is as large and as heavy as its radius says", "[variants][intercept]") {
   for (const char* id : kIds) {
     for (const double radius : {0.012, 0.02, 0.03}) {
@@ -107,6 +146,10 @@ TEST_CASE("Balls that come too late, or do not fit the hand, are refused",
                       Contains("55 + 15 to act = 70 control steps") && Contains("60"));
     CHECK_NOTHROW(
         make_task(id, {{"VELOCITY_RANGE", ConstantList{0.2, 0.3}}, {"max_episode_steps", 70}}));
+    CHECK_THROWS_WITH(make_task(id, {{"VELOCITY_RANGE", ConstantList{0.05, 0.5}}}),
+                      Contains("219 + 15 to act"));
+    CHECK_THROWS_WITH(make_task(id, {{"VELOCITY_RANGE", ConstantList{-0.1, 0.0}}}),
+                      Contains("0 to 1.5"));
     CHECK_THROWS_WITH(make_task(id, {{"max_episode_steps", 58}}), Contains("44 + 15 to act"));
     CHECK_THROWS_WITH(make_task(id, {{"BALL_RADIUS", 0.031}}), Contains("0.012 to 0.03"));
     CHECK_THROWS_WITH(make_task(id, {{"VELOCITY_RANGE", ConstantList{0.5, 0.3}}}),

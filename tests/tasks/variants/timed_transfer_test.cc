@@ -36,7 +36,9 @@ std::pair<int, int> window(const ConstantTable& constants) {
 TEST_CASE("Delay and tolerance say when the cube may arrive", "[variants][timed]") {
   CHECK(window({}) == std::pair(97, 107));
   CHECK(window({{"DELAY_STEPS", 60}}) == std::pair(59, 65));
+  CHECK(window({{"DELAY_STEPS", 70}}) == std::pair(69, 75));
   CHECK(window({{"DELAY_STEPS", 120}}) == std::pair(116, 128));
+  CHECK(window({{"TOLERANCE_FRAC", 0.29}}) == std::pair(73, 131));
   CHECK(window({{"TOLERANCE_FRAC", 0}}) == std::pair(102, 102));
   CHECK(window({{"TOLERANCE_FRAC", 0.5}}) == std::pair(52, 152));
 }
