@@ -64,7 +64,7 @@ Tour::Target Tour::next(const State& state, int env, const Options& options) con
     const Stop& stop = stop_at(place);
     if (along > sense * stop.along + kPassed) continue;
     const bool there = (tool - stop.point).norm() < options.reach;
-    if (!there || !still) return {stop.point, there};
+    if (!there || (options.rests && !still)) return {stop.point, there};
   }
   const Stop& last = stop_at(size_ - 1);
   return {last.point, (tool - last.point).norm() < options.reach};

@@ -97,13 +97,28 @@ void Mugs::stand(int env, int mug, const Eigen::Vector3d& pos) const {
 }
 
 bool Mugs::hides(int env, int mug) const {
-  constexpr double kLifted = 0.004;  // m: from there on light comes under the rim
-  constexpr double kLevel = 0.995;   // cosine of a mug's tilt that lets nothing be seen
+  constexpr double kLevel = 0.995;  // cosine of a mug's tilt that lets nothing be seen
   const State& state = *engine_.state;
   if (state.status_of(env, mug) == PropStatus::kHidden) return false;
-  const double* q = state.prop_quat_of(env, mug);
-  const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
-  return state.prop_pos_of(env, mug)[2] < resting_height_ + kLifted && std::abs(upright) > kLevel;
+  return state.prop_pos_of(env, mug)[2] < resting_height_ + kLiftThatShows &&
+         std::abs(axis_height(env, mug)) > kLevel;
+}
+
+bool Mugs::holds(int env, int mug) const {
+  constexpr double kSpill = 0.75;  // cosine of the tilt at which things fall out
+  return engine_.state->status_of(env, mug) != PropStatus::kHidden &&
+         -axis_height(env, mug) > kSpill;
+}
+
+Eigen::Vector3d Mugs::pos_inside(int env, int mug, double height) const {
+  const double* q = engine_.state->prop_quat_of(env, mug);
+  const Eigen::Quaterniond turned(q[0], q[1], q[2], q[3]);
+  return pos(env, mug) + turned * Eigen::Vector3d(0, 0, resting_height_ - height);
+}
+
+double Mugs::axis_height(int env, int mug) const {
+  const double* q = engine_.state->prop_quat_of(env, mug);
+  return 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
 }
 
 void Mugs::stand_all(int env) const {

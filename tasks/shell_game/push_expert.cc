@@ -27,13 +27,16 @@ constexpr double kSweepClear = 0.02;
 
 }  // namespace
 
-PushExpert::PushExpert(const ShellGame& game, const ShellGameParams& params, double travel)
+PushExpert::PushExpert(const ShellGame& game, const ShellGameParams& params)
     : ShellGameExpert(game),
       behind_(kBehind * params.mug_ratio()),
       push_height_(kPushHeight * params.mug_ratio()),
-      travel_(std::max(kTravel, travel + std::min(kIntoGoal, 0.2 * params.placed_distance()))),
-      lead_(std::min(kPushLead, params.placed_distance())),
       half_pitch_(params.MIN_DIST / 2) {}
+
+void PushExpert::set_goal(double travel, double reach) {
+  travel_ = std::max(kTravel, travel + std::min(kIntoGoal, 0.2 * reach));
+  lead_ = std::min(kPushLead, reach);
+}
 
 void PushExpert::act(Range envs, Script script, FloatRows actions) const {
   for (int env = envs.begin; env < envs.end; ++env) {

@@ -8,9 +8,11 @@ namespace engram::tasks {
 
 class PushExpert final : public ShellGameExpert {
  public:
-  // `travel`: of a mug to the goal region, m.
-  PushExpert(const ShellGame& game, const ShellGameParams& params, double travel);
+  PushExpert(const ShellGame& game, const ShellGameParams& params);
 
+  // travel: of a mug to the goal region, m.
+  // reach: radius of that, m.
+  void set_goal(double travel, double reach);
   void act(Range envs, Script script, FloatRows actions) const override;
 
  private:
@@ -20,8 +22,8 @@ class PushExpert final : public ShellGameExpert {
   // m
   double behind_;       // the mug's origin
   double push_height_;  // of the TCP
-  double travel_;       // of the mug
-  double lead_;         // of the tool's target ahead of it
+  double travel_ = 0;   // of the mug
+  double lead_ = 0;     // of the tool's target ahead of it
   double half_pitch_;   // of the slots
 };
 
