@@ -108,14 +108,11 @@ void ShellGame::cover_ball(int env, int ball, int mug) const {
   engine_.state->covered[env] = std::uint64_t{covered} << ball;
 }
 
-// A ball that falls out lies on the table at once.
 void ShellGame::carry_ball(int env, int ball, int mug) const {
-  const bool inside = mugs_.holds(env, mug);
-  Eigen::Vector3d pos = Eigen::Map<const Eigen::Vector3d>(engine_.state->prop_pos_of(env, ball));
-  if (inside) pos = mugs_.pos_inside(env, mug, params_.BALL_RADIUS);
-  pos.z() = inside ? std::max(pos.z(), params_.BALL_RADIUS) : params_.BALL_RADIUS;
+  Eigen::Vector3d pos = mugs_.pos_inside(env, mug, params_.BALL_RADIUS);
+  pos.z() = std::max(pos.z(), params_.BALL_RADIUS);
   place_sphere(env, ball, pos);
-  engine_.state->covered[env] = std::uint64_t{inside} << ball;
+  engine_.state->covered[env] = std::uint64_t{mugs_.encloses(env, mug)} << ball;
 }
 
 // --- success and info ---

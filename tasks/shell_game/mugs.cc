@@ -22,6 +22,15 @@ mjcf::Prop standing_mug(int slot, const ShellGameParams& params, const MugStance
   return mug;
 }
 
+// Tip of the axis of a mug so tilted that cameras see into it: a cosine, -1 upside down.
+constexpr double kLookInside = -0.75;
+
+// 0 up to `low`, 1 from `high` on, smooth in between.
+double rising(double value, double low, double high) {
+  const double t = std::clamp((value - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
 // Between two mugs side by side, or minus their overlap, m.
 double gap_between(mjcf::Prop mug, double slot_distance) {
   std::erase_if(mug.geoms, [](const mjcf::Geom& part) { return !part.collides; });
@@ -63,7 +72,10 @@ VariableHandle Mugs::declare_base(RandomVariables list) {
 }
 
 Mugs::Mugs(mjcf::Scene& scene, const ShellGameParams& params, const MugStance& stance)
-    : stance_(stance), slot_distance_(params.MIN_DIST), resting_height_(params.resting_height()) {
+    : stance_(stance),
+      slot_distance_(params.MIN_DIST),
+      resting_height_(params.resting_height()),
+      hiding_radius_(mjcf::kMugHides * params.mug_ratio()) {
   for (int slot = 0; slot < kCups; ++slot) {
     scene.props.push_back(standing_mug(slot, params, stance));
   }
@@ -104,16 +116,26 @@ bool Mugs::hides(int env, int mug) const {
          std::abs(axis_height(env, mug)) > kLevel;
 }
 
-bool Mugs::holds(int env, int mug) const {
-  constexpr double kSpill = 0.75;  // cosine of the tilt at which things fall out
+bool Mugs::encloses(int env, int mug) const {
   return engine_.state->status_of(env, mug) != PropStatus::kHidden &&
-         -axis_height(env, mug) > kSpill;
+         axis_height(env, mug) < kLookInside;
 }
 
-Eigen::Vector3d Mugs::pos_inside(int env, int mug, double height) const {
+Eigen::Vector3d Mugs::pos_inside(int env, int mug, double radius) const {
+  constexpr double kLying = -0.25;  // cosines: from there on the ball lies on the wall,
+  constexpr double kMouthUp = 0.5;  // and on the foot
+  constexpr double kFoot = 0.005;   // m thick, at most
   const double* q = engine_.state->prop_quat_of(env, mug);
   const Eigen::Quaterniond turned(q[0], q[1], q[2], q[3]);
-  return pos(env, mug) + turned * Eigen::Vector3d(0, 0, resting_height_ - height);
+  const double axis = axis_height(env, mug);
+  const double reach = resting_height_ - radius;
+  const double fallen = rising(axis, 0, kMouthUp);
+  const Eigen::Vector3d down = turned.conjugate() * -Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d inside(down.x(), down.y(), 0);
+  if (inside.norm() > 0) inside.normalize();
+  inside *= rising(axis, kLookInside, kLying) * std::max(0.0, hiding_radius_ - radius);
+  inside.z() = std::lerp(reach, kFoot - reach, fallen);
+  return pos(env, mug) + turned * inside;
 }
 
 double Mugs::axis_height(int env, int mug) const {

@@ -59,10 +59,11 @@ class Mugs {
   void stand_all(int env) const;
   // True if a mug stands over what is beneath it, so that no camera sees that.
   bool hides(int env, int mug) const;
-  // True if what is inside a mug stays there, wherever the mug is; cameras look down on it then.
-  bool holds(int env, int mug) const;
-  // Position of what is inside a mug, `height` above the table while that stands.
-  Eigen::Vector3d pos_inside(int env, int mug, double height) const;
+  // True if a mug is so upright that cameras, which look down, do not see into it.
+  bool encloses(int env, int mug) const;
+  // Position of a ball inside a mug, wherever that is: in the middle of its mouth, or on the wall
+  // and on the foot of one that lies.
+  Eigen::Vector3d pos_inside(int env, int mug, double radius) const;
 
  private:
   // Height of the tip of a mug's axis, from foot to rim, as a unit vector: -1 upside down.
@@ -71,6 +72,7 @@ class Mugs {
   MugStance stance_;
   double slot_distance_;   // m
   double resting_height_;  // m
+  double hiding_radius_;   // m
   Bindings engine_;
   Column<double> base_;  // (2) m: the center slot
 };

@@ -26,7 +26,7 @@ constexpr double kIntoGoal = 0.006;      // m
 constexpr double kSqueeze = -1;          // drives the fingers into what they hold
 constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
 constexpr double kBallIntoGoal = 0.012;  // m
-constexpr double kMostLead = 0.06;       // m: faster, and the mug slips
+constexpr double kMostLead = 0.045;      // m: faster, and the mug slips
 constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
 
 constexpr int kMiddleSlot = 1;

@@ -112,7 +112,8 @@ class Push final : public ShellGame {
     item_ = goal_item(mug_at_goal_, bindings);
     require_goal(push_, item_);
     answer_distance_ = push_.answer_distance(item_);
-    expert_.set_goal(push_.travel(item_), push_.placed_distance(item_));
+    const double travel = push_.travel(item_);
+    expert_.set_goal(item_, travel, push_.placed_distance(item_), kGoalFromBall.x() - travel);
   }
 
   // --- phases ---

@@ -11,8 +11,9 @@ class PushExpert final : public ShellGameExpert {
   PushExpert(const ShellGame& game, const ShellGameParams& params);
 
   // travel: of a mug to the goal region, m.
-  // reach: radius of that, m.
-  void set_goal(double travel, double reach);
+  // reach: of `item` from the goal's centre, m.
+  // leeway: by which it may go farther or less far than to the goal's centre, m.
+  void set_goal(GoalItem item, double travel, double reach, double leeway);
   void act(Range envs, Script script, FloatRows actions) const override;
 
  private:
@@ -24,7 +25,10 @@ class PushExpert final : public ShellGameExpert {
   double push_height_;  // of the TCP
   double travel_ = 0;   // of the mug
   double lead_ = 0;     // of the tool's target ahead of it
-  double half_pitch_;   // of the slots
+  double first_lead_ = 0;
+  double half_pitch_;  // of the slots
+  double sweep_travel_ = 0;
+  double sweep_lead_ = 0;
 };
 
 }  // namespace engram::tasks

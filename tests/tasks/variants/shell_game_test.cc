@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/env/queries.h"
 #include "mjcf/mug.h"
+#include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/shell_game/ids.h"
 #include "tests/tasks/variants/constant_text.h"
