@@ -15,8 +15,9 @@ constexpr double kAbove = 0.05;     // m above the height at which a tour begins
 constexpr double kBefore = 0.012;   // m
 constexpr double kFunnel = 0.012;   // m: the approach to the first stop
 constexpr double kFunnelSlope = 2;
-constexpr double kThrough = 0.01;  // m beyond a stop: the goal of a tool that need not rest there
-constexpr double kPassed = 0.006;  // m: a tool that much beyond a stop has left it
+constexpr double kThrough = 0.01;    // m beyond a stop: the goal of a tool that need not rest there
+constexpr double kHeadStart = 0.16;  // m: so far before the middle begins a tour without rests
+constexpr double kPassed = 0.006;    // m: a tool that much beyond a stop has left it
 
 double along_row(const Eigen::Vector3d& point) {
   return kRowRadius * real::atan2(point.y(), point.x() - kRobotBaseX);
@@ -57,6 +58,9 @@ Tour::Target Tour::next(const State& state, int env, const Options& options) con
   }
   if (tool.z() > options.start_height) {
     int first = 0;
+    while (!options.rests && first < size_ - 1 && sense * stop_at(first).along < -kHeadStart) {
+      ++first;
+    }
     for (int place = 1; place < size_ && !options.again && options.rests; ++place) {
       const auto away = [&](int at) { return (stop_at(at).point - tool).head<2>().norm(); };
       if (away(place) < away(first)) first = place;
