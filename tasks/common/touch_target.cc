@@ -59,7 +59,7 @@ void TouchTarget::evaluate(int env, const double* target_pos, bool acting) const
   const bool still = robot_is_static(state, env);
   is_obj_placed_[env] = placed ? 1 : 0;
   is_robot_static_[env] = still ? 1 : 0;
-  engine_.success[env] = placed && still && acting ? 1 : 0;
+  engine_.success[env] = placed && (still || !static_needed_) && acting ? 1 : 0;
   reward_dict_.publish(env);
 }
 

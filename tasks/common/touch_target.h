@@ -1,5 +1,6 @@
 // Success, info and reward of the families in which the robot touches the right object: bring the
-// TCP within GOAL_THRESH of its origin and stand still (docs/tasks/remember.md).
+// TCP within GOAL_THRESH of its origin and, unless the family says otherwise, stand still
+// (docs/tasks/remember.md).
 #pragma once
 
 #include <vector>
@@ -46,6 +47,9 @@ class TouchTarget {
       : goal_thresh_(goal_thresh), params_(params) {}
 
   void bind(const Bindings& bindings);
+  // Whether success needs a robot that stands still.
+  void need_static(bool needed) { static_needed_ = needed; }
+  bool static_needed() const { return static_needed_; }
   // `acting`: the manipulation phase has begun.
   void evaluate(int env, const double* target_pos, bool acting) const;
   double dense_reward(int env) const;
@@ -53,6 +57,7 @@ class TouchTarget {
  private:
   double goal_thresh_;  // m
   SmoothnessParams params_;
+  bool static_needed_ = true;
   Bindings engine_;
   Column<float> obj_to_goal_pos_;  // (3) m
   Column<std::uint8_t> is_obj_placed_;

@@ -15,16 +15,23 @@ constexpr double kAbove = 0.05;     // m above the height at which a tour begins
 constexpr double kBefore = 0.012;   // m
 constexpr double kFunnel = 0.012;   // m: the approach to the first stop
 constexpr double kFunnelSlope = 2;
-constexpr double kPassed = 0.006;  // m: a tool that much beyond a stop has left it
+constexpr double kThrough = 0.01;    // m beyond a stop: the goal of a tool that need not rest there
+constexpr double kHeadStart = 0.16;  // m: so far before the middle begins a tour without rests
+constexpr double kPassed = 0.006;    // m: a tool that much beyond a stop has left it
 
 double along_row(const Eigen::Vector3d& point) {
   return kRowRadius * real::atan2(point.y(), point.x() - kRobotBaseX);
 }
 
-// A point of the row a little before another, so that the tool does not come down beyond it.
-Eigen::Vector3d before(const Eigen::Vector3d& point, double sense) {
+// A point of the row so far beyond another, in the sense of growing angles.
+Eigen::Vector3d beyond(const Eigen::Vector3d& point, double distance) {
   const Eigen::Vector2d outward(point.x() - kRobotBaseX, point.y());
-  return point - sense * kBefore * Eigen::Vector3d(-outward.y(), outward.x(), 0) / outward.norm();
+  return point + distance * Eigen::Vector3d(-outward.y(), outward.x(), 0) / outward.norm();
+}
+
+// A point a little before another, so that the tool does not come down beyond it.
+Eigen::Vector3d before(const Eigen::Vector3d& point, double sense) {
+  return beyond(point, -sense * kBefore);
 }
 
 }  // namespace
@@ -51,7 +58,10 @@ Tour::Target Tour::next(const State& state, int env, const Options& options) con
   }
   if (tool.z() > options.start_height) {
     int first = 0;
-    for (int place = 1; place < size_ && !options.again; ++place) {
+    while (!options.rests && first < size_ - 1 && sense * stop_at(first).along < -kHeadStart) {
+      ++first;
+    }
+    for (int place = 1; place < size_ && !options.again && options.rests; ++place) {
       const auto away = [&](int at) { return (stop_at(at).point - tool).head<2>().norm(); };
       if (away(place) < away(first)) first = place;
     }
@@ -64,7 +74,8 @@ Tour::Target Tour::next(const State& state, int env, const Options& options) con
     const Stop& stop = stop_at(place);
     if (along > sense * stop.along + kPassed) continue;
     const bool there = (tool - stop.point).norm() < options.reach;
-    if (!there || !still) return {stop.point, there};
+    if (options.rests && (!there || !still)) return {stop.point, there};
+    if (!options.rests && !there) return {beyond(stop.point, sense * kThrough)};
   }
   const Stop& last = stop_at(size_ - 1);
   return {last.point, (tool - last.point).norm() < options.reach};

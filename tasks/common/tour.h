@@ -22,10 +22,11 @@ class Tour {
     // Where there is time, one tour after another from end to end, by the step count; otherwise a
     // single one that begins at the nearest stop.
     bool again = false;
+    bool rests = true;  // false: to come within reach of a stop is enough
   };
 
-  // Next goal of the TCP, or rest. It has rested at every stop that it leaves behind; at the last
-  // one it stays.
+  // Next goal of the TCP, or rest. It has rested at every stop that it leaves behind, or been
+  // within reach of it; at the last one it stays.
   struct Target {
     Eigen::Vector3d goal;
     bool rest = false;  // brake, to be still

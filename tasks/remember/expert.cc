@@ -54,7 +54,7 @@ void ObjectRecallExpert::touch(int env, int key, float* action) const {
   servo_tcp(state, env, goal, tilt_outwards(kToolDown, touch, kTilt), gripper, action);
 }
 
-// Without memory: rests over one object after the other.
+// Without memory: rests over one object after the other, or passes over them where that is enough.
 void ObjectRecallExpert::sweep(int env, float* action) const {
   const State& state = *view_.engine.state;
   if (!is_manipulation(env)) {
@@ -66,8 +66,10 @@ void ObjectRecallExpert::sweep(int env, float* action) const {
     const double height = touch_height(view_.objects.rolls(key));
     tour.add(prop_pos(state, env, key) + Eigen::Vector3d(0, 0, height));
   }
-  const Tour::Target next =
-      tour.next(state, env, {.reach = sweep_reach(), .again = !view_.info.frozen_cue});
+  const Tour::Target next = tour.next(state, env,
+                                      {.reach = sweep_reach(),
+                                       .again = !view_.info.frozen_cue,
+                                       .rests = view_.touch.static_needed()});
   if (next.rest) {
     hold_tcp(kGripperClosed, action);
   } else {

@@ -4,6 +4,7 @@
 
 #include "core/env/expert.h"
 #include "tasks/common/phase_clock.h"
+#include "tasks/common/touch_target.h"
 #include "tasks/remember/object_set.h"
 
 namespace engram::tasks {
@@ -18,7 +19,8 @@ class ObjectRecallExpert final : public Expert {
     const PhaseClock& clock;
     const Column<std::int32_t>& target;  // hidden: key
     const Column<double>& positions;     // (3 per object) m, in the manipulation phase
-    double goal_thresh;                  // m
+    const TouchTarget& touch;
+    double goal_thresh;  // m
   };
 
   explicit ObjectRecallExpert(const View& view) : view_(view) {}

@@ -91,6 +91,7 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
                .clock = clock_,
                .target = target_,
                .positions = positions_,
+               .touch = touch_,
                .goal_thresh = params.GOAL_THRESH}) {
   info_.candidates = count();
   info_.termination = Termination::kNever;
@@ -172,10 +173,12 @@ void ObjectRecall::evaluate(Range envs) {
   }
 }
 
-// The answer is the object nearest to the tool when it first rests within GOAL_THRESH of one.
+// The answer is the object nearest to the tool when that is first within GOAL_THRESH of one, and
+// at rest where a touch needs that.
 void ObjectRecall::note_answer(int env) const {
   const State& state = *engine_.state;
-  if (engine_.answers.given(env) || !is_manipulation(env) || !robot_is_static(state, env)) return;
+  if (engine_.answers.given(env) || !is_manipulation(env)) return;
+  if (touch_.static_needed() && !robot_is_static(state, env)) return;
   const int key = touched_object(state.prop_pos_of(env, 0), count(), state.tcp_pos.row(env),
                                  params_.GOAL_THRESH);
   if (key >= 0) engine_.answers.give(env, key, key == target_[env]);

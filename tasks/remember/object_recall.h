@@ -73,6 +73,8 @@ class ObjectRecall : public FamilyBase {
 
   // Counts a rest at the target as a success before the manipulation phase, too.
   void count_success_in_cue(bool counts) { success_in_cue_ = counts; }
+  // Whether a touch needs a robot that stands still.
+  void need_static(bool needed) { touch_.need_static(needed); }
 
   // Samples target and phase lengths.
   void begin_episode(const Episode& episode) const;

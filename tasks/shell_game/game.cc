@@ -1,5 +1,6 @@
 #include "tasks/shell_game/game.h"
 
+#include <algorithm>
 #include <array>
 
 #include "core/base/index.h"
@@ -88,12 +89,13 @@ void ShellGame::place_sphere(int env, int sphere, const Eigen::Vector3d& pos) co
   engine_.state->place_prop(env, sphere, pos.data(), kUprightQuat);
 }
 
-void ShellGame::play_free_mugs(int env, int ball) const {
+void ShellGame::play_free_mugs(int env, int ball, bool lifted_along) const {
   const int cup = target_[env];
   if (engine_.state->elapsed[env] == 0) {
     place_sphere(env, ball, mugs_.slot_pos(env, cup, params_.BALL_RADIUS));
   }
   if (manipulation_begins(env)) mugs_.stand_all(env);
+  if (lifted_along && is_manipulation(env)) return carry_ball(env, ball, cup);
   const Eigen::Vector3d over = mugs_.pos(env, cup);
   if (is_manipulation(env) && over.z() <= mugs_.resting_height() + kBallReleaseGap) {
     place_sphere(env, ball, {over.x(), over.y(), params_.BALL_RADIUS});
@@ -104,6 +106,13 @@ void ShellGame::play_free_mugs(int env, int ball) const {
 void ShellGame::cover_ball(int env, int ball, int mug) const {
   const bool covered = is_manipulation(env) && mugs_.hides(env, mug);
   engine_.state->covered[env] = std::uint64_t{covered} << ball;
+}
+
+void ShellGame::carry_ball(int env, int ball, int mug) const {
+  Eigen::Vector3d pos = mugs_.pos_inside(env, mug, params_.BALL_RADIUS);
+  pos.z() = std::max(pos.z(), params_.BALL_RADIUS);
+  place_sphere(env, ball, pos);
+  engine_.state->covered[env] = std::uint64_t{mugs_.encloses(env, mug)} << ball;
 }
 
 // --- success and info ---

@@ -101,10 +101,13 @@ class ShellGame : public FamilyBase {
   int add_goal_site(double radius);  // people see it, sensors do not
   void place_sphere(int env, int sphere, const Eigen::Vector3d& pos) const;
   // One step of the mugs and the ball where physics moves the mugs: hidden while the ball shows in
-  // its slot, then standing over it, then free, the ball going with its mug while that is low.
-  void play_free_mugs(int env, int ball) const;
+  // its slot, then standing over it, then free. The ball goes with its mug while that is low, or,
+  // if it is `lifted_along`, wherever that goes.
+  void play_free_mugs(int env, int ball, bool lifted_along = false) const;
   // Notes whether the mug over a ball keeps it from being seen.
   void cover_ball(int env, int ball, int mug) const;
+  // Puts a ball inside its mug, and notes likewise.
+  void carry_ball(int env, int ball, int mug) const;
 
   // --- success and info ---
 

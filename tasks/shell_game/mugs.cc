@@ -22,6 +22,15 @@ mjcf::Prop standing_mug(int slot, const ShellGameParams& params, const MugStance
   return mug;
 }
 
+// Tip of the axis of a mug so tilted that cameras see into it: a cosine, -1 upside down.
+constexpr double kLookInside = -0.75;
+
+// 0 up to `low`, 1 from `high` on, smooth in between.
+double rising(double value, double low, double high) {
+  const double t = std::clamp((value - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
 // Between two mugs side by side, or minus their overlap, m.
 double gap_between(mjcf::Prop mug, double slot_distance) {
   std::erase_if(mug.geoms, [](const mjcf::Geom& part) { return !part.collides; });
@@ -63,7 +72,10 @@ VariableHandle Mugs::declare_base(RandomVariables list) {
 }
 
 Mugs::Mugs(mjcf::Scene& scene, const ShellGameParams& params, const MugStance& stance)
-    : stance_(stance), slot_distance_(params.MIN_DIST), resting_height_(params.resting_height()) {
+    : stance_(stance),
+      slot_distance_(params.MIN_DIST),
+      resting_height_(params.resting_height()),
+      hiding_radius_(mjcf::kMugHides * params.mug_ratio()) {
   for (int slot = 0; slot < kCups; ++slot) {
     scene.props.push_back(standing_mug(slot, params, stance));
   }
@@ -97,13 +109,38 @@ void Mugs::stand(int env, int mug, const Eigen::Vector3d& pos) const {
 }
 
 bool Mugs::hides(int env, int mug) const {
-  constexpr double kLifted = 0.004;  // m: from there on light comes under the rim
-  constexpr double kLevel = 0.995;   // cosine of a mug's tilt that lets nothing be seen
+  constexpr double kLevel = 0.995;  // cosine of a mug's tilt that lets nothing be seen
   const State& state = *engine_.state;
   if (state.status_of(env, mug) == PropStatus::kHidden) return false;
-  const double* q = state.prop_quat_of(env, mug);
-  const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
-  return state.prop_pos_of(env, mug)[2] < resting_height_ + kLifted && std::abs(upright) > kLevel;
+  return state.prop_pos_of(env, mug)[2] < resting_height_ + kLiftThatShows &&
+         std::abs(axis_height(env, mug)) > kLevel;
+}
+
+bool Mugs::encloses(int env, int mug) const {
+  return engine_.state->status_of(env, mug) != PropStatus::kHidden &&
+         axis_height(env, mug) < kLookInside;
+}
+
+Eigen::Vector3d Mugs::pos_inside(int env, int mug, double radius) const {
+  constexpr double kLying = -0.25;  // cosines: from there on the ball lies on the wall,
+  constexpr double kMouthUp = 0.5;  // and on the foot
+  constexpr double kFoot = 0.005;   // m thick, at most
+  const double* q = engine_.state->prop_quat_of(env, mug);
+  const Eigen::Quaterniond turned(q[0], q[1], q[2], q[3]);
+  const double axis = axis_height(env, mug);
+  const double reach = resting_height_ - radius;
+  const double fallen = rising(axis, 0, kMouthUp);
+  const Eigen::Vector3d down = turned.conjugate() * -Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d inside(down.x(), down.y(), 0);
+  if (inside.norm() > 0) inside.normalize();
+  inside *= rising(axis, kLookInside, kLying) * std::max(0.0, hiding_radius_ - radius);
+  inside.z() = std::lerp(reach, kFoot - reach, fallen);
+  return pos(env, mug) + turned * inside;
+}
+
+double Mugs::axis_height(int env, int mug) const {
+  const double* q = engine_.state->prop_quat_of(env, mug);
+  return 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
 }
 
 void Mugs::stand_all(int env) const {

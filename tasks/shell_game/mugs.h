@@ -23,6 +23,9 @@ extern const MugStance kHandleTowardsRobot;  // where ShellGamePick expects it
 // under them.
 void check_mugs(const ShellGameParams& params, const MugStance& stance, double room = 0.001);
 
+// Light comes under the rim of a mug that is lifted by more, m.
+inline constexpr double kLiftThatShows = 0.004;
+
 class Mugs {
  public:
   // Random variable of the place of the row.
@@ -56,11 +59,20 @@ class Mugs {
   void stand_all(int env) const;
   // True if a mug stands over what is beneath it, so that no camera sees that.
   bool hides(int env, int mug) const;
+  // True if a mug is so upright that cameras, which look down, do not see into it.
+  bool encloses(int env, int mug) const;
+  // Position of a ball inside a mug, wherever that is: in the middle of its mouth, or on the wall
+  // and on the foot of one that lies.
+  Eigen::Vector3d pos_inside(int env, int mug, double radius) const;
 
  private:
+  // Height of the tip of a mug's axis, from foot to rim, as a unit vector: -1 upside down.
+  double axis_height(int env, int mug) const;
+
   MugStance stance_;
   double slot_distance_;   // m
   double resting_height_;  // m
+  double hiding_radius_;   // m
   Bindings engine_;
   Column<double> base_;  // (2) m: the center slot
 };

@@ -4,6 +4,14 @@
 
 namespace engram::tasks {
 
+TaskOption add_mug_at_goal(TaskInfo& info) {
+  return TaskOptions(info.options)
+      .on_off("mug_at_goal",
+              "1: the mug has to come within 1.6 GOAL_THRESH of the goal, not the ball within "
+              "GOAL_THRESH",
+              /*original=*/true);
+}
+
 void ShellGameParams::declare(ConstantBinder& constants) {
   constants.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown",
                   {"cue_steps", "length of the cue phase"});

@@ -26,6 +26,7 @@ const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // 
 // Least requirements of a lift.
 constexpr double kFingerRoom = 0.028;  // m, between two mugs
 constexpr double kLeastLift = 0.001;   // m
+constexpr double kLeastRise = 0.01;    // m, of the ball where its slot is in the goal region
 constexpr double kLiftPerStep = 0.01;  // m
 constexpr double kUsualLift = 0.02;    // m, in kTimeToPick
 constexpr int kTimeToPick = 19;        // control steps
@@ -34,8 +35,14 @@ struct PickParams : ShellGameParams {
   // Height of the goal's centre above a mug in its slot, m.
   double height() const { return BALL_RADIUS + kGoalFromBall.z() - resting_height(); }
   // Height to which a mug has to be lifted, m.
-  double lift() const { return height() - placed_distance(); }
+  double lift() const { return height() - placed_distance(GoalItem::kMug); }
+  // A mug that is moved farther is the robot's answer, m.
+  double answer_distance(GoalItem item) const {
+    return item == GoalItem::kMug ? lift() / 2 : kLiftThatShows;
+  }
 
+  // Why everybody would succeed; empty if that is not so.
+  std::string contradiction(GoalItem item) const;
   void declare(ConstantBinder& constants) {
     ShellGameParams::declare(constants);
     constants.fixed({{"HANDLE_OFFSET_X", HANDLE_OFFSET_X}, {"HANDLE_OFFSET_Y", HANDLE_OFFSET_Y}});
@@ -47,14 +54,16 @@ constexpr std::array<PickParams, 1> kVariants = {{
     {{.task = {"ShellGamePick-VLA-v0", 30, Split::kExtended, 0.90}, .GOAL_THRESH = 0.05}},
 }};
 
+std::string PickParams::contradiction(GoalItem item) const {
+  if (item == GoalItem::kBall || lift() >= kLeastLift) return {};
+  return "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
+         in_millimetres(placed_distance(item)) + ", and its centre is " + in_millimetres(height()) +
+         " above a cup that nobody has moved";
+}
+
 void PickParams::check(int horizon) const {
   check_mugs(*this, kHandleTowardsRobot, kFingerRoom);
-  if (lift() < kLeastLift) {
-    throw Error(Error::kInvalidArgument,
-                "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
-                    in_millimetres(placed_distance()) + ", and its centre is " +
-                    in_millimetres(height()) + " above a cup that nobody has moved");
-  }
+  require_goal(*this);
   const int more = static_cast<int>(std::max(0.0, lift() - kUsualLift) / kLiftPerStep);
   check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPick + more);
 }
@@ -84,17 +93,16 @@ class Pick final : public ShellGame {
       : ShellGame(
             entry, params,
             {.frozen = false, .success_reward = kSuccessReward, .stance = &kHandleTowardsRobot}),
-        placed_distance_(params.placed_distance()),
-        answer_distance_(params.lift() / 2),
+        pick_(params),
+        mug_at_goal_(add_mug_at_goal(info_)),
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)),
-        expert_(*this, params, params.lift()) {
+        expert_(*this, params) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer =
-        "the first cup that is moved by more than half the height to which it has to be lifted; "
-        "its "
-        "slot";
+        "the first cup that is moved by more than 4 mm, with mug_at_goal by more than half the "
+        "height to which it has to be lifted; its slot";
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
   }
@@ -102,6 +110,14 @@ class Pick final : public ShellGame {
   void bind(const Bindings& bindings) override {
     ShellGame::bind(bindings);
     is_grasped_ = bindings.outputs->add_privileged<std::uint8_t>("is_grasped");
+    item_ = goal_item(mug_at_goal_, bindings);
+    require_goal(pick_, item_);
+    answer_distance_ = pick_.answer_distance(item_);
+    if (item_ == GoalItem::kMug) {
+      expert_.lift_mug(pick_.lift());
+    } else {
+      expert_.lift_ball(kGoalFromBall.z(), pick_.GOAL_THRESH);
+    }
   }
 
   // --- phases ---
@@ -109,7 +125,7 @@ class Pick final : public ShellGame {
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       if (engine_.state->elapsed[env] == 0) place_sphere(env, goal_, goal_pos(env));
-      play_free_mugs(env, ball_);
+      play_free_mugs(env, ball_, /*lifted_along=*/item_ == GoalItem::kBall);
     }
   }
 
@@ -119,9 +135,9 @@ class Pick final : public ShellGame {
     for (int env = envs.begin; env < envs.end; ++env) {
       engine_.oracle_info[env] = target_[env];
       is_grasped_[env] = is_grasping(*engine_.state, env, target_[env]) ? 1 : 0;
-      const Eigen::Vector3d offset = goal_pos(env) - mugs_.pos(env, target_[env]);
+      const Eigen::Vector3d offset = goal_pos(env) - item_pos(env);
       conclude(env, {.obj_to_goal = offset,
-                     .placed = offset.norm() <= placed_distance_,
+                     .placed = offset.norm() <= pick_.placed_distance(item_) && is_lifted(env),
                      .still = robot_is_static(*engine_.state, env)});
       note_answer(env, moved_mug(env, answer_distance_));
     }
@@ -172,12 +188,24 @@ class Pick final : public ShellGame {
   Eigen::Vector3d handle_pos(int env) const {
     return mugs_.pos(env, target_[env]) + kHandleFromMug;
   }
+  // Position of what has to come to the goal.
+  Eigen::Vector3d item_pos(int env) const {
+    return item_ == GoalItem::kMug ? mugs_.pos(env, target_[env]) : prop_pos(env, ball_);
+  }
+  // A ball that lies in the goal region from the start has to be lifted all the same.
+  bool is_lifted(int env) const {
+    const double rise = prop_pos(env, ball_).z() - params().BALL_RADIUS;
+    return item_ == GoalItem::kMug || rise >= kLeastRise;
+  }
   double gripper_width(int env) const {
     const double* qpos = engine_.state->qpos.row(env);
     return qpos[kArmJoints] + qpos[kArmJoints + 1];
   }
-  double placed_distance_;  // m
-  double answer_distance_;  // m
+
+  PickParams pick_;
+  TaskOption mug_at_goal_;
+  GoalItem item_ = GoalItem::kBall;
+  double answer_distance_ = 0;  // m
   int ball_;
   int goal_;
   Column<std::uint8_t> is_grasped_;

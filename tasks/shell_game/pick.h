@@ -1,4 +1,5 @@
-// ShellGamePick: the mug that hides the ball has to be picked up by its handle and lifted.
+// ShellGamePick: the mug that hides the ball has to be picked up by its handle and lifted, the ball
+// in it, to a goal.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +11,7 @@ namespace engram::tasks {
 // Inputs of the dense reward.
 struct PickInputs {
   double to_handle = 0;      // TCP to the handle, m
-  double to_goal = 0;        // mug to the goal's centre, m
+  double to_goal = 0;        // mug or ball to the goal's centre, m
   double arm_speed = 0;      // rad/s
   double gripper_width = 0;  // m: 0 closed, 0.08 open
   bool grasped = false;

@@ -25,13 +25,15 @@ constexpr double kLift = 0.02;           // m, of the mug, or more if the goal a
 constexpr double kIntoGoal = 0.006;      // m
 constexpr double kSqueeze = -1;          // drives the fingers into what they hold
 constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
+constexpr double kBallIntoGoal = 0.012;  // m
+constexpr double kMostLead = 0.045;      // m: faster, and the mug slips
 constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
 
 constexpr int kMiddleSlot = 1;
 
 }  // namespace
 
-PickExpert::PickExpert(const ShellGame& game, const ShellGameParams& params, double lift)
+PickExpert::PickExpert(const ShellGame& game, const ShellGameParams& params)
     : ShellGameExpert(game),
       grip_from_mug_(params.mug_ratio() * kGripFromMug +
                      std::max(0.0, 1 - params.mug_ratio()) * kFartherOut),
@@ -39,8 +41,17 @@ PickExpert::PickExpert(const ShellGame& game, const ShellGameParams& params, dou
       hover_height_(kHoverHeight + std::max(0.0, params.extra_height())),
       grip_radius_(kGripRadius * std::min(1.0, params.mug_ratio())),
       holding_width_(kHoldingWidth * params.mug_ratio()),
-      lift_(std::max(kLift, lift + kIntoGoal)),
       grip_tool_(tool_down(kGripYaw)) {}
+
+void PickExpert::lift_mug(double lift) {
+  ball_ = false;
+  lift_ = std::max(kLift, lift + kIntoGoal);
+}
+
+void PickExpert::lift_ball(double height, double reach) {
+  ball_ = true;
+  ball_height_ = std::max(kLift, height - std::max(0.0, reach - kBallIntoGoal));
+}
 
 void PickExpert::act(Range envs, Script script, FloatRows actions) const {
   for (int env = envs.begin; env < envs.end; ++env) {
@@ -68,11 +79,21 @@ void PickExpert::pick(int env, int slot, float* action) const {
     goal.z() = std::max(goal.z(), hover_height_);
   } else if (holding || lifted > kTakenUp) {
     gripper = kSqueeze;
-    goal = tcp + Eigen::Vector3d(0, 0, lifted > lift_ ? 0 : kLiftLead);
+    goal = ball_ ? raised(env, slot) : tcp + Eigen::Vector3d(0, 0, lifted > lift_ ? 0 : kLiftLead);
   } else if (closing) {
     gripper = kSqueeze;
   }
   servo_tcp(state, env, goal, grip_tool_, gripper, action);
+}
+
+// Where the tool brings what is inside the mug to its goal.
+Eigen::Vector3d PickExpert::raised(int env, int slot) const {
+  const Mugs& mugs = game_.mugs();
+  const double radius = game_.params().BALL_RADIUS;
+  Eigen::Vector3d way =
+      mugs.slot_pos(env, slot, radius + ball_height_) - mugs.pos_inside(env, slot, radius);
+  if (way.norm() > kMostLead) way *= kMostLead / way.norm();
+  return game_.tcp_pos(env) + way;
 }
 
 // Angle by which the tool still has to turn.

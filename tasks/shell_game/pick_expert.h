@@ -7,13 +7,18 @@ namespace engram::tasks {
 
 class PickExpert final : public ShellGameExpert {
  public:
-  // `lift`: of a mug to the goal region, m.
-  PickExpert(const ShellGame& game, const ShellGameParams& params, double lift);
+  PickExpert(const ShellGame& game, const ShellGameParams& params);
+
+  // The mug has to be lifted by `lift`, m.
+  void lift_mug(double lift);
+  // The ball in it has to come within `reach` of a point `height` above where it lies, m.
+  void lift_ball(double height, double reach);
 
   void act(Range envs, Script script, FloatRows actions) const override;
 
  private:
   void pick(int env, int slot, float* action) const;
+  Eigen::Vector3d raised(int env, int slot) const;
   double remaining_turn(int env) const;
 
   Eigen::Vector3d grip_from_mug_;  // m
@@ -21,8 +26,10 @@ class PickExpert final : public ShellGameExpert {
   double hover_height_;            // m
   double grip_radius_;             // m
   double holding_width_;           // m
-  double lift_;                    // m
   Eigen::Quaterniond grip_tool_;
+  double lift_ = 0;         // of a mug, m
+  bool ball_ = false;       // it counts where the ball comes
+  double ball_height_ = 0;  // of its goal above its slot, m
 };
 
 }  // namespace engram::tasks

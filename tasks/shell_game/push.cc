@@ -22,21 +22,30 @@ const Eigen::Vector3d kGoalFromBall(0.1, 0, 0.03);  // m
 
 // Least requirements of a push.
 constexpr double kLeastTravel = 0.001;  // m
+constexpr double kLeastPush = 0.01;     // m, where the ball's slot is in the goal region
 constexpr int kTimeToPush = 19;         // control steps
 
 struct PushParams : ShellGameParams {
-  // Vector from a mug in its slot to the goal's centre, m.
-  Eigen::Vector3d offset() const {
+  // Vector to the goal's centre from the mug or the ball in its slot, m.
+  Eigen::Vector3d offset(GoalItem item) const {
+    if (item == GoalItem::kBall) return kGoalFromBall;
     return kGoalFromBall + Eigen::Vector3d(0, 0, BALL_RADIUS - resting_height());
   }
-  // Least distance of a mug from the goal region, m.
-  double least_distance() const { return offset().norm() - placed_distance(); }
-  // Distance by which a mug has to be pushed, m; none that are not at the goal's height.
-  double travel() const {
-    const double height = offset().z();
-    return offset().x() - std::sqrt(placed_distance() * placed_distance() - height * height);
+  // Distance by which the mug has to be pushed, m.
+  double travel(GoalItem item) const {
+    const double height = offset(item).z();
+    const double reach = placed_distance(item);
+    const double way = offset(item).x() - std::sqrt(reach * reach - height * height);
+    return item == GoalItem::kMug ? way : std::max(way, kLeastPush);
+  }
+  // A mug that is moved farther is the robot's answer, m.
+  double answer_distance(GoalItem item) const {
+    if (item == GoalItem::kBall) return kLiftThatShows;
+    return (offset(item).norm() - placed_distance(item)) / 2;
   }
 
+  // Why nobody could succeed, or everybody would; empty if neither is so.
+  std::string contradiction(GoalItem item) const;
   void check(int horizon) const;
 };
 
@@ -44,21 +53,27 @@ constexpr std::array<PushParams, 1> kVariants = {{
     {{.task = {"ShellGamePush-VLA-v0", 30, Split::kShort}, .GOAL_THRESH = 0.06}},
 }};
 
+std::string PushParams::contradiction(GoalItem item) const {
+  const double placed = placed_distance(item);
+  const double height = offset(item).z();
+  if (item == GoalItem::kBall) {
+    if (placed - height >= kLeastTravel) return {};
+    return "balls never are in the goal region: GOAL_THRESH = " + in_millimetres(placed) +
+           ", and its centre is " + in_millimetres(height) + " above a ball's";
+  }
+  if (std::abs(height) >= placed) {
+    return "cups never are in the goal region: 1.6 x GOAL_THRESH = " + in_millimetres(placed) +
+           ", and its centre is " + in_millimetres(height) + " above a cup's origin";
+  }
+  if (travel(item) >= kLeastTravel) return {};
+  return "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
+         in_millimetres(placed) + ", and its centre is " + in_millimetres(offset(item).norm()) +
+         " from a cup that nobody has moved";
+}
+
 void PushParams::check(int horizon) const {
   check_mugs(*this, kUpsideDown);
-  const double placed = placed_distance();
-  if (std::abs(offset().z()) >= placed) {
-    throw Error(Error::kInvalidArgument,
-                "cups never are in the goal region: 1.6 x GOAL_THRESH = " + in_millimetres(placed) +
-                    ", and its centre is " + in_millimetres(offset().z()) +
-                    " above a cup's origin");
-  }
-  if (travel() < kLeastTravel) {
-    throw Error(Error::kInvalidArgument,
-                "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
-                    in_millimetres(placed) + ", and its centre is " +
-                    in_millimetres(offset().norm()) + " from a cup that nobody has moved");
-  }
+  require_goal(*this);
   check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
 }
 
@@ -78,17 +93,27 @@ class Push final : public ShellGame {
  public:
   Push(const RegistryEntry& entry, const PushParams& params)
       : ShellGame(entry, params, {.success_reward = kSuccessReward}),
-        placed_distance_(params.placed_distance()),
-        answer_distance_(params.least_distance() / 2),
+        push_(params),
+        mug_at_goal_(add_mug_at_goal(info_)),
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)),
-        expert_(*this, params, params.travel()) {
+        expert_(*this, params) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer =
-        "the first cup that is moved by more than half the least way to the goal region; its slot";
+        "the first cup that is moved by more than 4 mm, with mug_at_goal by more than half the "
+        "least way to the goal region; its slot";
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
+  }
+
+  void bind(const Bindings& bindings) override {
+    ShellGame::bind(bindings);
+    item_ = goal_item(mug_at_goal_, bindings);
+    require_goal(push_, item_);
+    answer_distance_ = push_.answer_distance(item_);
+    const double travel = push_.travel(item_);
+    expert_.set_goal(item_, travel, push_.placed_distance(item_), kGoalFromBall.x() - travel);
   }
 
   // --- phases ---
@@ -105,9 +130,9 @@ class Push final : public ShellGame {
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       engine_.oracle_info[env] = target_[env];
-      const Eigen::Vector3d offset = goal_pos(env) - mugs_.pos(env, target_[env]);
+      const Eigen::Vector3d offset = goal_pos(env) - item_pos(env);
       conclude(env, {.obj_to_goal = offset,
-                     .placed = offset.norm() <= placed_distance_,
+                     .placed = offset.norm() <= push_.placed_distance(item_) && is_pushed(env),
                      .still = robot_is_static(*engine_.state, env, kStaticSpeed)});
       note_answer(env, moved_mug(env, answer_distance_));
     }
@@ -149,9 +174,20 @@ class Push final : public ShellGame {
   Eigen::Vector3d goal_pos(int env) const {
     return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
   }
+  // Position of what has to come to the goal.
+  Eigen::Vector3d item_pos(int env) const {
+    return item_ == GoalItem::kMug ? mugs_.pos(env, target_[env]) : prop_pos(env, ball_);
+  }
+  // A ball that lies in the goal region from the start has to be pushed all the same.
+  bool is_pushed(int env) const {
+    const double way = prop_pos(env, ball_).x() - mugs_.base(env).x();
+    return item_ == GoalItem::kMug || way >= kLeastPush;
+  }
 
-  double placed_distance_;  // m
-  double answer_distance_;  // m
+  PushParams push_;
+  TaskOption mug_at_goal_;
+  GoalItem item_ = GoalItem::kBall;
+  double answer_distance_ = 0;  // m
   int ball_;
   int goal_;
   PushExpert expert_;

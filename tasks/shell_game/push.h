@@ -1,4 +1,4 @@
-// ShellGamePush: the mug that hides the ball has to be pushed forward.
+// ShellGamePush: the mug that hides the ball has to be pushed forward, to bring the ball to a goal.
 #pragma once
 
 #include "tasks/family.h"
@@ -8,7 +8,7 @@ namespace engram::tasks {
 // Inputs of the dense reward.
 struct PushInputs {
   double distance = 0;   // TCP to the mug, m
-  double to_goal = 0;    // mug to the goal's centre, m
+  double to_goal = 0;    // mug or ball to the goal's centre, m
   double arm_speed = 0;  // rad/s
   bool robot_static = false;
   bool placed = false;

@@ -21,19 +21,28 @@ constexpr double kFunnelSlope = 1.2;
 
 // Without memory: pushes all of them with the hand.
 constexpr double kSweepTravel = 0.012;
+constexpr double kSweepIntoGoal = 0.004;
+constexpr double kSweepLead = 0.06;
 constexpr double kSweepBehind = 0.12;
 constexpr double kSweepHeight = 0.03;
 constexpr double kSweepClear = 0.02;
 
 }  // namespace
 
-PushExpert::PushExpert(const ShellGame& game, const ShellGameParams& params, double travel)
+PushExpert::PushExpert(const ShellGame& game, const ShellGameParams& params)
     : ShellGameExpert(game),
       behind_(kBehind * params.mug_ratio()),
       push_height_(kPushHeight * params.mug_ratio()),
-      travel_(std::max(kTravel, travel + std::min(kIntoGoal, 0.2 * params.placed_distance()))),
-      lead_(std::min(kPushLead, params.placed_distance())),
       half_pitch_(params.MIN_DIST / 2) {}
+
+void PushExpert::set_goal(GoalItem item, double travel, double reach, double leeway) {
+  const bool mug = item == GoalItem::kMug;
+  travel_ = std::max(kTravel, travel + std::min(kIntoGoal, 0.2 * reach));
+  lead_ = std::min(kPushLead, mug ? reach : leeway);
+  first_lead_ = mug ? lead_ : kPushLead;
+  sweep_travel_ = mug ? kSweepTravel : travel + kSweepIntoGoal;
+  sweep_lead_ = mug ? lead_ : kSweepLead;
+}
 
 void PushExpert::act(Range envs, Script script, FloatRows actions) const {
   for (int env = envs.begin; env < envs.end; ++env) {
@@ -56,10 +65,11 @@ void PushExpert::push(int env, int slot, float* action) const {
     return;
   }
   const Eigen::Vector3d tcp = game_.tcp_pos(env);
+  const double lead = std::max(lead_, std::min(first_lead_, travel_ - moved));
   const bool pushing =
       std::abs(tcp.y() - start.y()) < kLaneWidth && tcp.z() < push_height_ + kPushHeightBand;
   const Eigen::Vector3d goal =
-      pushing ? Eigen::Vector3d(tcp.x() + lead_, start.y(), start.z())
+      pushing ? Eigen::Vector3d(tcp.x() + lead, start.y(), start.z())
               : approach_by_funnel(game_.state(), env, start, kFunnel, kFunnelSlope);
   servo_tcp(game_.state(), env, goal, kToolDown, kGripperClosed, action);
 }
@@ -68,7 +78,9 @@ void PushExpert::push(int env, int slot, float* action) const {
 void PushExpert::sweep(int env, float* action) const {
   const Mugs& mugs = game_.mugs();
   const Eigen::Vector3d center = mugs.base(env);
-  const auto pushed = [&](int slot) { return mugs.pos(env, slot).x() - center.x() > kSweepTravel; };
+  const auto pushed = [&](int slot) {
+    return mugs.pos(env, slot).x() - center.x() > sweep_travel_;
+  };
   const bool pair = pushed(0) && pushed(1);
   if (pair && pushed(2)) {
     hold_tcp(kGripperClosed, action);
@@ -82,7 +94,7 @@ void PushExpert::sweep(int env, float* action) const {
   if (!low) {
     goal = approach_by_funnel(game_.state(), env, start, kFunnel, kFunnelSlope);
   } else if (std::abs(tcp.y() - start.y()) < kLaneWidth) {
-    goal.x() = tcp.x() + lead_;
+    goal.x() = tcp.x() + sweep_lead_;
   } else if (tcp.x() > start.x() + kSweepClear) {
     goal.y() = tcp.y();
   }

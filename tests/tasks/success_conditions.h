@@ -79,20 +79,21 @@ class LiftedPresses {
 
 // --- remember, find-imposter ---
 
-// The tool stands still at the right object, once objects may be touched.
+// The tool is at the right object, and stands still if it has to, once objects may be touched.
 class TouchedObject : public Judge {
  public:
-  explicit TouchedObject(Timing timing) : timing_(timing) {}
+  TouchedObject(Timing timing, bool still) : timing_(timing), still_(still) {}
   bool holds(const Spectator& scene) override {
     const bool two = scene.width("oracle_info") == 2;  // shape, colour
     const int key = two ? 3 * scene.info_int("oracle_info", 0) + scene.info_int("oracle_info", 1)
                         : scene.info_int("oracle_info");
-    return (scene.pos(key) - scene.tcp()).norm() <= 0.05 && scene.still() &&
+    return (scene.pos(key) - scene.tcp()).norm() <= 0.05 && (scene.still() || !still_) &&
            scene.elapsed() >= timing_.begin;
   }
 
  private:
   Timing timing_;
+  bool still_;
 };
 
 // --- shell games ---
@@ -131,15 +132,14 @@ class TouchedMug : public Judge {
   int slot_mug_ = 0;
 };
 
-// The right mug has been brought to its goal, a fixed way from the ball, and the robot is slow.
-class MovedMug : public Judge {
+// The ball has been brought to its goal, a fixed way from where it lay, and the robot is slow.
+class MovedBall : public Judge {
  public:
-  MovedMug(Timing timing, const Point& way, double reach, double slowness)
+  MovedBall(Timing timing, const Point& way, double reach, double slowness)
       : timing_(timing), way_(way), reach_(reach), slowness_(slowness) {}
   bool holds(const Spectator& scene) override {
     if (scene.elapsed() == 0) goal_ = scene.pos("red_ball") + way_;
-    const int mug = scene.prop(kMugs[static_cast<std::size_t>(scene.info_int("oracle_info"))]);
-    return (goal_ - scene.pos(mug)).norm() <= reach_ && scene.still(slowness_) &&
+    return (goal_ - scene.pos("red_ball")).norm() <= reach_ && scene.still(slowness_) &&
            scene.elapsed() >= timing_.begin;
   }
 
@@ -423,12 +423,13 @@ class BatteriesFound : public Judge {
 // The judge of a family of the benchmark; nullptr for others.
 inline std::unique_ptr<Judge> make_judge(std::string_view family, Timing timing) {
   const auto is = [family](std::string_view prefix) { return family.starts_with(prefix); };
-  if (is("Remember") || is("FindImposter")) return std::make_unique<TouchedObject>(timing);
+  if (is("Remember")) return std::make_unique<TouchedObject>(timing, true);
+  if (is("FindImposter")) return std::make_unique<TouchedObject>(timing, false);
   if (is("ShellGamePush")) {
-    return std::make_unique<MovedMug>(timing, Point(0.1, 0, 0.03), 1.6 * 0.06, 0.3);
+    return std::make_unique<MovedBall>(timing, Point(0.1, 0, 0.03), 0.06, 0.3);
   }
   if (is("ShellGamePick")) {
-    return std::make_unique<MovedMug>(timing, Point(0, 0, 0.125), 1.6 * 0.05, 0.2);
+    return std::make_unique<MovedBall>(timing, Point(0, 0, 0.125), 0.05, 0.2);
   }
   if (is("ShellGame")) return std::make_unique<TouchedMug>(timing);
   if (is("ChainOfColors")) return std::make_unique<TouchedColors>(timing, true);

@@ -55,6 +55,27 @@ TEST_CASE("A tool comes to rest at every stop, and stays at the last", "[parts][
   CHECK(rig.next(kLeft).goal == kLeft);
 }
 
+TEST_CASE("A tour without rests begins before the middle and passes its stops", "[parts][tour]") {
+  const Rig rig;
+  const auto next = [&rig](const Eigen::Vector3d& tool) {
+    test::step_at(*rig.env, tool);
+    rig.env->state().qvel.row(0)[0] = 0.5;
+    return rig.tour.next(rig.env->state(), 0, {.rests = false});
+  };
+  const auto is_at = [](const Eigen::Vector3d& goal, const Eigen::Vector3d& stop) {
+    return (goal - stop).head<2>().norm() < 0.02;
+  };
+  for (const double y : {-0.1, 0.0, 0.1}) CHECK(is_at(next({0.05, y, 0.2}).goal, kRight));
+  // A fast tool goes on at once, to a point beyond the next stop.
+  const Tour::Target passing = next(kRight);
+  CHECK(is_at(passing.goal, kMiddle));
+  CHECK(passing.goal.y() > kMiddle.y());
+  CHECK_FALSE(passing.rest);
+  CHECK(is_at(next({0.05, -0.05, kHeight}).goal, kMiddle));
+  CHECK(is_at(next(kMiddle).goal, kLeft));
+  CHECK(next(kLeft).rest);
+}
+
 TEST_CASE("Tours that are repeated rise first, and go the other way every other time",
           "[parts][tour]") {
   const Rig rig;

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/tasks/first_answer.h"
+#include "tests/tasks/pose_tool.h"
 #include "tests/tasks/remember/recall_env.h"
 
 namespace engram {
@@ -132,6 +134,72 @@ TEST_CASE("A pinned permutation deals the places as in the example", "[find_impo
                     "pin 'permutation': value 1 given twice, different values allowed");
   options.pins = {{"imposter", {3}}};
   CHECK_THROWS_WITH(make_env("FindImposterShape3-VLA-v0", options), Catch::Contains("0 to 2"));
+}
+
+// "Success: TCP within GOAL_THRESH of the imposter in the manipulation phase."
+TEST_CASE(
+    "Success is a tool within GOAL_THRESH of the imposter, at rest under the original's rules",
+    "[find_imposter][rules]") {
+  for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
+    for (const char* id : {"FindImposterColor5-VLA-v0", "FindImposterShape5-VLA-v0",
+                           "FindImposterShapeAndColor3x3-VLA-v0"}) {
+      INFO(id << ", rules " << static_cast<int>(rules));
+      const bool static_needed = rules == Rules::kOriginal;
+      BatchOptions options;
+      options.substeps = 0;
+      options.rules = rules;
+      options.pins = {{"imposter", {4}}, {"cue_steps", {1}}, {"empty_steps", {2}}};
+      const auto env = make_env(id, options);
+      env->reset();
+      // After a step with the tool so far above an object, and a joint at that speed.
+      const auto succeeds = [&](int key, double height, double speed) {
+        test::pose_tool(*env, object_pos(*env, key) + Eigen::Vector3d(0, 0, height));
+        env->state().qvel.row(0)[0] = speed;
+        test::step(*env, Policy::kZero);
+        return env->success()[0] != 0;
+      };
+      const double above = 0.05 - 1e-4;
+      test::step_at(*env, stored_pos(*env, 4));  // the table is empty
+      CHECK(env->success()[0] == 0);
+      test::pose_tool(*env, {0.1, 0, 0.3});
+      test::step(*env, Policy::kZero);  // objects appear
+      test::step(*env, Policy::kZero);
+      CHECK_FALSE(test::first_answer(*env).given);
+      CHECK_FALSE(succeeds(4, 0.0502, 0.3));
+      CHECK_FALSE(test::first_answer(*env).given);
+      CHECK(succeeds(4, above, 0.3) == !static_needed);
+      CHECK(test::first_answer(*env) ==
+            (static_needed ? test::FirstAnswer{} : test::FirstAnswer{true, 4, true}));
+      CHECK(*row<std::uint8_t>(env->output("is_robot_static"), 0) == 0);
+      CHECK(succeeds(4, above, 0.2));
+      CHECK(env->reward()[0] == 1);
+      CHECK_FALSE(succeeds(4, 0.0502, 0));
+      CHECK_FALSE(succeeds(3, above, 0));
+      CHECK(env->terminated()[0] == 0);
+    }
+  }
+}
+
+TEST_CASE("To pass by an object is an answer where the arm need not stand still",
+          "[find_imposter][answer]") {
+  for (const double needed : {0.0, 1.0}) {
+    BatchOptions options;
+    options.substeps = 0;
+    options.task_options = {{"static_needed", needed}, {kStrictOption, 1}};
+    options.pins = {{"imposter", {4}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
+    const auto env = make_env("FindImposterColor9-VLA-v0", options);
+    env->reset();
+    test::step(*env, Policy::kZero);
+    test::step(*env, Policy::kZero);
+    for (const int key : {2, 4}) {
+      test::pose_tool(*env, object_pos(*env, key) + Eigen::Vector3d(0, 0, 0.03));
+      env->state().qvel.row(0)[0] = key == 2 ? 0.5 : 0;
+      test::step(*env, Policy::kZero);
+    }
+    CHECK(test::first_answer(*env) ==
+          (needed == 0 ? test::FirstAnswer{true, 2, false} : test::FirstAnswer{true, 4, true}));
+    CHECK((env->success()[0] != 0) == (needed != 0));
+  }
 }
 
 // The place of the cue phase in which a key appears.

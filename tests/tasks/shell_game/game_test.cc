@@ -371,10 +371,12 @@ TEST_CASE("Touch asks for phase, distance, stillness and mugs in their places", 
   CHECK(env->terminated()[0] == 0);
 }
 
-TEST_CASE("The mug, not the ball, has to reach the goal of Push and Pick", "[shell]") {
+TEST_CASE("The mug has to reach the goal of Push and Pick under the original's rules",
+          "[shell][rules]") {
   for (const bool push : {true, false}) {
     BatchOptions options = pinned({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}});
     options.substeps = 0;
+    options.rules = Rules::kOriginal;
     const auto env = make_env(push ? "ShellGamePush-VLA-v0" : "ShellGamePick-VLA-v0", options);
     env->reset();
     test::step(*env, Policy::kZero);
@@ -403,10 +405,12 @@ TEST_CASE("The mug, not the ball, has to reach the goal of Push and Pick", "[she
   }
 }
 
-TEST_CASE("A mug that is lifted leaves its ball behind", "[shell]") {
+TEST_CASE("A mug that is lifted leaves its ball behind under the original's rules",
+          "[shell][rules]") {
   BatchOptions options = pinned({{"cue_steps", {1}}, {"cup_with_ball_number", {1}}});
   options.substeps = 0;
   options.terminate_on_success = false;
+  options.rules = Rules::kOriginal;
   const auto env = make_env("ShellGamePick-VLA-v0", options);
   env->reset();
   test::step(*env, Policy::kZero);

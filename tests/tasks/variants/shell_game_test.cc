@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/env/queries.h"
 #include "mjcf/mug.h"
+#include "protocol/batch/make.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/shell_game/ids.h"
 #include "tests/tasks/variants/constant_text.h"
@@ -229,16 +230,18 @@ TEST_CASE("A touch is as near as GOAL_THRESH", "[variants][shell]") {
   }
 }
 
-TEST_CASE("A cup that is moved has to come within 1.6 GOAL_THRESH of the goal",
-          "[variants][shell]") {
+TEST_CASE(
+    "A cup that is moved has to come within 1.6 GOAL_THRESH of the goal by the original's rules",
+    "[variants][shell][rules]") {
   for (const bool push : {true, false}) {
     for (const double radius : {0.02, 0.03}) {
       const double thresh = 0.03;
       INFO((push ? kPush : kPick) << " " << radius);
       const ConstantTable constants = {
           {"GOAL_THRESH", thresh}, {"BALL_RADIUS", radius}, {"MUG_SCALE", 1.0}};
-      const auto env = make_reset(push ? kPush : kPick, constants,
-                                  still({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}}));
+      MakeOptions options = still({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}});
+      options.rules = Rules::kOriginal;
+      const auto env = make_reset(push ? kPush : kPick, constants, options);
       wait(*env);
       const Vector3d home = pos(*env, 0);
       const Vector3d goal = push ? Vector3d(home.x() + 0.1, home.y(), radius + 0.03)
@@ -271,10 +274,7 @@ TEST_CASE("Shell games that contradict themselves are refused", "[variants][shel
       {kTouch, {{"GOAL_THRESH", 0.06}}, "at least 69 mm allowed"},
       {kLamp, {{"MUG_SCALE", 1.6}}, "at least 81 mm allowed"},
       {kShuffleLamp, {{"GOAL_THRESH", 0.2}}, "less than MIN_DIST 0.2 allowed"},
-      {kPush, {{"GOAL_THRESH", 0.063}}, "in the goal region from the start"},
       {kPush, {{"GOAL_THRESH", 0.01}, {"BALL_RADIUS", 0.04}}, "never are in the goal region"},
-      {kPick, {{"GOAL_THRESH", 0.058}}, "1.6 x GOAL_THRESH = 93 mm"},
-      {kPick, {{"MUG_SCALE", 1.6}}, "in the goal region from the start"},
       {kPick, {{"MIN_DIST", 0.14}}, "at least 28 mm allowed"},
       {kTouch, {{"CUE_PHASE_STEPS", 25}}, "CUE_PHASE_STEPS 25 + 12 to act = 37 control steps"},
       {kPick, {{"CUE_PHASE_STEPS", ConstantList{1, 12}}}, "12 + 19 to act = 31 control steps"},
@@ -287,6 +287,28 @@ TEST_CASE("Shell games that contradict themselves are refused", "[variants][shel
   for (const Refused& row : refused) {
     INFO(row.id << ": " << row.says);
     CHECK_THROWS_WITH(make_task(row.id, row.constants), Contains(row.says));
+  }
+}
+
+TEST_CASE("Goal regions that contradict the original's rules are refused under these",
+          "[variants][shell][rules]") {
+  struct Refused {
+    const char* id;
+    ConstantTable constants;
+    const char* says;
+  };
+  const std::vector<Refused> refused = {
+      {kPush, {{"GOAL_THRESH", 0.063}}, "in the goal region from the start"},
+      {kPick, {{"GOAL_THRESH", 0.058}}, "1.6 x GOAL_THRESH = 93 mm"},
+      {kPick, {{"MUG_SCALE", 1.6}}, "in the goal region from the start"},
+  };
+  for (const Refused& row : refused) {
+    INFO(row.id << ": " << row.says);
+    MakeOptions options;
+    options.constants = row.constants;
+    CHECK_NOTHROW(make(row.id, options));
+    options.rules = Rules::kOriginal;
+    CHECK_THROWS_WITH(make(row.id, options), Contains(row.says));
   }
 }
 
