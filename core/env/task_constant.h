@@ -13,6 +13,7 @@ namespace engram {
 // Constants that every task has.
 inline constexpr const char* kHorizonConstant = "max_episode_steps";
 inline constexpr const char* kNoiseConstant = "robot_init_qpos_noise";
+inline constexpr const char* kRobotConstant = "robot_uids";
 
 // One constant, as this task has it.
 struct TaskConstant {

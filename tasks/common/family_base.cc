@@ -8,7 +8,9 @@
 
 namespace engram::tasks {
 
-FamilyBase::FamilyBase(const RegistryEntry& entry) : info_(describe(entry)) {}
+FamilyBase::FamilyBase(const RegistryEntry& entry) : info_(describe(entry)) {
+  scene_.wrist_camera = entry.wrist_camera;
+}
 
 void FamilyBase::set_constants(std::vector<TaskConstant> constants) {
   if (!info_.answer.empty()) {
