@@ -36,6 +36,7 @@ template <class Made, const auto& kVariants>
 std::unique_ptr<Task> make_variant(const RegistryEntry& entry, const ConstantTable& chosen) {
   auto params = find_variant(kVariants, entry.base);
   RegistryEntry own = entry;
+  own.horizon = params.task.horizon;
   ConstantBinder constants(chosen);
   params.declare(constants);
   declare_common(constants, own);
