@@ -270,6 +270,10 @@ engram_status engram_step(engram_env* env, const float* actions, size_t count) {
   return with_env(env, [&](engram_env& of) { of.batch->step({actions, count}); });
 }
 
+engram_status engram_step_no_action(engram_env* env) {
+  return with_env(env, [](engram_env& of) { of.batch->step_no_action(); });
+}
+
 engram_status engram_step_async(engram_env* env, const float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
   return with_claim(env, [&](Claim& claim) {

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
+#include <vector>
 
 #include "apps/options.h"
 #include "apps/output.h"
+#include "protocol/batch/benchmark_csv.h"
 #include "protocol/batch/task_description.h"
 
 namespace engram::apps {
@@ -14,9 +17,20 @@ namespace {
 struct ListOptions {
   TaskFilter filter;
   bool json = false;
+  bool csv = false;
 };
 
+void print_csv(const std::vector<const RegistryEntry*>& entries) {
+  if (std::ranges::none_of(entries, &RegistryEntry::canonical)) {
+    throw Error(Error::kInvalidArgument,
+                "--csv: filters that leave no task of the canonical benchmark given; its 90 tasks "
+                "are those of --split short, medium and long");
+  }
+  print(benchmark_csv(entries));
+}
+
 void run(const ListOptions& options) {
+  if (options.csv) return print_csv(select(options.filter));
   ConstantList tasks;
   for (const RegistryEntry* entry : select(options.filter)) {
     tasks.emplace_back(describe_entry(*entry));
@@ -46,7 +60,12 @@ void add_list_command(const Command& program) {
   const auto options = std::make_shared<ListOptions>();
   const Command command = program.add_command("list", "The registered tasks");
   add_filter(command, options->filter);
-  add_json(command, options->json);
+  const Option json = add_json(command, options->json);
+  command
+      .add_flag("--csv", options->csv,
+                "The canonical benchmark's tasks as mikasa_robo_vla_envs.csv has them, with "
+                "semicolons between the columns")
+      .excludes(json);
   command.on_run([options] { run(*options); });
 }
 

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "protocol/formats/document.h"
+
 namespace engram::apps {
 namespace {
 
@@ -81,21 +83,23 @@ void add_switch(const Command& command, const char* option, Field& field, bool s
       option, [&field, sets] { field = sets; }, help);
 }
 
-constexpr std::string_view kConstantForm = "NAME=VALUE or NAME=VALUE,VALUE,...";
+constexpr std::string_view kConstantForm =
+    "NAME=VALUE, NAME=VALUE,VALUE,... or NAME=JSON, a list or an object,";
 constexpr std::string_view kPinForm = "NAME=NUMBER or NAME=NUMBER,NUMBER,...";
 constexpr std::string_view kOptionForm = "NAME=NUMBER";
 
 // NAME=VALUE,VALUE,...; at least one value, which may be empty.
 struct Setting {
   std::string name;
+  std::string_view text;                 // all values, of the text
   std::vector<std::string_view> values;  // of the text
 };
 
 Setting split_setting(std::string_view option, const std::string& text, std::string_view form) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) refuse(option, text, form);
-  Setting setting{text.substr(0, equals), {}};
   std::string_view rest = std::string_view(text).substr(equals + 1);
+  Setting setting{text.substr(0, equals), rest, {}};
   while (true) {
     const std::size_t comma = rest.find(',');
     setting.values.push_back(rest.substr(0, comma));
@@ -147,6 +151,11 @@ TaskOptionValue parse_option(const std::string& text) {
 
 std::pair<std::string, Constant> parse_constant(const std::string& text) {
   Setting setting = split_setting("--set", text, kConstantForm);
+  if (setting.text.starts_with('[') || setting.text.starts_with('{')) {
+    std::optional<Document> value = parse_document(setting.text);
+    if (!value) refuse("--set", text, kConstantForm);
+    return {std::move(setting.name), std::move(*value)};
+  }
   ConstantList values;
   for (const std::string_view part : setting.values) {
     if (part.empty()) refuse("--set", text, kConstantForm);
@@ -334,8 +343,8 @@ void add_constants(const Command& command, ConstantTable& constants) {
   command
       .add_repeatable(
           "--set", take,
-          "Changes a constant of the task: COLORS=7, CUE_PHASE_STEPS=30,50 (repeatable; "
-          "`engram info ID` lists them)")
+          "Changes a constant of the task: COLORS=7, CUE_PHASE_STEPS=30,50, or as `engram info ID "
+          "--json` prints it (repeatable; `engram info ID` lists them)")
       .type_name("NAME=VALUE");
 }
 

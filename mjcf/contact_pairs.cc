@@ -57,12 +57,24 @@ struct GeomGroup {
   Material material;
 };
 
+// The robot's, by link.
+using LinkGroups = std::array<GeomGroup, kLinkCount>;
+
 GeomGroup group_of(Link link) {
   GeomGroup result{{}, is_finger(link) ? kRubber : kHard};
   for (int i = 0; i < collision_geom_count(link); ++i) {
     result.geoms.push_back(collision_geom_name(link, i));
   }
   return result;
+}
+
+LinkGroups groups_of_robot(const std::function<bool(Link link)>& is_carried) {
+  LinkGroups robot;
+  for (std::size_t i = 0; i < robot.size(); ++i) {
+    const Link link = static_cast<Link>(i);
+    if (is_carried(link)) robot[i] = group_of(link);
+  }
+  return robot;
 }
 
 GeomGroup group_of(const Prop& prop) {
@@ -92,7 +104,7 @@ void add_pairs(Element& contact, const GeomGroup& first, const GeomGroup& second
 }
 
 // Self-collisions, those of the original benchmark.
-void add_self_pairs(Element& contact) {
+void add_self_pairs(Element& contact, const LinkGroups& robot) {
   using enum Link;
   const std::pair<Link, std::vector<Link>> table[] = {
       {kLink0, {kLink5, kLink6, kLink7, kHand, kCamera, kLeftFinger, kRightFinger}},
@@ -102,24 +114,26 @@ void add_self_pairs(Element& contact) {
       {kLink4, {kCamera}},
       {kLink5, {kCamera, kLeftFinger, kRightFinger}},
   };
+  const auto group = [&robot](Link link) { return robot[static_cast<std::size_t>(link)]; };
   for (const auto& [link, others] : table) {
-    for (const Link other : others) add_pairs(contact, group_of(link), group_of(other));
+    for (const Link other : others) add_pairs(contact, group(link), group(other));
   }
 }
 
 // The base stands on the table and link1 cannot reach it.
-void add_table_pairs(Element& contact) {
+void add_table_pairs(Element& contact, const LinkGroups& robot) {
   const GeomGroup table{{kTableTop}, kHard};
-  for (int i = static_cast<int>(Link::kLink2); i < kLinkCount; ++i) {
-    add_pairs(contact, table, group_of(static_cast<Link>(i)));
+  for (auto i = static_cast<std::size_t>(Link::kLink2); i < robot.size(); ++i) {
+    add_pairs(contact, table, robot[i]);
   }
 }
 
 // The links that can reach a prop: all after the elbow.
-void add_prop_pairs(Element& contact, const Prop& prop, const GeomGroup& support) {
+void add_prop_pairs(Element& contact, const LinkGroups& robot, const Prop& prop,
+                    const GeomGroup& support) {
   const GeomGroup own = group_of(prop);
-  for (int i = static_cast<int>(Link::kLink5); i < kLinkCount; ++i) {
-    add_pairs(contact, group_of(static_cast<Link>(i)), own);
+  for (auto i = static_cast<std::size_t>(Link::kLink5); i < robot.size(); ++i) {
+    add_pairs(contact, robot[i], own);
   }
   if (prop.body_type == BodyType::kDynamic) {
     const double penetration = kPenetrationOnFour * 4 / table_contact_count(prop);
@@ -137,14 +151,16 @@ void set_pair_defaults(Element& pair) {
   set(pair, "solimp", {0.95, 0.99, 0.001});
 }
 
-void add_contact_pairs(Element& root, const std::vector<Prop>& props, bool table_ends) {
+void add_contact_pairs(Element& root, const std::vector<Prop>& props, bool table_ends,
+                       const std::function<bool(Link link)>& is_carried) {
+  const LinkGroups robot = groups_of_robot(is_carried);
   Element& contact = add(root, "contact");
   GeomGroup support{{kTableTop}, kHard};
   if (table_ends) support.geoms = {kTableBlock, kGround};
-  add_self_pairs(contact);
-  add_table_pairs(contact);
+  add_self_pairs(contact, robot);
+  add_table_pairs(contact, robot);
   for (std::size_t i = 0; i < props.size(); ++i) {
-    add_prop_pairs(contact, props[i], support);
+    add_prop_pairs(contact, robot, props[i], support);
     for (std::size_t j = 0; j < i; ++j) {
       const bool either_dynamic =
           props[i].body_type == BodyType::kDynamic || props[j].body_type == BodyType::kDynamic;

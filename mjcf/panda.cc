@@ -34,22 +34,24 @@ void add_joint(Element& body, const JointSpec& joint) {
   set(element, "armature", is_finger(joint.link) ? kFingerArmature : kArmArmature);
 }
 
+void add_inertia(Element& element, const LinkSpec& body) {
+  Element& inertial = add(element, "inertial");
+  set(inertial, "mass", body.mass);
+  set(inertial, "pos", body.com);
+  set(inertial, "fullinertia", body.inertia);
+}
+
 Element& add_body(Element& parent, const LinkSpec& body) {
   Element& element = add(parent, "body");
   set(element, "name", body.name);
   set(element, "pos", body.pos);
   if (body.rpy != Vec3{}) set(element, "euler", body.rpy);
-
-  Element& inertial = add(element, "inertial");
-  set(inertial, "mass", body.mass);
-  set(inertial, "pos", body.com);
-  set(inertial, "fullinertia", body.inertia);
   return element;
 }
 
 }  // namespace
 
-Element& add_panda(Element& worldbody,
+Element& add_panda(Element& worldbody, const std::function<bool(Link link)>& is_carried,
                    const std::function<void(Element& body, Link link)>& add_geoms) {
   std::array<Element*, kLinkCount> elements{};
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -58,6 +60,8 @@ Element& add_panda(Element& worldbody,
     Element& parent_element =
         parent == kWorldParent ? worldbody : *elements[static_cast<std::size_t>(parent)];
     elements[i] = &add_body(parent_element, link_spec(link));
+    if (!is_carried(link)) continue;
+    add_inertia(*elements[i], link_spec(link));
     for (const JointSpec& joint : joint_specs()) {
       if (joint.link == link) add_joint(*elements[i], joint);
     }

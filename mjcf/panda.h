@@ -8,9 +8,9 @@
 
 namespace engram::mjcf {
 
-// Writes the bodies into the worldbody. `add_geoms` is called for each of them, behind its joints
-// and before its children. Returns the hand.
-Element& add_panda(Element& worldbody,
+// Writes the bodies into the worldbody. Links that are not carried have no inertia. `add_geoms` is
+// called for the others, behind their joints and before their children. Returns the hand.
+Element& add_panda(Element& worldbody, const std::function<bool(Link link)>& is_carried,
                    const std::function<void(Element& body, Link link)>& add_geoms);
 
 // The site "tcp" of the hand.

@@ -128,7 +128,10 @@ std::string compose(const Scene& scene, Detail detail) {
     add_surroundings(world);
     add_world_cameras(world, scene.render_view);
   }
-  Element& hand = add_panda(world, [&](Element& body, Link link) {
+  const auto is_carried = [&scene](Link link) {
+    return scene.wrist_camera || link != Link::kCamera;
+  };
+  Element& hand = add_panda(world, is_carried, [&](Element& body, Link link) {
     if (collisions) add_collision_geoms(body, link);
     if (visuals) add_visual_geoms(body, link);
   });
@@ -136,7 +139,7 @@ std::string compose(const Scene& scene, Detail detail) {
   add_tcp_site(hand);
   for (const Prop& prop : props) add_prop(world, prop, visuals);
 
-  if (collisions) add_contact_pairs(root, props, scene.table_ends);
+  if (collisions) add_contact_pairs(root, props, scene.table_ends, is_carried);
   add_finger_tendon(root);
   add_drives(root);
   add_start_keyframe(root, props);

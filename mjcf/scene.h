@@ -13,6 +13,8 @@ struct Scene {
   std::vector<Prop> props;  // in the order in which tasks index them
   RenderView render_view = RenderView::kRobotAndTable;
   bool table_ends = false;  // props can fall off the table; otherwise its top has no end
+  // False: the plain Panda. The hand carries no camera: camera_link has neither mass nor geoms.
+  bool wrist_camera = true;
 };
 
 // Contents of a document. The robot's bodies, joints and actuators come first and are the same

@@ -16,11 +16,14 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "data" / "variants.md"
 TRIED = ROOT / "tests" / "data" / "variants"
 EPISODES = 20
-COMMON = ("max_episode_steps", "robot_init_qpos_noise")  # every family has them; the page says so
+# Every family has them; the page says so.
+COMMON = ("max_episode_steps", "robot_init_qpos_noise", "robot_uids")
 
 
 def ask(command, *arguments):
-    done = subprocess.run([command, *arguments], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [command, *arguments], capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
         sys.exit(f"{command} {' '.join(arguments)}: {done.stderr.strip()}")
     return json.loads(done.stdout)
@@ -36,8 +39,9 @@ def bounds(constant):
     if constant["kind"] == "name":
         return "one of " + ", ".join(constant["names"])
     low, high = f"{constant['low']:.7g}", f"{constant['high']:.7g}"
-    if constant["kind"] == "names":
-        return f"{low} to {high} of " + ", ".join(constant["names"])
+    if constant["kind"] in ("names", "colors"):
+        others = ", or red, green and blue" if constant["kind"] == "colors" else ""
+        return f"{low} to {high} of " + ", ".join(constant["names"]) + others
     return f"{low} to {high}"
 
 
@@ -60,7 +64,10 @@ def constants_table(engram):
                 constant["description"],
             )
             rows.setdefault(cells, []).append(entry["family"])
-    lines = ["| families | constant | value | allowed | unit | |", "| --- | --- | --- | --- | --- | --- |"]
+    lines = [
+        "| families | constant | value | allowed | unit | |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
     for cells, families in sorted(rows.items(), key=lambda row: (row[1], row[0])):
         lines.append("| " + " | ".join((", ".join(families), *cells)) + " |")
     return lines
@@ -76,10 +83,21 @@ def tried_table(engram):
             settings = []
             for name, value in json.loads(text).items():
                 values = value if isinstance(value, list) else [value]
-                settings.append(f"{name}={','.join(str(one) for one in values)}")
+                if any(isinstance(one, list) for one in values):
+                    settings.append(f"{name}={json.dumps(value)}")
+                else:
+                    settings.append(f"{name}={','.join(str(one) for one in values)}")
             sets = [word for setting in settings for word in ("--set", setting)]
             result = ask(
-                engram, "eval", id_, *sets, "--policy", "oracle", "--episodes", str(EPISODES), "--json"
+                engram,
+                "eval",
+                id_,
+                *sets,
+                "--policy",
+                "oracle",
+                "--episodes",
+                str(EPISODES),
+                "--json",
             )
             rate = result["tasks"][0]["sr"]
             lines.append(f"| {id_} | `{' '.join(settings)}` | {rate:.2f} | {note} |")
@@ -91,10 +109,15 @@ def main():
     parser.add_argument("--engram", default=str(ROOT / "build" / "release" / "engram"))
     engram = parser.parse_args().engram
     page = PAGE.read_text()
-    for mark, lines in (("constants", constants_table(engram)), ("tried", tried_table(engram))):
+    for mark, lines in (
+        ("constants", constants_table(engram)),
+        ("tried", tried_table(engram)),
+    ):
         pattern = re.compile(rf"(<!-- {mark} -->\n).*?(<!-- end -->)", re.DOTALL)
         text = "\n".join(lines)
-        page = pattern.sub(lambda found, text=text: f"{found[1]}\n{text}\n\n{found[2]}", page, count=1)
+        page = pattern.sub(
+            lambda found, text=text: f"{found[1]}\n{text}\n\n{found[2]}", page, count=1
+        )
     PAGE.write_text(page)
 
 

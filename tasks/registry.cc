@@ -165,11 +165,14 @@ TaskVariant flattened(TaskVariant variant, const RegistryEntry& base) {
   return variant;
 }
 
-// Takes the values as the task has them: a whole number stays one where 7.0 was given.
+// Takes the values as the task has them: a whole number stays one where 7.0 was given. Leaves out
+// those that nobody can change.
 void take_values(const TaskInfo& info, ConstantTable& constants) {
-  for (auto& [name, value] : constants) {
-    value = std::ranges::find(info.constants, name, &TaskConstant::name)->value;
-  }
+  const auto find = [&info](const std::string& name) {
+    return std::ranges::find(info.constants, name, &TaskConstant::name);
+  };
+  std::erase_if(constants, [&](const auto& entry) { return !find(entry.first)->changeable(); });
+  for (auto& [name, value] : constants) value = find(name)->value;
 }
 
 // Variants that are about to be registered, all of them or none.

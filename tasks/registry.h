@@ -31,6 +31,7 @@ struct RegistryEntry {
   // Control steps after which a user truncates episodes, even if that is too early to succeed; 0:
   // the horizon.
   int max_episode_steps = 0;
+  bool wrist_camera = true;  // false: the plain Panda
 };
 
 // A new id for a task with other constants.

@@ -343,7 +343,10 @@ class VectorEnv {
   /// One control step (0.05 s) of all environments. actions: (N, action_dim). Throws Error if the
   /// length is wrong, a value is not finite or nothing was reset.
   void step(std::span<const float> actions);
-  /// The same in two halves: this one checks and copies the actions and returns. Until step_wait
+  /// One control step without a new command: the drives keep their targets, at first those of the
+  /// start pose. Throws Error if nothing was reset.
+  void step_no_action();
+  /// step in two halves: this one checks and copies the actions and returns. Until step_wait
   /// has returned, nothing of this batch may be read or called.
   void step_async(std::span<const float> actions);
   /// Waits until the step that step_async began is done.

@@ -304,9 +304,13 @@ ENGRAM_API engram_status engram_reset(engram_env* env, const engram_reset_reques
  * the count is wrong, a value is not finite or nothing was reset. */
 ENGRAM_API engram_status engram_step(engram_env* env, const float* actions, size_t count);
 
-/** The same in two halves: the first checks and copies the actions, hands the step to a thread of
- * the batch's own and returns; the second waits for it. In between the batch's outputs change and
- * must not be read, and other calls on the handle are refused. */
+/** One control step without a new command: the drives keep their targets, at first those of the
+ * start pose. Refused if nothing was reset. */
+ENGRAM_API engram_status engram_step_no_action(engram_env* env);
+
+/** engram_step in two halves: the first checks and copies the actions, hands the step to a thread
+ * of the batch's own and returns; the second waits for it. In between the batch's outputs change
+ * and must not be read, and other calls on the handle are refused. */
 ENGRAM_API engram_status engram_step_async(engram_env* env, const float* actions, size_t count);
 /** Refused with ENGRAM_BAD_STATE if no step is under way. */
 ENGRAM_API engram_status engram_step_wait(engram_env* env);

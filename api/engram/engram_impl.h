@@ -243,6 +243,8 @@ inline void VectorEnv::step(std::span<const float> actions) {
   detail::check(engram_step(handle(), actions.data(), actions.size()));
 }
 
+inline void VectorEnv::step_no_action() { detail::check(engram_step_no_action(handle())); }
+
 inline void VectorEnv::step_async(std::span<const float> actions) {
   detail::check(engram_step_async(handle(), actions.data(), actions.size()));
 }

@@ -311,6 +311,14 @@ void Batch::step(std::span<const float> actions) {
   });
 }
 
+void Batch::step_no_action() {
+  require_started("step");
+  if (options_.after_end == AfterEnd::kRefuse) refuse_ended();
+  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
+    step_range(worker, {begin, end}, nullptr);
+  });
+}
+
 // Environments whose episode has ended are reset or left alone, as the auto-reset mode says; the
 // others are stepped in runs of neighbours, so that tasks get whole ranges.
 void Batch::step_range(int worker, Range envs, const float* actions) {
@@ -352,7 +360,14 @@ void Batch::simulate(int worker, Range envs, const float* actions) {
   std::array<DriveTarget, kMostLanes> drives;
   std::array<bool, kMostLanes> stable{};
   const std::span<DriveTarget> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
-  controller_->drive(state_, envs.begin, bindings_.action, simulator_->block(worker), used);
+  if (actions != nullptr) {
+    controller_->drive(state_, envs.begin, bindings_.action, simulator_->block(worker), used);
+  } else {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      used[static_cast<std::size_t>(env - envs.begin)] =
+          controller_->last_drive(state_, env, bindings_.action.row(env));
+    }
+  }
   mark(time, StepPart::kController);
   simulator_->step(state_, envs.begin, worker, used, stable.data(), time);
   for (int env = envs.begin; env < envs.end; ++env) {
@@ -365,11 +380,12 @@ void Batch::simulate(int worker, Range envs, const float* actions) {
   mark(time, StepPart::kObservation);
 }
 
-// The action that an environment follows, and the one before.
+// The action that an environment follows, and the one before. Without actions it is the same again.
 void Batch::take_action(int env, const float* actions) {
   const auto dim = static_cast<std::size_t>(action_dim());
   float* current = bindings_.action.row(env);
   std::copy_n(current, dim, bindings_.previous_action.row(env));
+  if (actions == nullptr) return;
   if (options_.freeze_cue && state_.elapsed[env] < bindings_.freeze_steps[env]) {
     controller_->hold_action(state_, env, current);
   } else {

@@ -15,7 +15,12 @@ struct InWords {
   std::string operator()(const ConstantList& value) const {
     return "[" + join(value, in_words) + "]";
   }
-  std::string operator()(const ConstantTable& /*value*/) const { return "a table"; }
+  std::string operator()(const ConstantTable& value) const {
+    return "{" +
+           join(value,
+                [](const auto& entry) { return entry.first + ": " + in_words(entry.second); }) +
+           "}";
+  }
 };
 
 }  // namespace
@@ -24,7 +29,7 @@ ConstantTable published_constants(const std::vector<TaskConstant>& constants) {
   ConstantTable table;
   for (const TaskConstant& constant : constants) {
     if (!constant.published) continue;
-    table.emplace_back(constant.name, constant.published_value.value_or(constant.value));
+    table.emplace_back(constant.name, constant.published_form());
   }
   return table;
 }

@@ -13,6 +13,7 @@ namespace engram {
 // Constants that every task has.
 inline constexpr const char* kHorizonConstant = "max_episode_steps";
 inline constexpr const char* kNoiseConstant = "robot_init_qpos_noise";
+inline constexpr const char* kRobotConstant = "robot_uids";
 
 // One constant, as this task has it.
 struct TaskConstant {
@@ -25,7 +26,8 @@ struct TaskConstant {
     kRealRange,
     kReals,  // a fixed number of them
     kName,
-    kNames,  // no two alike
+    kNames,   // no two alike
+    kColors,  // likewise: names, or [red, green, blue] from 0 to 1
   };
 
   std::string name;
@@ -37,11 +39,14 @@ struct TaskConstant {
   std::string unit = {};
   std::string description = {};
   bool published = true;  // a class constant of the original
-  bool changed = false;   // the user has chosen the value
+  bool chosen = false;    // by the user
+  bool changed = false;   // the user has chosen another value than the task's own
   // The class constant, where the original writes the value in another form.
   std::optional<Constant> published_value = std::nullopt;
 
   bool changeable() const { return kind != Kind::kFixed; }
+  // The value in the form of the class constant.
+  const Constant& published_form() const { return published_value ? *published_value : value; }
 };
 
 // Name and value of the class constants, in order.

@@ -113,7 +113,7 @@ Pose Controller::measured_pose(const State& state, int env) const {
 }
 
 void Controller::reset(const State& state, int env) const {
-  std::copy_n(state.qpos.row(env), kArmJoints, state.target_qpos.row(env));
+  std::copy_n(state.qpos.row(env), kRobotJoints, state.target_qpos.row(env));
   write_pose(measured_pose(state, env), state.target_pose.row(env));
 }
 
@@ -193,15 +193,39 @@ ArmVector Controller::tracked_pose_target(const State& state, int env, const flo
   return pose_target(state, env, target);
 }
 
+ArmVector Controller::target_velocity(const float* action) const {
+  switch (mode_) {
+    case ControlMode::kPdJointVel:
+      return clipped_joints(action, kVelocityScale);
+    case ControlMode::kPdJointPosVel:
+      return Eigen::Map<const Eigen::Matrix<float, kArmJoints, 1>>(action + kArmJoints)
+          .cast<double>();
+    case ControlMode::kPdJointDeltaPosVel:
+      return clipped_joints(action + kArmJoints, kVelocityScale);
+    default:
+      return ArmVector::Zero();
+  }
+}
+
+DriveTarget Controller::last_drive(const State& state, int env, const float* action) const {
+  DriveTarget drive;
+  drive.velocity_mode = mode_ == ControlMode::kPdJointVel;
+  const ArmVector velocity = target_velocity(action);
+  std::copy_n(state.target_qpos.row(env), kRobotJoints, drive.qpos.begin());
+  std::copy_n(velocity.data(), kArmJoints, drive.qvel.begin());
+  return drive;
+}
+
 DriveTarget Controller::drive(const State& state, int env, const float* action) const {
   DriveTarget drive;
   ArmVector target = measured_joints(state, env);
-  ArmVector velocity = ArmVector::Zero();
   switch (mode_) {
     case ControlMode::kPdJointDeltaPos:
+    case ControlMode::kPdJointDeltaPosVel:
       target += clipped_joints(action, kJointScale);
       break;
     case ControlMode::kPdJointPos:
+    case ControlMode::kPdJointPosVel:
       target = Eigen::Map<const Eigen::Matrix<float, kArmJoints, 1>>(action).cast<double>();
       break;
     case ControlMode::kPdEeDeltaPos:
@@ -227,18 +251,9 @@ DriveTarget Controller::drive(const State& state, int env, const float* action) 
       break;
     case ControlMode::kPdJointVel:
       drive.velocity_mode = true;
-      velocity = clipped_joints(action, kVelocityScale);
-      break;
-    case ControlMode::kPdJointPosVel:
-      target = Eigen::Map<const Eigen::Matrix<float, kArmJoints, 1>>(action).cast<double>();
-      velocity =
-          Eigen::Map<const Eigen::Matrix<float, kArmJoints, 1>>(action + kArmJoints).cast<double>();
-      break;
-    case ControlMode::kPdJointDeltaPosVel:
-      target += clipped_joints(action, kJointScale);
-      velocity = clipped_joints(action + kArmJoints, kVelocityScale);
       break;
   }
+  const ArmVector velocity = target_velocity(action);
   std::copy_n(target.data(), kArmJoints, drive.qpos.begin());
   std::copy_n(velocity.data(), kArmJoints, drive.qvel.begin());
   const double finger = gripper_target(action[arm_dim(mode_)]);
@@ -257,11 +272,14 @@ void Controller::drive(const State& state, int first, const Column<float>& actio
       drives[i].qvel = {};
       drives[i].velocity_mode = false;
     }
-    return;
+  } else {
+    for (std::size_t i = 0; i < drives.size(); ++i) {
+      const int env = first + static_cast<int>(i);
+      drives[i] = drive(state, env, actions.row(env));
+    }
   }
   for (std::size_t i = 0; i < drives.size(); ++i) {
-    const int env = first + static_cast<int>(i);
-    drives[i] = drive(state, env, actions.row(env));
+    std::ranges::copy(drives[i].qpos, state.target_qpos.row(first + static_cast<int>(i)));
   }
 }
 

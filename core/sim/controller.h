@@ -39,10 +39,14 @@ class Controller {
 
   // Computes one control step's drive targets from the measured state and an action row.
   DriveTarget drive(const State& state, int env, const float* action) const;
-  // Computes them for the environments from `first` on, one for each drive, at most as many as the
-  // block has lanes.
+  // Computes and stores them for the environments from `first` on, one for each drive, at most as
+  // many as the block has lanes.
   void drive(const State& state, int first, const Column<float>& actions, LaneBlock& block,
              std::span<DriveTarget> drives) const;
+
+  // The drive targets of the last command; before the first one, the pose at reset. action: the
+  // last action row, zeros before the first one.
+  DriveTarget last_drive(const State& state, int env, const float* action) const;
 
   // Writes the action that holds the robot in place: all zeros, or the measured position in the
   // modes with absolute targets. `action` has action_space().dim() elements.
@@ -64,6 +68,8 @@ class Controller {
                                 bool rotates) const;
   Eigen::Vector3d scaled_rotation(const float* action) const;
   Eigen::Matrix<double, 6, 1> scaled_displacement(const float* action) const;
+  // Target velocities of the arm's joints; zero in most modes.
+  ArmVector target_velocity(const float* action) const;
   // Joint targets of pd_ee_delta_pose, in lanes: differential inverse kinematics.
   void delta_pose_targets(const State& state, int first, const Column<float>& actions,
                           LaneBlock& block, std::span<DriveTarget> drives) const;

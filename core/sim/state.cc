@@ -20,7 +20,7 @@ State::State(ColumnStore& store, int props, int contact_pairs)
   qvel = store.add<double>("qvel", kRobotJoints, "rad/s, m/s");
   tcp_pos = store.add<double>("tcp_pos", 3, "m");
   tcp_quat = store.add<double>("tcp_quat", 4);
-  target_qpos = store.add<double>("target_qpos", kArmJoints, "rad");
+  target_qpos = store.add<double>("target_qpos", kRobotJoints, "rad, m");
   target_pose = store.add<double>("target_pose_in_root", 7);
 
   // A scene without props keeps one unused element, so that every column exists.

@@ -135,6 +135,8 @@ const char* kind_name(TaskConstant::Kind kind) {
       return "name";
     case kNames:
       return "names";
+    case kColors:
+      return "colors";
   }
   return "";
 }

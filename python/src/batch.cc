@@ -200,6 +200,12 @@ void Batch::step(const Actions& actions) {
   run([&] { return engram_step(env, actions.data(), actions.size()); });
 }
 
+void Batch::step_no_action() {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  run([&] { return engram_step_no_action(env); });
+}
+
 void Batch::step_async(const Actions& actions) {
   const std::shared_ptr<Handle> handle = open();
   engram_env* env = handle->env();

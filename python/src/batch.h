@@ -76,6 +76,7 @@ class Batch {
   void reset(std::optional<Mask> mask, std::optional<Seeds> seeds,
              const std::optional<NamedValues>& pins, const std::optional<std::string>& constants);
   void step(const Actions& actions);
+  void step_no_action();
   void step_async(const Actions& actions);
   void step_wait();
   void act(int policy, const ActionsOut& actions);

@@ -106,6 +106,7 @@ void bind_batch(nb::module_& module) {
            "seeds"_a.noconvert().none() = nb::none(), "pins"_a.none() = nb::none(),
            "constants"_a.none() = nb::none())
       .def("step", &Batch::step, "actions"_a.noconvert())
+      .def("step_no_action", &Batch::step_no_action)
       .def("step_async", &Batch::step_async, "actions"_a.noconvert())
       .def("step_wait", &Batch::step_wait)
       .def("act", &Batch::act, "policy"_a, "actions"_a.noconvert())

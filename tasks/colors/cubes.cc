@@ -60,10 +60,12 @@ Vec2 amid(int count, const Position& position) {
   return center;
 }
 
-// Throws Error unless all cubes stand apart from each other and from the button, in every phase.
-void check_places(const ColorRecallParams& params) {
+// Places in which cubes or the button would be too near one another.
+enum class Overlap { kNone, kCubes, kButton };
+
+// Layouts that an episode may draw are tried, and the cue.
+Overlap find_overlap(const ColorRecallParams& params, double size) {
   constexpr int kLayouts = 20;
-  const double size = params.CUBE_HALFSIZE;
   const double reach = params.button.shape.BUTTON_BASE_HALF_SIZE[0] + size + kMinClearance;
   const Layout arc = arc_slots(params.COLORS);
   const Layout cue = cue_places(params);
@@ -84,17 +86,24 @@ void check_places(const ColorRecallParams& params) {
     beside = beside && std::ranges::all_of(places, clear_of_button) &&
              std::ranges::all_of(cue, clear_of_button);
   }
-  if (apart && beside) return;
-  const std::string cubes = std::to_string(params.COLORS) + " cubes of CUBE_HALFSIZE " +
-                            shortest(size) + " m do not stand apart";
-  if (apart) {
-    throw Error(Error::kInvalidArgument,
-                cubes + " from the button, which is in the middle of their places");
-  }
-  throw Error(Error::kInvalidArgument,
-              cubes + ": they are " + in_millimetres(2 * size) + " wide, and their places " +
-                  in_millimetres(std::min(least_distance(arc), least_distance(cue))) +
-                  " from one another");
+  if (!apart) return Overlap::kCubes;
+  return beside ? Overlap::kNone : Overlap::kButton;
+}
+
+// Throws Error unless all cubes stand apart from each other and from the button, in every phase.
+void check_places(const ColorRecallParams& params) {
+  const Overlap overlap = find_overlap(params, params.CUBE_HALFSIZE);
+  if (overlap == Overlap::kNone) return;
+  // The greatest size that fits, in half millimetres.
+  int halves = static_cast<int>(2000 * params.CUBE_HALFSIZE);
+  while (halves > 0 && find_overlap(params, halves / 2000.0) != Overlap::kNone) --halves;
+  const std::string others = overlap == Overlap::kButton
+                                 ? "the button, which is in the middle of their places"
+                                 : "one another";
+  refuse_constant("CUBE_HALFSIZE", shortest(params.CUBE_HALFSIZE),
+                  "at most " + shortest(halves / 2000.0) + " allowed with COLORS " +
+                      std::to_string(params.COLORS) + ": larger cubes do not stand apart from " +
+                      others);
 }
 
 }  // namespace

@@ -41,4 +41,10 @@ SmoothnessTerms smoothness(const ActionCost& cost, const SmoothnessParams& param
   return terms;
 }
 
+double smoothness_penalty(const Bindings& engine, int env, const SmoothnessParams& params) {
+  const bool free =
+      params.ACTION_L2_COEF == 0 && params.ACTION_DELTA_L2_COEF == 0 && params.QVEL_L2_COEF == 0;
+  return free ? 0.0 : smoothness(measure_action_cost(engine, env), params).penalty;
+}
+
 }  // namespace engram::tasks

@@ -45,5 +45,7 @@ void list_smoothness(Row& row, const SmoothnessTerms& terms) {
 }
 
 SmoothnessTerms smoothness(const ActionCost& cost, const SmoothnessParams& params);
+// The penalty; nothing is computed where it weighs nothing.
+double smoothness_penalty(const Bindings& engine, int env, const SmoothnessParams& params);
 
 }  // namespace engram::tasks

@@ -5,10 +5,6 @@
 
 namespace engram::tasks {
 
-mjcf::Rgba to_rgba(const std::array<int, 4>& bytes) {
-  return {bytes[0] / 255.0, bytes[1] / 255.0, bytes[2] / 255.0, bytes[3] / 255.0};
-}
-
 Constant published_color(const mjcf::Rgba& rgba) {
   ConstantList list;
   for (const double value : rgba) {

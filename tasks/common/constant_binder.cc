@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/join.h"
 #include "core/base/nearest.h"
+#include "tasks/common/constant_forms.h"
 
 namespace engram::tasks {
 namespace {
@@ -42,6 +43,9 @@ std::string allowed(const TaskConstant& about) {
       return "one of " + join(about.names);
     case kNames:
       return bounds + " different names of " + join(about.names);
+    case kColors:
+      return bounds + " different colours, of " + join(about.names) +
+             " or [red, green, blue] from 0 to 1,";
   }
   return "";
 }
@@ -72,12 +76,15 @@ int index_of(const TaskConstant& about, const Constant& given) {
   return found == about.names.end() ? -1 : static_cast<int>(found - about.names.begin());
 }
 
-bool are_names(const TaskConstant& about, const Constant& given) {
+// As many as there may be, no two alike.
+template <class Fits>
+bool are_different(const TaskConstant& about, const Constant& given, const Fits& fits) {
   const auto list = elements(given);
   const auto count = static_cast<double>(list.size());
   if (count < about.low || count > about.high) return false;
   for (auto here = list.begin(); here != list.end(); ++here) {
-    if (index_of(about, *here) < 0 || std::find(list.begin(), here, *here) != here) return false;
+    const auto same = [here](const Constant& other) { return is_same_value(*here, other); };
+    if (!fits(*here) || std::find_if(list.begin(), here, same) != here) return false;
   }
   return true;
 }
@@ -101,7 +108,11 @@ bool fits(const TaskConstant& about, const Constant& given) {
     case kName:
       return index_of(about, given) >= 0;
     case kNames:
-      return are_names(about, given);
+      return are_different(about, given,
+                           [&](const Constant& one) { return index_of(about, one) >= 0; });
+    case kColors:
+      return are_different(about, given,
+                           [](const Constant& one) { return as_color(one).has_value(); });
   }
   return false;
 }
@@ -110,6 +121,26 @@ ConstantList names_of(std::span<const char* const> names, const NameList& chosen
   ConstantList list;
   for (int i = 0; i < chosen.size(); ++i) list.emplace_back(names[at(chosen[i])]);
   return list;
+}
+
+std::vector<std::string> color_names() {
+  std::vector<std::string> names;
+  for (const NamedColor& color : COLOR_MAPPING) names.emplace_back(color.plain_name);
+  return names;
+}
+
+ConstantList kept_colors(const ColorList& colors) {
+  ConstantList list;
+  for (int i = 0; i < colors.size(); ++i) list.push_back(kept_color(colors[i]));
+  return list;
+}
+
+ConstantTable palette_table(const ColorList& colors) {
+  ConstantTable table;
+  for (int i = 0; i < colors.size(); ++i) {
+    table.emplace_back(std::to_string(i), ConstantList(colors[i].begin(), colors[i].end()));
+  }
+  return table;
 }
 
 }  // namespace
@@ -132,12 +163,16 @@ const Constant* ConstantBinder::find(std::string_view name) const {
 const Constant* ConstantBinder::add(TaskConstant about) {
   if (fixed_) about.kind = Kind::kFixed;
   const Constant* chosen = about.changeable() ? find(about.name) : nullptr;
-  if (chosen != nullptr && !fits(about, *chosen)) {
-    refuse_constant(about.name, in_words(*chosen), allowed(about) + " allowed");
+  given_.reset();
+  if (chosen != nullptr) {
+    given_ = kept_form(about, *chosen);
+    if (!fits(about, *given_)) {
+      refuse_constant(about.name, in_words(*chosen), allowed(about) + " allowed");
+    }
   }
-  about.changed = chosen != nullptr;
+  about.chosen = chosen != nullptr;
   declared_.push_back(std::move(about));
-  return chosen;
+  return given_ ? &*given_ : nullptr;
 }
 
 std::span<const Constant> ConstantBinder::add_numbers(const char* name, Kind kind, Constant value,
@@ -154,9 +189,11 @@ std::span<const Constant> ConstantBinder::add_numbers(const char* name, Kind kin
   return elements(*chosen);
 }
 
-TaskConstant& ConstantBinder::set(Constant value) {
-  declared_.back().value = std::move(value);
-  return declared_.back();
+TaskConstant& ConstantBinder::set(Constant value) {  // NOLINT(performance-unnecessary-value-param)
+  TaskConstant& last = declared_.back();
+  last.changed = last.chosen && !(value == last.value);
+  last.value = value;
+  return last;
 }
 
 // --- one constant ---
@@ -214,6 +251,24 @@ TaskConstant& ConstantBinder::names(const char* name, NameList& value,
   return constant;
 }
 
+TaskConstant& ConstantBinder::colors(const char* name, ColorList& value, int least,
+                                     const char* text) {
+  const Constant* chosen = add({.name = name,
+                                .kind = Kind::kColors,
+                                .value = kept_colors(value),
+                                .low = static_cast<double>(least),
+                                .high = ColorList::kCapacity,
+                                .names = color_names(),
+                                .description = text});
+  if (chosen != nullptr) {
+    value.clear();
+    for (const Constant& one : elements(*chosen)) value.push_back(*as_color(one));
+  }
+  TaskConstant& constant = set(kept_colors(value));
+  constant.published_value.emplace(palette_table(value));
+  return constant;
+}
+
 // --- ranges ---
 
 template <class T>
@@ -254,16 +309,23 @@ void ConstantBinder::fixed(const ConstantTable& values) {
 }
 
 std::vector<TaskConstant> ConstantBinder::take() {
+  for (const auto& [name, value] : chosen_) check_fixed(name, value);
+  return std::move(declared_);
+}
+
+void ConstantBinder::check_fixed(const std::string& name, const Constant& chosen) const {
+  const auto found = std::ranges::find(declared_, name, &TaskConstant::name);
+  const bool known = found != declared_.end();
+  if (known && (found->changeable() || is_same_value(chosen, found->published_form()))) return;
   std::vector<TaskConstant> offered = declared_;
   std::erase_if(offered, [](const TaskConstant& constant) { return !constant.changeable(); });
-  for (const auto& [name, value] : chosen_) {
-    const std::string_view wanted = name;
-    if (std::ranges::find(offered, wanted, &TaskConstant::name) != offered.end()) continue;
-    throw Error(Error::kUnknownId, "no constant named '" + name + "' to change; did you mean '" +
-                                       nearest(offered, name, &TaskConstant::name) +
-                                       "'? This task has: " + join(offered, &TaskConstant::name));
+  const std::string names = "This task has: " + join(offered, &TaskConstant::name);
+  if (known) {
+    refuse_constant(name, in_words(chosen),
+                    in_words(found->published_form()) + " allowed: nobody can change it. " + names);
   }
-  return std::move(declared_);
+  throw Error(Error::kUnknownId, "no constant named '" + name + "' to change; did you mean '" +
+                                     nearest(offered, name, &TaskConstant::name) + "'? " + names);
 }
 
 // --- messages ---

@@ -9,6 +9,7 @@
 #include <concepts>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,7 @@
 
 #include "core/base/index.h"
 #include "core/env/task_constant.h"
+#include "tasks/common/colors.h"
 #include "tasks/common/sampled_range.h"
 
 namespace engram::tasks {
@@ -69,6 +71,8 @@ class ConstantBinder {
                      const char* text);
   TaskConstant& names(const char* name, NameList& value, std::span<const char* const> names,
                       int least, const char* text, const PublishedForm& published);
+  // The class constant is a table of arrays of red, green, blue and alpha.
+  TaskConstant& colors(const char* name, ColorList& value, int least, const char* text);
 
   // A range, and the random variable that episodes draw from it.
   TaskConstant& range(const char* name, SampledRange<int>& value, Bounds bounds, const char* unit,
@@ -89,26 +93,31 @@ class ConstantBinder {
     fixed_ = before;
   }
 
-  // All that were declared, as they are now. Throws Error (kUnknownId), with the nearest name, if
-  // one was chosen that nobody may change.
+  // All that were declared, as they are now. Throws Error: kUnknownId, with the nearest name, for a
+  // chosen name that was not declared; kInvalidArgument for another value of one that nobody may
+  // change.
   std::vector<TaskConstant> take();
 
  private:
   using Kind = TaskConstant::Kind;
 
   const Constant* find(std::string_view name) const;
-  // The user's value, checked, or null; as numbers, none where there is none.
+  // The user's value in the form in which it is kept, checked, until the next one is added, or
+  // null; as numbers, none where there is none.
   const Constant* add(TaskConstant about);
   std::span<const Constant> add_numbers(const char* name, Kind kind, Constant value, Bounds bounds,
                                         const char* unit, const char* text);
   // The one that was declared last, whose value is now `value`.
   TaskConstant& set(Constant value);
+  // Throws Error unless a chosen value of a constant that nobody may change is its own.
+  void check_fixed(const std::string& name, const Constant& chosen) const;
   template <class T>
   TaskConstant& add_range(const char* name, Kind kind, SampledRange<T>& value, Bounds bounds,
                           const char* unit, const char* text, VariableName variable);
 
   const ConstantTable& chosen_;
   std::vector<TaskConstant> declared_;
+  std::optional<Constant> given_;  // the user's value of the last one
   bool fixed_ = false;
 };
 

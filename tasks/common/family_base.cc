@@ -8,7 +8,9 @@
 
 namespace engram::tasks {
 
-FamilyBase::FamilyBase(const RegistryEntry& entry) : info_(describe(entry)) {}
+FamilyBase::FamilyBase(const RegistryEntry& entry) : info_(describe(entry)) {
+  scene_.wrist_camera = entry.wrist_camera;
+}
 
 void FamilyBase::set_constants(std::vector<TaskConstant> constants) {
   if (!info_.answer.empty()) {
@@ -17,9 +19,8 @@ void FamilyBase::set_constants(std::vector<TaskConstant> constants) {
   }
   info_.constants = std::move(constants);
   for (const TaskConstant& constant : info_.constants) {
-    if (!constant.changed) continue;
-    info_.canonical = false;
-    if (constant.name == kNoiseConstant) {
+    if (constant.changed) info_.canonical = false;
+    if (constant.chosen && constant.name == kNoiseConstant) {
       info_.robot_init_qpos_noise = std::get<double>(constant.value.value);
     }
   }

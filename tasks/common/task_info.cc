@@ -23,6 +23,7 @@ SceneSpec scene_source(const mjcf::Scene& scene) {
     mjcf::Scene part;
     part.render_view = scene.render_view;
     part.table_ends = scene.table_ends;
+    part.wrist_camera = scene.wrist_camera;
     for (const int prop : props) part.props.push_back(scene.props[at(prop)]);
     return mjcf::compose(part, detail == RobotDetail::kDynamics ? mjcf::Detail::kRobotDynamics
                                                                 : mjcf::Detail::kPhysics);

@@ -25,7 +25,7 @@ const auto& find_variant(const Variants& variants, std::string_view id) {
   return *found;
 }
 
-// Declares the constants that every family has beside its own, and takes the horizon over.
+// Declares the constants that every family has beside its own, and takes horizon and robot over.
 void declare_common(ConstantBinder& constants, RegistryEntry& entry);
 
 // Family::make of a class whose constructor takes the registry's entry and the row of a table. A
@@ -36,6 +36,7 @@ template <class Made, const auto& kVariants>
 std::unique_ptr<Task> make_variant(const RegistryEntry& entry, const ConstantTable& chosen) {
   auto params = find_variant(kVariants, entry.base);
   RegistryEntry own = entry;
+  own.horizon = params.task.horizon;
   ConstantBinder constants(chosen);
   params.declare(constants);
   declare_common(constants, own);

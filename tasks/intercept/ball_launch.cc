@@ -55,12 +55,6 @@ void describe_launch(TaskInfo& info) {
   info.phases = {{"manipulation", "always"}};
 }
 
-double smoothness_penalty(const Bindings& engine, int env, const SmoothnessParams& params) {
-  const bool free =
-      params.ACTION_L2_COEF == 0 && params.ACTION_DELTA_L2_COEF == 0 && params.QVEL_L2_COEF == 0;
-  return free ? 0.0 : smoothness(measure_action_cost(engine, env), params).penalty;
-}
-
 void BallLaunch::bind(const Bindings& bindings) {
   engine_ = bindings;
   initial_velocity_ = bindings.memory->add<double>("initial_velocity", 3, "m/s");

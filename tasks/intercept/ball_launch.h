@@ -46,9 +46,6 @@ struct BallVariables {
 // Fills in the part of TaskInfo that both families share.
 void describe_launch(TaskInfo& info);
 
-// Penalty on large and abrupt actions; nothing is computed where it weighs nothing.
-double smoothness_penalty(const Bindings& engine, int env, const SmoothnessParams& params);
-
 class BallLaunch {
  public:
   // `height`: of the ball's centre when it is let go, m.

@@ -16,12 +16,6 @@ using mjcf::shape_name;
 
 constexpr std::array<int, 4> COLOR = {0, 0, 255, 255};
 
-// In the order of COLOR_MAPPING.
-constexpr std::array<const char*, 9> kPaletteNames = {
-    "red", "green", "blue", "yellow", "magenta", "cyan", "maroon", "olive", "teal"};
-
-mjcf::Rgba palette_color(int index) { return to_rgba(COLOR_MAPPING[at(index)].rgba); }
-
 std::array<const char*, mjcf::kObjectShapeCount> shape_names() {
   std::array<const char*, mjcf::kObjectShapeCount> names{};
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -39,15 +33,6 @@ ConstantTable shape_table(const NameList& shapes) {
   for (int i = 0; i < shapes.size(); ++i) {
     table.emplace_back(std::to_string(i),
                        std::string(shape_name(static_cast<ObjectShape>(shapes[i]))));
-  }
-  return table;
-}
-
-ConstantTable palette_table(const NameList& palette) {
-  ConstantTable table;
-  for (int i = 0; i < palette.size(); ++i) {
-    const mjcf::Rgba color = palette_color(palette[i]);
-    table.emplace_back(std::to_string(i), ConstantList(color.begin(), color.end()));
   }
   return table;
 }
@@ -83,8 +68,7 @@ void ObjectSetParams::declare(ConstantBinder& constants) {
                         "the next shape");
       constants.names("BASE_SHAPES", shapes, names, 1, "shapes that are combined with colours",
                       shape_table);
-      constants.names("COLOR_PALETTE", COLOR_PALETTE, kPaletteNames, 1,
-                      "colours that shapes are combined with", palette_table);
+      constants.colors("COLOR_PALETTE", COLOR_PALETTE, 1, "colours that shapes are combined with");
       constants.fixed({{"MANIP_MIN_DISTANCE", kMinDistance}});
       break;
   }
@@ -143,12 +127,12 @@ void ObjectSet::add_shapes() {
 
 // All colours of a shape before the next shape.
 void ObjectSet::add_colored_shapes() {
-  const NameList& palette = params_.COLOR_PALETTE;
+  const ColorList& palette = params_.COLOR_PALETTE;
   for (int key = 0; key < params_.count; ++key) {
     const int shape_id = key / palette.size();
     const int color_id = key % palette.size();
     const auto shape = static_cast<ObjectShape>(params_.shapes[shape_id]);
-    const mjcf::Rgba color = palette_color(palette[color_id]);
+    const mjcf::Rgba& color = palette[color_id];
     const std::string_view name = shape_name(shape);
     add(mjcf::shape_prop(object_name(name, key), shape, color, params_.size), {shape_id, color_id},
         {.has_color = true, .color = color, .shape = name});

@@ -10,6 +10,7 @@
 #include "core/image/overlay.h"
 #include "mjcf/object_shapes.h"
 #include "mjcf/prop.h"
+#include "tasks/common/colors.h"
 #include "tasks/common/constant_binder.h"
 #include "tasks/common/footprint.h"
 
@@ -40,7 +41,7 @@ struct ObjectSetParams {
   int count;                                     // COLORS or SHAPES: keys 0, ..., count - 1
   double size = mjcf::kShapeScale;               // m: CUBE_HALFSIZE or SHAPE_SCALE
   NameList shapes = default_shapes(vocabulary);  // SHAPE_MAPPING or BASE_SHAPES, by shape
-  NameList COLOR_PALETTE = NameList(3);          // red, green, blue
+  ColorList COLOR_PALETTE = ColorList(3);        // red, green, blue
 
   void declare(ConstantBinder& constants);
   // Throws Error if there are fewer shapes, or combinations, than objects.

@@ -20,10 +20,12 @@ constexpr ShuffleParams lasting(const TaskRow& task) {
 }
 
 struct ShuffleTouchParams : ShuffleParams {
+  SmoothnessParams smoothness = {};
+
   void declare(ConstantBinder& constants) {
     ShuffleParams::declare(constants);
     TouchRule::declare(constants);
-    constants.fixed([&] { SmoothnessParams().declare(constants); });  // unused
+    smoothness.declare(constants);
   }
 };
 struct ShuffleColorLampParams : ShuffleParams {
@@ -55,6 +57,7 @@ class ShuffleTouch final : public ShellGame {
                    .shuffles = true}),
         rule_(params, /*shoving=*/true),
         shuffle_(params, RandomVariables(info_.random_variables)),
+        smoothness_(params.smoothness),
         ball_(add_red_ball()),
         expert_(*this, params, params.latest_end()) {
     info_.termination = Termination::kNever;
@@ -100,7 +103,13 @@ class ShuffleTouch final : public ShellGame {
     }
   }
 
-  void dense_reward(Range envs, FloatRows out) override { rule_.dense_reward(*this, envs, out); }
+  void dense_reward(Range envs, FloatRows out) override {
+    rule_.dense_reward(*this, envs, out);
+    for (int env = envs.begin; env < envs.end; ++env) {
+      if (!is_manipulation(env) || engine_.success[env] != 0) continue;
+      *out.row(env) -= static_cast<float>(smoothness_penalty(engine_, env, smoothness_));
+    }
+  }
 
   // --- observation ---
 
@@ -142,6 +151,7 @@ class ShuffleTouch final : public ShellGame {
 
   TouchRule rule_;
   ShufflePhase shuffle_;
+  SmoothnessParams smoothness_;
   int ball_;
   TouchExpert expert_;
 };

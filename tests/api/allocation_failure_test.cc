@@ -93,6 +93,7 @@ TEST_CASE("C API: a call that runs out of memory changes nothing", "[api][alloca
          return engram_reset(env, &request);
        }},
       {"step", [&](engram_env* env) { return engram_step(env, actions.data(), actions.size()); }},
+      {"step_no_action", [](engram_env* env) { return engram_step_no_action(env); }},
       {"step_async",
        [&](engram_env* env) {
          const engram_status status = engram_step_async(env, actions.data(), actions.size());

@@ -121,6 +121,7 @@ TEST_CASE("No function crashes on a NULL batch", "[c_api]") {
   const std::vector<engram_status> statuses = {
       engram_reset(none, nullptr),
       engram_step(none, actions.data(), 7),
+      engram_step_no_action(none),
       engram_step_async(none, actions.data(), 7),
       engram_step_wait(none),
       engram_act(none, ENGRAM_POLICY_ZERO, actions.data(), 7),

@@ -39,6 +39,7 @@ TEST_CASE("A forked process learns that the batch is not its own", "[c_api]") {
   std::size_t size = 0;
   const std::function<engram_status()> calls[] = {
       [&] { return engram_step(env, actions.data(), actions.size()); },
+      [&] { return engram_step_no_action(env); },
       [&] { return engram_step_async(env, actions.data(), actions.size()); },
       [&] { return engram_step_wait(env); },
       [&] { return engram_reset(env, nullptr); },

@@ -141,4 +141,29 @@ TEST_CASE("A damaged file of variants is refused by every command", "[apps][vari
   require_refusal("list --variants /nowhere/variants.json", 1, "cannot be read");
 }
 
+TEST_CASE("--set takes every constant as info prints it", "[apps][variants]") {
+  for (const char* id :
+       {"RememberShapeAndColor3x2-VLA-v0", "TraceShapeHard-VLA-v0", "BatteriesCheckerEasy-3-VLA-v0",
+        "ShellGameShuffleColorLampTouch-VLA-v0"}) {
+    INFO(id);
+    const std::string info = std::string("info ") + id + " --json";
+    const Json plain = engram_command(info).json();
+    std::string settings;
+    for (const auto& [name, value] : plain["constants"].items()) {
+      settings += " --set '" + name + "=" +
+                  (value.is_string() ? value.get<std::string>() : value.dump()) + "'";
+    }
+    CHECK(engram_command(info + settings).json() == plain);
+  }
+  const Json colored = engram_command(
+                           "info RememberShapeAndColor3x2-VLA-v0 --json --set SHAPES=4 "
+                           "--set 'COLOR_PALETTE={\"0\": [1, 0.5, 0.1, 1], \"1\": \"Blue\"}'")
+                           .json();
+  CHECK(constant(colored, "COLOR_PALETTE")["value"] == Json({{1.0, 0.5, 0.1}, "blue"}));
+  CHECK(constant(colored, "COLOR_PALETTE")["kind"] == "colors");
+  CHECK(colored["constants"]["COLOR_PALETTE"]["1"] == Json({0.0, 0.0, 1.0, 1.0}));
+  require_refusal("info RememberColor3-VLA-v0 --set 'COLORS=[1,'", 2, "NAME=JSON");
+  require_refusal("info RememberColor3-VLA-v0 --set HEIGHT_OFFSET=1", 2, "did you mean");
+}
+
 }  // namespace engram::tests

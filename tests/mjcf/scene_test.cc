@@ -98,5 +98,27 @@ TEST_CASE("Buffers hold a heap of props under a moving arm", "[mjcf][scene]") {
   CHECK(data->maxuse_stack < model->nstack / 2);
 }
 
+TEST_CASE("The plain Panda is the same robot without the camera on its hand", "[mjcf][scene]") {
+  Scene scene = cubes(2);
+  scene.wrist_camera = false;
+  for (const Detail detail : {Detail::kFull, Detail::kPhysics, Detail::kRobotOnly}) {
+    const Model with = compile(cubes(2), detail);
+    const Model without = compile(scene, detail);
+    REQUIRE(without->nbody == with->nbody);
+    const int camera = id(without, mjOBJ_BODY, "camera_link");
+    CHECK(without->body_mass[camera] == 0);
+    CHECK(without->body_geomnum[camera] == 0);
+    CHECK(with->body_geomnum[camera] > 0);
+    for (int body = 0; body < with->nbody; ++body) {
+      CHECK(std::string(mj_id2name(without.get(), mjOBJ_BODY, body)) ==
+            mj_id2name(with.get(), mjOBJ_BODY, body));
+      if (body != camera) CHECK(without->body_mass[body] == with->body_mass[body]);
+    }
+    CHECK(with->body_subtreemass[0] - without->body_subtreemass[0] == Approx(0.564));
+    CHECK(without->npair < with->npair);
+    CHECK(without->ncam == with->ncam);
+  }
+}
+
 }  // namespace
 }  // namespace engram::mjcf::test

@@ -6,6 +6,8 @@
 #include <variant>
 
 #include "core/base/constant.h"
+#include "protocol/batch/variants.h"
+#include "protocol/formats/document.h"
 #include "tests/build_paths.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/benchmark_table.h"
@@ -76,6 +78,44 @@ TEST_CASE("Tasks know what the registry knows", "[constants]") {
     CHECK(info.candidates >= 1);
     CHECK(info.success_reward > 0);
   }
+}
+
+// What `engram info ID --json` prints, as users pass it back.
+ConstantTable read_back(const ConstantTable& constants) {
+  return parse_constants(to_text(Document(constants)));
+}
+
+TEST_CASE("Every constant can be given as the description prints it", "[constants]") {
+  int given = 0;
+  for (const std::string& id : test::implemented_ids()) {
+    INFO(id);
+    const auto task = make_task(id);
+    const ConstantTable printed = read_back(published_constants(task->info().constants));
+    const auto again = make_task(id, printed);
+    CHECK(published_constants(again->info().constants) ==
+          published_constants(task->info().constants));
+    CHECK(changed_constants(again->info().constants).empty());
+    CHECK(again->info().canonical == task->info().canonical);
+    CHECK(again->document() == task->document());
+    // One at a time, and those that can be changed in their other form.
+    for (const auto& constant : printed) {
+      INFO(constant.first);
+      CHECK_NOTHROW(make_task(id, {constant}));
+      ++given;
+    }
+    ConstantTable kept;
+    for (const TaskConstant& constant : task->info().constants) {
+      if (constant.changeable()) kept.emplace_back(constant.name, constant.value);
+    }
+    CHECK(changed_constants(make_task(id, read_back(kept))->info().constants).empty());
+  }
+  CHECK(given > 2000);
+}
+
+TEST_CASE("What nobody can change is refused with its value", "[constants]") {
+  CHECK_THROWS_WITH(
+      make_task("TimedTransferEasy-VLA-v0", {{"SUCCESS_BONUS", 1.0}}),
+      Catch::Contains("constant 'SUCCESS_BONUS': 1 given, 30 allowed: nobody can change it"));
 }
 
 }  // namespace

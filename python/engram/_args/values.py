@@ -83,9 +83,14 @@ def constants_json(constants: Mapping[str, Any] | None) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """The value without NumPy's types, which have a method for that."""
+    """The value without types of NumPy and torch; single precision as the number that it shows."""
+    if isinstance(value, np.float32):
+        return float(str(value))
     if hasattr(value, "tolist"):
-        return value.tolist()
+        array = np.asarray(value)
+        return value.tolist() if array.dtype != np.float32 else [_plain(one) for one in array]
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
     return [_plain(one) for one in value] if isinstance(value, (list, tuple)) else value
 
 

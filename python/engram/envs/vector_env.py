@@ -93,7 +93,8 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
             ``engram.describe(id)["draws"]`` names them.
         task_options: Options of the task's own, by name; ``engram.describe(id)["options"]``.
         constants: Constants of the task that differ from its own, by name; numbers, [least,
-            greatest], names or lists of names; ``engram.describe(id)["changeable"]``.
+            greatest], names, colours, or lists of them; ``engram.describe(id)["changeable"]``. Any
+            constant as the description has it under "constants".
         copy: False: what ``reset`` and ``step`` return are views of engram's own buffers, which
             change with the next call. For loops that are done with an observation before they step
             again; they save one copy.

@@ -273,6 +273,30 @@ BASE_CONSTANTS: Mapping[str, Mapping[str, Any]] = {
     **{f: {"ACTIVE_BATTERY_COUNT": 15, "WORKING_BATTERY_COUNT": 3} for f in BATTERIES},
 }
 
+_CUE = ("CUE_PHASE_STEPS",)
+_CUE_AND_DELAY = ("CUE_PHASE_STEPS", "EMPTY_PHASE_STEPS")
+_ITEMS = ("SEQUENCE_LENGTH", "CUE_STEP_DURATION", "EMPTY_PHASE_STEPS")
+# Constants that the class of an id has values of its own for; all others are its base's.
+LEAF_CONSTANTS: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(COLORS, ("COLORS", *_CUE_AND_DELAY)),
+    **dict.fromkeys((*SHAPES, *SHAPES_AND_COLORS), ("SHAPES", *_CUE_AND_DELAY)),
+    "BunchOfColors": ("SEQUENCE_LENGTH", *_CUE_AND_DELAY),
+    **dict.fromkeys(("SeqOfColors", "ChainOfColors"), _ITEMS),
+    **dict.fromkeys(SHELL_GAMES, _CUE),
+    **dict.fromkeys(
+        ("ShellGameShuffleTouch", "ShellGameShuffleColorLampTouch"),
+        (*_CUE, "SHUFFLE_PHASE_STEPS", "NUM_SWAPS"),
+    ),
+    **dict.fromkeys(INTERCEPT, ("VELOCITY_RANGE",)),
+    **dict.fromkeys(ROTATE, ("MODE",)),
+    "TakeItBack": (),
+    "TimedTransfer": ("DELAY_STEPS",),
+    "BlinkCountButtonPress": tuple(BASE_CONSTANTS["BlinkCountButtonPress"]),
+    **dict.fromkeys(TRACE, ("AVAILABLE_SHAPES",)),
+    "GatherAndRecall": ("N_CUBES",),
+    **dict.fromkeys(BATTERIES, ("ACTIVE_BATTERY_COUNT", "WORKING_BATTERY_COUNT")),
+}
+
 
 def base_name(family: str) -> str:
     """Name of a family's base class."""

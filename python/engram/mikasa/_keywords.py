@@ -123,7 +123,9 @@ def read(given: Mapping[str, Any], *, takes: tuple[str, ...]) -> Settings:
     for name, keyword in (("enable_shadow", "shadows"), ("threads", "threads")):
         if name in left:
             options[keyword] = left.pop(name)
-    options.update(_task_options(own))
+    options["constants"] = _task_constants(own)
+    if settings.robot_uids != "panda_wristcam":
+        options["constants"]["robot_uids"] = settings.robot_uids
     _check_backend(left.pop("sim_backend", "auto"), num_envs)
     for name, why in _IGNORED.items():
         if name in left and left.pop(name) is not None:
@@ -175,12 +177,7 @@ def _frequency(value: Any) -> int:
 def _robot(value: Any) -> str:
     if isinstance(value, (tuple, list)) and len(value) == 1:
         value = value[0]
-    if value == "panda":
-        _warn_once(
-            "robot_uids panda: pictures come from base_camera alone; the mass of the wrist camera "
-            "stays on the arm"
-        )
-    elif value != "panda_wristcam":
+    if value not in ("panda", "panda_wristcam"):
         raise NotImplementedError(f"robot_uids: {value!r} given; allowed: panda_wristcam, panda")
     return str(value)
 
@@ -199,16 +196,16 @@ def _check_backend(value: Any, num_envs: int) -> None:
         raise InvalidArgumentError(f"sim_backend: {value!r} given; allowed: auto, cpu, gpu, cuda:N")
 
 
-def _task_options(own: Mapping[str, Any]) -> dict[str, Any]:
-    """Options from keywords of some tasks."""
-    options: dict[str, Any] = {}
+def _task_constants(own: Mapping[str, Any]) -> dict[str, Any]:
+    """Constants from keywords of some tasks."""
+    constants: dict[str, Any] = {}
     if "angle_threshold" in own:
-        options["constants"] = {"angle_threshold": real("angle_threshold", own["angle_threshold"])}
+        constants["angle_threshold"] = real("angle_threshold", own["angle_threshold"])
     if own.get("blink_color") is not None:
         raise InvalidArgumentError(
             f"blink_color: {own['blink_color']!r} given; the lamp has one colour; allowed: None"
         )
-    return options
+    return constants
 
 
 def _size(what: str, configs: Any, cameras: tuple[str, ...], default: int) -> tuple[int, int]:

@@ -20,6 +20,7 @@ from engram.typing import TaskDescription
 
 _AGENT = ("qpos", "qvel")
 _FIXED = "base_camera"
+_ANGLE = "{angle_deg}"  # stands for the angle of an episode in the instruction of Rotate
 
 
 # NumPy converts and compares small arrays in a fraction of the time that torch takes.
@@ -218,6 +219,7 @@ class Evaluation:
         views = batch._views
         self._batch = batch
         self._by_episode = family in _families.ROTATE
+        self._template = description["instruction"]
         self._terms = [
             (term, _families.reward_type(term, family)) for term in description["reward_terms"]
         ]
@@ -235,12 +237,20 @@ class Evaluation:
 
     def restart(self) -> None:
         """Updates instructions after episodes have begun."""
-        if self._instruction is not None:
+        if self._by_episode:
+            self._texts = [self._own_text(text) for text in self._batch.instructions]
+        elif self._instruction is not None:
             self._texts = self._instruction
-        elif self._by_episode:
-            self._texts = self._batch.instructions
         else:
             self._texts = self._batch._batch.instruction(0)
+
+    def _own_text(self, known: str) -> str:
+        """The instruction of an episode with the angle of the batch's."""
+        if self._instruction is None:
+            return known
+        before, _, behind = self._template.partition(_ANGLE)
+        angle = known.removeprefix(before).removesuffix(behind)
+        return self._instruction.replace(_ANGLE, angle)
 
     def oracle_info(self) -> torch.Tensor:
         """The answer."""

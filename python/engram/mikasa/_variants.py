@@ -1,16 +1,17 @@
-"""Constants of classes, and their changes in subclasses."""
+"""Constants of classes: read, set on a class, changed in subclasses."""
 
 from __future__ import annotations
 
+import copy
 import difflib
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
 
 from engram.errors import InvalidArgumentError, UnknownIdError
+from engram.mikasa import _families, _forms
 from engram.tasks import describe
 
 # Methods that the original lets subclasses override and engram does not.
@@ -32,35 +33,78 @@ _REFUSED_METHODS = {
     "human_render_camera_configs={'width': ..., 'height': ...}",
     "_default_sim_config": "engram's physics has no such settings",
 }
+# Texts of a task; that of Rotate has a number of the episode in it.
+_INSTRUCTION = "LANGUAGE_INSTRUCTION"
+_TEMPLATE = "LANGUAGE_INSTRUCTION_TEMPLATE"
 # Class attributes in capitals that are no constants of a task.
 _OTHERS = (
     "SUPPORTED_ROBOTS",
     "SUPPORTED_REWARD_MODES",
     "SUPPORTED_OBS_MODES",
-    "LANGUAGE_INSTRUCTION",
-    "LANGUAGE_INSTRUCTION_TEMPLATE",
+    _INSTRUCTION,
+    _TEMPLATE,
 )
 _SAME = 0.85  # similarity from which on a name counts as misspelt
 
 
 class TaskMeta(type(gym.Env)):  # type: ignore[misc]
-    """Metaclass of tasks: constants are class attributes, read from engram on use."""
+    """Metaclass of tasks: constants are class attributes.
+
+    The classes of this package read theirs from engram on use. What is set on them is kept in
+    ``_set``; it holds for what is made afterwards. ``_own`` names the constants that a class has
+    values of its own for, in the original.
+    """
 
     def __getattr__(cls, name: str) -> Any:
         """A constant of the task."""
         if name.isupper() and _has_task(cls):
-            constants = {**task_constants(cls._task), **cls._changes}
-            if name in constants:
-                return constants[name]
-        raise AttributeError(f"type object {cls.__name__!r} has no attribute {name!r}")
+            if name in (_INSTRUCTION, _TEMPLATE):
+                return _instruction(cls, name)
+            return _constant(cls, name)
+        raise _missing(cls, name)
+
+    def __setattr__(cls, name: str, value: Any) -> None:
+        """Sets a constant of a class of this package, or any other attribute.
+
+        Raises:
+            UnknownIdError: The task has no such constant; the message names the nearest one.
+            InvalidArgumentError: The constant is fixed, or the instruction is no text.
+        """
+        if not (name.isupper() and _is_generated(cls)) or name.startswith("SUPPORTED_"):
+            super().__setattr__(name, value)
+            return
+        _check_set(cls, name, value)
+        cls._set[name] = value
+
+    def __delattr__(cls, name: str) -> None:
+        """Takes back what was set on a class of this package."""
+        if name in cls.__dict__.get("_set", {}):
+            del cls._set[name]
+        else:
+            super().__delattr__(name)
 
     def __dir__(cls) -> list[str]:
         names = set(super().__dir__())
-        return sorted(names | set(task_constants(cls._task)) if _has_task(cls) else names)
+        if _has_task(cls):
+            names |= {*task_constants(cls._task), _INSTRUCTION}
+        return sorted(names)
+
+
+def _missing(cls: type, name: str) -> AttributeError:
+    return AttributeError(f"type object {cls.__name__!r} has no attribute {name!r}")
 
 
 def _has_task(cls: type) -> bool:
     return any("_task" in vars(one) for one in cls.__mro__)
+
+
+def _is_generated(cls: type) -> bool:
+    return bool(cls.__dict__.get("_generated", False))
+
+
+def _generated_of(cls: type) -> Iterator[Any]:
+    """The classes of this package that a class has, the nearest first."""
+    return (one for one in cls.__mro__ if _is_generated(one))
 
 
 @functools.cache
@@ -71,34 +115,96 @@ def _described(task: str) -> Any:
 @functools.cache
 def task_constants(task: str) -> Mapping[str, Any]:
     """Constants of a task, in the original's forms."""
-    constants = _described(task)["constants"]
-    return {name: _plain(name, value) for name, value in constants.items()}
+    return _forms.of_task(_described(task)["constants"])
 
 
-def _plain(name: str, value: Any) -> Any:
-    if isinstance(value, dict):  # JSON has texts for keys
-        value = {int(key): one for key, one in value.items()}
-        if name == "COLOR_PALETTE":
-            return {key: np.array(rgba) for key, rgba in value.items()}
+def _usual(cls: Any) -> dict[str, Any]:
+    """Constants of a class that nobody has set."""
+    return {**task_constants(cls._task), **_forms.of_task(cls._changes)}
+
+
+def _constant(cls: Any, name: str) -> Any:
+    usual = _usual(cls)
+    home: Any = None  # the class that has the value
+    for one in _generated_of(cls):
+        if one._family == cls._family:
+            home = one
+        if name in one._set:
+            return one._set[name]
+        if name in one._own:
+            break
+    if name not in usual:
+        raise _missing(cls, name)
+    # Lists and arrays belong to the class from now on: what users write into them counts, too.
+    value = copy.deepcopy(usual[name])
+    if not isinstance(value, (int, float, str)):
+        home._set[name] = value
     return value
 
 
-def own_constants(cls: type) -> dict[str, Any]:
-    """Constants of the user's classes, by name."""
+def _instruction(cls: Any, name: str) -> str:
+    """The instruction; that of TimedTransfer names the delay."""
+    own = own_instruction(cls)
+    if own is not None:
+        return own
+    known: str = _described(cls._task)["instruction"]
+    if name == _TEMPLATE and "{" not in known:
+        raise _missing(cls, name)
+    constants = changed_constants(cls) if cls._family == "TimedTransfer" else {}
+    if constants:
+        known = describe(cls._task, rules="original", constants=constants)["instruction"]
+    return known
+
+
+def _check_set(cls: Any, name: str, value: Any) -> None:
+    if name == _INSTRUCTION or (name == _TEMPLATE and cls._family in _families.ROTATE):
+        if not isinstance(value, str):
+            raise InvalidArgumentError(f"{cls.__name__}.{name}: {value!r} given, a text needed")
+        return
+    usual = _usual(cls)
+    if name not in usual:
+        nearest = difflib.get_close_matches(name, [*usual, _INSTRUCTION], n=1, cutoff=0)[0]
+        raise UnknownIdError(
+            f"{cls.__name__}.{name} set; the task has no such constant, did you mean {nearest}?"
+        )
+    changeable = {constant["name"] for constant in _described(cls._task)["changeable"]}
+    if name not in changeable and not _forms.same(value, usual[name]):
+        raise _fixed(cls, name, value)
+
+
+def _fixed(cls: Any, name: str, value: Any) -> InvalidArgumentError:
+    changeable = [constant["name"] for constant in _described(cls._task)["changeable"]]
+    return InvalidArgumentError(
+        f"{cls.__name__}.{name}: {value!r} given; engram has it fixed at {_usual(cls)[name]!r}; "
+        f"changeable: {', '.join(changeable)}"
+    )
+
+
+def _nearest_values(cls: type, names: tuple[str, ...] | None) -> dict[str, Any]:
+    """Values in capitals that users gave a class or its bases: these names; None: constants."""
     given: dict[str, Any] = {}
-    for one in reversed(cls.__mro__):
-        if isinstance(one, TaskMeta) and not one.__dict__.get("_generated", False):
-            given.update({k: v for k, v in vars(one).items() if k.isupper() and k not in _OTHERS})
+    hidden: set[str] = set()  # those that a nearer class of this package has its own values for
+    for one in cls.__mro__:
+        if not isinstance(one, TaskMeta):
+            continue
+        values = one._set if _is_generated(one) else vars(one)
+        for name, value in values.items():
+            wanted = name.isupper() and name not in _OTHERS if names is None else name in names
+            if wanted and name not in given and name not in hidden:
+                given[name] = value
+        hidden |= set(one.__dict__.get("_own", ()))
     return given
 
 
+def own_constants(cls: type) -> dict[str, Any]:
+    """Copies of the constants that users gave the class or its bases."""
+    return copy.deepcopy(_nearest_values(cls, None))
+
+
 def own_instruction(cls: type) -> str | None:
-    """The instruction that the user's classes give, if they do."""
-    for one in cls.__mro__:
-        if "LANGUAGE_INSTRUCTION" in vars(one):
-            generated = vars(one).get("_generated", False)
-            return None if generated else vars(one)["LANGUAGE_INSTRUCTION"]
-    return None
+    """The instruction that users gave the class or its bases, if they did."""
+    given: str | None = next(iter(_nearest_values(cls, (_TEMPLATE, _INSTRUCTION)).values()), None)
+    return given
 
 
 def changed_constants(cls: Any) -> dict[str, Any]:
@@ -109,23 +215,19 @@ def changed_constants(cls: Any) -> dict[str, Any]:
         UnknownIdError: A name is nearly a constant's.
     """
     check_methods(cls)
-    wanted = {**cls._changes, **own_constants(cls)}
+    wanted = {**cls._changes, **_nearest_values(cls, None)}
     if not wanted:
         return {}
-    description = _described(cls._task)
-    changeable = {constant["name"]: constant for constant in description["changeable"]}
+    changeable = [constant["name"] for constant in _described(cls._task)["changeable"]]
     usual = task_constants(cls._task)
     result = {}
     for name, value in wanted.items():
-        if name in usual and _same(value, usual[name]):
+        if name in usual and _forms.same(value, usual[name]):
             continue
         if name in changeable:
-            result[name] = _given(value, changeable[name])
+            result[name] = value
         elif name in usual:
-            raise InvalidArgumentError(
-                f"{cls.__name__}.{name}: {value!r} given; engram has it fixed at {usual[name]!r}; "
-                f"changeable: {', '.join(changeable)}"
-            )
+            raise _fixed(cls, name, value)
         else:
             _refuse_misspelt(cls, name, [*usual, *changeable])
     return result
@@ -140,7 +242,7 @@ def _refuse_misspelt(cls: type, name: str, names: list[str]) -> None:
 def check_methods(cls: type) -> None:
     """Refuses classes that override methods of engram's core."""
     for one in cls.__mro__:
-        if not isinstance(one, TaskMeta) or one.__dict__.get("_generated", False):
+        if not isinstance(one, TaskMeta) or _is_generated(one):
             continue
         for name, why in _REFUSED_METHODS.items():
             if name in vars(one):
@@ -149,37 +251,3 @@ def check_methods(cls: type) -> None:
                     "allowed: step, evaluate, compute_dense_reward, "
                     "compute_normalized_dense_reward, compute_sparse_reward, constants"
                 )
-
-
-def _listed(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return [_listed(one) for one in value.values()]
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    return [_listed(one) for one in value] if isinstance(value, (list, tuple)) else value
-
-
-def _same(one: Any, other: Any) -> bool:
-    return bool(_listed(one) == _listed(other))
-
-
-def _given(value: Any, constant: Mapping[str, Any]) -> Any:
-    """A value in engram's form: names where the original has numbers or colours."""
-    value = _listed(value)
-    names = constant.get("names")
-    if not names or not isinstance(value, list):
-        return value
-    if all(isinstance(one, int) for one in value):
-        return [names[one] if 0 <= one < len(names) else one for one in value]
-    colors = [
-        _listed(color[1])
-        for color in _described("RememberColor9-VLA-v0")["constants"]["COLOR_MAPPING"].values()
-    ]
-    return [_color(one, colors, names) if isinstance(one, list) else one for one in value]
-
-
-def _color(rgba: list[float], colors: list[list[float]], names: list[str]) -> Any:
-    for name, color in zip(names, colors):
-        if np.allclose(np.array(color) / 255, rgba, atol=1e-3):
-            return name
-    return rgba

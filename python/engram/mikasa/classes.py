@@ -15,18 +15,14 @@ __all__: list[str] = []
 
 
 def _attributes(task: TaskSummary) -> dict[str, Any]:
-    family = task["family"]
-    result: dict[str, Any] = {
+    return {
         "__module__": __name__,
         "_generated": True,
         "_task": task["id"],
-        "_family": family,
+        "_family": task["family"],
+        "_set": {},
+        "_own": (),
     }
-    if family in _families.ROTATE:
-        result["LANGUAGE_INSTRUCTION_TEMPLATE"] = task["instruction"]
-    elif family != "TimedTransfer":
-        result["LANGUAGE_INSTRUCTION"] = task["instruction"]
-    return result
 
 
 def _first_of(tasks: list[TaskSummary]) -> TaskSummary:
@@ -53,6 +49,7 @@ def _make() -> dict[str, TaskMeta]:
         classes[root.__name__] = root
         for task in tasks:
             attributes = {**_attributes(task), "_changes": {}, "__doc__": f"{task['id']}."}
+            attributes["_own"] = _families.LEAF_CONSTANTS[family]
             leaf = TaskMeta(_families.leaf_name(task["id"]), (root,), attributes)
             classes[leaf.__name__] = leaf
             register_env(task["id"], max_episode_steps=task["horizon"])(leaf)

@@ -10,9 +10,14 @@ import numpy as np
 
 from engram.envs.vector_env import VectorEnv
 from engram.errors import BadStateError, InvalidArgumentError
-from engram.mikasa import _families, _keywords, _legacy_attributes, _observing, _rendering
+from engram.mikasa import _families, _forms, _keywords, _legacy_attributes, _observing, _rendering
 from engram.mikasa._torch import CPU, torch
-from engram.mikasa._variants import TaskMeta, changed_constants, own_instruction
+from engram.mikasa._variants import (
+    TaskMeta,
+    changed_constants,
+    own_constants,
+    own_instruction,
+)
 from engram.mikasa.agent import Agent
 
 _NO_LIMIT = 1_000_000  # control steps: the time limit around the environment ends episodes
@@ -76,12 +81,16 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._resets = 0
         self._drawn: dict[str, np.ndarray] | None = None
         options = dict(chosen.options)
-        options["constants"] = {**constants, **options.get("constants", {})}
+        options["constants"] = {**constants, **options["constants"]}
         if options["constants"]:  # the base has no time limit
             options["constants"]["max_episode_steps"] = _NO_LIMIT
         self._env = self._open(options)
         self.task_id = self._env.task_id
         self._description = self._env.description
+        self._constants = _forms.of_task(self._description["constants"])
+        for name, value in own_constants(cls).items():  # as they were set: a tuple, not a list
+            if name in self._constants and _forms.same(value, self._constants[name]):
+                self._constants[name] = value
         self.angle_threshold = options["constants"].get("angle_threshold", 0.1)
         self._observations = _observing.Observations(
             self._env,
@@ -164,9 +173,13 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         """One control step (0.05 s) of all environments.
 
         Args:
-            action: (B, D), or (D) for all of them; numbers that are finite.
+            action: (B, D), or (D) for all of them; numbers that are finite. None: no new command;
+                the drives keep their targets.
         """
-        self._env._advance(self._actions(action))
+        if action is None:
+            self._env._batch.step_no_action()
+        else:
+            self._env._advance(self._actions(action))
         self._most_steps += 1
         info = self.get_info()
         observation = self.get_obs(info)
@@ -174,11 +187,6 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         return observation, reward, self._terminated(info), self._unstable(), info
 
     def _actions(self, action: Any) -> np.ndarray:
-        if action is None:
-            raise InvalidArgumentError(
-                "action: None given; every step needs actions; "
-                "zeros hold the arm in the delta modes"
-            )
         if isinstance(action, torch.Tensor):
             action = action.detach().cpu().numpy()
         array = np.asarray(action)
@@ -302,7 +310,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         if name.startswith("_") or "_env" not in self.__dict__:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         if name.isupper():
-            return getattr(type(self), name)
+            constants = self._constants
+            return constants[name] if name in constants else getattr(type(self), name)
         if name == "shuffle_steps_per_env" and "Shuffle" in self._family:
             name = "empty_steps_per_env"
         computed = _legacy_attributes.attribute(self, name)

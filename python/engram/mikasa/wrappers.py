@@ -260,7 +260,7 @@ class InitialZeroActionWrapper(ActionWrapper):
 
     def action(self, action: Any) -> Any:
         """The action, or a copy with rows of zeros; batches of tensors only."""
-        if self.current_steps is None:
+        if self.current_steps is None or action is None:
             return action
         first = self.current_steps < self.n_initial_steps
         if not bool(first.any()):

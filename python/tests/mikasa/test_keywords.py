@@ -39,7 +39,6 @@ IGNORED = {
     "shader_dir": "default",
     "viewer_camera_configs": {"width": 100},
     "enhanced_determinism": True,
-    "robot_uids": "panda",
 }
 REFUSED = {
     "sim_config": {"sim_freq": 200},
@@ -147,13 +146,59 @@ def test_pictures(mode, shape):
         assert shapes(env.render()) == f"uint8 {(2, *shape, 3)}"
 
 
-def test_the_panda_without_a_wrist_camera_sees_with_one():
-    _keywords._warned.clear()
-    with (
-        pytest.warns(UserWarning, match="mass"),
-        made(ID, obs_mode="rgb", robot_uids="panda") as env,
-    ):
-        assert list(env.reset(seed=1)[0]["sensor_data"]) == ["base_camera"]
+def test_the_plain_panda_sees_with_one_camera_and_lacks_the_others_mass():
+    with made(ID, obs_mode="rgb", robot_uids="panda") as env:
+        observation = env.reset(seed=1)[0]
+        assert list(observation["sensor_data"]) == ["base_camera"]
+        assert list(observation["sensor_param"]) == ["base_camera"]
+        assert env.unwrapped.robot_uids == env.unwrapped.agent.uid == "panda"
+    motions = []
+    for robot in ("panda_wristcam", "panda"):
+        with warnings.catch_warnings(), made(ID, robot_uids=robot) as env:
+            warnings.simplefilter("error")
+            env.reset(seed=1)
+            for _ in range(10):
+                env.step(torch.tensor([0, 0, 0, 1.0, 0, 0, 0]))
+            motions.append(env.unwrapped.agent.robot.get_qpos())
+            changed = env.unwrapped._env.description["changed"]
+            assert changed.get("robot_uids", "panda_wristcam") == robot
+    difference = (motions[0] - motions[1]).abs().max()
+    assert 1e-5 < difference < 0.05  # the hand is 0.564 kg lighter
+
+
+@pytest.mark.parametrize("control_mode", ["pd_joint_delta_pos", "pd_ee_delta_pose"])
+def test_a_step_without_an_action_goes_on(control_mode):
+    with made(ID, num_envs=2, control_mode=control_mode) as env:
+        env.reset(seed=1)
+        start = env.unwrapped.agent.robot.get_qpos()
+        *_, info = env.step(None)
+        assert info["elapsed_steps"].tolist() == [1, 1]
+        torch.testing.assert_close(env.unwrapped.agent.robot.get_qpos(), start, atol=1e-4, rtol=0)
+        action = torch.zeros(2, env.unwrapped.single_action_space.shape[0])
+        action[:, 1] = 0.5
+        action[:, -1] = 1
+        env.step(action)
+        before = env.unwrapped.agent.robot.get_qpos()
+        _, reward, terminated, truncated, info = env.step(None)
+        after = env.unwrapped.agent.robot.get_qpos()
+        # The arm goes on towards the targets; zeros would hold it where it is.
+        assert (
+            (after - start)[:, :7].norm(dim=1) > 1.2 * (before - start)[:, :7].norm(dim=1)
+        ).all()
+        torch.testing.assert_close(after[:, 7:], start[:, 7:], atol=1e-3, rtol=0)
+        assert info["elapsed_steps"].tolist() == [3, 3]
+        assert reward.shape == (2,)
+        assert not (terminated | truncated).any()
+
+
+def test_wrappers_pass_a_step_without_an_action_on():
+    with made(ID, obs_mode="rgb") as env:
+        env = engram.mikasa.apply_mikasa_vla_wrappers(env)
+        env.reset(seed=1)
+        for _ in range(3):
+            observation, *_, info = env.step(None)
+        assert info["elapsed_steps"].tolist() == [3]
+        assert observation["proprio"].shape == (1, 7)
 
 
 def test_actions():
@@ -164,7 +209,7 @@ def test_actions():
         assert torch.equal(first, env.step(torch.full((2, 7), 0.5).double())[0])
         env.reset(seed=1)
         assert torch.equal(first, env.step([[0.5] * 7] * 2)[0])
-        for wrong in (None, torch.zeros(3, 7), torch.full((2, 7), float("nan"))):
+        for wrong in (torch.zeros(3, 7), torch.full((2, 7), float("nan"))):
             with pytest.raises(engram.InvalidArgumentError):
                 env.step(wrong)
 

@@ -307,5 +307,68 @@ TEST_CASE("An additional environment costs a few kilobytes", "[batch]") {
   CHECK(Queries(*make_env("RememberColor9-VLA-v0")).bytes_per_env() < 12'000);
 }
 
+TEST_CASE("A step without a new command keeps the drives' targets", "[batch]") {
+  for (int i = 0; i < kControlModes; ++i) {
+    BatchOptions options;
+    options.num_envs = 3;
+    options.threads = 1;
+    options.control_mode = static_cast<ControlMode>(i);
+    options.freeze_cue = false;
+    options.auto_reset = AutoReset::kOff;
+    const auto env = make_env(kId, options);
+    CHECK_THROWS_WITH(env->step_no_action(), Catch::Contains("reset first"));
+    env->reset();
+    INFO(name_of(options.control_mode));
+    // Before the first command, the robot stays in its start pose.
+    const std::vector<double> start(env->state().qpos.row(1), env->state().qpos.row(1) + 9);
+    for (int k = 0; k < 3; ++k) env->step_no_action();
+    for (std::size_t k = 0; k < start.size(); ++k) {
+      CHECK(env->state().qpos.row(1)[k] == Approx(start[k]).margin(1e-4));
+    }
+    CHECK(env->state().elapsed[1] == 3);
+
+    std::vector<float> actions;
+    test::act(*env, Policy::kRandom).swap(actions);
+    env->step(actions);
+    const std::vector<double> target(env->state().target_qpos.row(1),
+                                     env->state().target_qpos.row(1) + 9);
+    std::vector<double> far(9);
+    for (std::size_t k = 0; k < far.size(); ++k) {
+      far[k] = std::abs(env->state().qpos.row(1)[k] - target[k]);
+    }
+    for (int k = 0; k < 8; ++k) env->step_no_action();
+    for (std::size_t k = 0; k < target.size(); ++k) {
+      CHECK(env->state().target_qpos.row(1)[k] == target[k]);
+      const bool moves_on = options.control_mode == ControlMode::kPdJointVel && k < 7;
+      const bool pushed = options.control_mode == ControlMode::kPdJointPosVel ||
+                          options.control_mode == ControlMode::kPdJointDeltaPosVel;
+      if (moves_on || pushed) continue;
+      // Farther on the way: a tenth of the way is left, or the joint was there already.
+      CHECK(std::abs(env->state().qpos.row(1)[k] - target[k]) <= 0.5 * far[k] + 2e-3);
+    }
+    CHECK(env->state().elapsed[1] == 12);
+  }
+}
+
+TEST_CASE("A step without a command is that of the same absolute targets", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 2;
+  options.control_mode = ControlMode::kPdJointPos;
+  options.freeze_cue = false;
+  const auto one = make_env(kId, options);
+  const auto other = make_env(kId, options);
+  one->reset();
+  other->reset();
+  const std::vector<float> actions = test::act(*one, Policy::kRandom);
+  one->step(actions);
+  other->step(actions);
+  for (int k = 0; k < 5; ++k) {
+    one->step(actions);
+    other->step_no_action();
+    CHECK(batch_bytes(*one) == batch_bytes(*other));
+  }
+  CHECK(one->state().elapsed[0] == 6);
+}
+
 }  // namespace
 }  // namespace engram

@@ -9,6 +9,7 @@
 namespace engram {
 namespace {
 
+using tasks::ColorList;
 using tasks::ConstantBinder;
 using tasks::NameList;
 using tasks::SampledRange;
@@ -31,6 +32,7 @@ struct Params {
   NameList SHAPES{2};
   StepRange CUE_STEPS{1, 5};
   SampledRange<double> SPEED{0.5, 1};
+  ColorList PALETTE{2};
   double BUTTON = 0.03;
 
   void declare(ConstantBinder& constants) {
@@ -41,7 +43,8 @@ struct Params {
     constants.names("SHAPES", SHAPES, kShapes, 1, "that are drawn", ids_of);
     constants.steps("CUE_STEPS", CUE_STEPS, {1, 100}, "how long", {"cue_steps", "length"});
     constants.range("SPEED", SPEED, {0.1, 2}, "m/s", "how fast", {"speed", "of the ball"});
-    constants.fixed({{"HEIGHT", 1000}});
+    constants.colors("PALETTE", PALETTE, 1, "of the cubes");
+    constants.fixed({{"HEIGHT", 1000}, {"COLORS", ConstantTable{{"0", ConstantList{0.5, 1}}}}});
     constants.fixed([&] { constants.real("BUTTON", BUTTON, {0.01, 0.1}, "m", "of the button"); });
   }
 };
@@ -74,7 +77,7 @@ std::string refusal(const ConstantTable& chosen) {
 
 TEST_CASE("One line declares a constant, its default and its random variable", "[constants]") {
   const Declared declared = declare({});
-  CHECK(declared.constants.size() == 9);
+  CHECK(declared.constants.size() == 11);
   CHECK(declared.at("COUNT").value == Constant(3));
   CHECK(declared.at("COUNT").kind == TaskConstant::Kind::kInteger);
   CHECK(declared.at("SHAPE").value == Constant("circle"));
@@ -84,6 +87,8 @@ TEST_CASE("One line declares a constant, its default and its random variable", "
   const StepRange& cue = declared.params.CUE_STEPS;
   CHECK(std::string(cue.variable.name) == "cue_steps");
   CHECK(std::string(cue.constant) == "CUE_STEPS");
+  CHECK(declared.at("PALETTE").kind == TaskConstant::Kind::kColors);
+  CHECK(declared.at("PALETTE").value == Constant(ConstantList{"red", "green"}));
   CHECK(std::ranges::none_of(declared.constants, &TaskConstant::changed));
 }
 
@@ -108,15 +113,72 @@ TEST_CASE("Chosen values are set, and flagged", "[constants]") {
   CHECK(changed_constants(declared.constants).size() == 6);
 }
 
-TEST_CASE("Fixed constants are published, but cannot be chosen", "[constants]") {
-  const Declared declared = declare({});
+TEST_CASE("Fixed constants are published, and can be given as they are", "[constants]") {
+  const Declared declared = declare({{"HEIGHT", 1000.0}, {"BUTTON", 0.03F}});
   for (const char* name : {"HEIGHT", "BUTTON"}) {
     CHECK(declared.at(name).published);
     CHECK_FALSE(declared.at(name).changeable());
-    CHECK(refusal({{name, 0.05}}).find("no constant named '") != std::string::npos);
+    CHECK_FALSE(declared.at(name).changed);
   }
-  CHECK(refusal({{"HEIGHT", 1}})
-            .ends_with("This task has: COUNT, RADIUS, SIZE, SHAPE, SHAPES, CUE_STEPS, SPEED"));
+  CHECK(refusal({{"COLORS", ConstantTable{{"0", ConstantList{0.5, 1.0}}}}}).empty());
+  CHECK(refusal({{"HEIGHT", 1}}) ==
+        "constant 'HEIGHT': 1 given, 1000 allowed: nobody can change it. This task has: COUNT, "
+        "RADIUS, SIZE, SHAPE, SHAPES, CUE_STEPS, SPEED, PALETTE");
+  CHECK(refusal({{"COLORS", ConstantTable{{"0", 7}}}})
+            .starts_with("constant 'COLORS': {0: 7} given, {0: [0.5, 1]} allowed"));
+  CHECK(refusal({{"HEIHGT", 1}}).starts_with("no constant named 'HEIHGT' to change; did you mean"));
+}
+
+TEST_CASE("Chosen values that are the task's own change nothing", "[constants]") {
+  ConstantTable own;
+  for (const TaskConstant& constant : declare({}).constants) {
+    own.emplace_back(constant.name, constant.published_form());
+  }
+  const Declared declared = declare(own);
+  CHECK(std::ranges::none_of(declared.constants, &TaskConstant::changed));
+  CHECK(declared.at("COUNT").chosen);
+  CHECK_FALSE(declared.at("HEIGHT").chosen);
+}
+
+TEST_CASE("Names are given by number, too, and as tables", "[constants]") {
+  const auto shapes = [](const Constant& given) {
+    return declare({{"SHAPES", given}}).at("SHAPES").value;
+  };
+  const Constant wanted = ConstantList{"triangle", "circle"};
+  CHECK(shapes(ConstantList{2, 0}) == wanted);
+  CHECK(shapes(ConstantList{2, "circle"}) == wanted);
+  CHECK(shapes(ConstantTable{{"1", "circle"}, {"0", "triangle"}}) == wanted);
+  CHECK(shapes("square") == Constant(ConstantList{"square"}));
+  CHECK(refusal({{"SHAPES", ConstantList{3}}}).starts_with("constant 'SHAPES': [3] given"));
+  CHECK(refusal({{"SHAPES", ConstantTable{{"1", "circle"}}}})
+            .starts_with("constant 'SHAPES': {1: 'circle'} given"));
+}
+
+TEST_CASE("Colours are given by name and by red, green and blue", "[constants]") {
+  const auto palette = [](const Constant& given) {
+    return declare({{"PALETTE", given}}).at("PALETTE").value;
+  };
+  CHECK(palette("Teal") == Constant(ConstantList{"teal"}));
+  CHECK(palette(ConstantList{"Lime", "yellow"}) == Constant(ConstantList{"green", "yellow"}));
+  CHECK(palette(ConstantTable{{"0", ConstantList{0, 0, 1, 1}},
+                              {"1", ConstantList{1, 128 / 255.0F, 0}},
+                              {"2", ConstantList{0.2, 0.3, 0.4}}}) ==
+        Constant(ConstantList{"blue", "olive", ConstantList{0.2, 0.3, 0.4}}));
+  const Declared grey = declare({{"PALETTE", ConstantList{ConstantList{0.5, 0.5, 0.5, 1}}}});
+  CHECK(grey.params.PALETTE.size() == 1);
+  CHECK(grey.params.PALETTE[0] == mjcf::Rgba{0.5, 0.5, 0.5, 1});
+  CHECK(grey.at("PALETTE").published_value ==
+        Constant(ConstantTable{{"0", ConstantList{0.5, 0.5, 0.5, 1.0}}}));
+  for (const Constant& wrong :
+       {Constant("pink"), Constant(ConstantList{"red", ConstantList{1, 0, 0, 1}}),
+        Constant(ConstantList{ConstantList{255, 0, 0}}), Constant(ConstantList{0.1, 0.2, 0.3}),
+        Constant(ConstantList{ConstantList{1, 0, 0, 0.5}}),
+        Constant(ConstantList{ConstantList{1, 0}})}) {
+    INFO(in_words(wrong));
+    CHECK(refusal({{"PALETTE", wrong}})
+              .ends_with("1 to 16 different colours, of red, green, blue, yellow, magenta, cyan, "
+                         "maroon, olive, teal or [red, green, blue] from 0 to 1, allowed"));
+  }
 }
 
 TEST_CASE("Refusals name what was given and what is allowed", "[constants]") {

@@ -229,7 +229,8 @@ TEST_CASE("Sets of colours that contradict themselves are refused", "[variants][
        "3 given, at most 2 of 3 COLORS allowed, or there is one answer only"},
       {kBunch, {{"SEQUENCE_LENGTH", 9}}, "at most 8 of 9 COLORS"},
       {kChain, {{"SEQUENCE_LENGTH", 5}, {"COLORS", 4}}, "5 given, at most 4 of 4 COLORS allowed"},
-      {kBunch, {{"CUBE_HALFSIZE", 0.03}}, "60 mm wide, and their places 62 mm"},
+      {kBunch, {{"CUBE_HALFSIZE", 0.027}}, "constant 'CUBE_HALFSIZE': 0.027 given, at most 0.0"},
+      {kBunch, {{"CUBE_HALFSIZE", 0.03}}, "allowed with COLORS 9: larger cubes do not stand apart"},
       {kSeq, {{"CUBE_HALFSIZE", 0.035}, {"COLORS", 2}, {"SEQUENCE_LENGTH", 1}}, "the button"},
       {kBunch,
        {{"CUE_PHASE_STEPS", 300}, {"EMPTY_PHASE_STEPS", 90}},
@@ -243,6 +244,29 @@ TEST_CASE("Sets of colours that contradict themselves are refused", "[variants][
   for (const Refused& row : refused) {
     INFO(row.id << ": " << row.says);
     CHECK_THROWS_WITH(make_task(row.id, row.constants), Contains(row.says));
+  }
+}
+
+TEST_CASE("The size that a refusal allows is allowed, and no larger one",
+          "[variants][color_recall]") {
+  for (const char* id : kAll) {
+    for (const int colors : {2, 3, 5, 9}) {
+      const auto with_size = [&](double size) {
+        return ConstantTable{{"CUBE_HALFSIZE", size}, {"COLORS", colors}, {"SEQUENCE_LENGTH", 1}};
+      };
+      INFO(id << ", " << colors << " colours");
+      std::string message;
+      try {
+        (void)make_task(id, with_size(0.035));
+      } catch (const Error& error) {
+        message = error.what();
+      }
+      REQUIRE(message.find("0.035 given, at most ") != std::string::npos);
+      const double most = std::stod(message.substr(message.find("at most ") + 8));
+      CHECK(most >= 0.02);
+      CHECK_NOTHROW(make_task(id, with_size(most)));
+      CHECK_THROWS_WITH(make_task(id, with_size(most + 0.0005)), Contains("at most"));
+    }
   }
 }
 

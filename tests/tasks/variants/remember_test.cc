@@ -1,4 +1,5 @@
 // What follows from the constants of the families that recall objects.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
@@ -6,6 +7,7 @@
 
 #include "core/env/queries.h"
 #include "tests/env_helpers.h"
+#include "tests/tasks/leak_check.h"
 
 namespace engram {
 namespace {
@@ -170,6 +172,64 @@ TEST_CASE("The noise of the start pose is a constant, too", "[variants]") {
   const auto noisy = make("RememberColor3-VLA-v0", {}, 2);
   CHECK_FALSE(std::equal(noisy->state().qpos.row(0), noisy->state().qpos.row(0) + kRobotJoints,
                          noisy->state().qpos.row(1)));
+}
+
+TEST_CASE("COLOR_PALETTE takes any colour", "[variants]") {
+  const ConstantTable palette = {{"0", ConstantList{0.9, 0.45, 0.1, 1.0}},
+                                 {"1", ConstantList{0.2, 0.2, 0.25, 1.0}}};
+  const auto env = make("FindImposterShapeAndColor3x2-VLA-v0", {{"COLOR_PALETTE", palette}});
+  const std::vector<ObjectDescriptor> looks =
+      make_task("FindImposterShapeAndColor3x2-VLA-v0", {{"COLOR_PALETTE", palette}})
+          ->object_descriptors();
+  REQUIRE(looks.size() == 6);
+  for (std::size_t key = 0; key < looks.size(); ++key) {
+    CHECK(kObjectColorNames[static_cast<std::size_t>(looks[key].color)] ==
+          (key % 2 == 1 ? "black" : "orange"));
+  }
+  CHECK(env->info().candidates == 6);
+  CHECK_FALSE(env->info().canonical);
+  const auto usual = make("FindImposterShapeAndColor3x2-VLA-v0",
+                          {{"COLOR_PALETTE", ConstantList{"red", ConstantList{0, 1, 0}, "blue"}}});
+  CHECK(usual->info().canonical);
+  CHECK(test::batch_bytes(*usual) ==
+        test::batch_bytes(*make("FindImposterShapeAndColor3x2-VLA-v0", {})));
+}
+
+TEST_CASE("Colours of the user's own are seen, and reveal nothing after the cue",
+          "[variants][render][leak]") {
+  const ConstantTable constants = {
+      {"SHAPES", 4},
+      {"COLOR_PALETTE", ConstantList{ConstantList{0.9, 0.45, 0.1}, ConstantList{0.2, 0.2, 0.25}}}};
+  for (const char* id :
+       {"RememberShapeAndColor3x2-VLA-v0", "FindImposterShapeAndColor3x2-VLA-v0"}) {
+    INFO(id);
+    test::check_leaks(id, constants, 3);
+    // The same of tokens.
+    const std::unique_ptr<Task> task = make_task(id, constants);
+    const auto draw = *test::draw_named(task->info(), task->info().hidden_variable);
+    const auto seeing = [&](bool other) {
+      MakeOptions options;
+      options.constants = constants;
+      options.obs_mode = ObsMode::kObjects;
+      options.reward_mode = RewardMode::kSparse;
+      options.auto_reset = AutoReset::kOff;
+      options.pins = {{draw.name, test::hidden_values(draw, other)}};
+      auto env = test::make_env(id, options);
+      env->reset();
+      return env;
+    };
+    const auto one = seeing(false);
+    const auto other = seeing(true);
+    int shown = 0;
+    test::play_unanswered(*one, *other, Policy::kZero, [&](bool shows) {
+      if (shows) {
+        shown += std::ranges::equal(one->observation(), other->observation()) ? 0 : 1;
+      } else {
+        REQUIRE(test::leaking_outputs(*one, *other).empty());
+      }
+    });
+    CHECK(shown > 0);
+  }
 }
 
 }  // namespace

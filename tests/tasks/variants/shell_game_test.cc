@@ -312,5 +312,24 @@ TEST_CASE("Goal regions that contradict the original's rules are refused under t
   }
 }
 
+TEST_CASE("Penalties lower the reward of a shuffle's last phase", "[variants][shell]") {
+  const auto reward = [](const ConstantTable& constants, float push) {
+    const auto env =
+        make_reset(kShuffle, constants, still({{"cue_steps", {1}}, {"shuffle_steps", {20}}}));
+    wait(*env);
+    std::vector<float> action = test::zeros(*env);
+    action[2] = push;
+    env->step(action);
+    return static_cast<double>(env->reward()[0]);
+  };
+  const double usual = reward({}, -0.4F);
+  CHECK(reward({{"ACTION_L2_COEF", 0.0}}, -0.4F) == usual);
+  CHECK(usual - reward({{"ACTION_L2_COEF", 0.5}}, -0.4F) ==
+        Approx(0.5 * std::tanh(2 * 0.4)).margin(1e-6));
+  CHECK(usual - reward({{"ACTION_DELTA_L2_COEF", 0.5}}, -0.4F) ==
+        Approx(0.5 * std::tanh(5 * 0.4)).margin(1e-6));
+  CHECK(reward({{"QVEL_L2_COEF", 0.5}}, 0) == reward({}, 0));  // nothing moves
+}
+
 }  // namespace
 }  // namespace engram
