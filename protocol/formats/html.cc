@@ -23,13 +23,15 @@ h1, p, figcaption { overflow-wrap: anywhere }
 .scroll { overflow-x: auto }
 table { border-collapse: collapse; font-size: 13px }
 th, td { padding: 2px 10px; border-bottom: 1px solid var(--line); text-align: left }
-td { white-space: nowrap } .facts td { white-space: normal; overflow-wrap: anywhere }
+td { white-space: nowrap }
 td.number { text-align: right; font-variant-numeric: tabular-nums }
+.facts td { white-space: normal; overflow-wrap: anywhere; text-align: left }
 .bar { display: grid; grid-template-columns: 20em 1fr 3em; gap: 0 .7em; align-items: center;
        font-size: 13px; line-height: 1.3; margin: .25em 0 }
 .bar .label { text-align: right; overflow-wrap: anywhere }
 .bar .value { font-variant-numeric: tabular-nums }
-.track { position: relative; height: 1em; background: repeating-linear-gradient(
+.track { position: relative; height: 1em; border-right: 1px solid var(--line);
+         background: repeating-linear-gradient(
          90deg, var(--line) 0 1px, transparent 1px 25%) }
 .track i { display: block; height: 100% }
 .track b { position: absolute; top: -2px; bottom: -2px; width: 2px; background: var(--mark) }
