@@ -20,7 +20,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     try:
         from engram.play import app
-        from engram.play.sources import SourceError
+        from engram.play.folders import SourceError
     except ModuleNotFoundError as error:
         print(_MISSING.format(error, install_command("play")), file=sys.stderr)
         return 1
