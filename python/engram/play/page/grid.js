@@ -1,11 +1,13 @@
 // Grid of sixteen environments in one picture; frames mark success and end.
 import { all } from './choose.js';
+import { current, setCurrent } from './current.js';
 import { find, options, paint, seedIn } from './draw.js';
 import { readValues, showFields } from './fields.js';
 import { on, send } from './link.js';
 
 let columns = 4;
 let running = false;
+let open = false; // the server plays for this view
 
 export const stats = { frames: 0 };
 
@@ -16,17 +18,37 @@ function submit() {
     return;
   }
   const id = find('grid-task').value;
+  setCurrent(id);
   send({ do: 'grid', id, source: find('grid-source').value, seed, ...readValues('grid-values') });
   send({ do: 'speed', of: 1, turns: false });
   send({ do: 'run', on: true });
 }
 
-export function enter() { showFields('grid-values', find('grid-task').value); }
+function showView(on) {
+  open = on;
+  find('grid-view').hidden = !on;
+  find('grid-empty').hidden = on;
+  find('grid-state').hidden = !on;
+  if (!on) find('grid-status').textContent = '';
+}
 
-export function choose(id) { find('grid-task').value = id; }
+// The view is shown, with the chosen task.
+export function enter() {
+  if (current() !== null) find('grid-task').value = current();
+  showFields('grid-values', find('grid-task').value);
+}
+
+export function opened() { showView(true); }
+
+// Another view is shown: nothing more is played for this one.
+export function leave() {
+  if (open) send({ do: 'leave' });
+  showView(false);
+}
 
 async function picture(header, files) {
   send({ do: 'seen', n: 0 });
+  if (!open) return;
   const canvas = find('grid-view');
   await paint(canvas, files[0]);
   const context = canvas.getContext('2d', { alpha: false });
@@ -46,7 +68,11 @@ async function picture(header, files) {
 
 export function begin() {
   options(find('grid-task'), all().map((task) => [task.id, task.id]));
-  find('grid-task').addEventListener('change', enter);
+  find('grid-task').addEventListener('change', (event) => {
+    setCurrent(event.target.value);
+    leave();
+    enter();
+  });
   find('grid-form').addEventListener('submit', (event) => {
     event.preventDefault();
     submit();
@@ -57,7 +83,6 @@ export function begin() {
 
 export function setRunning(on) {
   running = on;
-  find('grid-run').disabled = false;
   find('grid-run').textContent = on ? 'Pause' : 'Go on';
 }
 
