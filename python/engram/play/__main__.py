@@ -19,6 +19,7 @@ def main(arguments: list[str] | None = None) -> int:
     import engram
 
     try:
+        from engram.datasets.checks import printable
         from engram.play import app
         from engram.play.folders import SourceError
     except ModuleNotFoundError as error:
@@ -29,7 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
             engram.load_variants(file)
         return app.serve(options)
     except (SourceError, OSError, engram.Error) as error:
-        print(f"engram play: {error}", file=sys.stderr)
+        print(f"engram play: {printable(str(error))}", file=sys.stderr)
         return 1
 
 

@@ -52,7 +52,8 @@ class Connections:
         loop = asyncio.get_running_loop()
         self._tasks = [loop.create_task(self._accept(one, protocol)) for one in self._sockets]
         self._tasks.append(loop.create_task(self._watch()))
-        return self._sockets[0].getsockname()
+        first: tuple[Any, ...] = self._sockets[0].getsockname()
+        return first
 
     def recognize(self, transport: Any) -> None:
         """The connection has sent the token."""

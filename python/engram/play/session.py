@@ -35,7 +35,8 @@ _SLOW = 0.8 * CONTROL_STEP  # seconds of a step from which on it counts as slow
 _SLOW_STEPS = 10
 _SHARE = 0.05  # seconds for which an episode in the background has the engine
 _PROGRESS = 0.3  # seconds between messages about it
-_LEAVING = ("play", "review", "watch", "stored", "grid", "leave")  # messages that open a view
+# Messages after which an episode in the background is no longer wanted.
+_LEAVING = ("play", "review", "watch", "stored", "grid", "leave", "stop")
 REPORTED_ERRORS = (
     engram.Error, DatasetError, SaveError, MessageError, PolicyError, SourceError, OSError,
 )  # fmt: skip
@@ -403,6 +404,9 @@ class Session:
     async def _leave(self, _message: dict[str, Any]) -> None:
         await self._close_view()
 
+    async def _stop(self, _message: dict[str, Any]) -> None:
+        pass  # what is played in the background has been given up
+
     # --- internals ---
 
     def _episode_spec(self, message: dict[str, Any]) -> EpisodeSpec:
@@ -442,4 +446,5 @@ _HANDLERS: dict[str, Callable[[Session, dict[str, Any]], Awaitable[None]]] = {
     "frame": Session._frame,
     "grid": Session._grid,
     "leave": Session._leave,
+    "stop": Session._stop,
 }

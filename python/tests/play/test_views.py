@@ -270,8 +270,7 @@ def test_one_lost_episode_gives_no_score(opened):
     assert "more episodes until" in text
 
 
-def test_a_long_episode_tells_how_far_it_is(opened):
-    page = opened()
+def ask_for_a_long_episode(page: Any) -> None:
     page.click("a[href='#watch']")
     page.select_option("#watch-task", TASK)
     page.wait_for_selector("#watch-values-constants-max_episode_steps", state="attached")
@@ -281,9 +280,32 @@ def test_a_long_episode_tells_how_far_it_is(opened):
     page.select_option("#watch-source", "zero")
     page.click("#watch-form button[type=submit]")
     until(page, "document.getElementById('watch-building').textContent.includes(' of 20000')")
+
+
+def test_a_long_episode_tells_how_far_it_is(opened):
+    page = opened()
+    ask_for_a_long_episode(page)
     page.wait_for_selector("#playback-human[data-frame='0']")
     page.click("#playback-tell")
     assert "first 20000 of 1000000 steps" in page.inner_text("#playback-result")
+
+
+def test_an_episode_that_takes_long_does_not_interrupt_another_view(opened):
+    page = opened()
+    choose(page, TASK)
+    until(page, "engramPlay.play.last === 0")
+    page.click("#step")
+    until(page, "engramPlay.play.last === 1")
+    ask_for_a_long_episode(page)
+    page.click("a[href='#play']")
+    page.click("#step")
+    until(page, "engramPlay.play.last === 2")
+    time.sleep(4)  # longer than it takes
+    assert page.is_visible("#play")
+    page.click("#step")
+    until(page, "engramPlay.play.last === 3")
+    page.click("a[href='#watch']")
+    page.wait_for_selector("#playback-human[data-frame='0']")
 
 
 # --- from the file that a browser is given ---

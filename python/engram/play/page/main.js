@@ -15,7 +15,7 @@ function show() {
   const wish = location.hash.slice(1);
   const next = VIEWS.includes(wish) ? wish : 'choose';
   if (view === 'play' && next !== 'play') play.pause();
-  if (view === 'watch' && next !== 'watch') watch.stop();
+  if (view === 'watch' && next !== 'watch') watch.pause();
   if (view === 'grid' && next !== 'grid') grid.leave();
   if (view !== next) window.scrollTo(0, 0);
   const changed = view !== next;

@@ -119,7 +119,6 @@ export function opened(message) {
   requested = null;
   shown = -1;
   told = false;
-  location.hash = '#watch';
   setCurrent(message.id);
   enter();
   find('playback-instruction').textContent = message.instruction;
@@ -146,9 +145,23 @@ export function enter() {
   if (lost) ask(lost.request);
 }
 
+// Remembers what was asked for. The last episode that was played may be another one soon.
+function keep(id, more) {
+  if (asked && asked.do !== 'review') lost = { id, request: asked.do === 'watch' ? { ...asked, ...more } : asked };
+}
+
+// The view is left: what is still played in the background is asked for again when it is shown.
+export function pause() {
+  stop();
+  if (find('watch-building').hidden) return;
+  send({ do: 'stop' });
+  keep(current());
+  showOnly(playback ? 'playback' : 'watch-empty');
+}
+
 // Another view has replaced the episode; it is asked for again when this one is shown.
 export function leave() {
-  if (playback && asked) lost = { id: playback.id, request: { ...asked, ...(asked.do === 'watch' && { seed: playback.seed }) } };
+  if (playback) keep(playback.id, { seed: playback.seed });
   stop();
   playback = null;
   showOnly('watch-empty');
@@ -165,7 +178,10 @@ function ask(message) {
 export function watch() { submit(); }
 
 // The episode that the user has played.
-export function review() { ask({ do: 'review' }); }
+export function review() {
+  location.hash = '#watch';
+  ask({ do: 'review' });
+}
 
 function wait(text) {
   find('watch-building').textContent = text;
