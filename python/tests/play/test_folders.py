@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from play_server import SECONDS, serving
 
+from engram import _documents
 from engram.play.folders import Demonstrations, Results, SourceError, open_folder
-from engram.play.result_documents import _fnv1a
 
 TASK = "RememberColor3-VLA-v0"
 PIPE_POLICY = Path(__file__).parents[2] / "examples" / "pipe_policy.py"
@@ -47,13 +47,9 @@ def changed(file: Path, old: str, new: str) -> None:
 
 def rewritten(file: Path, **values) -> None:
     """Values of a document, with a checksum that fits if it had one."""
-    document = json.loads(file.read_text())
-    had = document.pop("checksum", None)
-    document.update(values)
-    if had is not None:
-        line = json.dumps(document, separators=(",", ":"))
-        document["checksum"] = f"{_fnv1a(line.encode()):016x}"
-    file.write_text(json.dumps(document, indent=2) + "\n")
+    document = {**json.loads(file.read_text()), **values}
+    had = "checksum" in document
+    file.write_text(_documents.to_text(document) if had else json.dumps(document))
 
 
 def test_results_of_eval_are_accepted(run: Path):
@@ -85,7 +81,7 @@ def test_results_that_were_changed_are_refused(run: Path):
     ):
         file.write_text(good)
         changed(file, old, new)
-        with pytest.raises(SourceError, match="changed after it was written"):
+        with pytest.raises(SourceError, match="edited"):
             open_folder(run)
 
 
