@@ -8,7 +8,6 @@ there are too many of them, the oldest makes room for the newest, which may be t
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import dataclasses
 import socket
 import time
@@ -84,9 +83,13 @@ class Connections:
                 accepted.close()
                 await asyncio.sleep(0)
                 continue
-            with contextlib.suppress(OSError):  # it was closed at once
+            try:
                 transport, _ = await loop.connect_accepted_socket(protocol, accepted)
-                self._open[transport] = _Connection(transport, address[0], time.monotonic())
+            except Exception:  # it was closed at once; the next one is accepted all the same
+                self._refusals.add("failed connection")
+                accepted.close()
+                continue
+            self._open[transport] = _Connection(transport, address[0], time.monotonic())
 
     def _make_room(self, address: str) -> None:
         """Drops a stranger where one more would be too many."""

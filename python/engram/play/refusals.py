@@ -6,6 +6,7 @@ import collections
 import logging
 import sys
 import time
+import traceback
 from collections.abc import Callable, Mapping
 from typing import TextIO
 
@@ -59,8 +60,14 @@ class _Handler(logging.Handler):
     def __init__(self, refusals: Refusals) -> None:
         super().__init__()
         self._refusals = refusals
+        self._next = 0.0
 
     def emit(self, record: logging.LogRecord) -> None:
         error = record.exc_info[1] if record.exc_info else None
-        broken = isinstance(error, (HttpProcessingError, ValueError, LookupError))
-        self._refusals.add("broken request" if broken else "failed request")
+        if isinstance(error, (HttpProcessingError, ValueError, LookupError)):
+            self._refusals.add("broken request")
+            return
+        self._refusals.add("failed request")
+        if error is not None and time.monotonic() >= self._next:  # a defect of the server
+            self._next = time.monotonic() + _SECONDS
+            traceback.print_exception(error, file=sys.stderr)
