@@ -182,8 +182,9 @@ class Session:
             old = game
             await self._run_in_engine(lambda: old.start(spec))
         else:
+            game = await self._run_in_engine(lambda: Game(spec))
             await self._close_view()
-            self._view = game = await self._run_in_engine(lambda: Game(spec))
+            self._view = game
         new = game
         await self._run_in_engine(lambda: new.resize(size))
         return new
@@ -394,8 +395,8 @@ class Session:
     async def _grid(self, message: dict[str, Any]) -> None:
         spec, name = self._episode_spec(message), message["source"]
         policy, obs = self._context.sources.policy(name)
-        await self._close_view()
         grid = await self._run_in_engine(lambda: GridView(spec, policy, obs))
+        await self._close_view()
         self._view = grid
         await self._channel.text({"type": "grid", "id": spec.id, "source": name})
         self._sent += 1

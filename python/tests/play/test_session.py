@@ -118,6 +118,27 @@ def test_pictures_are_those_of_the_library(server: Server):
     game.close()
 
 
+def test_a_refused_request_leaves_the_episode_as_it_was(server: Server):
+    wrong = [
+        ("play", {"pins": {"target": 99}}),  # of the same batch
+        ("play", {"constants": {"COLORS": 99}}),
+        ("grid", {"source": "oracle", "constants": {"COLORS": 99}}),
+        ("grid", {"source": "nobody"}),
+        ("watch", {"source": "oracle", "pins": {"target": 99}}),
+        ("stored", {"folder": 0, "task": 0, "episode": 0}),
+    ]
+    with server.page() as page:
+        page.play(TASK, 3)
+        for n, (kind, more) in enumerate(wrong, 1):
+            assert page.step([0] * 6 + [1])["n"] == n
+            page.send(kind, **(more if kind == "stored" else {"id": TASK, "seed": "77", **more}))
+            with pytest.raises(AssertionError):
+                page.receive("nothing")
+        for _ in range(25 - len(wrong)):
+            page.step([0] * 6 + [1])
+        assert page.receive("ended")["seed"] == "3"
+
+
 def test_time_passes_by_the_clock_and_stops(server: Server):
     with server.page() as page:
         page.play("RememberColor3-Long-VLA-v0", 4)

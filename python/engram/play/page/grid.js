@@ -7,7 +7,8 @@ import { on, send } from './link.js';
 
 let columns = 4;
 let running = false;
-let open = false; // the server plays for this view
+let asked = false; // the server plays for this view, or will
+let open = false; // and has said so
 
 export const stats = { frames: 0 };
 
@@ -19,6 +20,7 @@ function submit() {
   }
   const id = find('grid-task').value;
   setCurrent(id);
+  asked = true;
   send({ do: 'grid', id, source: find('grid-source').value, seed, ...readValues('grid-values') });
   send({ do: 'speed', of: 1, turns: false });
   send({ do: 'run', on: true });
@@ -38,11 +40,15 @@ export function enter() {
   showFields('grid-values', find('grid-task').value);
 }
 
-export function opened() { showView(true); }
+export function opened() { showView(asked); }
+
+// The request has failed; what was there before goes on.
+export function failed() { asked = open; }
 
 // Another view is shown: nothing more is played for this one.
 export function leave() {
-  if (open) send({ do: 'leave' });
+  if (asked) send({ do: 'leave' });
+  asked = false;
   showView(false);
 }
 

@@ -77,6 +77,7 @@ on('grid', () => {
 });
 on('error', (message) => {
   watch.failed();
+  grid.failed();
   showNotice(message.message);
 });
 on('busy', () => showConnection('engram is being played in another tab.', true));
