@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import errno
 import socket
 import time
 from collections.abc import Callable, Iterator
@@ -42,12 +43,21 @@ class Connections:
 
     def listen(self, host: str, port: int, protocol: Callable[[], Any]) -> tuple[Any, ...]:
         """Begins to accept connections; returns the first address. Raises OSError."""
+        failure = OSError(f"'{host}' has no address")
         for family, address in _addresses(host, port):
             if self._sockets and not port:  # a free port is the same for all addresses
                 address = (address[0], self._sockets[0].getsockname()[1], *address[2:])
-            one = socket.create_server(address, family=family, backlog=STRANGERS)
+            try:
+                one = socket.create_server(address, family=family, backlog=STRANGERS)
+            except OSError as error:
+                if error.errno not in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
+                    raise
+                failure = error  # localhost may have an address that this machine lacks
+                continue
             one.setblocking(False)
             self._sockets.append(one)
+        if not self._sockets:
+            raise failure
         loop = asyncio.get_running_loop()
         self._tasks = [loop.create_task(self._accept(one, protocol)) for one in self._sockets]
         self._tasks.append(loop.create_task(self._watch()))
