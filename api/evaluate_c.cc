@@ -96,6 +96,7 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   }
   settings.episodes = options.episodes;
   settings.start_seed = options.seed;
+  if (options.name != nullptr) engram::require_external_name("name", options.name);
   settings.policy = options.name == nullptr ? "external" : options.name;
   settings.policy_config = engram::DocumentTable();
   if (options.config_json != nullptr) {

@@ -31,6 +31,7 @@ void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& se
     settings.policy = name_of(own);
     return;
   }
+  require_external_name("--policy-name", policy.name);
   settings.policy = policy.name.empty() ? "external" : policy.name;
   settings.policy_config = config_of(policy);
 }

@@ -53,14 +53,13 @@ double keep_rate(const DemonstrationFolder& folder) {
 
 std::string collection_report(std::span<const std::unique_ptr<DemonstrationFolder>> folders,
                               const CollectionTiming& timing) {
-  HtmlReport report("Demonstrations of " + std::to_string(folders.size()) +
-                    (folders.size() == 1 ? " task" : " tasks"));
+  HtmlReport report("Demonstrations of " + counted(folders.size(), "task"));
   const double seconds = std::max(timing.seconds, 1e-9);
-  report.paragraph("This run added " + std::to_string(timing.episodes) + " episodes in " +
-                   decimal(timing.seconds, 1) +
-                   " s: " + decimal(60 * timing.episodes / seconds, 0) + " episodes per minute, " +
-                   decimal(static_cast<double>(timing.env_steps) / seconds, 0) +
-                   " environment steps per second, with images.");
+  report.paragraph(
+      "This run added " + counted(static_cast<std::size_t>(timing.episodes), "episode") + " in " +
+      decimal(timing.seconds, 1) + " s: " + decimal(60 * timing.episodes / seconds, 0) +
+      " episodes per minute, " + decimal(static_cast<double>(timing.env_steps) / seconds, 0) +
+      " environment steps per second, with images.");
   std::vector<HtmlReport::RateBar> bars;
   std::vector<std::vector<std::string>> rows;
   for (const auto& folder : folders) {

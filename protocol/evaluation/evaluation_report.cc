@@ -116,8 +116,7 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
                     number(part(task, "chance")), text(part(task, "split"))});
     rows.push_back(task_row(task, totals));
   }
-  HtmlReport report("Evaluation: " + settings.policy + ", " + std::to_string(tasks.size()) +
-                    " tasks");
+  HtmlReport report("Evaluation: " + settings.policy + ", " + counted(tasks.size(), "task"));
   add_settings(settings, tasks, all, context, report);
   report.heading("Success per split");
   add_rates(grouped(tasks, "split"), report);

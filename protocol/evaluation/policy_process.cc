@@ -13,12 +13,15 @@
 #include <cstring>
 #include <thread>
 
+#include "protocol/formats/printable.h"
+
 namespace engram {
 namespace {
 
 constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kMagic = 0x4d474e45;  // "ENGM" as it lies in memory
 constexpr std::uint32_t kMaxReply = std::uint32_t{1} << 28;
+constexpr std::uint32_t kMaxFailure = 2000;  // bytes of a reported failure that are read
 constexpr std::uint32_t kObservesRgb = 1;
 constexpr std::uint32_t kObservesState = 2;
 constexpr std::uint32_t kObservesObjects = 3;
@@ -79,8 +82,6 @@ PolicyProcess::PolicyProcess(const PolicyProcessOptions& options, const WorkCont
     process_ = spawn(options_.command, input[0], output[1]);
     close(input[0]);
     close(output[1]);
-    // Limits the wait for a full pipe to the timeout.
-    ::fcntl(to_, F_SETFL, O_NONBLOCK);
     handshake();
   } catch (...) {
     close(input[0]);
@@ -128,6 +129,8 @@ bool PolicyProcess::ended() const {
 // --- messages ---
 
 void PolicyProcess::handshake() {
+  // Limits the wait for a full pipe to the timeout.
+  ::fcntl(to_, F_SETFL, O_NONBLOCK);
   deadline_ = Clock::now() + options_.timeout;
   const ImageShape& images = options_.environment.images;
   const bool rgb = options_.environment.obs_mode == ObsMode::kRgb;
@@ -244,6 +247,7 @@ Bytes PolicyProcess::receive_message(Message expected) {
          " bytes, type " + std::to_string(static_cast<std::uint32_t>(expected)) +
          " expected; does it print to standard output?");
   }
+  if (message == static_cast<std::uint32_t>(Message::kFailed)) fail_reported(size);
   // Memory grows as bytes arrive, not by the announced size.
   constexpr std::size_t kSlice = std::size_t{1} << 20;
   Bytes body;
@@ -251,9 +255,6 @@ Bytes PolicyProcess::receive_message(Message expected) {
     const std::size_t start = body.size();
     body.resize(std::min<std::size_t>(size, start + kSlice));
     read(std::span(body).subspan(start));
-  }
-  if (message == static_cast<std::uint32_t>(Message::kFailed)) {
-    fail("says: " + std::string(reinterpret_cast<const char*>(body.data()), body.size()));
   }
   return body;
 }
@@ -286,17 +287,20 @@ void PolicyProcess::read(std::span<std::byte> bytes) {
 }
 
 void PolicyProcess::wait_for(int descriptor, short events) const {
-  constexpr int kSlice = 100;  // ms
+  constexpr std::chrono::milliseconds kSlice{100};
   while (true) {
-    // Checked first, so that bytes written before the end are still read.
+    // Checked before the pipe: one that takes or gives a byte now and then is late all the same.
+    if (context_ != nullptr && context_->stopped()) fail("was not waited for");
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline_ - Clock::now());
+    if (left.count() <= 0) {
+      const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.timeout);
+      fail("has not answered within " + std::to_string(seconds.count()) + " s");
+    }
+    // Checked before the pipe, so that bytes written before the end are still read.
     const bool gone = process_ >= 0 && ended();
     pollfd one{descriptor, events, 0};
-    if (::poll(&one, 1, gone ? 0 : kSlice) > 0) return;
+    if (::poll(&one, 1, gone ? 0 : static_cast<int>(std::min(left, kSlice).count())) > 0) return;
     if (gone) fail_closed();
-    if (context_ != nullptr && context_->stopped()) fail("was not waited for");
-    if (Clock::now() < deadline_) continue;
-    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.timeout);
-    fail("has not answered within " + std::to_string(seconds.count()) + " s");
   }
 }
 
@@ -314,6 +318,14 @@ void PolicyProcess::fail_closed() const {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   fail("closed its standard input or output");
+}
+
+// Reads the beginning of a failure that the policy reports; the rest would tell no more.
+void PolicyProcess::fail_reported(std::uint32_t size) {
+  Bytes body(std::min(size, kMaxFailure));
+  read(body);
+  const std::string_view words(reinterpret_cast<const char*>(body.data()), body.size());
+  fail("says: " + printable(words) + (size > kMaxFailure ? "..." : ""));
 }
 
 void PolicyProcess::fail(const std::string& what) const {

@@ -16,7 +16,7 @@ namespace engram {
 
 struct PolicyProcessOptions {
   std::string command;                         // for /bin/sh
-  std::chrono::milliseconds timeout{300'000};  // for every answer
+  std::chrono::milliseconds timeout{300'000};  // for every answer, its request included
   BatchOptions environment;                    // obs_mode and images count
   int max_slots = 1;                           // episodes under way at the same time, at most
   int action_dim = 7;                          // numbers of an action
@@ -55,6 +55,7 @@ class PolicyProcess final : public ExternalPolicy {
   bool ended() const;
   // Throws an Error with the exit status of the process.
   [[noreturn]] void fail_closed() const;
+  [[noreturn]] void fail_reported(std::uint32_t size);
   [[noreturn]] void fail(const std::string& what) const;
   void stop();
 

@@ -1,6 +1,7 @@
 #include "protocol/evaluation/settings.h"
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 
 #include "protocol/batch/make.h"
@@ -93,6 +94,17 @@ EvaluationSettings EvaluationSettings::of(const Document& document,
   }
   for (const std::string& id : settings.tasks) (void)require_entry(id);
   return settings;
+}
+
+void require_external_name(std::string_view option, std::string_view name) {
+  const auto lower = [](unsigned char letter) { return std::tolower(letter); };
+  const bool own = std::ranges::any_of(names_of(Policy{}), [&](std::string_view policy) {
+    return std::ranges::equal(name, policy, {}, lower, lower);
+  });
+  if (!own) return;
+  throw Error(Error::kInvalidArgument, std::string(option) + ": '" + std::string(name) +
+                                           "' given, the name of one of engram's own policies; "
+                                           "another name needed");
 }
 
 std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks) {

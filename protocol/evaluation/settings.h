@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocol/evaluation/evaluate.h"
@@ -31,6 +32,10 @@ struct EvaluationSettings {
   // settings, or one of another version.
   static EvaluationSettings of(const Document& document, const std::filesystem::path& file);
 };
+
+// Throws Error (kInvalidArgument) if results would take an external policy of that name for one of
+// engram's own. `option`: what gave the name, for the message.
+void require_external_name(std::string_view option, std::string_view name);
 
 // The ids of these tasks in the registry's order.
 std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks);

@@ -1,7 +1,6 @@
 #include "protocol/formats/html.h"
 
 #include <algorithm>
-#include <array>
 #include <initializer_list>
 
 #include "protocol/formats/decimal.h"
@@ -10,18 +9,42 @@ namespace engram {
 namespace {
 
 constexpr const char* kStyle = R"css(
+:root { color-scheme: light dark; --ink: #222; --soft: #555; --line: #ddd; --back: #fff;
+        --mark: #c00; --g0: #4878a8; --g1: #c8803c; --g2: #5c9c5c; --g3: #a05c98; --g4: #98864c;
+        --g5: #8c8c8c }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #eceae6; --soft: #a9adb5; --line: #3a3e45; --back: #15171a; --mark: #ff7a70;
+          --g0: #6f9fcf; --g1: #d99a5c; --g2: #7dbd7d; --g3: #c684be; --g4: #bba972; --g5: #a8a8a8 }
+}
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em;
-       color: #222; background: #fff }
+       color: var(--ink); background: var(--back) }
 h1 { font-size: 1.5em } h2 { font-size: 1.15em; margin-top: 2em }
+h1, p, figcaption { overflow-wrap: anywhere }
+.scroll { overflow-x: auto }
 table { border-collapse: collapse; font-size: 13px }
-th, td { padding: 2px 10px; border-bottom: 1px solid #ddd; text-align: left }
+th, td { padding: 2px 10px; border-bottom: 1px solid var(--line); text-align: left }
+td { white-space: nowrap }
 td.number { text-align: right; font-variant-numeric: tabular-nums }
-figure { margin: 0 0 1em } figcaption { font-size: 13px; color: #555 }
-img { max-width: 100%; image-rendering: pixelated } svg { max-width: 100%; height: auto }
+.facts td { white-space: normal; overflow-wrap: anywhere; text-align: left }
+.bar { display: grid; grid-template-columns: 20em 1fr 3em; gap: 0 .7em; align-items: center;
+       font-size: 13px; line-height: 1.3; margin: .25em 0 }
+.bar .label { text-align: right; overflow-wrap: anywhere }
+.bar .value { font-variant-numeric: tabular-nums }
+.track { position: relative; height: 1em; border-right: 1px solid var(--line);
+         background: repeating-linear-gradient(
+         90deg, var(--line) 0 1px, transparent 1px 25%) }
+.track i { display: block; height: 100% }
+.track b { position: absolute; top: -2px; bottom: -2px; width: 2px; background: var(--mark) }
+@media (max-width: 45em) {
+  body { margin: 1em auto }
+  .bar { grid-template-columns: 1fr 3em; margin: .5em 0 }
+  .bar .label { grid-column: 1 / -1; text-align: left }
+}
+figure { margin: 0 0 1em } figcaption { font-size: 13px; color: var(--soft) }
+img { max-width: 100%; image-rendering: pixelated }
 )css";
 
-constexpr std::array<const char*, 6> kColors = {"#4878a8", "#c8803c", "#5c9c5c",
-                                                "#a05c98", "#98864c", "#8c8c8c"};
+constexpr std::size_t kColors = 6;  // --g0 to --g5
 
 void append(std::string& text, std::initializer_list<std::string_view> pieces) {
   for (const std::string_view piece : pieces) text += piece;
@@ -72,39 +95,23 @@ bool looks_like_number(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789.,-+%") == std::string_view::npos;
 }
 
-// --- bars: pixels ---
+std::string percent(double rate) { return decimal(100 * std::clamp(rate, 0.0, 1.0), 1) + "%"; }
 
-constexpr int kRow = 18;
-constexpr int kLabels = 300;
-constexpr int kLength = 400;
+std::string color(std::size_t group) { return "var(--g" + std::to_string(group % kColors) + ")"; }
 
-void append_scale(std::string& body, int height) {
-  for (int tick = 0; tick <= 4; ++tick) {
-    const std::string x = decimal(kLabels + kLength * tick / 4.0, 0);
-    append(body,
-           {"<line x1=\"", x, "\" y1=\"0\" x2=\"", x, "\" y2=\"", std::to_string(height - kRow),
-            "\" stroke=\"#ddd\"/><text x=\"", x, "\" y=\"", std::to_string(height - 4),
-            "\" text-anchor=\"middle\" fill=\"#555\">", decimal(tick / 4.0, 2), "</text>\n"});
-  }
-}
-
-void append_bar(std::string& body, const HtmlReport::RateBar& bar, int y, const char* color) {
-  const double length = kLength * std::clamp(bar.value, 0.0, 1.0);
-  append(body, {"<text x=\"", std::to_string(kLabels - 8), "\" y=\"", std::to_string(y + 13),
-                "\" text-anchor=\"end\">", escaped(bar.label), "</text><rect x=\"",
-                std::to_string(kLabels), "\" y=\"", std::to_string(y + 3), "\" width=\"",
-                decimal(length, 1), "\" height=\"", std::to_string(kRow - 6), "\" fill=\"", color,
-                "\"/>"});
-  if (bar.mark >= 0) {
-    const std::string x = decimal(kLabels + kLength * std::clamp(bar.mark, 0.0, 1.0), 1);
-    append(body, {"<line x1=\"", x, "\" y1=\"", std::to_string(y + 1), "\" x2=\"", x, "\" y2=\"",
-                  std::to_string(y + kRow - 1), "\" stroke=\"#c00\" stroke-width=\"2\"/>"});
-  }
-  append(body, {"<text x=\"", std::to_string(kLabels + kLength + 8), "\" y=\"",
-                std::to_string(y + 13), "\">", decimal(bar.value, 3), "</text>\n"});
+void append_bar(std::string& body, const HtmlReport::RateBar& bar, std::size_t group) {
+  append(body, {"<div class=\"bar\"><span class=\"label\">", escaped(bar.label),
+                "</span><span class=\"track\"><i style=\"width:", percent(bar.value),
+                ";background:", color(group), "\"></i>"});
+  if (bar.mark >= 0) append(body, {"<b style=\"left:", percent(bar.mark), "\"></b>"});
+  append(body, {"</span><span class=\"value\">", decimal(bar.value, 3), "</span></div>\n"});
 }
 
 }  // namespace
+
+std::string counted(std::size_t count, std::string_view what) {
+  return std::to_string(count) + " " + std::string(what) + (count == 1 ? "" : "s");
+}
 
 HtmlReport::HtmlReport(std::string_view title) : title_(title) {}
 
@@ -114,9 +121,14 @@ void HtmlReport::paragraph(std::string_view text) { body_ += "<p>" + escaped(tex
 
 void HtmlReport::table(const std::vector<std::string>& header,
                        const std::vector<std::vector<std::string>>& rows) {
-  body_ += "<table>\n<tr>";
-  for (const std::string& cell : header) body_ += "<th>" + escaped(cell) + "</th>";
-  body_ += "</tr>\n";
+  const bool facts = std::ranges::all_of(header, &std::string::empty);
+  // Wide tables scroll by themselves, also by keyboard, and the page stays as wide as the screen.
+  body_ +=
+      facts ? "<table class=\"facts\">\n" : "<div class=\"scroll\" tabindex=\"0\"><table>\n<tr>";
+  if (!facts) {
+    for (const std::string& cell : header) body_ += "<th>" + escaped(cell) + "</th>";
+    body_ += "</tr>\n";
+  }
   for (const auto& row : rows) {
     body_ += "<tr>";
     for (const std::string& cell : row) {
@@ -125,32 +137,20 @@ void HtmlReport::table(const std::vector<std::string>& header,
     }
     body_ += "</tr>\n";
   }
-  body_ += "</table>\n";
+  body_ += facts ? "</table>\n" : "</table></div>\n";
 }
 
 void HtmlReport::bars(const std::vector<RateBar>& bars) {
-  constexpr int kWidth = kLabels + kLength + 60;
   std::vector<std::string> groups;
   for (const RateBar& bar : bars) {
-    if (std::find(groups.begin(), groups.end(), bar.group) == groups.end()) {
-      groups.push_back(bar.group);
-    }
+    auto group = std::find(groups.begin(), groups.end(), bar.group);
+    if (group == groups.end()) group = groups.insert(group, bar.group);
+    append_bar(body_, bar, static_cast<std::size_t>(group - groups.begin()));
   }
-  const int height = kRow * static_cast<int>(bars.size()) + kRow;
-  body_ += "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(kWidth) +
-           "\" height=\"" + std::to_string(height) + "\" viewBox=\"0 0 " + std::to_string(kWidth) +
-           " " + std::to_string(height) + "\" font-family=\"sans-serif\" font-size=\"12\">\n";
-  append_scale(body_, height);
-  int y = 0;
-  for (const RateBar& bar : bars) {
-    const auto group = std::find(groups.begin(), groups.end(), bar.group) - groups.begin();
-    append_bar(body_, bar, y, kColors[static_cast<std::size_t>(group) % kColors.size()]);
-    y += kRow;
-  }
-  body_ += "</svg>\n<p>";
+  body_ += "<p>";
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    body_ += "<span style=\"color:" + std::string(kColors[i % kColors.size()]) +
-             "\">&#9632;</span> " + escaped(groups[i]) + " ";
+    append(body_,
+           {"<span style=\"color:", color(i), "\">&#9632;</span> ", escaped(groups[i]), " "});
   }
   body_ += "</p>\n";
 }
@@ -161,7 +161,8 @@ void HtmlReport::picture(std::string_view caption, std::span<const std::byte> pn
 }
 
 std::string HtmlReport::text() const {
-  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>" +
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
          escaped(title_) + "</title><style>" + kStyle + "</style></head>\n<body>\n<h1>" +
          escaped(title_) + "</h1>\n" + body_ + "</body></html>\n";
 }

@@ -11,13 +11,18 @@
 
 namespace engram {
 
+// "1 task", "2 tasks".
+std::string counted(std::size_t count, std::string_view what);
+
+// Readable in light and dark, and on screens of any width.
 class HtmlReport {
  public:
   explicit HtmlReport(std::string_view title);
 
   void heading(std::string_view text);
   void paragraph(std::string_view text);
-  // Cells that look like numbers are aligned to the right.
+  // Without titles of columns, rows are names and values. Cells that look like numbers are aligned
+  // to the right.
   void table(const std::vector<std::string>& header,
              const std::vector<std::vector<std::string>>& rows);
 

@@ -1,45 +1,75 @@
 #include "protocol/formats/printable.h"
 
+#include <array>
 #include <cstddef>
+#include <utility>
 
 namespace engram {
 namespace {
 
-// The control character at the beginning of the text: how many bytes it has, and its number. UTF-8
-// has a second kind of them, of two bytes, that some terminals obey.
-struct Control {
-  std::size_t length = 0;  // 0: there is none
-  unsigned number = 0;
+// The first character of a text, or its first byte where no character begins.
+struct Letter {
+  std::size_t length = 1;
+  char32_t code = 0;
+  bool valid = false;  // UTF-8
 };
 
-Control control_at(std::string_view text) {
-  constexpr unsigned kDelete = 0x7f;
+Letter first_letter(std::string_view text) {
   const auto byte = [&text](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
   };
-  if (byte(0) < ' ' || byte(0) == kDelete) return {1, byte(0)};
-  if (byte(0) == 0xc2 && byte(1) >= 0x80 && byte(1) < 0xa0) return {2, byte(1)};
-  return {};
+  const unsigned lead = byte(0);
+  if (lead < 0x80) return {1, lead, true};
+  const std::size_t length = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
+  char32_t code = lead & (0x7fU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0) != 0x80) return {1, lead, false};
+    code = code << 6 | (byte(i) & 0x3f);
+  }
+  constexpr std::array<char32_t, 5> kLowest = {0, 0, 0x80, 0x800, 0x10000};
+  const bool surrogate = code >= 0xd800 && code < 0xe000;
+  const bool valid =
+      lead >= 0xc2 && lead <= 0xf4 && code >= kLowest[length] && code <= 0x10ffff && !surrogate;
+  return valid ? Letter{length, code, true} : Letter{1, lead, false};
+}
+
+// Controls of terminals, line separators, and marks that reverse the order of what follows.
+bool is_control(char32_t code) {
+  constexpr std::array<std::pair<char32_t, char32_t>, 7> kControls = {{{0x00, 0x1f},
+                                                                       {0x7f, 0x9f},
+                                                                       {0x61c, 0x61c},
+                                                                       {0x200e, 0x200f},
+                                                                       {0x2028, 0x202e},
+                                                                       {0x2066, 0x2069},
+                                                                       {0xfeff, 0xfeff}}};
+  for (const auto& [low, high] : kControls) {
+    if (code >= low && code <= high) return true;
+  }
+  return false;
+}
+
+void append_hexadecimal(std::string& shown, char32_t number, int digits) {
+  for (int i = digits - 1; i >= 0; --i) shown += "0123456789abcdef"[number >> (4 * i) & 15];
 }
 
 }  // namespace
 
 std::string printable(std::string_view text, bool several_lines) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
   std::string shown;
   shown.reserve(text.size());
   while (!text.empty()) {
-    const Control control = control_at(text);
-    const bool layout = control.number == '\n' || control.number == '\t';
-    if (control.length == 0 || (several_lines && layout)) {
-      shown += text.front();
-      text.remove_prefix(1);
-      continue;
+    const Letter letter = first_letter(text);
+    const bool layout = several_lines && (letter.code == '\n' || letter.code == '\t');
+    if (!letter.valid) {
+      shown += "\\x";
+      append_hexadecimal(shown, letter.code, 2);
+    } else if (is_control(letter.code) && !layout) {
+      shown += "\\u";
+      append_hexadecimal(shown, letter.code, 4);
+    } else {
+      shown += text.substr(0, letter.length);
     }
-    shown += "\\u00";
-    shown += kDigits[control.number >> 4];
-    shown += kDigits[control.number & 15];
-    text.remove_prefix(control.length);
+    text.remove_prefix(letter.length);
   }
   return shown;
 }

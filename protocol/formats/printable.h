@@ -6,9 +6,9 @@
 
 namespace engram {
 
-// The text with every control character written as JSON writes it (\u001b), so that it cannot move
-// the cursor of a terminal or change its title. In several lines, line breaks and tabs stay. Other
-// bytes, those of UTF-8 too, are as they were.
+// The text in UTF-8 without anything that moves the cursor of a terminal, changes its title or
+// reverses the order of letters. Such characters are written as JSON writes them (\u001b, \u202e),
+// and bytes that are not UTF-8 as \x9b. In several lines, line breaks and tabs stay.
 std::string printable(std::string_view text, bool several_lines = false);
 
 }  // namespace engram

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from browser_page import browser, opened  # noqa: F401 (fixtures)
 from demonstrations import demonstrations, folder  # noqa: F401 (fixtures)
 
 import engram

@@ -121,12 +121,13 @@ def serving(
     out: Path,
     *arguments: Any,
     stay: bool = True,
+    opens: bool = False,
     program: Sequence[Any] = (sys.executable, "-m"),
     command: Sequence[str] = ("engram.play",),
     cwd: Path | None = None,
 ) -> Iterator[Server]:
     """A server until the block ends. command: the module to run, and its first arguments."""
-    words = [*program, *command, "--no-open", "--out", out, *arguments]
+    words = [*program, *command, *([] if opens else ["--no-open"]), "--out", out, *arguments]
     with subprocess.Popen(
         [str(word) for word in [*words, *(["--stay"] if stay else [])]],
         cwd=cwd,

@@ -21,6 +21,15 @@ TEST_CASE("Results name engram's own policies, or the command", "[apps]") {
   CHECK(settings.policy == "mine");
 }
 
+TEST_CASE("An external policy cannot have the name of one of engram's own", "[apps]") {
+  EvaluationSettings settings;
+  for (const char* name : {"oracle", "sweep", "blind", "random", "zero", "Oracle"}) {
+    CHECK_THROWS_WITH(name_policy({.command = "x", .name = name}, Policy::kZero, settings),
+                      Catch::StartsWith(std::string("--policy-name: '") + name + "' given"));
+  }
+  CHECK_NOTHROW(name_policy({.command = "x", .name = "oracle2"}, Policy::kZero, settings));
+}
+
 TEST_CASE("A policy's process gets command, timeout and observations", "[apps]") {
   MakeOptions environment;
   environment.obs_mode = ObsMode::kRgb;

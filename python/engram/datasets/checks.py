@@ -32,10 +32,15 @@ class DatasetError(Exception):
     """
 
     def __init__(self, message: str):
-        line = " ".join(message.split())
-        shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
-        long = len(shown) > _LONGEST_MESSAGE
-        super().__init__(shown[:_LONGEST_MESSAGE] + "..." if long else shown)
+        super().__init__(printable(message))
+
+
+def printable(text: str) -> str:
+    """A foreign text as one line of bounded length, without control characters."""
+    line = " ".join(text[: 2 * _LONGEST_MESSAGE].split())
+    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    long = len(shown) > _LONGEST_MESSAGE or len(text) > 2 * _LONGEST_MESSAGE
+    return shown[:_LONGEST_MESSAGE] + "..." if long else shown
 
 
 @contextlib.contextmanager

@@ -19,8 +19,9 @@ def main(arguments: list[str] | None = None) -> int:
     import engram
 
     try:
+        from engram.datasets.checks import printable
         from engram.play import app
-        from engram.play.sources import SourceError
+        from engram.play.folders import SourceError
     except ModuleNotFoundError as error:
         print(_MISSING.format(error, install_command("play")), file=sys.stderr)
         return 1
@@ -29,7 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
             engram.load_variants(file)
         return app.serve(options)
     except (SourceError, OSError, engram.Error) as error:
-        print(f"engram play: {error}", file=sys.stderr)
+        print(f"engram play: {printable(str(error))}", file=sys.stderr)
         return 1
 
 

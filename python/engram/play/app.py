@@ -9,20 +9,22 @@ import contextlib
 import json
 import signal
 import sys
-import threading
-import webbrowser
 from pathlib import Path
 from typing import Any
 
 from aiohttp import WSMsgType, web
 
 from engram.play import messages
+from engram.play.browser import Browser
 from engram.play.catalogue import Catalogue
+from engram.play.connections import Connections
 from engram.play.grid_view import ENVS
 from engram.play.guard import Guard, new_token
+from engram.play.refusals import Refusals
 from engram.play.score import Scores
 from engram.play.session import Channel, ServerContext, Session
 from engram.play.sources import Sources
+from engram.play.tabs import Tab, Tabs
 
 _RELOAD_SECONDS = 3.0  # without a page, before the server ends
 _HEARTBEAT = 20.0
@@ -50,7 +52,10 @@ class Server:
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
         self._token = new_token()
-        self._guard = Guard(options.host, self._token)
+        self._refusals = Refusals()
+        self._guard = Guard(options.host, self._token, self._refusals)
+        self._connections = Connections(self._refusals)
+        self._browser = Browser()
         # All files that are served, read once: no request reaches the file system.
         self._files = {
             file.name: (file.read_bytes(), _CONTENT_TYPES[file.suffix])
@@ -67,8 +72,8 @@ class Server:
             ENVS,
         )
         self._context = ServerContext(options.out, Catalogue(), sources, Scores(), self._engine)
-        self._page: web.WebSocketResponse | None = None  # of the tab that plays
-        self._sockets: set[web.WebSocketResponse] = set()  # of all tabs
+        self._library.submit(self._context.catalogue.list)  # while the browser starts
+        self._tabs = Tabs()
         self._shutdown: asyncio.TimerHandle | None = None
         self._done = asyncio.Event()
         self._code = 0
@@ -77,35 +82,54 @@ class Server:
         """Listens until the page is closed or a signal arrives; returns the exit code."""
         app = web.Application(client_max_size=messages.LARGEST)
         app.router.add_route("*", "/{token:[^/]*}{rest:.*}", self._respond)
-        runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1.0)
+        runner = web.AppRunner(
+            app,
+            access_log=None,
+            logger=self._refusals.logger(),
+            handle_signals=False,
+            shutdown_timeout=1.0,
+        )
         await runner.setup()
         loop = asyncio.get_running_loop()
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
             loop.add_signal_handler(number, self._stop, code)
         try:
-            site = web.TCPSite(runner, self._options.host, self._options.port)
-            try:
-                await site.start()
-            except OSError as error:
-                where = f"--host {self._options.host} --port {self._options.port}"
-                raise OSError(f"{where}: {error.strerror or error}") from error
-            self._print_address(runner.addresses[0])
+            self._open(runner)
             await self._done.wait()
         finally:
-            self._context.sources.close()
+            self._browser.close()
+            self._context.sources.hurry(0)
             with contextlib.suppress(asyncio.TimeoutError, ConnectionError):
                 await asyncio.wait_for(self._close(runner), _SHUTDOWN_SECONDS)
             self._engine.shutdown(wait=False, cancel_futures=True)
             self._library.shutdown(wait=False, cancel_futures=True)
-            self._report_refused()
+            self._context.sources.close()
+            self._refusals.close()
         return self._code
 
+    def _open(self, runner: web.AppRunner) -> None:
+        """Listens, says where, and opens the page."""
+        host, port = self._options.host, self._options.port
+        assert runner.server is not None  # it is set up
+        try:
+            address = self._connections.listen(host, port, runner.server)
+        except OSError as error:
+            where = f"--host {host} --port {port}"
+            raise OSError(f"{where}: {error.strerror or error}") from error
+        link = self._print_address(address)
+        if self._options.no_open:
+            return
+        try:
+            self._browser.open(link)
+        except OSError as error:
+            print(f"engram play: no browser was opened: {error}", file=sys.stderr)
+
     async def _close(self, runner: web.AppRunner) -> None:
-        for socket in list(self._sockets):
-            await socket.close(code=1001)
+        await self._connections.close()
+        await self._tabs.close()
         await runner.cleanup()
 
-    def _print_address(self, address: Any) -> None:
+    def _print_address(self, address: Any) -> str:
         host, port = address[0], address[1]
         shown = f"[{host}]" if ":" in host else host
         if host in ("0.0.0.0", "::"):
@@ -118,14 +142,7 @@ class Server:
                 "it is sent unencrypted",
                 file=sys.stderr,
             )
-        if not self._options.no_open:
-            # Some browsers return only when they are closed.
-            threading.Thread(target=webbrowser.open, args=(link,), daemon=True).start()
-
-    def _report_refused(self) -> None:
-        if self._guard.refused:
-            counts = ", ".join(f"{n} {what}" for what, n in sorted(self._guard.refused.items()))
-            print(f"engram play: refused: {counts}", file=sys.stderr)
+        return link
 
     def _stop(self, code: int) -> None:
         self._code = code
@@ -135,8 +152,9 @@ class Server:
 
     async def _respond(self, request: web.Request) -> web.StreamResponse:
         self._guard.check(request)
+        self._connections.recognize(request.transport)
         if request.method not in ("GET", "HEAD"):
-            self._guard.refused["method"] += 1
+            self._refusals.add("method")
             raise web.HTTPMethodNotAllowed(request.method, ["GET", "HEAD"])
         path = request.match_info["rest"]
         if path == "/socket":
@@ -152,19 +170,20 @@ class Server:
         if path in ("", *self._files):
             return self._files[path or "index.html"]
         json_kind = "application/json"
-        if path == "tasks.json":
-            return _json(self._context.catalogue.list()), json_kind
-        if path == "refused.json":
-            return _json(dict(self._guard.refused)), json_kind
+        loop = asyncio.get_running_loop()
         catalogue = self._context.catalogue
+        if path == "tasks.json":
+            tasks = await loop.run_in_executor(self._library, catalogue.list)
+            return _json(tasks), json_kind
+        if path == "refused.json":
+            return _json(dict(self._refusals.counts)), json_kind
         folder, _, name = path.partition("/")
         id, _, suffix = name.rpartition(".")
         if id in catalogue and (folder, suffix) in (("task", "json"), ("picture", "jpg")):
             query = catalogue.described if folder == "task" else catalogue.picture
-            loop = asyncio.get_running_loop()
             found: Any = await loop.run_in_executor(self._library, query, id)
             return (_json(found), json_kind) if folder == "task" else (found, "image/jpeg")
-        self._guard.refused["path"] += 1
+        self._refusals.add("path")
         raise web.HTTPNotFound(text="no such page\n", headers=_HEADERS)
 
     # --- the page ---
@@ -174,48 +193,44 @@ class Server:
             max_msg_size=messages.LARGEST, heartbeat=_HEARTBEAT, compress=False
         )
         if not socket.can_prepare(request).ok:
-            self._guard.refused["upgrade"] += 1
+            self._refusals.add("upgrade")
             raise web.HTTPBadRequest(text="a WebSocket needed\n")
         await socket.prepare(request)
-        self._connected(socket)
+        tab = Tab(socket, request.transport)
+        self._connected(tab)
         try:
-            if await self._acquire_page(socket):
-                await self._run_session(socket)
+            if await self._acquire_page(tab):
+                await self._run_session(tab)
         finally:
-            self._disconnected(socket)
+            self._disconnected(tab)
         return socket
 
-    async def _acquire_page(self, socket: web.WebSocketResponse) -> bool:
+    async def _acquire_page(self, tab: Tab) -> bool:
         """Waits while another tab plays until this one takes over; False if this one is closed."""
         for _ in range(_TRIES):  # after a reload, the old socket is about to close
-            if self._page is not None:
-                await asyncio.sleep(_PAUSE)
-        if self._page is not None:
-            await socket.send_json({"type": "busy"})
-            while (message := await self._receive(socket)) is not None:
-                if message and message["do"] == "take":
-                    break
-            else:
-                return False
-            if self._page is not None:
-                with contextlib.suppress(ConnectionError):
-                    await self._page.send_json({"type": "taken"})
-                    await self._page.close(code=4001)
-        self._page = socket
-        return True
+            if self._tabs.may_play(tab):
+                return True
+            await asyncio.sleep(_PAUSE)
+        await tab.socket.send_json({"type": "busy"})
+        while (message := await self._receive(tab.socket)) is not None:
+            if message.get("do") == "take":
+                self._tabs.take_over(tab)
+                return True
+        return False
 
-    async def _run_session(self, socket: web.WebSocketResponse) -> None:
-        session = Session(self._context, Channel(socket.send_json, socket.send_bytes))
+    async def _run_session(self, tab: Tab) -> None:
+        session = Session(self._context, Channel(tab.socket.send_json, tab.socket.send_bytes))
+        tab.session = session
+        self._browser.close()  # the page is open
         try:
             await session.begin()
-            while (message := await self._receive(socket)) is not None:
+            while (message := await self._receive(tab.socket)) is not None:
                 if message and message["do"] != "take":
                     await session.handle(message)
         except ConnectionError:
             pass  # the page was closed
         finally:
-            if self._page is socket:
-                self._page = None
+            self._tabs.remove(tab)  # a reloaded page may play already
             with contextlib.suppress(RuntimeError):  # of an executor that is shut down
                 await session.close()
 
@@ -223,7 +238,7 @@ class Server:
         """A message; {} for a refused one, None at the end of the connection."""
         got = await socket.receive()
         if got.type is WSMsgType.ERROR:
-            self._guard.refused["oversized or broken message"] += 1
+            self._refusals.add("oversized or broken message")
             return None
         if got.type not in (WSMsgType.TEXT, WSMsgType.BINARY):
             return None
@@ -232,19 +247,19 @@ class Server:
                 raise messages.MessageError("bytes given, a text needed")
             return messages.parse(got.data)
         except messages.MessageError as error:
-            self._guard.refused["message"] += 1
+            self._refusals.add("message")
             await socket.send_json({"type": "error", "message": f"refused: {error}"})
             return {}
 
-    def _connected(self, socket: web.WebSocketResponse) -> None:
-        self._sockets.add(socket)
+    def _connected(self, tab: Tab) -> None:
+        self._tabs.add(tab)
         if self._shutdown is not None:
             self._shutdown.cancel()
             self._shutdown = None
 
-    def _disconnected(self, socket: web.WebSocketResponse) -> None:
-        self._sockets.discard(socket)
-        if not self._sockets and not self._options.stay:
+    def _disconnected(self, tab: Tab) -> None:
+        self._tabs.remove(tab)
+        if not self._tabs and not self._options.stay:
             self._shutdown = asyncio.get_running_loop().call_later(_RELOAD_SECONDS, self._done.set)
 
 

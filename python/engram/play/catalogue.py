@@ -8,6 +8,7 @@ from typing import Any
 import engram
 from engram.play import pictures
 from engram.play.episode_spec import EpisodeSpec
+from engram.play.score import rate_of
 
 _SIZE = (320, 240)
 _SEED = 4_242_424_242
@@ -18,35 +19,44 @@ class Catalogue:
     """Descriptions and pictures of tasks, each computed on first use."""
 
     def __init__(self) -> None:
-        self._summaries: dict[str, Any] = {task["id"]: task for task in engram.list()}
-        self._cache: dict[str, tuple[dict[str, Any], bytes]] = {}
+        self._ids = [task["id"] for task in engram.list()]
+        self._known = set(self._ids)
+        self._descriptions: dict[str, dict[str, Any]] = {}
+        self._pictures: dict[str, bytes] = {}
 
     def __contains__(self, id: str) -> bool:
-        return id in self._summaries
+        return id in self._known
 
     def list(self) -> list[dict[str, Any]]:
         """Summaries of all tasks, in the registry's order."""
-        return [{name: task[name] for name in _SUMMARY} for task in self._summaries.values()]
+        return [_summary(self.described(id)) for id in self._ids]
 
     def described(self, id: str) -> dict[str, Any]:
         """The description of a task."""
-        return self._computed(id)[0]
+        if id not in self._descriptions:
+            description: Any = engram.describe(id)
+            self._descriptions[id] = {name: description[name] for name in _DESCRIPTION}
+        return self._descriptions[id]
 
     def picture(self, id: str) -> bytes:
         """A JPEG file: the middle of an episode that the oracle plays."""
-        return self._computed(id)[1]
-
-    def _computed(self, id: str) -> tuple[dict[str, Any], bytes]:
-        if id not in self._cache:
+        if id not in self._pictures:
             spec = EpisodeSpec(id, _SEED)
             with contextlib.closing(spec.make_batch(obs_mode="state")) as env:
                 spec.reset(env)
                 for _ in range(min(env.description["horizon"] // 2, _MOST_STEPS)):
                     env.step(env.act("oracle"))
-                picture = pictures.jpeg(env.frame(0, "render_camera", _SIZE), 80)
-                description: Any = env.description
-                self._cache[id] = {name: description[name] for name in _DESCRIPTION}, picture
-        return self._cache[id]
+                self._pictures[id] = pictures.jpeg(env.frame(0, "render_camera", _SIZE), 80)
+        return self._pictures[id]
+
+
+def _summary(description: dict[str, Any]) -> dict[str, Any]:
+    return {
+        **{name: description[name] for name in _SUMMARY},
+        "chance": description["chance"],
+        **{policy: rate_of(description, policy) for policy in ("sweep", "oracle")},
+        "phases": [phase["name"] for phase in description["phases"]],
+    }
 
 
 _SUMMARY = ("id", "family", "split", "memory_type", "horizon", "canonical", "instruction")

@@ -56,8 +56,8 @@ class Game:
 
     def start(self, spec: EpisodeSpec) -> None:
         """Begins an episode that the same batch can play."""
-        self.spec = spec
         self._observation, _ = spec.reset(self._env)
+        self.spec = spec
         self.instruction = self._env.instructions[0]
         self.elapsed = 0
         self.ended = False

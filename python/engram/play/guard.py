@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 import hmac
 import ipaddress
 import secrets
@@ -10,6 +9,8 @@ import socket
 from urllib.parse import urlsplit
 
 from aiohttp import web
+
+from engram.play.refusals import Refusals
 
 _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
@@ -26,20 +27,22 @@ class Guard:
     to it (DNS rebinding). They have no token, another Origin and another Host.
     """
 
-    def __init__(self, host: str, token: str) -> None:
+    def __init__(self, host: str, token: str, refusals: Refusals) -> None:
         self._token = token.encode()
         self._everywhere = host in ("0.0.0.0", "::", "")
         self._names = {*_LOOPBACK, host.lower()}
         if self._everywhere:
             self._names.add(socket.gethostname().lower())
-        self.refused: collections.Counter[str] = collections.Counter()
+        self._refusals = refusals
 
     def check(self, request: web.Request) -> None:
         """Raises HTTPForbidden if the request is not the page's."""
         reason = self._reason(request)
         if reason is not None:
-            self.refused[reason] += 1
-            raise web.HTTPForbidden(text=f"refused: {_MESSAGES[reason]}\n")
+            self._refusals.add(reason)
+            refused = web.HTTPForbidden(text=f"refused: {_MESSAGES[reason]}\n")
+            refused.force_close()  # strangers keep no connection
+            raise refused
 
     def _reason(self, request: web.Request) -> str | None:
         if not hmac.compare_digest(request.match_info.get("token", "").encode(), self._token):
@@ -52,7 +55,8 @@ class Guard:
         # Browsers send the origin with every WebSocket, but not with files of the same server.
         if (upgrade and not origins) or any(one != f"http://{hosts[0]}" for one in origins):
             return "origin"
-        if request.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
+        site = request.headers.get("Sec-Fetch-Site", "none")
+        if site not in ("none", "same-origin") and not _opens_page(request):
             return "origin"
         return None
 
@@ -67,6 +71,13 @@ class Guard:
         if parts.path or parts.query or parts.username is not None:
             return False
         return name in self._names or (self._everywhere and _is_address(name))
+
+
+def _opens_page(request: web.Request) -> bool:
+    """True for a window that goes to the page, as from the file that the browser was given."""
+    headers = request.headers
+    wish = (headers.get("Sec-Fetch-Mode"), headers.get("Sec-Fetch-Dest"))
+    return wish == ("navigate", "document") and request.match_info["rest"] in ("", "/")
 
 
 _MESSAGES = {

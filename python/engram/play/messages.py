@@ -158,5 +158,6 @@ _KINDS: dict[str, dict[str, tuple[bool, _Check]]] = {
     "frame": {"n": (True, _whole(0, 10_000_000))},
     "grid": {**_EPISODE_SPEC, "source": (True, _SOURCE)},
     "leave": {},
+    "stop": {},  # gives up the episode that is played in the background
     "take": {},  # takes over from another tab
 }

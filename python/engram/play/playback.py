@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from engram.datasets.checks import MAX_STEPS
 from engram.play import pictures
 from engram.play.episode_spec import EpisodeSpec
 from engram.play.phases import PhaseTrack
@@ -16,6 +19,7 @@ Actions = npt.NDArray[np.float32]
 # Called with a batch and a flag, true in the first step; returns the actions of the next step.
 Policy = Callable[[Any, bool], Actions]
 
+MOST_STEPS = MAX_STEPS  # of an episode that is shown, however long it is
 _SNAPSHOT_INTERVAL = 8  # steps; those between snapshots are simulated again
 _VIEW = (640, 480)
 _SENSOR = (128, 128)
@@ -28,7 +32,7 @@ def recorded_policy(actions: Sequence[Actions]) -> Policy:
 
 
 class Playback:
-    """Runs an episode to its end, and shows any step of it afterwards."""
+    """Runs an episode by and by, and shows any step of it afterwards."""
 
     def __init__(
         self,
@@ -38,47 +42,64 @@ class Playback:
         ends_at_success: bool | None = None,
         most_steps: int | None = None,
         obs_mode: Any = "state",
+        recorded: tuple[bool, int] | None = None,
     ) -> None:
+        """recorded: success and steps of the same episode, played before."""
         self.spec = spec
+        self._policy = policy
+        self._recorded = recorded
         self._batch = spec.make_batch(
             obs_mode=obs_mode, terminate_on_success=ends_at_success, privileged=True
         )
         try:
-            self._run(policy, most_steps)
+            self._begin(most_steps)
         except BaseException:
             self._batch.close()
             raise
 
-    def _run(self, policy: Policy, most_steps: int | None) -> None:
+    def _begin(self, most_steps: int | None) -> None:
         env = self._batch
         description: Any = env.description
-        _, info = self.spec.reset(env)
+        _, self._info = self.spec.reset(env)
         self.description = description
         self.instruction = env.instructions[0]
+        self.steps = min(description["horizon"], most_steps or MOST_STEPS, MOST_STEPS)
         self.actions: list[Actions] = []
         self._snapshots: list[bytes] = []
         self._rewards: list[float | None] = [None]
         self._successes = [False]
         self._answered: int | None = None
-        proprio = [info_row(env, "proprio")]
-        phases = PhaseTrack(env, info)
-        ended = False
-        while not ended and (most_steps is None or len(self.actions) < most_steps):
-            if len(self.actions) % _SNAPSHOT_INTERVAL == 0:
-                self._snapshots.append(env.save(0))
-            action = np.asarray(policy(env, not self.actions), np.float32).copy()
-            _, reward, terminated, truncated, info = env.step(action)
-            self.actions.append(action[0])
-            self._rewards.append(float(reward[0]))
-            self._successes.append(bool(info["success"][0]))
-            proprio.append(info_row(env, "proprio"))
-            phases.add(info)
-            if self._answered is None and "answered" in info and info["answered"][0]:
-                self._answered = len(self.actions)
-            ended = bool(terminated[0] or truncated[0])
-        self._phases = phases.track
-        self._proprio = np.array(proprio)
-        self._last = {name: info[name][0] for name in _RESULT_FIELDS if name in info}
+        self._proprio = [info_row(env, "proprio")]
+        self._phases = PhaseTrack(env, self._info)
+        self._ended = False
+
+    def run(self, seconds: float = math.inf) -> bool:
+        """Goes on for that time; True at the end of the episode, or of what is shown of it."""
+        until = time.monotonic() + seconds
+        while not self.complete and time.monotonic() < until:
+            self._step()
+        return self.complete
+
+    @property
+    def complete(self) -> bool:
+        """True if all steps have been played."""
+        return self._ended or len(self.actions) >= self.steps
+
+    def _step(self) -> None:
+        env = self._batch
+        if len(self.actions) % _SNAPSHOT_INTERVAL == 0:
+            self._snapshots.append(env.save(0))
+        action = np.asarray(self._policy(env, not self.actions), np.float32).copy()
+        _, reward, terminated, truncated, info = env.step(action)
+        self.actions.append(action[0])
+        self._rewards.append(float(reward[0]))
+        self._successes.append(bool(info["success"][0]))
+        self._proprio.append(info_row(env, "proprio"))
+        self._phases.add(info)
+        if self._answered is None and "answered" in info and info["answered"][0]:
+            self._answered = len(self.actions)
+        self._ended = bool(terminated[0] or truncated[0])
+        self._info = info
 
     def __len__(self) -> int:
         """Number of pictures: one before each step, and one at the end."""
@@ -86,8 +107,10 @@ class Playback:
 
     def message(self) -> dict[str, Any]:
         """Curves and marks for the page, one value per picture."""
-        last = self._last
-        answered = bool(last.get("answered", False))
+        info = self._info
+        answered = "answered" in info and bool(info["answered"][0])
+        proprio = np.array(self._proprio)
+        success, steps = bool(info["success_once"][0]), len(self.actions)
         return {
             "type": "playback",
             "id": self.spec.id,
@@ -95,18 +118,24 @@ class Playback:
             "instruction": self.instruction,
             "frames": len(self),
             "reward": _rounded(self._rewards),
-            "tcp": [_rounded(row) for row in self._proprio[:, :3].tolist()],
-            "gripper": _rounded(self._proprio[:, 6].tolist()),
+            "tcp": [_rounded(row) for row in proprio[:, :3].tolist()],
+            "gripper": _rounded(proprio[:, 6].tolist()),
             "command": _rounded([float(action[6]) for action in self.actions]),
             "success": [i for i, success in enumerate(self._successes) if success][:1],
             "answered": self._answered,
             "phases": [phase["name"] for phase in self.description["phases"]],
-            "phase": self._phases,
+            "phase": self._phases.track,
+            "horizon": self.description["horizon"],
+            "cut": not self._ended and steps >= MOST_STEPS,
+            # Another result than that of the folder: another policy, or it is not deterministic.
+            "differs": self._recorded is not None and self._recorded != (success, steps),
             "result": {
-                "success": bool(last["success_once"]),
-                "first_answer_correct": bool(last["first_answer_correct"]) if answered else None,
-                "return": float(last["episode_return"]),
-                "steps": len(self.actions),
+                "success": success,
+                "first_answer_correct": (
+                    bool(info["first_answer_correct"][0]) if answered else None
+                ),
+                "return": float(info["episode_return"][0]),
+                "steps": steps,
             },
         }
 
@@ -129,9 +158,6 @@ class Playback:
 
     def close(self) -> None:
         self._batch.close()
-
-
-_RESULT_FIELDS = ("success_once", "first_answer_correct", "answered", "episode_return")
 
 
 def info_row(env: Any, name: str) -> npt.NDArray[np.float32]:

@@ -14,10 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engram.datasets.checks import printable
+
 _HELLO, _TASK, _REQUEST, _CHUNKS, _FAILED = 1, 2, 3, 4, 5
 _MAGIC, _VERSION = 0x4D474E45, 1
 _OBSERVES = {"rgb": 1, "state": 2, "objects": 3}
 _LARGEST = 64 << 20  # bytes of an answer
+_LONGEST_FAILURE = 2000  # bytes of a reported failure that are read
+_SLICE = 0.1  # seconds between looks at the deadline, which may be brought forward
 _MOST_DIMENSIONS = 3
 _SHUTDOWN_SECONDS = 2
 _DIM = 7
@@ -36,7 +40,9 @@ class PolicyProcess:
         command: For /bin/sh.
         obs: Observation mode of the batches, "rgb", "objects" or "state".
         slots: Most environments of a batch.
-        timeout: Seconds for every answer.
+        timeout: Seconds for every answer, its request included.
+
+    The process is started, and greeted with the first request.
     """
 
     def __init__(self, command: str, obs: str, slots: int, timeout: float) -> None:
@@ -46,6 +52,11 @@ class PolicyProcess:
         self._steps = np.zeros(0, np.int32)
         self._episode = -1
         self._task = ""
+        self._slots = slots
+        self._deadline = 0.0
+        self._busy = False  # an answer is waited for
+        self._hurried = False
+        self._greeted = False
         self._process = subprocess.Popen(
             command,
             shell=True,
@@ -54,18 +65,18 @@ class PolicyProcess:
             start_new_session=True,
             bufsize=0,
         )
-        picture = (128, 128, 6) if obs == "rgb" else (0, 0, 0)
-        try:
-            self._send(
-                _HELLO,
-                struct.pack("<9I", _MAGIC, _VERSION, _OBSERVES[obs], *picture, 7, _DIM, slots),
-            )
-            answer = self._receive(_HELLO)
-            if answer != struct.pack("<2I", _MAGIC, _VERSION):
-                raise PolicyError("the process did not answer the greeting as a policy does")
-        except BaseException:
-            self.close()
-            raise
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._input = self._process.stdin.fileno()
+        self._output = self._process.stdout.fileno()
+        for pipe in (self._input, self._output):
+            os.set_blocking(pipe, False)
+
+    def hurry(self, seconds: float) -> None:
+        """Brings the deadline of the answer that is waited for forward; from any thread."""
+        if self._busy:
+            self._hurried = True
+            self._deadline = min(self._deadline, time.monotonic() + seconds)
 
     def act(self, env: Any, first: bool) -> Actions:
         """The actions of all environments of a batch; `first`: its episodes have just begun."""
@@ -75,7 +86,7 @@ class PolicyProcess:
         running = ~(views["terminated"] | views["truncated"])
         waiting = [i for i in range(env.num_envs) if running[i] and not self._queues[i]]
         if waiting:
-            self._request(env, waiting)
+            self._ask(env, waiting)
         actions = np.zeros((env.num_envs, _DIM), np.float32)
         for i in np.flatnonzero(running):
             actions[i] = self._queues[i].pop(0)
@@ -84,11 +95,14 @@ class PolicyProcess:
 
     def close(self) -> None:
         """Ends the process and its children."""
+        self._input = self._output = -1  # their numbers may be given to other files
         for pipe in (self._process.stdin, self._process.stdout):
             if pipe is not None:
                 pipe.close()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(_SHUTDOWN_SECONDS)
+        end = time.monotonic() + _SHUTDOWN_SECONDS
+        while self._exit() is None and time.monotonic() < end:
+            time.sleep(0.01)
+        # Until the process is waited for, no other group has its number.
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
@@ -99,10 +113,32 @@ class PolicyProcess:
         self._queues = [[] for _ in range(env.num_envs)]
         self._steps = np.zeros(env.num_envs, np.int32)
         self._episode += 1
-        if env.task_id != self._task:
-            self._task = env.task_id
-            size = 0 if self._obs == "rgb" else env._batch.state_dim
-            self._send(_TASK, _text(env.task_id) + struct.pack("<I", size))
+
+    def _ask(self, env: Any, waiting: list[int]) -> None:
+        """One request and its answer, within the timeout."""
+        self._deadline = time.monotonic() + self._timeout
+        self._hurried = False
+        self._busy = True
+        try:
+            if not self._greeted:
+                self._greet()
+                if not self._hurried:
+                    self._deadline = time.monotonic() + self._timeout
+            if env.task_id != self._task:
+                self._task = env.task_id
+                size = 0 if self._obs == "rgb" else env._batch.state_dim
+                self._send(_TASK, _text(env.task_id) + struct.pack("<I", size))
+            self._request(env, waiting)
+        finally:
+            self._busy = False
+
+    def _greet(self) -> None:
+        picture = (128, 128, 6) if self._obs == "rgb" else (0, 0, 0)
+        fields = (_MAGIC, _VERSION, _OBSERVES[self._obs], *picture, 7, _DIM, self._slots)
+        self._send(_HELLO, struct.pack("<9I", *fields))
+        if self._receive(_HELLO) != struct.pack("<2I", _MAGIC, _VERSION):
+            raise PolicyError("the process did not answer the greeting as a policy does")
+        self._greeted = True
 
     def _request(self, env: Any, waiting: list[int]) -> None:
         count = len(waiting)
@@ -126,45 +162,70 @@ class PolicyProcess:
     # --- pipes ---
 
     def _send(self, kind: int, body: bytes) -> None:
-        assert self._process.stdin is not None
-        try:
-            self._process.stdin.write(struct.pack("<2I", kind, len(body)) + body)
-        except (OSError, ValueError):
-            raise PolicyError(f"the policy's process has ended{self._exit_status()}") from None
+        rest = memoryview(struct.pack("<2I", kind, len(body)) + body)
+        while rest:
+            self._wait(self._input, select.POLLOUT)
+            try:
+                rest = rest[os.write(self._input, rest) :]
+            except BlockingIOError:
+                continue
+            except OSError:
+                raise self._ended() from None
 
     def _receive(self, expected: int) -> bytes:
-        end = time.monotonic() + self._timeout
-        kind, size = struct.unpack("<2I", self._read(8, end))
-        if kind not in (expected, _FAILED) or size > _LARGEST:
+        kind, size = struct.unpack("<2I", self._read(8))
+        if kind == _FAILED:  # the rest would tell no more than the beginning
+            words = self._read(min(size, _LONGEST_FAILURE)).decode(errors="backslashreplace")
+            raise PolicyError(f"the policy reported a failure: {printable(words)}")
+        if kind != expected or size > _LARGEST:
             raise PolicyError(
                 f"the policy answered with message {kind} of {size} bytes; {expected} of at most "
                 f"{_LARGEST} needed"
             )
-        body = self._read(size, end)
-        if kind == _FAILED:
-            words = "".join(c for c in body[:600].decode(errors="replace") if c.isprintable())
-            raise PolicyError(f"the policy reported a failure: {words}")
-        return body
+        return self._read(size)
 
-    def _read(self, size: int, end: float) -> bytes:
-        pipe = self._process.stdout
-        assert pipe is not None
+    def _read(self, size: int) -> bytes:
         body = bytearray()
         while len(body) < size:
-            left = end - time.monotonic()
-            if left <= 0 or not select.select([pipe], [], [], left)[0]:
-                raise PolicyError(f"the policy did not answer within {self._timeout} s")
-            part = os.read(pipe.fileno(), min(size - len(body), 1 << 20))
+            self._wait(self._output, select.POLLIN)
+            try:
+                part = os.read(self._output, min(size - len(body), 1 << 20))
+            except BlockingIOError:
+                continue
+            except OSError:
+                part = b""
             if not part:
-                raise PolicyError(f"the policy's process has ended{self._exit_status()}")
+                raise self._ended()
             body += part
         return bytes(body)
 
-    def _exit_status(self) -> str:
-        try:
-            return f" with exit code {self._process.wait(1)}"
-        except subprocess.TimeoutExpired:
-            return ""
+    def _wait(self, pipe: int, event: int) -> None:
+        """Waits until the pipe takes or gives something, no longer than the deadline."""
+        poll = select.poll()
+        poll.register(pipe, event)
+        while True:
+            # Before the pipe: one that takes or gives a byte now and then is late all the same.
+            left = self._deadline - time.monotonic()
+            if left <= 0:
+                raise PolicyError(f"the policy did not answer within {self._timeout:g} s")
+            ended = self._exit() is not None  # before the pipe, whose last bytes are still read
+            if poll.poll(0 if ended else 1000 * min(left, _SLICE)):
+                return
+            if ended:
+                raise self._ended()
+
+    def _exit(self) -> Any:
+        """How the process has ended; None while it runs. It stays for `wait`."""
+        return os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+
+    def _ended(self) -> PolicyError:
+        for _ in range(100):  # a pipe may close a moment before the process is gone
+            found = self._exit()
+            if found is not None:
+                how = "with exit code" if found.si_code == os.CLD_EXITED else "by signal"
+                return PolicyError(f"the policy's process has ended {how} {found.si_status}")
+            time.sleep(0.01)
+        return PolicyError("the policy's process has closed its standard input or output")
 
 
 def _text(text: str) -> bytes:

@@ -6,6 +6,14 @@ import collections
 from typing import Any
 
 EPISODES = 10
+_GAP = 0.05  # between sweep and oracle; where it is less, success does not show memory
+
+
+def rate_of(description: Any, policy: str) -> float | None:
+    """The measured success rate of one of engram's own policies; None if there is none."""
+    ceilings = description.get("ceilings") or {}
+    rate: float | None = (ceilings.get(policy) or {}).get("success_once")
+    return rate
 
 
 class Scores:
@@ -28,14 +36,9 @@ class Scores:
     def of(self, description: Any) -> dict[str, Any]:
         """The score, and the rates of chance, sweep and oracle."""
         results = list(self._results.get(description["id"], ()))
-        ceilings = description.get("ceilings") or {}
-        sweep = (ceilings.get("sweep") or {}).get("success_once")
-        oracle = (ceilings.get("oracle") or {}).get("success_once")
+        sweep, oracle = rate_of(description, "sweep"), rate_of(description, "oracle")
         rate = sum(success for success, _ in results) / len(results) if results else None
         answers = [first for _, first in results if first is not None]
-        memory = None
-        if rate is not None and sweep is not None and oracle is not None and oracle - sweep > 0.05:
-            memory = (rate - sweep) / (oracle - sweep)
         return {
             "episodes": len(results),
             "of": EPISODES,
@@ -48,5 +51,12 @@ class Scores:
             "answer_chance": description.get("answer_chance"),
             "sweep": sweep,
             "oracle": oracle,
-            "memory": memory,
+            "memory": _memory(rate, sweep, oracle) if len(results) == EPISODES else None,
         }
+
+
+def _memory(rate: float | None, sweep: float | None, oracle: float | None) -> float | None:
+    """Between 0, as good as without memory, and 1, as the oracle; ten episodes tell no more."""
+    if rate is None or sweep is None or oracle is None or oracle - sweep <= _GAP:
+        return None
+    return min(1.0, max(0.0, (rate - sweep) / (oracle - sweep)))

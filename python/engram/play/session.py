@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
+import contextlib
 import dataclasses
 import sys
 import time
@@ -13,9 +14,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import engram
-from engram.datasets.checks import DatasetError
+from engram.datasets.checks import DatasetError, printable
 from engram.play.catalogue import Catalogue
 from engram.play.episode_spec import EpisodeSpec
+from engram.play.folders import SourceError
 from engram.play.game import VIEWS, Game
 from engram.play.grid_view import COLUMNS, ENVS, GridView
 from engram.play.messages import MessageError
@@ -23,7 +25,7 @@ from engram.play.playback import Playback, recorded_policy
 from engram.play.policy_process import PolicyError
 from engram.play.saving import SaveError, save
 from engram.play.score import Scores
-from engram.play.sources import SourceError, Sources
+from engram.play.sources import Sources
 
 T = TypeVar("T")
 CONTROL_STEP = 0.05  # seconds
@@ -31,6 +33,10 @@ _MOST_UNSEEN = 3  # pictures that are not acknowledged; a slower page gets fewer
 _LATE = 0.25  # seconds of delay that are not caught up
 _SLOW = 0.8 * CONTROL_STEP  # seconds of a step from which on it counts as slow
 _SLOW_STEPS = 10
+_SHARE = 0.05  # seconds for which an episode in the background has the engine
+_PROGRESS = 0.3  # seconds between messages about it
+# Messages after which an episode in the background is no longer wanted.
+_LEAVING = ("play", "review", "watch", "stored", "grid", "leave", "stop")
 REPORTED_ERRORS = (
     engram.Error, DatasetError, SaveError, MessageError, PolicyError, SourceError, OSError,
 )  # fmt: skip
@@ -81,6 +87,8 @@ class Session:
         self._seen = 0
         self._slow = 0
         self._size = 0  # of the human view; larger on slow machines
+        self._building: asyncio.Task[None] | None = None  # of an episode to watch
+        self._abandoned = False
 
     async def begin(self) -> None:
         """Sends the page its first message."""
@@ -98,25 +106,47 @@ class Session:
     async def handle(self, message: dict[str, Any]) -> None:
         """Handles a checked message; failures are sent to the page."""
         kind = message["do"]
+        if self._abandoned:
+            return
         if kind == "act":
             self._take_action(message)
             return
         if kind == "seen":
             self._seen += 1
             return
+        if kind in _LEAVING:
+            self._stop_work()
         try:
             async with self._lock:
                 await _HANDLERS[kind](self, message)
-        except REPORTED_ERRORS as error:
-            if isinstance(error, PolicyError):
-                await self._run_in_engine(self._context.sources.stop_process)
+        except Exception as error:
+            await self._report(error)
+
+    async def _report(self, error: Exception) -> None:
+        if isinstance(error, ConnectionError):
+            raise error  # the page was closed
+        if isinstance(error, REPORTED_ERRORS):
             await self._send_error(str(error))
-        except Exception:
-            traceback.print_exc(file=sys.stderr)
+        else:
+            traceback.print_exception(error, file=sys.stderr)
             await self._send_error("internal error; the terminal has the details")
+
+    def abandon(self) -> None:
+        """Another page plays now: nothing more is done for this one."""
+        self._abandoned = True
+        self._pause()
+        self._stop_work()
+
+    def _stop_work(self) -> None:
+        """What takes long is no longer wanted."""
+        if self._building is not None:
+            self._building.cancel()
+            self._building = None
+        self._context.sources.hurry()
 
     async def close(self) -> None:
         """Ends the clock and the view of this page."""
+        self.abandon()
         if self._clock is not None:
             self._clock.cancel()
             await asyncio.gather(self._clock, return_exceptions=True)
@@ -152,8 +182,9 @@ class Session:
             old = game
             await self._run_in_engine(lambda: old.start(spec))
         else:
+            game = await self._run_in_engine(lambda: Game(spec))
             await self._close_view()
-            self._view = game = await self._run_in_engine(lambda: Game(spec))
+            self._view = game
         new = game
         await self._run_in_engine(lambda: new.resize(size))
         return new
@@ -218,13 +249,11 @@ class Session:
                         await self._advance()
             except ConnectionError:
                 return
-            except REPORTED_ERRORS as error:
+            except Exception as error:
                 self._pause()
-                await self._send_error(str(error))
-            except Exception:
-                self._pause()
-                traceback.print_exc(file=sys.stderr)
-                await self._send_error("internal error; the terminal has the details")
+                with contextlib.suppress(ConnectionError):
+                    await self._channel.text({"type": "running", "on": False})
+                    await self._report(error)
 
     async def _advance(self) -> None:
         """One step of the view, and its picture unless the page lags behind."""
@@ -298,7 +327,7 @@ class Session:
     async def _review(self, _message: dict[str, Any]) -> None:
         game = self._ended_game("review")
         spec, actions = game.spec, list(game.actions)
-        await self._open_playback(
+        await self._build(
             lambda: Playback(
                 spec, recorded_policy(actions), ends_at_success=True, most_steps=len(actions)
             ),
@@ -306,23 +335,54 @@ class Session:
 
     async def _watch(self, message: dict[str, Any]) -> None:
         spec, name = self._episode_spec(message), message["source"]
-
-        def make() -> Playback:
-            policy, obs = self._context.sources.policy(name)
-            return Playback(spec, policy, obs_mode=obs)
-
-        await self._open_playback(make)
+        policy, obs = self._context.sources.policy(name)
+        await self._build(lambda: Playback(spec, policy, obs_mode=obs))
 
     async def _stored(self, message: dict[str, Any]) -> None:
         numbers = (message["folder"], message["task"], message["episode"])
-        await self._open_playback(lambda: self._context.sources.stored(*numbers))
+        # A thread of its own: the file may be large.
+        recording = await asyncio.to_thread(self._context.sources.recording, *numbers)
+        await self._build(
+            lambda: Playback(
+                recording.spec,
+                recording.policy,
+                obs_mode=recording.obs_mode,
+                most_steps=recording.most_steps,
+                recorded=(recording.success, recording.steps),
+            )
+        )
 
-    async def _open_playback(self, make: Callable[[], Playback]) -> None:
+    async def _build(self, make: Callable[[], Playback]) -> None:
+        """Plays an episode in the background; then its view is opened."""
         self._pause()
         playback = await self._run_in_engine(make)
-        await self._close_view()
-        self._view = playback
-        await self._channel.text(playback.message())
+        self._building = asyncio.create_task(self._play_back(playback))
+
+    async def _play_back(self, playback: Playback) -> None:
+        shown = False
+        try:
+            told = time.monotonic()
+            while not await self._run_in_engine(lambda: playback.run(_SHARE)):
+                if time.monotonic() - told >= _PROGRESS:
+                    told = time.monotonic()
+                    steps, most = len(playback) - 1, playback.steps
+                    await self._channel.text({"type": "building", "steps": steps, "most": most})
+            message = await self._run_in_engine(playback.message)
+            async with self._lock:
+                self._building = None
+                await self._close_view()
+                self._view, shown = playback, True
+                await self._channel.text(message)
+        except ConnectionError:
+            pass  # the page was closed
+        except Exception as error:
+            self._building = None
+            with contextlib.suppress(ConnectionError):
+                await self._report(error)
+        finally:
+            if not shown:  # behind the last share of it, in the same thread
+                with contextlib.suppress(RuntimeError):  # of an executor that is shut down
+                    self._context.engine.submit(playback.close)
 
     async def _frame(self, message: dict[str, Any]) -> None:
         playback, frame = self._view, message["n"]
@@ -334,13 +394,9 @@ class Session:
 
     async def _grid(self, message: dict[str, Any]) -> None:
         spec, name = self._episode_spec(message), message["source"]
+        policy, obs = self._context.sources.policy(name)
+        grid = await self._run_in_engine(lambda: GridView(spec, policy, obs))
         await self._close_view()
-
-        def make() -> GridView:
-            policy, obs = self._context.sources.policy(name)
-            return GridView(spec, policy, obs)
-
-        grid = await self._run_in_engine(make)
         self._view = grid
         await self._channel.text({"type": "grid", "id": spec.id, "source": name})
         self._sent += 1
@@ -348,6 +404,9 @@ class Session:
 
     async def _leave(self, _message: dict[str, Any]) -> None:
         await self._close_view()
+
+    async def _stop(self, _message: dict[str, Any]) -> None:
+        pass  # what is played in the background has been given up
 
     # --- internals ---
 
@@ -368,7 +427,7 @@ class Session:
         return await asyncio.get_running_loop().run_in_executor(self._context.engine, call)
 
     async def _send_error(self, message: str) -> None:
-        await self._channel.text({"type": "error", "message": message[:600]})
+        await self._channel.text({"type": "error", "message": printable(message)})
 
 
 def _stepped(game: Game, action: list[float], number: int, lags: bool) -> bytes | None:
@@ -388,4 +447,5 @@ _HANDLERS: dict[str, Callable[[Session, dict[str, Any]], Awaitable[None]]] = {
     "frame": Session._frame,
     "grid": Session._grid,
     "leave": Session._leave,
+    "stop": Session._stop,
 }

@@ -22,6 +22,7 @@ GOOD = [
     {"do": "frame", "n": 3},
     {"do": "grid", "id": "x", "source": "sweep", "seed": "1"},
     {"do": "save"},
+    {"do": "stop"},
 ]
 BAD = [
     "",

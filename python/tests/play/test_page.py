@@ -3,85 +3,22 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from browser_page import screenshot, until
 from play_server import SECONDS, Server, serving
 
 from engram.play.episode_spec import EpisodeSpec
-
-playwright = pytest.importorskip("playwright.sync_api")
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 
 TASK = "RememberColor3-VLA-v0"
 SEED = 12
 # Directions of the keys over the table, as in page/input.js.
 AWAY, RIGHT = np.array([-0.63, -0.77]), np.array([-0.77, 0.63])
-PICTURES = os.environ.get("ENGRAM_PLAY_PICTURES")  # a folder for screenshots
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with playwright.sync_playwright() as starter:
-        sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
-        running = starter.chromium.launch(executable_path=CHROMIUM, args=sandbox)
-        yield running
-        running.close()
-
-
-@pytest.fixture
-def opened(browser, server: Server) -> Iterator[Callable[..., Any]]:
-    """Opens the page; console messages and requests to other origins fail the test."""
-    wrong: list[str] = []
-    contexts = []
-
-    def open_page(**context: Any) -> Any:
-        script = context.pop("script", None)
-        contexts.append(
-            browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **context})
-        )
-        if script:
-            contexts[-1].add_init_script(script)
-        page = contexts[-1].new_page()
-        page.set_default_timeout(SECONDS * 1000)
-        page.on("console", lambda message: wrong.append(message.text))
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on("request", lambda request: _check_address(request.url, server, wrong))
-        page.goto(server.link)
-        page.wait_for_selector("body[data-ready]")
-        return page
-
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert wrong == []
-
-
-def _check_address(url: str, server: Server, wrong: list[str]) -> None:
-    if not url.startswith((server.link, "blob:", "data:")):
-        wrong.append(f"asked for {url}")
-
-
-def until(page: Any, condition: str) -> None:
-    """Waits until an expression is true. Playwright's own function needs a forbidden eval."""
-    end = time.monotonic() + SECONDS
-    while not page.evaluate(condition):
-        assert time.monotonic() < end, condition
-        time.sleep(0.02)
-
-
-def screenshot(page: Any, name: str) -> None:
-    if PICTURES:
-        page.screenshot(path=f"{PICTURES}/{name}.png", full_page=True)
 
 
 def tab_to(page: Any, wanted: str, back: bool = False) -> None:
@@ -159,7 +96,7 @@ def test_an_episode_is_chosen_played_and_saved_by_keyboard_alone(opened, server:
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)[0]["equal"]
 
-    tab_to(page, "#review", back=True)
+    tab_to(page, "#review")
     page.keyboard.press("Enter")
     page.wait_for_selector("#playback-human[data-frame='0']")
     tab_to(page, "#playback-scrub")
@@ -271,6 +208,9 @@ def test_policies_and_their_curves(opened):
     page.fill("input[name=words]", "GatherAndRecall3")
     page.click("button[aria-label='Watch GatherAndRecall3-VLA-v0']")
     page.wait_for_selector("#playback-human[data-frame='0']")
+    # The result is told when it is seen.
+    assert "Success" not in page.inner_text("#playback-result")
+    page.click("#playback-tell")
     assert "Success" in page.inner_text("#playback-result")
     page.locator("#playback-scrub").fill("60")
     page.wait_for_selector("#playback-human[data-frame='60']")
@@ -294,7 +234,8 @@ def test_pins_and_constants_can_be_watched(opened):
     page.click("#watch-form button[type=submit]")
     page.wait_for_selector("#notice:not([hidden])")
     assert "no time to act" in page.inner_text("#notice")
-    assert page.inner_text("#playback-result") == ""
+    assert page.is_visible("#watch-empty")
+    assert page.is_hidden("#playback")
     page.fill("#watch-values-constants-CUE_PHASE_STEPS", "4, 5")
     page.click("#watch-form button[type=submit]")
     page.wait_for_selector("#playback-human[data-frame='0']")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import json
 import random
 import socket
 import subprocess
 import sys
+import time
 
 import pytest
 from play_server import SECONDS, Server, serving
@@ -103,6 +105,16 @@ def test_other_sites_cannot_load_what_is_served(server):
     path = f"/{server.token}/tasks.json"
     assert request(server, path, Sec_Fetch_Site="cross-site")[0] == 403
     assert request(server, path, Sec_Fetch_Site="same-origin")[0] == 200
+
+
+def test_other_sites_can_open_the_page_in_a_window_only(server):
+    """The file that the browser is given leads there; frames and scripts get nothing."""
+    window = {"Sec_Fetch_Site": "cross-site", "Sec_Fetch_Mode": "navigate"}
+    page, tasks = f"/{server.token}/", f"/{server.token}/tasks.json"
+    assert request(server, page, **window, Sec_Fetch_Dest="document")[0] == 200
+    assert request(server, page, **window, Sec_Fetch_Dest="iframe")[0] == 403
+    assert request(server, tasks, **window, Sec_Fetch_Dest="document")[0] == 403
+    assert request(server, "/wrong/", **window, Sec_Fetch_Dest="document")[0] == 403
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS"])
@@ -223,6 +235,69 @@ def test_a_second_tab_is_notified_and_can_take_over(server):
         assert error.value.rcvd.code == 4001
         second.receive("hello")
         second.play(TASK, 3)
+
+
+class SuspendedTab:
+    """A tab that sends, but reads nothing: neither pictures nor farewells."""
+
+    def __init__(self, server: Server) -> None:
+        host, _, port = server.host.rpartition(":")
+        self._socket = socket.socket()
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        self._socket.connect((host, int(port)))
+        self._socket.sendall(
+            f"GET /{server.token}/socket HTTP/1.1\r\nHost: {server.host}\r\n"
+            f"Origin: http://{server.host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+            "".encode()
+        )
+        time.sleep(1)
+
+    def send(self, kind: str, **fields) -> None:
+        text = json.dumps({"do": kind, **fields}).encode()
+        self._socket.sendall(bytes([0x81, 0x80 | len(text)]) + bytes(4) + text)
+
+    def __enter__(self) -> SuspendedTab:
+        return self
+
+    def __exit__(self, *_error) -> None:
+        self._socket.close()
+
+
+@pytest.mark.parametrize("pictures", [0, 3000])  # that fill all buffers on the way
+def test_a_tab_that_stands_still_is_taken_over_at_once(server, pictures):
+    with SuspendedTab(server) as first, server.page() as second:
+        first.send("watch", id=TASK, source="oracle", seed="1")
+        time.sleep(2)  # the episode is played in the background
+        for i in range(pictures):
+            first.send("frame", n=i % 20)
+        time.sleep(2)
+        second.receive("busy")
+        start = time.monotonic()
+        second.send("take")
+        second.receive("hello")
+        second.play(TASK, 3)
+        assert time.monotonic() - start < 3
+
+
+def test_of_two_tabs_that_take_over_one_plays(server):
+    with SuspendedTab(server), server.page() as second, server.page() as third:
+        second.receive("busy")
+        third.receive("busy")
+        second.send("take")
+        third.send("take")
+        start = time.monotonic()
+        players = []
+        for page in (second, third):
+            with contextlib.suppress(ConnectionClosed, TimeoutError):
+                page.socket.recv(timeout=SECONDS)  # hello
+                while True:
+                    page.socket.recv(timeout=2)
+            if page.socket.close_code is None:
+                players.append(page)
+        assert time.monotonic() - start < 8
+        assert len(players) == 1
+        players[0].play(TASK, 3)
 
 
 def test_the_server_ends_with_its_page(tmp_path):

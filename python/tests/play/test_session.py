@@ -6,7 +6,9 @@ import io
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +19,8 @@ import engram
 from engram.datasets import DemonstrationFolder
 from engram.play.episode_spec import EpisodeSpec
 from engram.play.game import Game
-from engram.play.playback import Playback, recorded_policy
+from engram.play.playback import MOST_STEPS, Playback, Policy, recorded_policy
+from engram.play.score import EPISODES, Scores
 from engram.play.sources import builtin_policy
 
 TASK = "RememberColor3-VLA-v0"
@@ -115,6 +118,27 @@ def test_pictures_are_those_of_the_library(server: Server):
     game.close()
 
 
+def test_a_refused_request_leaves_the_episode_as_it_was(server: Server):
+    wrong = [
+        ("play", {"pins": {"target": 99}}),  # of the same batch
+        ("play", {"constants": {"COLORS": 99}}),
+        ("grid", {"source": "oracle", "constants": {"COLORS": 99}}),
+        ("grid", {"source": "nobody"}),
+        ("watch", {"source": "oracle", "pins": {"target": 99}}),
+        ("stored", {"folder": 0, "task": 0, "episode": 0}),
+    ]
+    with server.page() as page:
+        page.play(TASK, 3)
+        for n, (kind, more) in enumerate(wrong, 1):
+            assert page.step([0] * 6 + [1])["n"] == n
+            page.send(kind, **(more if kind == "stored" else {"id": TASK, "seed": "77", **more}))
+            with pytest.raises(AssertionError):
+                page.receive("nothing")
+        for _ in range(25 - len(wrong)):
+            page.step([0] * 6 + [1])
+        assert page.receive("ended")["seed"] == "3"
+
+
 def test_time_passes_by_the_clock_and_stops(server: Server):
     with server.page() as page:
         page.play("RememberColor3-Long-VLA-v0", 4)
@@ -150,6 +174,20 @@ def test_a_page_without_acknowledgements_gets_fewer_pictures(server: Server):
         shown = [m for m in page.received if m.get("kind") == "play"]
         assert len(shown) <= 6
         assert shown[-1]["ended"]
+
+
+def test_a_score_needs_ten_episodes_and_is_between_the_two_policies():
+    rates = {"sweep": {"success_once": 0.6}, "oracle": {"success_once": 1.0}}
+    described = {"id": TASK, "chance": 0.3, "ceilings": rates}
+    scores = Scores()
+    for seed in range(EPISODES):
+        assert scores.of(described)["memory"] is None
+        scores.add(TASK, seed, False, None)
+    assert scores.of(described)["memory"] == 0
+    for seed in range(EPISODES, EPISODES + 8):
+        scores.add(TASK, seed, True, None)
+    assert scores.of(described)["memory"] == pytest.approx((0.8 - 0.6) / 0.4)
+    assert scores.of({**described, "ceilings": None})["memory"] is None
 
 
 # --- saving ---
@@ -222,8 +260,15 @@ def test_folders_with_other_files_are_not_changed(tmp_path):
 # --- watching ---
 
 
+def played_back(spec: EpisodeSpec, policy: Policy, **more: Any) -> Playback:
+    """An episode, played to its end."""
+    playback = Playback(spec, policy, **more)
+    assert playback.run()
+    return playback
+
+
 def test_a_playback_is_the_episode_of_the_library():
-    playback = Playback(EpisodeSpec("GatherAndRecall3-VLA-v0", 5), builtin_policy("oracle"))
+    playback = played_back(EpisodeSpec("GatherAndRecall3-VLA-v0", 5), builtin_policy("oracle"))
     message = playback.message()
     steps = message["result"]["steps"]
     for name in ("reward", "tcp", "gripper", "phase"):
@@ -232,7 +277,7 @@ def test_a_playback_is_the_episode_of_the_library():
     assert names[0] == "move"
     assert "flash" in names
     assert names[-1] == "press"
-    again = Playback(playback.spec, recorded_policy(playback.actions))
+    again = played_back(playback.spec, recorded_policy(playback.actions))
     assert again.message() == message
     for frame in (0, 7, 8, 9, steps, 3, steps - 1):
         assert playback.picture(frame) == again.picture(frame)
@@ -246,7 +291,7 @@ def test_a_playback_is_the_episode_of_the_library():
 def test_phases_have_the_pinned_lengths(id):
     described = engram.describe(id)
     pins = {d["name"]: d["high"] for d in described["draws"] if "_step" in d["name"]}
-    playback = Playback(EpisodeSpec(id, 5, pins=pins), builtin_policy("oracle"))
+    playback = played_back(EpisodeSpec(id, 5, pins=pins), builtin_policy("oracle"))
     phases = playback.message()["phase"]
     assert phases == sorted(phases)
     gap = "empty_steps" if "empty_steps" in pins else "shuffle_steps"
@@ -258,7 +303,7 @@ def test_phases_have_the_pinned_lengths(id):
 
 @pytest.mark.parametrize("id", IDS)
 def test_every_step_of_every_task_has_a_phase(id):
-    playback = Playback(EpisodeSpec(id, 3), builtin_policy("oracle"), most_steps=400)
+    playback = played_back(EpisodeSpec(id, 3), builtin_policy("oracle"), most_steps=400)
     message = playback.message()
     playback.close()
     names = [message["phases"][phase] for phase in message["phase"] if phase is not None]
@@ -277,6 +322,44 @@ def test_policies_can_be_watched_picture_by_picture(server: Server):
                 page.send("frame", n=frame)
                 assert page.receive("playback")["n"] == frame
                 assert Image.open(io.BytesIO(page.files[0])).size == (640, 480)
+
+
+ENDLESS = {"max_episode_steps": 1_000_000}
+
+
+def test_an_endless_episode_is_shown_in_part(server: Server):
+    with server.page() as page:
+        page.send("watch", id=TASK, source="zero", seed="3", constants=ENDLESS)
+        message = page.receive("playback")
+        assert message["frames"] == MOST_STEPS + 1
+        assert (message["cut"], message["horizon"]) == (True, 1_000_000)
+        built = [m["steps"] for m in page.received if m.get("type") == "building"]
+        assert built == sorted(built)
+        page.send("frame", n=MOST_STEPS)
+        assert page.receive("playback")["n"] == MOST_STEPS
+        page.send("watch", id=TASK, source="zero", seed="3")
+        assert not page.receive("playback")["cut"]
+
+
+def test_a_page_that_plays_a_long_episode_stays_awake(server: Server):
+    """It is played in the background: everything else goes on at once."""
+    with server.page() as page:
+        page.play(TASK, 3)
+        page.send("watch", id=TASK, source="zero", seed="3", constants=ENDLESS)
+        for n in range(3):  # the episode that is open goes on until the other one is there
+            start = time.monotonic()
+            page.step([0] * 7, n)
+            assert time.monotonic() - start < 3
+        start = time.monotonic()
+        page.play(TASK, 4)  # and this ends it
+        assert time.monotonic() - start < 5
+        assert page.step([0] * 7)["n"] == 1
+        page.send("watch", id=TASK, source="zero", seed="5")
+        while page.receive("playback")["seed"] != "5":
+            pass
+        assert all(
+            m["type"] != "playback" or m["seed"] == "5" for m in page.received if "type" in m
+        )
 
 
 def test_the_played_episode_can_be_reviewed_and_saved_afterwards(server: Server):

@@ -93,6 +93,45 @@ TEST_CASE("A message before the end of a policy is read", "[policy]") {
   CHECK_NOTHROW(PolicyProcess(options_of(greeting), work.context));
 }
 
+// --- time ---
+
+using Clock = std::chrono::steady_clock;
+
+PolicyProcessOptions limited(const std::string& command) {
+  PolicyProcessOptions options = options_of(command);
+  options.timeout = std::chrono::seconds(1);
+  return options;
+}
+
+TEST_CASE("An answer that drips is late as a whole", "[policy]") {
+  const Work work;
+  const auto start = Clock::now();
+  CHECK_THROWS_WITH(PolicyProcess(limited("printf '\\1\\0\\0\\0\\377\\0\\0\\0';"
+                                          "while printf x; do sleep 0.05; done"),
+                                  work.context),
+                    Catch::Contains("within 1 s"));
+  CHECK(Clock::now() - start < std::chrono::seconds(8));
+}
+
+TEST_CASE("A failure of any length is reported by its beginning, without control characters",
+          "[policy]") {
+  const Work work;
+  const auto start = Clock::now();
+  std::string message;
+  try {
+    // 200 MB are announced, and are never sent as a whole.
+    PolicyProcess(options_of("printf '\\5\\0\\0\\0\\0\\302\\353\\13\\233[31m\\342\\200\\256';"
+                             "while printf 'no such file '; do :; done"),
+                  work.context);
+  } catch (const Error& error) {
+    message = error.what();
+  }
+  CHECK(Clock::now() - start < std::chrono::seconds(20));
+  CHECK_THAT(message, Catch::Contains("says: \\x9b[31m\\u202eno such file no such file"));
+  CHECK_THAT(message, Catch::EndsWith("..."));
+  CHECK(message.size() < 2500);
+}
+
 // --- answers ---
 
 // The other end of the pipes, in the same thread.
@@ -118,6 +157,12 @@ class Pipes {
   }
   // An action of zeros for one episode.
   void answer() const { say({4, 4 * 10, 1, 1, 7, 0, 0, 0, 0, 0, 0, 0}); }
+  // Makes room for a page of the next question.
+  void read_page() const {
+    std::array<char, 4096> bytes{};
+    pollfd one{to_[0], POLLIN, 0};
+    if (::poll(&one, 1, 0) > 0) (void)!::read(to_[0], bytes.data(), bytes.size());
+  }
   // Answers so many times once it is asked.
   std::thread answer_when_asked(int times) const {
     while (drain()) {
@@ -202,6 +247,28 @@ TEST_CASE("An answer that comes before its question is refused", "[policy]") {
   pipes.answer();
   Question question;
   CHECK_THROWS_WITH(question.ask(policy, work.context), Catch::Contains("to the greeting"));
+}
+
+TEST_CASE("A policy that reads no question, or one byte now and then, is late", "[policy]") {
+  const Work work;
+  for (const bool reads : {false, true}) {
+    const Pipes pipes;
+    PolicyProcess policy(pipes.to(), pipes.from(), limited("x"), work.context);
+    std::atomic<bool> done = false;
+    std::thread reader([&] {
+      while (reads && !done) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        pipes.read_page();
+      }
+    });
+    Question question;
+    question.instruction[0].resize(1 << 20);  // more than a pipe holds
+    const auto start = Clock::now();
+    CHECK_THROWS_WITH(question.ask(policy, work.context), Catch::Contains("within 1 s"));
+    CHECK(Clock::now() - start < std::chrono::seconds(8));
+    done = true;
+    reader.join();
+  }
 }
 
 }  // namespace

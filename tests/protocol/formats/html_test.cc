@@ -35,8 +35,24 @@ TEST_CASE("Bars have labels, values and a mark", "[html]") {
   HtmlReport report("bars");
   report.bars({{"first", 0.25, 0.5, "group"}, {"second", 1, -1, "other"}});
   const std::string text = report.text();
-  CHECK_THAT(text, Catch::Contains("<svg") && Catch::Contains("first") && Catch::Contains("0.25") &&
+  CHECK_THAT(text, Catch::Contains("first") && Catch::Contains("width:25.0%") &&
+                       Catch::Contains("left:50.0%") && Catch::Contains("0.250") &&
                        Catch::Contains("second"));
+  CHECK(text.find("left:", text.find("second")) == std::string::npos);  // no mark
+}
+
+TEST_CASE("Reports fit narrow screens and dark ones", "[html]") {
+  HtmlReport report("wide");
+  report.table({"task", "rate"}, {{"a task", "0.125"}});
+  CHECK_THAT(report.text(), Catch::Contains("width=device-width") &&
+                                Catch::Contains("prefers-color-scheme: dark") &&
+                                Catch::Contains("<div class=\"scroll\" tabindex=\"0\"><table>"));
+}
+
+TEST_CASE("Counts of one have no plural", "[html]") {
+  CHECK(counted(1, "task") == "1 task");
+  CHECK(counted(0, "task") == "0 tasks");
+  CHECK(counted(2, "task") == "2 tasks");
 }
 
 }  // namespace

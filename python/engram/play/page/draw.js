@@ -33,7 +33,8 @@ export const percent = (rate) => (rate === null || rate === undefined ? '–' : 
 export function rates(rows) {
   const list = make('dl', { class: 'rates' });
   for (const [name, rate] of rows) {
-    const bar = make('meter', { min: 0, max: 1, value: rate ?? 0, 'aria-label': `${name}: ${percent(rate)}` });
+    const bar = make('span', { class: 'rate', role: 'img', 'aria-label': `${name}: ${percent(rate)}` }, make('i'));
+    bar.firstChild.style.width = `${100 * (rate ?? 0)}%`;
     list.append(make('dt', {}, name), make('dd', {}, bar), make('dd', {}, percent(rate)));
   }
   return list;

@@ -31,7 +31,8 @@ function show(place, task) {
     group('Options of the task', null,
       task.options.map((one) => field(place, 'options', one, `${one.description}${bounds(one)}`, String(one.value)))),
   ];
-  place.replaceChildren(...groups.filter(Boolean));
+  place.replaceChildren(make('details', {}, make('summary', {}, 'Change the task: pins, constants, options'),
+    ...groups.filter(Boolean)));
 }
 
 // Shows the fields of a task in the element with that id, unless it shows them already.

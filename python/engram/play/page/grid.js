@@ -1,11 +1,14 @@
 // Grid of sixteen environments in one picture; frames mark success and end.
 import { all } from './choose.js';
+import { current, setCurrent } from './current.js';
 import { find, options, paint, seedIn } from './draw.js';
 import { readValues, showFields } from './fields.js';
 import { on, send } from './link.js';
 
 let columns = 4;
 let running = false;
+let asked = false; // the server plays for this view, or will
+let open = false; // and has said so
 
 export const stats = { frames: 0 };
 
@@ -16,17 +19,42 @@ function submit() {
     return;
   }
   const id = find('grid-task').value;
+  setCurrent(id);
+  asked = true;
   send({ do: 'grid', id, source: find('grid-source').value, seed, ...readValues('grid-values') });
   send({ do: 'speed', of: 1, turns: false });
   send({ do: 'run', on: true });
 }
 
-export function enter() { showFields('grid-values', find('grid-task').value); }
+function showView(on) {
+  open = on;
+  find('grid-view').hidden = !on;
+  find('grid-empty').hidden = on;
+  find('grid-state').hidden = !on;
+  if (!on) find('grid-status').textContent = '';
+}
 
-export function choose(id) { find('grid-task').value = id; }
+// The view is shown, with the chosen task.
+export function enter() {
+  if (current() !== null) find('grid-task').value = current();
+  showFields('grid-values', find('grid-task').value);
+}
+
+export function opened() { showView(asked); }
+
+// The request has failed; what was there before goes on.
+export function failed() { asked = open; }
+
+// Another view is shown: nothing more is played for this one.
+export function leave() {
+  if (asked) send({ do: 'leave' });
+  asked = false;
+  showView(false);
+}
 
 async function picture(header, files) {
   send({ do: 'seen', n: 0 });
+  if (!open) return;
   const canvas = find('grid-view');
   await paint(canvas, files[0]);
   const context = canvas.getContext('2d', { alpha: false });
@@ -46,7 +74,11 @@ async function picture(header, files) {
 
 export function begin() {
   options(find('grid-task'), all().map((task) => [task.id, task.id]));
-  find('grid-task').addEventListener('change', enter);
+  find('grid-task').addEventListener('change', (event) => {
+    setCurrent(event.target.value);
+    leave();
+    enter();
+  });
   find('grid-form').addEventListener('submit', (event) => {
     event.preventDefault();
     submit();
@@ -57,7 +89,6 @@ export function begin() {
 
 export function setRunning(on) {
   running = on;
-  find('grid-run').disabled = false;
   find('grid-run').textContent = on ? 'Pause' : 'Go on';
 }
 

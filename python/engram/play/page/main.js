@@ -1,5 +1,6 @@
 // Views of the page, their navigation and notices.
 import * as choose from './choose.js';
+import { setCurrent } from './current.js';
 import { find } from './draw.js';
 import { connect, on, send } from './link.js';
 import * as play from './play.js';
@@ -14,17 +15,20 @@ function show() {
   const wish = location.hash.slice(1);
   const next = VIEWS.includes(wish) ? wish : 'choose';
   if (view === 'play' && next !== 'play') play.pause();
-  if (view === 'watch' && next !== 'watch') watch.stop();
-  if (view === 'grid' && next !== 'grid') send({ do: 'leave' });
+  if (view === 'watch' && next !== 'watch') watch.pause();
+  if (view === 'grid' && next !== 'grid') grid.leave();
   if (view !== next) window.scrollTo(0, 0);
-  if (next === 'watch') watch.enter();
-  if (next === 'grid') grid.enter();
+  const changed = view !== next;
   view = next;
   for (const name of VIEWS) find(name).hidden = name !== view;
   for (const link of document.querySelectorAll('nav a')) {
     if (link.hash === `#${view}`) link.setAttribute('aria-current', 'page');
     else link.removeAttribute('aria-current');
   }
+  if (!changed) return;
+  if (next === 'play') play.enter();
+  if (next === 'watch') watch.enter();
+  if (next === 'grid') grid.enter();
 }
 
 function showNotice(text) {
@@ -41,14 +45,16 @@ function showConnection(text, button) {
   box.hidden = false;
 }
 
-document.addEventListener('chosen', async (event) => {
+document.addEventListener('chosen', (event) => {
   const { id, view: wish } = event.detail;
+  setCurrent(id);
+  if (wish === 'play') play.renew();
   location.hash = `#${wish}`;
   show();
-  grid.choose(id);
-  if (wish === 'watch') watch.watch(id);
-  else await play.choose(id);
+  if (wish === 'watch') watch.watch();
 });
+
+document.addEventListener('review', () => watch.review());
 
 on('running', (message) => {
   if (view === 'grid') grid.setRunning(message.on);
@@ -57,13 +63,21 @@ on('running', (message) => {
 on('playback', (message) => {
   play.leave();
   watch.opened(message);
+  show();
 });
-on('grid', (message) => {
+on('opened', (message) => {
+  watch.leave();
+  play.opened(message);
+});
+on('building', (message) => watch.building(message));
+on('grid', () => {
   play.leave();
-  find('task-shown').textContent = message.id;
+  watch.leave();
+  grid.opened();
 });
 on('error', (message) => {
   watch.failed();
+  grid.failed();
   showNotice(message.message);
 });
 on('busy', () => showConnection('engram is being played in another tab.', true));

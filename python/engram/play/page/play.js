@@ -1,29 +1,43 @@
 // Episode that the user plays. Before its end, the server sends only pictures and step numbers.
 import * as input from './input.js';
 import { described } from './choose.js';
+import { current } from './current.js';
 import { find, make, paint, percent, rates, seedIn } from './draw.js';
 import { on, send } from './link.js';
 import { readValues, showFields } from './fields.js';
 
 const SLOW_BELOW = 120; // steps; shorter episodes start at a quarter of real time
 const MOST_LATENCIES = 400;
+const LATE = 200; // milliseconds from a key to its picture; people notice more
 
 let id = null;
 let horizon = 1;
 let running = false;
 let ended = true;
+let abandoned = false; // another view has replaced the episode
 let number = 0; // of the last input
 let last = '';
 let speedChosen = false;
 const sentAt = new Map(); // times by input number
 export const stats = { latencies: [], frames: [], dropped: 0, last: -1 };
 
-export const playing = () => id;
+// The view is shown: with a new episode if there is none of the chosen task.
+export async function enter() {
+  find('play-empty').hidden = current() !== null;
+  find('play-table').hidden = current() === null;
+  if (current() !== null && (current() !== id || abandoned)) await choose(current());
+}
 
-export async function choose(task) {
+// The next time that the view is shown, a new episode begins.
+export function renew() { abandoned = true; }
+
+async function choose(task) {
   id = task;
+  ended = true;
+  showButtons();
   const description = await described(task);
   await showFields('play-values', task);
+  if (id !== task) return;
   if (!speedChosen) find('speed').value = description.horizon < SLOW_BELOW ? '0.25' : '1';
   fresh();
 }
@@ -78,13 +92,15 @@ function showButtons() {
   find('step').disabled = running || ended;
 }
 
-function opened(message) {
+export function opened(message) {
   ended = false;
+  abandoned = false;
   running = false;
   sentAt.clear();
+  stats.latencies.length = 0;
+  find('late').textContent = '';
   horizon = message.horizon;
   find('instruction').textContent = message.instruction;
-  find('task-shown').textContent = message.id;
   find('result').replaceChildren(make('p', { class: 'note' }, 'Look at the scene, then press Start, or Enter in the picture.'));
   find('after').hidden = true;
   showScore(message.score);
@@ -116,31 +132,31 @@ async function picture(header, files) {
       stats.latencies.push(now - when);
     }
     if (stats.latencies.length > MOST_LATENCIES) stats.latencies.splice(0, stats.latencies.length - MOST_LATENCIES);
-    showLatency();
+    showLate();
   });
 }
 
-function showLatency() {
+function showLate() {
   const sorted = [...stats.latencies].sort((a, b) => a - b);
-  if (sorted.length < 5) return;
-  const at = (share) => Math.round(sorted[Math.floor(share * (sorted.length - 1))]);
-  find('latency').textContent = `key to picture ${at(0.5)} ms, ${at(0.95)} ms`;
+  const late = sorted.length >= 5 && sorted[Math.floor(sorted.length / 2)] > LATE;
+  find('late').textContent = late ? 'Pictures are late: this machine or the connection is slow.' : '';
 }
 
 export function ran(on) {
   if (ended) return;
   running = on;
   last = '';
+  if (running) find('result').replaceChildren();
   if (running) act();
   showButtons();
 }
 
-// Another view is shown; an unfinished episode is abandoned.
+// Another view has replaced the episode; if it was unfinished, a new one begins when this is shown.
 export function leave() {
   if (ended) return;
   ended = true;
+  abandoned = true;
   running = false;
-  find('result').replaceChildren(make('p', { class: 'note' }, 'The episode was abandoned.'));
   showButtons();
 }
 
@@ -169,18 +185,22 @@ function finished(message) {
 
 function showScore(score) {
   const beads = score.results.map((right) => (right ? '●' : '○')).join('');
-  const heading = score.episodes === 0 ? `Score of ${score.of} episodes: none yet`
-    : `${score.successes} of ${score.episodes} episodes`;
-  const rows = [['chance', score.chance], ['sweep', score.sweep], ['you', score.rate], ['oracle', score.oracle]];
+  const heading = score.episodes === 0 ? 'No episode counted yet'
+    : `${score.successes} of ${score.episodes} ${score.episodes === 1 ? 'episode' : 'episodes'}`;
+  const rows = [['guessing', score.chance], ['without memory', score.sweep], ['you', score.rate], ['oracle', score.oracle]];
   const parts = [make('p', {}, make('strong', {}, heading), ' ', make('span', { class: 'beads', 'aria-hidden': 'true' }, beads))];
   parts.push(rates(rows));
   if (score.first_answers > 0) {
-    parts.push(make('p', { class: 'note' }, `first answers right: ${score.first_right} of ${score.first_answers}; guessing: ${percent(score.answer_chance)}`));
+    parts.push(make('p', { class: 'note' }, `First answers right: ${score.first_right} of ${score.first_answers}; guessing: ${percent(score.answer_chance)}`));
   }
+  const left = score.of - score.episodes;
   if (score.memory !== null) {
-    const done = score.episodes >= score.of ? '' : `, preliminary until ${score.of} episodes`;
-    parts.push(make('p', { class: 'note' }, `memory score ${score.memory.toFixed(2)} (0: sweep, no memory; 1: oracle)${done}`));
+    parts.push(make('p', { class: 'note' }, `Memory score ${score.memory.toFixed(2)}: 0 is as good as without memory, 1 as the oracle.`));
+  } else if (score.episodes > 0 && left > 0) {
+    parts.push(make('p', { class: 'note' }, `${left} more ${left === 1 ? 'episode' : 'episodes'} until the rate says something.`));
   }
+  parts.push(make('details', {}, make('summary', {}, 'What these are'),
+    make('p', { class: 'note' }, 'Guessing (chance): plays well, and guesses the hidden thing once. Without memory (sweep): the best known policy that remembers nothing and tries everything. Oracle: is told what is hidden. Your last ten episodes count, each seed once.')));
   find('score').replaceChildren(...parts);
 }
 
@@ -198,13 +218,12 @@ export function begin() {
   find('again').addEventListener('click', fresh);
   find('step').addEventListener('click', step);
   find('save').addEventListener('click', () => send({ do: 'save' }));
-  find('review').addEventListener('click', () => send({ do: 'review' }));
+  find('review').addEventListener('click', () => document.dispatchEvent(new CustomEvent('review')));
   find('speed').addEventListener('change', () => {
     speedChosen = true;
     sendSpeed();
   });
   document.addEventListener('visibilitychange', () => { if (document.hidden) pause(); });
-  on('opened', opened);
   on('picture play', picture);
   on('ended', finished);
   on('saved', (message) => {

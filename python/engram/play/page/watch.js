@@ -1,5 +1,6 @@
 // Playback of an episode, of a policy or the user: forwards, backwards, picture by picture.
 import { all } from './choose.js';
+import { current, setCurrent } from './current.js';
 import { find, make, options, paint, seedIn } from './draw.js';
 import { readValues, showFields } from './fields.js';
 import { on, send } from './link.js';
@@ -15,7 +16,9 @@ let running = false;
 let due = 0;
 let move = () => {};
 let folders = [];
-let waiting = false; // for an episode
+let told = false; // the result is shown
+let asked = null; // the last request
+let lost = null; // the request of an episode that another view has replaced
 
 // Requests one picture at a time; then the newest wanted one.
 function request() {
@@ -30,6 +33,7 @@ function go(frame) {
   find('playback-scrub').value = wanted;
   showStatus();
   move(wanted);
+  if (wanted === playback.frames - 1) tell();
   request();
 }
 
@@ -84,47 +88,113 @@ async function picture(header, files) {
   request();
 }
 
-export function opened(message) {
-  waiting = false;
-  playback = message;
-  requested = null;
-  shown = -1;
-  location.hash = '#watch';
-  showTask(message.id);
-  find('playback-instruction').textContent = message.instruction;
-  find('task-shown').textContent = message.id;
-  for (const id of ['playback-back', 'playback-run', 'playback-on', 'playback-scrub']) find(id).disabled = false;
-  find('playback-scrub').max = message.frames - 1;
-  const result = message.result;
+function showOnly(id) {
+  for (const one of ['watch-empty', 'watch-building', 'playback']) find(one).hidden = one !== id;
+  find('playback-instruction').hidden = id !== 'playback';
+}
+
+// The result is told at the end, or when somebody asks for it.
+function tell() {
+  if (told) return;
+  told = true;
+  const { result, answered, success } = playback;
   const answer = result.first_answer_correct === null ? 'no answer'
     : result.first_answer_correct ? 'first answer right' : 'first answer wrong';
-  const at = message.answered === null ? '' : ` in step ${message.answered}`;
+  const at = answered === null ? '' : ` in step ${answered}`;
+  const notes = [
+    playback.cut && `Only the first ${result.steps} of ${playback.horizon} steps are shown.`,
+    playback.differs && 'It ended otherwise than in the folder: the policy is another one, or acts differently each time.',
+  ];
   find('playback-result').replaceChildren(
     make('strong', { class: result.success ? 'good' : 'bad' }, result.success ? 'Success' : 'No success'),
-    make('p', {}, `${message.id}, seed ${message.seed}`),
+    make('p', {}, `${playback.id}, seed ${playback.seed}`),
     make('p', {}, `${result.steps} steps, reward ${result.return.toFixed(2)}; ${answer}${at}` +
-      (message.success.length ? `; success in step ${message.success[0]}` : '')));
+      (success.length ? `; success in step ${success[0]}` : '')),
+    ...notes.filter(Boolean).map((note) => make('p', { class: 'note' }, note)));
+}
+
+export function opened(message) {
+  playback = message;
+  lost = null;
+  requested = null;
+  shown = -1;
+  told = false;
+  setCurrent(message.id);
+  enter();
+  find('playback-instruction').textContent = message.instruction;
+  find('playback-scrub').max = message.frames - 1;
+  find('playback-result').replaceChildren(
+    make('p', {}, `${message.id}, seed ${message.seed}`),
+    make('p', { class: 'note' }, 'The result is shown at the end. ',
+      make('button', { type: 'button', id: 'playback-tell', onclick: tell }, 'Show it now')));
   move = plots.show(find('plots'), message);
-  find('watch-head').focus?.();
+  showOnly('playback');
   go(0);
 }
 
-export function enter() { showFields('watch-values', find('watch-task').value); }
-
-function showTask(id) {
-  find('watch-task').value = id;
-  enter();
+// The view is shown, with the chosen task; an episode of another one is put away.
+export function enter() {
+  if (current() !== null) find('watch-task').value = current();
+  showFields('watch-values', find('watch-task').value);
+  const shown = playback?.id ?? lost?.id;
+  if (shown && shown !== find('watch-task').value) {
+    stop();
+    playback = lost = null;
+    showOnly('watch-empty');
+  }
+  if (lost) ask(lost.request);
 }
 
-export function watch(id) {
-  showTask(id);
-  submit();
+// Remembers what was asked for. The last episode that was played may be another one soon.
+function keep(id, more) {
+  if (asked && asked.do !== 'review') lost = { id, request: asked.do === 'watch' ? { ...asked, ...more } : asked };
 }
 
-// The request has failed.
+// The view is left: what is still played in the background is asked for again when it is shown.
+export function pause() {
+  stop();
+  if (find('watch-building').hidden) return;
+  send({ do: 'stop' });
+  keep(current());
+  showOnly(playback ? 'playback' : 'watch-empty');
+}
+
+// Another view has replaced the episode; it is asked for again when this one is shown.
+export function leave() {
+  if (playback) keep(playback.id, { seed: playback.seed });
+  stop();
+  playback = null;
+  showOnly('watch-empty');
+}
+
+function ask(message) {
+  stop();
+  asked = message;
+  lost = null;
+  wait('Playing …');
+  send(message);
+}
+
+export function watch() { submit(); }
+
+// The episode that the user has played.
+export function review() {
+  location.hash = '#watch';
+  ask({ do: 'review' });
+}
+
+function wait(text) {
+  find('watch-building').textContent = text;
+  showOnly('watch-building');
+}
+
+export function building(message) {
+  wait(`Playing: step ${message.steps} of ${message.most} …`);
+}
+
+// The request has failed, or another view was opened: what was shown is shown again.
 export function failed() {
-  if (waiting) find('playback-result').textContent = '';
-  waiting = false;
+  if (!find('watch-building').hidden) showOnly(playback ? 'playback' : 'watch-empty');
 }
 
 function submit() {
@@ -133,11 +203,9 @@ function submit() {
     find('watch-seed').reportValidity();
     return;
   }
-  stop();
-  find('playback-result').textContent = 'Playing …';
-  waiting = true;
   const id = find('watch-task').value;
-  send({ do: 'watch', id, source: find('watch-source').value, seed, ...readValues('watch-values') });
+  setCurrent(id);
+  ask({ do: 'watch', id, source: find('watch-source').value, seed, ...readValues('watch-values') });
 }
 
 function showStored() {
@@ -165,16 +233,18 @@ export function sources(message) {
 
 export function begin() {
   options(find('watch-task'), all().map((task) => [task.id, task.id]));
-  find('watch-task').addEventListener('change', enter);
+  find('watch-task').addEventListener('change', (event) => {
+    setCurrent(event.target.value);
+    enter();
+  });
   find('watch-form').addEventListener('submit', (event) => {
     event.preventDefault();
     submit();
   });
   find('stored-form').addEventListener('submit', (event) => {
     event.preventDefault();
-    stop();
     const number = (id) => Number(find(id).value);
-    send({ do: 'stored', folder: number('stored-folder'), task: number('stored-task'), episode: number('stored-episode') });
+    ask({ do: 'stored', folder: number('stored-folder'), task: number('stored-task'), episode: number('stored-episode') });
   });
   find('stored-folder').addEventListener('change', showStored);
   find('stored-task').addEventListener('change', showEpisodes);
