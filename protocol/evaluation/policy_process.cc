@@ -130,7 +130,7 @@ void PolicyProcess::send_request(const PolicyRequest& request) {
   ByteWriter body;
   body.put(static_cast<std::uint32_t>(request.count));
   body.append(request.slots);
-  body.append(request.episodes);
+  body.append(request.numbers);
   body.append(request.steps);
   body.append(request.first);
   for (const std::string& instruction : request.instructions)
@@ -138,6 +138,7 @@ void PolicyProcess::send_request(const PolicyRequest& request) {
   body.append(request.proprio);
   body.append(request.rgb);
   body.append(request.state);
+  body.append(request.seeds);
   send_message(Message::kRequest, body.bytes());
 }
 
