@@ -76,7 +76,7 @@ TEST_CASE("eval: until the end of a sealed run nothing tells its seeds", "[apps]
   const Sealed sealed;
   const std::string seen = (sealed.folder.path() / "seen").string();
   // What the policy can read: arguments and environment of engram, and its results.
-  const std::string spy = "cat /proc/$PPID/cmdline /proc/$PPID/environ >" + seen +
+  const std::string spy = "cat /proc/\\$PPID/cmdline /proc/\\$PPID/environ >" + seen +
                           " 2>/dev/null; cat " + sealed.out + "/*/*/* >>" + seen +
                           " 2>/dev/null; ls -l /proc/self/fd >>" + seen + "; exec " + pipe_policy();
   const std::string arguments = "eval " + kId +
@@ -113,6 +113,7 @@ TEST_CASE("eval: a sealed run is resumed with its secret, and opened at the end"
               .code == 0);
   const fs::path run = run_in(sealed.out);
   const std::string closed = read_file(run / (kId + ".json"));
+  const std::string settings = read_file(run / "settings.json");
   fs::remove(run / "RememberColor5-VLA-v0.json");
   const std::string resume = "eval --resume " + run.string();
   require_refusal(resume, 2, "a sealed run; its --seed-file needed");
@@ -131,14 +132,16 @@ TEST_CASE("eval: a sealed run is resumed with its secret, and opened at the end"
   CHECK(engram_command(resume + " --json").json() == opened);
   // A run that was killed while it opened its results goes on.
   std::ofstream(run / (kId + ".json")) << closed;
-  CHECK(engram_command(resume + " --json").code == 0);
+  std::ofstream(run / "settings.json") << settings;
+  CHECK(engram_command(resume + " --json --seed-file " + sealed.seed_file).json() == opened);
   CHECK(Json::parse(read_file(run / (kId + ".json"))) == opened["tasks"][0]);
 }
 
 TEST_CASE("eval: what a sealed run needs is said", "[apps]") {
   const Sealed sealed;
   const std::string eval = "eval " + kId + " --episodes 1 ";
-  require_refusal(eval + "--seed 3 --seed-file " + sealed.seed_file, 2, "--seed-file excludes");
+  require_refusal(eval + "--seed 3 --seed-file " + sealed.seed_file, 2,
+                  "--seed excludes --seed-file");
   require_refusal(eval + "--keep-sealed", 2, "--keep-sealed requires --seed-file");
   require_refusal(eval + "--tell-episodes", 2, "--tell-episodes requires --policy-command");
   require_refusal(eval + "--seed-file /nowhere/seed", 1, "'/nowhere/seed' does not exist");
