@@ -1,5 +1,7 @@
 #include "api/c_batch.h"
 
+#include <algorithm>
+
 namespace engram::c {
 namespace {
 
@@ -142,5 +144,13 @@ engram_env::engram_env(std::unique_ptr<engram::Batch> made)
       queries(*batch),
       renderer(*batch),
       snapshotter(*batch),
+      actions(static_cast<std::size_t>(batch->num_envs()) *
+              static_cast<std::size_t>(batch->action_dim())),
       outputs(engram::c::list_outputs(*batch)),
       final_outputs(engram::c::list_final_outputs(*batch)) {}
+
+std::span<const float> engram_env::copied(std::span<const float> given) {
+  if (given.size() != actions.size()) return given;
+  std::ranges::copy(given, actions.begin());
+  return actions;
+}

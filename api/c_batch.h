@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,12 +42,17 @@ struct engram_env {
   engram::Queries queries;
   engram::SceneRenderer renderer;
   engram::Snapshotter snapshotter;
+  std::vector<float> actions;         // of the step under way
   std::vector<engram_array> outputs;  // their names and memory are the batch's
   std::vector<engram_array> final_outputs;
   std::string description;                        // from the first call for it on
   std::unique_ptr<engram::c::StepDriver> driver;  // from the first step_async on
   std::atomic<engram::c::Use> use = engram::c::Use::kIdle;
   const pid_t owner = ::getpid();
+
+  // A copy of the caller's actions, which other threads may write to while a step checks and uses
+  // them. Those of a wrong length are returned as they are: no step takes them.
+  std::span<const float> copied(std::span<const float> given);
 
   // A forked process has the batch's memory, but none of its threads: steps would wait for ever.
   bool forked() const noexcept { return ::getpid() != owner; }

@@ -267,7 +267,7 @@ engram_status engram_reset(engram_env* env, const engram_reset_request* request)
 
 engram_status engram_step(engram_env* env, const float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
-  return with_env(env, [&](engram_env& of) { of.batch->step({actions, count}); });
+  return with_env(env, [&](engram_env& of) { of.batch->step(of.copied({actions, count})); });
 }
 
 engram_status engram_step_no_action(engram_env* env) {

@@ -40,7 +40,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
     plain.count = request.count;
     plain.worker = worker_;
     plain.slots = request.slots.data();
-    plain.episodes = request.episodes.data();
+    plain.episodes = request.numbers.data();
     plain.steps = request.steps.data();
     plain.first = request.first.data();
     plain.instructions = instructions.data();
@@ -52,6 +52,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
     plain.state_dim = request.state_dim;
     plain.max_slots = request.max_slots;
     plain.action_dim = reply.action_dim();
+    plain.seeds = request.seeds.empty() ? nullptr : request.seeds.data();
     engram_policy_reply answer{&reply, {}};
     int status = 0;
     {
@@ -97,6 +98,14 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   settings.episodes = options.episodes;
   settings.start_seed = options.seed;
   if (options.name != nullptr) engram::require_external_name("name", options.name);
+  if (options.tell_episodes != 0 && options.tell_episodes != 1) {
+    refuse("tell_episodes: " + std::to_string(options.tell_episodes) + " given, 0 or 1 allowed");
+  }
+  settings.tell_episodes = options.tell_episodes != 0;
+  if (options.seed_file != nullptr) {
+    if (settings.tell_episodes) refuse("seed_file, tell_episodes: one of them allowed");
+    settings.set_seal(engram::SeedSeal::read(options.seed_file));
+  }
   settings.policy = options.name == nullptr ? "external" : options.name;
   settings.policy_config = engram::DocumentTable();
   if (options.config_json != nullptr) {
@@ -119,8 +128,10 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
 
 // Texts that are there must say something: an empty path would be the folder one happens to be in.
 void check_texts(const engram_evaluation_options& options) {
-  const std::pair<const char*, const char*> texts[] = {
-      {"name", options.name}, {"output", options.output}, {"resume", options.resume}};
+  const std::pair<const char*, const char*> texts[] = {{"name", options.name},
+                                                       {"output", options.output},
+                                                       {"resume", options.resume},
+                                                       {"seed_file", options.seed_file}};
   for (const auto& [what, text] : texts) {
     if (text != nullptr && *text == '\0') refuse(std::string(what) + ": '' given, a text needed");
   }
@@ -133,6 +144,7 @@ engram::EvaluationRun begin(const engram_evaluation_options& options) {
   if (options.resume != nullptr) {
     folder = engram::ResultFolder::open(options.resume);
     const auto before = folder->settings();
+    settings.opened = before && before->opened;
     if (before && before->document() != settings.document()) {
       refuse("resume: '" + folder->path().string() + "' was begun with other options");
     }

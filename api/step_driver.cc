@@ -21,8 +21,10 @@ StepDriver::~StepDriver() {
 }
 
 void StepDriver::start(std::span<const float> actions) {
-  batch_.check_actions(actions);
+  if (actions.size() != actions_.span().size()) batch_.check_actions(actions);  // throws
+  // The copy is checked: another thread may write to the original.
   std::copy(actions.begin(), actions.end(), actions_.begin());
+  batch_.check_actions(actions_.span());
   {
     const std::lock_guard lock(mutex_);
     stepping_ = true;

@@ -7,6 +7,8 @@
 #include <memory>
 #include <numeric>
 
+#include "apps/collect_estimate.h"
+#include "apps/interruption.h"
 #include "apps/mpi_run.h"
 #include "apps/options.h"
 #include "apps/output.h"
@@ -29,6 +31,7 @@ struct CollectOptions {
   ImageSourceOptions images;
   std::string out = ".";
   CollectionOptions collection{.plan = {}, .out = {}};
+  bool estimate = false;
   bool json = false;
 };
 
@@ -89,12 +92,16 @@ void require_complete(const Folders& folders, const CollectionPlan& plan) {
 Folders collect_all(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
                     const CollectOptions& options, CollectionTiming& timing) {
   Progress progress("collect", "steps");
+  const Interruption interruption;
   const auto start = std::chrono::steady_clock::now();
   Folders folders = collect(ranks, tasks, options.collection, [&](const CollectionProgress& now) {
     progress.update(static_cast<double>(now.episodes) / now.wanted,
                     static_cast<double>(now.env_steps));
     timing.episodes = now.added;
     timing.env_steps = now.env_steps;
+    interruption.check(
+        fmt::format("{} of {} episodes are in '{}'; the same command goes on with the others",
+                    now.episodes, now.wanted, options.collection.out.string()));
   });
   timing.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return folders;
@@ -105,6 +112,13 @@ void run(Ranks& ranks, CollectOptions& options) {
       chosen_tasks(options.ids, options.filter, options.all);
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;
+  if (options.estimate) {
+    if (!ranks.is_root()) return;
+    const Interruption interruption;
+    const CollectEstimate estimate = estimate_collection(tasks, options.collection, interruption);
+    print(options.json ? to_text(estimate.document()) : estimate.text());
+    return;
+  }
   CollectionTiming timing;
   if (ranks.is_root()) {
     MakeOptions env;
@@ -143,6 +157,10 @@ void add_collect_command(const Command& program) {
   command.add_option("--out", options->out, "Folder to hold data_npz/<ID>")
       .type_name("DIR")
       .default_str(options->out);
+  command.add_flag(
+      "--estimate", options->estimate,
+      "Plays the first attempts of each task only, says how large the files will be and "
+      "how long they take, and writes nothing");
   add_json(command, options->json);
   command.footer(
       "Keeps episodes that succeed, up to their first success. After an interruption, the same "

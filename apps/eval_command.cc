@@ -1,6 +1,7 @@
 #include "apps/eval_command.h"
 
 #include <fmt/format.h>
+#include <sys/prctl.h>
 
 #include <algorithm>
 #include <map>
@@ -94,9 +95,16 @@ void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& r
             rows);
 }
 
+// Keeps processes of the same user, such as policies, from reading this one's memory and
+// descriptors. Not under MPI, whose ranks may read one another's.
+void conceal_memory() { (void)::prctl(PR_SET_DUMPABLE, 0); }
+
 void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   EvaluationRun run = begin(options);
-  const std::string settings = to_text(run.settings().document());
+  if (run.settings().seal && ranks.is_single()) conceal_memory();
+  EvaluationSettings shared = run.settings();
+  shared.opened = true;  // to the other ranks
+  const std::string settings = to_text(shared.document());
   const auto bytes = std::as_bytes(std::span(settings.data(), settings.size()));
   broadcast(ranks, {bytes.begin(), bytes.end()});
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
@@ -118,7 +126,8 @@ void run_coordinator(Ranks& ranks, const EvalOptions& options) {
                   }});
   }
   run.finish(fmt::format("CPU, {} processes of {} threads", ranks.size(),
-                         worker_threads(protocol.threads, ranks)));
+                         worker_threads(protocol.threads, ranks)),
+             options.keep_sealed);
   if (run.unstable() > 0) {
     print_error(
         fmt::format("physics diverged in {} steps; their episodes were cut short", run.unstable()));

@@ -16,11 +16,39 @@ constexpr std::array kPolicies = {Policy::kOracle, Policy::kBlind, Policy::kSwee
 
 // The setting of each option.
 constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
-    {"ids", "tasks"},         {"--split", "tasks"},         {"--family", "tasks"},
-    {"--canonical", "tasks"}, {"--all", "tasks"},           {"--episodes", "n_episodes"},
-    {"--seed", "start_seed"}, {"--obs", "obs_mode"},        {"--renderer", "renderer"},
-    {"--policy", "policy"},   {"--policy-name", "policy"},  {"--policy-command", "policy_config"},
-    {"--rules", "rules"},     {"--option", "task_options"}, {"--set", "constants"}};
+    {"ids", "tasks"},
+    {"--split", "tasks"},
+    {"--family", "tasks"},
+    {"--canonical", "tasks"},
+    {"--all", "tasks"},
+    {"--episodes", "n_episodes"},
+    {"--seed", "start_seed"},
+    {"--obs", "obs_mode"},
+    {"--renderer", "renderer"},
+    {"--policy", "policy"},
+    {"--policy-name", "policy"},
+    {"--policy-command", "policy_config"},
+    {"--rules", "rules"},
+    {"--option", "task_options"},
+    {"--set", "constants"},
+    {"--tell-episodes", "tell_episodes"}};
+
+// Takes over the secret of a sealed run, which its folder does not have before the end.
+void resume_seal(const EvaluationSettings& now, const ResultFolder& folder,
+                 EvaluationSettings& before) {
+  const auto refuse = [&folder](const std::string& what) {
+    throw Error(Error::kInvalidArgument,
+                fmt::format("--resume: '{}' has results of {}", folder.path().string(), what));
+  };
+  if (now.seal && !before.seal) refuse("a run without --seed-file; --seed-file given now");
+  if (now.seal && now.seal->hash() != before.seal->hash()) {
+    refuse(fmt::format("a secret with the SHA-256 {}; one with {} given now", before.seal->hash(),
+                       now.seal->hash()));
+  }
+  if (!before.seal || before.seal->knows_secret()) return;
+  if (!now.seal) refuse("a sealed run; its --seed-file needed");
+  before.set_seal(*now.seal);
+}
 
 }  // namespace
 
@@ -30,6 +58,14 @@ EvaluationSettings settings_of(const EvalOptions& options) {
   const Protocol& protocol = options.protocol;
   settings.episodes = protocol.episodes;
   settings.start_seed = protocol.start_seed;
+  if (!options.seed_file.empty()) {
+    if (options.policy.tell_episodes) {
+      throw Error(Error::kInvalidArgument,
+                  "--seed-file, --tell-episodes: one of them allowed; a sealed run tells nobody "
+                  "its seeds");
+    }
+    settings.set_seal(SeedSeal::read(options.seed_file));
+  }
   MakeOptions environment = protocol.environment;
   name_policy(options.policy, protocol.policy, settings);
   // Images are what the benchmark allows.
@@ -42,11 +78,13 @@ EvaluationSettings settings_of(const EvalOptions& options) {
 }
 
 EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFolder& folder) {
-  const std::optional<EvaluationSettings> before = folder.settings();
+  std::optional<EvaluationSettings> before = folder.settings();
   if (!before) return settings_of(options);
   EvalOptions filled = options;
   if (!options.given.contains("tasks")) filled.ids = before->tasks;
-  const Document now = settings_of(filled).document();
+  const EvaluationSettings given_now = settings_of(filled);
+  resume_seal(given_now, folder, *before);
+  const Document now = given_now.document();
   const Document then = before->document();
   for (const std::string& key : options.given) {
     const Document& given = part(now, key);
@@ -108,7 +146,19 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   add_policy_command(command, policy, options.policy);
   add_int(command, "--episodes", options.protocol.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes per task");
-  add_seed(command, options.protocol.start_seed, "Episode i has seed + i");
+  const Option seed = add_seed(command, options.protocol.start_seed, "Episode i has seed + i");
+  const Option sealed =
+      command
+          .add_option(
+              "--seed-file", options.seed_file,
+              "Sealed run: seeds follow from the secret line in FILE (/dev/fd/N, -: an open "
+              "descriptor); results have its hash, and the secret once all tasks are done")
+          .type_name("FILE")
+          .excludes(seed);
+  command
+      .add_flag("--keep-sealed", options.keep_sealed,
+                "Does not write the secret at the end; --resume with the same --seed-file does")
+      .needs(sealed);
   add_num_envs(command, options.protocol.num_envs)
       .description("Episodes that a thread runs together");
   add_obs(command, options.protocol.environment, kObsModes);

@@ -21,6 +21,8 @@ struct EvalOptions {
   PolicyCommand policy;  // takes the place of the protocol's if it is given
   std::string out;
   std::string resume;
+  std::string seed_file;
+  bool keep_sealed = false;
   bool json = false;
   std::set<std::string> given;  // keys of the settings that the command line sets
 };

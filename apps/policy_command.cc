@@ -20,6 +20,11 @@ void add_policy_command(const Command& command, const Option& own, PolicyCommand
   add_int(command, "--policy-timeout", policy.timeout, 1, 86'400,
           "Seconds that it may take for an answer")
       .needs(given);
+  command
+      .add_flag("--tell-episodes", policy.tell_episodes,
+                "Its requests have numbers and seeds of episodes, with which it can look up what "
+                "they hide; results say so")
+      .needs(given);
 }
 
 Document config_of(const PolicyCommand& policy) {
@@ -34,6 +39,7 @@ void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& se
   require_external_name("--policy-name", policy.name);
   settings.policy = policy.name.empty() ? "external" : policy.name;
   settings.policy_config = config_of(policy);
+  settings.tell_episodes = policy.tell_episodes;
 }
 
 PolicyProcessOptions process_options(const PolicyCommand& policy, const BatchOptions& environment,

@@ -10,9 +10,10 @@
 namespace engram::apps {
 
 struct PolicyCommand {
-  std::string command;  // empty: none, one of engram's own policies acts
-  std::string name;     // in results; empty: "external"
-  int timeout = 300;    // seconds
+  std::string command;         // empty: none, one of engram's own policies acts
+  std::string name;            // in results; empty: "external"
+  int timeout = 300;           // seconds
+  bool tell_episodes = false;  // with the seeds of their episodes
 
   bool given() const { return !command.empty(); }
 };

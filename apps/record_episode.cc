@@ -29,9 +29,10 @@ CommandPolicy::CommandPolicy(const EpisodeOptions& options, const std::atomic<bo
     : context_(0, stopped, env_steps_),
       env_(make(options.id, options.observed())),
       process_(process_of(options, *env_), context_),
-      queue_(*env_, process_, context_) {
+      queue_(*env_, process_, context_, options.command.tell_episodes) {
   env_->reset();
-  queue_.start(0, 0);
+  const std::uint64_t seed = env_->options().seed;
+  queue_.start(0, label_episode(0, env_->info().id, seed, {}, options.command.tell_episodes));
 }
 
 void CommandPolicy::act(std::span<float> actions) {

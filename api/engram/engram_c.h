@@ -440,7 +440,8 @@ typedef struct engram_policy_request {
   int32_t worker;       /**< the thread's batch: 0 to threads - 1 */
   const int32_t* slots; /**< place among the worker's episodes, 0 to max_slots - 1: the same from an
                            episode's first request to its last */
-  const int32_t* episodes; /**< 0 to the number of episodes - 1 */
+  const int32_t* episodes; /**< opaque numbers, the same in every run; with tell_episodes 0 to the
+                              number of episodes - 1 */
   const int32_t* steps;    /**< control steps taken so far */
   const uint8_t* first;    /**< 1: the episode's first request */
   const char* const* instructions;
@@ -452,6 +453,7 @@ typedef struct engram_policy_request {
   int32_t state_dim;
   int32_t max_slots;
   int32_t action_dim;
+  const uint64_t* seeds; /**< of the episodes, with tell_episodes; otherwise NULL */
 } engram_policy_request;
 
 typedef struct engram_policy_reply engram_policy_reply;
@@ -494,6 +496,9 @@ typedef struct engram_evaluation_options {
   engram_progress_callback progress; /**< default NULL; gets the `user` of engram_evaluate */
   int32_t rules;                     /**< an engram_rules; default ENGRAM_RULES_REFERENCE */
   const char* constants; /**< of all tasks, a JSON object as in engram_options; default NULL */
+  int32_t tell_episodes; /**< 1: requests have numbers and seeds of episodes; default 0 */
+  const char* seed_file; /**< sealed evaluation: seeds follow from the secret line in this file, not
+                            from `seed`; default NULL */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);

@@ -77,17 +77,20 @@ int write_all(int descriptor, std::span<const std::byte> bytes) {
   return 0;
 }
 
-TemporaryFile::TemporaryFile(std::string path) : path_(std::move(path)) {
+TemporaryFile::TemporaryFile(std::string path) : TemporaryFile(AT_FDCWD, path, path) {}
+
+TemporaryFile::TemporaryFile(int folder, std::string name, std::string shown)
+    : folder_(folder), name_(std::move(name)), shown_(std::move(shown)) {
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-    temporary_ = path_ + "." + random_digits() + std::string(kSuffix);
-    descriptor_ =
-        ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    temporary_ = name_ + "." + random_digits() + std::string(kSuffix);
+    constexpr int kNew = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+    descriptor_ = ::openat(folder_, temporary_.c_str(), kNew, 0666);
     if (descriptor_ < 0 && errno == EEXIST) continue;
     if (descriptor_ < 0) fail(errno);
     // A process that removes leftovers may have been faster than the lock.
     struct stat status {};
     if (lock(descriptor_) && ::fstat(descriptor_, &status) == 0 && status.st_nlink > 0) return;
-    ::unlink(temporary_.c_str());
+    ::unlinkat(folder_, temporary_.c_str(), 0);
     ::close(descriptor_);
     descriptor_ = -1;
   }
@@ -95,7 +98,7 @@ TemporaryFile::TemporaryFile(std::string path) : path_(std::move(path)) {
 }
 
 TemporaryFile::~TemporaryFile() {
-  if (!kept_) ::unlink(temporary_.c_str());
+  if (!kept_) ::unlinkat(folder_, temporary_.c_str(), 0);
   ::close(descriptor_);
 }
 
@@ -110,12 +113,12 @@ std::string TemporaryFile::open_name() const {
 
 void TemporaryFile::keep() {
   if (::fsync(descriptor_) != 0) fail(errno);
-  if (std::rename(temporary_.c_str(), path_.c_str()) != 0) fail(errno);
+  if (::renameat(folder_, temporary_.c_str(), folder_, name_.c_str()) != 0) fail(errno);
   kept_ = true;
 }
 
 void TemporaryFile::fail(int error) const {
-  throw Error(Error::kIo, "'" + path_ + "' cannot be written: " + std::strerror(error));
+  throw Error(Error::kIo, "'" + shown_ + "' cannot be written: " + std::strerror(error));
 }
 
 void remove_temporary_files(const std::string& folder, std::string_view name) {

@@ -18,6 +18,8 @@ class TemporaryFile {
   // Creates the temporary file beside `path`. Throws Error (kIo), as all functions of this class,
   // with messages that name the path.
   explicit TemporaryFile(std::string path);
+  // The same for the file of that name in an open folder. shown: its path in messages.
+  TemporaryFile(int folder, std::string name, std::string shown);
   // Removes the file unless it was kept.
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;
@@ -33,8 +35,10 @@ class TemporaryFile {
  private:
   [[noreturn]] void fail(int error) const;
 
-  std::string path_;
-  std::string temporary_;
+  int folder_;
+  std::string name_;       // in that folder
+  std::string temporary_;  // likewise
+  std::string shown_;
   int descriptor_ = -1;
   bool kept_ = false;
 };

@@ -119,7 +119,7 @@ std::optional<double> memory_score(const Ceiling& ceiling, double success_rate) 
   constexpr double kLeastRange = 0.05;  // below that, differences are luck
   const double range = ceiling.oracle - ceiling.sweep;
   if (range < kLeastRange) return std::nullopt;
-  return (success_rate - ceiling.sweep) / range;
+  return std::max(-1.0, (success_rate - ceiling.sweep) / range);
 }
 
 }  // namespace engram

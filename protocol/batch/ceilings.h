@@ -23,7 +23,7 @@ struct Ceiling {
 const Ceiling* find_ceiling(std::string_view id) noexcept;
 
 // Position of a success rate between that of the best policy without memory, 0, and the
-// oracle's, 1. Nothing where both are nearly the same.
+// oracle's, 1; at least -1. Nothing where both are nearly the same.
 std::optional<double> memory_score(const Ceiling& ceiling, double success_rate) noexcept;
 
 }  // namespace engram

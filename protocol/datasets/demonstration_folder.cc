@@ -8,6 +8,7 @@
 
 #include "protocol/batch/variants.h"
 #include "protocol/datasets/npz.h"
+#include "protocol/formats/document_checksum.h"
 #include "protocol/formats/files.h"
 
 namespace engram {
@@ -31,6 +32,11 @@ int file_number(const std::string& name) {
   int number = -1;
   const auto [last, error] = std::from_chars(begin, end, number);
   return error == std::errc() && last == end ? number : -1;
+}
+
+std::string text_of(const Document& document, std::string_view key) {
+  const Document* found = find(document, key);
+  return found == nullptr ? std::string() : to_line(*found);
 }
 
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
@@ -68,7 +74,7 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
   check_metadata();
   for (int i = 0; i < files; ++i) kept_.push_back(read(i));
   if (!kept_.empty()) next_ = static_cast<std::uint64_t>(kept_.back().seed) + 1;
-  write_file(path_ / kMetadata, to_text(metadata()));
+  lock_->folder().write_file(kMetadata, to_text(metadata()));
 }
 
 fs::path DemonstrationFolder::file(int index) const {
@@ -93,7 +99,7 @@ std::uint64_t DemonstrationFolder::end_seed() const {
 
 int DemonstrationFolder::count_files() const {
   std::vector<int> numbers;
-  for (const std::string& name : names_in(path_)) {
+  for (const std::string& name : lock_->folder().names()) {
     if (!name.starts_with(kFilePrefix)) continue;
     const int number = file_number(name);
     if (number < 0 || path_ / name != file(number)) {
@@ -116,13 +122,18 @@ int DemonstrationFolder::count_files() const {
 // Refuses to mix episodes of different plans. Without the file, those in the folder are trusted.
 void DemonstrationFolder::check_metadata() const {
   const fs::path path = path_ / kMetadata;
-  const std::optional<std::string> text = read_file(path);
+  const std::optional<std::string> text = lock_->folder().read_file(kMetadata);
   if (!text) return;
   const Document document = parse_document(*text).value_or(Document());
   const Document* id = find(document, "env_id");
   const Document* before = find(document, "engram");
   if (id == nullptr || *id != Document(entry_.id) || before == nullptr || !is_table(*before)) {
     fail(path, "is damaged or not engram's; without it, it is made anew from the data files");
+  }
+  if (text_of(*before, "version") == to_line(version()) && !has_valid_checksum(document)) {
+    fail(path,
+         "is damaged or edited, its checksum does not fit; without it, it is made anew from "
+         "the data files");
   }
   for (const auto& [key, value] : provenance(entry_, plan_)) {
     const Document* entry = find(*before, key);
@@ -172,7 +183,7 @@ void DemonstrationFolder::accept(std::uint64_t seed, Demonstration demonstration
   const int before = episodes();
   while (!finished() && decide_attempt()) {
   }
-  if (episodes() != before) write_file(path_ / kMetadata, to_text(metadata()));
+  if (episodes() != before) lock_->folder().write_file(kMetadata, to_text(metadata()));
 }
 
 // Keeps or drops the attempt that comes next; returns false if its episodes are not all there yet.
@@ -197,10 +208,10 @@ bool DemonstrationFolder::decide_attempt() {
 }
 
 void DemonstrationFolder::keep(std::uint64_t seed, const Demonstration& demonstration) {
-  write_file(file(episodes()), demonstration.file);
+  lock_->folder().write_file(file(episodes()).filename(), demonstration.file);
   kept_.push_back(
       {static_cast<std::int64_t>(seed), demonstration.length, demonstration.reward_sum});
-  write_file(path_ / kMetadata, to_text(metadata()));
+  lock_->folder().write_file(kMetadata, to_text(metadata()));
 }
 
 int DemonstrationFolder::waiting() const {
@@ -248,15 +259,17 @@ Document DemonstrationFolder::metadata() const {
   }
   DocumentTable made_how = provenance(entry_, plan_);
   made_how.emplace_back("attempts", attempts());
-  return DocumentTable{{"env_id", entry_.id},
-                       {"num_episodes", episodes()},
-                       {"episode_lengths", lengths},
-                       {"success_once", successes},
-                       {"reward_sums", rewards},
-                       {"episode_seeds", seeds},
-                       {"batched_source_dir", nullptr},  // there never is one
-                       {"unbatched_dir", "data_npz/" + std::string(entry_.id)},
-                       {"engram", std::move(made_how)}};
+  DocumentTable document{{"env_id", entry_.id},
+                         {"num_episodes", episodes()},
+                         {"episode_lengths", lengths},
+                         {"success_once", successes},
+                         {"reward_sums", rewards},
+                         {"episode_seeds", seeds},
+                         {"batched_source_dir", nullptr},  // there never is one
+                         {"unbatched_dir", "data_npz/" + std::string(entry_.id)},
+                         {"engram", std::move(made_how)}};
+  add_checksum(document);
+  return document;
 }
 
 }  // namespace engram

@@ -81,16 +81,17 @@ struct ItemResult {
 // Records the results of an item's episodes, and images of the task's first one.
 class EpisodeObserver {
  public:
-  EpisodeObserver(Batch& env, ItemResult& result, ChunkedPolicy* policy, int first_episode,
-                  bool samples)
+  EpisodeObserver(Batch& env, ItemResult& result, ChunkedPolicy* policy, const WorkItem& item,
+                  const Protocol& protocol)
       : env_(env),
         result_(result),
         policy_(policy),
-        first_episode_(first_episode),
-        samples_(samples && first_episode == 0) {}
+        item_(item),
+        protocol_(protocol),
+        samples_(protocol.samples && item.first_seed == protocol.start_seed) {}
 
   void start(int slot, int episode) {
-    if (policy_ != nullptr) policy_->start(slot, first_episode_ + episode);
+    if (policy_ != nullptr) policy_->start(slot, label_of(episode));
     if (samples_ && episode == 0) sample_slot_ = slot;
     if (slot == sample_slot_) pictures_.sample(env_, slot);
   }
@@ -117,10 +118,17 @@ class EpisodeObserver {
   }
 
  private:
+  EpisodeLabel label_of(int episode) const {
+    const std::uint64_t seed = item_.first_seed + static_cast<std::uint64_t>(episode);
+    return label_episode(static_cast<int>(seed - protocol_.start_seed), env_.info().id, seed,
+                         protocol_.number_key, protocol_.tell_episodes);
+  }
+
   Batch& env_;
   ItemResult& result_;
   ChunkedPolicy* policy_;
-  int first_episode_;
+  const WorkItem& item_;
+  const Protocol& protocol_;
   bool samples_;
   int sample_slot_ = -1;
   SamplePictures pictures_;
@@ -161,10 +169,10 @@ class ItemEvaluator {
     const Queries queries(env);
     const std::uint64_t unstable = queries.unstable_count();
     std::optional<ChunkedPolicy> chunked;
-    if (workspace.policy) chunked.emplace(env, *workspace.policy, context);
-    EpisodeObserver observer(env, result, chunked ? &*chunked : nullptr,
-                             static_cast<int>(item.first_seed - protocol_.start_seed),
-                             protocol_.samples);
+    if (workspace.policy) {
+      chunked.emplace(env, *workspace.policy, context, protocol_.tell_episodes);
+    }
+    EpisodeObserver observer(env, result, chunked ? &*chunked : nullptr, item, protocol_);
     const ScriptedPolicy scripted(env, protocol_.policy);
     const auto act = [&](std::span<float> actions) {
       if (chunked) {

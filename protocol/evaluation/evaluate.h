@@ -29,8 +29,10 @@ struct Protocol {
   std::uint64_t start_seed = kBenchmarkSeed;  // episode i has seed start_seed + i
   int num_envs = kEvaluationEnvs;             // at most, of a thread
   int threads = 0;
-  bool samples = false;     // pictures of each task's first episode
-  MakeOptions environment;  // only obs_mode, image_options, rules and task_options are used
+  bool tell_episodes = false;  // requests to `external` have numbers and seeds of episodes
+  std::string number_key;      // of the opaque numbers that they have otherwise
+  bool samples = false;        // pictures of each task's first episode
+  MakeOptions environment;     // only obs_mode, image_options, rules and task_options are used
 };
 
 // The first answer of the robot in an episode (docs/memory.md).

@@ -78,6 +78,11 @@ int largest_chunk(const DocumentList& tasks) {
   return largest;
 }
 
+std::string seed_text(const EvaluationSettings& settings) {
+  if (settings.tells_seeds()) return std::to_string(settings.start_seed);
+  return "sealed, SHA-256 of the secret " + settings.seal->hash();
+}
+
 void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
                   const TaskTotals& totals, const ReportContext& context, HtmlReport& report) {
   const Document summary = summary_document(tasks);
@@ -89,7 +94,7 @@ void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
                 {"rules", name_of(settings.rules)},
                 {"renderer", settings.renderer},
                 {"episodes per task", std::to_string(settings.episodes)},
-                {"first seed", std::to_string(settings.start_seed)},
+                {"first seed", seed_text(settings)},
                 {"action chunk size", std::to_string(largest_chunk(tasks))},
                 {"engram", version()},
                 {"compute", context.compute},
@@ -134,8 +139,7 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
                 "mean return", "mean steps", "thread s", "steps/s of a thread"},
                rows);
   if (!samples.empty()) {
-    report.heading("Seed " + std::to_string(settings.start_seed) +
-                   ", base camera, from start to end");
+    report.heading("Seed " + seed_text(settings) + ", base camera, from start to end");
   }
   for (const auto& [id, png] : samples) report.picture(id, png);
   return report.text();

@@ -32,7 +32,18 @@ void EvaluationRun::add(const TaskResult& result) {
   if (folder_) folder_->write_summary(tasks());
 }
 
-void EvaluationRun::finish(const std::string& compute) const {
+// Only now may anybody know the seeds. The settings come last: until then the run can be resumed.
+void EvaluationRun::open() {
+  settings_.opened = true;
+  for (auto& [id, document] : finished_) {
+    document = opened_document(document, settings_);
+    if (folder_) folder_->write_task(document);
+  }
+  if (folder_) folder_->begin(settings_);
+}
+
+void EvaluationRun::finish(const std::string& compute, bool keep_sealed) {
+  if (!settings_.tells_seeds() && !keep_sealed) open();
   if (!folder_) return;
   // Again: an earlier process may have been killed between a result and its summary.
   folder_->write_summary(tasks());

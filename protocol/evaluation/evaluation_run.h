@@ -23,8 +23,8 @@ class EvaluationRun {
   std::vector<const RegistryEntry*> open_tasks() const;
   // Writes the task's files and the summary.
   void add(const TaskResult& result);
-  // Writes summary and report. compute: the machine, as text.
-  void finish(const std::string& compute) const;
+  // Writes summary and report, and opens a sealed run. compute: the machine, as text.
+  void finish(const std::string& compute, bool keep_sealed = false);
 
   // Results in the registry's order, and {summary, tasks}.
   DocumentList tasks() const;
@@ -33,6 +33,8 @@ class EvaluationRun {
   std::uint64_t unstable() const { return unstable_; }
 
  private:
+  void open();
+
   EvaluationSettings settings_;
   std::optional<ResultFolder> folder_;
   std::map<std::string, Document> finished_;

@@ -6,6 +6,7 @@
 #include "core/base/join.h"
 #include "core/env/queries.h"
 #include "protocol/batch/rows.h"
+#include "protocol/evaluation/seed_seal.h"
 
 namespace engram {
 namespace {
@@ -67,14 +68,21 @@ std::span<const float> PolicyReply::chunk(int row) const {
 
 // --- queues ---
 
-ChunkedPolicy::ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context)
+EpisodeLabel label_episode(int episode, std::string_view env_id, std::uint64_t seed,
+                           const std::string& key, bool tell) {
+  return {episode, tell ? episode : opaque_number(key, env_id, seed), seed};
+}
+
+ChunkedPolicy::ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context,
+                             bool tell_seeds)
     : env_(env),
       policy_(policy),
       context_(context),
+      tell_seeds_(tell_seeds),
       slots_(static_cast<std::size_t>(env.num_envs())) {}
 
-void ChunkedPolicy::start(int slot, int episode) {
-  slots_[static_cast<std::size_t>(slot)] = {episode, true, {}};
+void ChunkedPolicy::start(int slot, const EpisodeLabel& label) {
+  slots_[static_cast<std::size_t>(slot)] = {label, true, {}};
 }
 
 void ChunkedPolicy::finish(int slot) { slots_[static_cast<std::size_t>(slot)] = {}; }
@@ -85,7 +93,7 @@ void ChunkedPolicy::act(std::span<float> actions) {
   std::fill(actions.begin(), actions.end(), 0.0F);
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     std::deque<float>& queue = slots_[i].queue;
-    if (slots_[i].episode < 0) continue;
+    if (slots_[i].label.episode < 0) continue;
     std::copy_n(queue.begin(), dim, actions.begin() + static_cast<std::ptrdiff_t>(i * dim));
     queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(dim));
   }
@@ -95,6 +103,8 @@ void ChunkedPolicy::act(std::span<float> actions) {
 void ChunkedPolicy::gather_rows() {
   rows_.clear();
   episodes_.clear();
+  numbers_.clear();
+  seeds_.clear();
   steps_.clear();
   first_.clear();
   instructions_.clear();
@@ -104,9 +114,11 @@ void ChunkedPolicy::gather_rows() {
   const int num_envs = env_.num_envs();
   for (int env = 0; env < num_envs; ++env) {
     Slot& slot = slots_[static_cast<std::size_t>(env)];
-    if (slot.episode < 0 || !slot.queue.empty()) continue;
+    if (slot.label.episode < 0 || !slot.queue.empty()) continue;
     rows_.push_back(env);
-    episodes_.push_back(slot.episode);
+    episodes_.push_back(slot.label.episode);
+    numbers_.push_back(slot.label.number);
+    if (tell_seeds_) seeds_.push_back(slot.label.seed);
     steps_.push_back(env_.state().elapsed[env]);
     first_.push_back(slot.first ? 1 : 0);
     slot.first = false;
@@ -127,6 +139,8 @@ void ChunkedPolicy::request() {
   request.count = static_cast<int>(rows_.size());
   request.slots = rows_;
   request.episodes = episodes_;
+  request.numbers = numbers_;
+  request.seeds = seeds_;
   request.steps = steps_;
   request.first = first_;
   request.instructions = instructions_;

@@ -21,7 +21,9 @@ struct PolicyRequest {
   int count = 0;
   // Slots of the episodes in the batch: constant during an episode, then reused. Below max_slots.
   std::span<const std::int32_t> slots;
-  std::span<const std::int32_t> episodes;  // 0 to n_episodes - 1
+  std::span<const std::int32_t> episodes;  // 0 to n_episodes - 1; for messages, not for policies
+  std::span<const std::int32_t> numbers;   // by which policies know the episodes
+  std::span<const std::uint64_t> seeds;    // of the episodes; empty unless policies are told
   std::span<const std::int32_t> steps;     // control steps taken so far
   std::span<const std::uint8_t> first;     // 1: the first request of this episode
   std::span<const std::string> instructions;
@@ -64,14 +66,28 @@ class ExternalPolicy {
   virtual void require_drained() {}
 };
 
+// What names an episode to people and to policies.
+struct EpisodeLabel {
+  int episode = -1;         // of the evaluation, from 0; -1: none
+  std::int32_t number = 0;  // for the policy
+  std::uint64_t seed = 0;
+};
+
+// The label for policies that are to know no seed, or that are told everything. key: of opaque
+// numbers.
+EpisodeLabel label_episode(int episode, std::string_view env_id, std::uint64_t seed,
+                           const std::string& key, bool tell);
+
 // Runs a batch with an external policy: a queue of actions per episode, filled by a chunk when it
 // is empty and dropped at the end of the episode.
 class ChunkedPolicy {
  public:
-  ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context);
+  // tell_seeds: requests have the episodes' seeds.
+  ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context,
+                bool tell_seeds);
 
   // An episode begins in the environment `slot`.
-  void start(int slot, int episode);
+  void start(int slot, const EpisodeLabel& label);
   void finish(int slot);
   // Actions of all environments; zeros for those without an episode.
   void act(std::span<float> actions);
@@ -80,7 +96,7 @@ class ChunkedPolicy {
 
  private:
   struct Slot {
-    int episode = -1;  // none
+    EpisodeLabel label;
     bool first = false;
     std::deque<float> queue;
   };
@@ -92,11 +108,14 @@ class ChunkedPolicy {
   const Batch& env_;
   ExternalPolicy& policy_;
   const WorkContext& context_;
+  bool tell_seeds_;
   int longest_chunk_ = 1;
   std::vector<Slot> slots_;
   // Arrays of the last request.
   std::vector<std::int32_t> rows_;
   std::vector<std::int32_t> episodes_;
+  std::vector<std::int32_t> numbers_;
+  std::vector<std::uint64_t> seeds_;
   std::vector<std::int32_t> steps_;
   std::vector<std::uint8_t> first_;
   std::vector<std::string> instructions_;

@@ -2,16 +2,12 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
-#include <thread>
 
 #include "protocol/formats/printable.h"
 
@@ -40,36 +36,6 @@ std::array<int, 2> make_pipe() {
   return ends;
 }
 
-// Starts the command with those descriptors as its standard input and output, in a process group
-// of its own, so that it ends as a whole.
-pid_t spawn(const std::string& command, int input, int output) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t defaults;
-  sigemptyset(&defaults);
-  sigaddset(&defaults, SIGPIPE);
-  posix_spawnattr_setsigdefault(&attributes, &defaults);
-  posix_spawnattr_setpgroup(&attributes, 0);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  std::string shell = "sh";
-  std::string option = "-c";
-  std::string text = command;
-  char* arguments[] = {shell.data(), option.data(), text.data(), nullptr};
-  pid_t process = -1;
-  const int error = ::posix_spawn(&process, "/bin/sh", &files, &attributes, arguments, ::environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
-  if (error != 0) {
-    throw Error(Error::kUnavailable,
-                "policy '" + command + "' cannot be started: " + std::strerror(error));
-  }
-  return process;
-}
-
 }  // namespace
 
 PolicyProcess::PolicyProcess(const PolicyProcessOptions& options, const WorkContext& context)
@@ -79,7 +45,7 @@ PolicyProcess::PolicyProcess(const PolicyProcessOptions& options, const WorkCont
   to_ = input[1];
   from_ = output[0];
   try {
-    process_ = spawn(options_.command, input[0], output[1]);
+    process_.emplace(options_.command, input[0], output[1]);
     close(input[0]);
     close(output[1]);
     handshake();
@@ -107,23 +73,9 @@ PolicyProcess::~PolicyProcess() { stop(); }
 void PolicyProcess::stop() {
   close(to_);
   close(from_);
-  if (process_ < 0) return;
-  constexpr int kPatience = 200;  // times 10 ms
-  for (int i = 0; i < kPatience && !ended(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  // The whole process group. Until the command is waited for, no other group has its number.
-  ::kill(-process_, SIGKILL);
-  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
-  }
-  process_ = -1;
-}
-
-// True if the command has ended. Its status stays for waitpid.
-bool PolicyProcess::ended() const {
-  siginfo_t ending{};
-  return ::waitid(P_PID, static_cast<id_t>(process_), &ending, WEXITED | WNOHANG | WNOWAIT) != 0 ||
-         ending.si_pid == process_;
+  if (!process_) return;
+  process_->wait(std::chrono::seconds(2));
+  process_.reset();
 }
 
 // --- messages ---
@@ -181,7 +133,7 @@ void PolicyProcess::send_request(const PolicyRequest& request) {
   ByteWriter body;
   body.put(static_cast<std::uint32_t>(request.count));
   body.append(request.slots);
-  body.append(request.episodes);
+  body.append(request.numbers);
   body.append(request.steps);
   body.append(request.first);
   for (const std::string& instruction : request.instructions)
@@ -189,6 +141,7 @@ void PolicyProcess::send_request(const PolicyRequest& request) {
   body.append(request.proprio);
   body.append(request.rgb);
   body.append(request.state);
+  body.append(request.seeds);
   send_message(Message::kRequest, body.bytes());
 }
 
@@ -297,7 +250,7 @@ void PolicyProcess::wait_for(int descriptor, short events) const {
       fail("has not answered within " + std::to_string(seconds.count()) + " s");
     }
     // Checked before the pipe, so that bytes written before the end are still read.
-    const bool gone = process_ >= 0 && ended();
+    const bool gone = process_ && process_->ending();
     pollfd one{descriptor, events, 0};
     if (::poll(&one, 1, gone ? 0 : static_cast<int>(std::min(left, kSlice).count())) > 0) return;
     if (gone) fail_closed();
@@ -306,16 +259,10 @@ void PolicyProcess::wait_for(int descriptor, short events) const {
 
 void PolicyProcess::fail_closed() const {
   // Its pipe may close a moment before the process itself is gone.
-  for (int i = 0; process_ >= 0 && i < 100; ++i) {
-    siginfo_t ending{};
-    const int error =
-        ::waitid(P_PID, static_cast<id_t>(process_), &ending, WEXITED | WNOHANG | WNOWAIT);
-    if (error == 0 && ending.si_pid == process_) {
-      const std::string how = std::to_string(ending.si_status);
-      fail(ending.si_code == CLD_EXITED ? "ended with exit code " + how
-                                        : "was ended by signal " + how);
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  if (process_) process_->wait(std::chrono::seconds(1));
+  if (const auto ending = process_ ? process_->ending() : std::nullopt) {
+    const std::string how = std::to_string(ending->status);
+    fail(ending->exited ? "ended with exit code " + how : "was ended by signal " + how);
   }
   fail("closed its standard input or output");
 }

@@ -2,14 +2,14 @@
 // to its standard output (docs/evaluation.md has the protocol).
 #pragma once
 
-#include <sys/types.h>
-
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "protocol/evaluation/external_policy.h"
+#include "protocol/evaluation/guarded_process.h"
 #include "protocol/formats/bytes.h"
 
 namespace engram {
@@ -32,7 +32,7 @@ class PolicyProcess final : public ExternalPolicy {
   // Connects to a running policy, and closes these descriptors at the end.
   PolicyProcess(int to, int from, const PolicyProcessOptions& options, const WorkContext& context);
   // Closes its input, waits two seconds at most for its end, and ends whatever is left of it and of
-  // the processes that it has started in its process group.
+  // the processes that it has started.
   ~PolicyProcess() override;
   PolicyProcess(const PolicyProcess&) = delete;
   PolicyProcess& operator=(const PolicyProcess&) = delete;
@@ -52,7 +52,6 @@ class PolicyProcess final : public ExternalPolicy {
   void write(std::span<const std::byte> bytes);
   void read(std::span<std::byte> bytes);
   void wait_for(int descriptor, short events) const;
-  bool ended() const;
   // Throws an Error with the exit status of the process.
   [[noreturn]] void fail_closed() const;
   [[noreturn]] void fail_reported(std::uint32_t size);
@@ -60,9 +59,9 @@ class PolicyProcess final : public ExternalPolicy {
   void stop();
 
   PolicyProcessOptions options_;
-  pid_t process_ = -1;
-  int to_ = -1;    // its standard input
-  int from_ = -1;  // its standard output
+  std::optional<GuardedProcess> process_;  // none if the policy was running already
+  int to_ = -1;                            // its standard input
+  int from_ = -1;                          // its standard output
   std::string task_;
   std::string request_;         // for messages
   const WorkContext* context_;  // while an answer is waited for

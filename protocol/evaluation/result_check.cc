@@ -1,11 +1,7 @@
 #include "protocol/evaluation/result_check.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <limits>
-
-#include "core/base/checksum.h"
 
 namespace engram {
 namespace {
@@ -44,8 +40,10 @@ TaskResult read(const Document& document, const RegistryEntry& entry) {
   result.lengths = values<int>(document, "episode_lengths", [](const Document& item) {
     return static_cast<int>(whole_number(item, kMostSteps));
   });
-  result.seeds = values<std::uint64_t>(document, "episode_seeds",
-                                       [](const Document& item) { return whole_number(item); });
+  if (!is_null(part(document, "episode_seeds"))) {  // as in a sealed run
+    result.seeds = values<std::uint64_t>(document, "episode_seeds",
+                                         [](const Document& item) { return whole_number(item); });
+  }
   result.answers = answers_of(document);
   if (!result.answers.empty()) result.answer_chance = number(part(document, "answer_chance"));
   result.chunk_size =
@@ -62,7 +60,7 @@ std::optional<TaskResult> parse_result(const Document& document, const RegistryE
     const std::size_t episodes = whole_number(part(document, "n_episodes"));
     const bool complete = result.successes.size() == episodes &&
                           result.returns.size() == episodes && result.lengths.size() == episodes &&
-                          result.seeds.size() == episodes &&
+                          (result.seeds.empty() || result.seeds.size() == episodes) &&
                           (result.answers.empty() || result.answers.size() == episodes);
     if (!complete) return std::nullopt;
     return result;
@@ -72,7 +70,7 @@ std::optional<TaskResult> parse_result(const Document& document, const RegistryE
 }
 
 bool follows_protocol(const TaskResult& result, const EvaluationSettings& settings) {
-  if (result.seeds.size() != static_cast<std::size_t>(settings.episodes)) return false;
+  if (result.lengths.size() != static_cast<std::size_t>(settings.episodes)) return false;
   for (std::size_t i = 0; i < result.seeds.size(); ++i) {
     if (result.seeds[i] != settings.start_seed + i) return false;
   }
@@ -81,14 +79,6 @@ bool follows_protocol(const TaskResult& result, const EvaluationSettings& settin
                           : make_task(result.entry->id, settings.constants)->info().horizon;
   return std::ranges::all_of(result.lengths,
                              [horizon](int length) { return length >= 1 && length <= horizon; });
-}
-
-std::string document_checksum(const DocumentTable& document) {
-  std::array<char, 16> digits{};
-  const auto end =
-      std::to_chars(digits.data(), digits.data() + digits.size(), checksum(to_line(document)), 16);
-  const std::string text(digits.data(), end.ptr);
-  return std::string(digits.size() - text.size(), '0') + text;
 }
 
 }  // namespace engram

@@ -15,7 +15,4 @@ std::optional<TaskResult> parse_result(const Document& document, const RegistryE
 // task allows.
 bool follows_protocol(const TaskResult& result, const EvaluationSettings& settings);
 
-// Checksum at the end of documents, over everything before it. It reveals edits by hand.
-std::string document_checksum(const DocumentTable& document);
-
 }  // namespace engram

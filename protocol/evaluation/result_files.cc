@@ -13,6 +13,7 @@
 #include "protocol/batch/variants.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/result_check.h"
+#include "protocol/formats/document_checksum.h"
 #include "protocol/formats/files.h"
 
 namespace engram {
@@ -22,9 +23,13 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSettingsFile = "settings.json";
 constexpr const char* kSummaryFile = "summary.json";
+constexpr const char* kSummaryTable = "summary.csv";
 constexpr const char* kTimingFile = "timing.json";
 constexpr const char* kReportFile = "report.html";
 constexpr const char* kSampleFolder = "samples";
+// Keys that only some runs have.
+constexpr const char* kSealed = "sealed";
+constexpr const char* kTellEpisodes = "tell_episodes";
 
 // The spelling of result files; tasks outside the benchmark's splits are "Custom".
 std::string title(Split split) {
@@ -51,20 +56,38 @@ std::string local_time() {
 }
 
 // Keys of a task document with the settings: the same in all documents of a run.
-constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode", "obs_mode",
-                                         "version",    "rules",      "model"};
+constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode",
+                                         "obs_mode",   "version",    "rules",
+                                         "model",      kSealed,      kTellEpisodes};
+
+Document value_or_null(const Document& document, std::string_view key) {
+  const Document* value = find(document, key);
+  return value == nullptr ? Document() : *value;
+}
 
 template <class T>
 DocumentList to_list(const std::vector<T>& values) {
   return DocumentList(values.begin(), values.end());
 }
 
+Document start_seed_document(const EvaluationSettings& settings) {
+  return settings.tells_seeds() ? Document(settings.start_seed) : Document();
+}
+
+Document seeds_document(const EvaluationSettings& settings) {
+  if (!settings.tells_seeds()) return {};
+  DocumentList seeds;
+  for (int i = 0; i < settings.episodes; ++i) {
+    seeds.emplace_back(settings.start_seed + static_cast<std::uint64_t>(i));
+  }
+  return seeds;
+}
+
 // Throws Error unless a result was asked for in the same way as this run's.
 void check_protocol(const fs::path& file, const Document& task, const Document& expected) {
   for (const char* key : kProtocolKeys) {
-    const Document* value = find(task, key);
-    const Document found = value == nullptr ? Document() : *value;
-    const Document& asked = part(expected, key);
+    const Document found = value_or_null(task, key);
+    const Document asked = value_or_null(expected, key);
     if (found == asked) continue;
     throw Error(Error::kInvalidArgument, "'" + file.string() + "' has " + key + " " +
                                              to_line(found) + ", this run " + to_line(asked) +
@@ -72,10 +95,19 @@ void check_protocol(const fs::path& file, const Document& task, const Document& 
   }
 }
 
+// True if a run with these settings writes the genuine document so. A run that was killed while it
+// opened its results has written some of them opened.
+bool is_written(const Document& task, const Document& genuine, const EvaluationSettings& settings) {
+  if (task == genuine) return true;
+  if (settings.tells_seeds()) return false;
+  EvaluationSettings opened = settings;
+  opened.opened = true;
+  return task == opened_document(genuine, opened);
+}
+
 // Throws Error unless a result is of the task as it is now.
 void check_variant(const fs::path& file, const Document& task, const Document& now) {
-  const Document* variant = find(task, "variant");
-  const Document then = variant == nullptr ? Document() : *variant;
+  const Document then = value_or_null(task, "variant");
   if (then == now) return;
   throw Error(Error::kInvalidArgument, "'" + file.string() + "' has variant " + to_line(then) +
                                            ", this run " + to_line(now) +
@@ -115,6 +147,8 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
       set("memory_score", *score);
     }
   }
+  if (settings.tell_episodes) keys.emplace_back(kTellEpisodes, true);
+  if (settings.seal) keys.emplace_back(kSealed, settings.seal_document());
   Document variant = variant_document(*result.entry, settings.constants);
   if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));
   return keys;
@@ -139,7 +173,7 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
   DocumentTable document{{"env_id", entry.id},
                          {"split", title(entry.split)},
                          {"memory_type", entry.memory_type},
-                         {"start_seed", settings.start_seed},
+                         {"start_seed", start_seed_document(settings)},
                          {"n_episodes", settings.episodes},
                          {"successes", to_list(result.successes)},
                          {"returns", to_list(result.returns)},
@@ -152,10 +186,22 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
                          {"action_chunk_size", result.chunk_size},
                          {"model", model_document(settings)},
                          {"episode_lengths", to_list(result.lengths)},
-                         {"episode_seeds", to_list(result.seeds)}};
+                         {"episode_seeds", seeds_document(settings)}};
   DocumentTable own = own_keys(result, settings);
   std::ranges::move(own, std::back_inserter(document));
-  document.emplace_back("checksum", document_checksum(document));
+  add_checksum(document);
+  return document;
+}
+
+Document opened_document(const Document& task, const EvaluationSettings& opened) {
+  DocumentTable document = table(task);
+  document.pop_back();  // the checksum
+  for (auto& [key, value] : document) {
+    if (key == "start_seed") value = start_seed_document(opened);
+    if (key == "episode_seeds") value = seeds_document(opened);
+    if (key == kSealed) value = opened.seal_document();
+  }
+  add_checksum(document);
   return document;
 }
 
@@ -184,6 +230,27 @@ Document summary_document(const DocumentList& tasks) {
                        {"tasks", std::move(ids)},
                        {"per_task_sr", std::move(per_task_rate)},
                        {"per_task_mean_return", std::move(per_task_return)}};
+}
+
+std::string summary_csv(const DocumentList& tasks) {
+  std::string text =
+      "env_id,split,memory_type,n_episodes,sr,chance,memory_score,first_answer_correct,"
+      "mean_return,mean_length\n";
+  for (const Document& task : tasks) {
+    for (const char* key : {"env_id", "split", "memory_type"})
+      text += engram::text(part(task, key)) + ",";
+    for (const char* key :
+         {"n_episodes", "sr", "chance", "memory_score", "first_answer_correct", "mean_return"}) {
+      const Document& value = part(task, key);
+      text += (is_null(value) ? std::string() : to_line(value)) + ",";
+    }
+    std::vector<double> lengths;
+    for (const Document& length : list(part(task, "episode_lengths"))) {
+      lengths.push_back(number(length));
+    }
+    text += to_line(mean(lengths)) + "\n";
+  }
+  return text;
 }
 
 std::string common_split(const std::vector<std::string>& ids) {
@@ -217,13 +284,7 @@ ResultFolder ResultFolder::open(const fs::path& folder) {
   }
   ResultFolder opened(folder);
   require_writable_folder(folder);
-  const fs::path samples = folder / kSampleFolder;
-  std::error_code missing;
-  if (fs::is_symlink(fs::symlink_status(samples, missing))) {
-    throw Error(Error::kIo,
-                "'" + samples.string() + "' leads elsewhere; a folder of its own, or none, needed");
-  }
-  remove_temporary_files(samples.string());
+  remove_temporary_files(opened.files().subfolder(kSampleFolder).path().string());
   return opened;
 }
 
@@ -232,7 +293,7 @@ ResultFolder::ResultFolder(fs::path path)
 
 std::optional<EvaluationSettings> ResultFolder::settings() const {
   const fs::path file = path_ / kSettingsFile;
-  const std::optional<std::string> text = read_file(file);
+  const std::optional<std::string> text = files().read_file(kSettingsFile);
   if (!text) return std::nullopt;
   return EvaluationSettings::of(parse_document(*text).value_or(Document()), file);
 }
@@ -245,30 +306,34 @@ std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings&
   for (const RegistryEntry* entry : all_entries()) {
     const std::string id(entry->id);
     const fs::path file = path_ / (id + ".json");
-    const std::optional<std::string> text = read_file(file);
+    const std::optional<std::string> text = files().read_file(id + ".json");
     if (!text) continue;
-    std::optional<Document> task = parse_document(*text);
+    const std::optional<Document> task = parse_document(*text);
     const std::optional<TaskResult> result = task ? parse_result(*task, *entry) : std::nullopt;
     if (!result) continue;
+    Document genuine = task_document(*result, settings);
+    if (follows_protocol(*result, settings) && is_written(*task, genuine, settings)) {
+      tasks.emplace(id, std::move(genuine));
+      continue;
+    }
     check_protocol(file, *task, expected);
     check_variant(file, *task, variant_document(*entry, settings.constants));
     // Edited files count as damaged, too.
-    if (!follows_protocol(*result, settings) || *task != task_document(*result, settings)) continue;
-    tasks.emplace(id, std::move(*task));
   }
   return tasks;
 }
 
 void ResultFolder::begin(const EvaluationSettings& settings) const {
-  write_file(path_ / kSettingsFile, to_text(settings.document()));
+  files().write_file(kSettingsFile, to_text(settings.document()));
 }
 
 void ResultFolder::write_task(const Document& task) const {
-  write_file(path_ / (text(part(task, "env_id")) + ".json"), to_text(task));
+  files().write_file(text(part(task, "env_id")) + ".json", to_text(task));
 }
 
 void ResultFolder::write_summary(const DocumentList& tasks) const {
-  write_file(path_ / kSummaryFile, to_text(summary_document(tasks)));
+  files().write_file(kSummaryFile, to_text(summary_document(tasks)));
+  files().write_file(kSummaryTable, summary_csv(tasks));
 }
 
 // --- for the report ---
@@ -276,12 +341,12 @@ void ResultFolder::write_summary(const DocumentList& tasks) const {
 void ResultFolder::add_timing(const std::string& id, double thread_seconds) const {
   std::map<std::string, double> seconds = timing();
   seconds[id] = thread_seconds;
-  write_file(path_ / kTimingFile, to_text(DocumentTable(seconds.begin(), seconds.end())));
+  files().write_file(kTimingFile, to_text(DocumentTable(seconds.begin(), seconds.end())));
 }
 
 std::map<std::string, double> ResultFolder::timing() const {
   std::map<std::string, double> seconds;
-  const std::optional<std::string> text = read_file(path_ / kTimingFile);
+  const std::optional<std::string> text = files().read_file(kTimingFile);
   const std::optional<Document> document = text ? parse_document(*text) : std::nullopt;
   const auto* times = document ? std::get_if<DocumentTable>(&document->value) : nullptr;
   if (times == nullptr) return seconds;
@@ -293,17 +358,15 @@ std::map<std::string, double> ResultFolder::timing() const {
 
 void ResultFolder::write_sample(const std::string& id, const Bytes& png) const {
   if (png.empty()) return;
-  const fs::path folder = path_ / kSampleFolder;
-  std::error_code error;
-  fs::create_directory(folder, error);
-  write_file(folder / (id + ".png"), png);
+  files().subfolder(kSampleFolder).write_file(id + ".png", std::span<const std::byte>(png));
 }
 
 std::map<std::string, Bytes> ResultFolder::samples() const {
   std::map<std::string, Bytes> samples;
+  const OpenFolder folder = files().subfolder(kSampleFolder);
   for (const RegistryEntry* entry : all_entries()) {
     const std::string id(entry->id);
-    const std::optional<std::string> text = read_file(path_ / kSampleFolder / (id + ".png"));
+    const std::optional<std::string> text = folder.read_file(id + ".png");
     if (!text) continue;
     const auto bytes = std::as_bytes(std::span(text->data(), text->size()));
     samples[id].assign(bytes.begin(), bytes.end());
@@ -312,7 +375,7 @@ std::map<std::string, Bytes> ResultFolder::samples() const {
 }
 
 void ResultFolder::write_report(const std::string& html) const {
-  write_file(path_ / kReportFile, html);
+  files().write_file(kReportFile, html);
 }
 
 }  // namespace engram

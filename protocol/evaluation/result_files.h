@@ -18,6 +18,8 @@ namespace engram {
 Document model_document(const EvaluationSettings& settings);
 // The benchmark's result document of a task, with its keys in its order, and the chance level.
 Document task_document(const TaskResult& result, const EvaluationSettings& settings);
+// The document of a sealed run with what the opened settings tell: secret and seeds.
+Document opened_document(const Document& task, const EvaluationSettings& opened);
 // Summary of task documents in the registry's order.
 Document summary_document(const DocumentList& tasks);
 
@@ -53,10 +55,14 @@ class ResultFolder {
 
  private:
   explicit ResultFolder(std::filesystem::path path);
+  const OpenFolder& files() const { return lock_->folder(); }
 
   std::filesystem::path path_;
   std::shared_ptr<const FolderLock> lock_;  // copies are of the same run
 };
+
+// The table of a summary as comma-separated values: a line per task.
+std::string summary_csv(const DocumentList& tasks);
 
 // The ids' split in lower case, "all" where they differ.
 std::string common_split(const std::vector<std::string>& ids);

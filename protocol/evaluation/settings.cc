@@ -6,6 +6,7 @@
 
 #include "protocol/batch/make.h"
 #include "protocol/batch/variants.h"
+#include "protocol/formats/document_checksum.h"
 
 namespace engram {
 namespace {
@@ -20,12 +21,30 @@ DocumentList variants_of(const std::vector<std::string>& ids) {
   return variants;
 }
 
+// A sealed run has no seed before it is opened.
+void read_seeds(const Document& document, EvaluationSettings& settings) {
+  settings.tell_episodes = truth(part(document, "tell_episodes"));
+  const Document& seal = part(document, "sealed");
+  if (is_null(seal)) {
+    settings.start_seed = whole_number(part(document, "start_seed"));
+    return;
+  }
+  settings.set_seal(SeedSeal::of_hash(text(part(seal, "sha256"))));
+  if (is_null(part(seal, "secret"))) return;
+  SeedSeal known(text(part(seal, "secret")));
+  if (known.hash() != settings.seal->hash()) {
+    throw Error(Error::kIo, "the hash is not that of the secret seed");
+  }
+  settings.set_seal(std::move(known));
+  settings.opened = true;
+}
+
 EvaluationSettings read(const Document& document) {
   EvaluationSettings settings;
   for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
   settings.episodes =
       static_cast<int>(whole_number(part(document, "n_episodes"), std::numeric_limits<int>::max()));
-  settings.start_seed = whole_number(part(document, "start_seed"));
+  read_seeds(document, settings);
   settings.obs_mode = require_named<ObsMode>("observation mode", text(part(document, "obs_mode")));
   settings.renderer = text(part(document, "renderer"));
   settings.policy = text(part(document, "policy"));
@@ -67,19 +86,34 @@ void EvaluationSettings::set_environment(const MakeOptions& environment) {
   constants = environment.constants;
 }
 
+void EvaluationSettings::set_seal(SeedSeal seed) {
+  if (seed.knows_secret()) start_seed = seed.start_seed();
+  seal = std::move(seed);
+}
+
+Document EvaluationSettings::seal_document() const {
+  if (!seal) return {};
+  return DocumentTable{{"sha256", seal->hash()},
+                       {"secret", opened ? Document(seal->secret()) : Document()}};
+}
+
 Document EvaluationSettings::document() const {
-  return DocumentTable{{"version", version()},
-                       {"tasks", DocumentList(tasks.begin(), tasks.end())},
-                       {"n_episodes", episodes},
-                       {"start_seed", start_seed},
-                       {"obs_mode", name_of(obs_mode)},
-                       {"renderer", renderer},
-                       {"policy", policy},
-                       {"policy_config", policy_config},
-                       {"rules", name_of(rules)},
-                       {"task_options", DocumentTable(task_options.begin(), task_options.end())},
-                       {"constants", constants},
-                       {"variants", variants_of(tasks)}};
+  DocumentTable document{{"version", version()},
+                         {"tasks", DocumentList(tasks.begin(), tasks.end())},
+                         {"n_episodes", episodes},
+                         {"start_seed", tells_seeds() ? Document(start_seed) : Document()},
+                         {"sealed", seal_document()},
+                         {"tell_episodes", tell_episodes},
+                         {"obs_mode", name_of(obs_mode)},
+                         {"renderer", renderer},
+                         {"policy", policy},
+                         {"policy_config", policy_config},
+                         {"rules", name_of(rules)},
+                         {"task_options", DocumentTable(task_options.begin(), task_options.end())},
+                         {"constants", constants},
+                         {"variants", variants_of(tasks)}};
+  add_checksum(document);
+  return document;
 }
 
 EvaluationSettings EvaluationSettings::of(const Document& document,
@@ -87,6 +121,7 @@ EvaluationSettings EvaluationSettings::of(const Document& document,
   EvaluationSettings settings;
   require_this_version(document, file);
   try {
+    if (!has_valid_checksum(document)) throw Error(Error::kIo, "its checksum does not fit");
     settings = read(document);
   } catch (const Error& error) {
     throw Error(Error::kIo, "'" + file.string() + "' is not what an evaluation wrote (" +
@@ -119,6 +154,8 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   Protocol protocol;
   protocol.episodes = settings.episodes;
   protocol.start_seed = settings.start_seed;
+  protocol.tell_episodes = settings.tell_episodes;
+  if (settings.seal) protocol.number_key = settings.seal->secret();
   MakeOptions& environment = protocol.environment;
   environment.obs_mode = settings.obs_mode;
   if (environment.obs_mode == ObsMode::kRgb) {

@@ -3,11 +3,13 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "protocol/evaluation/evaluate.h"
+#include "protocol/evaluation/seed_seal.h"
 #include "protocol/formats/document.h"
 
 namespace engram {
@@ -22,12 +24,22 @@ struct EvaluationSettings {
   Document policy_config;         // further description in the results
   Rules rules = Rules::kReference;
   std::map<std::string, double> task_options;
-  ConstantTable constants;  // of all tasks, instead of their own
+  ConstantTable constants;       // of all tasks, instead of their own
+  bool tell_episodes = false;    // to the policy, with their seeds
+  std::optional<SeedSeal> seal;  // of a sealed run, whose start_seed follows from it
+  bool opened = false;           // documents tell the seed and the secret of a sealed run
+
+  // Seals the run; the seed is set if the secret is known.
+  void set_seal(SeedSeal seed);
+  // True if documents tell the seeds.
+  bool tells_seeds() const { return !seal || opened; }
 
   // Takes over the observations, the renderer, the rules, the task options and the constants.
   void set_environment(const MakeOptions& environment);
 
   Document document() const;
+  // {sha256, secret} of a sealed run, null for others. The secret is null until it is opened.
+  Document seal_document() const;
   // Registers the variants that it is about. Throws Error (kIo) if the document is not one of
   // settings, or one of another version.
   static EvaluationSettings of(const Document& document, const std::filesystem::path& file);

@@ -27,8 +27,36 @@ std::optional<std::string> read_file(const std::filesystem::path& path);
 // The same for paths given by users, pipes and devices included, up to 64 MiB.
 std::optional<std::string> read_input(const std::filesystem::path& path);
 
-// The names of everything in a folder, in no order. Throws Error (kIo) if it cannot be read.
-std::vector<std::string> names_in(const std::filesystem::path& folder);
+// A folder by its descriptor: the same one until the end, whatever takes its name meanwhile.
+class OpenFolder {
+ public:
+  // The folder itself may be reached by a link. Throws Error (kIo) if it cannot be opened.
+  explicit OpenFolder(const std::filesystem::path& folder);
+  ~OpenFolder();
+  OpenFolder(OpenFolder&& other) noexcept;
+  OpenFolder& operator=(OpenFolder&&) = delete;
+  OpenFolder(const OpenFolder&) = delete;
+  OpenFolder& operator=(const OpenFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  int descriptor() const { return descriptor_; }
+
+  // A folder in it, made if need be. Throws Error (kIo) if it is a link or no folder.
+  OpenFolder subfolder(const std::string& name) const;
+  // As the functions above, for a file in it.
+  void write_file(const std::string& name, std::span<const std::byte> bytes) const;
+  void write_file(const std::string& name, std::string_view text) const;
+  std::optional<std::string> read_file(const std::string& name) const;
+  // The names of everything in it, in no order. Throws Error (kIo) if it cannot be read.
+  std::vector<std::string> names() const;
+
+ private:
+  OpenFolder(std::filesystem::path path, int descriptor)
+      : path_(std::move(path)), descriptor_(descriptor) {}
+
+  std::filesystem::path path_;  // when it was opened, for messages
+  int descriptor_;
+};
 
 // Makes the folder, if need be. Throws Error (kIo) if no file can be made in it.
 void require_writable_folder(const std::filesystem::path& folder);

@@ -22,9 +22,10 @@ namespace fs = std::filesystem;
 constexpr const char* kNote = "in-use.0.engram-tmp";
 
 // The text of the note; without a note, a description of the unknown owner.
-std::string holder(const fs::path& note) {
+std::string holder(const OpenFolder& folder) {
   std::string who;
-  const int file = ::open(note.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  constexpr int kPlain = O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
+  const int file = ::openat(folder.descriptor(), kNote, kPlain);
   if (file >= 0) {
     char text[128];
     const ssize_t got = ::read(file, text, sizeof text);
@@ -44,34 +45,21 @@ std::string this_process() {
 
 }  // namespace
 
-FolderLock::FolderLock(const fs::path& folder)
-    : note_(folder / kNote),
-      descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-  // Folders that cannot be opened, and file systems without locks, are not this class's matter.
-  if (descriptor_ < 0) return;
-  try {
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-      throw Error(Error::kIo, "'" + folder.string() + "' is in use by " + holder(note_) +
-                                  "; wait for its end, or choose another folder");
-    }
-    remove_temporary_files(folder.string());
-    const std::string who = this_process();
-    const int note =
-        ::open(note_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-    if (note >= 0) {
-      (void)write_all(note, std::as_bytes(std::span<const char>(who)));  // help, and no more
-      ::close(note);
-    }
-  } catch (...) {
-    ::close(descriptor_);
-    throw;
+FolderLock::FolderLock(const fs::path& folder) : folder_(folder) {
+  // File systems without locks are not this class's matter.
+  if (::flock(folder_.descriptor(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    throw Error(Error::kIo, "'" + folder.string() + "' is in use by " + holder(folder_) +
+                                "; wait for its end, or choose another folder");
   }
+  remove_temporary_files(folder.string());
+  const std::string who = this_process();
+  constexpr int kNew = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+  const int note = ::openat(folder_.descriptor(), kNote, kNew, 0666);
+  if (note < 0) return;
+  (void)write_all(note, std::as_bytes(std::span<const char>(who)));  // help, and no more
+  ::close(note);
 }
 
-FolderLock::~FolderLock() {
-  if (descriptor_ < 0) return;
-  ::unlink(note_.c_str());
-  ::close(descriptor_);
-}
+FolderLock::~FolderLock() { ::unlinkat(folder_.descriptor(), kNote, 0); }
 
 }  // namespace engram

@@ -3,6 +3,8 @@
 
 #include <filesystem>
 
+#include "protocol/formats/files.h"
+
 namespace engram {
 
 // Keeps other processes, and other locks of this one, from a folder while it lives. Two runs that
@@ -16,9 +18,11 @@ class FolderLock {
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
+  // The locked folder, even if a link or another folder has taken its name.
+  const OpenFolder& folder() const { return folder_; }
+
  private:
-  std::filesystem::path note_;
-  int descriptor_;
+  OpenFolder folder_;
 };
 
 }  // namespace engram

@@ -16,6 +16,9 @@ import builtins
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from engram import _interpreter  # noqa: F401 (before all others)
+
+# isort: split
 from engram import _core, _deprecated, _distribution
 from engram.errors import (
     BadStateError,

@@ -11,8 +11,18 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from engram import _core
+from engram._args.methods import real_array
 from engram._args.option_list import OBS_MODE, RULES
-from engram._args.values import constants_json, integer, one_of, path, real, seed_value, text
+from engram._args.values import (
+    boolean,
+    constants_json,
+    integer,
+    one_of,
+    path,
+    real,
+    seed_value,
+    text,
+)
 from engram.errors import Error, InvalidArgumentError
 from engram.tasks import describe
 
@@ -41,6 +51,8 @@ def evaluate(
     config: Mapping[str, Any] | None = None,
     output: str | os.PathLike[str] | None = None,
     resume: str | os.PathLike[str] | None = None,
+    tell_episodes: bool = False,
+    seed_file: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int, int], None] | None = None,
 ) -> dict[str, Any]:
     """Success rates of a policy: ``{"summary": ..., "tasks": [...]}``, as ``engram eval --json``.
@@ -51,7 +63,9 @@ def evaluate(
     * ``state`` (N, state_dim) float32: the row of ``obs="state"`` or ``obs="objects"``, recorded
       in the results
     * ``proprio`` (N, 7) float32, ``instruction`` N strings, ``env_id``
-    * ``episode``, ``step`` (N,): number of the episode, control steps so far
+    * ``episode``, ``step`` (N,): opaque number of the episode, control steps so far. The number is
+      the same in every run and fit to seed random numbers. With ``tell_episodes`` it counts from 0,
+      and ``seed`` (N,) is there
     * ``first`` (N,): 1 at the first request of an episode
     * ``worker`` and ``slot`` (N,): constant during an episode
 
@@ -63,8 +77,10 @@ def evaluate(
     ``rules`` ("reference" or "original"), ``task_options``, ``constants``: those of the
     environments.
     ``output``: results go to ``<output>/<split>/<date_time>/``. ``resume``: folder of an
-    interrupted run with the same arguments. ``progress(episodes, all_episodes, env_steps)`` is
-    called several times a second.
+    interrupted run with the same arguments.
+    ``seed_file``: a sealed evaluation, whose seeds follow from the secret line in that file instead
+    of ``seed``; see docs/evaluation.md.
+    ``progress(episodes, all_episodes, env_steps)`` is called several times a second.
     """
     if not isinstance(obs, str) or obs not in ("rgb", "state", "objects"):
         raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
@@ -97,6 +113,8 @@ def evaluate(
         rules=one_of("rules", rules, RULES),
         constants=constants_json(constants),
         task_options=_task_options(task_options),
+        tell_episodes=boolean("tell_episodes", tell_episodes),
+        seed_file=None if seed_file is None else path("seed_file", seed_file),
         progress=progress,
     )
     return json.loads(document)
@@ -133,9 +151,12 @@ def _task_options(options: Any) -> list[tuple[str, float]]:
 def _chunks(answer: Any, count: int) -> list[np.ndarray]:
     """The answer as one array per episode."""
     if not isinstance(answer, Sequence) or isinstance(answer, (str, bytes)):
-        answer = np.asarray(answer)
+        answer = real_array("policy", answer)
         if answer.ndim == 0:
             raise InvalidArgumentError(f"policy: {answer!r} given, {count} rows of actions needed")
     if len(answer) != count:
         raise InvalidArgumentError(f"policy: {len(answer)} rows given, {count} needed")
-    return [np.ascontiguousarray(chunk, np.float32) for chunk in answer]
+    return [
+        np.require(real_array(f"policy, row {row}", chunk), np.float32, ["C_CONTIGUOUS", "ALIGNED"])
+        for row, chunk in enumerate(answer)
+    ]

@@ -5,12 +5,14 @@
 
 Every learner learns every task from several seeds, each run in a process of its own. Results are
 stored under ``--out``; the command can be stopped at any time and continues there.
-Beside the page, a .json file of its name has the results of all runs in the page. Runs in it are
+Beside the page, a .json file of its name has the results of all runs in the page. Results of
+another version, and edited ones, are refused. Runs in it are
 not repeated, so a page can be made on several machines over several days.
 A learner is a script (``--learners`` is their folder) with options ``--id ID --seed S --out
 FOLDER`` that writes ``result.json`` to the folder: success_once and first_answer_correct over 200
 episodes outside of the training, cpu_s (processor seconds of collecting and learning) and, with a
-memory, wiped: the same rates with the memory reset whenever an object appears.
+memory, wiped: the same rates with the memory reset whenever an object appears. Beside it, run.json
+holds the same with engram's version and a checksum; without it, a run is repeated.
 """
 
 from __future__ import annotations
@@ -32,6 +34,8 @@ from typing import Any
 import numpy as np
 
 import engram
+from engram import _documents
+from engram._files import open_folder, write_file
 
 __all__ = ["interval", "main", "tables"]
 
@@ -43,6 +47,8 @@ LEARNERS = {
     "distilled": ("distil.py",),
 }
 POLICIES = ("sweep", "blind", "oracle")
+RESULT = "result.json"  # of a learner
+RUN = "run.json"  # the same, with version and checksum
 MARK = ("<!-- scores -->", "<!-- end of scores -->")
 
 
@@ -76,27 +82,46 @@ def known_runs(out: Path, page: Path) -> Runs:
     runs: Runs = {}
     file = page.with_suffix(".json")
     if file.exists():
-        stored = json.loads(file.read_text())
-        if stored["engram"] != engram.__version__:
-            raise SystemExit(
-                f"{file}: results of engram {stored['engram']} given, of {engram.__version__} "
-                "needed; remove it, with the page's tables, to start again"
-            )
-        runs = {tuple(entry["run"]): entry["result"] for entry in stored["runs"]}
-    for path in out.glob("*/*/result.json"):
-        column, _, seed = path.parent.name.rpartition("-")
-        runs[path.parent.parent.name, column, int(seed)] = json.loads(path.read_text())
+        runs = {tuple(entry["run"]): entry["result"] for entry in _stored(file)["runs"]}
+    for path in sorted(out.glob(f"*/*/{RUN}")):
+        stored = _stored(path)
+        task, column, seed = stored["run"]
+        if folder_of(out, task, column, seed) != path.parent:
+            raise SystemExit(f"{path}: the run of {task} {column} {seed}, not of its folder")
+        runs[task, column, seed] = stored["result"]
     return runs
+
+
+def _stored(file: Path) -> Any:
+    """A document of this version, as it was written."""
+    try:
+        text = file.read_text()
+        document = json.loads(text)
+        version = document["engram"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise SystemExit(f"{file}: damaged, or no file of scores ({error})") from None
+    if version != engram.__version__:
+        raise SystemExit(
+            f"{file}: results of engram {version} given, of {engram.__version__} "
+            "needed; remove it, with the page's tables, to start again"
+        )
+    try:
+        return _documents.parse(text)
+    except _documents.DamagedError as error:
+        raise SystemExit(f"{file}: {error}; remove it to start again") from None
 
 
 def store(runs: Runs, page: Path) -> None:
     """Writes all results beside the page, a line each."""
     lines = ",\n".join(json.dumps({"run": run, "result": runs[run]}) for run in sorted(runs))
-    text = f'{{"engram": "{engram.__version__}", "runs": [\n{lines}\n]}}\n'
-    partial = page.with_suffix(".json.part")
-    partial.parent.mkdir(parents=True, exist_ok=True)
-    partial.write_text(text)
-    partial.replace(page.with_suffix(".json"))
+    _write(
+        page.with_suffix(".json"), f'{{"engram": "{engram.__version__}", "runs": [\n{lines}\n]}}'
+    )
+
+
+def _write(file: Path, document: str) -> None:
+    with open_folder(file.parent) as folder:
+        write_file(folder, file.name, _documents.with_checksum(document).encode())
 
 
 # --- runs ---
@@ -137,9 +162,7 @@ def play(policy: Any, folder: Path, task: str, seed: int) -> None:
         "first_answer_correct": None if answers is None else float(np.mean(answers)),
     }
     folder.mkdir(parents=True, exist_ok=True)
-    partial = folder / "result.part"
-    partial.write_text(json.dumps(result) + "\n")
-    partial.replace(folder / "result.json")
+    (folder / RESULT).write_text(json.dumps(result) + "\n")
 
 
 def run(args: argparse.Namespace, ids: list[str], known: Runs) -> None:
@@ -161,10 +184,10 @@ def run(args: argparse.Namespace, ids: list[str], known: Runs) -> None:
             learn(command, folder, task, seed)
         else:
             play(column, folder, task, seed)
-        print(
-            f"{task} {column} {seed}: {json.loads((folder / 'result.json').read_text())}",
-            flush=True,
-        )
+        result = json.loads((folder / RESULT).read_text())
+        stored = {"engram": engram.__version__, "run": [task, column, seed], "result": result}
+        _write(folder / RUN, json.dumps(stored))
+        print(f"{task} {column} {seed}: {result}", flush=True)
 
     with ThreadPoolExecutor(args.jobs) as pool:
         try:

@@ -64,6 +64,7 @@ class Session {
       observation["worker"] = request.worker;
       observation["slot"] = array(request.slots, {count});
       observation["episode"] = array(request.episodes, {count});
+      if (request.seeds != nullptr) observation["seed"] = array(request.seeds, {count});
       observation["step"] = array(request.steps, {count});
       observation["first"] = array(request.first, {count});
       nb::list instructions;
@@ -112,6 +113,7 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      const std::string& renderer, const std::optional<std::string>& output,
                      const std::optional<std::string>& resume, int rules,
                      const NamedValue& task_options, const std::string& constants,
+                     bool tell_episodes, const std::optional<std::string>& seed_file,
                      nb::object progress) {
   Session session(std::move(policy), std::move(progress));
   std::vector<const char*> names;
@@ -135,6 +137,8 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.task_options = choices.data();
   options.num_task_options = choices.size();
   options.constants = constants.empty() ? nullptr : c_text(constants);
+  options.tell_episodes = tell_episodes ? 1 : 0;
+  options.seed_file = seed_file ? c_text(*seed_file) : nullptr;
   options.progress = &Session::report;
   options.rules = rules;
   char* document = nullptr;
@@ -153,7 +157,8 @@ void bind_evaluate(nb::module_& module) {
                                  // used
   module.def("evaluate", &evaluate, "policy"_a, "ids"_a, "episodes"_a, "seed"_a, "num_envs"_a,
              "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
-             "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "progress"_a.none());
+             "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "tell_episodes"_a,
+             "seed_file"_a.none(), "progress"_a.none());
 }
 
 }  // namespace engram_python

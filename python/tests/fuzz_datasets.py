@@ -28,7 +28,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sound_dataset import EPISODES, ID, STEPS, arrays_of, is_sound, sound_metadata, write_sound
+from sound_dataset import (
+    EPISODES,
+    ID,
+    STEPS,
+    arrays_of,
+    is_sound,
+    metadata_text,
+    sound_metadata,
+    write_sound,
+)
 
 SECONDS = 20  # that one case may take
 _LIBRARIES = ("pyarrow", "av", "pandas", "PIL", "google_crc32c", "google.protobuf")
@@ -117,11 +126,11 @@ class Case:
             metadata[key] = self.name() if key == "env_id" else self.value()
         path = self.folder / "metadata.json"
         if path.is_file():
-            path.write_text(json.dumps(metadata))
+            path.write_text(metadata_text(metadata))
 
     def metadata_bytes(self) -> None:
         path = self.folder / "metadata.json"
-        good = json.dumps(sound_metadata()).encode()
+        good = metadata_text(sound_metadata()).encode()
         made = self.random.choice(
             [
                 b"", b"[" * 100_000, b"null", b"[]", b"3", b'"x"', b"\xff\xfe", b"\0" * 100, b"{",

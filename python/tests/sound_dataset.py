@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+import engram
+from engram import _documents
+
 ID = "RememberColor3-VLA-v0"
 STEPS = 3
 EPISODES = 2
@@ -43,8 +46,18 @@ def sound_metadata() -> dict[str, Any]:
         "episode_seeds": list(range(EPISODES)),
         "batched_source_dir": None,
         "unbatched_dir": f"data_npz/{ID}",
-        "engram": {"version": "0.4.0", "renderer": "cpu", "rules": "reference"},
+        "engram": {"version": engram.__version__, "renderer": "cpu", "rules": "reference"},
     }
+
+
+def metadata_text(document: Any) -> str:
+    """What somebody writes who knows the checksum; documents may hold what JSON cannot."""
+    if not isinstance(document, dict):
+        return json.dumps(document)
+    checksum = _documents.checksum_of(
+        json.dumps(document, separators=(",", ":"), ensure_ascii=False)
+    )
+    return json.dumps({**document, "checksum": checksum}, ensure_ascii=False)
 
 
 def write_sound(root: Path) -> Path:
@@ -53,7 +66,7 @@ def write_sound(root: Path) -> Path:
     folder.mkdir(parents=True)
     for number in range(EPISODES):
         np.savez_compressed(folder / f"train_data_{number}.npz", **arrays_of(number))
-    (folder / "metadata.json").write_text(json.dumps(sound_metadata()))
+    (folder / "metadata.json").write_text(metadata_text(sound_metadata()))
     return folder
 
 

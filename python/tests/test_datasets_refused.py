@@ -12,7 +12,7 @@ import fuzz_datasets
 import numpy as np
 import pytest
 from fuzz_datasets import tree
-from sound_dataset import ID, arrays_of, sound_metadata, write_sound
+from sound_dataset import ID, arrays_of, metadata_text, sound_metadata, write_sound
 
 from engram.datasets import DatasetError, DemonstrationFolder, find_folders
 
@@ -33,7 +33,7 @@ def root(tmp_path) -> Path:
 
 def change_metadata(root: Path, **fields) -> None:
     path = root / "data_npz" / ID / "metadata.json"
-    path.write_text(json.dumps(sound_metadata() | fields))
+    path.write_text(metadata_text(sound_metadata() | fields))
 
 
 def change_array(root: Path, name: str, value) -> None:
@@ -110,6 +110,35 @@ def test_a_number_of_episodes_that_is_none_is_refused(root, count):
 def test_lists_that_do_not_fit_are_refused(root, name, values):
     change_metadata(root, **{name: values})
     with pytest.raises(DatasetError, match=name):
+        find_folders(root)
+
+
+@pytest.mark.parametrize("name", sorted(sound_metadata()))
+def test_metadata_that_were_edited_are_refused(root, name):
+    path = root / "data_npz" / ID / "metadata.json"
+    good = path.read_text()
+    document = json.loads(good)
+    # Values that pass every other check.
+    edits = {
+        "env_id": ID.replace("3", "5"),
+        "episode_seeds": [0, 2],
+        "episode_lengths": [2, 3],
+        "reward_sums": [9.5, 1.5],
+        "num_episodes": 1,
+        "engram": document["engram"] | {"rules": "original"},
+    }
+    document[name] = edits.get(name, "edited")
+    path.write_text(json.dumps(document))
+    with pytest.raises(DatasetError, match=r"metadata\.json.* checksum"):
+        find_folders(root)
+    path.write_text(good.replace(" ", "  "))  # the document counts, not its spaces
+    assert len(find_folders(root)) == 1
+
+
+@pytest.mark.parametrize("version", ["0.3.0", "99.0.0", None, 4])
+def test_data_of_another_version_are_refused_by_its_name(root, version):
+    change_metadata(root, engram=sound_metadata()["engram"] | {"version": version})
+    with pytest.raises(DatasetError, match=f"of engram {version!r}, and this is engram"):
         find_folders(root)
 
 
@@ -284,6 +313,24 @@ def test_options_of_the_functions_are_checked_too(root):
         lerobot.convert(folder, root, fps=0)
     with pytest.raises(DatasetError, match="jobs: -1 given"):
         rlds.convert(folder, root, jobs=-1)
+
+
+@needs_libraries
+@pytest.mark.parametrize("command", CONVERTERS)
+def test_a_full_disk_is_told_with_the_path(root, command):
+    before = tree(root.parent)
+    # As many bytes as a disk has left.
+    limited = "import resource, runpy; resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000)); "
+    options = ["--images"] if command == "lerobot" else []  # encoders print lines of their own
+    limited += f"import sys; sys.argv[1:] = {[command, str(root), *options]!r}; "
+    limited += "runpy.run_module('engram.datasets', run_name='__main__')"
+    result = subprocess.run(
+        [sys.executable, "-c", limited], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert result.returncode == 1
+    assert str(root / CONVERTERS[command]) in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert tree(root.parent) == before
 
 
 # --- the search ---

@@ -1,5 +1,6 @@
 """engram.evaluate: what a policy sees, what it may answer, and how it fails."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -26,7 +27,8 @@ def test_observations_and_results():
         assert observation["proprio"].shape == (count, 7)
         assert observation["state"] is None
         assert observation["env_id"] == ID
-        assert set(observation["episode"]) <= {0, 1, 2}
+        assert min(observation["episode"]) > 2  # opaque
+        assert "seed" not in observation
         assert ((observation["step"] == 0) == (observation["first"] == 1)).all()
         return np.zeros((count, 5, 7), np.float32)
 
@@ -60,6 +62,55 @@ def test_same_for_any_batch():
     assert results[0] == results[1] == results[2]
 
 
+def test_episodes_are_told_on_request_only(tmp_path):
+    seen = {}
+
+    def policy(observation):
+        for episode, seed in zip(observation["episode"], observation["seed"]):
+            seen[int(episode)] = int(seed)
+        return still(observation)
+
+    task = engram.evaluate(policy, ID, episodes=3, obs="state", tell_episodes=True)["tasks"][0]
+    assert seen == {i: 4242424242 + i for i in range(3)}
+    assert task["tell_episodes"] is True
+    numbers = []
+
+    def other(observation):
+        numbers.append(observation["episode"].tolist())
+        return still(observation)
+
+    for num_envs in (1, 3):
+        engram.evaluate(other, ID, episodes=3, obs="state", num_envs=num_envs, threads=1)
+    # The same in every run.
+    assert {n for part in numbers[:75] for n in part} == {n for part in numbers[75:] for n in part}
+    with pytest.raises(engram.InvalidArgumentError, match="tell_episodes"):
+        engram.evaluate(still, ID, tell_episodes=2)
+
+
+def test_a_sealed_evaluation(tmp_path):
+    secret = "0123456789abcdef" * 2 + "\n"
+    file = tmp_path / "seed"
+    file.write_text(secret)
+    result = engram.evaluate(still, ID, episodes=2, obs="state", seed_file=file, output=tmp_path)
+    task = result["tasks"][0]
+    assert task["sealed"] == {
+        "sha256": hashlib.sha256(secret.encode()).hexdigest(),
+        "secret": secret,
+    }
+    again = engram.evaluate(still, ID, episodes=2, obs="state", seed=task["start_seed"])
+    assert again["tasks"][0]["returns"] == task["returns"]
+    (folder,) = (tmp_path / "short").iterdir()
+    arguments = {"episodes": 2, "obs": "state", "resume": folder}
+    assert engram.evaluate(still, ID, **arguments, seed_file=file) == result
+    with pytest.raises(engram.InvalidArgumentError, match="other options"):
+        engram.evaluate(still, ID, **arguments)
+    file.write_text("42\n")
+    with pytest.raises(engram.InvalidArgumentError, match="2 characters given"):
+        engram.evaluate(still, ID, seed_file=file)
+    with pytest.raises(engram.InvalidArgumentError, match="one of them allowed"):
+        engram.evaluate(still, ID, seed_file=file, tell_episodes=True)
+
+
 def test_state_only_on_request():
     def policy(observation):
         assert observation["rgb"] is None
@@ -77,6 +128,12 @@ def test_state_only_on_request():
         (lambda n: np.zeros((n, 6)), "shape"),
         (lambda n: np.zeros((n + 1, 7)), "rows"),
         (lambda n: np.full((n, 7), np.nan), "finite"),
+        (lambda n: np.full((n, 7), 1j), "complex128 given, real numbers needed"),
+        (lambda n: [np.full(7, 1j)] * n, "row 0: dtype complex128"),
+        (lambda n: np.ma.masked_greater(np.ones((n, 7)), 0), "masked values"),
+        (lambda n: [np.ma.masked_greater(np.ones(7), 0)] * n, "masked values"),
+        (lambda n: np.full((n, 7), "1"), "real numbers needed"),
+        (lambda n: np.full((n, 7), True), "real numbers needed"),
     ],
 )
 def test_bad_answers(answer, message):

@@ -116,3 +116,37 @@ def test_runs_beside_the_page_are_not_repeated(tmp_path: Path, learners: Path) -
     file.write_text(file.read_text().replace(engram.__version__, "0.1.0"))
     with pytest.raises(SystemExit, match=r"results of engram 0\.1\.0 given"):
         main([*arguments, "--out", str(second)])
+
+
+def test_results_of_another_version_or_edited_ones_are_not_published(
+    tmp_path: Path, learners: Path
+) -> None:
+    out = tmp_path / "runs"
+    arguments = [COLOR3, "--only", "distilled", "--learners", str(learners), "--out", str(out)]
+    arguments += ["--seeds", "1"]
+    assert main(arguments) == 0
+    run = out / COLOR3 / "distilled-1" / "run.json"
+    good = run.read_text()
+    run.write_text(good.replace(engram.__version__, "0.1.0"))
+    with pytest.raises(SystemExit, match=r"run\.json: results of engram 0\.1\.0 given"):
+        main([*arguments, "--tables"])
+    run.write_text(good.replace("0.6", "1.0"))
+    with pytest.raises(SystemExit, match=r"run\.json: its checksum does not fit"):
+        main([*arguments, "--tables"])
+    (out / COLOR3 / "distilled-2").mkdir()
+    (out / COLOR3 / "distilled-2" / "run.json").write_text(good)
+    run.write_text(good)
+    with pytest.raises(SystemExit, match="not of its folder"):
+        main([*arguments, "--tables"])
+    (out / COLOR3 / "distilled-2" / "run.json").unlink()
+    # A result without its origin is not known: the run is repeated.
+    (out / "scores.json").unlink()
+    run.unlink()
+    calls = out / COLOR3 / "calls.txt"
+    calls.unlink()
+    assert main(arguments) == 0
+    assert calls.read_text().split() == ["1"]
+    page = out / "scores.json"
+    page.write_text(page.read_text().replace("0.6", "1.0"))
+    with pytest.raises(SystemExit, match=r"scores\.json: its checksum does not fit"):
+        main([*arguments, "--tables"])

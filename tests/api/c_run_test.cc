@@ -1,5 +1,6 @@
 // Running batches through the plain C API: the same bits as the engine, whole or in two halves.
 #include <atomic>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -28,6 +29,31 @@ engram_options same_step(int num_envs) {
   engram_options options = default_options(num_envs);
   options.auto_reset = ENGRAM_AUTO_RESET_SAME_STEP;
   return options;
+}
+
+TEST_CASE("Numbers that change while a step runs are those that it has checked", "[c_api]") {
+  const BatchHandle batch = make_running(same_step(64));
+  const std::size_t count = test::action_count(batch);
+  // Another thread writes to the actions all the time.
+  std::vector<std::atomic<float>> actions(count);
+  static_assert(sizeof(std::atomic<float>) == sizeof(float));
+  std::atomic<bool> done = false;
+  std::thread writer([&] {
+    while (!done) {
+      for (const float value : {0.0F, std::numeric_limits<float>::quiet_NaN()}) {
+        actions[count - 1] = value;
+      }
+    }
+  });
+  int taken = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const auto* plain = reinterpret_cast<const float*>(actions.data());
+    taken += engram_step(batch.get(), plain, count) == ENGRAM_OK ? 1 : 0;
+  }
+  done = true;
+  writer.join();
+  CHECK(taken > 0);
+  CHECK(engram_unstable_count(batch.get()) == 0);
 }
 
 TEST_CASE("Outputs are the engine's bits, step by step and across resets", "[c_api]") {

@@ -179,4 +179,20 @@ TEST_CASE("collect: impossible requests are refused", "[apps]") {
   require_refusal("collect RememberColor3-VLA-v0" + out + "/file", 1, "file/data_npz");
 }
 
+TEST_CASE("collect: an interruption says that the same command goes on", "[apps]") {
+  const TemporaryFolder folder;
+  const std::string out = (folder.path() / "out").string();
+  const std::string line = collection("RememberColor3-VLA-v0 --episodes 100000", out);
+  const std::string signal =
+      "& p=$!; while [ ! -e " + out +
+      "/data_npz/RememberColor3-VLA-v0/train_data_0.npz ]; do sleep 0.02; done; kill -INT $p; "
+      "wait $p";
+  const CommandResult result = engram_command(line, signal);
+  CHECK(result.code == 1);
+  CHECK(result.out.empty());
+  CHECK_THAT(result.err, Catch::StartsWith("engram: interrupted; ") &&
+                             Catch::Contains("of 100000 episodes are in '" + out +
+                                             "'; the same command goes on with the others\n"));
+}
+
 }  // namespace engram::tests

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/formats/document_checksum.h"
 #include "tests/build_paths.h"
 #include "tests/temporary_folder.h"
 
@@ -60,6 +61,14 @@ inline void require_refusal(const std::string& arguments, int code, const std::s
 inline std::string pipe_policy() {
   return "python3 " +
          (std::filesystem::path(test::kRoot) / "python" / "examples" / "pipe_policy.py").string();
+}
+
+// The text of an edited document of engram's, as somebody writes it who knows the checksum.
+inline std::string with_checksum(Json edited) {
+  edited.erase("checksum");
+  DocumentTable document = table(parse_document(edited.dump()).value());
+  add_checksum(document);
+  return to_text(document);
 }
 
 inline std::vector<std::string> keys_of(const Json& object) {

@@ -283,13 +283,28 @@ TEST_CASE("eval: incomplete results are rewritten", "[apps]") {
   }
 }
 
+TEST_CASE("eval: settings that were edited are refused", "[apps]") {
+  const Run run;
+  const std::string good = read_file(run.path / "settings.json");
+  Json settings = Json::parse(good);
+  settings["n_episodes"] = 3;
+  std::ofstream(run.path / "settings.json") << settings;
+  require_refusal(run.resume(), 1, "its checksum does not fit");
+  settings = Json::parse(good);
+  settings.erase("checksum");
+  std::ofstream(run.path / "settings.json") << settings;
+  require_refusal(run.resume(), 1, "its checksum does not fit");
+  std::ofstream(run.path / "settings.json") << good;
+  CHECK(engram_command(run.resume()).code == 0);
+}
+
 TEST_CASE("eval: settings that are no numbers are refused", "[apps]") {
   const Run run;
   const Json good = Json::parse(read_file(run.path / "settings.json"));
   for (const char* number : {"-1", "1e300", "2.5", "99999999999", "\"4\""}) {
     Json settings = good;
     settings["n_episodes"] = Json::parse(number);
-    std::ofstream(run.path / "settings.json") << settings;
+    std::ofstream(run.path / "settings.json") << with_checksum(settings);
     require_refusal(run.resume(), 1, "a whole number up to");
   }
   std::ofstream(run.path / "settings.json") << std::string(1'000'000, '[');

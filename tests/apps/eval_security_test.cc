@@ -69,7 +69,7 @@ TEST_CASE("eval: a folder cannot name the command to run", "[apps]") {
   };
   for (const char* name : {"external", "zero"}) {
     theirs["policy"] = name;
-    std::ofstream(run / "settings.json") << theirs;
+    std::ofstream(run / "settings.json") << with_checksum(theirs);
     refuse("", "the same --policy-command needed");
     refuse(" --policy zero", name == std::string("zero") ? "--policy-command needed" : "\"zero\"");
     refuse(with_command("exit 0"), "{\"command\":\"exit 0\"} given now");
@@ -79,7 +79,7 @@ TEST_CASE("eval: a folder cannot name the command to run", "[apps]") {
   require_refusal(resume + with_command("touch " + ran + "; exit 3"), 1, "exit code 3");
   CHECK(fs::remove(ran));
   // A command in place of a policy of engram's own.
-  std::ofstream(run / "settings.json") << own;
+  std::ofstream(run / "settings.json") << with_checksum(own);
   refuse(with_command(pipe_policy()), "policy_config null");
   CHECK(engram_command(resume).code == 0);
 }

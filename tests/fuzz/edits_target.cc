@@ -8,6 +8,7 @@
 
 #include "protocol/datasets/demonstration_folder.h"
 #include "protocol/evaluation/evaluation_run.h"
+#include "protocol/formats/document_checksum.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {
@@ -161,7 +162,7 @@ void check_results(const Place& place, const Document& sound) {
     const ResultFolder folder = ResultFolder::open(place.results);
     EvaluationSettings settings = folder.settings().value_or(sound_settings());
     require(settings.tasks.size() < 1000, "tasks");
-    const EvaluationRun run(std::move(settings), folder);
+    EvaluationRun run(std::move(settings), folder);
     (void)run.open_tasks();
     for (const Document& task : run.tasks()) require(task == sound, "an edited result is taken");
     run.finish("fuzz");
@@ -174,6 +175,14 @@ void check_metadata(const Place& place) {
                                      {.episodes = 3, .max_attempts = 9});
     require(folder.episodes() == 0, "episodes that are not there");
   });
+}
+
+// As somebody edits it who knows the checksum.
+Document with_checksum(const Document& edited) {
+  DocumentTable all = table(edited);
+  std::erase_if(all, [](const auto& entry) { return entry.first == "checksum"; });
+  add_checksum(all);
+  return all;
 }
 
 }  // namespace
@@ -199,6 +208,7 @@ void fuzz_edits(Data data) {
   Document edited = *sound;
   const int form = input.choice(what == 3 ? 5 : 40);
   for (int edits = 1 + input.choice(3); edits > 0; --edits) edit(edited, input);
+  if (is_table(edited) && input.choice(2) == 0) edited = with_checksum(edited);
   put(place, path, edited, form);
   if (what == 2) {
     check_metadata(place);

@@ -95,7 +95,7 @@ void talk(Data greeting, Data said, int rows) {
   PolicyRequest request;
   request.env_id = "RememberColor3-VLA-v0";
   request.count = rows;
-  request.slots = request.episodes = request.steps = numbers;
+  request.slots = request.episodes = request.numbers = request.steps = numbers;
   request.first = first;
   request.instructions = instructions;
   request.proprio = proprio;

@@ -20,14 +20,24 @@ def kind_of(value: Any) -> str:
     return type(value).__name__
 
 
+def real_array(name: str, value: Any) -> np.ndarray:
+    """Anything array-like as an array of real numbers, none of them masked."""
+    if np.ma.is_masked(value):
+        raise InvalidArgumentError(
+            f"{name}: {kind_of(value)} given with masked values, none allowed"
+        )
+    try:
+        array = np.asarray(value)
+    except Exception as error:
+        raise InvalidArgumentError(f"{name}: cannot be read as an array ({error})") from None
+    if array.dtype.kind not in "fiu":
+        raise InvalidArgumentError(f"{name}: dtype {array.dtype} given, real numbers needed")
+    return array
+
+
 def checked_actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Anything array-like as contiguous float32."""
-    try:
-        array = np.asarray(actions)
-    except Exception as error:
-        raise InvalidArgumentError(f"actions: cannot be read as an array ({error})") from None
-    if array.dtype.kind not in "fiu":
-        raise InvalidArgumentError(f"actions: dtype {array.dtype} given, real numbers needed")
+    array = real_array("actions", actions)
     if array.shape != shape:
         raise InvalidArgumentError(f"actions: shape {array.shape} given, {shape} needed")
     with np.errstate(over="ignore"):  # step refuses infinite values

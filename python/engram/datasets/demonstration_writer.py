@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
-import fcntl
 import io
-import json
 import os
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from engram import _documents
+from engram._files import open_folder, remove_leftovers, write_file
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import FIELDS, DemonstrationFolder, Episode
 
 _TIME = (1980, 1, 1, 0, 0, 0)  # fixed, for reproducible files
 _LEVEL = 1
+_METADATA = "metadata.json"
 
 
 def append_episode(
@@ -33,23 +32,27 @@ def append_episode(
     checks.env_id("id", env_id)  # it becomes the name of a folder
     folder = out / "data_npz" / env_id
     try:
-        with _locked(out, folder):
+        with open_folder(out, "data_npz", env_id, lock=True) as descriptor:
+            remove_leftovers(descriptor)
             metadata = _metadata(folder, env_id, player, version)
             number = metadata["num_episodes"]
-            file = folder / f"train_data_{number}.npz"
-            if os.path.lexists(file):
-                raise DatasetError(f"'{file}' exists already, but metadata.json lists fewer")
-            _write(file, _npz(episode))
+            name = f"train_data_{number}.npz"
+            _drop_unlisted(folder, descriptor, name)
             metadata["num_episodes"] = number + 1
             metadata["episode_lengths"].append(len(episode))
             metadata["success_once"].append(True)
             metadata["reward_sums"].append(float(episode.reward.sum(dtype=np.float64)))
             metadata["episode_seeds"].append(episode.episode_seed)
             metadata["engram"]["attempts"] = number + 1
-            _write(folder / "metadata.json", (json.dumps(metadata, indent=2) + "\n").encode())
+            write_file(descriptor, name, _npz(episode))
+            try:
+                write_file(descriptor, _METADATA, _documents.to_text(metadata).encode())
+            except BaseException:
+                os.unlink(name, dir_fd=descriptor)
+                raise
     except (OSError, KeyError, TypeError, AttributeError) as error:
         raise DatasetError(f"'{folder}' cannot be written: {error}") from error
-    return file, number + 1
+    return folder / name, number + 1
 
 
 def _npz(episode: Episode) -> bytes:
@@ -65,29 +68,22 @@ def _npz(episode: Episode) -> bytes:
     return out.getvalue()
 
 
-@contextlib.contextmanager
-def _locked(out: Path, folder: Path) -> Iterator[None]:
-    """Creates and locks the folder. Links below `out` are refused: they lead outside of it."""
-    out.mkdir(parents=True, exist_ok=True)
-    for path in (folder.parent, folder):
-        if path.is_symlink():
-            raise DatasetError(f"'{path}' is a link; a folder needed, or another --out")
-        path.mkdir(exist_ok=True)
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise DatasetError(f"another process writes to '{folder}'") from None
-        yield
-    finally:
-        os.close(descriptor)
+def _drop_unlisted(folder: Path, descriptor: int, name: str) -> None:
+    """Removes the episode of a process that was killed before it could list it."""
+    file = folder / name
+    if not os.path.lexists(file):
+        return
+    if file.is_symlink() or not file.is_file():
+        raise DatasetError(f"'{file}' is a link, or no file; move it away, or use another --out")
+    Episode.load(file)  # or it is something else, which stays
+    os.unlink(name, dir_fd=descriptor)
 
 
 def _metadata(folder: Path, env_id: str, player: str, version: str) -> dict[str, Any]:
     """The folder's metadata, or those of an empty one."""
-    if not os.path.lexists(folder / "metadata.json"):
-        if any(folder.iterdir()):
+    if not os.path.lexists(folder / _METADATA):
+        # A first episode may have been written, but not listed.
+        if {path.name for path in folder.iterdir()} - {"train_data_0.npz"}:
             raise DatasetError(f"'{folder}' holds other files; another --out allowed")
         return _new_metadata(env_id, player, version)
     found = DemonstrationFolder(folder)
@@ -126,16 +122,3 @@ def _new_metadata(env_id: str, player: str, version: str) -> dict[str, Any]:
             "attempts": 0,
         },
     }
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Writes a file atomically."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.engram-tmp")
-    try:
-        with open(temporary, "xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+import engram
+from engram import _documents
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError, reading
 
@@ -178,9 +180,11 @@ def _read(path: Path) -> bytes:
 
 def _metadata(content: bytes) -> dict[str, Any]:
     """The document, once what is used of it has the form that it must have."""
-    document = json.loads(content.decode())
+    text = content.decode()
+    document = json.loads(text)
     if not isinstance(document, dict):
         raise DatasetError(f"{checks.short(document)} given; an object needed")
+    _check_origin(document, text)
     checks.env_id("env_id", document.get("env_id"))
     count = checks.whole_number(
         "num_episodes", document.get("num_episodes"), 1, checks.MAX_EPISODES
@@ -194,10 +198,20 @@ def _metadata(content: bytes) -> dict[str, Any]:
             raise DatasetError(f"{name}: {checks.short(values)} given; a list of {count} needed")
         for value in values:
             checks.whole_number(name, value, low, high)
-    origin = document.get("engram", {})
+    return document
+
+
+def _check_origin(document: dict[str, Any], text: str) -> None:
+    """Refuses data of other versions, which this one cannot play again, and edited documents."""
+    origin = document.get("engram")
     if not isinstance(origin, dict):
         raise DatasetError(f"engram: {checks.short(origin)} given; an object needed")
-    return document
+    if origin.get("version") != engram.__version__:
+        raise DatasetError(
+            f"of engram {checks.short(origin.get('version'))}, and this is engram "
+            f"{engram.__version__}; use the version that collected it, or collect it again"
+        )
+    _documents.check(text)
 
 
 def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[DemonstrationFolder]:

@@ -29,7 +29,7 @@ def new_folder(root: Path | str, *parts: str) -> Iterator[Path]:
     """A folder to fill; it replaces <root>/<parts> when the block ends without an error.
 
     Otherwise nothing is left behind. Raises DatasetError if <root>/<parts> has files that were not
-    written here, or if another process is writing there.
+    written here, if another process is writing there, or if it cannot be written.
     """
     made: list[Path] = []
     try:
@@ -41,10 +41,14 @@ def new_folder(root: Path | str, *parts: str) -> Iterator[Path]:
             _write_list(path)
             _require_own(target)  # it may have changed meanwhile
             _put(path, target)
-    except BaseException:
+    except BaseException as error:
         for folder in reversed(made):
             with contextlib.suppress(OSError):
                 folder.rmdir()  # unless there is something in it
+        if isinstance(error, OSError):  # a full disk, for one, names no file
+            path = Path(root).joinpath(*parts)
+            reason = error.strerror or str(error)
+            raise DatasetError(f"'{path}' cannot be written: {reason}") from error
         raise
 
 

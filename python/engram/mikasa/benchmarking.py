@@ -8,9 +8,12 @@ A policy has ``forward(obs)``, which returns an action (7,), or a chunk of them,
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
+import re
 import subprocess
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,7 +25,9 @@ from typing import Any, Protocol
 import gymnasium as gym
 import numpy as np
 
+from engram._args.methods import real_array
 from engram._args.values import integer
+from engram._files import open_folder, remove_leftovers, write_file
 from engram.errors import BadStateError, InvalidArgumentError
 from engram.mikasa import classes as _classes  # noqa: F401 (registers the ids)
 from engram.mikasa._torch import torch
@@ -63,6 +68,8 @@ CONTROL_MODE = "pd_ee_delta_pose"
 REWARD_MODE = "normalized_dense"
 WRAPPER_CHAIN = "apply_mikasa_vla_wrappers(include_overlays=False)"
 SUPPORTED_SPLITS = ("short", "medium", "long", "all")
+_ID = re.compile(r"[A-Za-z0-9._-]+-v[0-9]+")
+_LONGEST_ID = 100
 _VIDEO_RATE = 30  # pictures per second
 
 JsonDict = dict[str, Any]
@@ -92,7 +99,7 @@ class BenchmarkTask:
     def from_csv_row(cls, row: Mapping[str, str]) -> BenchmarkTask:
         """Makes a task from a row of a table with the original's columns."""
         return cls(
-            env_id=row["Name"],
+            env_id=_plain_id(row["Name"]),
             split=_split(row["Horizon Split"]),
             memory_type=row["Memory Type"],
             max_episode_steps=int(row["Max Length"]),
@@ -143,6 +150,16 @@ def _split(name: str) -> str:
     if split not in SUPPORTED_SPLITS:
         raise InvalidArgumentError(f"split: {name!r} given; allowed: {', '.join(SUPPORTED_SPLITS)}")
     return split
+
+
+def _plain_id(env_id: Any) -> str:
+    """The id, which names neither a module to import nor a path: tables come from others."""
+    if not isinstance(env_id, str) or len(env_id) > _LONGEST_ID or not _ID.fullmatch(env_id):
+        raise InvalidArgumentError(
+            f"env_id: {str(env_id)[:_LONGEST_ID]!r} given; letters, digits and '-_.' that end in "
+            f"-v and a number needed, at most {_LONGEST_ID}"
+        )
+    return env_id
 
 
 def default_task_csv_path() -> Path | None:
@@ -197,7 +214,7 @@ def select_benchmark_tasks(
 def make_benchmark_env(env_id: str, config: BenchmarkConfig) -> Any:
     """The environment of a task in the protocol."""
     env = gym.make(
-        env_id,
+        _plain_id(env_id),
         num_envs=1,
         obs_mode=config.obs_mode,
         control_mode=config.control_mode,
@@ -211,7 +228,12 @@ def make_benchmark_env(env_id: str, config: BenchmarkConfig) -> Any:
 
 def _actions(chunk: Any, shape: tuple[int, ...]) -> Iterable[torch.Tensor]:
     """The actions of an answer, each (1, D)."""
-    given = chunk if isinstance(chunk, torch.Tensor) else torch.as_tensor(np.asarray(chunk))
+    if isinstance(chunk, torch.Tensor):
+        given = chunk
+        if given.is_complex() or given.dtype == torch.bool:
+            raise InvalidArgumentError(f"forward returned {given.dtype}; real numbers needed")
+    else:
+        given = torch.as_tensor(real_array("forward's answer", chunk))
     if given.ndim == len(shape) + 2 and given.shape[0] == 1:
         given = given[0]
     elif tuple(given.shape) == shape:
@@ -358,14 +380,17 @@ def summarize_task_results(task_results: Sequence[Mapping[str, Any]]) -> JsonDic
 
 def make_run_dir(base_dir: str | Path) -> Path:
     """A new folder in this one, with date and time for a name."""
-    folder = Path(base_dir) / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    Path(base_dir).mkdir(parents=True, exist_ok=True)
+    while True:
+        folder = Path(base_dir) / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+        with contextlib.suppress(FileExistsError):
+            folder.mkdir()
+            return folder
+        time.sleep(0.1)  # another run began in this very second
 
 
-def _write(path: Path, document: Mapping[str, Any]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+def _write(folder: int, name: str, document: Mapping[str, Any]) -> None:
+    write_file(folder, name, (json.dumps(document, indent=2) + "\n").encode())
 
 
 def write_benchmark_results(
@@ -373,10 +398,30 @@ def write_benchmark_results(
     task_results: Sequence[Mapping[str, Any]],
     summary: Mapping[str, Any],
 ) -> None:
-    """Writes ENV_ID.json for each task, and summary.json."""
-    for result in task_results:
-        _write(Path(output_dir) / f"{result['env_id']}.json", result)
-    _write(Path(output_dir) / "summary.json", summary)
+    """Writes ENV_ID.json for each task, and summary.json: each complete, or not at all.
+
+    Raises:
+        InvalidArgumentError: An ``env_id`` is no id.
+        OSError: A file cannot be written.
+    """
+    with open_folder(Path(output_dir)) as folder:
+        _write_results(folder, task_results, summary)
+
+
+def _video_folder(output_dir: Path, env_id: str) -> Path:
+    """The folder of a task's videos, which is no link."""
+    parts = ("videos", env_id)
+    with open_folder(output_dir, *parts):
+        return output_dir.joinpath(*parts)
+
+
+def _write_results(
+    folder: int, task_results: Sequence[Mapping[str, Any]], summary: Mapping[str, Any]
+) -> None:
+    names = [f"{_plain_id(result['env_id'])}.json" for result in task_results]
+    for name, result in zip(names, task_results):
+        _write(folder, name, result)
+    _write(folder, "summary.json", summary)
 
 
 def evaluate_benchmark(
@@ -405,30 +450,43 @@ def evaluate_benchmark(
         episode_callback: Called with an episode's number and its result.
         task_done_callback: Called with a task's number and its result.
         initial_results: Of an interrupted run; the summary includes them.
+
+    Raises:
+        InvalidArgumentError: No tasks, or one whose id is none.
+        OSError: Another run writes to ``output_dir``.
     """
     if not tasks:
         raise InvalidArgumentError("tasks: none given; one or more are needed")
+    for task in tasks:
+        _plain_id(task.env_id)
     config = config or BenchmarkConfig()
-    commit = benchmark_commit()
-    results = list(initial_results or [])
-    for i, task in enumerate(tasks):
-        if progress is not None:
-            progress(f"[{i + 1}/{len(tasks)}] {task.env_id}  ({config.n_episodes} episodes)")
-        if task_start_callback is not None:
-            task_start_callback(i, task)
-        videos = config.save_videos and output_dir is not None
-        result = evaluate_task(
-            task,
-            policy,
-            config,
-            model=model,
-            commit=commit,
-            video_dir=Path(output_dir or ".") / "videos" / task.env_id if videos else None,
-            episode_callback=episode_callback,
-        )
-        results.append(result)
-        if task_done_callback is not None:
-            task_done_callback(i, result)
+    with contextlib.ExitStack() as stack:
+        folder = None
         if output_dir is not None:
-            write_benchmark_results(output_dir, [result], summarize_task_results(results))
-    return results, summarize_task_results(results)
+            folder = stack.enter_context(open_folder(Path(output_dir), lock=True))
+            remove_leftovers(folder)
+        commit = benchmark_commit()
+        results = list(initial_results or [])
+        for i, task in enumerate(tasks):
+            if progress is not None:
+                progress(f"[{i + 1}/{len(tasks)}] {task.env_id}  ({config.n_episodes} episodes)")
+            if task_start_callback is not None:
+                task_start_callback(i, task)
+            videos = None
+            if config.save_videos and output_dir is not None:
+                videos = _video_folder(Path(output_dir), task.env_id)
+            result = evaluate_task(
+                task,
+                policy,
+                config,
+                model=model,
+                commit=commit,
+                video_dir=videos,
+                episode_callback=episode_callback,
+            )
+            results.append(result)
+            if task_done_callback is not None:
+                task_done_callback(i, result)
+            if folder is not None:
+                _write_results(folder, [result], summarize_task_results(results))
+        return results, summarize_task_results(results)

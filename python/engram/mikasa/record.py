@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from engram._distribution import install_command
+from engram._files import replacing
 from engram.errors import InvalidArgumentError, UnavailableError
 from engram.mikasa._base_wrappers import Wrapper
 from engram.mikasa._torch import torch
@@ -33,10 +34,11 @@ def write_video(path: Path, frames: list[np.ndarray], rate: int) -> None:
 
     path.parent.mkdir(parents=True, exist_ok=True)
     height, width = (side - side % 2 for side in frames[0].shape[:2])
-    stream = Stream(str(path), "mp4", width, height, rate)
-    for frame in frames:
-        stream.send_rgb(np.ascontiguousarray(frame[:height, :width]))
-    stream.finish()
+    with replacing(path) as temporary:
+        stream = Stream(str(temporary), "mp4", width, height, rate)
+        for frame in frames:
+            stream.send_rgb(np.ascontiguousarray(frame[:height, :width]))
+        stream.finish()
 
 
 def tiled(pictures: np.ndarray) -> np.ndarray:

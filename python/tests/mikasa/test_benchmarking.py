@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 
 import numpy as np
 import pytest
 
 pytest.importorskip("torch")
 
+import torch
 from policies import Looking, as_engram
 
 import engram
@@ -94,6 +96,103 @@ def test_answers(shape):
         with pytest.raises(engram.InvalidArgumentError, match="forward returned shape"):
             benchmarking.run_episode(env, Policy(), 1)
     env.close()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        np.full(7, 1j),
+        torch.full((7,), 1j),
+        torch.ones(7, dtype=torch.bool),
+        np.ma.masked_greater(np.ones(7), 0),
+    ],
+)
+def test_answers_that_are_no_real_numbers(answer):
+    class Policy:
+        def forward(self, obs):
+            return answer
+
+    env = benchmarking.make_benchmark_env(IDS[1], CONFIG)
+    with pytest.raises(engram.InvalidArgumentError, match=r"real numbers needed|masked values"):
+        benchmarking.run_episode(env, Policy(), 1)
+    env.close()
+
+
+# --- what others wrote ---
+
+
+@pytest.mark.parametrize(
+    "id", ["evilmod:RememberColor3-VLA-v0", "../../x-v0", "/tmp/x-v0", "", "x"]
+)
+def test_tables_name_no_modules_and_no_paths(tmp_path, monkeypatch, id):
+    (tmp_path / "evilmod.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
+    monkeypatch.syspath_prepend(tmp_path)
+    table = tmp_path / "tasks.csv"
+    table.write_text(
+        "id;Name;Max Length;Memory Type;Horizon Split;Data Source;language_instruction\n"
+        f"1;{id};25;Object;Short;PPO;Touch it.\n"
+    )
+    with pytest.raises(engram.InvalidArgumentError, match=r"env_id: .* given; letters, digits"):
+        benchmarking.load_benchmark_tasks(table)
+    task = benchmarking.BenchmarkTask(id, "short", "Object", 25, "", "")
+    with pytest.raises(engram.InvalidArgumentError, match="env_id"):
+        benchmarking.evaluate_benchmark([task], Looking(25), CONFIG, output_dir=tmp_path / "out")
+    with pytest.raises(engram.InvalidArgumentError, match="env_id"):
+        benchmarking.make_benchmark_env(id, CONFIG)
+    with pytest.raises(engram.InvalidArgumentError, match="env_id"):
+        benchmarking.write_benchmark_results(tmp_path / "out", [{"env_id": id}], {})
+    assert not (tmp_path / "ran").exists()
+    assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
+
+
+def test_results_stay_in_their_folder(tmp_path, monkeypatch):
+    outside, out = tmp_path / "outside", tmp_path / "out"
+    outside.mkdir()
+    out.mkdir()
+    (outside / "thesis.txt").write_text("the only copy")
+    for name in (f"{IDS[0]}.json", "summary.json"):
+        (out / name).symlink_to(outside / "thesis.txt")
+    result = {"env_id": IDS[0]}
+    benchmarking.write_benchmark_results(out, [result], {"sr_split": 1})
+    assert (outside / "thesis.txt").read_text() == "the only copy"
+    assert json.loads((out / f"{IDS[0]}.json").read_text()) == result
+    # What cannot be written leaves what was there.
+    monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left")))
+    with pytest.raises(OSError, match="No space left"):
+        benchmarking.write_benchmark_results(out, [{"env_id": IDS[0], "sr": 1}], {})
+    assert json.loads((out / f"{IDS[0]}.json").read_text()) == result
+    assert sorted(path.name for path in out.iterdir()) == [f"{IDS[0]}.json", "summary.json"]
+
+
+def test_videos_are_not_written_through_links(tmp_path):
+    pytest.importorskip("av")
+    outside, out = tmp_path / "outside", tmp_path / "out"
+    outside.mkdir()
+    out.mkdir()
+    (out / "videos").symlink_to(outside)
+    config = benchmarking.BenchmarkConfig(n_episodes=1, save_videos=True)
+    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[1:2])
+    with pytest.raises(OSError, match="is a link"):
+        benchmarking.evaluate_benchmark(tasks, Looking(25), config, output_dir=out)
+    assert not list(outside.iterdir())
+
+
+def test_two_runs_do_not_share_a_folder(tmp_path):
+    tasks = benchmarking.select_benchmark_tasks(env_ids=IDS[1:2])
+    config = benchmarking.BenchmarkConfig(n_episodes=1)
+    refused = []
+
+    def during(_, __):
+        with pytest.raises(OSError, match="another process writes to"):
+            benchmarking.evaluate_benchmark(tasks, Looking(25), config, output_dir=tmp_path)
+        refused.append(True)
+
+    benchmarking.evaluate_benchmark(
+        tasks, Looking(25), config, output_dir=tmp_path, task_start_callback=during
+    )
+    assert refused == [True]
+    folders = [benchmarking.make_run_dir(tmp_path / "runs") for _ in range(2)]
+    assert folders[0] != folders[1]
 
 
 def test_videos(tmp_path):

@@ -27,6 +27,8 @@ TEST_CASE("The memory score is 0 for the sweep and 1 for the oracle", "[ceilings
   CHECK(memory_score(ceiling, 0.8).value() == Approx(1));
   CHECK(memory_score(ceiling, 0.5).value() == Approx(0.5));
   CHECK(memory_score(ceiling, 0.1).value() < 0);
+  // Far below a sweep that is nearly as good as the oracle.
+  CHECK(memory_score({.id = "", .blind = 0.1, .sweep = 0.93, .oracle = 1}, 0.1).value() == -1);
 }
 
 TEST_CASE("Tasks that need no memory have no memory score", "[ceilings]") {

@@ -198,7 +198,7 @@ struct Question {
     request.env_id = "RememberColor3-VLA-v0";
     request.count = 1;
     request.slots = slot;
-    request.episodes = episode;
+    request.episodes = request.numbers = episode;
     request.steps = step;
     request.first = first;
     request.instructions = instruction;

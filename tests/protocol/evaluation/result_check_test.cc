@@ -43,13 +43,5 @@ TEST_CASE("Documents that are no results are refused", "[evaluation][results]") 
   CHECK_FALSE(parse_result(DocumentTable{{"env_id", kId}}, entry));
 }
 
-TEST_CASE("A checksum has 16 digits and changes with the document", "[evaluation][results]") {
-  const std::string one = document_checksum({{"a", 1}});
-  CHECK(one.size() == 16);
-  CHECK(one == document_checksum({{"a", 1}}));
-  CHECK(one != document_checksum({{"a", 2}}));
-  CHECK(one != document_checksum({{"b", 1}}));
-}
-
 }  // namespace
 }  // namespace engram

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "protocol/evaluation/result_check.h"
+#include "protocol/formats/document_checksum.h"
 #include "protocol/formats/files.h"
 #include "tests/temporary_folder.h"
 
@@ -143,6 +144,39 @@ TEST_CASE("A folder of results is one run's at a time", "[evaluation][results]")
     CHECK_THROWS_WITH(folder.open(), Catch::Contains("is in use by process"));
   }
   CHECK_NOTHROW(folder.open());
+}
+
+TEST_CASE("A run goes on in its folder when a link takes its name", "[evaluation][results]") {
+  const Folder folder;
+  const tests::TemporaryFolder elsewhere;
+  const fs::path run = folder.folder.path() / "run";
+  fs::create_directories(run);
+  const ResultFolder open = ResultFolder::open(run);
+  fs::rename(run, folder.folder.path() / "moved");
+  fs::create_directory_symlink(elsewhere.path(), run);
+  open.begin(folder.settings);
+  open.write_task(folder.document);
+  open.write_summary({folder.document});
+  open.add_timing(kId, 1);
+  open.write_sample(kId, Bytes(3));
+  open.write_report("<html>");
+  CHECK(fs::is_empty(elsewhere.path()));
+  CHECK(fs::exists(folder.folder.path() / "moved" / (std::string(kId) + ".json")));
+  // Nor does a link that takes the place of its pictures lead out of it.
+  fs::remove_all(folder.folder.path() / "moved" / "samples");
+  fs::create_directory_symlink(elsewhere.path(), folder.folder.path() / "moved" / "samples");
+  CHECK_THROWS_WITH(open.write_sample(kId, Bytes(3)), Catch::Contains("leads elsewhere"));
+  CHECK(fs::is_empty(elsewhere.path()));
+}
+
+TEST_CASE("Summaries are tables, too", "[evaluation][results]") {
+  const Folder folder;
+  folder.open().write_summary({folder.document});
+  const std::string table = tests::read_file(folder.folder.path() / "summary.csv");
+  CHECK_THAT(table, Catch::StartsWith("env_id,split,memory_type,n_episodes,sr,chance,memory_score,"
+                                      "first_answer_correct,mean_return,mean_length\n"
+                                      "RememberColor3-VLA-v0,Short,Object,2,0.5,0.333"));
+  CHECK_THAT(table, Catch::EndsWith(",0.5,6.3,25.0\n"));
 }
 
 TEST_CASE("Pictures that lead out of the folder are not followed", "[evaluation][results]") {

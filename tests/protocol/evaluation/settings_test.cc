@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "protocol/formats/document_checksum.h"
+
 namespace engram {
 namespace {
 
@@ -22,28 +24,40 @@ EvaluationSettings example() {
   return settings;
 }
 
+// The document without this entry, or with another value in it, and the checksum of that.
+Document edited(const Document& document, std::string_view key, std::optional<Document> value) {
+  DocumentTable all = table(document);
+  all.pop_back();
+  if (value) {
+    for (auto& [name, old] : all) {
+      if (name == key) old = *value;
+    }
+  } else {
+    std::erase_if(all, [key](const auto& entry) { return entry.first == key; });
+  }
+  add_checksum(all);
+  return all;
+}
+
 TEST_CASE("Settings survive their document", "[evaluation][settings]") {
   const Document document = example().document();
   CHECK((EvaluationSettings::of(document, "settings.json").document() == document));
   CHECK(text(part(document, "obs_mode")) == "rgb");
   CHECK(text(part(document, "renderer")) == "egl");
   CHECK(text(part(document, "rules")) == "original");
-  DocumentTable lacking = table(document);
-  std::erase_if(lacking, [](const auto& entry) { return entry.first == "task_options"; });
-  CHECK_THROWS_WITH(EvaluationSettings::of(lacking, "settings.json"),
-                    Catch::Contains("settings.json") && Catch::Contains("no 'task_options'"));
-  DocumentTable unknown = table(document);
-  for (auto& [key, value] : unknown) {
-    if (key == "obs_mode") value = "pixels";
-  }
-  CHECK_THROWS_WITH(EvaluationSettings::of(unknown, "settings.json"),
-                    Catch::Contains("'pixels'") && Catch::Contains("state_dict, rgb"));
-  DocumentTable lawless = table(document);
-  for (auto& [key, value] : lawless) {
-    if (key == "rules") value = "none";
-  }
-  CHECK_THROWS_WITH(EvaluationSettings::of(lawless, "settings.json"),
-                    Catch::Contains("no rules named 'none'; allowed are: reference, original"));
+  const auto refuse = [](const Document& damaged, const auto& words) {
+    CHECK_THROWS_WITH(EvaluationSettings::of(damaged, "settings.json"), words);
+  };
+  using Catch::Contains;
+  refuse(edited(document, "task_options", std::nullopt),
+         Contains("settings.json") && Contains("no 'task_options'"));
+  refuse(edited(document, "obs_mode", "pixels"),
+         Contains("'pixels'") && Contains("state_dict, rgb"));
+  refuse(edited(document, "rules", "none"),
+         Contains("no rules named 'none'; allowed are: reference, original"));
+  DocumentTable by_hand = table(document);
+  by_hand[2].second = 8;  // n_episodes
+  refuse(by_hand, Contains("its checksum does not fit"));
 }
 
 TEST_CASE("Settings of another version are refused by its name", "[evaluation][settings]") {
@@ -56,6 +70,30 @@ TEST_CASE("Settings of another version are refused by its name", "[evaluation][s
   other.erase(other.begin());
   CHECK_THROWS_WITH(EvaluationSettings::of(other, "settings.json"),
                     Catch::Contains("of engram 0.1.0 or older"));
+}
+
+TEST_CASE("Settings of a sealed run have no seed before it is opened", "[evaluation][settings]") {
+  const std::string secret(40, 's');
+  EvaluationSettings settings = example();
+  settings.set_seal(SeedSeal(secret));
+  CHECK(protocol_of(settings).start_seed == SeedSeal(secret).start_seed());
+  CHECK(protocol_of(settings).number_key == secret);
+  const Document closed = settings.document();
+  CHECK(is_null(part(closed, "start_seed")));
+  CHECK_THAT(to_text(closed),
+             !Catch::Contains(secret) && !Catch::Contains(std::to_string(settings.start_seed)));
+  const EvaluationSettings read = EvaluationSettings::of(closed, "settings.json");
+  CHECK_FALSE(read.seal->knows_secret());
+  CHECK((read.document() == closed));
+
+  settings.opened = true;
+  const Document opened = settings.document();
+  CHECK((EvaluationSettings::of(opened, "settings.json").document() == opened));
+  CHECK(EvaluationSettings::of(opened, "settings.json").start_seed == settings.start_seed);
+  const Document lying =
+      DocumentTable{{"sha256", SeedSeal(std::string(40, 'x')).hash()}, {"secret", secret}};
+  CHECK_THROWS_WITH(EvaluationSettings::of(edited(opened, "sealed", lying), "settings.json"),
+                    Catch::Contains("the hash is not that of the secret seed"));
 }
 
 TEST_CASE("Settings name no renderer without images", "[evaluation][settings]") {

@@ -36,7 +36,7 @@ TEST_CASE("Unreadable files are not taken for missing", "[files]") {
   const fs::path loop = folder.path() / "loop";
   fs::create_symlink(loop, loop);
   CHECK_THROWS_WITH(read_file(loop), Catch::Contains("loop' cannot be read"));
-  CHECK_THROWS_WITH(names_in(folder.path() / "none"), Catch::Contains("none' cannot be read"));
+  CHECK_THROWS_WITH(OpenFolder(folder.path() / "none"), Catch::Contains("none' cannot be opened"));
 }
 
 TEST_CASE("Pipes and devices are no files: neither waited for nor read for ever", "[files]") {
@@ -75,7 +75,7 @@ TEST_CASE("Files of engram's own names replace what is there, a user's pipe is w
 TEST_CASE("Folders list all their names, without half-written files", "[files]") {
   const tests::TemporaryFolder folder;
   const auto names = [&folder] {
-    std::vector<std::string> all = names_in(folder.path());
+    std::vector<std::string> all = OpenFolder(folder.path()).names();
     std::sort(all.begin(), all.end());
     return all;
   };
@@ -88,6 +88,37 @@ TEST_CASE("Folders list all their names, without half-written files", "[files]")
   CHECK(names() == all);
   remove_temporary_files(folder.path().string());
   CHECK(names() == std::vector<std::string>{".hidden", "whole", "within"});
+}
+
+TEST_CASE("An open folder is written to, whatever takes its name", "[files]") {
+  const tests::TemporaryFolder folder;
+  const fs::path name = folder.path() / "run";
+  const fs::path moved = folder.path() / "moved";
+  const fs::path elsewhere = folder.path() / "elsewhere";
+  fs::create_directories(name);
+  fs::create_directories(elsewhere);
+  const OpenFolder open(name);
+  open.write_file("a", "1");
+  fs::rename(name, moved);
+  fs::create_directory_symlink(elsewhere, name);
+  open.write_file("a", "2");
+  open.subfolder("inner").write_file("b", "3");
+  CHECK(fs::is_empty(elsewhere));
+  CHECK(tests::read_file(moved / "a") == "2");
+  CHECK(tests::read_file(moved / "inner" / "b") == "3");
+  CHECK(open.read_file("a") == "2");
+  CHECK_FALSE(open.read_file("c"));
+  CHECK(open.names().size() == 2);
+}
+
+TEST_CASE("Folders in an open folder are no links", "[files]") {
+  const tests::TemporaryFolder folder;
+  fs::create_directory_symlink("/tmp", folder.path() / "link");
+  std::ofstream(folder.path() / "file") << "text";
+  const OpenFolder open(folder.path());
+  for (const char* name : {"link", "file"}) {
+    CHECK_THROWS_WITH(open.subfolder(name), Catch::Contains("leads elsewhere"));
+  }
 }
 
 }  // namespace
