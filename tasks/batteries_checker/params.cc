@@ -36,6 +36,14 @@ double find_rate(const BatteryParams& params) {
   return rate;
 }
 
+// The same of all batteries, each of which then has to be taken once.
+double check_rate(const BatteryParams& params) {
+  const int batteries = params.ACTIVE_BATTERY_COUNT;
+  double rate = 1;
+  for (int i = 1; i <= batteries; ++i) rate *= static_cast<double>(i) / batteries;
+  return rate;
+}
+
 // Probability that the last one that works is found before any battery is taken twice.
 double find_rate_without_repetition(const BatteryParams& params) {
   const int batteries = params.ACTIVE_BATTERY_COUNT;
@@ -162,11 +170,15 @@ BatteryOptions::BatteryOptions(TaskOptions list)
           list.add({"socket_battery_idx", -1, true, -1, 0, "",
                     "what the info field of that name says of an empty socket", 0})) {}
 
-void describe_batteries(const BatteryParams& params, TaskInfo& info) {
+void describe_chance(const BatteryParams& params, bool check_all, TaskInfo& info) {
   info.candidates =
       static_cast<int>(choose(params.ACTIVE_BATTERY_COUNT, params.WORKING_BATTERY_COUNT));
-  info.guess_rate = find_rate(params);
-  info.answer_rate = find_rate_without_repetition(params);
+  info.guess_rate = check_all ? check_rate(params) : find_rate(params);
+  info.answer_rate = check_all ? check_rate(params) : find_rate_without_repetition(params);
+}
+
+void describe_batteries(const BatteryParams& params, TaskInfo& info) {
+  describe_chance(params, false, info);
   info.answer =
       "the first press of the button with a battery out of its slot or checked before (wrong), or "
       "the one that ends the search (right); the battery";
