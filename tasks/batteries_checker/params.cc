@@ -1,8 +1,9 @@
 #include "tasks/batteries_checker/params.h"
 
-#include <cmath>
+#include <array>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "tasks/batteries_checker/rules.h"
 #include "tasks/common/colors.h"
@@ -23,17 +24,20 @@ double choose(int n, int some) {
 // Where one has to go back to is no secret: batteries fill the same slots in every episode, and
 // there is one hole in them.
 
-// Probability that as many rounds as there are batteries find all that work: by inclusion and
-// exclusion of those that were never taken.
+// Probability that as many rounds as there are batteries find all that work.
 double find_rate(const BatteryParams& params) {
   const int batteries = params.ACTIVE_BATTERY_COUNT;
-  double rate = 0;
-  for (int missed = 0; missed <= params.WORKING_BATTERY_COUNT; ++missed) {
-    const double none_of_them = std::pow(1 - static_cast<double>(missed) / batteries, batteries);
-    rate +=
-        (missed % 2 == 0 ? 1 : -1) * choose(params.WORKING_BATTERY_COUNT, missed) * none_of_them;
+  const int working = params.WORKING_BATTERY_COUNT;
+  const auto share = [&](int some) { return static_cast<double>(some) / batteries; };
+  std::array<double, NUM_BATTERIES + 1> has_found = {1};  // probability, by number
+  for (int round = 0; round < batteries; ++round) {
+    for (int found = working; found > 0; --found) {
+      has_found[at(found)] = has_found[at(found)] * (1 - share(working - found)) +
+                             has_found[at(found - 1)] * share(working - found + 1);
+    }
+    has_found[0] *= 1 - share(working);
   }
-  return rate;
+  return has_found[at(working)];
 }
 
 // The same of all batteries, each of which then has to be taken once.
