@@ -50,6 +50,7 @@ class BatteryChecker final : public FamilyBase {
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
     check_all_ = options_.check_all.is_on(bindings);
+    describe_chance(params_, check_all_, info_);
     upstream_rewards_ = options_.upstream_rewards.is_on(bindings);
     rack_.bind(bindings);
     button_.bind(bindings);

@@ -1,8 +1,9 @@
 #include "tasks/batteries_checker/params.h"
 
-#include <cmath>
+#include <array>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "tasks/batteries_checker/rules.h"
 #include "tasks/common/colors.h"
@@ -23,16 +24,27 @@ double choose(int n, int some) {
 // Where one has to go back to is no secret: batteries fill the same slots in every episode, and
 // there is one hole in them.
 
-// Probability that as many rounds as there are batteries find all that work: by inclusion and
-// exclusion of those that were never taken.
+// Probability that as many rounds as there are batteries find all that work.
 double find_rate(const BatteryParams& params) {
   const int batteries = params.ACTIVE_BATTERY_COUNT;
-  double rate = 0;
-  for (int missed = 0; missed <= params.WORKING_BATTERY_COUNT; ++missed) {
-    const double none_of_them = std::pow(1 - static_cast<double>(missed) / batteries, batteries);
-    rate +=
-        (missed % 2 == 0 ? 1 : -1) * choose(params.WORKING_BATTERY_COUNT, missed) * none_of_them;
+  const int working = params.WORKING_BATTERY_COUNT;
+  const auto share = [&](int some) { return static_cast<double>(some) / batteries; };
+  std::array<double, NUM_BATTERIES + 1> has_found = {1};  // probability, by number
+  for (int round = 0; round < batteries; ++round) {
+    for (int found = working; found > 0; --found) {
+      has_found[at(found)] = has_found[at(found)] * (1 - share(working - found)) +
+                             has_found[at(found - 1)] * share(working - found + 1);
+    }
+    has_found[0] *= 1 - share(working);
   }
+  return has_found[at(working)];
+}
+
+// The same of all batteries, each of which then has to be taken once.
+double check_rate(const BatteryParams& params) {
+  const int batteries = params.ACTIVE_BATTERY_COUNT;
+  double rate = 1;
+  for (int i = 1; i <= batteries; ++i) rate *= static_cast<double>(i) / batteries;
   return rate;
 }
 
@@ -162,11 +174,15 @@ BatteryOptions::BatteryOptions(TaskOptions list)
           list.add({"socket_battery_idx", -1, true, -1, 0, "",
                     "what the info field of that name says of an empty socket", 0})) {}
 
-void describe_batteries(const BatteryParams& params, TaskInfo& info) {
+void describe_chance(const BatteryParams& params, bool check_all, TaskInfo& info) {
   info.candidates =
       static_cast<int>(choose(params.ACTIVE_BATTERY_COUNT, params.WORKING_BATTERY_COUNT));
-  info.guess_rate = find_rate(params);
-  info.answer_rate = find_rate_without_repetition(params);
+  info.guess_rate = check_all ? check_rate(params) : find_rate(params);
+  info.answer_rate = check_all ? check_rate(params) : find_rate_without_repetition(params);
+}
+
+void describe_batteries(const BatteryParams& params, TaskInfo& info) {
+  describe_chance(params, false, info);
   info.answer =
       "the first press of the button with a battery out of its slot or checked before (wrong), or "
       "the one that ends the search (right); the battery";

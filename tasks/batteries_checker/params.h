@@ -90,5 +90,7 @@ struct BatteryOptions {
 
 // Fills in TaskInfo, apart from what the registry knows, reward terms and state fields.
 void describe_batteries(const BatteryParams& params, TaskInfo& info);
+// Fills in candidates and rates of guessing.
+void describe_chance(const BatteryParams& params, bool check_all, TaskInfo& info);
 
 }  // namespace engram::tasks

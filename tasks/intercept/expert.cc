@@ -16,7 +16,7 @@ constexpr double kControlStep = 0.05;   // s
 constexpr double kTopSpeed = 0.033;     // m per control step that the hand can count on
 constexpr double kReactionSteps = 2;    // until the hand is up to speed
 constexpr double kFarthest = 0.76;      // m from the axis of the robot's base
-constexpr double kStretched = 0.79;     // m, likewise: farther away the arm is out of control
+constexpr double kStretched = 0.82;     // m, likewise: farther away the arm is out of control
 constexpr double kTrackingGain = 0.45;  // share of the error that a step removes
 
 // Lengths that follow from the size of the ball, m.

@@ -197,12 +197,8 @@ class TimedTransfer final : public FamilyBase {
                  .signal_steps = params.PRE_SIGNAL_STEPS}) {
     add_discs_and_cube(scene_, params.DISC_RADIUS);
     lamp_ = Lamp(scene_, "signal_lamp");
-    const TimeWindow window = params.window(0);
-    const int counts = 2 * params.DELAY_STEPS + 1;
-    info_.candidates = counts;
+    info_.candidates = 2 * params.DELAY_STEPS + 1;
     info_.instruction = instruction_for(entry, params);
-    info_.guess_rate = static_cast<double>(window.end - window.start + 1) / counts;
-    info_.answer_rate = info_.guess_rate;
     info_.answer = "the first step of the count in which the cube is on red; its number";
     info_.termination = Termination::kSuccessOrFailed;
     info_.success_reward = kTimedTransferSuccessReward;
@@ -210,7 +206,7 @@ class TimedTransfer final : public FamilyBase {
     info_.oracle_is_real = true;
     info_.hidden_variable = "signal_step";
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
-    info_.phases = phases(window);
+    describe_window();
     declare_state(*this);
     declare_sampled_values(*this);
   }
@@ -219,6 +215,7 @@ class TimedTransfer final : public FamilyBase {
     FamilyBase::bind(bindings);
     reward_dict_.bind(bindings, info_.reward_terms.size());
     if (truncate_window_.is_on(bindings)) rounding_ = WindowRounding::kDown;
+    describe_window();
     signal_step_ = bindings.memory->add<std::int32_t>("signal_step", 1, "control steps");
     ColumnStore& info = *bindings.outputs;
     too_early_ = info.add<std::uint8_t>("too_early", 1, "", "on red before the window");
@@ -361,6 +358,12 @@ class TimedTransfer final : public FamilyBase {
   }
 
  private:
+  void describe_window() {
+    const TimeWindow window = params_.window(0, rounding_);
+    info_.guess_rate = static_cast<double>(window.end - window.start + 1) / info_.candidates;
+    info_.answer_rate = info_.guess_rate;
+    info_.phases = phases(window);
+  }
   TimeWindow window(int env) const { return params_.window(signal_step_[env], rounding_); }
   CountPhase count(int env) const {
     return count_phase(engine_.state->elapsed[env], signal_step_[env], window(env));

@@ -244,6 +244,15 @@ TEST_CASE("The number of working batteries decides what success needs", "[batter
   }
 }
 
+TEST_CASE("Chance is that of the rules of the batch", "[battery]") {
+  for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
+    BatchOptions options;
+    options.rules = rules;
+    const auto env = make_env("BatteriesCheckerEasy-3-VLA-v0", options);
+    CHECK(env->info().chance() == Approx((rules == Rules::kOriginal ? 6.0 : 19.0) / 27));
+  }
+}
+
 TEST_CASE("check_all: success needs every battery checked and none lost", "[battery]") {
   const auto env = start("Easy-3", {0}, kCheckAll);
   REQUIRE(play(*env, 200, [&] { return number(*env, "checked_count") == 2; }));

@@ -49,6 +49,13 @@ TEST_CASE("A guess is right as often as random rounds find all that work", "[bat
   }
 }
 
+TEST_CASE("With check_all a guess checks all batteries in n! of n^n cases", "[batteries]") {
+  TaskInfo info;
+  tasks::describe_chance(tasks::kEasyVariants[2], true, info);  // three batteries
+  CHECK(info.guess_rate == Approx(6.0 / 27));
+  CHECK(info.answer_rate == info.guess_rate);
+}
+
 TEST_CASE("Candidates are the sets of batteries that may work", "[batteries]") {
   CHECK(described(3, 1).candidates == 3);
   CHECK(described(6, 3).candidates == 20);

@@ -131,9 +131,19 @@ TEST_CASE("The tolerance is five per cent of 150 steps, in the original's code m
   constexpr const char* kMedium = "TimedTransferMedium-VLA-v0";
   CHECK(window(kMedium, Rules::kReference) == std::pair(143, 157));
   CHECK(window(kMedium, Rules::kOriginal) == std::pair(142, 157));
-  const auto task = make_task(kMedium);
-  CHECK(task->info().chance() == Approx(15.0 / 301));
-  CHECK(task->info().phases.back().second == "s + 143 <= elapsed <= s + 157");
+}
+
+TEST_CASE("Chance and phases are those of the window", "[timed]") {
+  for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
+    BatchOptions options;
+    options.rules = rules;
+    const auto env = make_env("TimedTransferMedium-VLA-v0", options);
+    const bool original = rules == Rules::kOriginal;
+    CHECK(env->info().chance() == Approx((original ? 16.0 : 15.0) / 301));
+    CHECK(env->info().answer_chance() == env->info().chance());
+    CHECK(env->info().phases.back().second ==
+          (original ? "s + 142 <= elapsed <= s + 157" : "s + 143 <= elapsed <= s + 157"));
+  }
 }
 
 TEST_CASE("Oracle and sweep bring the cube in the window of either rules", "[timed]") {
