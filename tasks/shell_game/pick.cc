@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
-#include "core/base/error.h"
 #include "core/math/real_functions.h"
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/variant.h"
@@ -51,7 +51,7 @@ struct PickParams : ShellGameParams {
 };
 
 constexpr std::array<PickParams, 1> kVariants = {{
-    {{.task = {"ShellGamePick-VLA-v0", 30, Split::kExtended, 0.90}, .GOAL_THRESH = 0.05}},
+    {{.task = {"ShellGamePick-VLA-v0", 30, Split::kExtended}, .GOAL_THRESH = 0.05}},
 }};
 
 std::string PickParams::contradiction(GoalItem item) const {

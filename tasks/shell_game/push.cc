@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
-#include "core/base/error.h"
 #include "core/math/real_functions.h"
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/variant.h"
