@@ -71,8 +71,9 @@ TEST_CASE("A note that somebody else wrote does no harm", "[files]") {
   CHECK(tests::read_file(victim) == "precious");
 }
 
-TEST_CASE("A missing folder is no error of the lock", "[files]") {
-  CHECK_NOTHROW(FolderLock("/nowhere/at/all"));
+TEST_CASE("A missing folder is named", "[files]") {
+  CHECK_THROWS_WITH(FolderLock("/nowhere/at/all"),
+                    Catch::Contains("folder '/nowhere/at/all' cannot be opened"));
 }
 
 }  // namespace
