@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "protocol/formats/printable.h"
 
 namespace engram::c {
 namespace {
@@ -33,15 +34,12 @@ engram_status status_of(Error::Kind kind) {
   return ENGRAM_INTERNAL;
 }
 
-// Names that users give may hold anything; a message is one line, and moves no cursor. UTF-8 has
-// control characters of two bytes, too.
+// Names that users give may hold anything; a message is one line in UTF-8, and moves no cursor.
 void make_printable(std::span<char> message) {
-  unsigned char before = 0;
-  for (char& letter : message) {
-    const auto byte = static_cast<unsigned char>(letter);
-    const bool second = before == 0xc2 && byte >= 0x80 && byte < 0xa0;
-    if (byte < ' ' || byte == 0x7f || second) letter = '?';
-    before = byte;
+  while (!message.empty()) {
+    const Letter letter = first_letter({message.data(), message.size()});
+    if (!letter.printable()) std::ranges::fill(message.first(letter.length), '?');
+    message = message.subspan(letter.length);
   }
 }
 

@@ -7,12 +7,11 @@
 namespace engram {
 namespace {
 
-// The first character of a text, or its first byte where no character begins.
-struct Letter {
-  std::size_t length = 1;
-  char32_t code = 0;
-  bool valid = false;  // UTF-8
-};
+void append_hexadecimal(std::string& shown, char32_t number, int digits) {
+  for (int i = digits - 1; i >= 0; --i) shown += "0123456789abcdef"[number >> (4 * i) & 15];
+}
+
+}  // namespace
 
 Letter first_letter(std::string_view text) {
   const auto byte = [&text](std::size_t i) {
@@ -33,8 +32,8 @@ Letter first_letter(std::string_view text) {
   return valid ? Letter{length, code, true} : Letter{1, lead, false};
 }
 
-// Controls of terminals, line separators, and marks that reverse the order of what follows.
-bool is_control(char32_t code) {
+bool Letter::printable() const {
+  if (!valid) return false;
   constexpr std::array<std::pair<char32_t, char32_t>, 7> kControls = {{{0x00, 0x1f},
                                                                        {0x7f, 0x9f},
                                                                        {0x61c, 0x61c},
@@ -43,16 +42,10 @@ bool is_control(char32_t code) {
                                                                        {0x2066, 0x2069},
                                                                        {0xfeff, 0xfeff}}};
   for (const auto& [low, high] : kControls) {
-    if (code >= low && code <= high) return true;
+    if (code >= low && code <= high) return false;
   }
-  return false;
+  return true;
 }
-
-void append_hexadecimal(std::string& shown, char32_t number, int digits) {
-  for (int i = digits - 1; i >= 0; --i) shown += "0123456789abcdef"[number >> (4 * i) & 15];
-}
-
-}  // namespace
 
 std::string printable(std::string_view text, bool several_lines) {
   std::string shown;
@@ -60,14 +53,11 @@ std::string printable(std::string_view text, bool several_lines) {
   while (!text.empty()) {
     const Letter letter = first_letter(text);
     const bool layout = several_lines && (letter.code == '\n' || letter.code == '\t');
-    if (!letter.valid) {
-      shown += "\\x";
-      append_hexadecimal(shown, letter.code, 2);
-    } else if (is_control(letter.code) && !layout) {
-      shown += "\\u";
-      append_hexadecimal(shown, letter.code, 4);
-    } else {
+    if (letter.printable() || layout) {
       shown += text.substr(0, letter.length);
+    } else {
+      shown += letter.valid ? "\\u" : "\\x";
+      append_hexadecimal(shown, letter.code, letter.valid ? 4 : 2);
     }
     text.remove_prefix(letter.length);
   }

@@ -54,6 +54,11 @@ TEST_CASE("Messages belong to their thread and stay until its next failure", "[c
   CHECK(engram_last_error() == std::string("of this thread"));
 }
 
+TEST_CASE("Messages move no cursor and reverse no letters", "[c_api]") {
+  c::fail(ENGRAM_IO, "a\x9b[2J \u202eb \u00fc \xe2\x82");
+  CHECK(engram_last_error() == std::string("a?[2J ???b \u00fc ??"));
+}
+
 TEST_CASE("Messages are one line of bounded length", "[c_api]") {
   c::fail(ENGRAM_IO, "two\nlines");
   CHECK(engram_last_error() == std::string("two?lines"));
