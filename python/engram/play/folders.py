@@ -186,7 +186,7 @@ def _register(path: Path, settings: dict[str, Any]) -> None:
 
 
 def _episodes(path: Path, id: str) -> list[dict[str, Any]]:
-    document = read_result(path, with_checksum=True)
+    document = read_result(path)
     _require_this_version(path, document.get("version"))
     with checks.reading(path):
         if document["env_id"] != id:

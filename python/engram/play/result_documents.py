@@ -13,11 +13,8 @@ from engram.datasets.checks import DatasetError
 _LARGEST = 64 << 20  # bytes
 
 
-def read_result(path: Path, with_checksum: bool = False) -> dict[str, Any]:
-    """The document of a file. with_checksum: it must have one; one that is there must be right.
-
-    Raises DatasetError.
-    """
+def read_result(path: Path) -> dict[str, Any]:
+    """The document of a file, whose checksum must be right. Raises DatasetError."""
     with checks.reading(path):
         if not path.is_file():  # opening a pipe would wait for its other end
             raise DatasetError("missing, or no file")
@@ -27,6 +24,5 @@ def read_result(path: Path, with_checksum: bool = False) -> dict[str, Any]:
         document = json.loads(text)
         if not isinstance(document, dict):
             raise DatasetError("an object needed")
-        if with_checksum or "checksum" in document:
-            _documents.check(text)
+        _documents.check(text)
         return document

@@ -46,10 +46,8 @@ def changed(file: Path, old: str, new: str) -> None:
 
 
 def rewritten(file: Path, **values) -> None:
-    """Values of a document, with a checksum that fits if it had one."""
-    document = {**json.loads(file.read_text()), **values}
-    had = "checksum" in document
-    file.write_text(_documents.to_text(document) if had else json.dumps(document))
+    """Changes values of a document; its checksum fits."""
+    file.write_text(_documents.to_text({**json.loads(file.read_text()), **values}))
 
 
 def test_results_of_eval_are_accepted(run: Path):
