@@ -54,7 +54,7 @@ def test_constants_change_the_task():
         ({"COLOURS": 5}, "did you mean 'COLORS'"),
         ({"COLORS": 12}, "12 given, a whole number from 2 to 9"),
         ({"COLORS": None}, "null given"),
-        ({"COLORS": {"a": 1}}, "a table given"),
+        ({"COLORS": {"a": 1}}, "{a: 1} given"),
         ({"COLORS": object()}, "numbers, texts and lists"),
         ({"CUE_PHASE_STEPS": (1, 30)}, "no time to act"),
         ({3: 4}, "name in constants"),

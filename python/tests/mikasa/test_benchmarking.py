@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import csv
+import dataclasses
 import json
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -68,6 +72,21 @@ def test_tasks(tmp_path):
     assert task == benchmarking.BenchmarkTask(
         "RememberColor3-VLA-v0", "short", "Object", 25, "Touch it.", "PPO"
     )
+
+
+def test_the_commands_table_is_that_of_the_original(tmp_path):
+    table = tmp_path / "mikasa_robo_vla_envs.csv"
+    words = [sys.executable, "-m", "engram", "list", "--csv"]
+    table.write_bytes(subprocess.run(words, capture_output=True, check=True).stdout)
+    tasks = benchmarking.load_benchmark_tasks(table)
+    assert {task.data_source for task in tasks} == {"PPO", "Motion Planning"}
+    assert [dataclasses.replace(task, data_source="") for task in tasks] == (
+        benchmarking.load_benchmark_tasks()
+    )
+    with table.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file, delimiter=";"))
+    assert [row["id"] for row in rows] == [str(i + 1) for i in range(90)]
+    assert sum(row["Horizon Split"] == "Short" for row in rows) == 38
 
 
 def test_settings():

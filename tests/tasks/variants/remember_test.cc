@@ -184,7 +184,7 @@ TEST_CASE("COLOR_PALETTE takes any colour", "[variants]") {
   REQUIRE(looks.size() == 6);
   for (std::size_t key = 0; key < looks.size(); ++key) {
     CHECK(kObjectColorNames[static_cast<std::size_t>(looks[key].color)] ==
-          (key % 2 == 1 ? "black" : "orange"));
+          (key % 2 == 1 ? "grey" : "orange"));
   }
   CHECK(env->info().candidates == 6);
   CHECK_FALSE(env->info().canonical);
