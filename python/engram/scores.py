@@ -34,8 +34,8 @@ from typing import Any
 import numpy as np
 
 import engram
-from engram import _documents
-from engram._files import open_folder, write_file
+from engram._io import documents
+from engram._io.files import open_folder, write_file
 
 __all__ = ["interval", "main", "tables"]
 
@@ -106,8 +106,8 @@ def _stored(file: Path) -> Any:
             "needed; remove it, with the page's tables, to start again"
         )
     try:
-        return _documents.parse(text)
-    except _documents.DamagedError as error:
+        return documents.parse(text)
+    except documents.DamagedError as error:
         raise SystemExit(f"{file}: {error}; remove it to start again") from None
 
 
@@ -121,7 +121,7 @@ def store(runs: Runs, page: Path) -> None:
 
 def _write(file: Path, document: str) -> None:
     with open_folder(file.parent) as folder:
-        write_file(folder, file.name, _documents.with_checksum(document).encode())
+        write_file(folder, file.name, documents.with_checksum(document).encode())
 
 
 # --- runs ---

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import engram
-from engram import _documents
+from engram._io import documents
 
 ID = "RememberColor3-VLA-v0"
 STEPS = 3
@@ -54,7 +54,7 @@ def metadata_text(document: Any) -> str:
     """What somebody writes who knows the checksum; documents may hold what JSON cannot."""
     if not isinstance(document, dict):
         return json.dumps(document)
-    checksum = _documents.checksum_of(
+    checksum = documents.checksum_of(
         json.dumps(document, separators=(",", ":"), ensure_ascii=False)
     )
     return json.dumps({**document, "checksum": checksum}, ensure_ascii=False)

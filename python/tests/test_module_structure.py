@@ -22,7 +22,8 @@ from structure import circles, python_modules  # noqa: E402
 PACKAGE = Path(engram.__file__).parent
 # Modules and packages side by side in python/engram, without former names.
 FIRST_LEVEL = {
-    "__init__", "__main__", "_args", "_core", "_deprecated", "_distribution", "_ids", "command",
+    "__init__", "__main__", "_args", "_core", "_deprecated", "_distribution", "_ids",
+    "_interpreter", "_io", "command",
     "datasets", "envs", "errors", "evaluation", "factory", "gym_registration", "integrations",
     "mikasa", "play", "scores", "tasks", "typing",
 }  # fmt: skip

@@ -62,7 +62,7 @@ TEST_CASE("collect: files and document", "[apps]") {
     CHECK(keys_of(metadata) == std::vector<std::string>{"env_id", "num_episodes", "episode_lengths",
                                                         "success_once", "reward_sums",
                                                         "episode_seeds", "batched_source_dir",
-                                                        "unbatched_dir", "engram"});
+                                                        "unbatched_dir", "engram", "checksum"});
     CHECK(metadata["env_id"] == id);
     CHECK(metadata["num_episodes"] == 3);
     CHECK(metadata["success_once"] == std::vector<bool>(3, true));

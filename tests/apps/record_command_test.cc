@@ -243,7 +243,9 @@ TEST_CASE("record: a policy process that fails is reported and leaves no file", 
   refuse(pipe_policy(), 2, "--policy", "--policy oracle");
   refuse(pipe_policy(), 2, "state|rgb|objects", "--obs depth");
   // A policy that hangs does not delay Ctrl-C.
-  refuse("kill -INT $PPID; cat >/dev/null", 1, "interrupted; nothing was written");
+  // engram is the parent of its parent, the guard.
+  refuse("kill -INT $(cut -d\" \" -f4 /proc/$PPID/stat); cat >/dev/null", 1,
+         "interrupted; nothing was written");
 }
 
 TEST_CASE("record: refusals are one line and leave nothing behind", "[apps]") {

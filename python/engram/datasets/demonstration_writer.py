@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from engram import _documents
-from engram._files import open_folder, remove_leftovers, write_file
+from engram._io import documents
+from engram._io.files import open_folder, remove_leftovers, write_file
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import FIELDS, DemonstrationFolder, Episode
@@ -46,7 +46,7 @@ def append_episode(
             metadata["engram"]["attempts"] = number + 1
             write_file(descriptor, name, _npz(episode))
             try:
-                write_file(descriptor, _METADATA, _documents.to_text(metadata).encode())
+                write_file(descriptor, _METADATA, documents.to_text(metadata).encode())
             except BaseException:
                 os.unlink(name, dir_fd=descriptor)
                 raise

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import engram
-from engram import _documents
+from engram._io import documents
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError, reading
 
@@ -211,7 +211,7 @@ def _check_origin(document: dict[str, Any], text: str) -> None:
             f"of engram {checks.short(origin.get('version'))}, and this is engram "
             f"{engram.__version__}; use the version that collected it, or collect it again"
         )
-    _documents.check(text)
+    documents.check(text)
 
 
 def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[DemonstrationFolder]:

@@ -27,7 +27,7 @@ import numpy as np
 
 from engram._args.methods import real_array
 from engram._args.values import integer
-from engram._files import open_folder, remove_leftovers, write_file
+from engram._io.files import open_folder, remove_leftovers, write_file
 from engram.errors import BadStateError, InvalidArgumentError
 from engram.mikasa import classes as _classes  # noqa: F401 (registers the ids)
 from engram.mikasa._torch import torch

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from engram._distribution import install_command
-from engram._files import replacing
+from engram._io.files import replacing
 from engram.errors import InvalidArgumentError, UnavailableError
 from engram.mikasa._base_wrappers import Wrapper
 from engram.mikasa._torch import torch

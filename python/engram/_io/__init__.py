@@ -1,0 +1,1 @@
+"""Files and documents that others wrote, or may read."""
