@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from engram.typing import EnvOptions, ObsMode
 
 
-class PufferVecEnv(pufferlib.PufferEnv):
+class PufferVecEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it has no types
     """engram's batch in PufferLib's conventions: its environments are the agents.
 
     Observations, rewards and endings are written to PufferLib's own buffers. An environment whose
