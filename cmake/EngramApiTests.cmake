@@ -32,6 +32,7 @@ if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
   find_program(ENGRAM_PKG_CONFIG pkg-config REQUIRED)
   add_test(NAME installed_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
     "-DPROJECT=${PROJECT_SOURCE_DIR}/tests/packaging/project"
+    "-DPAGE=${PROJECT_SOURCE_DIR}/docs/embedding.md"
     "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging" "-DCC=${CMAKE_C_COMPILER}"
     "-DCXX=${CMAKE_CXX_COMPILER}" "-DPKG_CONFIG=${ENGRAM_PKG_CONFIG}"
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_installed.cmake")

@@ -34,6 +34,13 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   endif()
 endif()
 
+# scripts/wheel.sh and scripts/package.sh set this, for the files of a release.
+option(ENGRAM_HARDEN "Protect stacks, check copies into buffers, bind symbols at the start" OFF)
+if(ENGRAM_HARDEN)
+  add_compile_options(-fstack-protector-strong -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2)
+  add_link_options(-Wl,-z,relro -Wl,-z,now)
+endif()
+
 # Sanitizers change the ABI of what they instrument, so they go on every target at once.
 set(ENGRAM_SANITIZE "" CACHE STRING
     "Sanitizer: address, undefined, address,undefined, thread, or empty for none")

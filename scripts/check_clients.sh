@@ -1,18 +1,24 @@
 #!/usr/bin/env bash
 # Tests engram with released packages that pin what the other clients have newer, each in a virtual
-# environment of its own under build/clients: check_clients.sh [tianshou|rllib]..., default both.
+# environment of its own under build/clients: check_clients.sh [tianshou|rllib|pufferlib|sheeprl]...,
+# default all.
 # Needs what scripts/python_env.sh made: uv, and engram's wheel.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-declare -A packages=([tianshou]="tianshou" [rllib]="ray[rllib] torch")
+declare -A packages=(
+  [tianshou]="tianshou"
+  [rllib]="ray[rllib] torch"
+  [pufferlib]="pufferlib-core torch gymnasium>=1"
+  [sheeprl]="sheeprl"
+)
 for name in "$@"; do
   if [ -z "${packages[$name]:-}" ]; then
-    echo "unknown client '$name'; allowed: tianshou, rllib" >&2
+    echo "unknown client '$name'; allowed: tianshou, rllib, pufferlib, sheeprl" >&2
     exit 2
   fi
 done
-if [ $# -eq 0 ]; then set -- tianshou rllib; fi
+if [ $# -eq 0 ]; then set -- tianshou rllib pufferlib sheeprl; fi
 uv=build/python-env/bin/uv
 [ -x $uv ] || scripts/python_env.sh
 

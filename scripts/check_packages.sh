@@ -27,7 +27,8 @@ inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONT
 mkdir -p "$root/packages"
 rm -f "$root"/packages/*.deb
 cp "${BUILD_DIR:-build/package}"/packages/*.deb "$root/packages"
-cp -r tests/packaging/project "$root/outside"
+cmake -DPAGE=docs/embedding.md -DPROJECT=tests/packaging/project -DFOLDER="$root/outside" \
+  -P tests/packaging/page_project.cmake
 inside apt-get update -q
 
 echo "== the library and the command alone"

@@ -9,8 +9,9 @@ scripts/install_dependencies.sh >&2
 build=${BUILD_DIR:-build/package}
 tools=build/package-env  # nanobind is not part of Debian
 [ -x "$tools/bin/python" ] || python3 -m venv "$tools"
-"$tools/bin/python" -m pip install --quiet --disable-pip-version-check "nanobind>=2.4"
-cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
+"$tools/bin/python" -m pip install --quiet --disable-pip-version-check \
+  --require-hashes --requirement scripts/release_tools.txt
+cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr -DENGRAM_HARDEN=ON \
   -DENGRAM_BUILD_TESTS=OFF -DENGRAM_BUILD_PYTHON=ON \
   -DPython_EXECUTABLE="$PWD/$tools/bin/python" >&2
 cmake --build "$build" >&2

@@ -45,7 +45,8 @@ data=python/tests/clients/data
 elsewhere=(--ignore "$data" --ignore python/tests/clients/apart)
 # What depends on the versions of Gymnasium and NumPy; nothing else runs with the old ones.
 depends_on_versions=(
-  python/tests/{clients,datasets,mikasa}
+  python/tests/{clients,datasets}
+  python/tests/mikasa/test_{attributes,classes,interface,keywords,vector,wrappers}.py
   python/tests/test_{autoreset,copies,depth,env,errors,every_task,frameworks,gym_registration}.py
   python/tests/test_{objects,options_refused,queries,sb3,spaces,typing,variants,vector_env,window}.py
 )

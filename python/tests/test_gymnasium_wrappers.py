@@ -49,6 +49,12 @@ def test_normalize_observation_and_reward(make):
     assert all(np.isfinite(reward).all() for _, reward in seen)
 
 
+def test_normalize_observation_refuses_same_step(make):
+    """As docs/how_to/train.md says, which recommends that mode otherwise."""
+    with pytest.raises(ValueError, match="NEXT_STEP or DISABLED"):
+        wrappers.NormalizeObservation(make(autoreset_mode="SAME_STEP"))
+
+
 @pytest.mark.parametrize("obs_mode", ["objects", "objects_dict"])
 def test_objects_modes_through_gymnasium(obs_mode):
     env = gymnasium.make_vec(f"engram/{TASK}", num_envs=3, obs_mode=obs_mode, threads=1)

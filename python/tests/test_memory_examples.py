@@ -385,6 +385,15 @@ def test_distilling_learns(tmp_path: Path) -> None:
     assert result["wiped"]["success_once"] < 0.6
 
 
+def test_reinforcement_learns_to_use_the_memory(tmp_path: Path) -> None:
+    """Half of the default steps exceed the rate without memory (0.33)."""
+    arguments = ["--steps", "96000", "--evaluate-every", "1000", "--out", str(tmp_path)]
+    result = json.loads(run("ppo_recurrent.py", *arguments)[-1])
+    assert result["success_once"] > 0.6
+    assert result["wiped"]["success_once"] < 0.5
+
+
+@pytest.mark.long
 def test_reinforcement_learns_with_memory_alone(tmp_path: Path) -> None:
     """Two thirds of the default steps of ppo_recurrent.py; without memory the policy guesses."""
     arguments = ["--steps", "130000", "--evaluate-every", "1000", "--out", str(tmp_path)]

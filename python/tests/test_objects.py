@@ -41,6 +41,19 @@ def test_shapes_and_names(make):
     assert all(part.dtype == np.float32 for part in obs["objects"].values())
 
 
+def test_parts_have_the_same_widths_in_all_ids():
+    """So one network fits all tasks, as docs/objects.md says."""
+    for id in registered_ids():
+        fields = engram.describe(id, obs_mode="objects_dict")["state_fields"]
+        agent = {f["name"]: f["width"] for f in fields if not f["name"].startswith("object_")}
+        expected = {"qpos": 9, "qvel": 9, "tcp_pose": 7}
+        assert agent == expected | ({"task_cue": 1} if id.startswith("Rotate") else {}), id
+        objects = [f for f in fields if f["name"].startswith("object_")]
+        assert len(objects) % len(WIDTHS) == 0
+        for field in objects:
+            assert field["width"] == WIDTHS[field["name"].split("_", 2)[2]], (id, field)
+
+
 def test_the_row_is_that_of_the_description(make):
     rows = make(obs_mode="objects", observe_time=True)
     named = make(obs_mode="objects_dict", observe_time=True)

@@ -1,5 +1,5 @@
-# cmake -DBUILD=<build folder> -DPROJECT=<outside project> -DWORK=<folder of its own>
-#       -DCC=... -DCXX=... -DPKG_CONFIG=... -P check_installed.cmake
+# cmake -DBUILD=<build folder> -DPROJECT=<outside project> -DPAGE=<docs/embedding.md>
+#       -DWORK=<folder of its own> -DCC=... -DCXX=... -DPKG_CONFIG=... -P check_installed.cmake
 # Installs the package into a prefix, moves it, and builds and runs somebody else's programs with it:
 # once through find_package, once through pkg-config.
 
@@ -13,7 +13,9 @@ foreach(component runtime development)
 endforeach()
 file(RENAME "${WORK}/first" "${WORK}/prefix")
 
-run("${CMAKE_COMMAND}" -S "${PROJECT}" -B "${WORK}/cmake" "-DCMAKE_PREFIX_PATH=${WORK}/prefix"
+run("${CMAKE_COMMAND}" "-DPAGE=${PAGE}" "-DPROJECT=${PROJECT}" "-DFOLDER=${WORK}/project"
+  -P "${CMAKE_CURRENT_LIST_DIR}/page_project.cmake")
+run("${CMAKE_COMMAND}" -S "${WORK}/project" -B "${WORK}/cmake" "-DCMAKE_PREFIX_PATH=${WORK}/prefix"
   "-DCMAKE_C_COMPILER=${CC}" "-DCMAKE_CXX_COMPILER=${CXX}")
 run("${CMAKE_COMMAND}" --build "${WORK}/cmake")
 run("${WORK}/cmake/outside_c")
