@@ -208,7 +208,8 @@ void fuzz_edits(Data data) {
   Document edited = *sound;
   const int form = input.choice(what == 3 ? 5 : 40);
   for (int edits = 1 + input.choice(3); edits > 0; --edits) edit(edited, input);
-  if (is_table(edited) && input.choice(2) == 0) edited = with_checksum(edited);
+  // Results with a forged checksum may be consistent.
+  if (what != 1 && is_table(edited) && input.choice(2) == 0) edited = with_checksum(edited);
   put(place, path, edited, form);
   if (what == 2) {
     check_metadata(place);
