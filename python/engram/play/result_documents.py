@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
-from engram import _documents
+from engram._io import documents
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 
@@ -20,9 +19,4 @@ def read_result(path: Path) -> dict[str, Any]:
             raise DatasetError("missing, or no file")
         if path.stat().st_size > _LARGEST:
             raise DatasetError(f"more than {_LARGEST >> 20} MB")
-        text = path.read_bytes().decode()
-        document = json.loads(text)
-        if not isinstance(document, dict):
-            raise DatasetError("an object needed")
-        _documents.check(text)
-        return document
+        return documents.parse(path.read_bytes().decode())

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from play_server import SECONDS, serving
 
-from engram import _documents
+from engram._io import documents
 from engram.play.folders import Demonstrations, Results, SourceError, open_folder
 
 TASK = "RememberColor3-VLA-v0"
@@ -47,7 +47,7 @@ def changed(file: Path, old: str, new: str) -> None:
 
 def rewritten(file: Path, **values) -> None:
     """Changes values of a document; its checksum fits."""
-    file.write_text(_documents.to_text({**json.loads(file.read_text()), **values}))
+    file.write_text(documents.to_text({**json.loads(file.read_text()), **values}))
 
 
 def test_results_of_eval_are_accepted(run: Path):
