@@ -141,7 +141,7 @@ TEST_CASE("A damaged file of variants is refused by every command", "[apps][vari
   require_refusal("list --variants /nowhere/variants.json", 1, "cannot be read");
 }
 
-TEST_CASE("--set takes every constant as info prints it", "[apps][variants]") {
+TEST_CASE("The option set takes every constant as info prints it", "[apps][variants]") {
   for (const char* id :
        {"RememberShapeAndColor3x2-VLA-v0", "TraceShapeHard-VLA-v0", "BatteriesCheckerEasy-3-VLA-v0",
         "ShellGameShuffleColorLampTouch-VLA-v0"}) {
