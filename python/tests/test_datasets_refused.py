@@ -142,6 +142,19 @@ def test_data_of_another_version_are_refused_by_its_name(root, version):
         find_folders(root)
 
 
+def test_data_that_the_originals_scripts_collected_are_read(root):
+    path = root / "data_npz" / ID / "metadata.json"
+    document = json.loads(path.read_text())
+    for name in ("engram", "checksum"):
+        path.write_text(json.dumps({key: value for key, value in document.items() if key != name}))
+        with pytest.raises(DatasetError, match=r"engram|checksum"):
+            find_folders(root)
+    del document["engram"], document["checksum"]
+    path.write_text(json.dumps(document))
+    (folder,) = find_folders(root)
+    assert len(folder) == document["num_episodes"]
+
+
 @pytest.mark.parametrize("content", [b"", b"[" * 100_000, b"\xff", b"[]", b"9" * 5000])
 def test_metadata_that_is_none_is_refused(root, content):
     (root / "data_npz" / ID / "metadata.json").write_bytes(content)
