@@ -24,6 +24,7 @@ NOT_RUN = {
     "python -m engram.scores": "takes long",
     "python python/examples/mikasa_ppo.py": "takes long",
     "mpirun": "needs MPI",
+    "openssl rand": "needs a policy, and a host that keeps a secret",
     "#!/bin/sh\n#SBATCH": "needs a cluster",
     "lerobot-eval": "needs a policy",
     "sed -E": "needs a script of the original's",
