@@ -112,7 +112,10 @@ TEST_CASE("What appears around closed fingers is pushed out or held", "[pushing]
   int pushed = 0;
   for (int i = 0; i < kEach * mjcf::kObjectShapeCount; ++i) {
     const auto shape = static_cast<mjcf::ObjectShape>(i % mjcf::kObjectShapeCount);
-    const Vec3 offset(random.uniform(-0.012, 0.012), random.uniform(-0.012, 0.012), 0);
+    // One by one: the order of arguments' evaluation is the compiler's.
+    const double y = random.uniform(-0.012, 0.012);
+    const double x = random.uniform(-0.012, 0.012);
+    const Vec3 offset(x, y, 0);
     const Appearance seen = appear(shape, offset, random.uniform(-3.1, 3.1), sleep);
     INFO(mjcf::shape_name(shape) << ", offset " << offset.transpose() << ", goes "
                                  << seen.way.transpose());
