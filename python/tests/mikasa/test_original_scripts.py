@@ -16,6 +16,7 @@ pytest.importorskip("torch")
 from policies import Looking, as_engram
 
 import engram
+import engram.mikasa
 from engram.datasets.episodes import DemonstrationFolder
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "mikasa_ppo.py"
