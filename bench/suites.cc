@@ -106,35 +106,35 @@ std::vector<Measurement> run_physics(const SuiteOptions& options) {
   return rows;
 }
 
+// A row of that name: two batches' rates in turns.
+Measurement compare_rates(const SuiteOptions& options, std::string name, std::string baseline,
+                          Rollout& value, Rollout& other, int steps, int done = 0, int total = 1) {
+  const Comparison rates = interleave(
+      options, [&] { return value.rate(steps); }, [&] { return other.rate(steps); }, done, total);
+  return make_measurement(std::move(name), "env steps/s", std::move(baseline), rates,
+                          options.rounds);
+}
+
 // All threads beside one, by the number of environments: rows scaling.n<N>.
-void measure_batch_sizes(const SuiteOptions& options, const std::string& id,
+void measure_batch_sizes(const SuiteOptions& options, const std::string& id, int most,
                          std::vector<Measurement>& rows) {
   constexpr int kStepsTimesEnvs = 25 * 256;
-  const int most = threads_or_all(options.threads);
   for (const int n : {2, 8, 16, 32, 64, 128, 256, 1024}) {
-    const int steps = std::max(25, kStepsTimesEnvs / n);
     Rollout several(id, batch(n, most), options.policy);
     Rollout single(id, batch(n, 1), options.policy);
-    const Comparison rates = interleave(
-        options, [&] { return several.rate(steps); }, [&] { return single.rate(steps); });
-    rows.push_back(make_measurement("scaling.n" + std::to_string(n), "env steps/s", "one thread",
-                                    rates, options.rounds));
+    rows.push_back(compare_rates(options, "scaling.n" + std::to_string(n), "one thread", several,
+                                 single, std::max(25, kStepsTimesEnvs / n)));
   }
 }
 
 // More threads than processors: rows scaling.over.<K>.
-void measure_excess_threads(const SuiteOptions& options, const std::string& id,
+void measure_excess_threads(const SuiteOptions& options, const std::string& id, int most, int n,
                             std::vector<Measurement>& rows) {
-  constexpr int kSteps = 25;
-  const int most = threads_or_all(options.threads);
-  const int n = envs_or(options, 256);
   Rollout usual(id, batch(n, most), options.policy);
   for (const int threads : {4 * most, 32 * most}) {
     Rollout several(id, batch(n, threads), options.policy);
-    const Comparison rates = interleave(
-        options, [&] { return several.rate(kSteps); }, [&] { return usual.rate(kSteps); });
-    rows.push_back(make_measurement("scaling.over." + std::to_string(threads), "env steps/s",
-                                    std::to_string(most) + " threads", rates, options.rounds));
+    rows.push_back(compare_rates(options, "scaling.over." + std::to_string(threads),
+                                 std::to_string(most) + " threads", several, usual, 25));
   }
 }
 
@@ -149,19 +149,16 @@ std::vector<Measurement> run_scaling(const SuiteOptions& options) {
   for (int threads = 1; threads <= most; ++threads) {
     const int done = static_cast<int>(rows.size());
     Rollout several(id, batch(n, threads), options.policy);
-    const Comparison rates = interleave(
-        options, [&] { return several.rate(kSteps); }, [&] { return single.rate(kSteps); }, done,
-        2 * most);
-    rows.push_back(make_measurement("scaling." + std::to_string(threads), "env steps/s",
-                                    "one thread", rates, options.rounds));
+    rows.push_back(compare_rates(options, "scaling." + std::to_string(threads), "one thread",
+                                 several, single, kSteps, done, 2 * most));
     ThreadPool pool(threads);
     const Comparison spins = interleave(
         options, [&] { return spin(pool); }, [&] { return spin(one); }, done + 1, 2 * most);
     rows.push_back(make_measurement("scaling.spin." + std::to_string(threads), "items/s",
                                     "one thread", spins, options.rounds));
   }
-  measure_batch_sizes(options, id, rows);
-  measure_excess_threads(options, id, rows);
+  measure_batch_sizes(options, id, most, rows);
+  measure_excess_threads(options, id, most, n, rows);
   return rows;
 }
 

@@ -42,7 +42,7 @@ double quota_v1(const std::string& folder) {
 }
 
 // The least quota of a group and of those that contain it. A container may see its own group as the
-// root, under another path than the one it is told.
+// root, under another path than that in /proc.
 template <class Quota>
 double least_quota(const std::string& mount, std::string group, const Quota& quota) {
   double least = quota(mount);

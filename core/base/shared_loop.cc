@@ -53,7 +53,7 @@ bool SharedLoop::help() noexcept {
   }
 }
 
-// The loop's numbers hold for whoever claims a range: a loop does not end before that range is
+// The loop's numbers are valid once a range is claimed: a loop does not end before that range is
 // done.
 bool SharedLoop::claim(std::uint32_t number, Range* range) noexcept {
   std::uint64_t word = claim_.load(std::memory_order_acquire);

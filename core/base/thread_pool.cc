@@ -69,8 +69,8 @@ void ThreadPool::run_loop(LoopWork work) {
       work.workers > 1 ? workers_->run(work, &busy) : run_alone(work, &busy);
   if (work.items > 0) {
     const double per_item = static_cast<double>(busy) / work.items;
-    cost.per_item +=
-        cost.per_item < 0 ? per_item - cost.per_item : kLatest * (per_item - cost.per_item);
+    if (cost.per_item < 0) cost.per_item = per_item;
+    cost.per_item += kLatest * (per_item - cost.per_item);
   }
   running_.store(false, std::memory_order_release);
   if (error) std::rethrow_exception(error);

@@ -24,19 +24,22 @@ constexpr std::array<double, kRobotJoints> kStartQpos = {
 constexpr int kProprioDim = 7;
 constexpr int kTcpPoseDim = 7;
 
+int lanes_of(const BatchOptions& options) {
+  return options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
+}
+
 // Environments that workers do not share: whole blocks of lanes, since part of a block takes the
 // time of all of it. With pictures, which take longer, half a block pays for another thread.
 int chosen_unit(const BatchOptions& options) {
-  const int lanes = options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
+  const int lanes = lanes_of(options);
   return observes_pictures(options.obs_mode) ? (lanes + 1) / 2 : lanes;
 }
 
 // Several claims per worker, since some environments take longer than others; several environments
 // per claim, since workers share the counter of claims.
 int chosen_chunk(const BatchOptions& options) {
-  const int unit = chosen_unit(options);
-  const int lanes = options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
-  if (options.num_envs <= options.threads * lanes) return unit;
+  const int lanes = lanes_of(options);
+  if (options.num_envs <= options.threads * lanes) return chosen_unit(options);
   const int chunk = std::min(options.num_envs / (options.threads * 8), 16);
   return std::max(lanes, chunk - chunk % lanes);
 }

@@ -192,7 +192,7 @@ def _episodes(path: Path, id: str) -> list[dict[str, Any]]:
         if document["env_id"] != id:
             raise DatasetError(f"env_id: {checks.short(document['env_id'])} given; '{id}' needed")
         if document["episode_seeds"] is None:
-            raise DatasetError("a sealed run, whose seeds are not told yet")
+            raise DatasetError("a sealed run, whose seeds are not known yet")
         columns = [document[name] for name in ("episode_seeds", "episode_lengths", "successes")]
         if len({len(column) for column in columns}) != 1 or len(columns[0]) > _MOST_EPISODES:
             raise DatasetError("lists of seeds, lengths and successes of different lengths")

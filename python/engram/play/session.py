@@ -361,10 +361,10 @@ class Session:
     async def _play_back(self, playback: Playback) -> None:
         shown = False
         try:
-            told = time.monotonic()
+            reported = time.monotonic()
             while not await self._run_in_engine(lambda: playback.run(_SHARE)):
-                if time.monotonic() - told >= _PROGRESS:
-                    told = time.monotonic()
+                if time.monotonic() - reported >= _PROGRESS:
+                    reported = time.monotonic()
                     steps, most = len(playback) - 1, playback.steps
                     await self._channel.text({"type": "building", "steps": steps, "most": most})
             message = await self._run_in_engine(playback.message)

@@ -63,7 +63,7 @@ class Tabs:
         return self._player is tab
 
     def take_over(self, tab: Tab) -> None:
-        """Makes it the tab that plays. The other one is told, and is not waited for."""
+        """Makes it the tab that plays. The other one gets a message, and is not waited for."""
         old, self._player = self._player, tab
         if old is None or old is tab:
             return

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 from play_server import Server, serving
@@ -76,14 +77,19 @@ def test_the_end_of_a_policy_is_reported(command, words):
     assert time.monotonic() - start < 10
 
 
+def watch_what_hangs(page: Any) -> float:
+    """Watches a policy that does not answer; the time after a second of that."""
+    page.receive("hello")
+    page.send("watch", id=TASK, source="process")
+    time.sleep(1)
+    return time.monotonic()
+
+
 def test_an_answer_that_nobody_wants_is_not_waited_for(tmp_path):
     """A policy hangs for a minute; the page goes on at once, and so does another tab."""
     slow = f"{GREETING}; sleep 60"
     with serving(tmp_path / "out", "--policy-command", slow) as server, server.page() as page:
-        page.receive("hello")
-        page.send("watch", id=TASK, source="process")
-        time.sleep(1)
-        start = time.monotonic()
+        start = watch_what_hangs(page)
         page.play(TASK, 3)
         assert time.monotonic() - start < 15
         page.send("grid", id=TASK, source="process", seed="1")
@@ -104,10 +110,7 @@ def test_an_answer_that_nobody_wants_is_not_waited_for(tmp_path):
 def test_the_server_ends_although_a_policy_hangs(tmp_path):
     hangs = f"{GREETING}; sleep 60"
     with serving(tmp_path / "out", "--policy-command", hangs) as server, server.page() as page:
-        page.receive("hello")
-        page.send("watch", id=TASK, source="process")
-        time.sleep(1)
-        start = time.monotonic()
+        start = watch_what_hangs(page)
         assert "Traceback" not in server.end()
         assert time.monotonic() - start < 15
         assert server.process.returncode == 130

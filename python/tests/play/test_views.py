@@ -214,11 +214,17 @@ def test_the_result_of_a_watched_episode_is_told_at_its_end(opened):
     screenshot(page, "watched_to_the_end")
 
 
-def test_no_words_for_developers(opened):
+def ready_to_play(opened: Any, task: str) -> Any:
+    """A page with the first picture of the task, at speed 1."""
     page = opened()
-    choose(page, LONG)
+    choose(page, task)
     until(page, "engramPlay.play.last === 0")
     page.select_option("#speed", "1")
+    return page
+
+
+def test_no_words_for_developers(opened):
+    page = ready_to_play(opened, LONG)
     page.focus("#stage")
     page.keyboard.press("Enter")
     for _ in range(8):
@@ -258,10 +264,7 @@ def test_on_a_phone_a_watched_episode_and_its_controls_are_on_one_screen(opened)
 
 
 def test_one_lost_episode_gives_no_score(opened):
-    page = opened()
-    choose(page, TASK)
-    until(page, "engramPlay.play.last === 0")
-    page.select_option("#speed", "1")
+    page = ready_to_play(opened, TASK)
     page.click("#run")
     page.wait_for_selector("#after:not([hidden])", state="attached")
     until(page, "document.getElementById('score').textContent.includes('0 of 1 episode')")

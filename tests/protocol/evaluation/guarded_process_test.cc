@@ -10,40 +10,19 @@
 #include <fstream>
 #include <thread>
 
+#include "tests/protocol/evaluation/watched_process.h"
 #include "tests/temporary_folder.h"
 
 namespace engram {
 namespace {
 
+using test::ends_soon;
+using test::number_in;
+using test::runs;
+
 // A process that hides: in a session of its own, an orphan, deaf to signals that can be ignored.
 std::string hidden_child(const std::string& file) {
   return "setsid sh -c 'trap \"\" TERM HUP INT; (sleep 1000 & echo $! >" + file + "; wait) & ' & ";
-}
-
-bool runs(const std::string& process) {
-  std::ifstream file("/proc/" + process + "/stat");
-  std::string text;
-  std::getline(file, text);
-  const std::size_t end = text.rfind(')');
-  return end != std::string::npos && text.compare(end, 4, ") Z ") != 0;
-}
-
-bool ends_soon(const std::string& process) {
-  for (int i = 0; i < 300 && runs(process); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return !runs(process);
-}
-
-std::string number_in(const std::filesystem::path& file) {
-  std::string text;
-  for (int i = 0; i < 500 && !text.ends_with('\n'); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    text = tests::read_file(file);
-  }
-  REQUIRE(text.ends_with('\n'));
-  text.pop_back();
-  return text;
 }
 
 struct Nothing {

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <thread>
 
+#include "tests/protocol/evaluation/watched_process.h"
 #include "tests/temporary_folder.h"
 
 namespace engram {
@@ -34,31 +35,6 @@ PolicyProcessOptions options_of(const std::string& command) {
   return options;
 }
 
-// True while the process runs. A signal takes a moment to arrive; a zombie does not run.
-bool runs(const std::string& process) {
-  for (int i = 0; i < 1000; ++i) {
-    std::ifstream file("/proc/" + process + "/stat");
-    std::string text;
-    std::getline(file, text);
-    const std::size_t end = text.rfind(')');
-    if (end == std::string::npos || text.compare(end, 4, ") Z ") == 0) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return true;
-}
-
-// The number that a command writes into a file, which takes it a moment.
-std::string number_in(const std::filesystem::path& file) {
-  std::string text = tests::read_file(file);
-  for (int i = 0; i < 1000 && !text.ends_with('\n'); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    text = tests::read_file(file);
-  }
-  REQUIRE(text.ends_with('\n'));
-  text.pop_back();
-  return text;
-}
-
 TEST_CASE("A shell that dies is reported at once, with all its processes gone", "[policy]") {
   const tests::TemporaryFolder folder;
   const std::string file = (folder.path() / "child").string();
@@ -70,7 +46,7 @@ TEST_CASE("A shell that dies is reported at once, with all its processes gone", 
     CHECK_THROWS_WITH(
         PolicyProcess(options_of(command), work.context),
         Catch::Contains(end == std::string("exit 3") ? "ended with exit code 3" : "by signal 9"));
-    CHECK_FALSE(runs(number_in(file)));
+    CHECK(test::ends_soon(test::number_in(file)));
   }
 }
 
@@ -82,7 +58,7 @@ TEST_CASE("A policy that is no longer waited for ends with all its processes", "
       options_of("trap '' TERM HUP; sleep 1000 & echo $! >'" + file + "'; sleep 1000");
   options.timeout = std::chrono::seconds(1);
   CHECK_THROWS_WITH(PolicyProcess(options, work.context), Catch::Contains("within 1 s"));
-  CHECK_FALSE(runs(number_in(file)));
+  CHECK(test::ends_soon(test::number_in(file)));
 }
 
 TEST_CASE("A message before the end of a policy is read", "[policy]") {

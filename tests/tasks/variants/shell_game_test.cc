@@ -260,12 +260,13 @@ TEST_CASE(
   }
 }
 
+struct Refused {
+  const char* id;
+  ConstantTable constants;
+  const char* says;
+};
+
 TEST_CASE("Shell games that contradict themselves are refused", "[variants][shell]") {
-  struct Refused {
-    const char* id;
-    ConstantTable constants;
-    const char* says;
-  };
   const std::vector<Refused> refused = {
       {kTouch, {{"MIN_DIST", 0.15}}, "MIN_DIST 0.15 m leaves -2 mm between two"},
       {kTouch, {{"MUG_SCALE", 1.75}, {"GOAL_THRESH", 0.1}}, "do not stand apart"},
@@ -292,11 +293,6 @@ TEST_CASE("Shell games that contradict themselves are refused", "[variants][shel
 
 TEST_CASE("Goal regions that contradict the original's rules are refused under these",
           "[variants][shell][rules]") {
-  struct Refused {
-    const char* id;
-    ConstantTable constants;
-    const char* says;
-  };
   const std::vector<Refused> refused = {
       {kPush, {{"GOAL_THRESH", 0.063}}, "in the goal region from the start"},
       {kPick, {{"GOAL_THRESH", 0.058}}, "1.6 x GOAL_THRESH = 93 mm"},

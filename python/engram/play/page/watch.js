@@ -16,7 +16,7 @@ let running = false;
 let due = 0;
 let move = () => {};
 let folders = [];
-let told = false; // the result is shown
+let resultShown = false;
 let asked = null; // the last request
 let lost = null; // the request of an episode that another view has replaced
 
@@ -93,10 +93,10 @@ function showOnly(id) {
   find('playback-instruction').hidden = id !== 'playback';
 }
 
-// The result is told at the end, or when somebody asks for it.
+// The result is shown at the end, or when somebody asks for it.
 function tell() {
-  if (told) return;
-  told = true;
+  if (resultShown) return;
+  resultShown = true;
   const { result, answered, success } = playback;
   const answer = result.first_answer_correct === null ? 'no answer'
     : result.first_answer_correct ? 'first answer right' : 'first answer wrong';
@@ -118,7 +118,7 @@ export function opened(message) {
   lost = null;
   requested = null;
   shown = -1;
-  told = false;
+  resultShown = false;
   setCurrent(message.id);
   enter();
   find('playback-instruction').textContent = message.instruction;
