@@ -12,9 +12,7 @@
 
 #include "api/c_error.h"
 #include "api/step_driver.h"
-#include "core/env/queries.h"
-#include "core/env/scene_renderer.h"
-#include "core/env/snapshot.h"
+#include "core/env/group_queries.h"
 #include "engram/engram_c.h"
 #include "protocol/batch/make.h"
 
@@ -27,24 +25,18 @@ enum class Use : int {
   kStepping,  // between step_async and step_wait
 };
 
-// The outputs of a batch as arrays of the C API, in the order of engram_output_at.
-std::vector<engram_array> list_outputs(const Batch& env);
-// Those that final outputs have; empty unless the batch keeps any.
-std::vector<engram_array> list_final_outputs(const Batch& env);
+// An output as an array of the C API; its texts and memory are the group's.
+engram_array to_array(const OutputArray& output);
 
 }  // namespace engram::c
 
 // NOLINTNEXTLINE(readability-identifier-naming): the name is of the C API
 struct engram_env {
-  explicit engram_env(std::unique_ptr<engram::Batch> made);
+  explicit engram_env(std::unique_ptr<engram::BatchGroup> made);
 
-  std::unique_ptr<engram::Batch> batch;
-  engram::Queries queries;
-  engram::SceneRenderer renderer;
-  engram::Snapshotter snapshotter;
-  std::vector<float> actions;         // of the step under way
-  std::vector<engram_array> outputs;  // their names and memory are the batch's
-  std::vector<engram_array> final_outputs;
+  std::unique_ptr<engram::BatchGroup> batch;
+  engram::GroupQueries queries;
+  std::vector<float> actions;                     // of the step under way
   std::string description;                        // from the first call for it on
   std::unique_ptr<engram::c::StepDriver> driver;  // from the first step_async on
   std::atomic<engram::c::Use> use = engram::c::Use::kIdle;

@@ -219,4 +219,24 @@ static_assert(static_cast<int>(Rules::kReference) == ENGRAM_RULES_REFERENCE);
 static_assert(static_cast<int>(Rules::kOriginal) == ENGRAM_RULES_ORIGINAL);
 // end options
 
+TaskShare to_share(const engram_task_share& share) {
+  TaskShare task{text("id of a task", share.id), share.num_envs};
+  if (share.num_envs < 1 || share.num_envs > kMaxNumEnvs) {
+    refuse("number of environments of " + task.id, std::to_string(share.num_envs),
+           "1 to " + std::to_string(kMaxNumEnvs) + " allowed");
+  }
+  if (share.constants != nullptr) task.constants = parse_constants(share.constants);
+  task.pins = to_pins(share.pins, share.num_pins);
+  task.task_options = to_choices(share.task_options, share.num_task_options);
+  return task;
+}
+
+std::vector<OutputTarget> to_targets(const engram_output_target* targets, std::size_t count) {
+  std::vector<OutputTarget> all;
+  for (const engram_output_target& target : array("targets", targets, count)) {
+    all.push_back({text("name of an output", target.name), target.data, target.size});
+  }
+  return all;
+}
+
 }  // namespace engram::c

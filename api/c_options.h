@@ -22,4 +22,7 @@ std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count);
 
 Policy to_policy(std::int32_t policy);
 
+TaskShare to_share(const engram_task_share& share);
+std::vector<OutputTarget> to_targets(const engram_output_target* targets, std::size_t count);
+
 }  // namespace engram::c

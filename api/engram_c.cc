@@ -14,18 +14,15 @@
 #include "api/c_text.h"
 #include "core/base/join.h"
 #include "core/base/process_mutex.h"
-#include "core/env/queries.h"
-#include "core/env/scene_renderer.h"
-#include "core/env/scripted_policy.h"
-#include "core/env/snapshot.h"
+#include "protocol/batch/group_description.h"
 #include "protocol/batch/task_description.h"
 #include "protocol/batch/variants.h"
 
 namespace {
 
-using engram::Batch;
+using engram::BatchGroup;
 using engram::Error;
-using engram::ScriptedPolicy;
+using engram::OutputArray;
 using engram::c::Claim;
 using engram::c::fail;
 using engram::c::guarded;
@@ -45,13 +42,14 @@ T constant(const engram_env* env, T otherwise, F&& f) noexcept {
   return otherwise;
 }
 
-const engram_array& named(const std::vector<engram_array>& arrays, const char* name) {
-  const auto found = std::find_if(arrays.begin(), arrays.end(), [name](const engram_array& array) {
-    return std::strcmp(array.name, name) == 0;
-  });
-  if (found != arrays.end()) return *found;
-  throw Error(Error::kUnknownId, "no output named '" + std::string(name) + "'; this batch has: " +
-                                     engram::join(arrays, &engram_array::name));
+engram_array named(const std::vector<OutputArray>& arrays, const char* name) {
+  const OutputArray* const found = engram::find_array(arrays, name);
+  if (found != nullptr) return engram::c::to_array(*found);
+  std::vector<std::string> names;
+  names.reserve(arrays.size());
+  for (const OutputArray& array : arrays) names.push_back(array.field.name);
+  throw Error(Error::kUnknownId, "no output named '" + std::string(name) +
+                                     "'; this batch has: " + engram::join(names));
 }
 
 // All tasks as JSON. Earlier lists stay, since callers hold them; a new one is made when there are
@@ -157,8 +155,23 @@ engram_status engram_make(const char* id, const engram_options* options, engram_
   *env = nullptr;
   if (id == nullptr) return refuse_null("id");
   return guarded([&] {
-    auto batch = engram::make(id, given_options(options));
+    auto batch = std::make_unique<BatchGroup>(engram::make(id, given_options(options)));
     *env = std::make_unique<engram_env>(std::move(batch)).release();
+  });
+}
+
+engram_status engram_make_group(const engram_task_share* tasks, size_t num_tasks,
+                                const engram_options* options, engram_env** env) {
+  if (env == nullptr) return refuse_null("env");
+  *env = nullptr;
+  if (tasks == nullptr) return refuse_null("tasks");
+  return guarded([&] {
+    std::vector<engram::TaskShare> shares;
+    for (const engram_task_share& task : std::span(tasks, num_tasks)) {
+      shares.push_back(engram::c::to_share(task));
+    }
+    auto group = engram::make_group(shares, given_options(options));
+    *env = std::make_unique<engram_env>(std::move(group)).release();
   });
 }
 
@@ -182,7 +195,7 @@ int32_t engram_num_envs(const engram_env* env) {
 }
 
 int32_t engram_num_threads(const engram_env* env) {
-  return constant(env, 0, [](const engram_env& of) { return of.batch->options().threads; });
+  return constant(env, 0, [](const engram_env& of) { return of.batch->threads(); });
 }
 
 int32_t engram_action_dim(const engram_env* env) {
@@ -194,26 +207,26 @@ int32_t engram_state_dim(const engram_env* env) {
 }
 
 int32_t engram_horizon(const engram_env* env) {
-  return constant(env, 0, [](const engram_env& of) { return of.batch->info().horizon; });
+  return constant(env, 0, [](const engram_env& of) { return of.batch->horizon(); });
 }
 
 const float* engram_action_low(const engram_env* env) {
   const float* none = nullptr;
   return constant(env, none,
-                  [](const engram_env& of) { return of.batch->action_space().low.data(); });
+                  [](const engram_env& of) { return of.batch->part(0).action_space().low.data(); });
 }
 
 const float* engram_action_high(const engram_env* env) {
   const float* none = nullptr;
-  return constant(env, none,
-                  [](const engram_env& of) { return of.batch->action_space().high.data(); });
+  return constant(
+      env, none, [](const engram_env& of) { return of.batch->part(0).action_space().high.data(); });
 }
 
 const char* engram_describe_json(engram_env* env) {
   const char* text = nullptr;
   with_claim(env, [env, &text](Claim&) {
     if (env->description.empty()) {
-      env->description = engram::to_text(engram::describe_task(*env->batch));
+      env->description = engram::to_text(engram::describe_group(*env->batch));
     }
     text = env->description.c_str();
   });
@@ -244,7 +257,7 @@ uint64_t engram_unstable_count(const engram_env* env) {
 
 engram_status engram_reset(engram_env* env, const engram_reset_request* request) {
   return with_env(env, [request](engram_env& of) {
-    Batch& batch = *of.batch;
+    BatchGroup& batch = *of.batch;
     engram::ResetRequest wanted;
     std::vector<engram::Pin> pins;
     engram::ConstantTable ranges;
@@ -295,7 +308,7 @@ engram_status engram_step_wait(engram_env* env) {
 engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
   return with_env(env, [&](engram_env& of) {
-    ScriptedPolicy(*of.batch, engram::c::to_policy(policy)).act({actions, count});
+    of.queries.act(engram::c::to_policy(policy), {actions, count});
   });
 }
 
@@ -304,22 +317,22 @@ engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t
 engram_status engram_output(engram_env* env, const char* name, engram_array* array) {
   if (name == nullptr) return refuse_null("name");
   if (array == nullptr) return refuse_null("array");
-  return with_claim(env, [&](Claim&) { *array = named(env->outputs, name); });
+  return with_claim(env, [&](Claim&) { *array = named(env->batch->outputs(), name); });
 }
 
 engram_status engram_final_output(engram_env* env, const char* name, engram_array* array) {
   if (name == nullptr) return refuse_null("name");
   if (array == nullptr) return refuse_null("array");
   return with_claim(env, [&](Claim&) {
-    if (env->final_outputs.empty()) {
+    if (env->batch->final_outputs().empty()) {
       throw Error(Error::kBadState, "final outputs are kept with auto-reset same-step only");
     }
-    *array = named(env->final_outputs, name);
+    *array = named(env->batch->final_outputs(), name);
   });
 }
 
 size_t engram_num_outputs(const engram_env* env) {
-  if (env != nullptr) return env->outputs.size();
+  if (env != nullptr) return env->batch->outputs().size();
   refuse_null("env");
   return 0;
 }
@@ -327,13 +340,26 @@ size_t engram_num_outputs(const engram_env* env) {
 engram_status engram_output_at(engram_env* env, size_t index, engram_array* array) {
   if (array == nullptr) return refuse_null("array");
   return with_claim(env, [&](Claim&) {
-    if (index >= env->outputs.size()) {
+    const std::vector<OutputArray>& outputs = env->batch->outputs();
+    if (index >= outputs.size()) {
       throw Error(Error::kInvalidArgument, "output " + std::to_string(index) + " given, 0 to " +
-                                               std::to_string(env->outputs.size() - 1) +
-                                               " allowed");
+                                               std::to_string(outputs.size() - 1) + " allowed");
     }
-    *array = env->outputs[index];
+    *array = engram::c::to_array(outputs[index]);
   });
+}
+
+engram_status engram_write_outputs(engram_env* env, const engram_output_target* first,
+                                   const engram_output_target* second, size_t count) {
+  if (first == nullptr && count > 0) return refuse_null("first");
+  return with_env(env, [&](engram_env& of) {
+    of.batch->write_to(engram::c::to_targets(first, count),
+                       engram::c::to_targets(second, second != nullptr ? count : 0));
+  });
+}
+
+int32_t engram_output_turn(const engram_env* env) {
+  return constant(env, 0, [](const engram_env& of) { return of.batch->turn(); });
 }
 
 engram_status engram_instruction(engram_env* env, int32_t index, char* text, size_t capacity,
@@ -351,7 +377,7 @@ engram_status engram_render(engram_env* env, int32_t index, const char* camera, 
   if (camera == nullptr) return refuse_null("camera");
   if (rgb == nullptr) return refuse_null("rgb");
   return with_env(env, [&](engram_env& of) {
-    of.renderer.render(index, camera, width, height, {rgb, size});
+    of.queries.render(index, camera, width, height, {rgb, size});
   });
 }
 
@@ -402,14 +428,14 @@ engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t ca
   if (size == nullptr) return refuse_null("size");
   return with_env(env, [&](engram_env& of) {
     const bool whole = index == ENGRAM_WHOLE_BATCH;
-    *size = whole ? of.snapshotter.save_size() : of.snapshotter.save_size(index);
+    *size = whole ? of.queries.save_size() : of.queries.save_size(index);
     if (capacity == 0) return;
     if (capacity < *size) {
       throw Error(Error::kInvalidArgument, "snapshot: room for " + std::to_string(capacity) +
                                                " bytes given, " + std::to_string(*size) +
                                                " needed");
     }
-    const std::vector<std::byte> saved = whole ? of.snapshotter.save() : of.snapshotter.save(index);
+    const std::vector<std::byte> saved = whole ? of.queries.save() : of.queries.save(index);
     std::memcpy(bytes, saved.data(), saved.size());
   });
 }
@@ -419,9 +445,9 @@ engram_status engram_restore(engram_env* env, int32_t index, const void* bytes, 
   return with_env(env, [&](engram_env& of) {
     const std::span<const std::byte> saved(static_cast<const std::byte*>(bytes), size);
     if (index == ENGRAM_WHOLE_BATCH) {
-      of.snapshotter.restore(saved);
+      of.queries.restore(saved);
     } else {
-      of.snapshotter.restore(index, saved);
+      of.queries.restore(index, saved);
     }
   });
 }

@@ -20,14 +20,14 @@ class Digest {
  public:
   explicit Digest(int num_envs) : hashes_(static_cast<std::size_t>(num_envs)) {}
 
-  // Takes in the outputs of the last reset or step.
+  // Takes in the outputs of the last reset or step. env: a batch of that many environments.
   void update(const Batch& env) {
-    for (std::size_t i = 0; i < hashes_.size(); ++i) {
+    const std::size_t count = hashes_.size();
+    for (std::size_t i = 0; i < count; ++i) {
       std::uint64_t& hash = hashes_[i];
-      hash = bench::chain_row(hash, env.observation(), hashes_.size(), i);
-      hash = bench::chain_row(hash, env.images().rgb, hashes_.size(), i);
-      if (!env.images().rgb.empty())
-        hash = bench::chain_row(hash, env.proprio(), hashes_.size(), i);
+      hash = bench::chain_row(hash, env.observation(), count, i);
+      hash = bench::chain_row(hash, env.images().rgb, count, i);
+      if (!env.images().rgb.empty()) hash = bench::chain_row(hash, env.proprio(), count, i);
       std::array<unsigned char, sizeof(float) + 2> rest{};
       std::memcpy(rest.data(), &env.reward()[i], sizeof(float));
       rest[sizeof(float)] = env.terminated()[i];
@@ -37,6 +37,7 @@ class Digest {
   }
 
   std::uint64_t value() const { return bench::hash_of(hashes_); }
+  const std::vector<std::uint64_t>& of_environments() const { return hashes_; }
 
  private:
   std::vector<std::uint64_t> hashes_;

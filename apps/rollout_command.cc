@@ -15,8 +15,8 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
-#include "core/env/queries.h"
-#include "core/env/scripted_policy.h"
+#include "core/base/join.h"
+#include "core/env/group_queries.h"
 #include "protocol/formats/document.h"
 
 namespace engram::apps {
@@ -26,7 +26,7 @@ constexpr int kDefaultSteps = 200;
 constexpr int kDefaultEnvs = 256;
 
 struct RolloutOptions {
-  std::string id;
+  std::vector<std::string> ids;
   MakeOptions env = batch_options(kDefaultEnvs, 0);
   int num_envs = 0;  // 0: not given
   int steps = 0;     // 0: not given
@@ -36,48 +36,128 @@ struct RolloutOptions {
   bool json = false;
 };
 
+// One task's part of a rollout.
+struct TaskLog {
+  TaskLog(const Batch& env, const RolloutOptions& options)
+      : batch(env), episodes(env, options.episodes) {
+    if (options.hash) digest.emplace(env.num_envs());
+  }
+  std::optional<std::uint64_t> hash() const {
+    return digest ? std::optional(digest->value()) : std::nullopt;
+  }
+
+  const Batch& batch;
+  EpisodeLog episodes;
+  std::optional<Digest> digest;
+};
+
 struct RolloutReport {
   int steps = 0;
   double wall_seconds = 0;  // acting, stepping and accounting
   double step_seconds = 0;  // stepping alone
-  std::optional<std::uint64_t> hash;
 };
 
 using Clock = std::chrono::steady_clock;
 
 double seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
-// Steps the batch until the log is complete or the steps are used up.
-RolloutReport roll_out(Batch& env, const RolloutOptions& options, EpisodeLog& log) {
+// Logs of all tasks together.
+class RolloutLog {
+ public:
+  RolloutLog(const BatchGroup& group, const RolloutOptions& options) {
+    for (int i = 0; i < group.num_parts(); ++i) tasks_.emplace_back(group.part(i), options);
+  }
+
+  void count() {
+    for (TaskLog& task : tasks_) task.episodes.update(task.batch);
+  }
+  void digest() {
+    for (TaskLog& task : tasks_) {
+      if (task.digest) task.digest->update(task.batch);
+    }
+  }
+  bool complete() const {
+    return std::ranges::all_of(tasks_,
+                               [](const TaskLog& task) { return task.episodes.complete(); });
+  }
+  double fraction() const {
+    double least = 1;
+    for (const TaskLog& task : tasks_) least = std::min(least, task.episodes.fraction());
+    return least;
+  }
+
+  const std::vector<TaskLog>& tasks() const { return tasks_; }
+  std::int64_t env_steps() const { return sum(&EpisodeLog::env_steps); }
+  std::int64_t episodes() const { return sum(&EpisodeLog::episodes); }
+  // Means over all episodes; not a number if there are none.
+  double success_rate() const { return mean(&EpisodeLog::success_rate); }
+  double mean_return() const { return mean(&EpisodeLog::mean_return); }
+  // Of all environments, in their order.
+  std::optional<std::uint64_t> hash() const {
+    std::vector<std::uint64_t> hashes;
+    for (const TaskLog& task : tasks_) {
+      if (!task.digest) return std::nullopt;
+      const std::vector<std::uint64_t>& own = task.digest->of_environments();
+      hashes.insert(hashes.end(), own.begin(), own.end());
+    }
+    return bench::hash_of(hashes);
+  }
+
+ private:
+  std::int64_t sum(std::int64_t (EpisodeLog::*value)() const) const {
+    std::int64_t all = 0;
+    for (const TaskLog& task : tasks_) all += (task.episodes.*value)();
+    return all;
+  }
+  double mean(double (EpisodeLog::*value)() const) const {
+    double total = 0;
+    for (const TaskLog& task : tasks_) {
+      const auto episodes = static_cast<double>(task.episodes.episodes());
+      if (episodes > 0) total += episodes * (task.episodes.*value)();
+    }
+    return total / static_cast<double>(episodes());
+  }
+
+  std::vector<TaskLog> tasks_;
+};
+
+// Steps the environments until the log is complete or the steps are used up.
+RolloutReport roll_out(BatchGroup& group, const RolloutOptions& options, RolloutLog& log) {
   RolloutReport report;
-  std::vector<float> actions(static_cast<std::size_t>(env.num_envs()) *
-                             static_cast<std::size_t>(env.action_dim()));
-  std::optional<Digest> digest;
-  if (options.hash) digest.emplace(env.num_envs());
+  std::vector<float> actions(static_cast<std::size_t>(group.num_envs()) *
+                             static_cast<std::size_t>(group.action_dim()));
+  const GroupQueries queries(group);
   Progress progress("rollout", "env steps");
 
-  env.reset();
-  if (digest) digest->update(env);
+  group.reset();
+  log.digest();
   Clock::duration wall{};
   Clock::duration stepping{};
   while (report.steps < options.steps && !log.complete()) {
     const Clock::time_point start = Clock::now();
-    ScriptedPolicy(env, options.policy).act(actions);
+    queries.act(options.policy, actions);
     const Clock::time_point acted = Clock::now();
-    env.step(actions);
+    group.step(actions);
     stepping += Clock::now() - acted;
-    log.update(env);
+    log.count();
     ++report.steps;
     wall += Clock::now() - start;
 
-    if (digest) digest->update(env);
+    log.digest();
     progress.update(std::max(static_cast<double>(report.steps) / options.steps, log.fraction()),
                     static_cast<double>(log.env_steps()));
   }
   report.wall_seconds = seconds(wall);
   report.step_seconds = seconds(stepping);
-  if (digest) report.hash = digest->value();
   return report;
+}
+
+std::uint64_t unstable_steps(const BatchGroup& group) {
+  std::uint64_t count = 0;
+  for (int i = 0; i < group.num_parts(); ++i) {
+    count += Queries(group.part(i)).unstable_count();
+  }
+  return count;
 }
 
 double images_per_step(const BatchOptions& options) {
@@ -87,108 +167,164 @@ double images_per_step(const BatchOptions& options) {
 
 double rate(double count, double time) { return time > 0 ? count / time : 0; }
 
-DocumentTable to_document(const Batch& env, const RolloutOptions& options, const EpisodeLog& log,
-                          const RolloutReport& report) {
-  const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
-  const Document hash = report.hash ? Document(fmt::format("{:016x}", *report.hash)) : Document();
-  return {{"id", env.info().id},
-          {"num_envs", env.num_envs()},
-          {"steps", report.steps},
-          {"threads", env.options().threads},
-          {"obs", name_of(env.options().obs_mode)},
-          {"policy", name_of(options.policy)},
-          {"renderer", renderer_name(env.options())},
-          {"rules", name_of(env.options().rules)},
-          {"env_steps_per_second", env_rate},
-          {"physics_steps_per_second", env_rate * env.options().substeps},
-          {"images_per_second", env_rate * images_per_step(env.options())},
-          {"episodes", log.episodes()},
-          {"success_once", log.success_rate()},
-          {"mean_return", log.mean_return()},
-          {"unstable", Queries(env).unstable_count()},
-          {"hash", hash},
-          {"wall_seconds", report.wall_seconds}};
+Document hash_document(std::optional<std::uint64_t> hash) {
+  return hash ? Document(fmt::format("{:016x}", *hash)) : Document();
 }
 
-std::string to_plain_text(const Batch& env, const RolloutOptions& options, const EpisodeLog& log,
-                          const RolloutReport& report) {
+DocumentTable to_document(const BatchGroup& group, const RolloutOptions& options,
+                          const RolloutLog& log, const RolloutReport& report) {
+  const BatchOptions& common = group.part(0).options();
+  const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
+  DocumentTable document = {{"id", join(options.ids, {}, "+")},
+                            {"num_envs", group.num_envs()},
+                            {"steps", report.steps},
+                            {"threads", group.threads()},
+                            {"obs", name_of(common.obs_mode)},
+                            {"policy", name_of(options.policy)},
+                            {"renderer", renderer_name(common)},
+                            {"rules", name_of(common.rules)},
+                            {"env_steps_per_second", env_rate},
+                            {"physics_steps_per_second", env_rate * common.substeps},
+                            {"images_per_second", env_rate * images_per_step(common)},
+                            {"episodes", log.episodes()},
+                            {"success_once", log.success_rate()},
+                            {"mean_return", log.mean_return()},
+                            {"unstable", unstable_steps(group)},
+                            {"hash", hash_document(log.hash())},
+                            {"wall_seconds", report.wall_seconds}};
+  if (!group.is_common()) return document;
+  DocumentList tasks;
+  for (const TaskLog& task : log.tasks()) {
+    tasks.emplace_back(DocumentTable{{"id", task.batch.info().id},
+                                     {"num_envs", task.batch.num_envs()},
+                                     {"episodes", task.episodes.episodes()},
+                                     {"success_once", task.episodes.success_rate()},
+                                     {"mean_return", task.episodes.mean_return()},
+                                     {"unstable", Queries(task.batch).unstable_count()},
+                                     {"hash", hash_document(task.hash())}});
+  }
+  document.emplace_back("tasks", std::move(tasks));
+  return document;
+}
+
+std::string episodes_in_words(std::int64_t episodes, double success, double mean_return,
+                              int horizon) {
+  if (episodes == 0) return fmt::format("none finished (one takes up to {} steps)", horizon);
+  return fmt::format("{}: success_once {:.3f}, mean return {:.3f}",
+                     with_thousands(static_cast<double>(episodes)), success, mean_return);
+}
+
+std::string to_plain_text(const BatchGroup& group, const RolloutOptions& options,
+                          const RolloutLog& log, const RolloutReport& report) {
+  const BatchOptions& common = group.part(0).options();
   const auto env_steps = static_cast<double>(log.env_steps());
   const double env_rate = rate(env_steps, report.wall_seconds);
+  const std::string name =
+      options.ids.size() == 1 ? options.ids.front() : fmt::format("{} tasks", options.ids.size());
   std::string text = fmt::format(
       "{}: {} environments x {} steps, {} threads, policy {}\n"
       "  env steps       {} in {:.3f} s\n"
       "  env steps/s     {} ({} for stepping alone, without the policy)\n"
       "  physics steps/s {}\n",
-      env.info().id, env.num_envs(), report.steps, env.options().threads, name_of(options.policy),
+      name, group.num_envs(), report.steps, group.threads(), name_of(options.policy),
       with_thousands(env_steps), report.wall_seconds, with_thousands(env_rate),
       with_thousands(rate(env_steps, report.step_seconds)),
-      with_thousands(env_rate * env.options().substeps));
-  if (const double images = images_per_step(env.options()); images > 0) {
+      with_thousands(env_rate * common.substeps));
+  if (const double images = images_per_step(common); images > 0) {
     text += fmt::format("  images/s        {}\n", with_thousands(env_rate * images));
   }
-  if (log.episodes() > 0) {
-    text += fmt::format("  episodes        {}: success_once {:.3f}, mean return {:.3f}\n",
-                        with_thousands(static_cast<double>(log.episodes())), log.success_rate(),
-                        log.mean_return());
-  } else {
-    text += fmt::format("  episodes        none finished (one takes up to {} steps)\n",
-                        env.info().horizon);
-  }
-  const std::uint64_t unstable = Queries(env).unstable_count();
+  text += fmt::format(
+      "  episodes        {}\n",
+      episodes_in_words(log.episodes(), log.success_rate(), log.mean_return(), group.horizon()));
+  const std::uint64_t unstable = unstable_steps(group);
   if (unstable > 0) text += fmt::format("  unstable steps  {}\n", unstable);
-  if (report.hash) text += fmt::format("  hash            {:016x}\n", *report.hash);
+  if (log.hash()) text += fmt::format("  hash            {:016x}\n", *log.hash());
+  if (!group.is_common()) return text;
+  for (const TaskLog& task : log.tasks()) {
+    text += fmt::format("  {} x {}: {}\n", task.batch.num_envs(), task.batch.info().id,
+                        episodes_in_words(task.episodes.episodes(), task.episodes.success_rate(),
+                                          task.episodes.mean_return(), task.batch.info().horizon));
+  }
   return text;
 }
 
 // Fills in the options that were not given.
 RolloutOptions completed(RolloutOptions options) {
+  const auto tasks = static_cast<int>(options.ids.size());
   if (options.num_envs > 0) {
     options.env.num_envs = options.num_envs;
   } else if (options.episodes > 0) {
-    options.env.num_envs = std::min(kDefaultEnvs, options.episodes);
+    options.env.num_envs = std::min(kDefaultEnvs, options.episodes * tasks);
+  }
+  if (options.env.num_envs < tasks) {
+    throw Error(Error::kInvalidArgument,
+                fmt::format("--num-envs: {} given for {} tasks, {} and more allowed",
+                            options.env.num_envs, tasks, tasks));
   }
   if (options.steps == 0) {
     options.steps = options.episodes > 0 ? std::numeric_limits<int>::max() : kDefaultSteps;
   }
-  if (options.env.auto_reset == AutoReset::kOff && options.episodes > options.env.num_envs) {
-    throw Error(Error::kInvalidArgument,
-                fmt::format("--episodes: {} given; with --auto-reset off each of the {} "
-                            "environments runs one, so up to {} allowed",
-                            options.episodes, options.env.num_envs, options.env.num_envs));
+  if (options.env.auto_reset == AutoReset::kOff &&
+      options.episodes > options.env.num_envs / tasks) {
+    throw Error(
+        Error::kInvalidArgument,
+        fmt::format("--episodes: {} given; with --auto-reset off each of the {} "
+                    "environments runs one, so up to {} allowed",
+                    options.episodes, options.env.num_envs / tasks, options.env.num_envs / tasks));
   }
   return options;
 }
 
+// One task, or several that share the environments evenly.
+std::unique_ptr<BatchGroup> make_group(const RolloutOptions& options) {
+  if (options.ids.size() == 1) {
+    return std::make_unique<BatchGroup>(make(options.ids.front(), options.env));
+  }
+  const auto tasks = static_cast<int>(options.ids.size());
+  std::vector<TaskShare> shares;
+  for (int i = 0; i < tasks; ++i) {
+    const int extra = i < options.env.num_envs % tasks ? 1 : 0;
+    shares.push_back(
+        {options.ids[static_cast<std::size_t>(i)], options.env.num_envs / tasks + extra});
+  }
+  return engram::make_group(shares, options.env);
+}
+
 void run(const RolloutOptions& given) {
   const RolloutOptions options = completed(given);
-  const auto env = make(options.id, options.env);
-  warn_of_unused_constants(options.id, options.env);
-  EpisodeLog log(*env, options.episodes);
-  const RolloutReport report = roll_out(*env, options, log);
-  print(options.json ? to_text(to_document(*env, options, log, report))
-                     : to_plain_text(*env, options, log, report));
+  const auto group = make_group(options);
+  for (const std::string& id : options.ids) warn_of_unused_constants(id, options.env);
+  RolloutLog log(*group, options);
+  const RolloutReport report = roll_out(*group, options, log);
+  print(options.json ? to_text(to_document(*group, options, log, report))
+                     : to_plain_text(*group, options, log, report));
 }
 
 }  // namespace
 
 void add_rollout_command(const Command& program) {
   const auto options = std::make_shared<RolloutOptions>();
-  const Command command = program.add_command("rollout", "Batched rollouts of one task");
-  command.add_option("id", options->id, "The task, such as RememberColor9-VLA-v0")
+  const Command command = program.add_command("rollout", "Batched rollouts of one task or several");
+  command
+      .add_option("ids", options->ids,
+                  "The task, such as RememberColor9-VLA-v0, or several in one batch")
       .required()
       .type_name("ID");
   add_num_envs(command, options->num_envs)
-      .description("Environments stepped together; with --episodes, by default no more than E")
+      .description(
+          "Environments stepped together, shared evenly by the tasks; with --episodes, by "
+          "default no more than E for each task")
       .default_str(std::to_string(kDefaultEnvs));
   add_int(command, "--steps", options->steps, 1, std::numeric_limits<int>::max(),
           "Control steps per environment; with --episodes, at most")
       .type_name("T")
       .default_str(std::to_string(kDefaultSteps));
   add_int(command, "--episodes", options->episodes, 1, std::numeric_limits<int>::max(),
-          "Runs until E episodes are finished: as many of each environment, give or take one")
+          "Runs until E episodes of each task are finished: as many of each environment, give or "
+          "take one")
       .type_name("E")
       .default_str("");
-  add_seed(command, options->env.seed, "Environment i begins with seed + i");
+  add_seed(command, options->env.seed, "Environment i of a task begins with seed + i");
   add_threads(command, options->env.threads);
   add_lanes(command, options->env.lanes);
   add_obs(command, options->env, kAllObsModes);

@@ -247,6 +247,22 @@ struct EnvOptions {
   ImageOptions images = {};
 };
 
+/// Environments of one task in a batch of several, and what is the task's own: it comes in addition
+/// to what the options have for all tasks, and wins.
+struct TaskShare {
+  std::string id;
+  int num_envs = 1;
+  std::string constants = {};  ///< a JSON object as in EnvOptions; empty: none
+  std::vector<Pin> pins = {};
+  std::vector<TaskOption> task_options = {};
+};
+
+/// An array of the caller's for an output, as large as the output.
+struct OutputTarget {
+  std::string name;
+  std::span<std::byte> bytes;  ///< std::as_writable_bytes(std::span(values))
+};
+
 /// Environments to reset, and their new seeds, pins and ranges. Empty members: all environments;
 /// seeds, pins and ranges as before.
 struct ResetRequest {
@@ -311,22 +327,23 @@ struct CameraParams {
 /// One environment or a whole batch as bytes, bit-exactly.
 using Snapshot = std::vector<std::byte>;
 
-/// A batch of environments of one task, stepped in lockstep. Movable; a moved-from one can only be
-/// assigned to and destroyed. It may be used from any thread, but from one at a time: a second call
-/// meanwhile is refused with Error (kBadState).
+/// A batch of environments, stepped in lockstep, of one task or several. Movable; a moved-from one
+/// can only be assigned to and destroyed. It may be used from any thread, but from one at a time: a
+/// second call meanwhile is refused with Error (kBadState).
 class VectorEnv {
  public:
-  /// See make().
+  /// See make() and make_group().
   VectorEnv(const std::string& id, const EnvOptions& options);
+  VectorEnv(const std::vector<TaskShare>& tasks, const EnvOptions& options);
 
   // --- facts ---
-  /// Id of the task.
+  /// Id of the task; of several the ids, joined by "+".
   const std::string& id() const { return id_; }
   int num_envs() const { return num_envs_; }
   int num_threads() const { return engram_num_threads(handle_.get()); }
   int action_dim() const { return action_dim_; }
   int state_dim() const { return state_dim_; }  ///< floats of a state observation
-  int horizon() const { return horizon_; }      ///< control steps of an episode
+  int horizon() const { return horizon_; }      ///< control steps of an episode; the longest
   /// Bounds of each action component (action_dim); infinite where there is none.
   std::span<const float> action_low() const { return action_low_; }
   std::span<const float> action_high() const { return action_high_; }
@@ -355,6 +372,16 @@ class VectorEnv {
   void act(Policy policy, std::span<float> actions);
   /// N * action_dim zeros.
   std::vector<float> make_actions() const;
+
+  /// From the first reset on, outputs are written to arrays of the caller's as well, and pictures
+  /// to those alone: rgb(), depth() and segmentation() then point there. They outlive this object.
+  /// second: arrays for the same outputs: steps write to the second and the first in turns, so that
+  /// one can be read while a step_async writes the other. Throws Error after the first reset
+  /// (kBadState) and for a name or size that is wrong.
+  void write_outputs(const std::vector<OutputTarget>& first,
+                     const std::vector<OutputTarget>& second = {});
+  /// 0 or 1: the arrays, first or second, that the last reset or step has written to.
+  int output_turn() const { return engram_output_turn(handle_.get()); }
 
   // --- outputs of the last reset or step ---
   /// (N, state_dim); state and objects modes, else empty.
@@ -436,14 +463,18 @@ class VectorEnv {
   struct Close {
     void operator()(engram_env* env) const { engram_close(env); }
   };
+  VectorEnv(engram_env* handle, std::string id, ObsMode mode);
   template <class T>
   std::span<const T> all_of(const char* name) const;
+  void find_pictures();
   float* rows(const char* what, std::span<float> out, std::size_t width) const;
   Snapshot save_index(int index) const;
   int slot(int env) const;
 
   std::unique_ptr<engram_env, Close> handle_;
   std::string id_;
+  ObsMode obs_mode_ = ObsMode::kState;
+  bool turns_ = false;  // outputs take turns
   int num_envs_ = 0;
   int action_dim_ = 0;
   int state_dim_ = 0;
@@ -472,6 +503,16 @@ class VectorEnv {
 /// renderer.
 inline VectorEnv make(const std::string& id, const EnvOptions& options = {}) {
   return VectorEnv(id, options);
+}
+
+/// A batch of environments of several tasks, one task behind the other. Environment i of a task has
+/// options.seed + i and is, bit for bit, what it is alone; options.num_envs does not count. Outputs
+/// have one array each over all environments, as wide as the widest task's, zero where a task lacks
+/// them. Two more outputs: "task_index" (N), and in the objects modes "object_mask" (N, objects), 1
+/// where the task has that object. "tasks" of describe() lists the tasks. Throws the errors of
+/// make().
+inline VectorEnv make_group(const std::vector<TaskShare>& tasks, const EnvOptions& options = {}) {
+  return VectorEnv(tasks, options);
 }
 
 /// A new id for a task with other constants.

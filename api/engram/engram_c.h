@@ -253,6 +253,28 @@ typedef struct engram_env engram_env;
 ENGRAM_API engram_status engram_make(const char* id, const engram_options* options,
                                      engram_env** env);
 
+/** Environments of one task in a batch of several, and what is the task's own; what options have
+ * for all tasks comes in addition, and loses where both name the same. */
+typedef struct engram_task_share {
+  const char* id;
+  int32_t num_envs;       /**< 1 or more */
+  const char* constants;  /**< a JSON object as in engram_options; NULL: none */
+  const engram_pin* pins; /**< num_pins of them */
+  size_t num_pins;
+  const engram_task_option* task_options; /**< num_task_options of them */
+  size_t num_task_options;
+} engram_task_share;
+
+/** Makes one batch of several tasks, stepped in lockstep. The environments of the first task come
+ * first; environment i of a task has options.seed + i, and is bit for bit what it is alone.
+ * options.num_envs does not count. Outputs have one array each over all environments, as wide as
+ * the widest task's, zero where a task lacks them, float32 where tasks differ in type; fields of
+ * observation rows have one place in the rows of all tasks. Two more outputs: task_index (N), and
+ * in the objects modes object_mask (N, objects), 1 where the task has that object. "tasks" of
+ * engram_describe_json lists the tasks. Fails as engram_make does. */
+ENGRAM_API engram_status engram_make_group(const engram_task_share* tasks, size_t num_tasks,
+                                           const engram_options* options, engram_env** env);
+
 /** Ends the batch and frees what it owns; a call or step under way is waited for. NULL is allowed.
  */
 ENGRAM_API void engram_close(engram_env* env);
@@ -263,7 +285,7 @@ ENGRAM_API int32_t engram_num_envs(const engram_env* env);
 ENGRAM_API int32_t engram_num_threads(const engram_env* env);
 ENGRAM_API int32_t engram_action_dim(const engram_env* env);
 ENGRAM_API int32_t engram_state_dim(const engram_env* env);
-/** Control steps of an episode. */
+/** Control steps of an episode; of several tasks the longest. */
 ENGRAM_API int32_t engram_horizon(const engram_env* env);
 /** Least and greatest value of each action component, engram_action_dim of them; infinite where
  * there is no bound. */
@@ -383,6 +405,24 @@ ENGRAM_API engram_status engram_final_output(engram_env* env, const char* name,
 ENGRAM_API size_t engram_num_outputs(const engram_env* env);
 ENGRAM_API engram_status engram_output_at(engram_env* env, size_t index, engram_array* array);
 
+/** An array of the caller's for an output. */
+typedef struct engram_output_target {
+  const char* name;
+  void* data;
+  size_t size; /**< bytes: exactly those of the output */
+} engram_output_target;
+
+/** From the first reset on, outputs are written to arrays of the caller's, `count` of them; they
+ * outlive the handle. Arrays of pictures that engram_output returned before are no longer valid:
+ * pictures are drawn into the caller's alone, to which it then points. second: NULL, or as many
+ * arrays for the same outputs: steps then write to the second and the first in turns, so that one
+ * can be read while a step_async writes the other. Refused after the first reset, and for a name or
+ * size that is wrong. */
+ENGRAM_API engram_status engram_write_outputs(engram_env* env, const engram_output_target* first,
+                                              const engram_output_target* second, size_t count);
+/** 0 or 1: the arrays, first or second, that the last reset or step has written to. */
+ENGRAM_API int32_t engram_output_turn(const engram_env* env);
+
 /** The language instruction of one environment's episode. Copies at most `capacity` bytes, the
  * closing 0 included, and sets *length (may be NULL) to the length without it. */
 ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char* text,
@@ -408,8 +448,9 @@ ENGRAM_API engram_status engram_camera_params(engram_env* env, const char* camer
                                               int32_t height, float* extrinsic_cv,
                                               float* cam2world_gl, float* intrinsic_cv);
 /** Values that an episode has drawn, such as the lengths of its phases: how many of them there are
- * ("drawn" of engram_describe_json names them, in order), and those of all environments, row by
- * row; count: N * engram_drawn_dim. They reveal what policies must not know. */
+ * (0 in a batch of several tasks; "drawn" of engram_describe_json names them, in order), and those
+ * of all environments, row by row; count: N * engram_drawn_dim. They reveal what policies must not
+ * know. */
 ENGRAM_API int32_t engram_drawn_dim(const engram_env* env);
 ENGRAM_API engram_status engram_drawn(engram_env* env, float* values, size_t count);
 

@@ -72,12 +72,18 @@ inline std::vector<engram_pin> to_c(const std::vector<Pin>& pins) {
   return all;
 }
 
-inline engram_env* make_handle(const std::string& id, const EnvOptions& options) {
+inline std::vector<engram_task_option> to_c(const std::vector<TaskOption>& options) {
+  std::vector<engram_task_option> all;
+  all.reserve(options.size());
+  for (const TaskOption& option : options) all.push_back({c_text(option.name), option.value});
+  return all;
+}
+
+// Calls f with the options as the C API takes them.
+template <class F>
+engram_env* with_options(const EnvOptions& options, F&& f) {
   const std::vector<engram_pin> pins = to_c(options.pins);
-  std::vector<engram_task_option> task_options;
-  for (const TaskOption& option : options.task_options) {
-    task_options.push_back({c_text(option.name), option.value});
-  }
+  const std::vector<engram_task_option> task_options = to_c(options.task_options);
   std::vector<const char*> cameras;
   for (const std::string& camera : options.images.cameras) cameras.push_back(c_text(camera));
   const char* const no_camera = nullptr;
@@ -121,8 +127,45 @@ inline engram_env* make_handle(const std::string& id, const EnvOptions& options)
   c.num_cameras = cameras.size();
 
   engram_env* made = nullptr;
-  check(engram_make(c_text(id), &c, &made));
+  check(f(&c, &made));
   return made;
+}
+
+inline engram_env* make_handle(const std::string& id, const EnvOptions& options) {
+  return with_options(options, [&id](const engram_options* c, engram_env** made) {
+    return engram_make(c_text(id), c, made);
+  });
+}
+
+inline engram_env* make_handle(const std::vector<TaskShare>& tasks, const EnvOptions& options) {
+  std::vector<std::vector<engram_pin>> pins;
+  std::vector<std::vector<engram_task_option>> task_options;
+  std::vector<engram_task_share> shares;
+  for (const TaskShare& task : tasks) {
+    pins.push_back(to_c(task.pins));
+    task_options.push_back(to_c(task.task_options));
+    const char* const constants = task.constants.empty() ? nullptr : c_text(task.constants);
+    shares.push_back({c_text(task.id), task.num_envs, constants, pins.back().data(),
+                      pins.back().size(), task_options.back().data(), task_options.back().size()});
+  }
+  return with_options(options, [&shares](const engram_options* c, engram_env** made) {
+    return engram_make_group(shares.data(), shares.size(), c, made);
+  });
+}
+
+inline std::string joined_ids(const std::vector<TaskShare>& tasks) {
+  std::string ids;
+  for (const TaskShare& task : tasks) ids += (ids.empty() ? "" : "+") + task.id;
+  return ids;
+}
+
+inline std::vector<engram_output_target> to_c(const std::vector<OutputTarget>& targets) {
+  std::vector<engram_output_target> all;
+  all.reserve(targets.size());
+  for (const OutputTarget& target : targets) {
+    all.push_back({c_text(target.name), target.bytes.data(), target.bytes.size()});
+  }
+  return all;
 }
 
 inline Output to_output(const engram_array& array) {
@@ -180,8 +223,16 @@ std::span<const T> Output::row(int env) const {
 }
 
 inline VectorEnv::VectorEnv(const std::string& id, const EnvOptions& options)
-    : handle_(detail::make_handle(id, options)),
-      id_(id),
+    : VectorEnv(detail::make_handle(id, options), id, options.obs_mode) {}
+
+inline VectorEnv::VectorEnv(const std::vector<TaskShare>& tasks, const EnvOptions& options)
+    : VectorEnv(detail::make_handle(tasks, options), detail::joined_ids(tasks), options.obs_mode) {}
+
+// Takes over the handle.
+inline VectorEnv::VectorEnv(engram_env* handle_to_own, std::string id, ObsMode mode)
+    : handle_(handle_to_own),
+      id_(std::move(id)),
+      obs_mode_(mode),
       num_envs_(engram_num_envs(handle())),
       action_dim_(engram_action_dim(handle())),
       state_dim_(engram_state_dim(handle())),
@@ -199,13 +250,30 @@ inline VectorEnv::VectorEnv(const std::string& id, const EnvOptions& options)
       elapsed_steps_(all_of<std::int32_t>("elapsed_steps")),
       unstable_(all_of<std::uint8_t>("unstable")),
       final_mask_(all_of<std::uint8_t>("final_mask")) {
-  const ObsMode mode = options.obs_mode;
-  const bool both = mode == ObsMode::kRgbDepthSegmentation;
-  const bool depth = both || mode == ObsMode::kRgbDepth;
-  const bool segmentation = both || mode == ObsMode::kRgbSegmentation;
-  if (depth || segmentation || mode == ObsMode::kRgb) rgb_ = all_of<std::uint8_t>("rgb");
+  find_pictures();
+}
+
+inline void VectorEnv::find_pictures() {
+  const bool both = obs_mode_ == ObsMode::kRgbDepthSegmentation;
+  const bool depth = both || obs_mode_ == ObsMode::kRgbDepth;
+  const bool segmentation = both || obs_mode_ == ObsMode::kRgbSegmentation;
+  if (depth || segmentation || obs_mode_ == ObsMode::kRgb) rgb_ = all_of<std::uint8_t>("rgb");
   if (depth) depth_ = all_of<std::int16_t>("depth");
   if (segmentation) segmentation_ = all_of<std::int16_t>("segmentation");
+}
+
+inline void VectorEnv::write_outputs(const std::vector<OutputTarget>& first,
+                                     const std::vector<OutputTarget>& second) {
+  if (!second.empty() && second.size() != first.size()) {
+    detail::refuse(std::to_string(first.size()) + " first and " + std::to_string(second.size()) +
+                   " second arrays given, as many of both needed");
+  }
+  const std::vector<engram_output_target> one = detail::to_c(first);
+  const std::vector<engram_output_target> other = detail::to_c(second);
+  detail::check(engram_write_outputs(handle(), one.data(), second.empty() ? nullptr : other.data(),
+                                     one.size()));
+  turns_ = !second.empty();
+  find_pictures();
 }
 
 template <class T>
@@ -241,15 +309,22 @@ inline void VectorEnv::reset(const ResetRequest& request) {
 
 inline void VectorEnv::step(std::span<const float> actions) {
   detail::check(engram_step(handle(), actions.data(), actions.size()));
+  if (turns_) find_pictures();
 }
 
-inline void VectorEnv::step_no_action() { detail::check(engram_step_no_action(handle())); }
+inline void VectorEnv::step_no_action() {
+  detail::check(engram_step_no_action(handle()));
+  if (turns_) find_pictures();
+}
 
 inline void VectorEnv::step_async(std::span<const float> actions) {
   detail::check(engram_step_async(handle(), actions.data(), actions.size()));
 }
 
-inline void VectorEnv::step_wait() { detail::check(engram_step_wait(handle())); }
+inline void VectorEnv::step_wait() {
+  detail::check(engram_step_wait(handle()));
+  if (turns_) find_pictures();
+}
 
 inline void VectorEnv::act(Policy policy, std::span<float> actions) {
   detail::check(

@@ -25,6 +25,10 @@ const char* dtype_name(DType type) {
       return "float32";
     case DType::kFloat64:
       return "float64";
+    case DType::kUInt8:
+      return "uint8";
+    case DType::kInt16:
+      return "int16";
   }
   return "unknown";
 }

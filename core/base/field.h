@@ -7,13 +7,16 @@
 
 namespace engram {
 
-enum class DType : std::uint8_t { kBool, kInt32, kUInt64, kFloat32, kFloat64 };
+enum class DType : std::uint8_t { kBool, kInt32, kUInt64, kFloat32, kFloat64, kUInt8, kInt16 };
 
 // Bytes of one element.
 constexpr std::size_t size_of(DType type) {
   switch (type) {
     case DType::kBool:
+    case DType::kUInt8:
       return 1;
+    case DType::kInt16:
+      return 2;
     case DType::kInt32:
     case DType::kFloat32:
       return 4;

@@ -207,50 +207,52 @@ void Batch::require_started(const char* what) const {
 
 // --- reset ---
 
-void Batch::reset(const ResetRequest& request) {
-  const IeeeScope scope;
+Batch::CheckedReset Batch::checked_reset(const ResetRequest& request) const {
   const auto count = static_cast<std::size_t>(num_envs());
   if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
   if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
   if (request.pins != nullptr) pins_.check(*request.pins);
-  const std::vector<NarrowedRange> ranges = request.constants != nullptr
-                                                ? pins_.narrowed_ranges(*request.constants)
-                                                : std::vector<NarrowedRange>();
-  const auto selected = [&request](int env) {
-    return request.mask.empty() || request.mask[static_cast<std::size_t>(env)] != 0;
-  };
-  if (!started_) {
-    for (int env = 0; env < num_envs(); ++env) {
-      if (!selected(env)) {
-        throw Error(Error::kBadState, "first reset with environment " + std::to_string(env) +
-                                          " masked out; the first one must reset all");
-      }
-    }
+  CheckedReset reset{request, request.pins, {}};
+  if (reset.pins == nullptr && !started_) reset.pins = &options_.pins;
+  if (request.constants != nullptr) reset.ranges = pins_.narrowed_ranges(*request.constants);
+  for (int env = 0; !started_ && env < num_envs(); ++env) {
+    if (reset.selects(env)) continue;
+    throw Error(Error::kBadState, "first reset with environment " + std::to_string(env) +
+                                      " masked out; the first one must reset all");
   }
-  const std::vector<Pin>* pins = request.pins != nullptr ? request.pins
-                                 : started_              ? nullptr
-                                                         : &options_.pins;
+  return reset;
+}
+
+void Batch::reset(const ResetRequest& request) {
+  const IeeeScope scope;
+  const CheckedReset reset = checked_reset(request);
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
-    if (clock_ != nullptr) clock(worker)->start();
-    for (int env = begin; env < end; ++env) {
-      if (!selected(env)) continue;
-      std::uint64_t seed = options_.seed + static_cast<std::uint64_t>(env);
-      std::uint64_t episode = 0;
-      if (!request.seeds.empty()) {
-        seed = request.seeds[static_cast<std::size_t>(env)];
-      } else if (started_) {
-        seed = state_.seed[env];
-        episode = state_.episode[env] + 1;
-      }
-      if (pins != nullptr) pins_.set(env, *pins);
-      if (request.constants != nullptr) pins_.narrow(env, ranges);
-      reset_env(worker, env, seed, episode);
-      mark(clock(worker), StepPart::kReset);
-      render_observation(worker, env);
-      final_mask_[static_cast<std::size_t>(env)] = 0;
-    }
+    reset_range(worker, {begin, end}, reset);
   });
   started_ = true;
+}
+
+void Batch::reset_range(int worker, Range envs, const CheckedReset& reset) {
+  const ResetRequest& request = reset.request;
+  if (clock_ != nullptr) clock(worker)->start();
+  for (int env = envs.begin; env < envs.end; ++env) {
+    if (!reset.selects(env)) continue;
+    std::uint64_t seed = options_.seed + static_cast<std::uint64_t>(env);
+    std::uint64_t episode = 0;
+    if (!request.seeds.empty()) {
+      seed = request.seeds[static_cast<std::size_t>(env)];
+    } else if (started_) {
+      seed = state_.seed[env];
+      episode = state_.episode[env] + 1;
+    }
+    if (reset.pins != nullptr) pins_.set(env, *reset.pins);
+    if (request.constants != nullptr) pins_.narrow(env, reset.ranges);
+    reset_env(worker, env, seed, episode);
+    mark(clock(worker), StepPart::kReset);
+    render_observation(worker, env);
+    final_mask_[static_cast<std::size_t>(env)] = 0;
+  }
+  copy_outputs(envs);
 }
 
 void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode_number) {
@@ -287,38 +289,47 @@ void Batch::check_actions(std::span<const float> actions) const {
   const auto bad = std::find_if_not(actions.begin(), actions.end(),
                                     [](float value) { return std::isfinite(value); });
   if (bad != actions.end()) {
-    const auto index = static_cast<std::size_t>(bad - actions.begin());
-    throw Error(Error::kInvalidArgument, "action of environment " + std::to_string(index / dim) +
-                                             ", component " + std::to_string(index % dim) + ": " +
-                                             std::to_string(*bad) +
-                                             " given, a finite number needed");
+    refuse_action(static_cast<std::size_t>(bad - actions.begin()), dim, *bad);
   }
   if (options_.after_end == AfterEnd::kRefuse) refuse_ended();
 }
 
+void Batch::refuse_action(std::size_t index, std::size_t dim, float value) {
+  throw Error(Error::kInvalidArgument, "action of environment " + std::to_string(index / dim) +
+                                           ", component " + std::to_string(index % dim) + ": " +
+                                           std::to_string(value) +
+                                           " given, a finite number needed");
+}
+
 // Throws Error if an episode has ended that nothing resets but the user.
-void Batch::refuse_ended() const {
+void Batch::refuse_ended(int first) const {
   if (options_.auto_reset != AutoReset::kOff) return;
   for (int env = 0; env < num_envs(); ++env) {
     if (state_.finished[env] == 0) continue;
     throw Error(Error::kBadState,
-                "the episode of environment " + std::to_string(env) +
+                "the episode of environment " + std::to_string(first + env) +
                     " has ended; reset it, or make the batch with after_end hold or continue");
   }
 }
 
+void Batch::check_no_action(int first) const {
+  require_started("step");
+  if (options_.after_end == AfterEnd::kRefuse) refuse_ended(first);
+}
+
 void Batch::step(std::span<const float> actions) {
   check_actions(actions);
-  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
-    step_range(worker, {begin, end}, actions.data());
-  });
+  step_all(actions.data());
 }
 
 void Batch::step_no_action() {
-  require_started("step");
-  if (options_.after_end == AfterEnd::kRefuse) refuse_ended();
+  check_no_action();
+  step_all(nullptr);
+}
+
+void Batch::step_all(const float* actions) {
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
-    step_range(worker, {begin, end}, nullptr);
+    step_range(worker, {begin, end}, actions);
   });
 }
 
@@ -338,6 +349,7 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
         render_observation(worker, env);
       } else {
         reward_[env] = 0;
+        if (images_) images_->repeat(env);
       }
       ++env;
       continue;
@@ -351,6 +363,7 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
     }
     finish_steps(worker, {begin, env});
   }
+  copy_outputs(envs);
 }
 
 // Action, controller and physics of environments that move side by side.
@@ -474,6 +487,14 @@ void Batch::finish_step(int worker, int env) {
   truncated_[env] = flags[1];
   unstable_[env] = flags[2];
   render_observation(worker, env);
+}
+
+void Batch::draw_into(const ImageTargets& now, const ImageTargets& finals) {
+  if (images_) images_->draw_into(now, finals);
+}
+
+void Batch::turn_to(const ImageTargets& now) {
+  if (images_) images_->turn_to(now);
 }
 
 void Batch::render_observation(int worker, int env) {

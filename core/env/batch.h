@@ -12,6 +12,7 @@
 #include "core/base/thread_pool.h"
 #include "core/env/object_view.h"
 #include "core/env/options.h"
+#include "core/env/output_copies.h"
 #include "core/env/task.h"
 #include "core/image/image_batch.h"
 #include "core/sim/controller.h"
@@ -111,11 +112,20 @@ class Batch {
   // have options().threads workers and live until then.
   void attach(StepClock* clock) { clock_ = clock; }
 
+  // Attaches copies that are made of the outputs of every range of environments, by the thread that
+  // has computed them; null stops that. They live until then.
+  void attach(const OutputCopies* copies) { copies_ = copies; }
+  // Arrays that take the place of this batch's own pictures, and outlive it; null: its own.
+  void draw_into(const ImageTargets& now, const ImageTargets& finals = {});
+  // Two such arrays take turns: the next step draws into these.
+  void turn_to(const ImageTargets& now);
+
   // The engine's columns, for tools and tests that look inside.
   const State& state() const { return state_; }
   const ColumnStore& memory() const { return memory_; }
 
  private:
+  friend class BatchGroup;
   friend class Queries;
   friend class SceneRenderer;
   friend class ScriptedPolicy;
@@ -136,12 +146,28 @@ class Batch {
   // Throw Error for an environment that does not exist, or before the first reset.
   void check_env(int env) const;
   void require_started(const char* what) const;
+  // A reset whose arguments are checked.
+  struct CheckedReset {
+    const ResetRequest& request;
+    const std::vector<Pin>* pins = nullptr;  // new ones
+    std::vector<NarrowedRange> ranges;       // new ones, where the request has constants
+    bool selects(int env) const {
+      return request.mask.empty() || request.mask[static_cast<std::size_t>(env)] != 0;
+    }
+  };
+  CheckedReset checked_reset(const ResetRequest& request) const;
+  void reset_range(int worker, Range envs, const CheckedReset& reset);
   void reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode);
-  void refuse_ended() const;
+  // Throw Error. first: number of environment 0 in the message.
+  void check_no_action(int first = 0) const;
+  void refuse_ended(int first = 0) const;
+  [[noreturn]] static void refuse_action(std::size_t index, std::size_t dim, float value);
   // True for an environment that a step leaves alone, or resets.
   bool waits(int env) const {
     return state_.finished[env] != 0 && options_.after_end != AfterEnd::kContinue;
   }
+  // actions: of all environments; null: none.
+  void step_all(const float* actions);
   void step_range(int worker, Range envs, const float* actions);
   void simulate(int worker, Range envs, const float* actions);
   void take_action(int env, const float* actions);
@@ -150,6 +176,9 @@ class Batch {
   void finish_step(int worker, int env);
   bool outputs_finite(int env) const;
   void render_observation(int worker, int env);
+  void copy_outputs(Range envs) const {
+    if (copies_ != nullptr) copies_->copy(envs, final_mask_.data());
+  }
   StepClock::Worker* clock(int worker) const {
     return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
   }
@@ -192,6 +221,7 @@ class Batch {
   Column<double> episode_return_;
   AlignedArray<std::uint8_t> final_mask_;
 
+  const OutputCopies* copies_ = nullptr;
   StepClock* clock_ = nullptr;
   bool started_ = false;  // a first reset has been made
   std::atomic<std::uint64_t> unstable_count_ = 0;

@@ -93,20 +93,16 @@ std::span<const std::uint8_t> Batch::final_mask() const { return final_mask_.spa
 
 ObservedImages Batch::images() const {
   if (!images_) return {};
-  ObservedImages images = {images_->rgb().now.span(),
-                           images_->depth().now.span(),
-                           images_->segmentation().now.span(),
-                           {}};
+  ObservedImages images = {
+      images_->rgb().now(), images_->depth().now(), images_->segmentation().now(), {}};
   if (!images.segmentation.empty()) images.segmentation_names = images_->segments();
   return images;
 }
 
 ObservedImages Batch::final_images() const {
   if (!images_) return {};
-  ObservedImages images = {images_->rgb().finals.span(),
-                           images_->depth().finals.span(),
-                           images_->segmentation().finals.span(),
-                           {}};
+  ObservedImages images = {
+      images_->rgb().finals(), images_->depth().finals(), images_->segmentation().finals(), {}};
   if (!images.segmentation.empty()) images.segmentation_names = images_->segments();
   return images;
 }

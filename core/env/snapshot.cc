@@ -182,6 +182,7 @@ void Snapshotter::restore_range(Range envs, std::span<const std::byte> bytes) co
     batch_.observe({env, env + 1});
     batch_.render_observation(0, env);
   }
+  batch_.copy_outputs(envs);
 }
 
 std::vector<std::byte> Snapshotter::save(int env) const {
@@ -203,6 +204,8 @@ void Snapshotter::restore(int env, std::span<const std::byte> bytes) const {
   batch_.require_started("restore");
   restore_range({env, env + 1}, bytes);
 }
+
+void Snapshotter::check(std::span<const std::byte> bytes) const { check(bytes, batch_.num_envs()); }
 
 void Snapshotter::restore(std::span<const std::byte> bytes) const {
   restore_range({0, batch_.num_envs()}, bytes);

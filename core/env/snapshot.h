@@ -28,6 +28,8 @@ class Snapshotter {
   // of environments.
   void restore(int env, std::span<const std::byte> bytes) const;
   void restore(std::span<const std::byte> bytes) const;
+  // Throws Error where restoring all environments would.
+  void check(std::span<const std::byte> bytes) const;
 
  private:
   std::string label() const;

@@ -7,23 +7,6 @@
 #include "core/math/display_color.h"
 
 namespace engram {
-namespace {
-
-template <class T>
-void allocate(ImageBatch::Pictures<T>& pictures, std::size_t size, int num_envs, bool finals) {
-  pictures.size = size;
-  const std::size_t all = size * static_cast<std::size_t>(num_envs);
-  pictures.now = AlignedArray<T>(all);
-  if (finals) pictures.finals = AlignedArray<T>(all);
-}
-
-template <class T>
-void keep(ImageBatch::Pictures<T>& pictures, int env) {
-  const std::size_t offset = pictures.size * static_cast<std::size_t>(env);
-  std::copy_n(pictures.now.data() + offset, pictures.size, pictures.finals.data() + offset);
-}
-
-}  // namespace
 
 void check_image_size(int width, int height) {
   if (std::min(width, height) >= 1 && std::max(width, height) <= kMaxImageSize) return;
@@ -106,9 +89,9 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
   }
   requests_.assign(static_cast<std::size_t>(workers), one);
   const std::size_t cells = shape.cells();
-  allocate(rgb_, 3 * cells, num_envs, keeps_finals);
-  if (kinds.depth) allocate(depth_, cells, num_envs, keeps_finals);
-  if (kinds.segmentation) allocate(segmentation_, cells, num_envs, keeps_finals);
+  rgb_ = Pictures<std::uint8_t>(3 * cells, num_envs, keeps_finals);
+  if (kinds.depth) depth_ = Pictures<std::int16_t>(cells, num_envs, keeps_finals);
+  if (kinds.segmentation) segmentation_ = Pictures<std::int16_t>(cells, num_envs, keeps_finals);
 }
 
 void ImageBatch::render(int worker, const State& state, int env) {
@@ -116,16 +99,34 @@ void ImageBatch::render(int worker, const State& state, int env) {
   for (std::size_t camera = 0; camera < requests.size(); ++camera) {
     RenderImage& request = requests[camera];
     request.rgb = rgb_.of(env) + 3 * camera;
-    if (depth_.size > 0) request.depth_mm = depth_.of(env) + camera;
-    if (segmentation_.size > 0) request.segment_id = segmentation_.of(env) + camera;
+    if (depth_.size() > 0) request.depth_mm = depth_.of(env) + camera;
+    if (segmentation_.size() > 0) request.segment_id = segmentation_.of(env) + camera;
   }
   source_->render(worker, views_.view(worker, state, env), requests);
 }
 
 void ImageBatch::keep_final(int env) {
-  keep(rgb_, env);
-  keep(depth_, env);
-  keep(segmentation_, env);
+  rgb_.keep_final(env);
+  depth_.keep_final(env);
+  segmentation_.keep_final(env);
+}
+
+void ImageBatch::repeat(int env) {
+  rgb_.repeat(env);
+  depth_.repeat(env);
+  segmentation_.repeat(env);
+}
+
+void ImageBatch::draw_into(const ImageTargets& now, const ImageTargets& finals) {
+  rgb_.draw_into(now.rgb, finals.rgb);
+  depth_.draw_into(now.depth, finals.depth);
+  segmentation_.draw_into(now.segmentation, finals.segmentation);
+}
+
+void ImageBatch::turn_to(const ImageTargets& now) {
+  rgb_.turn_to(now.rgb);
+  depth_.turn_to(now.depth);
+  segmentation_.turn_to(now.segmentation);
 }
 
 }  // namespace engram

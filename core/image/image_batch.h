@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/aligned_array.h"
 #include "core/image/image_options.h"
 #include "core/image/image_source.h"
+#include "core/image/pictures.h"
 #include "core/robot/robot_pose.h"
 #include "core/scene/physics_model.h"
 #include "core/sim/state.h"
@@ -37,6 +37,13 @@ struct ImageKinds {
   bool segmentation = false;
 };
 
+// Arrays for pictures; null where there is none.
+struct ImageTargets {
+  std::uint8_t* rgb = nullptr;
+  std::int16_t* depth = nullptr;
+  std::int16_t* segmentation = nullptr;
+};
+
 class ImageBatch {
  public:
   // Throws Error for sizes out of range, unknown cameras or a renderer that cannot work here.
@@ -44,15 +51,6 @@ class ImageBatch {
              ImageKinds kinds, const RendererFactory& make_renderer,
              const ImageSourceOptions& options, int num_envs, int workers, bool keeps_finals);
 
-  // A picture of each environment, and the last ones of the episodes that ended last.
-  template <class T>
-  struct Pictures {
-    AlignedArray<T> now;
-    AlignedArray<T> finals;
-    std::size_t size = 0;  // of one environment
-
-    T* of(int env) { return now.data() + size * static_cast<std::size_t>(env); }
-  };
   // (num_envs, height, width, 3 * cameras)
   const Pictures<std::uint8_t>& rgb() const { return rgb_; }
   // (num_envs, height, width, cameras); empty unless asked for.
@@ -62,13 +60,19 @@ class ImageBatch {
   const std::vector<std::string>& segments() const { return source_->segments(); }
   // Size of one environment's pictures, without finals.
   std::size_t bytes() const {
-    return rgb_.size + sizeof(std::int16_t) * (depth_.size + segmentation_.size);
+    return rgb_.size() + sizeof(std::int16_t) * (depth_.size() + segmentation_.size());
   }
+
+  // See Pictures::draw_into and turn_to.
+  void draw_into(const ImageTargets& now, const ImageTargets& finals);
+  void turn_to(const ImageTargets& now);
 
   // Draws one environment as it is now.
   void render(int worker, const State& state, int env);
   // Keeps the present image as the one at the episode's end.
   void keep_final(int env);
+  // Leaves one environment as it was in the step before.
+  void repeat(int env);
 
  private:
   SceneViews views_;

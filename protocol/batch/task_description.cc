@@ -161,36 +161,6 @@ ConstantList describe_changeable(const TaskInfo& info) {
   return list;
 }
 
-// Parts of a row, one after the other.
-ConstantList describe_layout(const std::vector<Field>& fields) {
-  ConstantList list;
-  int offset = 0;
-  for (const Field& field : fields) {
-    list.emplace_back(ConstantTable{{"name", field.name},
-                                    {"offset", offset},
-                                    {"width", field.width},
-                                    {"unit", field.unit},
-                                    {"description", field.description}});
-    offset += field.width;
-  }
-  return list;
-}
-
-// Parts of a row whose values lie within ranges.
-ConstantList describe_layout(std::span<const RangedField> parts) {
-  std::vector<Field> fields;
-  for (const RangedField& part : parts) fields.push_back(part.field);
-  ConstantList list = describe_layout(fields);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    ConstantTable& about = std::get<ConstantTable>(list[i].value);
-    about.emplace_back("low", parts[i].low);
-    about.emplace_back("high", parts[i].high);
-    const std::vector<std::string>& names = parts[i].names;
-    if (!names.empty()) about.emplace_back("names", ConstantList(names.begin(), names.end()));
-  }
-  return list;
-}
-
 ConstantList describe_observation(const Batch& env) {
   const std::span<const RangedField> ranged = Queries(env).ranged_fields();
   return ranged.empty() ? describe_layout(env.state_fields()) : describe_layout(ranged);
@@ -208,13 +178,7 @@ std::vector<Field> proprio_fields() {
 ConstantList describe_outputs(const Batch& env) {
   ConstantList list;
   for (std::size_t i = 0; i < env.outputs().size(); ++i) {
-    const Field& field = *env.output(env.outputs()[i].field->name).field;
-    list.emplace_back(ConstantTable{{"name", field.name},
-                                    {"dtype", dtype_name(field.dtype)},
-                                    {"width", field.width},
-                                    {"unit", field.unit},
-                                    {"description", field.description},
-                                    {"privileged", field.privileged}});
+    list.emplace_back(describe_output(*env.output(env.outputs()[i].field->name).field));
   }
   return list;
 }
@@ -290,6 +254,40 @@ constexpr const char* kListed[] = {"id",        "family",    "split",       "mem
                                    "state_dim", "candidates"};
 
 }  // namespace
+
+ConstantList describe_layout(const std::vector<Field>& fields) {
+  ConstantList list;
+  int offset = 0;
+  for (const Field& field : fields) {
+    list.emplace_back(ConstantTable{{"name", field.name},
+                                    {"offset", offset},
+                                    {"width", field.width},
+                                    {"unit", field.unit},
+                                    {"description", field.description}});
+    offset += field.width;
+  }
+  return list;
+}
+
+ConstantList describe_layout(std::span<const RangedField> parts) {
+  std::vector<Field> fields;
+  for (const RangedField& part : parts) fields.push_back(part.field);
+  ConstantList list = describe_layout(fields);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    ConstantTable& about = std::get<ConstantTable>(list[i].value);
+    about.emplace_back("low", parts[i].low);
+    about.emplace_back("high", parts[i].high);
+    const std::vector<std::string>& names = parts[i].names;
+    if (!names.empty()) about.emplace_back("names", ConstantList(names.begin(), names.end()));
+  }
+  return list;
+}
+
+ConstantTable describe_output(const Field& field) {
+  return {
+      {"name", field.name}, {"dtype", dtype_name(field.dtype)}, {"width", field.width},
+      {"unit", field.unit}, {"description", field.description}, {"privileged", field.privileged}};
+}
 
 ConstantTable describe_entry(const RegistryEntry& entry) {
   const std::unique_ptr<Task> task = make_task(entry.id);

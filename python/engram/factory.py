@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 from engram._args.keywords import check_batch, check_single
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from typing_extensions import Unpack
 
     from engram.envs.env import Env
     from engram.envs.vector_env import VectorEnv
     from engram.typing import (
+        AnyBatchOptions,
         BatchOptions,
         EnvOptions,
         ObjectsDict,
@@ -114,8 +117,12 @@ def make_vec(
 def make_vec(
     id: str, num_envs: int = ..., *, obs_mode: ObsMode, **options: Unpack[BatchOptions]
 ) -> VectorEnv[Any]: ...
-def make_vec(id: str, num_envs: int = 1, **options: Any) -> VectorEnv[Any]:
-    """A batch of environments; see ``VectorEnv``."""
+@overload
+def make_vec(
+    id: Sequence[str] | Mapping[str, Any], num_envs: int = ..., **options: Unpack[AnyBatchOptions]
+) -> VectorEnv[Any]: ...
+def make_vec(id: Any, num_envs: int = 1, **options: Any) -> VectorEnv[Any]:
+    """A batch of environments of one task or several; see ``VectorEnv``."""
     from engram.envs.vector_env import VectorEnv
 
     check_batch("make_vec", options)

@@ -125,9 +125,16 @@ class BatchOptions(EnvOptions, total=False):
 
     autoreset_mode: AutoresetMode | AutoresetName | None
     copy: bool
+    out: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None
 
 
 # end options
+
+
+class AnyBatchOptions(BatchOptions, total=False):
+    """Keywords of batches."""
+
+    obs_mode: ObsMode
 
 
 # --- observations: of one environment, or with a first dimension for all of a batch ---

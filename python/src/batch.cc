@@ -97,15 +97,22 @@ void check(engram_status status) {
 
 // --- the handle ---
 
-Handle::Handle(const std::string& id, const Options& options) : owner_(getpid()) {
+namespace {
+
+std::vector<engram_task_option> as_task_options(const NamedValue& options) {
+  std::vector<engram_task_option> result;
+  for (const auto& [name, value] : options) result.push_back({c_text(name), value});
+  return result;
+}
+
+// Calls make with the options as the C API takes them.
+template <class Make>
+void make_with(const Options& options, Make&& make) {
   engram_options plain = options.plain;
   const std::vector<engram_pin> pins = as_pins(options.pins);
   plain.pins = pins.data();
   plain.num_pins = pins.size();
-  std::vector<engram_task_option> task_options;
-  for (const auto& [name, value] : options.task_options) {
-    task_options.push_back({c_text(name), value});
-  }
+  const std::vector<engram_task_option> task_options = as_task_options(options.task_options);
   plain.task_options = task_options.data();
   plain.num_task_options = task_options.size();
   plain.constants = options.constants.empty() ? nullptr : c_text(options.constants);
@@ -113,8 +120,30 @@ Handle::Handle(const std::string& id, const Options& options) : owner_(getpid())
   for (const std::string& camera : options.cameras) cameras.push_back(c_text(camera));
   plain.cameras = cameras.empty() ? nullptr : cameras.data();
   plain.num_cameras = cameras.size();
+  run([&] { return make(&plain); });
+}
+
+}  // namespace
+
+Handle::Handle(const std::string& id, const Options& options) : owner_(getpid()) {
   const char* task = c_text(id);
-  run([&] { return engram_make(task, &plain, &env_); });
+  make_with(options, [&](const engram_options* plain) { return engram_make(task, plain, &env_); });
+}
+
+Handle::Handle(const std::vector<TaskShare>& tasks, const Options& options) : owner_(getpid()) {
+  std::vector<std::vector<engram_pin>> pins;
+  std::vector<std::vector<engram_task_option>> task_options;
+  std::vector<engram_task_share> shares;
+  for (const auto& [id, num_envs, constants, own_pins, own_options] : tasks) {
+    pins.push_back(as_pins(own_pins));
+    task_options.push_back(as_task_options(own_options));
+    shares.push_back({c_text(id), num_envs, constants.empty() ? nullptr : c_text(constants),
+                      pins.back().data(), pins.back().size(), task_options.back().data(),
+                      task_options.back().size()});
+  }
+  make_with(options, [&](const engram_options* plain) {
+    return engram_make_group(shares.data(), shares.size(), plain, &env_);
+  });
 }
 
 // A forked process has the batch's memory but none of its threads: it cannot close it.
@@ -138,6 +167,9 @@ engram_env* Handle::env() const {
 
 Batch::Batch(const std::string& id, const Options& options)
     : handle_(std::make_shared<Handle>(id, options)) {}
+
+Batch::Batch(const std::vector<TaskShare>& tasks, const Options& options)
+    : handle_(std::make_shared<Handle>(tasks, options)) {}
 
 void Batch::close() {
   const std::shared_ptr<Handle> handle = std::move(handle_);
@@ -225,6 +257,27 @@ void Batch::act(int policy, const ActionsOut& actions) {
 }
 
 // --- what comes out ---
+
+void Batch::write_outputs(const std::vector<OutputTarget>& first,
+                          const std::optional<std::vector<OutputTarget>>& second) {
+  const std::shared_ptr<Handle> handle = open();
+  const auto plain = [](const std::vector<OutputTarget>& targets) {
+    std::vector<engram_output_target> result;
+    for (const auto& [name, array] : targets) {
+      result.push_back({c_text(name), array.data(), array.nbytes()});
+    }
+    return result;
+  };
+  const std::vector<engram_output_target> one = plain(first);
+  const std::vector<engram_output_target> other = second ? plain(*second) : decltype(one){};
+  if (second && other.size() != one.size()) {
+    raise(ENGRAM_INVALID_ARGUMENT, "arrays that take turns: both must be for the same outputs");
+  }
+  run([&] {
+    return engram_write_outputs(handle->env(), one.data(), second ? other.data() : nullptr,
+                                one.size());
+  });
+}
 
 std::vector<std::string> Batch::output_names() const {
   const std::shared_ptr<Handle> handle = open();

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -21,6 +22,10 @@ namespace nb = nanobind;
 
 using NamedValues = std::vector<std::pair<std::string, std::vector<double>>>;
 using NamedValue = std::vector<std::pair<std::string, double>>;
+// A task of several: id, environments, constants (JSON; empty: none), pins, task options.
+using TaskShare = std::tuple<std::string, int, std::string, NamedValues, NamedValue>;
+// An output and an array of the user's for it.
+using OutputTarget = std::pair<std::string, nb::ndarray<nb::c_contig, nb::device::cpu>>;
 using Actions = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using ActionsOut = nb::ndarray<float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Mask = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -44,6 +49,7 @@ struct Options {
 class Handle {
  public:
   Handle(const std::string& id, const Options& options);
+  Handle(const std::vector<TaskShare>& tasks, const Options& options);
   ~Handle();
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
@@ -60,6 +66,7 @@ class Handle {
 class Batch {
  public:
   Batch(const std::string& id, const Options& options);
+  Batch(const std::vector<TaskShare>& tasks, const Options& options);
 
   void close();
   bool closed() const { return handle_ == nullptr; }
@@ -80,6 +87,11 @@ class Batch {
   void step_async(const Actions& actions);
   void step_wait();
   void act(int policy, const ActionsOut& actions);
+
+  // The arrays must outlive the batch.
+  void write_outputs(const std::vector<OutputTarget>& first,
+                     const std::optional<std::vector<OutputTarget>>& second);
+  int output_turn() const { return engram_output_turn(open()->env()); }
 
   std::vector<std::string> output_names() const;
   nb::object output(const std::string& name) const;

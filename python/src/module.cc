@@ -4,6 +4,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "batch.h"
@@ -92,6 +93,7 @@ void bind_options(nb::module_& module) {
 void bind_batch(nb::module_& module) {
   nb::class_<Batch>(module, "Batch", "A batch of environments: engram_env.")
       .def(nb::init<const std::string&, const Options&>(), "id"_a, "options"_a)
+      .def(nb::init<const std::vector<TaskShare>&, const Options&>(), "tasks"_a, "options"_a)
       .def("close", &Batch::close)
       .def_prop_ro("closed", &Batch::closed)
       .def_prop_ro("num_envs", &Batch::num_envs)
@@ -110,6 +112,8 @@ void bind_batch(nb::module_& module) {
       .def("step_async", &Batch::step_async, "actions"_a.noconvert())
       .def("step_wait", &Batch::step_wait)
       .def("act", &Batch::act, "policy"_a, "actions"_a.noconvert())
+      .def("write_outputs", &Batch::write_outputs, "first"_a, "second"_a.none() = nb::none())
+      .def_prop_ro("output_turn", &Batch::output_turn)
       .def_prop_ro("output_names", &Batch::output_names)
       .def("output", &Batch::output, "name"_a)
       .def("final_output", &Batch::final_output, "name"_a)

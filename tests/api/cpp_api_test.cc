@@ -319,4 +319,35 @@ TEST_CASE("The header lists the tasks", "[cpp_api]") {
   CHECK(engram::version() == engram_version());
 }
 
+TEST_CASE("The header makes batches of several tasks, and writes to arrays of the caller's",
+          "[cpp_api]") {
+  constexpr const char* kOther = "ShellGameTouch-VLA-v0";
+  VectorEnv env = engram::make_group(
+      {{kId, 2}, {kOther, 3}},
+      {.seed = 4, .obs_mode = ObsMode::kRgb, .images = {.width = 16, .height = 16}});
+  CHECK(env.id() == std::string(kId) + "+" + kOther);
+  REQUIRE(env.num_envs() == 5);
+  std::vector<std::uint8_t> one(env.rgb().size());
+  std::vector<std::uint8_t> other(one.size());
+  const auto target = [](std::vector<std::uint8_t>& values) {
+    return std::vector<engram::OutputTarget>{{"rgb", std::as_writable_bytes(std::span(values))}};
+  };
+  CHECK(kind_of(
+            [&] {
+              env.write_outputs(target(one), {{"reward", {}}, {"rgb", {}}});
+            },
+            "1 first and 2 second arrays") == Error::Kind::kInvalidArgument);
+  env.write_outputs(target(one), target(other));
+  env.reset();
+  CHECK(env.rgb().data() == one.data());
+  std::vector<float> actions = env.make_actions();
+  env.act(Policy::kRandom, actions);
+  env.step(actions);
+  CHECK(env.rgb().data() == other.data());
+  CHECK(env.output_turn() == 1);
+  CHECK(env.output("task_index").values<std::int32_t>()[4] == 1);
+  CHECK(kind_of([&] { env.write_outputs(target(one)); }, "after the first reset") ==
+        Error::Kind::kBadState);
+}
+
 }  // namespace

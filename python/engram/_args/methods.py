@@ -93,8 +93,14 @@ def _mask(mask: Any, num_envs: int) -> np.ndarray | None:
     return np.array(mask)  # the caller may change theirs
 
 
-def seed_list(seed: Any, num_envs: int) -> np.ndarray | list[int | None] | None:
-    """One unsigned 64-bit seed per environment; a list if some are None."""
+def seed_list(seed: Any, num_envs: int, slots: np.ndarray) -> np.ndarray | list[int | None] | None:
+    """One unsigned 64-bit seed per environment; a list if some are None.
+
+    Args:
+        seed: A first seed for each task, or one for each environment.
+        num_envs: Number of environments.
+        slots: Place of each environment in its task.
+    """
     if seed is None:
         return None
     if isinstance(seed, (list, tuple)) or (isinstance(seed, np.ndarray) and seed.ndim > 0):
@@ -103,7 +109,7 @@ def seed_list(seed: Any, num_envs: int) -> np.ndarray | list[int | None] | None:
             raise InvalidArgumentError(f"seed: {len(values)} values given, {num_envs} needed")
         return values if None in values else np.array(values, np.uint64)
     first = seed_value("seed", seed)
-    return np.array([(first + i) % 2**64 for i in range(num_envs)], np.uint64)
+    return np.uint64(first) + slots.astype(np.uint64)  # beyond 2**64 it begins at 0
 
 
 def batch_index(index: Any, num_envs: int) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 
 from engram import _core
 from engram.envs.compat import GYMNASIUM_1
+from engram.envs.groups import CONSTANT, TaskGroup
 from engram.envs.spaces import Layout, take
 
 # Outputs that ``reset`` and ``step`` return themselves.
@@ -39,9 +40,12 @@ class Infos:
         same_step: bool,
         exported: Callable[[Any], Callable[[], Any]],
         language: bool,
+        group: TaskGroup,
     ) -> None:
         self._batch = batch
         self._language = language
+        self._tasks = group.names
+        self._known = group.known()
         left_out = {*_RETURNED, *layout.keys, *without}
         names = [name for name in outputs if name not in left_out]
         self.views = {name: _read_only(outputs[name]) for name in names}
@@ -50,8 +54,10 @@ class Infos:
         self._instructions = np.full(batch.num_envs, "", dtype=object)
         self.final_views: dict[str, np.ndarray] = {}
         if same_step:
+            # What never changes, such as the number of the task, has no last value.
             finals: dict[str, Any] = {
-                name: batch.final_output(name) for name in (*names, *layout.keys)
+                name: outputs[name] if name in CONSTANT else batch.final_output(name)
+                for name in (*names, *layout.keys)
             }
             self._final_mask = outputs["final_mask"]
             self._final_observation = layout.views({**outputs, **finals})
@@ -106,7 +112,10 @@ class Infos:
         info: dict[str, Any] = {}
         for name, mask, view, export in columns:
             info[name] = export()
-            info[mask] = which & _is_known(view) if name in _SOMETIMES else which
+            holds = which & self._known[name] if name in self._known else which
+            info[mask] = holds & _is_known(view) if name in _SOMETIMES else holds
+        if self._tasks is not None:
+            info["task"], info["_task"] = self._tasks, which
         if self._language:
             info["language_instruction"] = _read_only(instructions)
             info["_language_instruction"] = which
@@ -118,8 +127,11 @@ class Infos:
         info: dict[str, Any] = {
             name: view[index].copy() if view.ndim > 1 else _scalar(view[index])
             for name, view in views.items()
-            if name not in _SOMETIMES or _is_known(view)[index]
+            if (name not in _SOMETIMES or _is_known(view)[index])
+            and (name not in self._known or self._known[name][index])
         }
+        if self._tasks is not None:
+            info["task"] = self._tasks[index]
         if self._language:
             info["language_instruction"] = instructions[index]
         return info

@@ -8,6 +8,7 @@ import numpy as np
 
 from engram import _core
 from engram._args import options, values
+from engram.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from engram.typing import Camera, TaskDescription
@@ -71,7 +72,13 @@ class QueryMixin:
 
         Raises:
             BadStateError: Nothing was reset.
+            InvalidArgumentError: The batch has several tasks.
         """
+        if "tasks" in self.description:
+            raise InvalidArgumentError(
+                "drawn: this batch has several tasks, which draw different values; "
+                "a batch of one task needed"
+            )
         row: Any = self._batch.drawn()
         result: dict[str, np.ndarray] = {}
         at = 0

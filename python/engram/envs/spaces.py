@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 from engram.typing import Field, TaskDescription
 
 TOKEN = "object_"  # fields of the objects modes that begin like that are of a token
+OBJECT_MASK = "object_mask"  # of batches of several tasks: the objects that a task has
 FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict; those before it are "agent"
 
 
@@ -81,12 +82,13 @@ class Layout:
     def __init__(self, obs_mode: str, description: TaskDescription, outputs: dict[str, np.ndarray]):
         self.obs_mode = obs_mode
         self._fields = description["state_fields"]
-        self._segments = description["segmentation_names"]
+        tasks = _tasks_of(description)
+        self._segments = max(len(task["segmentation_names"]) for task in tasks)
         self._keys = []  # of pictures and what comes with them
         kinds = obs_mode.split("+")
         if kinds[0] == "rgb":
             self._keys = ["rgb", "proprio"]
-            if description["family"].startswith("Rotate"):  # only they show a cue
+            if any(task["family"].startswith("Rotate") for task in tasks):  # only they show a cue
                 self._keys.append("task_cue")
             self._keys += kinds[1:]
         self.single = self._space(outputs)
@@ -107,6 +109,8 @@ class Layout:
                 _field_name(field): _bounded(field, (self.tokens, field["width"]))
                 for field in self._token_fields()
             }
+            if OBJECT_MASK in outputs:
+                objects["mask"] = spaces.Box(0, 1, (self.tokens, 1), np.uint8)
             return _dict({"agent": _dict(agent), "objects": _dict(objects)})
         if self.obs_mode == "objects":
             low = [np.full(f["width"], f["low"], np.float32) for f in self._fields]
@@ -119,7 +123,7 @@ class Layout:
     def _box(self, key: str, array: np.ndarray) -> spaces.Box:
         shape = array.shape[1:]
         if key == "segmentation":
-            return ImageBox(shape, dtype=array.dtype, most=len(self._segments) - 1)
+            return ImageBox(shape, dtype=array.dtype, most=self._segments - 1)
         return ImageBox(shape, dtype=array.dtype) if array.ndim == 4 else _unbounded(shape[0])
 
     @property
@@ -152,7 +156,10 @@ class Layout:
                 parts[group][field["name"]] = row[:, begin : begin + field["width"]]
             return parts
         if self.obs_mode == "objects_dict":
-            return self._objects(outputs["observation"])
+            parts = self._objects(outputs["observation"])
+            if OBJECT_MASK in outputs:
+                parts["objects"]["mask"] = outputs[OBJECT_MASK][:, :, np.newaxis].view(np.uint8)
+            return parts
         if self.obs_mode in ("state", "objects"):
             return outputs["observation"]
         return np.zeros((len(outputs["reward"]), 0), np.float32)
@@ -176,6 +183,11 @@ class Layout:
         if self._keys:
             return tuple(self._keys)
         return () if self.obs_mode == "none" else ("observation",)
+
+
+def _tasks_of(description: Any) -> list[Any]:
+    """The description of each task."""
+    return list(description.get("tasks", [description]))
 
 
 def action_spaces(low: Sequence[float], high: Sequence[float], num_envs: int) -> tuple[Any, Any]:

@@ -19,11 +19,9 @@ class Batch(Protocol):
 
     _batch: _core.Batch
     _views: dict[str, Any]
-    description: TaskDescription
     metadata: dict[str, Any]
     render_mode: str | None
     spec: Any
-    task_id: str
 
     @property
     def single_observation_space(self) -> gymnasium.Space[Any]: ...
@@ -32,6 +30,7 @@ class Batch(Protocol):
     def frame(self, index: int = 0) -> np.ndarray: ...
     def save(self, index: int | None = None) -> bytes: ...
     def restore(self, data: bytes, index: int | None = None) -> Any: ...
+    def task_of(self, index: int) -> TaskDescription: ...
 
 
 class SubEnv:
@@ -81,7 +80,7 @@ class SubEnv:
     @property
     def task(self) -> str:
         """Id of the task."""
-        return self._batch.task_id
+        return self._batch.task_of(self.index)["id"]
 
     @property
     def language_instruction(self) -> str:
@@ -96,7 +95,7 @@ class SubEnv:
     @property
     def max_episode_steps(self) -> int:
         """Control steps of an episode."""
-        return int(self._batch.description["horizon"])
+        return int(self._batch.task_of(self.index)["horizon"])
 
     @property
     def _max_episode_steps(self) -> int:

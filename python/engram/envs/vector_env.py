@@ -27,7 +27,9 @@ from engram.envs.compat import (
     autoreset,
 )
 from engram.envs.copies import Copier, same
+from engram.envs.groups import TaskGroup, joined, shares_of
 from engram.envs.infos import Infos
+from engram.envs.output_arrays import OutputArrays
 from engram.envs.queries import QueryMixin
 from engram.envs.spaces import Layout, action_spaces
 from engram.envs.spec import spec_of
@@ -60,7 +62,7 @@ def _close_all() -> None:
 
 
 class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
-    """A batch of environments of one task, stepped in lockstep on all cores.
+    """A batch of environments, stepped in lockstep on all cores, of one task or several.
 
     N stands for the number of environments. ``reset`` and ``step`` return copies. With
     ``copy=False`` they return views of engram's own buffers: such an array keeps its address,
@@ -71,9 +73,17 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
     Environment ``i`` of a batch equals, bit for bit, the single environment of its seed, whatever
     the number of environments and threads.
 
+    Of several tasks, the environments of the first come first, and environment i of each task has
+    ``seed + i``. Observations have one space: fields of rows have one place in the rows of all
+    tasks, those that a task lacks are zero, and so are objects beyond its own (the info, or part
+    of objects_dict, "object_mask" is True for those that it has). Masks of infos are True where the
+    environment's task has the info; "task_index" and "task" name it.
+
     Args:
         id: Task, such as "RememberColor9-VLA-v0" (``engram.list()`` names all; a leading
-            "engram/" is allowed).
+            "engram/" is allowed). Several: a list, which shares num_envs evenly, or a dict from ids
+            to numbers of environments, or to dicts with "num_envs" and what else is the task's own:
+            "constants", "pins", "task_options".
         num_envs: Number of environments. 1 to 1,000,000.
         obs_mode: "state": one float32 row (N, state_dim) that includes privileged fields;
             "state_dict": the same row by name, {"agent": ..., "extra": ...}; "rgb": {"rgb": uint8
@@ -132,6 +142,11 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
             episode has ended. "refuse": raises BadStateError; "hold": it stands still, with reward
             0, until it is reset; "continue": it is simulated on, and reports success, reward and
             endings as in any step.
+        out: Arrays or torch tensors (pinned ones too) by output: {"rgb": ..., "proprio": ...,
+            "reward": ...}. engram writes there, and ``reset`` and ``step`` return them instead of
+            copies. Each needs the dtype and shape of the output. Two such dicts take turns: steps
+            write to the second, the first, the second, ..., so that one can be read while
+            ``step_async`` works on the other.
         privileged: Infos with what reveals the hidden quantity, or how near the robot is to it:
             oracle_info, reward_dict and others; ``engram.describe(id)["outputs"]`` marks them. For
             analysis, not for policies.
@@ -144,7 +159,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
 
     def __init__(
         self,
-        id: str,
+        id: str | Sequence[str] | Mapping[str, Any],
         num_envs: int = 1,
         *,
         # begin options: signature (scripts/options.py writes it, and "Args" above)
@@ -181,13 +196,18 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         render_shadows: bool = False,
         terminate_on_failure: bool = True,
         after_end: AfterEnd = "refuse",
+        out: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
         privileged: bool = False,
         # end options
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
         self.closed = True  # until the batch exists
-        self.task_id = option_args.task_id(id)
-        self._arguments: dict[str, Any] = {**arguments, "id": self.task_id}
+        shares = shares_of(id, num_envs)
+        self.task_id = option_args.task_id(id) if shares is None else joined(shares)
+        self._arguments: dict[str, Any] = {
+            **arguments,
+            "id": self.task_id if shares is None else id,
+        }
         self.render_mode: str | None = option_args.render_mode(render_mode, ["rgb_array"])
         self._render = option_args.picture(render_camera, render_size)
         self.autoreset_mode = autoreset(autoreset_mode)
@@ -197,7 +217,8 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
             "autoreset_mode": self.autoreset_mode,
         }
         options = option_args.make_options(arguments, AUTORESET_NAMES[self.autoreset_mode])
-        self._batch = _core.Batch(self.task_id, options)
+        self._batch = _core.Batch(self.task_id if shares is None else shares, options)
+        self._out = OutputArrays(self._batch, out or {})
         self._seed = options.seed
         self._refuses_ended = (
             self.autoreset_mode is AutoresetMode.DISABLED
@@ -208,6 +229,9 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         self._open(obs_mode, exported, bool(privileged), bool(language_in_info))
         for text in self.description["warnings"]:
             warn(text)
+        self.spec = None  # of several tasks: Gymnasium has none
+        if shares is not None:
+            return
         defaults: Any = VectorEnv.__init__.__kwdefaults__
         self.spec = spec_of(self._arguments, {"num_envs": 1, **defaults})
         if GYMNASIUM_1:
@@ -226,6 +250,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         _open_batches.add(self)
         self.num_envs = batch.num_envs
         self.description: TaskDescription = json.loads(batch.description)
+        self._group = TaskGroup(self.description, self.num_envs)
         self._views: dict[str, Any] = {name: batch.output(name) for name in batch.output_names}
         self._layout = Layout(obs_mode, self.description, self._views)
         self.single_observation_space = self._layout.single
@@ -235,9 +260,10 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         )
         self._action_shape = (self.num_envs, batch.action_dim)
         self._observation = self._layout.views(self._views)
-        self._observe = exported(self._observation)
+        self._observe = self._exported_observation(exported)
         self._rewards_and_endings = [
-            exported(self._views[name]) for name in ("reward", "terminated", "truncated")
+            self._out.getter(name) if name in self._out else exported(self._views[name])
+            for name in ("reward", "terminated", "truncated")
         ]
         self._ones = np.ones(self.num_envs, np.bool_)
         self._ones.flags.writeable = False
@@ -251,10 +277,24 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
             same_step=self.autoreset_mode is AutoresetMode.SAME_STEP,
             exported=exported,
             language=language,
+            group=self._group,
         )
         # Gymnasium 0.29 reads these.
         self.is_vector_env = True
         self.viewer = None
+
+    def _exported_observation(self, exported: Callable[[Any], Callable[[], Any]]) -> Any:
+        """A function that returns the observation: arrays of the user's, where there are any."""
+        out, whole = self._out, self._observation
+        if isinstance(whole, dict) and any(key in out for key in self._layout.keys):
+            parts = {
+                key: out.getter(key) if key in out else exported(view)
+                for key, view in whole.items()
+            }
+            return lambda: {key: part() for key, part in parts.items()}
+        if not isinstance(whole, dict) and self._layout.keys and "observation" in out:
+            return out.getter("observation")
+        return exported(whole)
 
     # --- running ---
 
@@ -267,13 +307,15 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         """Starts new episodes.
 
         Args:
-            seed: An int (environment i gets ``seed + i``), one per environment (None in it: as
-                without a seed), or None: the first reset uses the seed given to the constructor,
-                later ones begin the next episode of each environment.
+            seed: An int (environment i of each task gets ``seed + i``), one per environment (None
+                in it: as without a seed), or None: the first reset uses the seed given to the
+                constructor, later ones begin the next episode of each environment.
             options: {"reset_mask": N bools, True where an environment is to be reset; "pins": dict
                 that replaces the pins of the environments that are reset; "constants": dict that
                 replaces their narrower ranges, such as {"EMPTY_PHASE_STEPS": (1, 3)}, each within
-                that of the batch; pins still win}. Others, which wrappers add, are ignored.
+                that of the batch; pins still win}. Of several tasks, pins and constants may be
+                dicts by id: {"RememberColor3-VLA-v0": {"target": 2}}. Others, which wrappers add,
+                are ignored.
 
         Returns:
             Observations and infos. With a mask, rows of environments that were not reset are
@@ -284,25 +326,40 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
             UnknownIdError: No pin of that name, or an option that is nearly one of those above.
             BadStateError: The first reset leaves environments out, or a step is under way.
         """
-        mask, pins, constants = methods.reset_options(options, self.num_envs)
-        seeds = methods.seed_list(seed, self.num_envs)
-        if isinstance(seeds, list):  # some are None
-            given = np.array([value is not None for value in seeds])
-            filled = [self._seed + i if value is None else value for i, value in enumerate(seeds)]
-            array = np.array([value % 2**64 for value in filled], np.uint64)
-            if not self._started:
-                self._batch.reset(mask, array, pins, constants)
-            else:
-                chosen = self._ones if mask is None else mask
-                for part, part_seeds in ((chosen & given, array), (chosen & ~given, None)):
-                    if part.any():
-                        self._batch.reset(part, part_seeds, pins, constants)
-        else:
-            self._batch.reset(mask, seeds, pins, constants)
+        mask, *_ = methods.reset_options(options, self.num_envs)
+        seeds = methods.seed_list(seed, self.num_envs, self._group.slots)
+        parts = list(self._group.split_reset(options or {}))
+        saved = self._batch.save(-1) if self._started and len(parts) > 1 else None
+        try:
+            for part in parts:
+                self._reset_part(seeds, *methods.reset_options(part, self.num_envs))
+        except Exception:
+            if saved is not None:  # a bad call changes nothing
+                self._batch.restore(-1, saved)
+            raise
         self._started = True
         which = self._ones if mask is None else mask
         self._infos.refresh_instructions(np.flatnonzero(which))
         return self._outputs(which)
+
+    def _reset_part(self, seeds: Any, mask: Any, pins: Any, constants: Any) -> None:
+        """Resets with checked arguments; some of the seeds may be None."""
+        if not isinstance(seeds, list):
+            self._batch.reset(mask, seeds, pins, constants)
+            return
+        given = np.array([value is not None for value in seeds])
+        filled = [
+            self._seed + slot if value is None else value
+            for slot, value in zip(self._group.slots.tolist(), seeds)
+        ]
+        array = np.array([value % 2**64 for value in filled], np.uint64)
+        if not self._started:
+            self._batch.reset(mask, array, pins, constants)
+            return
+        chosen = self._ones if mask is None else mask
+        for part, part_seeds in ((chosen & given, array), (chosen & ~given, None)):
+            if part.any():
+                self._batch.reset(part, part_seeds, pins, constants)
 
     def step(self, actions: Any) -> tuple[ObsT, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step (0.05 s) of all environments.
@@ -403,7 +460,17 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         self._infos.refresh_instructions(range(self.num_envs))
         return self._outputs(self._ones)
 
-    # --- the batch as Gymnasium's sub-environments ---
+    # --- tasks, and sub-environments of Gymnasium ---
+
+    @property
+    def task_ids(self) -> tuple[str, ...]:
+        """Ids of the tasks; the info "task_index" of several counts in them."""
+        return self._group.ids
+
+    def task_of(self, index: int) -> TaskDescription:
+        """Description of one environment's task."""
+        task: TaskDescription = self._group.of(methods.batch_index(index, self.num_envs))
+        return task
 
     @property
     def instructions(self) -> list[str]:

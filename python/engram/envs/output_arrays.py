@@ -1,0 +1,68 @@
+"""Arrays of the user's that a batch writes its outputs to: NumPy's, or tensors of torch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from engram import _core
+from engram._args.methods import kind_of
+from engram._args.values import text_keys
+from engram.errors import InvalidArgumentError
+
+
+class OutputArrays:
+    """The keyword ``out`` of a batch: one dict from outputs to arrays, or two that take turns."""
+
+    def __init__(self, batch: _core.Batch, out: Any) -> None:
+        given = [out] if isinstance(out, Mapping) else out
+        if not isinstance(given, Sequence) or isinstance(given, str) or len(given) not in (1, 2):
+            raise InvalidArgumentError(
+                f"out: {kind_of(out)} given; a dict from names to arrays, or two, needed"
+            )
+        self._batch = batch
+        self._turns = [dict(text_keys("out", turn)) for turn in given]
+        self._arrays = [  # kept for as long as the batch may write to them
+            [(name, _writable(batch, name, value)) for name, value in turn.items()]
+            for turn in self._turns
+        ]
+        if len(given) == 2 and self._turns[0].keys() != self._turns[1].keys():
+            raise InvalidArgumentError("out: both dicts must be for the same outputs")
+        batch.write_outputs(*self._arrays)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._turns[0]
+
+    def getter(self, name: str) -> Callable[[], Any]:
+        """A function that returns the user's array with the newest values."""
+        if len(self._turns) == 1:
+            array = self._turns[0][name]
+            return lambda: array
+        pair = [turn[name] for turn in self._turns]
+        return lambda: pair[self._batch.output_turn]
+
+
+def _writable(batch: _core.Batch, name: str, value: Any) -> np.ndarray:
+    """The memory of an array or tensor, which must be like the output."""
+    like: Any = batch.output(name)
+    array = value
+    if not isinstance(value, np.ndarray) and hasattr(value, "data_ptr"):
+        try:
+            array = value.numpy()
+        except (TypeError, RuntimeError) as error:
+            raise InvalidArgumentError(
+                f"out[{name!r}]: a tensor in the memory of the processor needed ({error})"
+            ) from None
+    if (
+        isinstance(array, np.ndarray)
+        and array.dtype == like.dtype
+        and array.shape == like.shape
+        and array.flags.carray
+    ):
+        return array
+    raise InvalidArgumentError(
+        f"out[{name!r}]: {kind_of(array)} given; a writable {like.dtype} array of shape "
+        f"{like.shape} without gaps is needed"
+    )
