@@ -53,7 +53,7 @@ def shares_of(tasks: Any, num_envs: Any) -> list[Share] | None:
 
 def _share(id: Any, value: Any) -> Share:
     name = task_id(id)
-    own = value if isinstance(value, Mapping) else {"num_envs": value}
+    own: Mapping[str, Any] = value if isinstance(value, Mapping) else {"num_envs": value}
     for key in own:
         if key not in _OWN:
             raise InvalidArgumentError(
@@ -113,18 +113,17 @@ class TaskGroup:
                 masks[name] = np.array(has)[self.index]
         return masks
 
-    def split_reset(self, options: Any) -> Iterator[dict[str, Any]]:
+    def split_reset(self, options: Any) -> Iterator[Any]:
         """Options of a reset, with those of single tasks handed to their environments.
 
         Pins and constants may be dicts by id. Yields options for parts of the batch.
         """
-        by_task = {
-            name: options[name]
-            for name in ("pins", "constants")
-            if self.several and self._is_by_id(options.get(name))
-        }
+        by_task: dict[str, Any] = {}
+        if self.several and isinstance(options, Mapping):
+            names = ("pins", "constants")
+            by_task = {name: options[name] for name in names if self._is_by_id(options.get(name))}
         if not by_task:
-            yield dict(options)
+            yield options
             return
         mask = options.get("reset_mask")
         chosen = np.ones(len(self.index), np.bool_) if mask is None else np.asarray(mask)

@@ -218,7 +218,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         }
         options = option_args.make_options(arguments, AUTORESET_NAMES[self.autoreset_mode])
         self._batch = _core.Batch(self.task_id if shares is None else shares, options)
-        self._out = OutputArrays(self._batch, out or {})
+        self._out = OutputArrays(self._batch, {} if out is None else out)
         self._seed = options.seed
         self._refuses_ended = (
             self.autoreset_mode is AutoresetMode.DISABLED
@@ -326,19 +326,21 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
             UnknownIdError: No pin of that name, or an option that is nearly one of those above.
             BadStateError: The first reset leaves environments out, or a step is under way.
         """
-        mask, *_ = methods.reset_options(options, self.num_envs)
         seeds = methods.seed_list(seed, self.num_envs, self._group.slots)
-        parts = list(self._group.split_reset(options or {}))
+        parts = [
+            methods.reset_options(part, self.num_envs) for part in self._group.split_reset(options)
+        ]
         saved = self._batch.save(-1) if self._started and len(parts) > 1 else None
         try:
             for part in parts:
-                self._reset_part(seeds, *methods.reset_options(part, self.num_envs))
+                self._reset_part(seeds, *part)
         except Exception:
             if saved is not None:  # a bad call changes nothing
                 self._batch.restore(-1, saved)
             raise
         self._started = True
-        which = self._ones if mask is None else mask
+        masks = [self._ones if mask is None else mask for mask, *_ in parts]
+        which = np.logical_or.reduce(masks) if len(masks) > 1 else masks[0]
         self._infos.refresh_instructions(np.flatnonzero(which))
         return self._outputs(which)
 

@@ -1,0 +1,86 @@
+"""Outputs in arrays and tensors of the user's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import engram
+
+COLOR = "RememberColor3-VLA-v0"
+
+
+def test_steps_write_to_the_users_arrays() -> None:
+    out = {
+        "rgb": np.zeros((3, 16, 16, 6), np.uint8),
+        "proprio": np.zeros((3, 7), np.float32),
+        "reward": np.zeros(3, np.float32),
+        "success_once": np.zeros(3, np.bool_),
+    }
+    env = engram.make_vec(COLOR, 3, obs_mode="rgb", image_size=16, out=out)
+    plain = engram.make_vec(COLOR, 3, obs_mode="rgb", image_size=16)
+    obs, _ = env.reset()
+    expected, _ = plain.reset()
+    assert obs["rgb"] is out["rgb"]
+    assert obs["proprio"] is out["proprio"]
+    assert (out["rgb"] == expected["rgb"]).all()
+    for _ in range(70):
+        actions = plain.act("oracle")
+        obs, reward, *_ = env.step(actions)
+        expected, own_reward, *_, info = plain.step(actions)
+        assert reward is out["reward"]
+        assert (reward == own_reward).all()
+        assert (out["rgb"] == expected["rgb"]).all()
+        assert (out["proprio"] == expected["proprio"]).all()
+        assert (out["success_once"] == info["success_once"]).all()
+
+
+def test_rows_of_observations() -> None:
+    out = {"observation": np.zeros((2, 165), np.float32)}
+    with pytest.raises(engram.InvalidArgumentError, match=r"shape \(2, \d+\) without gaps"):
+        engram.make_vec(COLOR, 2, obs_mode="objects", out=out)
+    width = engram.make_vec(COLOR, 2, obs_mode="objects").observation_space.shape[1]
+    out = {"observation": np.zeros((2, width), np.float32)}
+    env = engram.make_vec(COLOR, 2, obs_mode="objects", out=out)
+    assert env.reset()[0] is out["observation"]
+    assert out["observation"].any()
+
+
+def test_two_sets_take_turns() -> None:
+    torch = pytest.importorskip("torch")
+    turns = [{"rgb": torch.zeros(2, 16, 16, 6, dtype=torch.uint8)} for _ in range(2)]
+    env = engram.make_vec(
+        [COLOR, "ShellGameTouch-VLA-v0"], 2, obs_mode="rgb", image_size=16, out=turns
+    )
+    plain = engram.make_vec([COLOR, "ShellGameTouch-VLA-v0"], 2, obs_mode="rgb", image_size=16)
+    obs, _ = env.reset()
+    plain.reset()
+    assert obs["rgb"] is turns[0]["rgb"]
+    for step in range(1, 8):
+        actions = plain.act("random")
+        env.step_async(actions)
+        shown = turns[(step - 1) % 2]["rgb"].clone()
+        expected, *_ = plain.step(actions)
+        assert (turns[(step - 1) % 2]["rgb"] == shown).all()  # while the other is written
+        obs, *_ = env.step_wait()
+        assert obs["rgb"] is turns[step % 2]["rgb"]
+        assert (obs["rgb"].numpy() == expected["rgb"]).all()
+
+
+@pytest.mark.parametrize(
+    ("out", "message"),
+    [
+        ({"rewards": np.zeros(2, np.float32)}, "no output named 'rewards'"),
+        ({"reward": np.zeros(3, np.float32)}, r"a writable float32 array of shape \(2,\)"),
+        ({"reward": np.zeros(2, np.float64)}, "float64"),
+        ({"reward": np.zeros((2, 2), np.float32)[:, 0]}, "without gaps"),
+        ({"reward": np.broadcast_to(np.float32(0), 2)}, "writable"),
+        ({"reward": [0.0, 0.0]}, "list given"),
+        ([{"reward": np.zeros(2, np.float32)}, {}], "the same outputs"),
+        ([], "a dict from names to arrays, or two"),
+        (3, "a dict from names to arrays, or two"),
+    ],
+)
+def test_other_arrays_are_refused(out: object, message: str) -> None:
+    with pytest.raises(engram.Error, match=message):
+        engram.make_vec(COLOR, 2, out=out)
