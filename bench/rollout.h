@@ -9,6 +9,7 @@
 #include "bench/interleave.h"
 #include "bench/measurement.h"
 #include "core/base/processors.h"
+#include "core/env/group_queries.h"
 #include "core/env/scripted_policy.h"
 #include "protocol/batch/make.h"
 
@@ -61,6 +62,34 @@ struct Rollout {
       spent += step_seconds();
     }
     return steps * env->num_envs() / spent;
+  }
+};
+
+// The same of several tasks in one batch.
+struct GroupRollout {
+  std::unique_ptr<BatchGroup> group;
+  std::vector<float> actions;
+  Policy policy;
+
+  // each: environments of each task.
+  GroupRollout(const std::vector<std::string>& ids, int each, const MakeOptions& options,
+               Policy chosen)
+      : policy(chosen) {
+    std::vector<TaskShare> shares;
+    for (const std::string& id : ids) shares.push_back({id, each});
+    group = make_group(shares, options);
+    actions.resize(static_cast<std::size_t>(group->num_envs() * group->action_dim()));
+    group->reset();
+  }
+
+  double rate(int steps) {
+    const GroupQueries queries(*group);
+    double spent = 0;
+    for (int i = 0; i < steps; ++i) {
+      queries.act(policy, actions);
+      spent += seconds([this] { group->step(actions); });
+    }
+    return steps * group->num_envs() / spent;
   }
 };
 

@@ -138,6 +138,33 @@ void measure_excess_threads(const SuiteOptions& options, const std::string& id, 
   }
 }
 
+// Ten tasks in one batch, beside the harmonic mean of as many environments of each: what they would
+// take one after the other. Row scaling.tasks.
+void measure_tasks(const SuiteOptions& options, int most, std::vector<Measurement>& rows) {
+  constexpr int kSteps = 25;
+  constexpr int kEach = 32;
+  const std::vector<std::string> ids = {"RememberColor3-VLA-v0", "RememberColor9-VLA-v0",
+                                        "RememberShape5-VLA-v0", "ShellGameTouch-VLA-v0",
+                                        "InterceptSlow-VLA-v0",  "RotateLenientPos-VLA-v0",
+                                        "TakeItBack-VLA-v0",     "FindImposterColor3-VLA-v0",
+                                        "ChainOfColors3-VLA-v0", "RememberShapeAndColor3x2-VLA-v0"};
+  const auto count = static_cast<int>(ids.size());
+  GroupRollout together(ids, kEach, batch(kEach, most), options.policy);
+  std::vector<std::unique_ptr<Rollout>> alone;
+  for (const std::string& id : ids) {
+    alone.push_back(std::make_unique<Rollout>(id, batch(count * kEach, most), options.policy));
+  }
+  const auto harmonic_mean = [&] {
+    double sum = 0;
+    for (const auto& one : alone) sum += 1 / one->rate(kSteps);
+    return count / sum;
+  };
+  const Comparison rates = interleave(
+      options, [&] { return together.rate(count * kSteps); }, harmonic_mean);
+  rows.push_back(make_measurement("scaling.tasks", "env steps/s",
+                                  "harmonic mean of the tasks alone", rates, options.rounds));
+}
+
 std::vector<Measurement> run_scaling(const SuiteOptions& options) {
   constexpr int kSteps = 25;
   const int most = threads_or_all(options.threads);
@@ -159,6 +186,7 @@ std::vector<Measurement> run_scaling(const SuiteOptions& options) {
   }
   measure_batch_sizes(options, id, most, rows);
   measure_excess_threads(options, id, most, n, rows);
+  if (options.ids.empty()) measure_tasks(options, most, rows);
   return rows;
 }
 
