@@ -176,6 +176,8 @@ def install(force: bool | None = None) -> None:
     """
     if force is None:
         force = os.environ.get(FORCE) == "1"
+    if any(isinstance(finder, _Finder) and finder.force >= force for finder in sys.meta_path):
+        return
     for package in PACKAGES:
         module = _imported(package)
         if module is not None:

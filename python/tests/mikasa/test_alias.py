@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import sys
 
 import pytest
 
@@ -12,7 +13,8 @@ pytest.importorskip("torch")
 from released import run, unpacked
 
 from engram.mikasa import classes
-from engram.mikasa._original_names import SOURCES
+from engram.mikasa.__main__ import main
+from engram.mikasa._original_names import PACKAGES, SOURCES
 
 ALIAS = "import engram.mikasa.alias"
 RUNNER = ("-m", "engram.mikasa")
@@ -262,13 +264,15 @@ def test_a_program(tmp_path):
 
 def test_a_program_beside_an_installed_package(tmp_path):
     package(tmp_path, "mikasa_robo_suite")
-    (tmp_path / "program.py").write_text("import mikasa_robo_suite as m; print(m.__spec__.origin)")
+    (tmp_path / "program.py").write_text(
+        "import engram.mikasa.alias, mikasa_robo_suite as m\nprint(m.__spec__.origin)"
+    )
     done = run(*RUNNER, "program.py", folder=tmp_path, code=1)
     assert done.stderr.startswith("engram.mikasa: engram.mikasa.alias would hide mikasa_robo_suite")
     assert done.stderr.count("\n") == 1
     done = run(*RUNNER, "--force", "program.py", folder=tmp_path)
     assert done.stdout == "engram.mikasa\n"
-    assert "UserWarning: engram.mikasa.alias hides mikasa_robo_suite (" in done.stderr
+    assert done.stderr.count("UserWarning: engram.mikasa.alias hides mikasa_robo_suite (") == 1
 
 
 @pytest.mark.parametrize(
@@ -282,9 +286,12 @@ def test_a_program_beside_an_installed_package(tmp_path):
         (["-m", "baselines.ppo.ppo_memtasks"], 2, "run the original's file by its path"),
     ],
 )
-def test_the_command_line(tmp_path, words, code, text):
-    done = run(*RUNNER, *words, folder=tmp_path, code=code)
-    assert text in " ".join((done.stdout + done.stderr).split())
+def test_the_command_line(capsys, words, code, text):
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == code
+    assert text in " ".join("".join(capsys.readouterr()).split())
+    assert not any(name in sys.modules for name in PACKAGES)
 
 
 def test_the_released_ppo_script_is_refused_with_a_reason(wheel, tmp_path):
