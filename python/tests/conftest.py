@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from browser_page import browser, opened  # noqa: F401 (fixtures)
 from demonstrations import demonstrations, folder  # noqa: F401 (fixtures)
+from released import wheel  # noqa: F401 (a fixture)
 
 import engram
 

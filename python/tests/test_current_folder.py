@@ -46,6 +46,7 @@ MODULES = (
     "engram.datasets lerobot data",
     "engram.datasets replay data",
     "engram.play --help",
+    "engram.mikasa --help",
     "engram.scores --help",
 )
 

@@ -30,6 +30,7 @@ NOT_RUN = {
     "sed -E": "needs a script of the original's",
     "engram info TouchSpot": "needs the task that the page adds",
     "engram play": "does not end by itself",
+    "python -m engram.mikasa": "runs programs of others",
     "python -m engram.datasets replay played": "needs episodes that somebody has played",
 }
 PRINTED = {  # what a line of a block prints

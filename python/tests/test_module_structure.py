@@ -71,10 +71,11 @@ def test_the_first_level_is_narrow():
 
 
 def test_no_import_needs_the_command():
-    """Debian's package of the Python files leaves out its folder."""
-    needs = re.compile(r"^(from|import) engram\.command\b", re.MULTILINE)
+    """Debian's package of the Python files leaves out its folder; imports in functions count."""
+    needs = re.compile(r"^\s*(from|import) engram\.command\b", re.MULTILINE)
     files = {file.relative_to(PACKAGE) for file in PACKAGE.rglob("*.py")}
     rest = {file for file in files if file.parts[0] not in ("command", "__main__.py")}
+    assert Path("mikasa/record.py") in rest
     assert not [file for file in rest if needs.search((PACKAGE / file).read_text())]
 
 

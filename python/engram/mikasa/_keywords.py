@@ -25,7 +25,8 @@ _OBS_MODES = (
     "rgb+depth+segmentation",
 )
 _REWARD_MODES = ("normalized_dense", "dense", "sparse", "none")
-_RENDER_MODES = ("rgb_array", "sensors", "all")
+# "cameras" is the name that "sensors" had before; programs still use it.
+RENDER_MODES = ("rgb_array", "sensors", "cameras", "all")
 _CONTROL_MODE = "pd_joint_delta_pos"
 _SIZES = ("width", "height")
 
@@ -164,9 +165,9 @@ def _render_mode(value: Any) -> str | None:
     if value == "human":
         raise UnavailableError(
             "render_mode: 'human' given; there is no viewer; "
-            f"allowed: {', '.join(_RENDER_MODES)}, None"
+            f"allowed: {', '.join(RENDER_MODES)}, None"
         )
-    mode: str | None = _name("render_mode", value, None, _RENDER_MODES)
+    mode: str | None = _name("render_mode", value, None, RENDER_MODES)
     return mode
 
 

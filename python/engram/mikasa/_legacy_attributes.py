@@ -15,7 +15,7 @@ from engram.mikasa.agent import Pose
 # Bodies in the original's scene, and positions that it stores.
 _BODIES = frozenset(
     [
-        *("scene", "table_scene", "cubes", "shape_actors", "mugs", "batteries", "mug_left"),
+        *("table_scene", "cubes", "shape_actors", "mugs", "batteries", "mug_left"),
         *("mug_center", "mug_right", "red_ball", "goal_site", "disc", "cube", "blue_cube"),
         *("red_cube", "green_cube", "peg", "ball", "goal_region", "green_disc", "red_disc"),
         *("button_xy", "button_top_z", "initial_poses", "tray_slot_positions", "socket_slot_pos"),

@@ -10,6 +10,7 @@ from engram.mikasa._torch import torch
 
 if TYPE_CHECKING:
     from engram.envs.vector_env import VectorEnv
+    from engram.mikasa._keywords import Settings
     from engram.typing import TaskDescription
 
 
@@ -23,6 +24,14 @@ class RobotSource(Protocol):
 
     def _robot_part(self, name: str) -> torch.Tensor: ...
     def _view(self, name: str) -> np.ndarray | None: ...
+
+
+class CameraSource(Protocol):
+    """Parts that cameras read."""
+
+    num_envs: int
+    _chosen: Settings
+    _env: VectorEnv[Any]
 
 
 class StateSource(Protocol):

@@ -10,12 +10,14 @@ from engram.envs.vector_env import VectorEnv
 from engram.mikasa._keywords import Settings
 from engram.mikasa._torch import torch
 
+_WITHOUT_HUMAN = ("sensors", "cameras")
+
 
 def pictures(batch: VectorEnv[Any], mode: str, chosen: Settings) -> torch.Tensor:
     """One picture per environment, uint8 (B, height, width, 3)."""
     tiles = []
     for i in range(batch.num_envs):
-        human = batch.frame(i) if mode != "sensors" else None
+        human = batch.frame(i) if mode not in _WITHOUT_HUMAN else None
         sensors = [] if mode == "rgb_array" else _sensors(batch, i, chosen)
         if human is None:
             tiles.append(np.concatenate(sensors, axis=1))

@@ -14,7 +14,9 @@ from engram.mikasa.gym_utils import find_max_episode_steps_value
 from engram.mikasa.ppo_memtasks import FlattenRGBDObservationWrapper
 from engram.mikasa.wrappers import (
     ConvertJointsToEEFXyzRpyGripperWrapper,
+    ConvertJointsToQposGripperWidthWrapper,
     CurriculumPhaseNoopActionWrapper,
+    CurriculumPhaseNoopActionWrapperPdJointPos,
     MemoryCapacityInfoWrapper,
     RememberColorInfoWrapper,
     RememberShapeAndColorInfoWrapper,
@@ -89,6 +91,12 @@ _OVERLAYS: dict[str, tuple[type, ...]] = {
 _FROZEN = (*_families.SHELL_GAMES, *_families.REMEMBER)
 
 
+# Wrappers that freeze by holding a pose, by those that freeze by zeros.
+_HOLDING: dict[type | None, type] = {
+    CurriculumPhaseNoopActionWrapper: CurriculumPhaseNoopActionWrapperPdJointPos
+}
+
+
 def _configs() -> dict[str, VLAWrapperConfig]:
     result = {}
     for task in list_tasks():
@@ -104,12 +112,17 @@ VLA_WRAPPER_CONFIGS: dict[str, VLAWrapperConfig] = _configs()
 MIKASA_VLA_ENV_IDS = tuple(VLA_WRAPPER_CONFIGS)
 
 
-def apply_mikasa_vla_wrappers(env: gym.Env[Any, Any], *, include_overlays: bool = True) -> Any:
+def apply_mikasa_vla_wrappers(
+    env: gym.Env[Any, Any], *, include_overlays: bool = True, joint_proprio: bool = False
+) -> Any:
     """The environment with observations {"rgb", "proprio"[, "task_cue"]} for policies.
 
     Args:
         env: From gym.make, with obs_mode="rgb".
         include_overlays: True: ``render`` draws the answer over its pictures.
+        joint_proprio: True: "proprio" has the arm's seven angles and the gripper's width, and with
+            pd_joint_pos the arm holds its pose while actions are frozen, instead of going to zero
+            angles. For policies of joints.
 
     Returns:
         The wrapped environment; it has also ``max_episode_steps``.
@@ -137,11 +150,17 @@ def apply_mikasa_vla_wrappers(env: gym.Env[Any, Any], *, include_overlays: bool 
         )
     steps = find_max_episode_steps_value(env)
     wrapped: Any = StateOnlyTensorToDictWrapper(env)
-    if config.curriculum_wrapper is not None:
-        wrapped = config.curriculum_wrapper(wrapped)
+    freezes = config.curriculum_wrapper
+    if joint_proprio and base.control_mode == "pd_joint_pos":
+        freezes = _HOLDING.get(freezes, freezes)
+    if freezes is not None:
+        wrapped = freezes(wrapped)
     for overlay in config.overlays if include_overlays else ():
         wrapped = overlay(wrapped)
     wrapped = FlattenRGBDObservationWrapper(wrapped, depth=False, state=False, joints=True)
-    wrapped = ConvertJointsToEEFXyzRpyGripperWrapper(wrapped)
+    if joint_proprio:
+        wrapped = ConvertJointsToQposGripperWidthWrapper(wrapped)
+    else:
+        wrapped = ConvertJointsToEEFXyzRpyGripperWrapper(wrapped)
     wrapped.max_episode_steps = steps
     return wrapped

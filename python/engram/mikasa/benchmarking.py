@@ -293,6 +293,14 @@ def _frame(env: Any, observation: Mapping[str, Any]) -> np.ndarray:
     return np.concatenate([general, np.concatenate(sides)], axis=1)
 
 
+def _write_video(path: str | Path, frames: Sequence[Any], fps: float) -> None:
+    """Writes an episode's pictures as an mp4; of none, nothing. Programs import it."""
+    from engram.mikasa.record import write_video
+
+    if len(frames) > 0:
+        write_video(Path(path), frames, fps)
+
+
 # --- results ---
 
 
@@ -329,9 +337,7 @@ def evaluate_task(
             if episode_callback is not None:
                 episode_callback(i, result)
             if frames and video_dir is not None:
-                from engram.mikasa.record import write_video
-
-                write_video(Path(video_dir) / f"episode_{i:04d}.mp4", frames, _VIDEO_RATE)
+                _write_video(Path(video_dir) / f"episode_{i:04d}.mp4", frames, fps=_VIDEO_RATE)
     finally:
         env.close()
     successes = [episode.success_once for episode in episodes]

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterable
 from typing import Any
+
+import gymnasium as gym
 
 from engram.mikasa import _families
 from engram.mikasa._variants import TaskMeta
@@ -31,12 +35,28 @@ def _first_of(tasks: list[TaskSummary]) -> TaskSummary:
     return min(plain, key=lambda task: (task["horizon"], len(task["id"])))
 
 
+def _warn_of_other_package(tasks: Iterable[TaskSummary]) -> None:
+    """Warns if somebody else has registered ids of these tasks; they become engram's."""
+    taken = [task["id"] for task in tasks if task["id"] in gym.registry]
+    if taken:
+        entry: Any = gym.registry[taken[0]].entry_point
+        entry = getattr(entry, "func", entry)
+        maker = entry if isinstance(entry, str) else getattr(entry, "__module__", "unknown")
+        warnings.warn(
+            f"{len(taken)} ids, such as {taken[0]}, were registered by {maker}; from now on "
+            "gym.make makes engram's environments of them",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+
+
 def _make() -> dict[str, TaskMeta]:
     classes: dict[str, TaskMeta] = {}
     families: dict[str, list[TaskSummary]] = {}
     for task in list_tasks():
         if task["family"] in _families.INFO_KEYS and task["id"].endswith("-VLA-v0"):
             families.setdefault(task["family"], []).append(task)
+    _warn_of_other_package(task for tasks in families.values() for task in tasks)
     # The easy batteries are hard ones with another rule.
     for family in sorted(families, key=lambda name: name == "BatteriesCheckerEasy"):
         tasks = families[family]

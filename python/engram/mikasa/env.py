@@ -19,6 +19,7 @@ from engram.mikasa._variants import (
     own_instruction,
 )
 from engram.mikasa.agent import Agent
+from engram.mikasa.scene import Scene
 
 _NO_LIMIT = 1_000_000  # control steps: the time limit around the environment ends episodes
 _FIRST_SEED = 2022
@@ -36,7 +37,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012
-        "render_modes": ["rgb_array", "sensors", "all"],
+        "render_modes": list(_keywords.RENDER_MODES),
         "render_fps": 20,
     }
     SUPPORTED_ROBOTS: ClassVar[list[str]] = ["panda", "panda_wristcam"]
@@ -102,6 +103,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         )
         self._evaluation = _observing.Evaluation(self._env, self._description, own_instruction(cls))
         self.agent = Agent(self)
+        self.scene = Scene(self)
         self.single_action_space: Any = self._env.single_action_space
         self.action_space: Any = (
             self.single_action_space if self.num_envs == 1 else self._env.action_space

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -17,28 +18,56 @@ from engram.mikasa._torch import torch
 
 __all__ = ["RecordEpisode", "write_video"]
 
+_PYAV = 12  # the oldest version that writes them
 
-def write_video(path: Path, frames: list[np.ndarray], rate: int) -> None:
-    """Writes pictures, uint8 (height, width, 3) of even sides, as an mp4.
+
+def write_video(path: Path, frames: Sequence[Any], rate: float) -> None:
+    """Writes pictures as an mp4; odd sides lose a pixel.
+
+    Args:
+        path: The file; its folder is made.
+        frames: Of one shape (height, width, 3), uint8, or numbers from 0 to 1 or from 0 to 255.
+        rate: Pictures per second.
 
     Raises:
-        UnavailableError: There is no PyAV.
+        InvalidArgumentError: No pictures, or pictures of several sizes.
+        UnavailableError: There is no PyAV, or an old one.
     """
-    try:
-        import av  # noqa: F401
-    except ImportError:
-        raise UnavailableError(
-            f"{path.name}: videos need PyAV: {install_command('video')}"
-        ) from None
-    from engram.command.video import Stream
+    sizes = sorted({np.shape(frame) for frame in frames})
+    if len(sizes) != 1 or len(sizes[0]) != 3 or sizes[0][2] != 3:
+        raise InvalidArgumentError(
+            f"frames: {sizes or 'none'} given; pictures of one shape (height, width, 3) needed"
+        )
+    _need_pyav(path.name)
+    from engram._io.video import Stream
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    height, width = (side - side % 2 for side in frames[0].shape[:2])
+    height, width = (side - side % 2 for side in sizes[0][:2])
     with replacing(path) as temporary:
-        stream = Stream(str(temporary), "mp4", width, height, rate)
+        stream = Stream(str(temporary), "mp4", width, height, Fraction(rate).limit_denominator())
         for frame in frames:
-            stream.send_rgb(np.ascontiguousarray(frame[:height, :width]))
+            stream.send_rgb(np.ascontiguousarray(_as_bytes(frame)[:height, :width]))
         stream.finish()
+
+
+def _as_bytes(picture: Any) -> np.ndarray:
+    array = np.asarray(picture)
+    if array.dtype == np.uint8:
+        return array
+    scale = 255 if np.nanmax(array, initial=0) <= 1 else 1
+    return np.clip(array.astype(np.float32) * scale, 0, 255).astype(np.uint8)
+
+
+def _need_pyav(name: str) -> None:
+    try:
+        import av
+    except ImportError:
+        raise UnavailableError(f"{name}: videos need PyAV: {install_command('video')}") from None
+    if int(av.__version__.split(".")[0]) < _PYAV:
+        raise UnavailableError(
+            f"{name}: videos need PyAV {_PYAV} or newer, not {av.__version__}: "
+            f"{install_command('video')}"
+        )
 
 
 def tiled(pictures: np.ndarray) -> np.ndarray:

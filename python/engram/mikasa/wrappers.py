@@ -31,6 +31,7 @@ from engram.mikasa.overlays import (
 __all__ = [
     "CameraShutdownWrapper",
     "ConvertJointsToEEFXyzRpyGripperWrapper",
+    "ConvertJointsToQposGripperWidthWrapper",
     "CurriculumPhaseNoopActionWrapper",
     "CurriculumPhaseNoopActionWrapperPdJointPos",
     "DebugRewardWrapper",
@@ -164,6 +165,39 @@ class ConvertJointsToEEFXyzRpyGripperWrapper(ObservationWrapper):
         if not np.array_equal(view[:, :3], joints.numpy()[..., :3]):
             return None
         return torch.from_numpy(view.copy())
+
+
+class ConvertJointsToQposGripperWidthWrapper(ObservationWrapper):
+    """Converts joints (B, 25) to the arm's seven angles, rad, and the gripper's width, m.
+
+    Args:
+        env: Whose observations hold "proprio": tool pose 7, joint positions 9, joint velocities 9.
+    """
+
+    _needs = Wanted.NO_MATRICES
+
+    def __init__(self, env: gym.Env[Any, Any]) -> None:
+        super().__init__(env)
+        base: Any = self.unwrapped
+        if isinstance(base._init_raw_obs, dict) and "proprio" in base._init_raw_obs:
+            self._update_space(self.observation(base._init_raw_obs))
+
+    def observation(self, observation: Any) -> Any:
+        """The observation with the shorter proprio; one of 8 numbers stays."""
+        proprio = observation.get("proprio") if isinstance(observation, dict) else None
+        arm = _JOINTS - _FINGERS
+        if proprio is None or proprio.shape[-1] == arm + 1:
+            return observation
+        if proprio.shape[-1] < _TCP + _JOINTS:
+            raise InvalidArgumentError(
+                f"proprio: {proprio.shape[-1]} numbers given; {arm + 1}, or at least "
+                f"{_TCP + _JOINTS} needed"
+            )
+        qpos = torch.as_tensor(proprio)[..., _TCP : _TCP + _JOINTS]
+        width = qpos[..., arm:].sum(-1, keepdim=True)
+        result = torch.cat([qpos[..., :arm], width], dim=-1).to(torch.float32)
+        changed = result if isinstance(proprio, torch.Tensor) else result.numpy()
+        return {**observation, "proprio": changed}
 
 
 def end_effector(pose: torch.Tensor, fingers: torch.Tensor) -> torch.Tensor:

@@ -1,4 +1,4 @@
-"""A policy that depends on all that it may see, in the original's form and in engram's."""
+"""Policies that depend on what they see, in the original's form and in engram's."""
 
 from __future__ import annotations
 
@@ -32,6 +32,23 @@ class Looking:
         return actions
 
 
-def as_engram(policy: Looking) -> Any:
+class Reaching:
+    """Moves to where its own joints say that the robot's front is, one action an answer."""
+
+    chunk_size = 1
+
+    def forward(self, obs: Any) -> np.ndarray:
+        """(7,)."""
+        return self.answer(np.asarray(obs["rgb"]), np.asarray(obs["proprio"]))[0, 0]
+
+    def answer(self, rgb: np.ndarray, proprio: np.ndarray) -> np.ndarray:
+        """(N, 1, 7) of N observations."""
+        actions = np.zeros((len(proprio), 1, 7), np.float32)
+        actions[:, 0, :3] = np.clip(4 * (np.array([0, 0.1, 0.05]) - proprio[:, :3]), -1, 1)
+        actions[:, 0, 6] = np.sign(proprio[:, 6] - 0.04)
+        return actions
+
+
+def as_engram(policy: Any) -> Any:
     """The same for engram.evaluate."""
     return lambda observation: policy.answer(observation["rgb"], observation["proprio"])

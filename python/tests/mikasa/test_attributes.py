@@ -65,6 +65,27 @@ def test_attributes_that_scripts_use():
             _ = base.cubes
 
 
+@pytest.mark.parametrize("mode", ["rgb", "state"])
+def test_cameras_of_the_scene(mode):
+    with made(ID, num_envs=2, obs_mode=mode, sensor_configs={"width": 40, "height": 30}) as env:
+        observation, _ = env.reset(seed=1)
+        scene = env.unwrapped.scene
+        assert list(scene.sensors.keys()) == ["base_camera", "hand_camera"]
+        for name, camera in scene.sensors.items():
+            assert (camera.uid, camera.width, camera.height) == (name, 40, 30)
+            params = camera.get_params()
+            assert {key: tuple(value.shape) for key, value in params.items()} == {
+                "extrinsic_cv": (2, 3, 4), "cam2world_gl": (2, 4, 4), "intrinsic_cv": (2, 3, 3),
+            }  # fmt: skip
+            if mode == "rgb":
+                seen = observation["sensor_param"][name]
+                assert all(torch.equal(params[key], seen[key]) for key in params)
+        with pytest.raises(AttributeError, match=r"scene\.actors: .* it has sensors and num_envs"):
+            _ = scene.actors
+    with made(ID, robot_uids="panda") as env:
+        assert list(env.unwrapped.scene.sensors) == ["base_camera"]
+
+
 def test_rewards_can_be_computed_again():
     with made(ID, num_envs=2) as env:
         env.reset(seed=1)

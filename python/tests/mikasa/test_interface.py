@@ -51,6 +51,7 @@ KEYWORDS = [
 WRAPPERS = {
     "StateOnlyTensorToDictWrapper": "",
     "ConvertJointsToEEFXyzRpyGripperWrapper": "qpos_dim gripper_finger_dims",
+    "ConvertJointsToQposGripperWidthWrapper": "",
     "CurriculumPhaseNoopActionWrapper": "",
     "CurriculumPhaseNoopActionWrapperPdJointPos": "",
     "InitialZeroActionWrapper": "n_initial_steps",
@@ -301,7 +302,9 @@ def test_imports_of_scripts():
     with made(COLOR, max_episode_steps=9) as env:
         assert mikasa.find_max_episode_steps_value(env) == 9
         assert mikasa.FlattenActionSpaceWrapper(env).action_space == env.action_space
-        assert mikasa.apply_mikasa_vla_wrappers.__kwdefaults__ == {"include_overlays": True}
+    # The second is that of programs in joint space.
+    defaults = {"include_overlays": True, "joint_proprio": False}
+    assert mikasa.apply_mikasa_vla_wrappers.__kwdefaults__ == defaults
     assert (benchmarking.OBS_MODE, benchmarking.CONTROL_MODE) == ("rgb", "pd_ee_delta_pose")
 
 

@@ -138,12 +138,19 @@ def test_reward_modes():
 
 @pytest.mark.parametrize(
     ("mode", "shape"),
-    [("rgb_array", (512, 512)), ("sensors", (128, 256)), ("all", (512, 640))],
-)
+    [("rgb_array", (512, 512)), ("sensors", (128, 256)), ("all", (512, 640)),
+     ("cameras", (128, 256))],
+)  # fmt: skip
 def test_pictures(mode, shape):
     with made(ID, num_envs=2, render_mode=mode) as env:
         env.reset(seed=1)
         assert shapes(env.render()) == f"uint8 {(2, *shape, 3)}"
+        assert env.render_mode == mode
+        assert mode in env.unwrapped.metadata["render_modes"]
+    if mode == "cameras":
+        with made(ID, num_envs=2, obs_mode="rgb", render_mode=mode) as env:
+            data = env.reset(seed=1)[0]["sensor_data"].values()
+            assert torch.equal(env.render(), torch.cat([one["rgb"] for one in data], dim=2))
 
 
 def test_the_plain_panda_sees_with_one_camera_and_lacks_the_others_mass():

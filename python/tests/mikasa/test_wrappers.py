@@ -174,6 +174,42 @@ def test_frozen_joints_hold_their_pose():
         assert held[:, 7].tolist() == pytest.approx([1, 1])
 
 
+@pytest.mark.parametrize("mode", ["pd_joint_pos", "pd_ee_delta_pose"])
+def test_observations_of_policies_in_joint_space(mode):
+    observations = []
+    for joints in (False, True):
+        with made(ID, num_envs=2, obs_mode="rgb", control_mode=mode) as env:
+            env = mikasa.apply_mikasa_vla_wrappers(env, joint_proprio=joints)
+            observation, _ = env.reset(seed=1)
+            assert env.max_episode_steps == 25
+            assert env.observation_space.contains(as_arrays(observation))
+            start = env.unwrapped.agent.robot.get_qpos()
+            env.step(torch.zeros(env.unwrapped._env.action_space.shape))
+            observations.append(observation)
+            moved = float((env.unwrapped.agent.robot.get_qpos() - start)[:, :7].abs().max())
+            # Zeros are a pose in pd_joint_pos, and frozen actions zeros or the present pose.
+            assert (moved > 0.02) == (mode == "pd_joint_pos" and not joints)
+    usual, own = observations
+    assert shapes(own) == {"proprio": "float32 (2, 8)", "rgb": "uint8 (2, 128, 128, 6)"}
+    assert torch.equal(usual["rgb"], own["rgb"])
+    assert torch.equal(own["proprio"][:, :7], start[:, :7])
+    torch.testing.assert_close(own["proprio"][:, 7], start[:, 7] + start[:, 8])
+    torch.testing.assert_close(own["proprio"][:, 7], usual["proprio"][:, 6])
+
+
+def test_joints_of_other_widths():
+    with made(ID, num_envs=2, obs_mode="rgb") as env:
+        env = mikasa.ConvertJointsToQposGripperWidthWrapper(env)
+        row = np.arange(50, dtype=np.float32).reshape(2, 25)
+        assert env.observation({"proprio": row})["proprio"].tolist() == [
+            [*range(7, 14), 14 + 15], [*range(32, 39), 39 + 40],
+        ]  # fmt: skip
+        for unchanged in ({"proprio": row[:, :8]}, {"rgb": row}, row):
+            assert env.observation(unchanged) is unchanged
+        with pytest.raises(engram.InvalidArgumentError, match="12 numbers given; 8, or at least"):
+            env.observation({"proprio": row[:, :12]})
+
+
 def test_without_a_cue_nothing_is_frozen():
     with made("TakeItBack-VLA-v0", num_envs=2) as env:
         env = mikasa.CurriculumPhaseNoopActionWrapper(env)
@@ -282,6 +318,6 @@ def test_ids_outside_the_table_are_refused_until_they_are_added(monkeypatch):
 
 
 def test_all_names_are_in_one_module():
-    assert len([name for name in wrappers.__all__ if name.endswith("Wrapper")]) == 18
+    assert len([name for name in wrappers.__all__ if name.endswith("Wrapper")]) == 19
     for name in wrappers.__all__:
         assert getattr(mikasa, name) is getattr(wrappers, name)
