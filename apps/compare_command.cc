@@ -135,7 +135,8 @@ void add_compare_command(const Command& program) {
   add_json(command, options->json);
   command.footer(
       "Episodes pair by id and seed. p is that of McNemar's exact test; p (Holm) is corrected for "
-      "the number of tasks. The interval is Newcombe's for paired data. docs/results.md has the JSON "
+      "the number of tasks. The interval is Newcombe's for paired data. docs/results.md has the "
+      "JSON "
       "keys.");
   command.on_run([options] {
     const Document comparison =

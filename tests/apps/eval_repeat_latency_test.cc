@@ -89,7 +89,8 @@ TEST_CASE("eval: latency in steps and milliseconds", "[apps]") {
   CHECK(never["sr"] == 0.0);
   const std::string eval = std::string("eval ") + kId + " ";
   require_refusal(eval + "--latency soon", 2, "--latency: 'soon' given, 0 to 1000000");
-  require_refusal(eval + "--repeat 0", 2, "--repeat: '0' given, 1 to 1000 allowed");
+  require_refusal(eval + "--repeat 0", 2,
+                  "--repeat: '0' given, a whole number of 1 to 1000 allowed");
   require_refusal(eval + "--policy-seed -1", 2, "--policy-seed: '-1' given");
 }
 

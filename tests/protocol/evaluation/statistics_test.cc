@@ -47,7 +47,7 @@ TEST_CASE("McNemar's test is exact", "[evaluation][statistics]") {
   CHECK(mcnemar_p_value(3, 12) == Approx(0.03515625));
   CHECK(mcnemar_p_value(0, 0) == 1);
   CHECK(mcnemar_p_value(4, 4) == 1);
-  CHECK(mcnemar_p_value(2000, 0) > 0);  // 2^-1999 would underflow in other ways of summing
+  CHECK(mcnemar_p_value(1000, 0) > 0);  // 2^-999
 }
 
 TEST_CASE("Sign flips of ones are McNemar's test", "[evaluation][statistics]") {
