@@ -49,7 +49,7 @@ void add_row(const std::string& name, const Document& row, Table& table) {
              probability(row, "p_value_holm")});
 }
 
-// What the digests say about the episodes of all tasks.
+// Numbers of episodes with equal digests.
 std::string digest_text(const Document& total) {
   const Document& same = part(total, "same_digests");
   if (is_null(same)) return "digests: not in both results\n";

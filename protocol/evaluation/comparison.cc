@@ -72,7 +72,7 @@ void count_pair(bool a, bool b, PairCounts& counts) {
   ++count;
 }
 
-// Whether two tasks have digests.
+// True if both tasks have digests.
 bool have_digests(const Document& a, const Document& b) {
   return !is_null(value_or_null(a, "digests")) && !is_null(value_or_null(b, "digests"));
 }
@@ -281,7 +281,7 @@ class Comparison {
     return document;
   }
 
-  // What a reader wants to know of results beside their numbers.
+  // Facts about results beside their numbers.
   static Document description(const ResultSet& results) {
     const Document& task = results.tasks.front();
     return DocumentTable{

@@ -10,7 +10,7 @@
 
 namespace engram {
 
-// What may differ between two results if the user says so.
+// Differences between two results that the user may allow.
 enum class AllowedDifference {
   kIds,    // tasks of one of them are left out
   kSeeds,  // so are episodes of one of them

@@ -1,5 +1,4 @@
-// What acts in the episodes of a batch during an evaluation: an external policy, or one of engram's
-// own.
+// Interface of policies in the episodes of an evaluation's batch: external ones and engram's own.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +8,7 @@
 
 namespace engram {
 
-// What names an episode to people and to policies.
+// The names of an episode for people and for policies.
 struct EpisodeLabel {
   int episode = -1;         // of the evaluation, from 0; -1: none
   std::int32_t number = 0;  // for the policy
@@ -27,7 +26,7 @@ class EpisodeActor {
   // have no action yet, 1 for the others.
   virtual void act(std::span<float> actions, std::span<std::uint8_t> commanded) = 0;
 
-  // Of the episode under way.
+  // Digests of the episode under way, or of the last one.
   virtual const EpisodeDigests& digests(int slot) const = 0;
   // Actions of the longest chunk so far.
   virtual int longest_chunk() const { return 1; }

@@ -41,7 +41,7 @@ struct Protocol {
   bool samples = false;        // pictures of each task's first episode
   MakeOptions environment;     // only obs_mode, image_options, rules and task_options are used
 
-  // Of a task, all rounds together.
+  // Episodes of a task, all rounds together.
   int all_episodes() const { return episodes * repeat; }
 };
 
