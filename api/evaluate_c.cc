@@ -9,7 +9,9 @@
 #include "api/c_text.h"
 #include "engram/engram_c.h"
 #include "protocol/batch/variants.h"
+#include "protocol/evaluation/comparison.h"
 #include "protocol/evaluation/evaluation_run.h"
+#include "protocol/evaluation/result_tables.h"
 
 struct engram_policy_reply {
   engram::PolicyReply* reply;
@@ -53,6 +55,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
     plain.max_slots = request.max_slots;
     plain.action_dim = reply.action_dim();
     plain.seeds = request.seeds.empty() ? nullptr : request.seeds.data();
+    plain.policy_seed = request.policy_seed;
     engram_policy_reply answer{&reply, {}};
     int status = 0;
     {
@@ -102,6 +105,16 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
     refuse("tell_episodes: " + std::to_string(options.tell_episodes) + " given, 0 or 1 allowed");
   }
   settings.tell_episodes = options.tell_episodes != 0;
+  if (options.repeat < 1 || options.repeat > engram::kMaxRepeat) {
+    refuse("repeat: " + std::to_string(options.repeat) + " given, 1 to " +
+           std::to_string(engram::kMaxRepeat) + " allowed");
+  }
+  engram::check_rounds(options.episodes, options.repeat);
+  settings.repeat = options.repeat;
+  settings.policy_seed = options.policy_seed;
+  if (options.latency != nullptr) {
+    settings.latency = engram::parse_latency("latency", options.latency);
+  }
   if (options.seed_file != nullptr) {
     if (settings.tell_episodes) refuse("seed_file, tell_episodes: one of them allowed");
     settings.set_seal(engram::SeedSeal::read(options.seed_file));
@@ -166,7 +179,7 @@ std::string evaluate(const engram_evaluation_options& options, engram_policy_cal
   protocol.threads = options.threads;
   protocol.samples = run.folder().has_value();
   const std::vector<const engram::RegistryEntry*> tasks = run.open_tasks();
-  const int episodes = static_cast<int>(tasks.size()) * protocol.episodes;
+  const int episodes = static_cast<int>(tasks.size()) * protocol.all_episodes();
   const auto tick = [&](const engram::EvaluationStatus& status) {
     if (options.progress == nullptr) return;
     if (options.progress(user, status.episodes, episodes, status.env_steps) == 0) return;
@@ -190,6 +203,7 @@ void engram_evaluation_options_init(engram_evaluation_options* options) {
   options->num_envs = engram::kEvaluationEnvs;
   options->obs_mode = ENGRAM_OBS_RGB;
   options->seed = engram::kBenchmarkSeed;
+  options->repeat = 1;
 }
 
 engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const float* actions,
@@ -236,3 +250,34 @@ engram_status engram_evaluate(const engram_evaluation_options* options,
 }
 
 void engram_free_text(char* text) { std::free(text); }
+
+engram_status engram_compare(const char* a, const char* b, const char* const* allowed,
+                             size_t num_allowed, char** document) {
+  if (document != nullptr) *document = nullptr;
+  return guarded([&] {
+    if (a == nullptr || b == nullptr || document == nullptr ||
+        (allowed == nullptr && num_allowed > 0)) {
+      refuse("engram_compare: a null pointer given");
+    }
+    std::set<engram::AllowedDifference> differences;
+    for (std::size_t i = 0; i < num_allowed; ++i) {
+      if (allowed[i] == nullptr) refuse("engram_compare: a null pointer given");
+      differences.insert(
+          engram::require_named<engram::AllowedDifference>("allowed difference", allowed[i]));
+    }
+    *document = engram::c::new_text(engram::to_text(
+        engram::compare_results(engram::read_results(a), engram::read_results(b), differences)));
+  });
+}
+
+engram_status engram_report(const char* results, const char* format, char** table) {
+  if (table != nullptr) *table = nullptr;
+  return guarded([&] {
+    if (results == nullptr || format == nullptr || table == nullptr) {
+      refuse("engram_report: a null pointer given");
+    }
+    *table = engram::c::new_text(
+        engram::result_table(engram::require_named<engram::TableFormat>("format", format),
+                             engram::read_results(results).tasks));
+  });
+}

@@ -15,48 +15,50 @@
 #include "apps/output.h"
 #include "apps/task_choice.h"
 #include "protocol/evaluation/evaluation_run.h"
-#include "protocol/evaluation/mean.h"
+#include "protocol/evaluation/success_rates.h"
 
 namespace engram::apps {
 namespace {
+
+std::string with_interval(const SuccessRate& rate) {
+  return fmt::format("{:.3f} ({})", rate.rate, to_text(rate.interval));
+}
 
 std::string to_plain_text(const DocumentList& tasks) {
   Table rows({{"task"},
               {"split"},
               {"memory type"},
               {"success_once", true},
+              {"95 % interval", true},
               {"chance", true},
               {"score", true},
               {"first answer", true},
               {"mean return", true},
               {"mean steps", true}});
-  std::map<std::string, std::vector<double>> splits;
   for (const Document& task : tasks) {
     const DocumentList& lengths = list(part(task, "episode_lengths"));
     double steps = 0;
     for (const Document& length : lengths) {
       steps += number(length) / static_cast<double>(lengths.size());
     }
-    const double rate = number(part(task, "sr"));
+    const SuccessRate rate = success_rate(task);
     const auto share = [&task](const char* key) {
       const Document& value = part(task, key);
       return is_null(value) ? std::string("-") : fmt::format("{:.3f}", number(value));
     };
-    splits[text(part(task, "split"))].push_back(rate);
-    rows.add({text(part(task, "env_id")), text(part(task, "split")),
-              text(part(task, "memory_type")), fmt::format("{:.3f}", rate), share("chance"),
-              share("memory_score"), share("first_answer_correct"),
-              fmt::format("{:.2f}", number(part(task, "mean_return"))),
-              fmt::format("{:.1f}", steps)});
+    rows.add(
+        {text(part(task, "env_id")), text(part(task, "split")), text(part(task, "memory_type")),
+         fmt::format("{:.3f}", rate.rate), to_text(rate.interval), share("chance"),
+         share("memory_score"), share("first_answer_correct"),
+         fmt::format("{:.2f}", number(part(task, "mean_return"))), fmt::format("{:.1f}", steps)});
   }
-  const Document summary = summary_document(tasks);
-  std::string lines = rows.text() + fmt::format("mean over {} tasks: {:.3f}\n", tasks.size(),
-                                                number(part(summary, "sr_split")));
-  for (const auto& [split, rates] : splits) {
-    lines += fmt::format("  split {}: {:.3f} over {} tasks\n", split, mean(rates), rates.size());
+  std::string lines = rows.text() + fmt::format("mean over {} tasks: {}\n", tasks.size(),
+                                                with_interval(mean_success_rate(tasks)));
+  for (const auto& [split, rate] : success_rates_by("split", tasks)) {
+    lines += fmt::format("  split {}: {} over {} tasks\n", split, with_interval(rate), rate.tasks);
   }
-  for (const auto& [type, rate] : table(part(summary, "sr_per_memory_type"))) {
-    lines += fmt::format("  {}: {:.3f}\n", type, number(rate));
+  for (const auto& [type, rate] : success_rates_by("memory_type", tasks)) {
+    lines += fmt::format("  {}: {}\n", type, with_interval(rate));
   }
   return lines;
 }
@@ -78,7 +80,7 @@ EvaluationRun begin(const EvalOptions& options) {
 void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& run,
           std::size_t tasks) {
   if (!view.due()) return;
-  const int episodes = run.settings().episodes;
+  const int episodes = run.settings().all_episodes();
   const std::size_t all = tasks * static_cast<std::size_t>(episodes);
   std::vector<LiveView::TaskProgress> rows;
   double under_way = 0;

@@ -31,7 +31,10 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--rules", "rules"},
     {"--option", "task_options"},
     {"--set", "constants"},
-    {"--tell-episodes", "tell_episodes"}};
+    {"--tell-episodes", "tell_episodes"},
+    {"--repeat", "repeat"},
+    {"--policy-seed", "policy_seed"},
+    {"--latency", "latency_steps"}};
 
 // Takes over the secret of a sealed run, which its folder does not have before the end.
 void resume_seal(const EvaluationSettings& now, const ResultFolder& folder,
@@ -58,6 +61,10 @@ EvaluationSettings settings_of(const EvalOptions& options) {
   const Protocol& protocol = options.protocol;
   settings.episodes = protocol.episodes;
   settings.start_seed = protocol.start_seed;
+  check_rounds(protocol.episodes, protocol.repeat);
+  settings.repeat = protocol.repeat;
+  settings.policy_seed = protocol.policy_seed;
+  settings.latency = protocol.latency;
   if (!options.seed_file.empty()) {
     if (options.policy.tell_episodes) {
       throw Error(Error::kInvalidArgument,
@@ -159,6 +166,10 @@ void add_eval_options(const Command& command, EvalOptions& options) {
       .add_flag("--keep-sealed", options.keep_sealed,
                 "Does not write the secret at the end; --resume with the same --seed-file does")
       .needs(sealed);
+  add_policy_seed(command, options.protocol.policy_seed);
+  add_int(command, "--repeat", options.protocol.repeat, 1, kMaxRepeat,
+          "Rounds of the same episodes; round i has policy seed + i");
+  add_latency(command, options.protocol.latency);
   add_num_envs(command, options.protocol.num_envs)
       .description("Episodes that a thread runs together");
   add_obs(command, options.protocol.environment, kObsModes);

@@ -8,6 +8,7 @@
 #include "apps/bench_command.h"
 #include "apps/collect_command.h"
 #include "apps/command_line.h"
+#include "apps/compare_command.h"
 #include "apps/doctor_command.h"
 #include "apps/eval_command.h"
 #include "apps/info_command.h"
@@ -15,6 +16,7 @@
 #include "apps/output.h"
 #include "apps/play_command.h"
 #include "apps/record_command.h"
+#include "apps/report_command.h"
 #include "apps/rollout_command.h"
 #include "apps/soak_command.h"
 #include "apps/verify_command.h"
@@ -56,6 +58,8 @@ int run(int argc, char** argv) {
   add_info_command(program);
   add_rollout_command(program);
   add_eval_command(program);
+  add_compare_command(program);
+  add_report_command(program);
   add_collect_command(program);
   add_record_command(program);
   add_play_command(program, variants);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "protocol/evaluation/settings.h"
 #include "protocol/formats/document.h"
 
 namespace engram::apps {
@@ -188,6 +189,31 @@ Option add_seed(const Command& command, std::uint64_t& seed, const std::string& 
   return command.add_option("--seed", assign, help)
       .type_name("N")
       .default_str(std::to_string(seed));
+}
+
+Option add_policy_seed(const Command& command, std::uint64_t& seed) {
+  const auto assign = [&seed](const std::string& text) {
+    seed = parse_unsigned("--policy-seed", text, 0, std::numeric_limits<std::uint64_t>::max());
+  };
+  return command
+      .add_option("--policy-seed", assign,
+                  "Of the policy's own random numbers: random and blind draw others, external "
+                  "policies are told it")
+      .type_name("S")
+      .default_str("0");
+}
+
+Option add_latency(const Command& command, int& steps) {
+  const auto assign = [&steps](const std::string& text) {
+    steps = parse_latency("--latency", text);
+  };
+  return command
+      .add_option(
+          "--latency", assign,
+          "Control steps (3), or milliseconds (120ms; a step has 50), from a question to its "
+          "answer: the world goes on with the last action meanwhile")
+      .type_name("STEPS|MS")
+      .default_str("0");
 }
 
 // --- names ---

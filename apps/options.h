@@ -31,6 +31,11 @@ Option add_int(const Command& command, const std::string& option, int& value, in
                const std::string& help);
 Option add_seed(const Command& command, std::uint64_t& seed, const std::string& help);
 
+// --policy-seed, of the policy's own random numbers.
+Option add_policy_seed(const Command& command, std::uint64_t& seed);
+// --latency, in control steps.
+Option add_latency(const Command& command, int& steps);
+
 // --- names ---
 
 // Values of --obs.

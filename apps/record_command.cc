@@ -304,6 +304,8 @@ void add_record_command(const Command& program) {
   add_obs_mode(command, episode.obs, kObsModes)
       .description("Observation of --policy-command")
       .default_str(std::string(name_of(ObsMode::kRgb)));
+  add_policy_seed(command, episode.env.policy_seed);
+  add_latency(command, episode.latency);
   add_env_options(command, episode.env);
   command.remove_option("--auto-reset");  // there is one episode
   add_json(command, options->json);

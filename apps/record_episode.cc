@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "core/env/scripted_policy.h"
-
 namespace engram::apps {
 namespace {
 
@@ -29,28 +27,31 @@ CommandPolicy::CommandPolicy(const EpisodeOptions& options, const std::atomic<bo
     : context_(0, stopped, env_steps_),
       env_(make(options.id, options.observed())),
       process_(process_of(options, *env_), context_),
-      queue_(*env_, process_, context_, options.command.tell_episodes) {
+      queue_(*env_, process_, context_,
+             {options.command.tell_episodes, options.env.policy_seed, options.latency}) {
   env_->reset();
   const std::uint64_t seed = env_->options().seed;
   queue_.start(0, label_episode(0, env_->info().id, seed, {}, options.command.tell_episodes));
 }
 
-void CommandPolicy::act(std::span<float> actions) {
-  queue_.act(actions);
-  env_->step(actions);
+void CommandPolicy::act(std::span<float> actions, std::span<std::uint8_t> commanded) {
+  queue_.act(actions, commanded);
+  env_->step(actions, commanded);
 }
 
 // --- the episode ---
 
 RecordedEpisode::RecordedEpisode(const EpisodeOptions& options, const Interruption& interruption)
-    : interruption_(interruption),
-      policy_(options.policy),
-      max_steps_(options.steps),
-      env_(make(options.id, options.env)) {
+    : interruption_(interruption), max_steps_(options.steps), env_(make(options.id, options.env)) {
   const int horizon = env_->info().horizon;
   max_steps_ = max_steps_ == 0 ? horizon : std::min(max_steps_, horizon);
-  if (options.command.given()) command_policy_.emplace(options, interruption.flag());
   rewind();
+  if (options.command.given()) {
+    command_policy_.emplace(options, interruption.flag());
+  } else {
+    own_policy_.emplace(*env_, options.policy, options.latency);
+    own_policy_->start(0, {});
+  }
 }
 
 bool RecordedEpisode::over() const {
@@ -61,15 +62,15 @@ void RecordedEpisode::step() {
   interruption_.check("nothing was written");
   const auto now = static_cast<std::size_t>(steps());
   if (now == actions_.size()) {
-    std::vector<float> actions(static_cast<std::size_t>(env_->action_dim()));
+    Action action{std::vector<float>(static_cast<std::size_t>(env_->action_dim())), {}};
     if (command_policy_) {
-      command_policy_->act(actions);
+      command_policy_->act(action.values, action.commanded);
     } else {
-      ScriptedPolicy(*env_, policy_).act(actions);
+      own_policy_->act(action.values, action.commanded);
     }
-    actions_.push_back(std::move(actions));
+    actions_.push_back(std::move(action));
   }
-  env_->step(actions_[now]);
+  env_->step(actions_[now].values, actions_[now].commanded);
   if (command_policy_ && over()) command_policy_->require_drained();
 }
 

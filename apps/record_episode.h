@@ -1,6 +1,7 @@
 // The episode of `engram record` and its policy.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "apps/interruption.h"
 #include "apps/policy_command.h"
 #include "protocol/batch/make.h"
+#include "protocol/evaluation/scripted_actor.h"
 
 namespace engram::apps {
 
@@ -20,6 +22,7 @@ struct EpisodeOptions {
   Policy policy = Policy::kOracle;
   PolicyCommand command;       // takes the place of `policy` if it is given
   std::optional<ObsMode> obs;  // observation of the command; images by default
+  int latency = 0;             // control steps from a question to its answer
 
   // The environment as the command sees it.
   MakeOptions observed() const;
@@ -32,8 +35,8 @@ class CommandPolicy {
   // stopped: set when the command's answers are no longer needed.
   CommandPolicy(const EpisodeOptions& options, const std::atomic<bool>& stopped);
 
-  // The next action. The batch of the command is stepped with it.
-  void act(std::span<float> actions);
+  // The next action, or none so far. The batch of the command is stepped with it.
+  void act(std::span<float> actions, std::span<std::uint8_t> commanded);
   // Throws Error if the policy has sent more than it was asked for.
   void require_drained() { process_.require_drained(); }
   int longest_chunk() const { return queue_.longest_chunk(); }
@@ -65,12 +68,17 @@ class RecordedEpisode {
   void rewind();
 
  private:
+  struct Action {
+    std::vector<float> values;
+    std::array<std::uint8_t, 1> commanded{};
+  };
+
   const Interruption& interruption_;
-  Policy policy_;
   int max_steps_;
   std::unique_ptr<Batch> env_;
   std::optional<CommandPolicy> command_policy_;
-  std::vector<std::vector<float>> actions_;  // of all steps so far
+  std::optional<ScriptedActor> own_policy_;
+  std::vector<Action> actions_;  // of all steps so far
 };
 
 }  // namespace engram::apps

@@ -1,13 +1,11 @@
-// Hashes of outputs, one environment's row at a time. xxHash is used as a header, without its
-// library.
+// Hashes of outputs, one environment's row at a time.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
+#include "protocol/formats/chained_hash.h"
 
 namespace engram::bench {
 
@@ -18,12 +16,12 @@ std::uint64_t chain_row(std::uint64_t hash, std::span<const T> rows, std::size_t
                         std::size_t env) {
   if (rows.empty()) return hash;
   const std::size_t width = rows.size() / num_envs;
-  return XXH3_64bits_withSeed(rows.data() + env * width, width * sizeof(T), hash);
+  return chain_hash(hash, rows.subspan(env * width, width));
 }
 
 // One hash of all of them, in their order.
 inline std::uint64_t hash_of(std::span<const std::uint64_t> hashes) {
-  return XXH3_64bits(hashes.data(), hashes.size_bytes());
+  return chain_hash(0, hashes);
 }
 
 }  // namespace engram::bench

@@ -1,12 +1,11 @@
 # The engram command, with the benchmarks behind `engram bench`.
 
-find_package(xxHash REQUIRED)
 engram_sources(bench_sources bench)
 if(bench_sources)
   add_library(engram_bench STATIC ${bench_sources})
   engram_configure_target(engram_bench)
   engram_share_precompiled(engram_bench engram_objects)
-  target_link_libraries(engram_bench PUBLIC engram::engram xxHash::xxHash)
+  target_link_libraries(engram_bench PUBLIC engram::engram)
 endif()
 
 # Everything but the main function is a library, for the tests.

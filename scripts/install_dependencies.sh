@@ -6,7 +6,7 @@ set -euo pipefail
 libraries=(
   libmujoco-dev libeigen3-dev libtinyxml2-dev librandom123-dev libpng-dev libzip-dev
   libegl-dev libgl-dev libcairo2-dev python3-dev
-  libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev
+  libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev libboost-dev
 )
 if [ "${1:-}" = --list-libraries ]; then
   printf '%s\n' "${libraries[@]}"

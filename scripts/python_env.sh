@@ -19,6 +19,7 @@ shared=(
   "$run_time" pytest numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
   stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
+  statsmodels scipy  # what intervals and tests of results are checked against
   tyro tqdm rich  # of the original's scripts, which engram.mikasa runs
   aiohttp playwright websockets  # play, and what its tests talk to it with
 )

@@ -495,6 +495,7 @@ typedef struct engram_policy_request {
   int32_t max_slots;
   int32_t action_dim;
   const uint64_t* seeds; /**< of the episodes, with tell_episodes; otherwise NULL */
+  uint64_t policy_seed;  /**< of the policy's own random numbers */
 } engram_policy_request;
 
 typedef struct engram_policy_reply engram_policy_reply;
@@ -540,6 +541,11 @@ typedef struct engram_evaluation_options {
   int32_t tell_episodes; /**< 1: requests have numbers and seeds of episodes; default 0 */
   const char* seed_file; /**< sealed evaluation: seeds follow from the secret line in this file, not
                             from `seed`; default NULL */
+  int32_t repeat;        /**< rounds of the same episodes; round i has policy_seed + i; default 1 */
+  uint64_t policy_seed;  /**< told to the policy in every request; default 0 */
+  const char* latency;   /**< control steps from a request to its answer, such as "3", or
+                            milliseconds, "120ms": the world goes on with the last action meanwhile;
+                            default NULL: 0 */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);
@@ -551,6 +557,16 @@ ENGRAM_API engram_status engram_evaluate(const engram_evaluation_options* option
                                          engram_policy_callback policy, void* user,
                                          char** document);
 ENGRAM_API void engram_free_text(char* text);
+
+/** Compares two results of evaluations episode by episode. a, b: folders of runs, JSON files of
+ * results, or texts of such documents. allowed: `num_allowed` of "ids", "seeds", "version", "rules"
+ * and "constants", in which they may differ. *document: as `engram compare --json` prints it, to be
+ * freed by engram_free_text; NULL if the call fails. */
+ENGRAM_API engram_status engram_compare(const char* a, const char* b, const char* const* allowed,
+                                        size_t num_allowed, char** document);
+/** A table of results. format: "md", "latex", "csv", "episodes" or "vla-eval". *table: as
+ * `engram report` prints it, to be freed by engram_free_text; NULL if the call fails. */
+ENGRAM_API engram_status engram_report(const char* results, const char* format, char** table);
 
 #ifdef __cplusplus
 }

@@ -115,6 +115,7 @@ void Batch::allocate() {
   bindings_.options = option_values_;
   bindings_.arm = &model_->arm();
   bindings_.stream_salt = stream_salt(info.id);
+  bindings_.policy_salt = policy_salt(options_.policy_seed);
   for (std::size_t i = 0; i < option_values_.size(); ++i) {
     bindings_.strict |= info.options[i].name == kStrictOption && option_values_[i] != 0;
   }
@@ -320,6 +321,20 @@ void Batch::check_no_action(int first) const {
 void Batch::step(std::span<const float> actions) {
   check_actions(actions);
   step_all(actions.data());
+}
+
+void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> commanded) {
+  check_actions(actions);
+  require_length("commanded", commanded.size(), static_cast<std::size_t>(num_envs()));
+  const auto moves = [&](int env) { return commanded[static_cast<std::size_t>(env)] != 0; };
+  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
+    // Runs of neighbours that are alike.
+    for (int env = begin; env < end;) {
+      const int first = env;
+      while (env < end && moves(env) == moves(first)) ++env;
+      step_range(worker, {first, env}, moves(first) ? actions.data() : nullptr);
+    }
+  });
 }
 
 void Batch::step_no_action() {

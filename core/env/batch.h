@@ -82,6 +82,9 @@ class Batch {
   // One control step for all environments. actions: (num_envs, action_dim), row by row. Throws
   // Error, changing nothing, if the length is wrong, a value is not finite or nothing was reset.
   void step(std::span<const float> actions);
+  // The same, but environments with a 0 in `commanded`, (num_envs), go without a new command, as in
+  // step_no_action.
+  void step(std::span<const float> actions, std::span<const std::uint8_t> commanded);
   // One control step without a new command: the drives keep their targets, and the action of the
   // step before counts as this one's.
   void step_no_action();

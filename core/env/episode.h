@@ -53,6 +53,11 @@ enum : std::uint32_t {
 // quantity of one task reveals nothing about another. The key of a stream is the seed xor this.
 std::uint64_t stream_salt(std::string_view id);
 
+// The same for the streams of random and blind policies with that seed; 0 for the seed 0.
+constexpr std::uint64_t policy_salt(std::uint64_t policy_seed) {
+  return policy_seed * 0x9e3779b97f4a7c15u;  // odd: different seeds have different salts
+}
+
 // Name of the engine's own variable, which every task has first.
 inline constexpr const char* kRobotNoiseVariable = "robot_noise";
 

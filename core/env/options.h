@@ -177,6 +177,8 @@ struct BatchOptions {
   // Auto-reset off: effect of a step on an environment whose episode has ended.
   AfterEnd after_end = AfterEnd::kHold;
   // end options
+  // Further random numbers for the policies random and blind: of the episode's seed and this one.
+  std::uint64_t policy_seed = 0;
   ImageShape images = {};                 // of rgb observations
   ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures
   // Pictures of render_camera, which are for people.

@@ -79,7 +79,7 @@ void ScriptedPolicy::act_randomly(int env, float* action) const {
   constexpr double kUnboundedSpread = 0.05;
   const State& state = batch_.state();
   const auto step = static_cast<std::uint32_t>(state.elapsed[env]);
-  RandomStream stream(batch_.bindings_.stream_key(env), state.episode[env],
+  RandomStream stream(batch_.bindings_.policy_key(env), state.episode[env],
                       kPurposeRandomPolicy + step);
   const ActionSpace& space = batch_.action_space();
   batch_.controller_->hold_action(state, env, action);

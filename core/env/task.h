@@ -96,6 +96,7 @@ struct Bindings {
   Column<float> oracle_values;        // instead of oracle_info where it is real
   Column<float> task_cue;             // (task_cue_dim) out of evaluate
   std::uint64_t stream_salt = 0;      // of random streams (core/env/episode.h)
+  std::uint64_t policy_salt = 0;      // of those that scripted policies draw from
   Answers answers;                    // out of evaluate, where there is info().answer
   bool strict = false;                // whether a wrong first answer fails the episode
   Column<float> action;               // the action of this step, after the curriculum's freeze
@@ -103,6 +104,8 @@ struct Bindings {
 
   // Key of the random streams of an environment's episode.
   std::uint64_t stream_key(int env) const { return state->seed[env] ^ stream_salt; }
+  // The same for policies, whose draws are no part of the episode.
+  std::uint64_t policy_key(int env) const { return stream_key(env) ^ policy_salt; }
 };
 
 // A task drives a batch through its phases. Calls get a range of environments, never one virtual

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "protocol/batch/make.h"
@@ -18,8 +19,9 @@ namespace engram {
 // than `count`. Returns false if the context was stopped before the last episode had ended; then
 // the batch cannot be used any more.
 //
-// act(actions) writes the actions of all environments; those of ended ones are ignored. The watcher
-// is called
+// act(actions) or act(actions, commanded) writes the actions of all environments; those of ended
+// ones are ignored. A 0 in `commanded` is for those that go without a new command. The watcher is
+// called
 //
 // - start(slot, i): when environment `slot` shows the first observation of episode i < count
 // - before_step(slot, action): for every environment under way; it may change the action
@@ -32,6 +34,7 @@ bool play_episodes(Batch& env, std::uint64_t first_seed, int count, const WorkCo
   const auto dim = static_cast<std::size_t>(env.action_dim());
   std::vector<float> actions(static_cast<std::size_t>(slots) * dim);
   std::vector<int> episode(static_cast<std::size_t>(slots), -1);  // -1: none
+  std::vector<std::uint8_t> commanded(episode.size(), 1);
   std::vector<std::uint8_t> mask(episode.size());
   std::vector<std::uint64_t> seeds(episode.size());
   int started = 0;
@@ -53,12 +56,16 @@ bool play_episodes(Batch& env, std::uint64_t first_seed, int count, const WorkCo
   };
   start_waiting();
   while (finished < count && !context.stopped()) {
-    act(std::span<float>(actions));
+    if constexpr (std::is_invocable_v<Act&, std::span<float>>) {
+      act(std::span<float>(actions));
+    } else {
+      act(std::span<float>(actions), std::span<std::uint8_t>(commanded));
+    }
     for (int slot = 0; slot < slots; ++slot) {
       const auto i = static_cast<std::size_t>(slot);
       if (episode[i] >= 0) watcher.before_step(slot, std::span(actions).subspan(i * dim, dim));
     }
-    env.step(actions);
+    env.step(actions, commanded);
     context.count_env_steps(static_cast<std::uint64_t>(started - finished));
     bool vacancy = false;
     for (int slot = 0; slot < slots; ++slot) {
@@ -76,7 +83,7 @@ bool play_episodes(Batch& env, std::uint64_t first_seed, int count, const WorkCo
   return finished == count;
 }
 
-// The batch of one worker thread, kept from item to item while the task stays the same.
+// The batch of one worker thread, kept from item to item while task and policy seed stay the same.
 class EpisodeBatch {
  public:
   // A single-threaded batch that can play `count` episodes, with at most `num_envs` at a time.
@@ -86,6 +93,7 @@ class EpisodeBatch {
 
  private:
   std::string id_;
+  std::uint64_t policy_seed_ = 0;
   std::unique_ptr<Batch> env_;
 };
 

@@ -7,11 +7,11 @@
 #include <string>
 
 #include "core/env/queries.h"
-#include "core/env/scripted_policy.h"
 #include "protocol/batch/episodes.h"
 #include "protocol/batch/rows.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/sample_pictures.h"
+#include "protocol/evaluation/scripted_actor.h"
 
 namespace engram {
 namespace {
@@ -23,6 +23,7 @@ struct EpisodeResult {
   double episode_return = 0;
   std::int32_t length = 0;
   Answer answer;
+  EpisodeDigests digests;
 };
 
 struct ItemResult {
@@ -47,6 +48,10 @@ struct ItemResult {
       out.put(episode.answer.given);
       out.put(episode.answer.first);
       out.put(episode.answer.correct);
+      out.put(episode.digests.observations);
+      out.put(episode.digests.answers);
+      out.put(episode.digests.first_observation);
+      out.put(episode.digests.first_answer);
     }
     out.put(chunk_size);
     out.put(unstable);
@@ -69,6 +74,10 @@ struct ItemResult {
       episode.answer.given = in.get<std::uint8_t>();
       episode.answer.first = in.get<std::int32_t>();
       episode.answer.correct = in.get<std::uint8_t>();
+      episode.digests.observations = in.get<std::uint64_t>();
+      episode.digests.answers = in.get<std::uint64_t>();
+      episode.digests.first_observation = in.get<std::uint64_t>();
+      episode.digests.first_answer = in.get<std::uint64_t>();
     }
     result.chunk_size = in.get<std::int32_t>();
     result.unstable = in.get<std::uint64_t>();
@@ -81,17 +90,17 @@ struct ItemResult {
 // Records the results of an item's episodes, and images of the task's first one.
 class EpisodeObserver {
  public:
-  EpisodeObserver(Batch& env, ItemResult& result, ChunkedPolicy* policy, const WorkItem& item,
+  EpisodeObserver(Batch& env, ItemResult& result, EpisodeActor& actor, const WorkItem& item,
                   const Protocol& protocol)
       : env_(env),
         result_(result),
-        policy_(policy),
+        actor_(actor),
         item_(item),
         protocol_(protocol),
-        samples_(protocol.samples && item.first_seed == protocol.start_seed) {}
+        samples_(protocol.samples && item.repeat == 0 && item.first_seed == protocol.start_seed) {}
 
   void start(int slot, int episode) {
-    if (policy_ != nullptr) policy_->start(slot, label_of(episode));
+    actor_.start(slot, label_of(episode));
     if (samples_ && episode == 0) sample_slot_ = slot;
     if (slot == sample_slot_) pictures_.sample(env_, slot);
   }
@@ -110,7 +119,8 @@ class EpisodeObserver {
           .first = value_of<std::int32_t>(env_.output("first_answer"), slot),
           .correct = value_of<std::uint8_t>(env_.output("first_answer_correct"), slot)};
     }
-    if (policy_ != nullptr) policy_->finish(slot);
+    result.digests = actor_.digests(slot);
+    actor_.finish(slot);
     if (slot == sample_slot_) {
       result_.sample = pictures_.png();
       sample_slot_ = -1;
@@ -126,7 +136,7 @@ class EpisodeObserver {
 
   Batch& env_;
   ItemResult& result_;
-  ChunkedPolicy* policy_;
+  EpisodeActor& actor_;
   const WorkItem& item_;
   const Protocol& protocol_;
   bool samples_;
@@ -158,8 +168,11 @@ class ItemEvaluator {
     Workspace& workspace = workspaces_[static_cast<std::size_t>(context.worker())];
     if (protocol_.external && !workspace.policy) workspace.policy = protocol_.external(context);
     const RegistryEntry& entry = entry_at(item.task);
-    Batch& env =
-        workspace.batch.of(entry.id, item.count, protocol_.num_envs, protocol_.environment);
+    const std::uint64_t policy_seed =
+        protocol_.policy_seed + static_cast<std::uint64_t>(item.repeat);
+    MakeOptions environment = protocol_.environment;
+    if (!protocol_.external) environment.policy_seed = policy_seed;
+    Batch& env = workspace.batch.of(entry.id, item.count, protocol_.num_envs, environment);
 
     ItemResult result;
     result.chance = env.info().chance();
@@ -168,29 +181,33 @@ class ItemEvaluator {
     result.episodes.resize(static_cast<std::size_t>(item.count));
     const Queries queries(env);
     const std::uint64_t unstable = queries.unstable_count();
-    std::optional<ChunkedPolicy> chunked;
-    if (workspace.policy) {
-      chunked.emplace(env, *workspace.policy, context, protocol_.tell_episodes);
-    }
-    EpisodeObserver observer(env, result, chunked ? &*chunked : nullptr, item, protocol_);
-    const ScriptedPolicy scripted(env, protocol_.policy);
-    const auto act = [&](std::span<float> actions) {
-      if (chunked) {
-        chunked->act(actions);
-      } else {
-        scripted.act(actions);
-      }
+    const std::unique_ptr<EpisodeActor> actor =
+        make_actor(env, workspace.policy.get(), policy_seed, context);
+    EpisodeObserver observer(env, result, *actor, item, protocol_);
+    const auto act = [&actor](std::span<float> actions, std::span<std::uint8_t> commanded) {
+      actor->act(actions, commanded);
     };
     if (!play_episodes(env, item.first_seed, item.count, context, act, observer)) {
       workspace.batch.clear();
       return {};
     }
-    if (chunked) result.chunk_size = chunked->longest_chunk();
+    result.chunk_size = actor->longest_chunk();
     if (workspace.policy) workspace.policy->require_drained();
     result.unstable = queries.unstable_count() - unstable;
     result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return result.pack();
+  }
+
+  // external: the policy, or null for engram's own.
+  std::unique_ptr<EpisodeActor> make_actor(Batch& env, ExternalPolicy* external,
+                                           std::uint64_t policy_seed,
+                                           const WorkContext& context) const {
+    if (external == nullptr) {
+      return std::make_unique<ScriptedActor>(env, protocol_.policy, protocol_.latency);
+    }
+    const ChunkedPolicyOptions options{protocol_.tell_episodes, policy_seed, protocol_.latency};
+    return std::make_unique<ChunkedPolicy>(env, *external, context, options);
   }
 
   // Working memory of one thread.
@@ -220,14 +237,15 @@ class Evaluation final : public WorkSource {
     if (task_ == order_.size()) return std::nullopt;
     const RegistryEntry* entry = order_[task_];
     const int row = entry->index;
-    if (episode_ == 0) results_[row] = empty_result(entry);
+    if (episode_ == 0 && repeat_ == 0) results_[row] = empty_result(entry);
     const WorkItem item{row, protocol_.start_seed + static_cast<std::uint64_t>(episode_),
-                        std::min(block_, protocol_.episodes - episode_)};
+                        std::min(block_, protocol_.episodes - episode_), repeat_};
     episode_ += item.count;
-    if (episode_ == protocol_.episodes) {
-      episode_ = 0;
-      ++task_;
-    }
+    if (episode_ < protocol_.episodes) return item;
+    episode_ = 0;
+    if (++repeat_ < protocol_.repeat) return item;
+    repeat_ = 0;
+    ++task_;
     return item;
   }
 
@@ -235,12 +253,14 @@ class Evaluation final : public WorkSource {
     const ItemResult part = ItemResult::unpack(bytes, item.count);
     const auto found = results_.find(item.task);
     TaskResult& result = found->second.result;
-    auto i = static_cast<std::size_t>(item.first_seed - protocol_.start_seed);
+    auto i = static_cast<std::size_t>(item.first_seed - protocol_.start_seed) +
+             static_cast<std::size_t>(item.repeat) * static_cast<std::size_t>(protocol_.episodes);
     if (part.asks != 0) result.answers.resize(result.successes.size());
     for (const EpisodeResult& episode : part.episodes) {
       result.successes[i] = episode.success != 0;
       result.returns[i] = episode.episode_return;
       result.lengths[i] = episode.length;
+      result.digests[i] = episode.digests;
       if (part.asks != 0) result.answers[i] = episode.answer;
       ++i;
     }
@@ -252,7 +272,7 @@ class Evaluation final : public WorkSource {
     if (!part.sample.empty()) result.sample = part.sample;
     found->second.episodes += item.count;
     status_.episodes += item.count;
-    if (found->second.episodes < protocol_.episodes) return;
+    if (found->second.episodes < protocol_.all_episodes()) return;
     ++status_.tasks;
     TaskResult whole = std::move(result);
     results_.erase(found);
@@ -277,13 +297,16 @@ class Evaluation final : public WorkSource {
 
   Partial empty_result(const RegistryEntry* entry) const {
     Partial partial;
-    const auto count = static_cast<std::size_t>(protocol_.episodes);
+    const auto count = static_cast<std::size_t>(protocol_.all_episodes());
     partial.result.entry = entry;
     partial.result.successes.resize(count);
     partial.result.returns.resize(count);
     partial.result.lengths.resize(count);
-    partial.result.seeds.resize(count);
-    std::iota(partial.result.seeds.begin(), partial.result.seeds.end(), protocol_.start_seed);
+    partial.result.digests.resize(count);
+    for (int i = 0; i < protocol_.all_episodes(); ++i) {
+      partial.result.seeds.push_back(protocol_.start_seed +
+                                     static_cast<std::uint64_t>(i % protocol_.episodes));
+    }
     return partial;
   }
 
@@ -291,7 +314,8 @@ class Evaluation final : public WorkSource {
   const EvaluationListener& listener_;
   int block_;  // episodes of an item
   std::vector<const RegistryEntry*> order_;
-  std::size_t task_ = 0;  // the next item: task in `order_`, first episode
+  std::size_t task_ = 0;  // the next item: task in `order_`, round, first episode
+  int repeat_ = 0;
   int episode_ = 0;
   std::map<int, Partial> results_;  // of tasks in progress
   EvaluationStatus status_;

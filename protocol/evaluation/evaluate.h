@@ -21,18 +21,28 @@ using PolicyFactory = std::function<std::unique_ptr<ExternalPolicy>(const WorkCo
 inline constexpr int kBenchmarkEpisodes = 50;  // per task
 inline constexpr std::uint64_t kBenchmarkSeed = 4242424242;
 inline constexpr int kEvaluationEnvs = 8;  // by default
+inline constexpr int kMaxRepeat = 1000;
+inline constexpr int kMaxLatency = 1'000'000;           // control steps
+inline constexpr double kControlStepMilliseconds = 50;  // 20 control steps a second
 
 struct Protocol {
   Policy policy = Policy::kOracle;
   PolicyFactory external;  // takes the place of `policy` if it is set
   int episodes = kBenchmarkEpisodes;
   std::uint64_t start_seed = kBenchmarkSeed;  // episode i has seed start_seed + i
-  int num_envs = kEvaluationEnvs;             // at most, of a thread
+  // Rounds of the same episodes; round i has policy_seed + i.
+  int repeat = 1;
+  std::uint64_t policy_seed = 0;
+  int latency = 0;                 // control steps from a question to its answer
+  int num_envs = kEvaluationEnvs;  // at most, of a thread
   int threads = 0;
   bool tell_episodes = false;  // requests to `external` have numbers and seeds of episodes
   std::string number_key;      // of the opaque numbers that they have otherwise
   bool samples = false;        // pictures of each task's first episode
   MakeOptions environment;     // only obs_mode, image_options, rules and task_options are used
+
+  // Episodes of a task, all rounds together.
+  int all_episodes() const { return episodes * repeat; }
 };
 
 // The first answer of the robot in an episode (docs/memory.md).
@@ -42,8 +52,8 @@ struct Answer {
   std::uint8_t correct = 0;
 };
 
-// The result of one task; vectors have one element per episode. Fields above the line do not depend
-// on the numbers of environments, threads and ranks.
+// The result of one task; vectors have one element per episode, round after round. Fields above the
+// line do not depend on the numbers of environments, threads and ranks.
 struct TaskResult {
   const RegistryEntry* entry = nullptr;
   double chance = 1;         // success rate of guessing
@@ -53,6 +63,7 @@ struct TaskResult {
   std::vector<int> lengths;     // control steps
   std::vector<Answer> answers;  // empty where the task asks for none
   std::vector<std::uint64_t> seeds;
+  std::vector<EpisodeDigests> digests;
   int chunk_size = 1;
   // ---
   std::uint64_t unstable = 0;  // steps in which physics diverged

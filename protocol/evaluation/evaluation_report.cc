@@ -2,35 +2,19 @@
 
 #include <algorithm>
 
+#include "protocol/evaluation/success_rates.h"
 #include "protocol/formats/decimal.h"
 #include "protocol/formats/html.h"
 
 namespace engram {
 namespace {
 
-struct Group {
-  double sum = 0;
-  int tasks = 0;
-  double rate() const { return sum / tasks; }
-};
-
-// Rates of the tasks that have the same value under `key`.
-std::map<std::string, Group> grouped(const DocumentList& tasks, const char* key) {
-  std::map<std::string, Group> groups;
-  for (const Document& task : tasks) {
-    Group& group = groups[text(part(task, key))];
-    group.sum += number(part(task, "sr"));
-    ++group.tasks;
-  }
-  return groups;
-}
-
-void add_rates(const std::map<std::string, Group>& groups, HtmlReport& report) {
+void add_rates(const std::map<std::string, SuccessRate>& groups, HtmlReport& report) {
   std::vector<HtmlReport::RateBar> bars;
   bars.reserve(groups.size());
   for (const auto& [name, group] : groups) {
-    bars.push_back(
-        {name + " (" + std::to_string(group.tasks) + ")", group.rate(), -1, "mean of task rates"});
+    bars.push_back({name + " (" + std::to_string(group.tasks) + ")", group.rate, -1,
+                    "mean of task rates", group.interval.low, group.interval.high});
   }
   report.bars(bars);
 }
@@ -61,6 +45,7 @@ std::vector<std::string> task_row(const Document& task, const TaskTotals& totals
           text(part(task, "split")),
           text(part(task, "memory_type")),
           share("sr"),
+          to_text(success_rate(task).interval),
           share("chance"),
           share("memory_score"),
           share("first_answer_correct"),
@@ -89,12 +74,16 @@ void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
   report.table({"", ""},
                {{"split", text(part(summary, "split"))},
                 {"mean success rate", decimal(number(part(summary, "sr_split")), 4)},
+                {"its 95 % interval", to_text(mean_success_rate(tasks).interval)},
                 {"policy", settings.policy},
                 {"observations", name_of(settings.obs_mode)},
                 {"rules", name_of(settings.rules)},
                 {"renderer", settings.renderer},
                 {"episodes per task", std::to_string(settings.episodes)},
                 {"first seed", seed_text(settings)},
+                {"rounds of the same episodes", std::to_string(settings.repeat)},
+                {"policy seed", std::to_string(settings.policy_seed)},
+                {"latency, control steps", std::to_string(settings.latency)},
                 {"action chunk size", std::to_string(largest_chunk(tasks))},
                 {"engram", version()},
                 {"compute", context.compute},
@@ -117,26 +106,29 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
     const TaskTotals totals = totals_of(task, thread_seconds);
     all.steps += totals.steps;
     all.seconds += totals.seconds;
+    const Interval interval = success_rate(task).interval;
     bars.push_back({text(part(task, "env_id")), number(part(task, "sr")),
-                    number(part(task, "chance")), text(part(task, "split"))});
+                    number(part(task, "chance")), text(part(task, "split")), interval.low,
+                    interval.high});
     rows.push_back(task_row(task, totals));
   }
   HtmlReport report("Evaluation: " + settings.policy + ", " + counted(tasks.size(), "task"));
   add_settings(settings, tasks, all, context, report);
   report.heading("Success per split");
-  add_rates(grouped(tasks, "split"), report);
+  add_rates(success_rates_by("split", tasks), report);
   report.heading("Success per memory type");
-  add_rates(grouped(tasks, "memory_type"), report);
+  add_rates(success_rates_by("memory_type", tasks), report);
   report.heading("Success per task");
   report.paragraph(
-      "Share of episodes with success in any step; the red line is what guessing gets. In the "
-      "table "
-      "below, score is 0 for the best policy without memory and 1 for the oracle; first answer is "
+      "Share of episodes with success in any step; the thin line is its 95 % interval (Wilson), "
+      "the "
+      "red line is what guessing gets. In the table below, score is 0 for the best policy without "
+      "memory and 1 for the oracle; first answer is "
       "the share of episodes in which the robot's first answer was right.");
   report.bars(bars);
   report.heading("Tasks and timing");
-  report.table({"task", "split", "memory type", "success_once", "chance", "score", "first answer",
-                "mean return", "mean steps", "thread s", "steps/s of a thread"},
+  report.table({"task", "split", "memory type", "success_once", "95 % interval", "chance", "score",
+                "first answer", "mean return", "mean steps", "thread s", "steps/s of a thread"},
                rows);
   if (!samples.empty()) {
     report.heading("Seed " + seed_text(settings) + ", base camera, from start to end");

@@ -47,6 +47,7 @@ void EvaluationRun::finish(const std::string& compute, bool keep_sealed) {
   if (!folder_) return;
   // Again: an earlier process may have been killed between a result and its summary.
   folder_->write_summary(tasks());
+  folder_->write_episodes(tasks());
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
   folder_->write_report(evaluation_report(settings_, tasks(), folder_->timing(), folder_->samples(),
                                           {compute, wall.count()}));

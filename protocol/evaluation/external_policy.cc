@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "core/base/join.h"
-#include "core/env/queries.h"
-#include "protocol/batch/rows.h"
 #include "protocol/evaluation/seed_seal.h"
 
 namespace engram {
@@ -74,28 +72,30 @@ EpisodeLabel label_episode(int episode, std::string_view env_id, std::uint64_t s
 }
 
 ChunkedPolicy::ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context,
-                             bool tell_seeds)
+                             const ChunkedPolicyOptions& options)
     : env_(env),
       policy_(policy),
       context_(context),
-      tell_seeds_(tell_seeds),
+      options_(options),
       slots_(static_cast<std::size_t>(env.num_envs())) {}
 
 void ChunkedPolicy::start(int slot, const EpisodeLabel& label) {
-  slots_[static_cast<std::size_t>(slot)] = {label, true, {}};
+  slots_[static_cast<std::size_t>(slot)] = {label, true, ActionQueue(options_.latency), {}};
 }
 
-void ChunkedPolicy::finish(int slot) { slots_[static_cast<std::size_t>(slot)] = {}; }
+void ChunkedPolicy::finish(int slot) { slots_[static_cast<std::size_t>(slot)].label = {}; }
 
-void ChunkedPolicy::act(std::span<float> actions) {
+const EpisodeDigests& ChunkedPolicy::digests(int slot) const {
+  return slots_[static_cast<std::size_t>(slot)].digests;
+}
+
+void ChunkedPolicy::act(std::span<float> actions, std::span<std::uint8_t> commanded) {
   request();
   const auto dim = static_cast<std::size_t>(env_.action_dim());
   std::fill(actions.begin(), actions.end(), 0.0F);
   for (std::size_t i = 0; i < slots_.size(); ++i) {
-    std::deque<float>& queue = slots_[i].queue;
-    if (slots_[i].label.episode < 0) continue;
-    std::copy_n(queue.begin(), dim, actions.begin() + static_cast<std::ptrdiff_t>(i * dim));
-    queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(dim));
+    const bool idle = slots_[i].label.episode < 0;
+    commanded[i] = idle || slots_[i].queue.next(actions.subspan(i * dim, dim)) ? 1 : 0;
   }
 }
 
@@ -116,17 +116,18 @@ void ChunkedPolicy::gather_rows() {
     Slot& slot = slots_[static_cast<std::size_t>(env)];
     if (slot.label.episode < 0 || !slot.queue.empty()) continue;
     rows_.push_back(env);
+    const PolicyView view = view_of(env_, env);
+    slot.digests.add_question(view);
     episodes_.push_back(slot.label.episode);
     numbers_.push_back(slot.label.number);
-    if (tell_seeds_) seeds_.push_back(slot.label.seed);
-    steps_.push_back(env_.state().elapsed[env]);
+    if (options_.tell_seeds) seeds_.push_back(slot.label.seed);
+    steps_.push_back(view.step);
     first_.push_back(slot.first ? 1 : 0);
     slot.first = false;
-    instructions_.push_back(Queries(env_).instruction(env));
-    append(proprio_, row_of(env_.proprio(), env_, env));
-    if (env_.options().obs_mode == ObsMode::kRgb)
-      append(rgb_, row_of(env_.images().rgb, env_, env));
-    append(state_, row_of(env_.observation(), env_, env));
+    instructions_.push_back(view.instruction);
+    append(proprio_, view.proprio);
+    append(rgb_, view.rgb);
+    append(state_, view.state);
   }
 }
 
@@ -151,14 +152,16 @@ void ChunkedPolicy::request() {
   request.width = env_.options().images.width;
   request.state_dim = state_.empty() ? 0 : env_.state_dim();
   request.max_slots = env_.num_envs();
+  request.policy_seed = options_.policy_seed;
   request.context = &context_;
   PolicyReply reply(request.count, env_.action_dim());
   policy_.act(request, reply);
   for (int row = 0; row < request.count; ++row) {
     const std::span<const float> chunk = reply.chunk(row);
-    std::deque<float>& queue =
-        slots_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(row)])].queue;
-    queue.assign(chunk.begin(), chunk.end());
+    const auto at = static_cast<std::size_t>(row);
+    Slot& slot = slots_[static_cast<std::size_t>(rows_[at])];
+    slot.queue.answer(chunk);
+    slot.digests.add_answer(steps_[at], chunk, env_.action_dim());
     longest_chunk_ = std::max(longest_chunk_, static_cast<int>(chunk.size()) / env_.action_dim());
   }
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <span>
 #include <string>
@@ -11,6 +10,8 @@
 #include <vector>
 
 #include "protocol/batch/make.h"
+#include "protocol/evaluation/action_queue.h"
+#include "protocol/evaluation/episode_actor.h"
 #include "protocol/work/work_item.h"
 
 namespace engram {
@@ -34,6 +35,7 @@ struct PolicyRequest {
   int width = 0;
   int state_dim = 0;
   int max_slots = 0;
+  std::uint64_t policy_seed = 0;  // of the policy's own random numbers, the same in all rows
   // A policy that waits for something must give up when context->stopped().
   const WorkContext* context = nullptr;
 };
@@ -66,39 +68,36 @@ class ExternalPolicy {
   virtual void require_drained() {}
 };
 
-// What names an episode to people and to policies.
-struct EpisodeLabel {
-  int episode = -1;         // of the evaluation, from 0; -1: none
-  std::int32_t number = 0;  // for the policy
-  std::uint64_t seed = 0;
-};
-
 // The label for policies that are to know no seed, or that are told everything. key: of opaque
 // numbers.
 EpisodeLabel label_episode(int episode, std::string_view env_id, std::uint64_t seed,
                            const std::string& key, bool tell);
 
+struct ChunkedPolicyOptions {
+  bool tell_seeds = false;        // requests have the episodes' seeds
+  std::uint64_t policy_seed = 0;  // in all requests
+  int latency = 0;                // control steps from a request to the first action of its answer
+};
+
 // Runs a batch with an external policy: a queue of actions per episode, filled by a chunk when it
 // is empty and dropped at the end of the episode.
-class ChunkedPolicy {
+class ChunkedPolicy final : public EpisodeActor {
  public:
-  // tell_seeds: requests have the episodes' seeds.
   ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context,
-                bool tell_seeds);
+                const ChunkedPolicyOptions& options);
 
-  // An episode begins in the environment `slot`.
-  void start(int slot, const EpisodeLabel& label);
-  void finish(int slot);
-  // Actions of all environments; zeros for those without an episode.
-  void act(std::span<float> actions);
-  // Actions of the longest chunk so far.
-  int longest_chunk() const { return longest_chunk_; }
+  void start(int slot, const EpisodeLabel& label) override;
+  void finish(int slot) override;
+  void act(std::span<float> actions, std::span<std::uint8_t> commanded) override;
+  const EpisodeDigests& digests(int slot) const override;
+  int longest_chunk() const override { return longest_chunk_; }
 
  private:
   struct Slot {
     EpisodeLabel label;
     bool first = false;
-    std::deque<float> queue;
+    ActionQueue queue;
+    EpisodeDigests digests;
   };
 
   // Rows of episodes with an empty queue.
@@ -108,7 +107,7 @@ class ChunkedPolicy {
   const Batch& env_;
   ExternalPolicy& policy_;
   const WorkContext& context_;
-  bool tell_seeds_;
+  ChunkedPolicyOptions options_;
   int longest_chunk_ = 1;
   std::vector<Slot> slots_;
   // Arrays of the last request.

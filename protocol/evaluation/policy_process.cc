@@ -123,11 +123,14 @@ void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
 }
 
 void PolicyProcess::send_request(const PolicyRequest& request) {
-  if (task_ != request.env_id) {
+  if (task_ != request.env_id || policy_seed_ != request.policy_seed) {
     task_ = request.env_id;
+    policy_seed_ = request.policy_seed;
     ByteWriter body;
     body.put(request.env_id);
     body.put(static_cast<std::uint32_t>(request.state_dim));
+    // Policies that were written before there was one see none.
+    if (policy_seed_ != 0) body.put(policy_seed_);
     send_message(Message::kTask, body.bytes());
   }
   ByteWriter body;

@@ -63,6 +63,7 @@ class PolicyProcess final : public ExternalPolicy {
   int to_ = -1;                            // its standard input
   int from_ = -1;                          // its standard output
   std::string task_;
+  std::uint64_t policy_seed_ = 0;
   std::string request_;         // for messages
   const WorkContext* context_;  // while an answer is waited for
   Clock::time_point deadline_;

@@ -1,6 +1,7 @@
 #include "protocol/evaluation/result_check.h"
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
 
 namespace engram {
@@ -31,6 +32,29 @@ std::vector<Answer> answers_of(const Document& document) {
   return answers;
 }
 
+std::uint64_t hash_of(const Document& document) {
+  const std::string& digits = text(document);
+  std::uint64_t hash = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [rest, error] = std::from_chars(digits.data(), end, hash, 16);
+  if (error != std::errc() || rest != end) throw Error(Error::kIo, "no digest");
+  return hash;
+}
+
+// Nothing in results of before 0.5.0.
+std::vector<EpisodeDigests> digests_of(const Document& document) {
+  const Document* all = find(document, "digests");
+  if (all == nullptr || is_null(*all)) return {};
+  std::vector<EpisodeDigests> digests(list(part(*all, "observations")).size());
+  const auto take = [&](const char* key, std::uint64_t EpisodeDigests::*field) {
+    const DocumentList& texts = list(part(*all, key));
+    if (texts.size() != digests.size()) throw Error(Error::kIo, "digests are missing");
+    for (std::size_t i = 0; i < texts.size(); ++i) digests[i].*field = hash_of(texts[i]);
+  };
+  for (const auto& [key, field] : kDigestKeys) take(key, field);
+  return digests;
+}
+
 TaskResult read(const Document& document, const RegistryEntry& entry) {
   TaskResult result;
   result.entry = &entry;
@@ -45,6 +69,7 @@ TaskResult read(const Document& document, const RegistryEntry& entry) {
                                          [](const Document& item) { return whole_number(item); });
   }
   result.answers = answers_of(document);
+  result.digests = digests_of(document);
   if (!result.answers.empty()) result.answer_chance = number(part(document, "answer_chance"));
   result.chunk_size =
       static_cast<int>(whole_number(part(document, "action_chunk_size"), kMostSteps));
@@ -61,7 +86,8 @@ std::optional<TaskResult> parse_result(const Document& document, const RegistryE
     const bool complete = result.successes.size() == episodes &&
                           result.returns.size() == episodes && result.lengths.size() == episodes &&
                           (result.seeds.empty() || result.seeds.size() == episodes) &&
-                          (result.answers.empty() || result.answers.size() == episodes);
+                          (result.answers.empty() || result.answers.size() == episodes) &&
+                          (result.digests.empty() || result.digests.size() == episodes);
     if (!complete) return std::nullopt;
     return result;
   } catch (const Error&) {
@@ -70,9 +96,10 @@ std::optional<TaskResult> parse_result(const Document& document, const RegistryE
 }
 
 bool follows_protocol(const TaskResult& result, const EvaluationSettings& settings) {
-  if (result.lengths.size() != static_cast<std::size_t>(settings.episodes)) return false;
+  if (result.lengths.size() != static_cast<std::size_t>(settings.all_episodes())) return false;
+  const auto episodes = static_cast<std::size_t>(settings.episodes);
   for (std::size_t i = 0; i < result.seeds.size(); ++i) {
-    if (result.seeds[i] != settings.start_seed + i) return false;
+    if (result.seeds[i] != settings.start_seed + i % episodes) return false;
   }
   const int horizon = settings.constants.empty()
                           ? result.entry->horizon

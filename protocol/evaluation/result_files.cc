@@ -13,6 +13,9 @@
 #include "protocol/batch/variants.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/result_check.h"
+#include "protocol/evaluation/result_tables.h"
+#include "protocol/evaluation/success_rates.h"
+#include "protocol/formats/chained_hash.h"
 #include "protocol/formats/document_checksum.h"
 #include "protocol/formats/files.h"
 
@@ -24,12 +27,16 @@ namespace fs = std::filesystem;
 constexpr const char* kSettingsFile = "settings.json";
 constexpr const char* kSummaryFile = "summary.json";
 constexpr const char* kSummaryTable = "summary.csv";
+constexpr const char* kEpisodeTable = "episodes.csv";
 constexpr const char* kTimingFile = "timing.json";
 constexpr const char* kReportFile = "report.html";
 constexpr const char* kSampleFolder = "samples";
 // Keys that only some runs have.
 constexpr const char* kSealed = "sealed";
 constexpr const char* kTellEpisodes = "tell_episodes";
+constexpr const char* kRepeat = "repeat";
+constexpr const char* kPolicySeed = "policy_seed";
+constexpr const char* kLatency = "latency_steps";
 
 // The spelling of result files; tasks outside the benchmark's splits are "Custom".
 std::string title(Split split) {
@@ -56,9 +63,9 @@ std::string local_time() {
 }
 
 // Keys of a task document with the settings: the same in all documents of a run.
-constexpr const char* kProtocolKeys[] = {"start_seed", "n_episodes", "control_mode",
-                                         "obs_mode",   "version",    "rules",
-                                         "model",      kSealed,      kTellEpisodes};
+constexpr const char* kProtocolKeys[] = {"start_seed",  "n_episodes", "control_mode", "obs_mode",
+                                         "version",     "rules",      "model",        kSealed,
+                                         kTellEpisodes, kRepeat,      kPolicySeed,    kLatency};
 
 Document value_or_null(const Document& document, std::string_view key) {
   const Document* value = find(document, key);
@@ -77,8 +84,8 @@ Document start_seed_document(const EvaluationSettings& settings) {
 Document seeds_document(const EvaluationSettings& settings) {
   if (!settings.tells_seeds()) return {};
   DocumentList seeds;
-  for (int i = 0; i < settings.episodes; ++i) {
-    seeds.emplace_back(settings.start_seed + static_cast<std::uint64_t>(i));
+  for (int i = 0; i < settings.all_episodes(); ++i) {
+    seeds.emplace_back(settings.start_seed + static_cast<std::uint64_t>(i % settings.episodes));
   }
   return seeds;
 }
@@ -114,16 +121,32 @@ void check_variant(const fs::path& file, const Document& task, const Document& n
                                            "; one folder holds results of one protocol");
 }
 
+Document digests_document(const std::vector<EpisodeDigests>& digests) {
+  if (digests.empty()) return {};
+  DocumentTable document;
+  for (const auto& [key, field] : kDigestKeys) {
+    DocumentList texts;
+    for (const EpisodeDigests& one : digests) texts.emplace_back(hash_text(one.*field));
+    document.emplace_back(key, std::move(texts));
+  }
+  return document;
+}
+
 // Keys of engram's own, behind the protocol's. Null without a value.
 DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
-  DocumentTable keys = {{"version", version()},
-                        {"rules", name_of(settings.rules)},
-                        {"chance", result.chance},
-                        {"first_answers", nullptr},
-                        {"first_answers_correct", nullptr},
-                        {"first_answer_correct", nullptr},
-                        {"answer_chance", nullptr},
-                        {"memory_score", nullptr}};
+  DocumentTable keys = {
+      {"version", version()},
+      {"rules", name_of(settings.rules)},
+      {"chance", result.chance},
+      {"first_answers", nullptr},
+      {"first_answers_correct", nullptr},
+      {"first_answer_correct", nullptr},
+      {"answer_chance", nullptr},
+      {"memory_score", nullptr},
+      {"sr_interval",
+       to_document(wilson_interval(result.success_rate(),
+                                   effective_episodes(result.successes, settings.repeat)))},
+      {"digests", digests_document(result.digests)}};
   const auto set = [&keys](std::string_view name, Document value) {
     std::ranges::find(keys, name, &DocumentTable::value_type::first)->second = std::move(value);
   };
@@ -139,15 +162,20 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
     set("first_answer_correct", result.answer_rate());
     set("answer_chance", result.answer_chance);
   }
-  // Ceilings are those of the tasks as they are by default.
+  // Ceilings are those of the tasks as they are by default, for policies that answer at once.
   const bool usual = settings.rules == Rules::kReference && settings.task_options.empty() &&
-                     settings.constants.empty();
+                     settings.constants.empty() && settings.latency == 0;
   if (const Ceiling* ceiling = usual ? find_ceiling(result.entry->id) : nullptr) {
     if (const auto score = memory_score(*ceiling, result.success_rate())) {
       set("memory_score", *score);
     }
   }
   if (settings.tell_episodes) keys.emplace_back(kTellEpisodes, true);
+  if (settings.repeat > 1 || settings.policy_seed != 0) {
+    keys.emplace_back(kRepeat, settings.repeat);
+    keys.emplace_back(kPolicySeed, settings.policy_seed);
+  }
+  if (settings.latency > 0) keys.emplace_back(kLatency, settings.latency);
   if (settings.seal) keys.emplace_back(kSealed, settings.seal_document());
   Document variant = variant_document(*result.entry, settings.constants);
   if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));
@@ -174,7 +202,7 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
                          {"split", title(entry.split)},
                          {"memory_type", entry.memory_type},
                          {"start_seed", start_seed_document(settings)},
-                         {"n_episodes", settings.episodes},
+                         {"n_episodes", settings.all_episodes()},
                          {"successes", to_list(result.successes)},
                          {"returns", to_list(result.returns)},
                          {"sr", result.success_rate()},
@@ -212,6 +240,7 @@ Document summary_document(const DocumentList& tasks) {
   DocumentList ids;
   DocumentTable per_task_rate;
   DocumentTable per_task_return;
+  DocumentTable per_task_interval;
   for (const Document& task : tasks) {
     const std::string& id = text(part(task, "env_id"));
     const std::string& own = text(part(task, "split"));
@@ -221,6 +250,14 @@ Document summary_document(const DocumentList& tasks) {
     ids.emplace_back(id);
     per_task_rate.emplace_back(id, rates.back());
     per_task_return.emplace_back(id, part(task, "mean_return"));
+    per_task_interval.emplace_back(id, to_document(success_rate(task).interval));
+  }
+  DocumentTable splits;
+  for (const auto& [name, group] : success_rates_by("split", tasks)) {
+    splits.emplace_back(name, DocumentTable{{"sr", group.rate},
+                                            {"sr_interval", to_document(group.interval)},
+                                            {"n_tasks", group.tasks},
+                                            {"n_episodes", group.episodes}});
   }
   DocumentTable per_type;
   for (const auto& [type, values] : rates_of_type) per_type.emplace_back(type, mean(values));
@@ -229,28 +266,10 @@ Document summary_document(const DocumentList& tasks) {
                        {"sr_per_memory_type", std::move(per_type)},
                        {"tasks", std::move(ids)},
                        {"per_task_sr", std::move(per_task_rate)},
-                       {"per_task_mean_return", std::move(per_task_return)}};
-}
-
-std::string summary_csv(const DocumentList& tasks) {
-  std::string text =
-      "env_id,split,memory_type,n_episodes,sr,chance,memory_score,first_answer_correct,"
-      "mean_return,mean_length\n";
-  for (const Document& task : tasks) {
-    for (const char* key : {"env_id", "split", "memory_type"})
-      text += engram::text(part(task, key)) + ",";
-    for (const char* key :
-         {"n_episodes", "sr", "chance", "memory_score", "first_answer_correct", "mean_return"}) {
-      const Document& value = part(task, key);
-      text += (is_null(value) ? std::string() : to_line(value)) + ",";
-    }
-    std::vector<double> lengths;
-    for (const Document& length : list(part(task, "episode_lengths"))) {
-      lengths.push_back(number(length));
-    }
-    text += to_line(mean(lengths)) + "\n";
-  }
-  return text;
+                       {"per_task_mean_return", std::move(per_task_return)},
+                       {"sr_interval", to_document(mean_success_rate(tasks).interval)},
+                       {"splits", std::move(splits)},
+                       {"per_task_sr_interval", std::move(per_task_interval)}};
 }
 
 std::string common_split(const std::vector<std::string>& ids) {
@@ -334,6 +353,10 @@ void ResultFolder::write_task(const Document& task) const {
 void ResultFolder::write_summary(const DocumentList& tasks) const {
   files().write_file(kSummaryFile, to_text(summary_document(tasks)));
   files().write_file(kSummaryTable, summary_csv(tasks));
+}
+
+void ResultFolder::write_episodes(const DocumentList& tasks) const {
+  files().write_file(kEpisodeTable, episodes_csv(tasks));
 }
 
 // --- for the report ---

@@ -44,6 +44,7 @@ class ResultFolder {
   void begin(const EvaluationSettings& settings) const;
   void write_task(const Document& task) const;
   void write_summary(const DocumentList& tasks) const;
+  void write_episodes(const DocumentList& tasks) const;
 
   // For the report alone, beside the results: time by task id, in timing.json, and pictures, in
   // samples/<ID>.png.
@@ -60,9 +61,6 @@ class ResultFolder {
   std::filesystem::path path_;
   std::shared_ptr<const FolderLock> lock_;  // copies are of the same run
 };
-
-// The table of a summary as comma-separated values: a line per task.
-std::string summary_csv(const DocumentList& tasks);
 
 // The ids' split in lower case, "all" where they differ.
 std::string common_split(const std::vector<std::string>& ids);

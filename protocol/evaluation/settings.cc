@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 #include <limits>
 
 #include "protocol/batch/make.h"
@@ -39,6 +41,13 @@ void read_seeds(const Document& document, EvaluationSettings& settings) {
   settings.opened = true;
 }
 
+// The number under a key that older documents do not have.
+std::uint64_t number_or(const Document& document, const char* key, std::uint64_t missing,
+                        std::uint64_t most) {
+  const Document* value = find(document, key);
+  return value == nullptr ? missing : whole_number(*value, most);
+}
+
 EvaluationSettings read(const Document& document) {
   EvaluationSettings settings;
   for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
@@ -55,6 +64,11 @@ EvaluationSettings read(const Document& document) {
     settings.task_options[name] = number(value);
   }
   settings.constants = table(part(document, "constants"));
+  settings.repeat = static_cast<int>(number_or(document, "repeat", 1, kMaxRepeat));
+  if (settings.repeat < 1) throw Error(Error::kIo, "'repeat' is 0");
+  check_rounds(settings.episodes, settings.repeat);
+  settings.policy_seed = number_or(document, "policy_seed", 0, UINT64_MAX);
+  settings.latency = static_cast<int>(number_or(document, "latency_steps", 0, kMaxLatency));
   std::vector<TaskVariant> variants;
   for (const Document& variant : list(part(document, "variants"))) {
     variants.push_back(to_variant(variant, "variants"));
@@ -111,7 +125,10 @@ Document EvaluationSettings::document() const {
                          {"rules", name_of(rules)},
                          {"task_options", DocumentTable(task_options.begin(), task_options.end())},
                          {"constants", constants},
-                         {"variants", variants_of(tasks)}};
+                         {"variants", variants_of(tasks)},
+                         {"repeat", repeat},
+                         {"policy_seed", policy_seed},
+                         {"latency_steps", latency}};
   add_checksum(document);
   return document;
 }
@@ -142,6 +159,34 @@ void require_external_name(std::string_view option, std::string_view name) {
                                            "another name needed");
 }
 
+void check_rounds(int episodes, int repeat) {
+  const std::int64_t all = std::int64_t{episodes} * repeat;
+  if (all <= std::numeric_limits<int>::max()) return;
+  throw Error(Error::kInvalidArgument, std::to_string(repeat) + " rounds of " +
+                                           std::to_string(episodes) + " episodes given, at most " +
+                                           std::to_string(std::numeric_limits<int>::max()) +
+                                           " episodes in all allowed");
+}
+
+int parse_latency(std::string_view option, const std::string& text) {
+  const std::string_view whole(text);
+  const bool timed = whole.ends_with("ms");
+  const std::string_view digits = timed ? whole.substr(0, whole.size() - 2) : whole;
+  double value = -1;
+  const char* const end = digits.data() + digits.size();
+  const bool plain =
+      digits.find_first_not_of(timed ? "0123456789." : "0123456789") == std::string_view::npos;
+  const auto [rest, error] = std::from_chars(digits.data(), end, value);
+  const double steps = timed ? std::ceil(value / kControlStepMilliseconds) : value;
+  if (!plain || error != std::errc() || rest != end || !(steps >= 0 && steps <= kMaxLatency)) {
+    throw Error(Error::kInvalidArgument,
+                std::string(option) + ": '" + text + "' given, 0 to " +
+                    std::to_string(kMaxLatency) +
+                    " control steps of 50 ms, or milliseconds such as 120ms, allowed");
+  }
+  return static_cast<int>(steps);
+}
+
 std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks) {
   std::ranges::sort(tasks, {}, &RegistryEntry::index);
   std::vector<std::string> ids;
@@ -155,6 +200,9 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   protocol.episodes = settings.episodes;
   protocol.start_seed = settings.start_seed;
   protocol.tell_episodes = settings.tell_episodes;
+  protocol.repeat = settings.repeat;
+  protocol.policy_seed = settings.policy_seed;
+  protocol.latency = settings.latency;
   if (settings.seal) protocol.number_key = settings.seal->secret();
   MakeOptions& environment = protocol.environment;
   environment.obs_mode = settings.obs_mode;

@@ -24,13 +24,18 @@ struct EvaluationSettings {
   Document policy_config;         // further description in the results
   Rules rules = Rules::kReference;
   std::map<std::string, double> task_options;
-  ConstantTable constants;       // of all tasks, instead of their own
-  bool tell_episodes = false;    // to the policy, with their seeds
+  ConstantTable constants;     // of all tasks, instead of their own
+  bool tell_episodes = false;  // to the policy, with their seeds
+  int repeat = 1;              // rounds of the episodes; round i has policy_seed + i
+  std::uint64_t policy_seed = 0;
+  int latency = 0;               // control steps from a question to its answer
   std::optional<SeedSeal> seal;  // of a sealed run, whose start_seed follows from it
   bool opened = false;           // documents tell the seed and the secret of a sealed run
 
   // Seals the run; the seed is set if the secret is known.
   void set_seal(SeedSeal seed);
+  // Episodes of a task, all rounds together.
+  int all_episodes() const { return episodes * repeat; }
   // True if documents tell the seeds.
   bool tells_seeds() const { return !seal || opened; }
 
@@ -48,6 +53,13 @@ struct EvaluationSettings {
 // Throws Error (kInvalidArgument) if results would take an external policy of that name for one of
 // engram's own. `option`: what gave the name, for the message.
 void require_external_name(std::string_view option, std::string_view name);
+
+// Throws Error (kInvalidArgument) if all rounds together are more episodes than an int can count.
+void check_rounds(int episodes, int repeat);
+
+// Control steps of a latency: "3", or "120ms" rounded up to whole steps. Throws Error
+// (kInvalidArgument) for anything else, and for more than kMaxLatency. `option`: for the message.
+int parse_latency(std::string_view option, const std::string& text);
 
 // The ids of these tasks in the registry's order.
 std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks);

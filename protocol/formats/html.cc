@@ -34,6 +34,7 @@ td.number { text-align: right; font-variant-numeric: tabular-nums }
          background: repeating-linear-gradient(
          90deg, var(--line) 0 1px, transparent 1px 25%) }
 .track i { display: block; height: 100% }
+.track u { position: absolute; top: 50%; height: 2px; margin-top: -1px; background: var(--ink) }
 .track b { position: absolute; top: -2px; bottom: -2px; width: 2px; background: var(--mark) }
 @media (max-width: 45em) {
   body { margin: 1em auto }
@@ -103,6 +104,10 @@ void append_bar(std::string& body, const HtmlReport::RateBar& bar, std::size_t g
   append(body, {"<div class=\"bar\"><span class=\"label\">", escaped(bar.label),
                 "</span><span class=\"track\"><i style=\"width:", percent(bar.value),
                 ";background:", color(group), "\"></i>"});
+  if (bar.low >= 0) {
+    append(body, {"<u style=\"left:", percent(bar.low), ";width:", percent(bar.high - bar.low),
+                  "\"></u>"});
+  }
   if (bar.mark >= 0) append(body, {"<b style=\"left:", percent(bar.mark), "\"></b>"});
   append(body, {"</span><span class=\"value\">", decimal(bar.value, 3), "</span></div>\n"});
 }

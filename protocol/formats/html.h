@@ -31,6 +31,8 @@ class HtmlReport {
     double value = 0;  // 0 to 1
     double mark = -1;  // a second value, shown as a line across the bar; below 0: none
     std::string group;
+    double low = -1;  // interval of the value, shown as a thin line; below 0: none
+    double high = -1;
   };
   // Horizontal bars of rates, colours by group.
   void bars(const std::vector<RateBar>& bars);

@@ -101,6 +101,7 @@ class Coordinator {
         message.put(item->task);
         message.put(item->first_seed);
         message.put(item->count);
+        message.put(item->repeat);
         ranks_.send(static_cast<int>(rank), message.take());
       }
     }
@@ -233,6 +234,7 @@ void run_worker_rank(Ranks& ranks, int threads, const WorkFunction& work) {
           item.task = in.get<int>();
           item.first_seed = in.get<std::uint64_t>();
           item.count = in.get<int>();
+          item.repeat = in.get<int>();
           workers.start(number, item);
           break;
         }

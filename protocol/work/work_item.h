@@ -14,6 +14,7 @@ struct WorkItem {
   int task = 0;  // a number that source and worker agree on
   std::uint64_t first_seed = 0;
   int count = 0;
+  int repeat = 0;  // how often the episodes have been asked for before
 };
 
 // Stop request and progress of a thread that works on an item.

@@ -29,7 +29,7 @@ from engram.errors import (
     UnavailableError,
     UnknownIdError,
 )
-from engram.evaluation import evaluate
+from engram.evaluation import compare, evaluate, report
 from engram.factory import make, make_vec
 from engram.gym_registration import load_variants, register
 from engram.tasks import describe
@@ -51,6 +51,7 @@ __all__ = [
     "UnavailableError",
     "UnknownIdError",
     "VectorEnv",
+    "compare",
     "describe",
     "evaluate",
     "list",
@@ -58,6 +59,7 @@ __all__ = [
     "make",
     "make_vec",
     "register",
+    "report",
 ]
 
 __version__: str = _core.version()

@@ -29,9 +29,10 @@ from engram.tasks import describe
 if TYPE_CHECKING:
     from engram.typing import Renderer, Rules
 
-__all__ = ["evaluate"]
+__all__ = ["compare", "evaluate", "report"]
 
 Policy = Callable[[dict[str, Any]], Any]
+Results = str | os.PathLike[str] | Mapping[str, Any]
 
 
 def evaluate(
@@ -54,6 +55,9 @@ def evaluate(
     tell_episodes: bool = False,
     seed_file: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int, int], None] | None = None,
+    repeat: int = 1,
+    policy_seed: int = 0,
+    latency: int | str = 0,
 ) -> dict[str, Any]:
     """Success rates of a policy: ``{"summary": ..., "tasks": [...]}``, as ``engram eval --json``.
 
@@ -68,6 +72,7 @@ def evaluate(
       and ``seed`` (N,) is there
     * ``first`` (N,): 1 at the first request of an episode
     * ``worker`` and ``slot`` (N,): constant during an episode
+    * ``policy_seed``: of the policy's own random numbers, the same for all N
 
     The arrays are copies. The policy returns an array of shape (N, 7) or (N, K, 7), or a sequence
     of N arrays of shape (7), (K, 7) or (1, K, 7). The K actions are used one per step before the
@@ -81,6 +86,9 @@ def evaluate(
     ``seed_file``: a sealed evaluation, whose seeds follow from the secret line in that file instead
     of ``seed``; see docs/evaluation.md.
     ``progress(episodes, all_episodes, env_steps)`` is called several times a second.
+    ``repeat``: rounds of the same episodes; round i has ``policy_seed`` + i.
+    ``latency``: control steps (``3``), or milliseconds (``"120ms"``), from a call of the policy to
+    the first action of its answer; the world goes on with the last action meanwhile.
     """
     if not isinstance(obs, str) or obs not in ("rgb", "state", "objects"):
         raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
@@ -116,8 +124,43 @@ def evaluate(
         tell_episodes=boolean("tell_episodes", tell_episodes),
         seed_file=None if seed_file is None else path("seed_file", seed_file),
         progress=progress,
+        repeat=integer("repeat", repeat),
+        policy_seed=seed_value("policy_seed", policy_seed),
+        latency=latency if isinstance(latency, str) else str(integer("latency", latency)),
     )
     return json.loads(document)
+
+
+def compare(a: Results, b: Results, *, allow: Iterable[str] = ()) -> dict[str, Any]:
+    """Two policies on the same episodes: ``{"a", "b", "tasks", "splits", "total"}``.
+
+    The same as ``engram compare --json``; docs/evaluation.md describes the keys. ``a`` and ``b``
+    are folders of runs, JSON files of results, or what :func:`evaluate` has returned. ``allow``:
+    in what they may differ, of "ids", "seeds", "version", "rules" and "constants".
+    """
+    if isinstance(allow, (str, bytes)) or not isinstance(allow, Iterable):
+        raise InvalidArgumentError(f"allow: {allow!r} given, a list of words needed")
+    words = [text("allow", word) for word in allow]
+    return json.loads(_core.compare(a=_source("a", a), b=_source("b", b), allow=words))
+
+
+def report(results: Results, format: str = "md") -> str:
+    """A table of results, as ``engram report`` prints it.
+
+    ``results``: the folder of a run, a JSON file of results, or what :func:`evaluate` has returned.
+    ``format``: "md", "latex" (booktabs), "csv" (a line per task), "episodes" (CSV, a line per
+    episode) or "vla-eval" (an entry of its leaderboard).
+    """
+    return _core.report(results=_source("results", results), format=text("format", format))
+
+
+def _source(what: str, results: Any) -> str:
+    if isinstance(results, Mapping):
+        try:
+            return json.dumps(dict(results), allow_nan=False)
+        except (TypeError, ValueError, RecursionError):
+            raise InvalidArgumentError(f"{what}: no results of an evaluation given") from None
+    return path(what, results)
 
 
 def _ids(ids: Any) -> list[str]:

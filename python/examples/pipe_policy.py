@@ -91,9 +91,16 @@ def greet(message):
     return hello
 
 
-def read_request(message, hello, state_dim):
+def read_task(message):
+    """Id, size of the state's row, and the seed of the policy's own random numbers."""
+    task, state_dim = message.text(), message.number()
+    policy_seed = struct.unpack("<Q", message.take(8))[0] if message.at < len(message.body) else 0
+    return task, state_dim, policy_seed
+
+
+def read_request(message, hello, state_dim, policy_seed):
     count = message.number()
-    request = {"count": count}
+    request = {"count": count, "policy_seed": policy_seed}
     for name in ("slot", "episode", "step"):
         request[name] = message.array("i", count)
     request["first"] = message.array("B", count)
@@ -109,16 +116,16 @@ def read_request(message, hello, state_dim):
 
 
 def main():
-    hello, task, state_dim = None, "", 0
+    hello, task, state_dim, policy_seed = None, "", 0, 0
     while True:
         kind, size = struct.unpack("<II", read(8))
         message = Reader(read(size))
         if kind == HELLO:
             hello = greet(message)
         elif kind == TASK:
-            task, state_dim = message.text(), message.number()
+            task, state_dim, policy_seed = read_task(message)
         elif kind == REQUEST:
-            request = read_request(message, hello, state_dim)
+            request = read_request(message, hello, state_dim, policy_seed)
             answer = struct.pack("<I", request["count"])
             for shape, numbers in act(task, request):
                 answer += struct.pack(f"<{1 + len(shape)}I", len(shape), *shape)

@@ -66,6 +66,7 @@ class Session {
       observation["episode"] = array(request.episodes, {count});
       if (request.seeds != nullptr) observation["seed"] = array(request.seeds, {count});
       observation["step"] = array(request.steps, {count});
+      observation["policy_seed"] = request.policy_seed;
       observation["first"] = array(request.first, {count});
       nb::list instructions;
       for (std::size_t i = 0; i < count; ++i) instructions.append(request.instructions[i]);
@@ -114,7 +115,8 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      const std::optional<std::string>& resume, int rules,
                      const NamedValue& task_options, const std::string& constants,
                      bool tell_episodes, const std::optional<std::string>& seed_file,
-                     nb::object progress) {
+                     nb::object progress, int repeat, std::uint64_t policy_seed,
+                     const std::string& latency) {
   Session session(std::move(policy), std::move(progress));
   std::vector<const char*> names;
   for (const std::string& id : ids) names.push_back(c_text(id));
@@ -141,6 +143,9 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.seed_file = seed_file ? c_text(*seed_file) : nullptr;
   options.progress = &Session::report;
   options.rules = rules;
+  options.repeat = repeat;
+  options.policy_seed = policy_seed;
+  options.latency = c_text(latency);
   char* document = nullptr;
   engram_status status = ENGRAM_OK;
   without_lock([&] { status = engram_evaluate(&options, &Session::act, &session, &document); });
@@ -148,6 +153,32 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   session.rethrow();
   if (status != ENGRAM_OK) raise(status, engram_last_error());
   return document;
+}
+
+// The text of a call of the library, which it owns.
+template <class Call>
+std::string text_of(Call&& call) {
+  char* text = nullptr;
+  engram_status status = ENGRAM_OK;
+  without_lock([&] { status = call(&text); });
+  const std::unique_ptr<char, void (*)(char*)> owner(text, &engram_free_text);
+  if (status != ENGRAM_OK) raise(status, engram_last_error());
+  return text;
+}
+
+std::string compare(const std::string& a, const std::string& b,
+                    const std::vector<std::string>& allow) {
+  std::vector<const char*> allowed;
+  for (const std::string& what : allow) allowed.push_back(c_text(what));
+  return text_of([&, first = c_text(a), second = c_text(b)](char** text) {
+    return engram_compare(first, second, allowed.data(), allowed.size(), text);
+  });
+}
+
+std::string report(const std::string& results, const std::string& format) {
+  return text_of([source = c_text(results), name = c_text(format)](char** text) {
+    return engram_report(source, name, text);
+  });
 }
 
 }  // namespace
@@ -158,7 +189,9 @@ void bind_evaluate(nb::module_& module) {
   module.def("evaluate", &evaluate, "policy"_a, "ids"_a, "episodes"_a, "seed"_a, "num_envs"_a,
              "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
              "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "tell_episodes"_a,
-             "seed_file"_a.none(), "progress"_a.none());
+             "seed_file"_a.none(), "progress"_a.none(), "repeat"_a, "policy_seed"_a, "latency"_a);
+  module.def("compare", &compare, "a"_a, "b"_a, "allow"_a);
+  module.def("report", &report, "results"_a, "format"_a);
 }
 
 }  // namespace engram_python

@@ -191,3 +191,54 @@ def test_wrong_arguments():
         engram.evaluate(still, [])
     with pytest.raises(engram.InvalidArgumentError):
         engram.evaluate(still, ID, episodes=0)
+
+
+def test_rounds_have_policy_seeds():
+    seen = set()
+
+    def policy(observation):
+        seen.add(observation["policy_seed"])
+        actions = still(observation)
+        actions[:, 0] = observation["policy_seed"] / 10
+        return actions
+
+    arguments = {"episodes": 2, "obs": "state"}
+    task = engram.evaluate(policy, ID, **arguments, repeat=2, policy_seed=4)["tasks"][0]
+    assert seen == {4, 5}
+    assert (task["n_episodes"], task["repeat"], task["policy_seed"]) == (4, 2, 4)
+    assert task["episode_seeds"] == [4242424242, 4242424243] * 2
+    single = engram.evaluate(policy, ID, **arguments, policy_seed=5)["tasks"][0]
+    assert single["returns"] == task["returns"][2:]
+    assert task["digests"]["first_observations"][:2] == task["digests"]["first_observations"][2:]
+    plain = engram.evaluate(still, ID, **arguments)["tasks"][0]
+    assert not {"repeat", "policy_seed", "latency_steps"} & set(plain)
+    with pytest.raises(engram.InvalidArgumentError, match="repeat: 0 given, 1 to 1000 allowed"):
+        engram.evaluate(still, ID, repeat=0)
+    with pytest.raises(engram.InvalidArgumentError, match="policy_seed"):
+        engram.evaluate(still, ID, policy_seed=-1)
+
+
+def test_latency():
+    steps = []
+
+    def policy(observation):
+        steps.extend(observation["step"].tolist())
+        return np.full((len(observation["instruction"]), 2, 7), 0.3, np.float32)
+
+    arguments = {"episodes": 1, "obs": "state"}
+    late = engram.evaluate(policy, ID, **arguments, latency=3)["tasks"][0]
+    assert steps == list(range(0, 25, 5))  # three steps of waiting, two of acting
+    assert late["latency_steps"] == 3
+    assert engram.evaluate(policy, ID, **arguments, latency="120ms")["tasks"][0] == late
+    prompt = engram.evaluate(policy, ID, **arguments)["tasks"][0]
+    assert engram.evaluate(policy, ID, **arguments, latency="0ms")["tasks"][0] == prompt
+    # What comes too late is never done.
+    never = engram.evaluate(policy, ID, **arguments, latency=25)["tasks"][0]
+    assert (
+        never["returns"]
+        == engram.evaluate(still, ID, **arguments, latency=25)["tasks"][0]["returns"]
+    )
+    assert never["returns"] != prompt["returns"]
+    for bad in ("soon", -1, 2.5, True):
+        with pytest.raises(engram.InvalidArgumentError, match="latency"):
+            engram.evaluate(policy, ID, latency=bad)

@@ -9,7 +9,7 @@ namespace engram::tasks {
 
 // Numbers behind an agent's guess: the same ones in every step of an episode.
 inline RandomStream guess_stream(const Bindings& engine, int env) {
-  return {engine.stream_key(env), engine.state->episode[env], kPurposeBlindGuess};
+  return {engine.policy_key(env), engine.state->episode[env], kPurposeBlindGuess};
 }
 
 }  // namespace engram::tasks

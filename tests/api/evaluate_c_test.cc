@@ -1,4 +1,5 @@
 // The C API to the evaluation protocol.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -168,4 +169,70 @@ TEST_CASE("C API: an evaluation that cannot be says why", "[evaluation]") {
   options.progress = [](void*, int32_t, int32_t, uint64_t) { return 1; };
   options.episodes = 2000;
   refused(options, ENGRAM_UNAVAILABLE, "progress callback");
+}
+
+TEST_CASE("C API: rounds with policy seeds, and latency", "[evaluation][latency]") {
+  engram_evaluation_options options = options_of(2);
+  CHECK(options.repeat == 1);
+  CHECK(options.policy_seed == 0);
+  CHECK(options.latency == nullptr);
+  options.repeat = 2;
+  options.policy_seed = UINT64_MAX;
+  options.latency = "60ms";
+  const auto policy = [](void* user, const engram_policy_request* request,
+                         engram_policy_reply* reply) {
+    // The round after the largest seed has 0.
+    static_cast<std::vector<uint64_t>*>(user)->push_back(request->policy_seed);
+    const float action[7] = {0, 0, request->policy_seed == 0 ? 0.5F : -0.5F, 0, 0, 0, 0};
+    const int64_t shape[] = {7};
+    for (int32_t row = 0; row < request->count; ++row) {
+      if (engram_policy_set(reply, row, action, shape, 1) != ENGRAM_OK) return 1;
+    }
+    return 0;
+  };
+  std::vector<uint64_t> seeds;
+  char* text = nullptr;
+  REQUIRE(engram_evaluate(&options, policy, &seeds, &text) == ENGRAM_OK);
+  const Json task = Json::parse(text)["tasks"][0];
+  engram_free_text(text);
+  CHECK(std::ranges::count(seeds, 0U) + std::ranges::count(seeds, UINT64_MAX) ==
+        static_cast<std::ptrdiff_t>(seeds.size()));
+  CHECK(task["n_episodes"] == 4);
+  CHECK(task["latency_steps"] == 2);
+  CHECK(task["policy_seed"] == UINT64_MAX);
+  CHECK(task["returns"][0] != task["returns"][2]);
+  CHECK(task["episode_seeds"][0] == task["episode_seeds"][2]);
+  options.latency = "soon";
+  CHECK(engram_evaluate(&options, policy, &seeds, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("latency: 'soon' given"));
+  options.latency = nullptr;
+  options.repeat = 0;
+  CHECK(engram_evaluate(&options, policy, &seeds, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("repeat: 0 given, 1 to 1000 allowed"));
+}
+
+TEST_CASE("C API: results are compared and tabulated", "[evaluation][compare]") {
+  const engram_evaluation_options options = options_of(3);
+  Call call;
+  char* results = nullptr;
+  REQUIRE(engram_evaluate(&options, &still, &call, &results) == ENGRAM_OK);
+  char* text = nullptr;
+  REQUIRE(engram_compare(results, results, nullptr, 0, &text) == ENGRAM_OK);
+  CHECK(Json::parse(text)["total"]["pairs"] == 3);
+  engram_free_text(text);
+  REQUIRE(engram_report(results, "csv", &text) == ENGRAM_OK);
+  CHECK_THAT(text, Catch::Contains("RememberColor3-VLA-v0,Short,Object,3,0.0,"));
+  engram_free_text(text);
+  const char* const unknown[] = {"everything"};
+  CHECK(engram_compare(results, results, unknown, 1, &text) == ENGRAM_UNKNOWN_ID);
+  CHECK(text == nullptr);
+  CHECK_THAT(engram_last_error(), Catch::Contains("ids, seeds, version, rules, constants"));
+  CHECK(engram_report(results, "word", &text) == ENGRAM_UNKNOWN_ID);
+  CHECK(engram_report("/nowhere", "md", &text) == ENGRAM_IO);
+  CHECK(engram_report("{}", "md", &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_compare(nullptr, results, nullptr, 0, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_compare(results, results, nullptr, 1, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_report(results, nullptr, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_report(results, "md", nullptr) == ENGRAM_INVALID_ARGUMENT);
+  engram_free_text(results);
 }

@@ -71,7 +71,8 @@ TEST_CASE("eval: documents of the protocol", "[apps]") {
   CHECK(keys_of(document) == std::vector<std::string>{"summary", "tasks"});
   CHECK(keys_of(document["summary"]) ==
         std::vector<std::string>{"split", "sr_split", "sr_per_memory_type", "tasks", "per_task_sr",
-                                 "per_task_mean_return"});
+                                 "per_task_mean_return", "sr_interval", "splits",
+                                 "per_task_sr_interval"});
   REQUIRE(document["tasks"].size() == 1);
   const Json& task = document["tasks"][0];
   CHECK(keys_of(task) == std::vector<std::string>{// The protocol's, then engram's own.
@@ -100,6 +101,8 @@ TEST_CASE("eval: documents of the protocol", "[apps]") {
                                                   "first_answer_correct",
                                                   "answer_chance",
                                                   "memory_score",
+                                                  "sr_interval",
+                                                  "digests",
                                                   "checksum"});
   CHECK(task["split"] == "Short");
   CHECK(task["memory_type"] == "Object");

@@ -2,7 +2,9 @@
 #include <map>
 #include <string>
 
+#include "protocol/evaluation/comparison.h"
 #include "protocol/evaluation/evaluation_run.h"
+#include "protocol/evaluation/result_tables.h"
 #include "protocol/formats/document_checksum.h"
 #include "tests/fuzz/input.h"
 
@@ -58,6 +60,13 @@ void fuzz_results(Data data) {
     (void)to_text(run.document());
     // Writing what was read takes much longer than reading it.
     if (data.size() % 32 == 0) run.finish("fuzz");
+  });
+  accepted([&] {
+    const ResultSet found = read_results(folder.path());
+    for (std::size_t i = 0; i < kTableFormatNames.size(); ++i) {
+      (void)result_table(static_cast<TableFormat>(i), found.tasks);
+    }
+    (void)to_text(compare_results(found, found, {}));
   });
 }
 

@@ -370,5 +370,31 @@ TEST_CASE("A step without a command is that of the same absolute targets", "[bat
   CHECK(one->state().elapsed[0] == 6);
 }
 
+TEST_CASE("Environments without a new command step beside others", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 6;
+  options.freeze_cue = false;
+  const auto moved = make_env(kId, options);
+  const auto left = make_env(kId, options);
+  const auto mixed = make_env(kId, options);
+  const std::vector<std::uint8_t> commanded = {1, 0, 0, 1, 1, 0};
+  for (const auto* env : {&moved, &left, &mixed}) (*env)->reset();
+  for (int k = 0; k < 4; ++k) {
+    const std::vector<float> actions = test::act(*mixed, Policy::kRandom);
+    moved->step(actions);
+    left->step_no_action();
+    mixed->step(actions, commanded);
+  }
+  for (int i = 0; i < 6; ++i) {
+    INFO(i);
+    const auto& same = commanded[static_cast<std::size_t>(i)] != 0 ? moved : left;
+    CHECK(env_bytes(*mixed, i) == env_bytes(*same, i));
+  }
+  CHECK(env_bytes(*moved, 1) != env_bytes(*left, 1));
+  CHECK_THROWS_WITH(mixed->step(zeros(*mixed), std::vector<std::uint8_t>(5)),
+                    Catch::Contains("commanded: 5 values given, 6 needed"));
+  CHECK(mixed->state().elapsed[0] == 4);
+}
+
 }  // namespace
 }  // namespace engram

@@ -98,5 +98,36 @@ TEST_CASE("Scripts turn rotations round for rotation sign 1", "[scripted_policy]
   }
 }
 
+TEST_CASE("A policy seed changes random actions and guesses, and nothing of the episode",
+          "[scripted_policy]") {
+  const auto actions_of = [](std::uint64_t policy_seed, Policy policy, int steps) {
+    BatchOptions options;
+    options.num_envs = 20;
+    options.policy_seed = policy_seed;
+    const auto env = make_env(kId, options);
+    env->reset();
+    for (int k = 0; k < steps; ++k) env->step_no_action();
+    return std::pair(act(*env, policy), test::batch_bytes(*env));
+  };
+  const auto [usual, episodes] = actions_of(0, Policy::kRandom, 0);
+  CHECK(usual == act(
+                     *[] {
+                       BatchOptions options;
+                       options.num_envs = 20;
+                       auto env = make_env(kId, options);
+                       env->reset();
+                       return env;
+                     }(),
+                     Policy::kRandom));
+  const auto [other, same_episodes] = actions_of(1, Policy::kRandom, 0);
+  CHECK(other != usual);
+  CHECK(same_episodes == episodes);
+  CHECK(actions_of(1, Policy::kRandom, 0).first == other);
+  CHECK(actions_of(2, Policy::kRandom, 0).first != other);
+  // After the cue, when the choice is made.
+  CHECK(actions_of(1, Policy::kBlind, 20).first != actions_of(0, Policy::kBlind, 20).first);
+  CHECK(actions_of(1, Policy::kOracle, 20).first == actions_of(0, Policy::kOracle, 20).first);
+}
+
 }  // namespace
 }  // namespace engram

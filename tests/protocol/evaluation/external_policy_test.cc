@@ -5,6 +5,7 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
 #include <vector>
 
 #include "protocol/batch/episodes.h"
@@ -56,7 +57,8 @@ class Recorder final : public ExternalPolicy {
   int chunk_;
 };
 
-TaskResult evaluate_with(ExternalPolicy& policy, ObsMode obs_mode, int num_envs) {
+TaskResult evaluate_with(ExternalPolicy& policy, ObsMode obs_mode, int num_envs,
+                         const Protocol& further = {}) {
   class Reference final : public ExternalPolicy {
    public:
     explicit Reference(ExternalPolicy& to) : to_(to) {}
@@ -65,7 +67,7 @@ TaskResult evaluate_with(ExternalPolicy& policy, ObsMode obs_mode, int num_envs)
    private:
     ExternalPolicy& to_;
   };
-  Protocol protocol;
+  Protocol protocol = further;
   protocol.external = [&policy](const WorkContext&) { return std::make_unique<Reference>(policy); };
   protocol.episodes = 3;
   protocol.num_envs = num_envs;
@@ -208,6 +210,64 @@ TEST_CASE("A policy that ends or breaks the protocol is reported", "[policy]") {
   hear({7, 0}, "message type 7 of 0 bytes");
   hear({1, 1U << 28}, "closed its standard input or output");  // announces what does not come
   hear({1, (1U << 28) + 1}, "bytes, type 1 expected");
+}
+
+TEST_CASE("External policy: with latency, asked again when its answer has been used up",
+          "[policy][latency]") {
+  Recorder policy(4);
+  Protocol protocol;
+  protocol.latency = 3;
+  const TaskResult result = evaluate_with(policy, ObsMode::kState, 2, protocol);
+  // 25 steps in turns of three of waiting and four of acting.
+  std::vector<int> next_step(3, 0);
+  for (const auto& question : policy.asked) {
+    int& expected = next_step.at(static_cast<std::size_t>(question.episode));
+    CHECK(question.step == expected);
+    expected += 7;
+  }
+  CHECK(policy.asked.size() == 12);
+  Recorder prompt(4);
+  CHECK(evaluate_with(prompt, ObsMode::kState, 2).returns != result.returns);
+}
+
+TEST_CASE("External policy: rounds have seeds of their own, digests do not depend on batches",
+          "[policy][digests]") {
+  class Seeded final : public ExternalPolicy {
+   public:
+    void act(const PolicyRequest& request, PolicyReply& reply) override {
+      seeds.insert(request.policy_seed);
+      for (int row = 0; row < request.count; ++row) {
+        std::vector<float> action(7);
+        action[0] = request.policy_seed == 5 ? 0.5F : -0.5F;
+        const std::int64_t shape[] = {7};
+        reply.set(row, action, shape);
+      }
+    }
+    std::set<std::uint64_t> seeds;
+  };
+  Protocol protocol;
+  protocol.repeat = 2;
+  protocol.policy_seed = 5;
+  const auto evaluate_in = [&](int num_envs) {
+    Seeded policy;
+    TaskResult result = evaluate_with(policy, ObsMode::kState, num_envs, protocol);
+    CHECK(policy.seeds == std::set<std::uint64_t>{5, 6});
+    return result;
+  };
+  const TaskResult result = evaluate_in(2);
+  REQUIRE(result.digests.size() == 6);
+  CHECK(result.seeds[3] == result.seeds[0]);
+  // The same episode, another answer.
+  CHECK(result.digests[3].first_observation == result.digests[0].first_observation);
+  CHECK(result.digests[3].first_answer != result.digests[0].first_answer);
+  CHECK(result.digests[3].observations != result.digests[0].observations);
+  CHECK(result.digests[1].first_observation != result.digests[0].first_observation);
+  const TaskResult single = evaluate_in(1);
+  for (std::size_t i = 0; i < 6; ++i) {
+    CHECK(single.digests[i].observations == result.digests[i].observations);
+    CHECK(single.digests[i].answers == result.digests[i].answers);
+  }
+  CHECK(single.returns == result.returns);
 }
 
 }  // namespace

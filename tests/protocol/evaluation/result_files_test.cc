@@ -34,6 +34,7 @@ TaskResult result() {
   result.lengths = {25, 25};
   result.answers = {{1, 2, 1}, {}};
   result.seeds = {kBenchmarkSeed, kBenchmarkSeed + 1};
+  result.digests = {{1, 2, 3, 4}, {UINT64_MAX, 0, 0, 0}};
   return result;
 }
 
@@ -91,6 +92,8 @@ TEST_CASE("Edited results are refused", "[evaluation][results]") {
                                                     {"first_answers", DocumentList{1, nullptr}},
                                                     {"first_answer_correct", 1.0},
                                                     {"memory_score", 1.0},
+                                                    {"sr_interval", DocumentList{0, 1}},
+                                                    {"digests", nullptr},
                                                     {"checksum", "0000000000000000"}};
   for (const auto& [key, value] : edits) {
     INFO(key);
@@ -174,9 +177,10 @@ TEST_CASE("Summaries are tables, too", "[evaluation][results]") {
   folder.open().write_summary({folder.document});
   const std::string table = tests::read_file(folder.folder.path() / "summary.csv");
   CHECK_THAT(table, Catch::StartsWith("env_id,split,memory_type,n_episodes,sr,chance,memory_score,"
-                                      "first_answer_correct,mean_return,mean_length\n"
+                                      "first_answer_correct,mean_return,mean_length,sr_low,"
+                                      "sr_high\n"
                                       "RememberColor3-VLA-v0,Short,Object,2,0.5,0.333"));
-  CHECK_THAT(table, Catch::EndsWith(",0.5,6.3,25.0\n"));
+  CHECK_THAT(table, Catch::Contains(",0.5,6.3,25.0,0.094531205734"));
 }
 
 TEST_CASE("Pictures that lead out of the folder are not followed", "[evaluation][results]") {
@@ -187,6 +191,47 @@ TEST_CASE("Pictures that lead out of the folder are not followed", "[evaluation]
   fs::create_directory_symlink(elsewhere.path(), folder.folder.path() / "samples");
   CHECK_THROWS_WITH(folder.open(), Catch::Contains("samples' leads elsewhere"));
   CHECK(fs::exists(theirs));
+}
+
+TEST_CASE("Results of repeats say so, and are as many as all rounds", "[evaluation][results]") {
+  Folder folder;
+  folder.settings.repeat = 2;
+  folder.settings.policy_seed = 7;
+  folder.settings.latency = 3;
+  TaskResult twice = result();
+  const TaskResult once = twice;
+  twice.successes = {true, false, false, false};
+  for (auto* values : {&twice.lengths}) values->insert(values->end(), {25, 25});
+  twice.returns.insert(twice.returns.end(), {1, 2});
+  twice.answers.insert(twice.answers.end(), once.answers.begin(), once.answers.end());
+  twice.seeds.insert(twice.seeds.end(), once.seeds.begin(), once.seeds.end());
+  twice.digests.insert(twice.digests.end(), once.digests.begin(), once.digests.end());
+  const Document document = task_document(twice, folder.settings);
+  CHECK(whole_number(part(document, "n_episodes")) == 4);
+  CHECK(whole_number(part(document, "repeat")) == 2);
+  CHECK(whole_number(part(document, "policy_seed")) == 7);
+  CHECK(whole_number(part(document, "latency_steps")) == 3);
+  CHECK((list(part(document, "episode_seeds"))[3] == Document(kBenchmarkSeed + 1)));
+  CHECK(folder.accepts(document));
+  // Results of one round are of another protocol.
+  folder.write(folder.document);
+  CHECK_THROWS_WITH(folder.open().finished(folder.settings),
+                    Catch::Contains("has n_episodes 2, this run 4"));
+  folder.settings.latency = 0;
+  folder.write(document);
+  CHECK_THROWS_WITH(folder.open().finished(folder.settings),
+                    Catch::Contains("has latency_steps 3, this run null"));
+}
+
+TEST_CASE("Summaries have intervals of tasks, splits and all", "[evaluation][results]") {
+  const Folder folder;
+  const Document summary = summary_document({folder.document});
+  const Document& interval = part(summary, "sr_interval");
+  CHECK(number(list(interval)[0]) == Approx(0.0945312057344231));
+  CHECK(number(list(interval)[1]) == Approx(0.9054687942655769));
+  CHECK((part(part(part(summary, "splits"), "Short"), "sr_interval") == interval));
+  CHECK((part(part(summary, "per_task_sr_interval"), kId) == interval));
+  CHECK((part(folder.document, "sr_interval") == interval));
 }
 
 }  // namespace

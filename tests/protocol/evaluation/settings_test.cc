@@ -128,5 +128,39 @@ TEST_CASE("Ids are in the registry's order", "[evaluation][settings]") {
   CHECK(ids_in_order({}).empty());
 }
 
+TEST_CASE("Settings of before there were repeats have their defaults", "[evaluation][settings]") {
+  EvaluationSettings settings = example();
+  settings.repeat = 3;
+  settings.policy_seed = UINT64_MAX;
+  settings.latency = 4;
+  Document document = settings.document();
+  CHECK((EvaluationSettings::of(document, "settings.json").document() == document));
+  CHECK(protocol_of(settings).all_episodes() == 21);
+  CHECK(protocol_of(settings).latency == 4);
+  for (const char* key : {"repeat", "policy_seed", "latency_steps"}) {
+    document = edited(document, key, std::nullopt);
+  }
+  const EvaluationSettings older = EvaluationSettings::of(document, "settings.json");
+  CHECK((older.document() == example().document()));
+  CHECK_THROWS_WITH(
+      EvaluationSettings::of(edited(settings.document(), "repeat", 0), "settings.json"),
+      Catch::Contains("'repeat' is 0"));
+}
+
+TEST_CASE("Latencies are steps, or milliseconds rounded up", "[evaluation][latency]") {
+  CHECK(parse_latency("--latency", "0") == 0);
+  CHECK(parse_latency("--latency", "3") == 3);
+  CHECK(parse_latency("--latency", "0ms") == 0);
+  CHECK(parse_latency("--latency", "50ms") == 1);
+  CHECK(parse_latency("--latency", "50.5ms") == 2);
+  CHECK(parse_latency("--latency", "1000000") == 1'000'000);
+  for (const char* bad : {"", "ms", "-1", "1.5", "3 steps", "120 ms", "1e3", "nan", "1000001",
+                          "99999999ms", "0x3", "1.2.3ms", "+3"}) {
+    INFO(bad);
+    CHECK_THROWS_WITH(parse_latency("--latency", bad),
+                      Catch::Contains("--latency: '" + std::string(bad) + "' given, 0 to 1000000"));
+  }
+}
+
 }  // namespace
 }  // namespace engram

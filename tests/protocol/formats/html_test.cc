@@ -33,9 +33,10 @@ TEST_CASE("Pictures are embedded", "[html]") {
 
 TEST_CASE("Bars have labels, values and a mark", "[html]") {
   HtmlReport report("bars");
-  report.bars({{"first", 0.25, 0.5, "group"}, {"second", 1, -1, "other"}});
+  report.bars({{"first", 0.25, 0.5, "group", 0.125, 0.375}, {"second", 1, -1, "other"}});
   const std::string text = report.text();
   CHECK_THAT(text, Catch::Contains("first") && Catch::Contains("width:25.0%") &&
+                       Catch::Contains("<u style=\"left:12.5%;width:25.0%\">") &&
                        Catch::Contains("left:50.0%") && Catch::Contains("0.250") &&
                        Catch::Contains("second"));
   CHECK(text.find("left:", text.find("second")) == std::string::npos);  // no mark

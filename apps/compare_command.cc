@@ -1,0 +1,148 @@
+#include "apps/compare_command.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <set>
+
+#include "apps/options.h"
+#include "apps/output.h"
+#include "protocol/evaluation/comparison.h"
+#include "protocol/evaluation/success_rates.h"
+
+namespace engram::apps {
+namespace {
+
+struct CompareOptions {
+  std::string a;
+  std::string b;
+  std::set<AllowedDifference> allowed;
+  bool json = false;
+};
+
+// --- text ---
+
+std::string rate(const Document& row, const char* key) {
+  return fmt::format("{:.3f}", number(part(row, key)));
+}
+
+std::string probability(const Document& row, const char* key) {
+  const Document* value = find(row, key);
+  if (value == nullptr) return "";
+  const double p = number(*value);
+  return p < 0.0001 ? fmt::format("{:.1e}", p) : fmt::format("{:.4f}", p);
+}
+
+std::string interval(const Document& row) {
+  const DocumentList& bounds = list(part(row, "difference_interval"));
+  return fmt::format("{:+.3f} to {:+.3f}", number(bounds.at(0)), number(bounds.at(1)));
+}
+
+std::string count(const Document& row, const char* key) {
+  return std::to_string(whole_number(part(row, key)));
+}
+
+void add_row(const std::string& name, const Document& row, Table& table) {
+  table.add({name, count(row, "pairs"), rate(row, "sr_a"), rate(row, "sr_b"),
+             fmt::format("{:+.3f}", number(part(row, "difference"))), interval(row),
+             count(row, "only_a"), count(row, "only_b"), probability(row, "p_value"),
+             probability(row, "p_value_holm")});
+}
+
+// Numbers of episodes with equal digests.
+std::string digest_text(const Document& total) {
+  const Document& same = part(total, "same_digests");
+  if (is_null(same)) return "digests: not in both results\n";
+  const std::string pairs = count(total, "pairs");
+  return fmt::format(
+      "alike of {} episodes: first observations {}, first answers {}, all observations {}, all "
+      "answers {}\n",
+      pairs, count(same, "first_observations"), count(same, "first_answers"),
+      count(same, "observations"), count(same, "answers"));
+}
+
+std::string resolution_text(const Document& total) {
+  const auto share = [&total](const char* key) {
+    const Document& value = part(total, key);
+    return is_null(value) ? std::string("none") : fmt::format("{:.3f}", number(value));
+  };
+  std::string text = fmt::format("smallest difference that can be significant with {} pairs: {}",
+                                 count(total, "pairs"), share("smallest_difference"));
+  if (!is_null(part(total, "detectable_difference"))) {
+    text += fmt::format("; one that is found in 80 % of comparisons: {}",
+                        share("detectable_difference"));
+  }
+  return text + "\n";
+}
+
+std::string source_text(const char* name, const Document& source) {
+  std::string line = fmt::format("{}: {} in {} ({}, rules {}", name, text(part(source, "model")),
+                                 text(part(source, "source")), text(part(source, "obs_mode")),
+                                 text(part(source, "rules")));
+  const std::string latency = count(source, "latency_steps");
+  if (latency != "0") line += ", latency " + latency;
+  return line + ")\n";
+}
+
+std::string to_plain_text(const Document& comparison) {
+  Table rows({{"task"},
+              {"pairs", true},
+              {"A", true},
+              {"B", true},
+              {"A - B", true},
+              {"95 % interval", true},
+              {"only A", true},
+              {"only B", true},
+              {"p", true},
+              {"p (Holm)", true}});
+  for (const Document& task : list(part(comparison, "tasks"))) {
+    add_row(text(part(task, "env_id")), task, rows);
+  }
+  const DocumentTable& splits = table(part(comparison, "splits"));
+  for (const auto& [split, group] : splits) add_row("split " + split, group, rows);
+  const Document& total = part(comparison, "total");
+  add_row("total", total, rows);
+  return source_text("A", part(comparison, "a")) + source_text("B", part(comparison, "b")) +
+         rows.text() + "p: " + text(part(total, "test")) + ", two-sided\n" +
+         resolution_text(total) + digest_text(total);
+}
+
+}  // namespace
+
+void add_compare_command(const Command& program) {
+  const auto options = std::make_shared<CompareOptions>();
+  const Command command =
+      program.add_command("compare", "Compares two results of `engram eval` episode by episode");
+  command.add_option("A", options->a, "Folder of a run, or a JSON file of its results")
+      .required()
+      .type_name("RESULTS");
+  command.add_option("B", options->b, "The other one").required().type_name("RESULTS");
+  command
+      .add_repeatable(
+          "--allow",
+          [options](const std::string& name) {
+            const auto allowed = find_named<AllowedDifference>(name);
+            if (!allowed) {
+              throw Error(Error::kInvalidArgument,
+                          fmt::format("--allow: '{}' given, {} allowed", name,
+                                      join(names_of(AllowedDifference()))));
+            }
+            options->allowed.insert(*allowed);
+          },
+          "Compares results that differ in ids, seeds (what both have is compared), version, rules "
+          "or constants (repeatable)")
+      .type_name("WHAT");
+  add_json(command, options->json);
+  command.footer(
+      "Episodes pair by id and seed. p is that of McNemar's exact test; p (Holm) is corrected for "
+      "the number of tasks. The interval is Newcombe's for paired data. docs/results.md has the "
+      "JSON "
+      "keys.");
+  command.on_run([options] {
+    const Document comparison =
+        compare_results(read_results(options->a), read_results(options->b), options->allowed);
+    print(options->json ? to_text(comparison) : to_plain_text(comparison));
+  });
+}
+
+}  // namespace engram::apps
