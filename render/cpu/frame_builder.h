@@ -55,6 +55,7 @@ class FrameBuilder {
   }
 
  private:
+  bool sort_by_count();
   void sort();
   void set_casters();
   void aim(const RenderCamera& camera, const float* pose, int width, int height);
@@ -71,12 +72,13 @@ class FrameBuilder {
   // Adds all geoms, a batch of one shape at a time where that is possible
   // (frame_builder_batches.cc).
   void add_batches(const RenderInstances& instances, Shown shown);
-  std::size_t find_pending(const RenderInstances& instances, Shown shown, RenderShape shape);
+  std::size_t find_pending(const RenderInstances& instances, Shown shown,
+                           std::span<const int> geoms);
   void add_boxes(const RenderInstances& instances, std::span<const int> geoms);
   void add_capsules(const RenderInstances& instances, std::span<const int> geoms);
   void add_cylinders(const RenderInstances& instances, std::span<const int> geoms);
   ScreenPrimitive& begin(PrimitiveKind kind, const Visibility& visibility, std::size_t lane);
-  Surface& add_colored(std::size_t geom, std::int32_t code);
+  void add_colored(std::size_t geom, std::uint32_t code);
   Surface& add_lit(std::size_t geom, const RoundLight& lit, std::size_t lane);
 
   // Shapes. Each returns whether the camera can see any of it.
@@ -132,8 +134,9 @@ class FrameBuilder {
   std::vector<Rank> ranks_;
   std::vector<Rank> unsorted_;  // of the primitives as they come
   AlignedArray<float> depths_;  // theirs
-  AlignedArray<float> geoms_;
   AlignedArray<std::int32_t> nearer_;
+  AlignedArray<std::int32_t> tops_;  // of `rects_`, in whole blocks
+  AlignedArray<std::int32_t> bottoms_;
   std::vector<Surface> surfaces_;
   std::vector<std::uint32_t> codes_;
   std::vector<std::uint32_t> segments_;
