@@ -212,13 +212,6 @@ void FrameBuilder::add_background() {
   segments_[0] = 0;
 }
 
-bool FrameBuilder::is_shown(const RenderInstances& instances, std::size_t index,
-                            Shown shown) const {
-  if (instances.geom_visible != nullptr && instances.geom_visible[index] == 0) return false;
-  if (!(instances.geom_rgba[4 * index + 3] > 0)) return false;
-  return shown == Shown::kAll || prepared_->scene.geoms[index].still == (shown == Shown::kStill);
-}
-
 bool FrameBuilder::may_show(const RenderInstances& instances, std::size_t index) const {
   if (frame_.shadows) return true;  // a geom out of sight may cast some
   const double radius = prepared_->ball_radius[index];
@@ -280,22 +273,20 @@ void FrameBuilder::add(const PlacedGeom& placed, std::size_t geom) {
     frame_.gloss_count = glosses;
     if (!frame_.shadows) return;
   }
+  bool shaded = false;
   for (int i = primitive.surface; i < surface_count_; ++i) {
     const Surface& surface = surfaces_[static_cast<std::size_t>(i)];
     const bool even = surface.lighting == Lighting::kConstant && surface.pattern == Pattern::kPlain;
     codes_[static_cast<std::size_t>(i)] =
         even ? pixel_of(surface.constant) : kShaded | static_cast<std::uint32_t>(i);
+    shaded |= !even;
   }
-  keep(primitive, primitive.occluder.center[2] - primitive.occluder.radius, geom);
+  keep(primitive, shaded, primitive.occluder.center[2] - primitive.occluder.radius, geom);
 }
 
-void FrameBuilder::keep(ScreenPrimitive& primitive, float depth, std::size_t geom) {
+void FrameBuilder::keep(ScreenPrimitive& primitive, bool shaded, float depth, std::size_t geom) {
   primitive.surface_count = surface_count_ - primitive.surface;
-  std::uint32_t codes = 0;
-  for (int i = primitive.surface; i < surface_count_; ++i) {
-    codes |= codes_[static_cast<std::size_t>(i)];
-  }
-  primitive.shaded = (codes & kShaded) != 0;
+  primitive.shaded = shaded;
   unsorted_[static_cast<std::size_t>(primitive_count_)] = {depth, static_cast<int>(geom),
                                                            primitive_count_};
   ++primitive_count_;

@@ -61,13 +61,18 @@ class FrameBuilder {
   void aim(const RenderCamera& camera, const float* pose, int width, int height);
   void set_lights();
   void add_background();
-  bool is_shown(const RenderInstances& instances, std::size_t index, Shown shown) const;
+  bool is_shown(const RenderInstances& instances, std::size_t index, Shown shown) const {
+    if (instances.geom_visible != nullptr && instances.geom_visible[index] == 0) return false;
+    if (!(instances.geom_rgba[4 * index + 3] > 0)) return false;
+    return shown == Shown::kAll || prepared_->scene.geoms[index].still == (shown == Shown::kStill);
+  }
   // False only if the geom's bounding ball is out of sight.
   bool may_show(const RenderInstances& instances, std::size_t index) const;
   PlacedGeom place(const RenderInstances& instances, std::size_t index) const;
   void add(const PlacedGeom& placed, std::size_t geom);
-  // The last step: the primitive counts from now on. `depth`: of its nearest point, or less.
-  void keep(ScreenPrimitive& primitive, float depth, std::size_t geom);
+  // The last step: the primitive counts from now on. `shaded`: one of its surfaces has no single
+  // colour. `depth`: of its nearest point, or less.
+  void keep(ScreenPrimitive& primitive, bool shaded, float depth, std::size_t geom);
 
   // Adds all geoms, a batch of one shape at a time where that is possible
   // (frame_builder_batches.cc).

@@ -171,7 +171,8 @@ void FrameBuilder::add_boxes(const RenderInstances& instances, std::span<const i
     surface_count_ += static_cast<int>(fronts);
     primitive.front_count = static_cast<int>(fronts);
     primitive.back_count = 6 - primitive.front_count;
-    keep(primitive, boxes.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+    keep(primitive, false, boxes.visibility.center_z.lane[lane] - prepared_->rank_radius[geom],
+         geom);
   }
 }
 
@@ -194,7 +195,8 @@ void FrameBuilder::add_capsules(const RenderInstances& instances, std::span<cons
     primitive.local[0] = take(capsules.axis, lane);
     primitive.offset[0] = capsules.along.lane[lane];
     primitive.limit[0] = prepared_->scene.geoms[geom].size[1];
-    keep(primitive, capsules.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+    keep(primitive, true, capsules.visibility.center_z.lane[lane] - prepared_->rank_radius[geom],
+         geom);
   }
 }
 
@@ -221,7 +223,8 @@ void FrameBuilder::add_cylinders(const RenderInstances& instances, std::span<con
     if (primitive.front_count > 0) {
       add_colored(geom, static_cast<std::uint32_t>(cylinders.code.lane[lane]));
     }
-    keep(primitive, cylinders.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+    keep(primitive, true, cylinders.visibility.center_z.lane[lane] - prepared_->rank_radius[geom],
+         geom);
   }
 }
 
