@@ -437,7 +437,7 @@ class CpuRenderer final : public Renderer {
       for (int x = 0; x < image.width; ++x) {
         const std::int32_t id = band.id[row + x];
         if (image.depth != nullptr) image.depth[out + x] = id == 0 ? 0 : 1 / band.w[row + x];
-        const std::int32_t segment = frame.surfaces[id].segment;
+        const auto segment = static_cast<std::int32_t>(frame.segments[id]);
         if (image.segment != nullptr) image.segment[out + x] = segment;
         const std::ptrdiff_t cell = y * image.cell_row + x * image.cell_step;
         if (image.depth_mm != nullptr) {

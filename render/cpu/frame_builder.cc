@@ -10,6 +10,15 @@ namespace {
 
 constexpr int round_up(int value, int unit) { return (value + unit - 1) / unit * unit; }
 
+std::uint32_t pixel_of(const float (&levels)[3]) {
+  std::uint32_t pixel = 0;
+  for (int k = 0; k < 3; ++k) {
+    const float level = std::clamp(levels[k], 0.0F, 255.0F);
+    pixel |= static_cast<std::uint32_t>(std::lrint(level)) << (8 * k);
+  }
+  return pixel;
+}
+
 using CameraAxes = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>;
 
 }  // namespace
@@ -29,11 +38,12 @@ FrameBuilder::FrameBuilder(const PreparedScene& prepared, const SetupKernel* set
       ranks_(primitives_.size()),
       unsorted_(primitives_.size()),
       depths_(static_cast<std::size_t>(round_up(static_cast<int>(primitives_.size()), kBlock))),
-      geoms_(depths_.size()),
       nearer_(depths_.size()),
+      tops_(depths_.size()),
+      bottoms_(depths_.size()),
       surfaces_(prepared.max_surfaces),
-      codes_(prepared.max_surfaces),
-      segments_(prepared.max_surfaces),
+      codes_(prepared.max_surfaces + 1),  // add_boxes() may write one too many
+      segments_(codes_.size()),
       glosses_(prepared.max_glosses),
       gloss_rows_(4 * prepared.max_glosses * u_.size()),
       planes_(prepared.max_planes),
@@ -44,8 +54,12 @@ FrameBuilder::FrameBuilder(const PreparedScene& prepared, const SetupKernel* set
   frame_.right = right_.data();
   frame_.primitives = order_.data();
   frame_.rects = rects_.data();
+  frame_.tops = tops_.data();
+  frame_.bottoms = bottoms_.data();
+  frame_.shades = true;
   frame_.surfaces = surfaces_.data();
   frame_.codes = codes_.data();
+  frame_.segments = segments_.data();
   frame_.glosses = glosses_.data();
   for (std::size_t i = 0; i < glosses_.size(); ++i) {
     float* rows = gloss_rows_.data() + 4 * i * u_.size();
@@ -94,32 +108,43 @@ const FrameData& FrameBuilder::build(const RenderInstances& instances, int camer
   return frame_;
 }
 
-// Brings `ranks_` into order. Counting what comes before needs no branches.
+// Puts `unsorted_` in order into `ranks_`. Counting what is nearer needs no branches. False if that
+// does not work, because a depth is no number.
+bool FrameBuilder::sort_by_count() {
+  constexpr int kFree = -1;
+  const auto count = static_cast<std::size_t>(primitive_count_);
+  for (std::size_t i = 0; i < count; ++i) {
+    depths_[i] = unsorted_[i].depth;
+    ranks_[i].primitive = kFree;
+  }
+  setup_->count_nearer(depths_.data(), primitive_count_, nearer_.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    Rank rank = unsorted_[i];
+    auto place = static_cast<std::size_t>(nearer_[i]);
+    // Equally near ones have the same count, and as many places from there on.
+    while (ranks_[place].primitive != kFree) {
+      if (ranks_[place].depth != rank.depth) return false;
+      if (rank < ranks_[place]) std::swap(rank, ranks_[place]);
+      if (++place == count) return false;
+    }
+    ranks_[place] = rank;
+  }
+  return true;
+}
+
 void FrameBuilder::sort() {
   const auto count = static_cast<std::size_t>(primitive_count_);
-  bool distinct = setup_ != nullptr;  // and not if a depth is no number
-  if (distinct) {
-    for (std::size_t i = 0; i < count; ++i) {
-      depths_[i] = unsorted_[i].depth;
-      geoms_[i] = static_cast<float>(unsorted_[i].geom);
-    }
-    setup_->count_nearer(depths_.data(), geoms_.data(), primitive_count_, nearer_.data());
-    constexpr int kFree = -1;
-    for (std::size_t i = 0; i < count; ++i) ranks_[i].primitive = kFree;
-    for (std::size_t i = 0; i < count; ++i) {
-      Rank& rank = ranks_[static_cast<std::size_t>(nearer_[i])];
-      distinct = distinct && rank.primitive == kFree;
-      rank = unsorted_[i];
-    }
-  }
-  if (!distinct) {
+  if (setup_ == nullptr || !sort_by_count()) {
     std::copy_n(unsorted_.begin(), count, ranks_.begin());
     std::sort(ranks_.begin(), ranks_.begin() + static_cast<std::ptrdiff_t>(count));
   }
   for (std::size_t i = 0; i < count; ++i) {
     order_[i] = &primitives_[static_cast<std::size_t>(ranks_[i].primitive)];
     rects_[i] = order_[i]->rect;
+    tops_[i] = rects_[i].y0;
+    bottoms_[i] = rects_[i].y1;
   }
+  for (std::size_t i = count; i % kBlock != 0; ++i) tops_[i] = bottoms_[i] = 0;  // in no row
 }
 
 void FrameBuilder::set_casters() {
@@ -181,18 +206,10 @@ void FrameBuilder::add_background() {
   Surface& background = surfaces_[static_cast<std::size_t>(surface_count_++)];
   background = Surface{};
   for (int k = 0; k < 3; ++k) {
-    const float level = std::clamp(prepared_->scene.background[k], 0.0F, 1.0F) * 255;
-    background.constant[k] = level;
-    background.packed |= static_cast<std::uint32_t>(std::lrint(level)) << (8 * k);
+    background.constant[k] = std::clamp(prepared_->scene.background[k], 0.0F, 1.0F) * 255;
   }
-  codes_[0] = background.packed;
-}
-
-bool FrameBuilder::is_shown(const RenderInstances& instances, std::size_t index,
-                            Shown shown) const {
-  if (instances.geom_visible != nullptr && instances.geom_visible[index] == 0) return false;
-  if (!(instances.geom_rgba[4 * index + 3] > 0)) return false;
-  return shown == Shown::kAll || prepared_->scene.geoms[index].still == (shown == Shown::kStill);
+  codes_[0] = pixel_of(background.constant);
+  segments_[0] = 0;
 }
 
 bool FrameBuilder::may_show(const RenderInstances& instances, std::size_t index) const {
@@ -256,17 +273,20 @@ void FrameBuilder::add(const PlacedGeom& placed, std::size_t geom) {
     frame_.gloss_count = glosses;
     if (!frame_.shadows) return;
   }
+  bool shaded = false;
   for (int i = primitive.surface; i < surface_count_; ++i) {
     const Surface& surface = surfaces_[static_cast<std::size_t>(i)];
     const bool even = surface.lighting == Lighting::kConstant && surface.pattern == Pattern::kPlain;
     codes_[static_cast<std::size_t>(i)] =
-        even ? surface.packed : kShaded | static_cast<std::uint32_t>(i);
+        even ? pixel_of(surface.constant) : kShaded | static_cast<std::uint32_t>(i);
+    shaded |= !even;
   }
-  keep(primitive, primitive.occluder.center[2] - primitive.occluder.radius, geom);
+  keep(primitive, shaded, primitive.occluder.center[2] - primitive.occluder.radius, geom);
 }
 
-void FrameBuilder::keep(ScreenPrimitive& primitive, float depth, std::size_t geom) {
+void FrameBuilder::keep(ScreenPrimitive& primitive, bool shaded, float depth, std::size_t geom) {
   primitive.surface_count = surface_count_ - primitive.surface;
+  primitive.shaded = shaded;
   unsorted_[static_cast<std::size_t>(primitive_count_)] = {depth, static_cast<int>(geom),
                                                            primitive_count_};
   ++primitive_count_;

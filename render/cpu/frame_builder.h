@@ -55,28 +55,35 @@ class FrameBuilder {
   }
 
  private:
+  bool sort_by_count();
   void sort();
   void set_casters();
   void aim(const RenderCamera& camera, const float* pose, int width, int height);
   void set_lights();
   void add_background();
-  bool is_shown(const RenderInstances& instances, std::size_t index, Shown shown) const;
+  bool is_shown(const RenderInstances& instances, std::size_t index, Shown shown) const {
+    if (instances.geom_visible != nullptr && instances.geom_visible[index] == 0) return false;
+    if (!(instances.geom_rgba[4 * index + 3] > 0)) return false;
+    return shown == Shown::kAll || prepared_->scene.geoms[index].still == (shown == Shown::kStill);
+  }
   // False only if the geom's bounding ball is out of sight.
   bool may_show(const RenderInstances& instances, std::size_t index) const;
   PlacedGeom place(const RenderInstances& instances, std::size_t index) const;
   void add(const PlacedGeom& placed, std::size_t geom);
-  // The last step: the primitive counts from now on. `depth`: of its nearest point, or less.
-  void keep(ScreenPrimitive& primitive, float depth, std::size_t geom);
+  // The last step: the primitive counts from now on. `shaded`: one of its surfaces has no single
+  // colour. `depth`: of its nearest point, or less.
+  void keep(ScreenPrimitive& primitive, bool shaded, float depth, std::size_t geom);
 
   // Adds all geoms, a batch of one shape at a time where that is possible
   // (frame_builder_batches.cc).
   void add_batches(const RenderInstances& instances, Shown shown);
-  std::size_t find_pending(const RenderInstances& instances, Shown shown, RenderShape shape);
+  std::size_t find_pending(const RenderInstances& instances, Shown shown,
+                           std::span<const int> geoms);
   void add_boxes(const RenderInstances& instances, std::span<const int> geoms);
   void add_capsules(const RenderInstances& instances, std::span<const int> geoms);
   void add_cylinders(const RenderInstances& instances, std::span<const int> geoms);
   ScreenPrimitive& begin(PrimitiveKind kind, const Visibility& visibility, std::size_t lane);
-  Surface& add_colored(std::size_t geom, std::int32_t code);
+  void add_colored(std::size_t geom, std::uint32_t code);
   Surface& add_lit(std::size_t geom, const RoundLight& lit, std::size_t lane);
 
   // Shapes. Each returns whether the camera can see any of it.
@@ -132,8 +139,9 @@ class FrameBuilder {
   std::vector<Rank> ranks_;
   std::vector<Rank> unsorted_;  // of the primitives as they come
   AlignedArray<float> depths_;  // theirs
-  AlignedArray<float> geoms_;
   AlignedArray<std::int32_t> nearer_;
+  AlignedArray<std::int32_t> tops_;  // of `rects_`, in whole blocks
+  AlignedArray<std::int32_t> bottoms_;
   std::vector<Surface> surfaces_;
   std::vector<std::uint32_t> codes_;
   std::vector<std::uint32_t> segments_;

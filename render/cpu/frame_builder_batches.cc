@@ -7,11 +7,6 @@
 namespace engram::cpu {
 namespace {
 
-bool is_batched(const RenderGeom& geom, RenderShape shape) {
-  return geom.shape == shape &&
-         (shape != RenderShape::kBox || geom.pattern == RenderPattern::kPlain);
-}
-
 // Calls use(first, count) for each batch.
 template <typename Use>
 void for_batches(std::size_t count, Use use) {
@@ -76,34 +71,28 @@ void FrameBuilder::add_batches(const RenderInstances& instances, Shown shown) {
     }
   }
 
-  const std::vector<RenderGeom>& geoms = prepared_->scene.geoms;
-  for (const auto& [shape, add_shape] :
-       {std::pair{RenderShape::kBox, &FrameBuilder::add_boxes},
-        std::pair{RenderShape::kCapsule, &FrameBuilder::add_capsules},
-        std::pair{RenderShape::kCylinder, &FrameBuilder::add_cylinders}}) {
-    const std::size_t count = find_pending(instances, shown, shape);
-    for_batches(count, [&, add = add_shape](std::size_t first, std::size_t size) {
-      (this->*add)(instances, std::span<const int>(pending_).subspan(first, size));
+  const auto add_shape = [&](const std::vector<int>& geoms, auto add_batch) {
+    const std::size_t count = find_pending(instances, shown, geoms);
+    for_batches(count, [&](std::size_t first, std::size_t size) {
+      (this->*add_batch)(instances, std::span<const int>(pending_).subspan(first, size));
     });
-  }
-  for (std::size_t i = 0; i < geoms.size(); ++i) {
-    const bool done = is_batched(geoms[i], RenderShape::kBox) ||
-                      is_batched(geoms[i], RenderShape::kCapsule) ||
-                      is_batched(geoms[i], RenderShape::kCylinder);
-    if (!done && is_shown(instances, i, shown) && may_show(instances, i)) {
-      add(place(instances, i), i);
-    }
+  };
+  add_shape(prepared_->boxes, &FrameBuilder::add_boxes);
+  add_shape(prepared_->capsules, &FrameBuilder::add_capsules);
+  add_shape(prepared_->cylinders, &FrameBuilder::add_cylinders);
+  for (const int geom : prepared_->others) {
+    const auto i = static_cast<std::size_t>(geom);
+    if (is_shown(instances, i, shown) && may_show(instances, i)) add(place(instances, i), i);
   }
 }
 
-// Puts the geoms of a shape that may be visible into `waiting_`.
+// Puts those of some geoms that may be visible into `pending_`.
 std::size_t FrameBuilder::find_pending(const RenderInstances& instances, Shown shown,
-                                       RenderShape shape) {
-  const std::vector<RenderGeom>& geoms = prepared_->scene.geoms;
+                                       std::span<const int> geoms) {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < geoms.size(); ++i) {
-    pending_[count] = static_cast<int>(i);
-    count += is_batched(geoms[i], shape) && is_shown(instances, i, shown) ? 1 : 0;
+  for (const int geom : geoms) {
+    pending_[count] = geom;
+    count += is_shown(instances, static_cast<std::size_t>(geom), shown) ? 1 : 0;
   }
   std::size_t in_sight = 0;
   for_batches(count, [&](std::size_t first, std::size_t size) {
@@ -136,23 +125,19 @@ ScreenPrimitive& FrameBuilder::begin(PrimitiveKind kind, const Visibility& visib
   return primitive;
 }
 
-Surface& FrameBuilder::add_colored(std::size_t geom, std::int32_t code) {
+void FrameBuilder::add_colored(std::size_t geom, std::uint32_t code) {
   const auto index = static_cast<std::size_t>(surface_count_++);
-  Surface& surface = surfaces_[index];
-  surface.lighting = Lighting::kConstant;
-  surface.pattern = Pattern::kPlain;
-  surface.gloss = -1;
-  surface.segment = prepared_->scene.geoms[geom].segment;
-  surface.packed = static_cast<std::uint32_t>(code);
-  codes_[index] = surface.packed;
-  return surface;
+  codes_[index] = code;
+  segments_[index] = static_cast<std::uint32_t>(prepared_->scene.geoms[geom].segment);
 }
 
 Surface& FrameBuilder::add_lit(std::size_t geom, const RoundLight& lit, std::size_t lane) {
   const auto index = static_cast<std::size_t>(surface_count_);
-  Surface& surface = add_colored(geom, 0);
+  add_colored(geom, kShaded | static_cast<std::uint32_t>(index));
+  Surface& surface = surfaces_[index];
   surface.lighting = Lighting::kLinear;
-  codes_[index] = kShaded | static_cast<std::uint32_t>(index);
+  surface.pattern = Pattern::kPlain;
+  surface.gloss = -1;
   for (std::size_t k = 0; k < 3; ++k) {
     surface.constant[k] = lit.constant[k].lane[lane];
     for (std::size_t i = 0; i < lights_.size(); ++i) {
@@ -170,20 +155,24 @@ void FrameBuilder::add_boxes(const RenderInstances& instances, std::span<const i
     if (boxes.visibility.state.lane[lane] == Visibility::kSingle) add(place(instances, geom), geom);
     if (boxes.visibility.state.lane[lane] != Visibility::kVisible) continue;
     ScreenPrimitive& primitive = begin(PrimitiveKind::kConvex, boxes.visibility, lane);
-    Affine* fronts = &planes_[plane_count_];
-    Affine* backs = fronts + 5;
-    plane_count_ += 6;
+    // Fronts from the first place on, the others from the last; without branches, as it is not to
+    // be foreseen which is which.
+    std::size_t fronts = 0;
     for (std::size_t face = 0; face < 6; ++face) {
-      if (boxes.front[face].lane[lane] != 0) {
-        *fronts++ = take(boxes.plane[face], lane);
-        add_colored(geom, boxes.code[face].lane[lane]);
-      } else {
-        *backs-- = take(boxes.plane[face], lane);
-      }
+      const bool front = boxes.front[face].lane[lane] != 0;
+      planes_[plane_count_ + (front ? fronts : 5 - (face - fronts))] =
+          take(boxes.plane[face], lane);
+      const std::size_t surface = static_cast<std::size_t>(surface_count_) + fronts;
+      codes_[surface] = static_cast<std::uint32_t>(boxes.code[face].lane[lane]);
+      segments_[surface] = static_cast<std::uint32_t>(prepared_->scene.geoms[geom].segment);
+      fronts += front ? 1 : 0;
     }
-    primitive.front_count = surface_count_ - primitive.surface;
+    plane_count_ += 6;
+    surface_count_ += static_cast<int>(fronts);
+    primitive.front_count = static_cast<int>(fronts);
     primitive.back_count = 6 - primitive.front_count;
-    keep(primitive, boxes.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+    keep(primitive, false, boxes.visibility.center_z.lane[lane] - prepared_->rank_radius[geom],
+         geom);
   }
 }
 
@@ -206,7 +195,8 @@ void FrameBuilder::add_capsules(const RenderInstances& instances, std::span<cons
     primitive.local[0] = take(capsules.axis, lane);
     primitive.offset[0] = capsules.along.lane[lane];
     primitive.limit[0] = prepared_->scene.geoms[geom].size[1];
-    keep(primitive, capsules.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+    keep(primitive, true, capsules.visibility.center_z.lane[lane] - prepared_->rank_radius[geom],
+         geom);
   }
 }
 
@@ -230,8 +220,11 @@ void FrameBuilder::add_cylinders(const RenderInstances& instances, std::span<con
     for (std::size_t i = 0; i < lights_.size(); ++i) {
       surface.toward[i] = take(cylinders.toward[i], lane);
     }
-    if (primitive.front_count > 0) add_colored(geom, cylinders.code.lane[lane]);
-    keep(primitive, cylinders.visibility.center_z.lane[lane] - prepared_->rank_radius[geom], geom);
+    if (primitive.front_count > 0) {
+      add_colored(geom, static_cast<std::uint32_t>(cylinders.code.lane[lane]));
+    }
+    keep(primitive, true, cylinders.visibility.center_z.lane[lane] - prepared_->rank_radius[geom],
+         geom);
   }
 }
 

@@ -31,11 +31,12 @@ Pattern pattern_of(RenderPattern pattern) {
 }  // namespace
 
 Surface& FrameBuilder::new_surface(const PlacedGeom& placed) {
-  Surface& surface = surfaces_[static_cast<std::size_t>(surface_count_++)];
+  const auto index = static_cast<std::size_t>(surface_count_++);
+  segments_[index] = static_cast<std::uint32_t>(placed.geom->segment);
+  Surface& surface = surfaces_[index];
   const RenderScene& scene = prepared_->scene;
   surface.pattern = Pattern::kPlain;
   surface.gloss = -1;
-  surface.segment = placed.geom->segment;
   for (int k = 0; k < 3; ++k) {
     const float color = placed.rgba[k] * 255;
     surface.constant[k] = color * (scene.ambient[k] + placed.emission);
@@ -56,11 +57,6 @@ void FrameBuilder::light_flat(const Vector3d& normal, Surface& surface) const {
       continue;
     }
     for (int k = 0; k < 3; ++k) surface.constant[k] += surface.light[i][k] * amount;
-  }
-  surface.packed = 0;
-  for (int k = 0; k < 3; ++k) {
-    const float level = std::clamp(surface.constant[k], 0.0F, 255.0F);
-    surface.packed |= static_cast<std::uint32_t>(std::lrint(level)) << (8 * k);
   }
 }
 
@@ -119,11 +115,9 @@ void FrameBuilder::add_ellipsoid(const PlacedGeom& placed, const Matrix3d& form)
 }
 
 const FrameData& FrameBuilder::segmented() {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(surface_count_); ++i) {
-    segments_[i] = static_cast<std::uint32_t>(surfaces_[i].segment);
-  }
   segmented_ = frame_;
   segmented_.codes = segments_.data();
+  segmented_.shades = false;
   return segmented_;
 }
 

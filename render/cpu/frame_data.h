@@ -50,6 +50,7 @@ struct Occluder {
 struct ScreenPrimitive {
   PrimitiveKind kind;
   bool camera_within_side;  // cylinders: the camera is inside the infinite cylinder
+  bool shaded;              // the colour of a surface is not the same all over
   Rect rect;
   int surface;  // of its first face
   int surface_count;
@@ -79,12 +80,11 @@ struct Form {
 // A surface's code is the pixel if that is the same all over; else this bit, and its index.
 inline constexpr std::uint32_t kShaded = 0x80000000U;
 
+// Only where the code is no pixel.
 struct Surface {
   Lighting lighting;
   Pattern pattern;
-  int gloss;             // one of the frame's, or -1
-  std::uint32_t packed;  // kConstant and kPlain: the pixel
-  std::int32_t segment;
+  int gloss;                   // one of the frame's, or -1
   float constant[3];           // kConstant: lit colour; else what is added to the lights'; 0..255
   float light[kMaxLights][3];  // colour of each light times the surface's
   Form toward[kMaxLights];     // part of the normal towards the light
@@ -144,9 +144,13 @@ struct FrameData {
   float near_w, far_w;
   const ScreenPrimitive* const* primitives;  // roughly from near to far
   const Rect* rects;                         // theirs
+  const std::int32_t* tops;                  // y0 and y1 of these, and then empty ranges up to a
+  const std::int32_t* bottoms;               // whole block
   int primitive_count;
   const Surface* surfaces;     // surface 0 is the background
   const std::uint32_t* codes;  // of the surfaces
+  const std::uint32_t* segments;
+  bool shades;  // some of the codes may need shading
   const Gloss* glosses;
   int gloss_count;
   int light_count;

@@ -106,9 +106,8 @@ struct SetupKernel {
   void (*boxes)(const ViewParams& camera, const GeomBatch& batch, BoxSetup& visibility);
   void (*capsules)(const ViewParams& camera, const GeomBatch& batch, CapsuleSetup& visibility);
   void (*cylinders)(const ViewParams& camera, const GeomBatch& batch, CylinderSetup& visibility);
-  // Counts the geoms before each: by depth, or by number where depths are equal. All arrays have
-  // room for whole blocks.
-  void (*count_nearer)(const float* depth, const float* number, int count, std::int32_t* nearer);
+  // Counts the depths that are less than each. Both arrays have room for whole blocks.
+  void (*count_nearer)(const float* depth, int count, std::int32_t* nearer);
 };
 
 }  // namespace engram::cpu

@@ -119,17 +119,28 @@ ENGRAM_INLINE void store_bound(const Vec3& normal, Double distance, int at, Side
   store_sides({normal[0] / by, normal[1] / by, normal[2] / by}, at, out);
 }
 
-// Colours of lights and surfaces: plain loops over lanes, which compilers turn into vectors.
+// A number of some geoms of a batch, or of all.
+constexpr int kBatchPart = kFloats < kBatch ? kFloats : kBatch;
+using PartFloat = float __attribute__((vector_size(4 * kBatchPart)));
+using PartInt = std::int32_t __attribute__((vector_size(4 * kBatchPart)));
+
+ENGRAM_INLINE PartFloat part_of(const Floats& lanes, int at) {
+  PartFloat value;
+  __builtin_memcpy(&value, lanes.lane + at, sizeof value);
+  return value;
+}
+ENGRAM_INLINE void put(PartFloat value, int at, Floats& lanes) {
+  __builtin_memcpy(lanes.lane + at, &value, sizeof value);
+}
+
+// Colours of lights and surfaces.
 ENGRAM_INLINE void light_round(const ViewParams& camera, const GeomBatch& batch, RoundLight& out) {
   for (int k = 0; k < 3; ++k) {
-    Floats color;
-    for (int i = 0; i < kBatch; ++i) color.lane[i] = batch.rgba[k].lane[i] * 255;
-    for (int i = 0; i < kBatch; ++i) {
-      out.constant[k].lane[i] = color.lane[i] * (camera.ambient[k] + batch.emission.lane[i]);
-    }
-    for (int light = 0; light < camera.light_count; ++light) {
-      for (int i = 0; i < kBatch; ++i) {
-        out.light[light][k].lane[i] = color.lane[i] * camera.light_color[light][k];
+    for (int at = 0; at < kBatch; at += kBatchPart) {
+      const PartFloat color = part_of(batch.rgba[k], at) * 255.0F;
+      put(color * (camera.ambient[k] + part_of(batch.emission, at)), at, out.constant[k]);
+      for (int light = 0; light < camera.light_count; ++light) {
+        put(color * camera.light_color[light][k], at, out.light[light][k]);
       }
     }
   }
@@ -139,20 +150,20 @@ ENGRAM_INLINE void light_round(const ViewParams& camera, const GeomBatch& batch,
 ENGRAM_INLINE void light_flat(const ViewParams& camera, const RoundLight& lit,
                               const Floats (&amount)[kMaxLights], Ints& code) {
   constexpr float kRound = 12582912.0F;  // 1.5 * 2^23: no bits are left for a fraction
-  for (int i = 0; i < kBatch; ++i) code.lane[i] = 0;
-  for (int k = 0; k < 3; ++k) {
-    Floats level = lit.constant[k];
-    for (int light = 0; light < camera.light_count; ++light) {
-      for (int i = 0; i < kBatch; ++i) {
-        level.lane[i] += lit.light[light][k].lane[i] * amount[light].lane[i];
+  constexpr PartFloat kLeast = {};
+  constexpr PartFloat kMost = kLeast + 255.0F;
+  for (int at = 0; at < kBatch; at += kBatchPart) {
+    PartInt packed = {};
+    for (int k = 0; k < 3; ++k) {
+      PartFloat level = part_of(lit.constant[k], at);
+      for (int light = 0; light < camera.light_count; ++light) {
+        level += part_of(lit.light[light][k], at) * part_of(amount[light], at);
       }
+      level = level < kLeast ? kLeast : level;
+      level = level > kMost ? kMost : level;
+      packed |= __builtin_convertvector((level + kRound) - kRound, PartInt) << (8 * k);
     }
-    for (int i = 0; i < kBatch; ++i) {
-      float value = level.lane[i];
-      value = value < 0.0F ? 0.0F : value;
-      value = value > 255.0F ? 255.0F : value;
-      code.lane[i] |= static_cast<std::int32_t>((value + kRound) - kRound) << (8 * k);
-    }
+    __builtin_memcpy(code.lane + at, &packed, sizeof packed);
   }
 }
 
@@ -441,23 +452,36 @@ void set_up_cylinders(const ViewParams& camera, const GeomBatch& batch, Cylinder
   light_flat(camera, out.lit, amount, out.code);
 }
 
-void count_nearer(const float* depth, const float* number, int count, std::int32_t* nearer) {
-  for (int i = 0; i < count; i += kFloats) {
-    const Float own_depth = load(depth + i);
-    const Float own_number = load(number + i);
-    Int sum = Int{};
-    for (int k = 0; k < count; ++k) {
-      const Float other = broadcast(depth[k]);
-      const Mask before = less(other, own_depth) |
-                          (at_most(other, own_depth) & less(broadcast(number[k]), own_number));
-      sum = select(before, sum + 1, sum);
-    }
-    store(nearer + i, sum);
+// Of some vectors of depths at once, as each of the others is read for all of them.
+template <int kVectors>
+ENGRAM_INLINE void count_nearer(const float* depth, int count, const float* own,
+                                std::int32_t* nearer) {
+  Float here[kVectors];
+  Int sum[kVectors];
+  for (int i = 0; i < kVectors; ++i) {
+    here[i] = load(own + i * kFloats);
+    sum[i] = Int{};
   }
+  for (int k = 0; k < count; ++k) {
+    const Float other = broadcast(depth[k]);
+    for (int i = 0; i < kVectors; ++i) {
+      sum[i] = select(less(other, here[i]), sum[i] + 1, sum[i]);
+    }
+  }
+  for (int i = 0; i < kVectors; ++i) store(nearer + i * kFloats, sum[i]);
+}
+
+void count_all_nearer(const float* depth, int count, std::int32_t* nearer) {
+  constexpr int kVectors = 4;
+  int i = 0;
+  for (; i + (kVectors - 1) * kFloats < count; i += kVectors * kFloats) {
+    count_nearer<kVectors>(depth, count, depth + i, nearer + i);
+  }
+  for (; i < count; i += kFloats) count_nearer<1>(depth, count, depth + i, nearer + i);
 }
 
 constexpr SetupKernel kSetupKernel = {&cull, &set_up_boxes, &set_up_capsules, &set_up_cylinders,
-                                      &count_nearer};
+                                      &count_all_nearer};
 
 }  // namespace
 }  // namespace engram::cpu

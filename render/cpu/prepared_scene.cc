@@ -156,6 +156,19 @@ double ball_radius_of(const RenderGeom& geom) {
   return 1.001 * radius + 1e-6;
 }
 
+std::vector<int>& batch_of(PreparedScene& prepared, const RenderGeom& geom) {
+  switch (geom.shape) {
+    case RenderShape::kBox:
+      return geom.pattern == RenderPattern::kPlain ? prepared.boxes : prepared.others;
+    case RenderShape::kCapsule:
+      return prepared.capsules;
+    case RenderShape::kCylinder:
+      return prepared.cylinders;
+    default:
+      return prepared.others;
+  }
+}
+
 }  // namespace
 
 Hull make_hull(const RenderMesh& mesh, const std::string& name) {
@@ -244,6 +257,7 @@ PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& 
     rank_radius.push_back(rank_radius_of(geom));
     max_surfaces += surfaces;  // at most three faces of a box are visible
     if (geom.pattern == RenderPattern::kWood) max_glosses += 3;
+    batch_of(*this, geom).push_back(static_cast<int>(ball_radius.size()) - 1);
   }
   const bool any_wood = std::any_of(scene.geoms.begin(), scene.geoms.end(), [](const auto& geom) {
     return geom.pattern == RenderPattern::kWood;

@@ -34,6 +34,11 @@ struct PreparedScene {
   std::size_t max_planes = 0;                      // of all geoms together
   std::size_t max_surfaces = 0;                    // the background included
   std::size_t max_glosses = 0;
+  // Geoms that are projected in batches of one shape, and those that are projected alone.
+  std::vector<int> boxes;
+  std::vector<int> capsules;
+  std::vector<int> cylinders;
+  std::vector<int> others;
   // Radius of the ball around each geom, and a little more; planes and meshes are in none.
   std::vector<double> ball_radius;
   std::vector<float> rank_radius;  // and exactly, of boxes, capsules and cylinders

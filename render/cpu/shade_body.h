@@ -252,9 +252,6 @@ ENGRAM_INLINE Color grid(const Surface& s, const Pixels& p, Color color) {
 }
 
 Int shade_surface(const FrameData& frame, const Surface& s, const Pixels& p) {
-  if (s.lighting == Lighting::kConstant && s.pattern == Pattern::kPlain) {
-    return broadcast(static_cast<std::int32_t>(s.packed));
-  }
   if (s.lighting == Lighting::kConstant && s.pattern == Pattern::kWood) {
     return even_wood(frame, s, p);
   }
@@ -264,6 +261,12 @@ Int shade_surface(const FrameData& frame, const Surface& s, const Pixels& p) {
   return pack(color);
 }
 
+ENGRAM_INLINE Int shade_id(const FrameData& frame, std::int32_t id, const Pixels& p) {
+  const std::uint32_t code = frame.codes[id];
+  if ((code & kShaded) == 0) return broadcast(static_cast<std::int32_t>(code));
+  return shade_surface(frame, frame.surfaces[id], p);
+}
+
 // Shades a vector of pixels: once for each surface among them. With shadows, `arriving` is where
 // each light's part is found.
 ENGRAM_INLINE void shade_vector(const FrameData& frame, const Band& band, std::ptrdiff_t at, int x,
@@ -271,21 +274,20 @@ ENGRAM_INLINE void shade_vector(const FrameData& frame, const Band& band, std::p
   const Int ids = load(band.id + at);
   const std::int32_t first = band.id[at];
   Mask same = equal(ids, broadcast(first));
-  const bool uniform = all(same);
-  const Surface& surface = frame.surfaces[first];
-  if (uniform && surface.lighting == Lighting::kConstant && surface.pattern == Pattern::kPlain) {
-    store(band.color + at, broadcast(static_cast<std::int32_t>(surface.packed)));
+  const std::uint32_t code = frame.codes[first];
+  if (all(same) && (code & kShaded) == 0) {
+    store(band.color + at, broadcast(static_cast<std::int32_t>(code)));
     return;
   }
 
   const Pixels pixels = {load(frame.u + x), 1.0F / load(band.w + at), frame.v[y], x, y, arriving};
-  Int color = shade_surface(frame, surface, pixels);
+  Int color = shade_id(frame, first, pixels);
   Mask done = same;
   while (!all(done)) {
     const int lane = __builtin_ctz(static_cast<unsigned>(~bits(done)));
     const std::int32_t id = band.id[at + lane];
     same = equal(ids, broadcast(id));
-    color = select(same, shade_surface(frame, frame.surfaces[id], pixels), color);
+    color = select(same, shade_id(frame, id, pixels), color);
     done = done | same;
   }
   store(band.color + at, color);

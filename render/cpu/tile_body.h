@@ -105,14 +105,18 @@ ENGRAM_INLINE Tiles hidden_by(const Cover& cover, const ScreenPrimitive& plane,
 // Finds the primitives that reach into a row of tiles.
 void find_candidates(const FrameData& frame, TileRow& row) {
   row.candidate_count = 0;
-  for (int i = 0; i < frame.primitive_count; ++i) {
-    const Rect& rect = frame.rects[i];
-    if (rect.y0 >= row.y + row.rows || rect.y1 <= row.y) continue;
-    const int first = rect.x0 > row.x ? (rect.x0 - row.x) / kBlock : 0;
-    const int end = (rect.x1 - row.x + kBlock - 1) / kBlock;
-    const Tiles tiles = tile_range(first, end < row.tiles ? end : row.tiles);
-    row.candidates[row.candidate_count] = {frame.primitives[i], tiles};
-    row.candidate_count += tiles != 0 ? 1 : 0;
+  for (int block = 0; block < frame.primitive_count; block += kFloats) {
+    const Mask above_end = negative(load(frame.tops + block) - (row.y + row.rows));
+    const Mask below_begin = negative(row.y - load(frame.bottoms + block));
+    for (int left = bits(above_end & below_begin); left != 0; left &= left - 1) {
+      const int i = block + __builtin_ctz(static_cast<unsigned>(left));
+      const Rect& rect = frame.rects[i];
+      const int first = rect.x0 > row.x ? (rect.x0 - row.x) / kBlock : 0;
+      const int end = (rect.x1 - row.x + kBlock - 1) / kBlock;
+      const Tiles tiles = tile_range(first, end < row.tiles ? end : row.tiles);
+      row.candidates[row.candidate_count] = {frame.primitives[i], tiles};
+      row.candidate_count += tiles != 0 ? 1 : 0;
+    }
   }
 }
 
@@ -244,9 +248,7 @@ ENGRAM_INLINE void draw_sieved(const Scan& s, const TileRow& row, const TileCand
     span.x1 = end * kBlock < rect.x1 - row.x ? end * kBlock : rect.x1 - row.x;
     scan_primitive(s, p, span);
   }
-  std::uint32_t codes = 0;
-  for (int i = 0; i < p.surface_count; ++i) codes |= s.frame->codes[p.surface + i];
-  if ((codes & kShaded) != 0) shaded |= candidates.tiles;
+  if (p.shaded && s.frame->shades) shaded |= candidates.tiles;
 }
 
 // Converts a tile's codes to colours.

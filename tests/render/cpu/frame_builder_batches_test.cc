@@ -61,15 +61,13 @@ bool same_bits(const void* a, const void* b, std::size_t size) {
 }
 
 bool same_surface(const FrameData& a, const FrameData& b, int of_a, int of_b) {
+  if (a.segments[of_a] != b.segments[of_b]) return false;
+  const std::uint32_t code = a.codes[of_a];
+  if ((code & cpu::kShaded) == 0) return b.codes[of_b] == code;
+  if ((b.codes[of_b] & cpu::kShaded) == 0) return false;
   const Surface& one = a.surfaces[of_a];
   const Surface& other = b.surfaces[of_b];
-  if (one.lighting != other.lighting || one.pattern != other.pattern ||
-      one.segment != other.segment) {
-    return false;
-  }
-  if (one.lighting == cpu::Lighting::kConstant) {
-    return one.packed == other.packed && a.codes[of_a] == b.codes[of_b];
-  }
+  if (one.lighting != other.lighting || one.pattern != other.pattern) return false;
   const auto lights = static_cast<std::size_t>(a.light_count);
   return same_bits(one.constant, other.constant, sizeof one.constant) &&
          same_bits(one.light, other.light, 12 * lights) &&
