@@ -12,6 +12,7 @@ from typing import NoReturn
 from engram._distribution import install_command
 from engram.servers.options import add_arguments
 
+_GRACE = 10  # seconds for the bridge to report that its server is late
 _MISSING = "engram play: {}; `{}` installs what the server needs"
 
 
@@ -33,6 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
             from engram.servers.options import bridge_command
 
             options.policy_command = bridge_command(options)
+            options.policy_timeout += _GRACE
         return app.serve(options)
     except (SourceError, OSError, engram.Error) as error:
         print(f"engram play: {printable(str(error))}", file=sys.stderr)
