@@ -34,9 +34,10 @@ void add_policy_command(const Command& command, const Option& own, PolicyCommand
     for (const Option& option : {name, timeout, tell}) option.need_no_longer(given);
   });
   server.excludes(own).excludes(given);
-  add_server_options(command, server, [&policy](const std::string& option, const std::string& value) {
-    policy.server.options.emplace_back(option, value);
-  });
+  add_server_options(command, server,
+                     [&policy](const std::string& option, const std::string& value) {
+                       policy.server.options.emplace_back(option, value);
+                     });
 }
 
 Document config_of(const PolicyCommand& policy) {

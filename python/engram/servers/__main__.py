@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from typing import Any, NoReturn
 
@@ -29,6 +30,8 @@ def bridge(words: list[str]) -> int:
     parser.add_argument("--timeout", type=float, default=300.0)
     add_arguments(parser)
     parsed = parser.parse_args(words)
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the command handles Ctrl-C and ends this process
 
     def make(action_dim: int) -> Any:
         return ServerPolicy(

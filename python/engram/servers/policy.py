@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import collections
 import dataclasses
+import secrets
 import threading
 from collections.abc import Coroutine
 from typing import Any
@@ -47,7 +48,7 @@ def _connection_class(protocol: str) -> type[Connection]:
 class _Slot:
     """An episode in progress."""
 
-    session: int
+    session: str  # name that no other client has
     history: FrameHistory
     connection: Connection | None = None
     queue: collections.deque[Array] = dataclasses.field(default_factory=collections.deque)
@@ -77,6 +78,7 @@ class ServerPolicy:
         self._keys = _completed(keys_of(self.options.protocol, self.options.keys), self.options)
         self._dim = action_dim
         self._slots: dict[tuple[int, int], _Slot] = {}
+        self._token = secrets.token_hex(8)
         self._lock = threading.Lock()
         self._loop: asyncio.AbstractEventLoop | None = None
         self.config = {"server": self.options.url, **self.options.given}
@@ -115,7 +117,7 @@ class ServerPolicy:
             old = self._slots.get(name)
             if old is not None and not observation["first"][row]:
                 return old
-            session = old.session if old is not None else len(self._slots)
+            session = old.session if old is not None else f"{self._token}-{len(self._slots)}"
             connection = old.connection if old is not None else None
             slot = _Slot(session, FrameHistory(self.options.history), connection)
             self._slots[name] = slot
@@ -211,7 +213,7 @@ class ServerPolicy:
         with self._lock:
             if self._loop is None:
                 self._loop = asyncio.new_event_loop()
-                threading.Thread(target=self._loop.run_forever, daemon=True).start()
+                threading.Thread(target=_run_loop, args=(self._loop,), daemon=True).start()
             loop = self._loop
         asyncio.run_coroutine_threadsafe(work, loop).result()
 
@@ -251,6 +253,13 @@ class _Draft:
 
     def _over_time(self, values: list[Any]) -> Array:
         return np.stack(values) if self.has_time else values[-1]
+
+
+def _run_loop(loop: asyncio.AbstractEventLoop) -> None:
+    try:
+        loop.run_forever()
+    finally:
+        loop.close()
 
 
 async def _all(work: list[Coroutine[Any, Any, None]]) -> None:

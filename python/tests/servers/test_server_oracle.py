@@ -142,7 +142,12 @@ def test_a_learnt_policy(tmp_path):
         words = ("--policy", str(tmp_path / "agent.pt"), "--loader", loader)
         with engram_serve(*words, "--protocol", protocol) as url:
             through = engram.evaluate(url, TASK, episodes=4, num_envs=3)
-        assert through["tasks"][0]["returns"] == own["tasks"][0]["returns"]
+            # Two bridges, whose sessions have to be apart.
+            command = results_of(
+                "eval", TASK, "--episodes=4", "--num-envs=2", "--threads=2", "--policy-server", url
+            )
+        for results in (through, command):
+            assert results["tasks"][0]["returns"] == own["tasks"][0]["returns"]
 
 
 def test_serve_refuses_in_a_sentence(tmp_path):

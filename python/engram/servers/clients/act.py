@@ -1,4 +1,4 @@
-"""OpenVLA and its kin: JSON with arrays over HTTP POST /act."""
+"""OpenVLA and servers like it: JSON with arrays over HTTP POST /act."""
 
 from __future__ import annotations
 

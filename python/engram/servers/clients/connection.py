@@ -56,7 +56,7 @@ class Question:
 class Connection(abc.ABC):
     """A connection to a server, used by one episode after another."""
 
-    def __init__(self, options: ServerOptions, keys: Keys, session: int) -> None:
+    def __init__(self, options: ServerOptions, keys: Keys, session: str) -> None:
         self.options = options
         self.keys = keys
         self.session = session

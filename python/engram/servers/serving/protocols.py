@@ -30,8 +30,7 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
     from websockets.asyncio.server import ServerConnection, serve
     from websockets.exceptions import ConnectionClosed
 
-    async def talk(socket: ServerConnection) -> None:
-        session = reader.sessions.new()
+    async def talk(socket: ServerConnection, session: int) -> None:
         await socket.send(pack_openpi({"server": "engram", "image_resolution": reader.keys.size}))
         async for message in socket:
             try:
@@ -52,8 +51,10 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
             await socket.send(pack_openpi({"actions": actions}))
 
     async def talk_until_closed(socket: ServerConnection) -> None:
+        session = reader.sessions.new()
         with contextlib.suppress(ConnectionClosed):
-            await talk(socket)
+            await talk(socket, session)
+        reader.sessions.end(session)
 
     def healthy(connection: ServerConnection, request: Any) -> Any:
         if request.path == "/healthz":

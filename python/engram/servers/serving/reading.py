@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
+import collections
+import heapq
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,22 +17,38 @@ from engram.servers.serving.policies import Request, RequestError, ServedPolicy
 Array = npt.NDArray[Any]
 
 
+_MOST_NAMES = 1024
+
+
 class Sessions:
-    """Numbers of sessions, new ones or by name; requests without a name share a session."""
+    """Numbers of sessions; those of ended and of long unused sessions are given again."""
 
     def __init__(self) -> None:
-        self._numbers = itertools.count()
-        self._known: dict[str, int] = {}
+        self._free: list[int] = []
+        self._count = 0
+        self._named: collections.OrderedDict[str, int] = collections.OrderedDict()
         self._begun: set[int] = set()
 
     def new(self) -> int:
-        return next(self._numbers)
+        """The smallest number that is free."""
+        if self._free:
+            return heapq.heappop(self._free)
+        self._count += 1
+        return self._count - 1
+
+    def end(self, session: int) -> None:
+        self.begin(session)
+        heapq.heappush(self._free, session)
 
     def of(self, name: Any) -> int:
-        text = str(name)
-        if text not in self._known:
-            self._known[text] = self.new()
-        return self._known[text]
+        """The session of that name; requests without one share one."""
+        text = str(name)[:200]
+        if text not in self._named:
+            if len(self._named) >= _MOST_NAMES:
+                self.end(self._named.popitem(last=False)[1])
+            self._named[text] = self.new()
+        self._named.move_to_end(text)
+        return self._named[text]
 
     def begin(self, session: int) -> None:
         """The next request of the session is the first of an episode."""
