@@ -36,7 +36,7 @@ TEST_CASE("A policy server and its options are in the results", "[apps]") {
   policy.server.options = {{"--server-keys", "libero"}, {"--replan", "8"}};
   CHECK(policy.given());
   CHECK(to_line(apps::config_of(policy)) ==
-        R"({"server": "openpi://host:1", "keys": "libero", "replan": "8"})");
+        R"({"server":"openpi://host:1","keys":"libero","replan":"8"})");
 }
 
 TEST_CASE("The bridge gets server, options and timeout", "[apps]") {
@@ -47,8 +47,8 @@ TEST_CASE("The bridge gets server, options and timeout", "[apps]") {
       "", python(folder, "shift 2; printf '%s\\n' \"$@\" >&2; exit 3"));
   CHECK(result.code == 1);
   CHECK(result.err ==
-        "bridge\ngr00t://host:7\n--timeout=9\n--replan=4\n--history=3,2\n"
-        "--server-keys=my keys.json\n"
+        "bridge\ngr00t://host:7\n--timeout=9\n--server-keys=my keys.json\n"
+        "--replan=4\n--history=3,2\n"
         "engram: policy server 'gr00t://host:7' ended with exit code 3\n");
 }
 
