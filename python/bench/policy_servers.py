@@ -155,10 +155,16 @@ def round_trips():
             pipe.close()
 
 
-def rate(delay, length, ids):
+def rate(delay, length, ids, episodes):
     """Episodes an hour of the command, and the share of the time in which the server works."""
     with server("openpi", delay, length) as url:
-        words = ["eval", *(ids or ["--canonical"]), "--episodes", "1", "--policy-server", url]
+        words = [
+            "eval",
+            *(ids or ["--canonical"]),
+            f"--episodes={episodes}",
+            "--policy-server",
+            url,
+        ]
         command = [sys.executable, "-m", "engram", *words, "--server-image", str(SIDE), "--json"]
         begin = time.perf_counter()
         done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -175,10 +181,11 @@ def rate(delay, length, ids):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rate", nargs=2, type=int, metavar=("MS", "ACTIONS"))
+    parser.add_argument("--episodes", type=int, default=1, help="of each task")
     parser.add_argument("ids", nargs="*")
     args = parser.parse_args()
     if args.rate:
-        rate(*args.rate, args.ids)
+        rate(*args.rate, args.ids, args.episodes)
         return
     print("round trip with two pictures of 224 x 224, ms: median, 95 %")
     for name, (half, most) in round_trips():

@@ -204,7 +204,7 @@ class ServerPolicy:
             not self.options.history.is_last,
             observation["instruction"][row],
             observation["env_id"],
-            _told(observation, row),
+            _episode_facts(observation, row),
         )
 
     # --- the loop, which answers the server's pings while the simulator works ---
@@ -282,7 +282,7 @@ def _frame(observation: dict[str, Any], row: int) -> Frame:
     )
 
 
-def _told(observation: dict[str, Any], row: int) -> dict[str, Any] | None:
+def _episode_facts(observation: dict[str, Any], row: int) -> dict[str, Any] | None:
     if observation.get("seed") is None:
         return None
     return {

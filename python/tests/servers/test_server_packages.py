@@ -199,6 +199,41 @@ def test_openpi_servers(package):
         client.close()
 
 
+def test_a_server_like_those_of_roboarena():
+    """They want an endpoint and a session in every message, and answer with the array alone."""
+    from websockets.asyncio.server import serve
+
+    from engram.servers.codecs import pack_openpi, unpack
+
+    seen: list[dict[str, Any]] = []
+
+    async def talk(socket: Any) -> None:
+        config = {"image_resolution": [64, 64], "needs_wrist_camera": True}
+        await socket.send(pack_openpi({**config, "needs_session_id": True}))
+        async for message in socket:
+            seen.append(unpack(message))
+            if seen[-1]["endpoint"] == "reset":
+                await socket.send("reset successful")
+            else:
+                await socket.send(pack_openpi(np.ones((5, 7), np.float32)))
+
+    async def run(ready):
+        async with serve(talk, "127.0.0.1", 0) as server:
+            ready(next(iter(server.sockets)).getsockname()[1])
+            await server.serve_forever()
+
+    with in_thread(run) as port:
+        client = ServerPolicy(f"openpi://127.0.0.1:{port}", reset="message")
+        for step in (0, 5, 0):
+            assert client(observation(step=step))[0].shape == (5, 7)
+        client.close()
+    assert [one["endpoint"] for one in seen] == ["reset", "infer", "infer", "reset", "infer"]
+    sessions = [one["session_id"] for one in seen]
+    assert len(set(sessions)) == 2
+    assert sessions[0] == sessions[1] == sessions[2]
+    assert seen[1]["observation/image"].shape == (64, 64, 3)
+
+
 def test_pictures_are_resized_as_by_openpi():
     tools = pytest.importorskip("openpi_client.image_tools")
     rng = np.random.default_rng(3)

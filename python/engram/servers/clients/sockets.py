@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import Any
 
+import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
@@ -54,14 +55,16 @@ class _Socket(Connection):
         except ConnectionClosed as error:
             raise self._closed(error) from None
 
-    async def _receive(self) -> Any:
-        """A message, unpacked; a text is a failure."""
+    async def _receive(self, acknowledgement: str = "") -> Any:
+        """A message, unpacked; a text is a failure, unless it begins with the acknowledgement."""
         assert self._socket is not None
         try:
             answer = await self._socket.recv()
         except ConnectionClosed as error:
             raise self._closed(error) from None
         if isinstance(answer, str):
+            if acknowledgement and answer.startswith(acknowledgement):
+                return answer
             raise self.reported(answer)
         try:
             return unpack(answer)
@@ -85,13 +88,21 @@ class _Socket(Connection):
 
 
 class OpenpiConnection(_Socket):
-    """One msgpack map for every question. The server begins with its metadata."""
+    """One msgpack map for every question. The server begins with its metadata.
+
+    That of RoboArena's servers has more: they want an endpoint and a session in every message, and
+    answer with the array alone.
+    """
+
+    _arena = False
+    _episode = 0
 
     async def _connect(self) -> None:
         await self._open_socket()
         metadata = await self._receive()
         if not isinstance(metadata, dict):
             raise self.fail("does not begin with its metadata, a map")
+        self._arena = "needs_session_id" in metadata
         size = metadata.get("image_resolution")
         if isinstance(size, (list, tuple)) and len(size) == 2:
             if not all(type(side) is int and 8 <= side <= 4096 for side in size):
@@ -102,8 +113,11 @@ class OpenpiConnection(_Socket):
             raise self.fail(f"acts in {space!r:.40}, and policies act on the TCP's pose here")
 
     async def begin(self, env_id: str) -> None:
+        self._episode += 1
         if self.options.reset == "message":
-            answer = await self._exchange(pack_openpi({"endpoint": "reset", "reset": True}))
+            message = {"endpoint": "reset", "reset": True, **self._arena_keys("reset")}
+            await self._send(pack_openpi(message))
+            answer = await self._receive(acknowledgement="reset")
             if isinstance(answer, dict) and "error" in answer:
                 raise self.reported(answer["error"])
 
@@ -114,11 +128,19 @@ class OpenpiConnection(_Socket):
             self.keys.prompt: question.prompt,
             **self.keys.extra,
             **question.extras,
+            **self._arena_keys("infer"),
         }
         answer = await self._exchange(pack_openpi(message))
+        if self._arena and isinstance(answer, np.ndarray):
+            return answer
         if isinstance(answer, dict) and "error" in answer:
             raise self.reported(answer["error"])
         return self.joined(answer, self.keys.actions)
+
+    def _arena_keys(self, endpoint: str) -> dict[str, str]:
+        if not self._arena:
+            return {}
+        return {"endpoint": endpoint, "session_id": f"{self.session}-{self._episode}"}
 
 
 class VlaEvalConnection(_Socket):
