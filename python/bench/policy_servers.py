@@ -158,14 +158,9 @@ def round_trips():
 def rate(delay, length, ids, episodes):
     """Episodes an hour of the command, and the share of the time in which the server works."""
     with server("openpi", delay, length) as url:
-        words = [
-            "eval",
-            *(ids or ["--canonical"]),
-            f"--episodes={episodes}",
-            "--policy-server",
-            url,
-        ]
-        command = [sys.executable, "-m", "engram", *words, "--server-image", str(SIDE), "--json"]
+        words = ["eval", *(ids or ["--canonical"]), f"--episodes={episodes}", "--json"]
+        words += ["--policy-server", url, f"--server-image={SIDE}"]
+        command = [sys.executable, "-m", "engram", *words]
         begin = time.perf_counter()
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         seconds = time.perf_counter() - begin
