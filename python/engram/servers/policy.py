@@ -169,6 +169,8 @@ class ServerPolicy:
             await old.close()
             slot.connection = None
         if slot.connection is None:
+            if slot.answers and self.options.reset != "none":
+                raise LostError(f"policy server {self.options.url} was left in this episode")
             slot.connection = self._class(self.options, self._keys, slot.session)
             await slot.connection.open()
         connection = slot.connection

@@ -316,6 +316,8 @@ def test_a_lost_connection_is_made_again_where_nothing_can_be_forgotten():
         policy(observation())
         with pytest.raises(ServerError, match="may have forgotten the first 1 questions"):
             policy(observation(step=2))
+        with pytest.raises(ServerError, match="was left in this episode"):
+            policy(observation(step=4))
         policy(observation())  # the next episode
         policy.close()
 

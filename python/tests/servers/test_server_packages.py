@@ -145,6 +145,55 @@ def test_a_client_of_plain_zmq(oracle):
         assert "allowed" in client.call("kill")["error"]
 
 
+def test_odd_requests_have_an_answer_and_do_no_harm(oracle):
+    """Whatever a client sends, it gets a sentence, and the next one is served."""
+    from engram.servers import codecs
+
+    told = {"env_id": TASK, "seed": SEED, "step": 0}
+    odd = [
+        3,
+        [],
+        {},
+        {"engram": 3},
+        {"engram": {**told, "env_id": "../../etc"}},
+        {"engram": {**told, "env_id": None}},
+        {"engram": {**told, "seed": -1}},
+        {"engram": {**told, "seed": "x"}},
+        {"engram": {**told, "step": -1}},
+        {"engram": {**told, "step": 999_999}},
+        {"engram": {**told, "proprio": "here"}},
+        {"engram": {**told, "proprio": [1.0, 2.0]}},
+        {"engram": told, "image": np.zeros(3), "observation/image": np.zeros((2, 2))},
+        {"engram": told, "image": "x", "observation/image": "x"},
+    ]
+    with engram_serve("--policy", "oracle") as url:
+        from websockets.sync.client import connect
+
+        for request in odd:
+            with connect(url.replace("openpi", "ws"), proxy=None) as socket:
+                socket.recv()
+                socket.send(codecs.pack_openpi(request))
+                answer = socket.recv(timeout=20)
+                assert isinstance(answer, str), request
+                assert 0 < len(answer) < 500
+    with engram_serve("--policy", "oracle", "--protocol", "act") as url:
+        address = url.replace("act://", "http://") + "/act"
+        for request in odd:
+            sent = urllib.request.Request(address, codecs.pack_json(request))
+            with urllib.request.urlopen(sent) as response:
+                assert json.loads(response.read())["error"], request
+    with engram_serve("--policy", "oracle", "--protocol", "gr00t") as url:
+        client = PlainGr00t(url)
+        for request in odd:
+            assert client.call("get_action", request)["error"], request
+            assert client.call("get_action", {"observation": request})["error"], request
+        seen = {"video": {}, "state": {}, "language": {}}
+        for request in odd[:-2]:  # whose fault is not in the pictures
+            data = {"observation": seen, "options": request}
+            assert client.call("get_action", data)["error"], request
+        assert client.call("ping")["status"] == "ok"
+
+
 # --- their servers, our client ---
 
 

@@ -80,6 +80,8 @@ class _Twin:
     def require_same(self, step: int, proprio: Array) -> None:
         """Refuses a client whose episode took another course."""
         here = self._proprio[step]
+        if proprio.shape != here.shape:
+            raise RequestError(f"engram: proprio of shape {proprio.shape} given, (7) needed")
         if not np.array_equal(here, proprio):
             far = float(np.abs(here[:3] - proprio[:3]).max())
             raise RequestError(

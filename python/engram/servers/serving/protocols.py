@@ -22,7 +22,13 @@ from engram.servers.codecs import (
 from engram.servers.serving.reading import Reader
 
 _LARGEST = 256 << 20  # bytes of a request
-_WRONG = (Error, CodecError)
+
+
+def _sentence(error: Exception) -> str:
+    """What a client is told of its request's failure."""
+    if isinstance(error, (Error, CodecError)):
+        return str(error)
+    return f"{type(error).__name__}: {error}"
 
 
 async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None:
@@ -44,8 +50,8 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
                 prompt = request.get(reader.keys.prompt)
                 told = request.get("engram")
                 actions = reader.answer(session, request, request, prompt, told)
-            except _WRONG as error:
-                await socket.send(str(error))
+            except Exception as error:
+                await socket.send(_sentence(error))
                 await socket.close(1011, "the last message has the reason")
                 return
             await socket.send(pack_openpi({"actions": actions}))
@@ -91,8 +97,8 @@ async def serve_gr00t(reader: Reader, host: str, port: int, ready: Any) -> None:
         message = await socket.recv()
         try:
             answer: Any = _answer_gr00t(reader, unpack_gr00t(message))
-        except _WRONG as error:
-            answer = {"error": str(error)}
+        except Exception as error:
+            answer = {"error": _sentence(error)}
         await socket.send(pack_gr00t(answer))
 
 
@@ -153,8 +159,8 @@ async def serve_act(reader: Reader, host: str, port: int, ready: Any) -> None:
             session = reader.sessions.of(body.get("session_id"))
             told = body.get("engram")
             actions = reader.answer(session, body, body, body.get(reader.keys.prompt), told)
-        except _WRONG as error:
-            return _json({"error": str(error)})
+        except Exception as error:
+            return _json({"error": _sentence(error)})
         return _json(actions[0] if len(actions) == 1 else list(actions))
 
     def _json(value: Any) -> web.Response:
