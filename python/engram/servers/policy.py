@@ -125,10 +125,8 @@ class ServerPolicy:
 
     async def _ask(self, slot: _Slot, observation: dict[str, Any], row: int) -> None:
         """Fills the queue of an episode."""
-        question = None
         try:
-            question = self._question(slot, observation, row)
-            chunk = await self._answered(slot, question)
+            chunk = await self._answered(slot, self._question(slot, observation, row))
         except BaseException:
             if slot.connection is not None:
                 await slot.connection.close()

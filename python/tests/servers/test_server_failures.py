@@ -93,6 +93,11 @@ def test_bad_actions(protocol, case):
             assert words in refused(url)
 
 
+def test_a_chunk_that_is_shorter_than_what_is_used():
+    with openpi_server(lambda _: GOOD) as url:
+        assert refused(url, replan=4) == "answered with 2 actions; --replan 4 needs as many"
+
+
 MESSAGES = {
     "a text": ("Traceback\n  line\nValueError: no such key\n", "reports: ValueError: no such key"),
     "an empty text": ("", "reports: a failure without words"),
