@@ -38,6 +38,8 @@ const Option& Option::needs(const Option& other) const {
   return *this;
 }
 
+void Option::need_no_longer(const Option& other) const { option_->remove_needs(other.option_); }
+
 // --- commands ---
 
 namespace {

@@ -25,6 +25,8 @@ class Option {
   const Option& required() const;
   const Option& excludes(const Option& other) const;
   const Option& needs(const Option& other) const;
+  // Takes back what `needs` has asked for; may be called while options are read.
+  void need_no_longer(const Option& other) const;
 
  private:
   CLI::Option* option_;  // of the CommandLine

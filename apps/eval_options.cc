@@ -105,7 +105,8 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
   if (!is_null(before->policy_config) && !options.policy.given()) {
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of policy_config {}, and a command is not "
-                            "run because a file names it; the same --policy-command needed",
+                            "run because a file names it; the same --policy-command needed, or "
+                            "--policy-server",
                             folder.path().string(), to_line(before->policy_config)));
   }
   return *before;

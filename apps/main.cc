@@ -18,6 +18,7 @@
 #include "apps/record_command.h"
 #include "apps/report_command.h"
 #include "apps/rollout_command.h"
+#include "apps/serve_command.h"
 #include "apps/soak_command.h"
 #include "apps/verify_command.h"
 #include "protocol/batch/make.h"
@@ -63,6 +64,7 @@ int run(int argc, char** argv) {
   add_collect_command(program);
   add_record_command(program);
   add_play_command(program, variants);
+  add_serve_command(program, variants);
   add_bench_command(program);
   add_soak_command(program);
   add_verify_command(program);

@@ -1,27 +1,11 @@
 #include "apps/play_command.h"
 
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-
+#include "apps/policy_server.h"
+#include "apps/python_module.h"
 #include "core/base/error.h"
-#include "core/base/python_program.h"
 
 namespace engram::apps {
 namespace {
-
-constexpr const char* kServer =
-    "try:\n"
-    "    from engram.play.__main__ import run\n"
-    "except ModuleNotFoundError as error:\n"
-    "    if error.name not in ('engram', 'engram.play', 'engram.play.__main__'):\n"
-    "        raise\n"
-    "    print('engram: play needs the Python package of this project, as a wheel: ' +\n"
-    "          sys.executable + ' has none', file=sys.stderr)\n"
-    "    sys.exit(1)\n"
-    "run()\n";
 
 struct PlayOptions {
   std::vector<std::string> arguments;  // checked by Python
@@ -29,18 +13,10 @@ struct PlayOptions {
 
 // Becomes the server.
 [[noreturn]] void run(const PlayOptions& options, const std::vector<std::string>& variants) {
-  const char* given = std::getenv("ENGRAM_PYTHON");
-  std::vector<std::string> words = {given != nullptr ? given : "python3", "-c",
-                                    python_program(kServer)};
+  std::vector<std::string> words = python_words("engram.play", "play");
   for (const std::string& file : variants) words.push_back("--variants=" + file);
   words.insert(words.end(), options.arguments.begin(), options.arguments.end());
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  ::execvp(arguments[0], arguments.data());
-  throw Error(Error::kUnavailable,
-              "play needs Python: '" + words[0] + "' cannot be started: " + std::strerror(errno));
+  become(std::move(words), "play");
 }
 
 }  // namespace
@@ -74,17 +50,19 @@ void add_play_command(const Command& program,
       .add_repeatable("--folder", pass_on("--folder"),
                       "Demonstrations or results to view (repeatable)")
       .type_name("DIR");
-  command
-      .add_option("--policy-command", pass_on("--policy-command"),
-                  "A policy's process to watch, as of eval")
-      .type_name("COMMAND");
+  const Option process = command.add_option("--policy-command", pass_on("--policy-command"),
+                                            "A policy's process to watch, as of eval");
+  process.type_name("COMMAND");
+  const Option server = add_policy_server(command, pass_on("--policy-server"));
+  server.excludes(process);
+  add_server_options(command, server, [pass_on](const std::string& name, const std::string& value) {
+    pass_on(name)(value);
+  });
   command
       .add_option("--policy-timeout", pass_on("--policy-timeout"),
-                  "Seconds for every answer of that process; default: 300")
+                  "Seconds for every answer of that process or server; default: 300")
       .type_name("INT");
-  command
-      .add_option("--obs", pass_on("--obs"),
-                  "What that process observes: rgb (default), objects or state")
+  command.add_option("--obs", pass_on("--obs"), "What it observes: rgb (default), objects or state")
       .type_name("MODE");
   command.add_flag(
       "--stay", [options] { options->arguments.emplace_back("--stay"); },

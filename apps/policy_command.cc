@@ -3,6 +3,12 @@
 #include "apps/options.h"
 
 namespace engram::apps {
+namespace {
+
+// For the bridge to report that its server is late.
+constexpr std::chrono::seconds kBridgeGrace{10};
+
+}  // namespace
 
 void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy) {
   const Option given =
@@ -13,21 +19,29 @@ void add_policy_command(const Command& command, const Option& own, PolicyCommand
           .type_name("COMMAND")
           .excludes(own);
   // Without the command one of engram's own policies would have that name.
-  command.add_option("--policy-name", policy.name, "Its name in the results")
-      .type_name("NAME")
-      .default_str("external")
-      .needs(given);
-  add_int(command, "--policy-timeout", policy.timeout, 1, 86'400,
-          "Seconds that it may take for an answer")
-      .needs(given);
-  command
-      .add_flag("--tell-episodes", policy.tell_episodes,
-                "Its requests have numbers and seeds of episodes, with which it can look up what "
-                "they hide; results say so")
-      .needs(given);
+  const Option name = command.add_option("--policy-name", policy.name, "Its name in the results");
+  name.type_name("NAME").default_str("external").needs(given);
+  const Option timeout = add_int(command, "--policy-timeout", policy.timeout, 1, 86'400,
+                                 "Seconds that it may take for an answer");
+  timeout.needs(given);
+  const Option tell =
+      command.add_flag("--tell-episodes", policy.tell_episodes,
+                       "Its requests have numbers and seeds of episodes, with which it can look up "
+                       "what they hide; results say so");
+  tell.needs(given);
+  const Option server = add_policy_server(command, [=, &policy](const std::string& url) {
+    policy.server.url = url;
+    for (const Option& option : {name, timeout, tell}) option.need_no_longer(given);
+  });
+  server.excludes(own).excludes(given);
+  add_server_options(command, server,
+                     [&policy](const std::string& option, const std::string& value) {
+                       policy.server.options.emplace_back(option, value);
+                     });
 }
 
 Document config_of(const PolicyCommand& policy) {
+  if (policy.server.given()) return server_config(policy.server);
   return policy.given() ? Document(DocumentTable{{"command", policy.command}}) : Document();
 }
 
@@ -47,6 +61,11 @@ PolicyProcessOptions process_options(const PolicyCommand& policy, const BatchOpt
   PolicyProcessOptions options;
   options.command = policy.command;
   options.timeout = std::chrono::seconds(policy.timeout);
+  if (policy.server.given()) {
+    options.command = bridge_command(policy.server, policy.timeout);
+    options.server = policy.server.url;
+    options.timeout += kBridgeGrace;
+  }
   options.environment = environment;
   options.max_slots = max_slots;
   return options;

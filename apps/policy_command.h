@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/command_line.h"
+#include "apps/policy_server.h"
 #include "protocol/evaluation/policy_process.h"
 #include "protocol/evaluation/settings.h"
 
@@ -14,11 +15,13 @@ struct PolicyCommand {
   std::string name;            // in results; empty: "external"
   int timeout = 300;           // seconds
   bool tell_episodes = false;  // with the seeds of their episodes
+  PolicyServer server = {};    // in place of the command
 
-  bool given() const { return !command.empty(); }
+  bool given() const { return !command.empty() || server.given(); }
 };
 
-// --policy-command, which excludes `own`, --policy-name and --policy-timeout.
+// --policy-command and --policy-server, which exclude `own` and each other, and what goes with
+// either.
 void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy);
 
 // Its description in results and settings; null if there is none.

@@ -166,7 +166,7 @@ RecordOptions completed(RecordOptions options) {
   complete_size(options);
   EpisodeOptions& episode = options.episode;
   if (episode.obs && !episode.command.given()) {
-    refuse("--obs: what --policy-command sees; no such policy given");
+    refuse("--obs: what --policy-command or --policy-server sees; no such policy given");
   }
   MakeOptions& env = episode.env;
   env.obs_mode = ObsMode::kNone;
@@ -302,7 +302,7 @@ void add_record_command(const Command& program) {
   add_seed(command, episode.env.seed, "Of the episode");
   add_policy_command(command, add_policy(command, episode.policy, kTaskPolicies), episode.command);
   add_obs_mode(command, episode.obs, kObsModes)
-      .description("Observation of --policy-command")
+      .description("Observation of --policy-command and --policy-server")
       .default_str(std::string(name_of(ObsMode::kRgb)));
   add_policy_seed(command, episode.env.policy_seed);
   add_latency(command, episode.latency);

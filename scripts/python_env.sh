@@ -22,7 +22,10 @@ shared=(
   statsmodels scipy  # what intervals and tests of results are checked against
   tyro tqdm rich  # of the original's scripts, which engram.mikasa runs
   aiohttp playwright websockets  # play, and what its tests talk to it with
+  msgpack pyzmq json-numpy==2.1.1  # policy servers
 )
+# Partners of policy servers. They ask for NumPy 1, and work with 2.
+partners=(openpi-client==0.1.2 openpi-server==0.1.0 policy-websocket==0.1.0)
 
 [ -x "$env/bin/python" ] || python3 -m venv "$env"
 [ -x "$old/bin/python" ] || python3 -m venv "$old"
@@ -38,6 +41,7 @@ install() {  # FOLDER REQUIREMENT...
 }
 install "$env" "scikit-build-core>=0.10" "nanobind>=3.1" "gymnasium>=1.1" "${shared[@]}" ruff
 install "$old" "gymnasium==0.29.1" "numpy<2" "${shared[@]}" "pyarrow<22"  # newer ones need NumPy 2
+install "$env" --no-deps "${partners[@]}"
 install "$data" "$run_time" "lerobot[dataset,evaluation]>=0.6.1" tensorflow-cpu \
   tensorflow-datasets pytest "${readers[@]}"
 

@@ -275,11 +275,15 @@ void PolicyProcess::fail_reported(std::uint32_t size) {
   Bytes body(std::min(size, kMaxFailure));
   read(body);
   const std::string_view words(reinterpret_cast<const char*>(body.data()), body.size());
-  fail("says: " + printable(words) + (size > kMaxFailure ? "..." : ""));
+  const std::string message = printable(words) + (size > kMaxFailure ? "..." : "");
+  if (!options_.server.empty()) throw Error(Error::kUnavailable, message);  // names it
+  fail("says: " + message);
 }
 
 void PolicyProcess::fail(const std::string& what) const {
-  throw Error(Error::kUnavailable, "policy '" + options_.command + "' " + what);
+  const bool server = !options_.server.empty();
+  const std::string who = server ? "server '" + options_.server : "'" + options_.command;
+  throw Error(Error::kUnavailable, "policy " + who + "' " + what);
 }
 
 }  // namespace engram

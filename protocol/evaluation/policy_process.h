@@ -16,6 +16,7 @@ namespace engram {
 
 struct PolicyProcessOptions {
   std::string command;                         // for /bin/sh
+  std::string server = {};                     // for which the command speaks, if it does
   std::chrono::milliseconds timeout{300'000};  // for every answer, its request included
   BatchOptions environment;                    // obs_mode and images count
   int max_slots = 1;                           // episodes under way at the same time, at most

@@ -17,6 +17,7 @@ LIBRARIES = {  # by extra of pyproject.toml
     "mikasa": ("torch",),
     "video": ("av",),
     "play": ("aiohttp", "pillow"),
+    "servers": ("websockets", "msgpack", "pyzmq", "aiohttp", "pillow"),
     "datasets": ("pyarrow", "av", "pandas", "pillow", "protobuf", "google-crc32c"),
 }
 _OTHER = "engram"  # another project's; this one's before 0.5.0

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec
 
 import numpy as np
 
@@ -33,10 +34,34 @@ __all__ = ["compare", "evaluate", "report"]
 
 Policy = Callable[[dict[str, Any]], Any]
 Results = str | os.PathLike[str] | Mapping[str, Any]
+P = ParamSpec("P")
+Result = dict[str, Any]
 
 
+def _with_servers(function: Callable[P, Result]) -> Callable[P, Result]:
+    """The same function, whose policy may be the address of a server."""
+
+    @functools.wraps(function)
+    def evaluate(*args: P.args, **kwargs: P.kwargs) -> Result:
+        given: Any = args[0] if args else kwargs.get("policy")
+        if not isinstance(given, str):
+            return function(*args, **kwargs)
+        from engram.servers.options import is_url
+        from engram.servers.policy import ServerPolicy
+
+        if not is_url(given):
+            return function(*args, **kwargs)
+        with contextlib.closing(ServerPolicy(given)) as server:
+            kwargs.setdefault("config", server.config)
+            kwargs.update({} if args else {"policy": server})
+            return function(*((server, *args[1:]) if args else ()), **kwargs)  # type: ignore[arg-type]
+
+    return evaluate
+
+
+@_with_servers
 def evaluate(
-    policy: Policy,
+    policy: Policy | str,
     ids: str | Iterable[str],
     *,
     episodes: int = 50,
@@ -74,6 +99,9 @@ def evaluate(
     * ``worker`` and ``slot`` (N,): constant during an episode
     * ``policy_seed``: of the policy's own random numbers, the same for all N
 
+    Or ``policy`` is the address of a policy server, such as "openpi://localhost:8000?replan=8"
+    (docs/policy_servers.md), with the server's options as its query.
+
     The arrays are copies. The policy returns an array of shape (N, 7) or (N, K, 7), or a sequence
     of N arrays of shape (7), (K, 7) or (1, K, 7). The K actions are used one per step before the
     policy is called for the episode again. It is called from several threads, by one at a time;
@@ -94,10 +122,13 @@ def evaluate(
         raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
     for what, function in (("policy", policy), ("progress", progress)):
         if not callable(function) and (function is not None or what == "policy"):
-            raise InvalidArgumentError(f"{what}: {function!r} given, a function needed")
+            more = ", or the address of a policy server" if what == "policy" else ""
+            raise InvalidArgumentError(f"{what}: {function!r} given, a function needed{more}")
+
+    call: Any = policy
 
     def act(observation: dict[str, Any]) -> list[np.ndarray]:
-        return _chunks(policy(observation), len(observation["instruction"]))
+        return _chunks(call(observation), len(observation["instruction"]))
 
     tasks = _ids(ids)
     if rules == "original":

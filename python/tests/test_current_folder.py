@@ -33,6 +33,7 @@ COMMANDS = (
     f"record {TASK} --steps 2 --size 64 --out film.gif",
     f"record {TASK} --sheet 2 --size 64 --out sheet.png",
     "play --help",
+    "serve --help",
     "bench --help",
     "soak --help",
     f"verify {TASK} --obs state --steps 1",
@@ -48,6 +49,7 @@ MODULES = (
     "engram.play --help",
     "engram.mikasa --help",
     "engram.scores --help",
+    "engram.servers serve --help",
 )
 
 
@@ -99,6 +101,19 @@ def test_the_server_imports_none_of_them(planted):
             page.receive("saved")
         assert imported(planted) == []
     assert [*out.rglob("*.npz")]
+
+
+@pytest.mark.parametrize("protocol", ["openpi", "gr00t", "act"])
+def test_policy_servers_and_their_clients_import_none_of_them(planted, protocol):
+    words = ("serve", "--policy", "oracle", "--protocol", protocol, "--port", "0")
+    with subprocess.Popen(
+        [COMMAND, *words], cwd=planted, stdout=subprocess.PIPE, text=True
+    ) as process:
+        url = process.stdout.readline().split()[-1]
+        server = ("--policy-server", url, "--tell-episodes")
+        run(planted, COMMAND, "eval", TASK, "--episodes", "1", *server)
+        process.terminate()
+    assert imported(planted) == []
 
 
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="Python 3.10 has no option -P")

@@ -262,3 +262,20 @@ def test_rllib_workers_report_missing_ray() -> None:
     assert done.returncode != 0
     assert "ray is missing: pip install" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_an_agent_behind_a_policy_server(examples: SimpleNamespace, agent: Path) -> None:
+    """`engram serve` with the loader of the examples."""
+    runner = examples.inference.PolicyRunner.load(agent)
+    loader = f"{FOLDER / 'inference.py'}:PolicyRunner.load"
+    command = [sys.executable, "-m", "engram", "serve", "--port", "0", "--policy", str(agent)]
+    with subprocess.Popen(
+        [*command, "--loader", loader], stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        url = process.stdout.readline().split()[-1]
+        result = engram.evaluate(url, TASK, obs="objects", episodes=EPISODES, threads=1)
+        with pytest.raises(engram.UnavailableError, match="obs objects needed"):
+            engram.evaluate(url, TASK, episodes=1)
+        process.terminate()
+    assert result["tasks"][0]["returns"] == returns_of(runner, "objects", num_envs=1)

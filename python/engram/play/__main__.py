@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import NoReturn
 
 from engram._distribution import install_command
+from engram.servers.options import add_arguments
 
+_GRACE = 10  # seconds for the bridge to report that its server is late
 _MISSING = "engram play: {}; `{}` installs what the server needs"
 
 
@@ -28,6 +30,11 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         for file in options.variants:
             engram.load_variants(file)
+        if options.policy_server is not None:
+            from engram.servers.options import bridge_command
+
+            options.policy_command = bridge_command(options)
+            options.policy_timeout += _GRACE
         return app.serve(options)
     except (SourceError, OSError, engram.Error) as error:
         print(f"engram play: {printable(str(error))}", file=sys.stderr)
@@ -65,12 +72,17 @@ def parser() -> argparse.ArgumentParser:
         help="demonstrations (of `engram collect`) or results (of `engram eval`) to watch; "
         "may be given several times",
     )
-    result.add_argument(
+    policies = result.add_mutually_exclusive_group()
+    policies.add_argument(
         "--policy-command",
         type=_command,
         metavar="COMMAND",
         help="a policy's process to watch, as for `engram eval`",
     )
+    policies.add_argument(
+        "--policy-server", metavar="URL", help="a policy server to watch, as for `engram eval`"
+    )
+    add_arguments(result)
     result.add_argument(
         "--policy-timeout",
         type=_seconds,

@@ -1,0 +1,80 @@
+#include "apps/policy_server.h"
+
+#include <array>
+
+#include "apps/python_module.h"
+#include "core/base/error.h"
+
+namespace engram::apps {
+namespace {
+
+struct ServerOption {
+  const char* name;
+  const char* type;
+  const char* help;
+};
+
+// Values are checked in Python (python/engram/servers/options.py).
+constexpr std::array<ServerOption, 8> kOptions = {{
+    {"--server-keys", "NAME|FILE.json",
+     "Names of pictures, state and instruction: mikasa (default), libero, droid, openvla, oft"},
+    {"--server-state", "LAYOUT",
+     "Numbers of the state: tcp7, libero8, libero_rpy8, oxe8 or joints8; default: the keys' own"},
+    {"--server-actions", "NAME",
+     "What its actions mean: mikasa, libero or oxe; default: the keys' own"},
+    {"--server-image", "N|HxW|native",
+     "Size of the pictures that it gets; default: the server's or the keys' own"},
+    {"--replan", "N", "Actions of a chunk that are used before it is asked again; default: all"},
+    {"--history", "last|since-last|N,STRIDE",
+     "Frames that it gets: the last (default), all since the last question, or N at a stride"},
+    {"--server-reset", "reconnect|message|none",
+     "How it learns of a new episode; default: as usual for the protocol"},
+    {"--server-wait", "SECONDS", "Time that it may take until it listens; default: 10"},
+}};
+
+}  // namespace
+
+Option add_policy_server(const Command& command,
+                         const std::function<void(const std::string&)>& take) {
+  const auto take_text = [take](const std::string& value) {
+    if (value.empty()) {
+      throw Error(Error::kInvalidArgument, "--policy-server: '' given, a text needed");
+    }
+    take(value);
+  };
+  return command
+      .add_option("--policy-server", take_text,
+                  "A policy server: openpi|gr00t|act|vla-eval://HOST:PORT "
+                  "(docs/policy_servers.md)")
+      .type_name("URL");
+}
+
+void add_server_options(const Command& command, const Option& server,
+                        const std::function<void(const std::string&, const std::string&)>& take) {
+  for (const ServerOption& option : kOptions) {
+    const std::string name = option.name;
+    command
+        .add_option(
+            name, [take, name](const std::string& value) { take(name, value); }, option.help)
+        .type_name(option.type)
+        .needs(server);
+  }
+}
+
+Document server_config(const PolicyServer& server) {
+  DocumentTable config{{"server", server.url}};
+  for (const auto& [name, value] : server.options) {
+    const bool prefixed = name.starts_with("--server-");
+    config.emplace_back(name.substr(prefixed ? 9 : 2), value);
+  }
+  return config;
+}
+
+std::string bridge_command(const PolicyServer& server, int seconds) {
+  std::vector<std::string> words = python_words("engram.servers", "--policy-server");
+  words.insert(words.end(), {"bridge", server.url, "--timeout=" + std::to_string(seconds)});
+  for (const auto& [name, value] : server.options) words.push_back(name + "=" + value);
+  return shell_command(words);
+}
+
+}  // namespace engram::apps

@@ -1,0 +1,14 @@
+"""Policies behind servers: clients of the protocols that checkpoints are served with, and a server.
+
+    policy = engram.servers.ServerPolicy("openpi://localhost:8000", keys="libero", replan=8)
+    engram.evaluate(policy, "RememberColor3-VLA-v0")
+
+``engram eval --policy-server URL`` starts ``python -m engram.servers bridge URL``, the same policy
+behind pipes. docs/policy_servers.md has protocols and options.
+"""
+
+from __future__ import annotations
+
+from engram.servers.policy import ServerError, ServerPolicy
+
+__all__ = ["ServerError", "ServerPolicy"]

@@ -1,0 +1,137 @@
+"""The pipe protocol of docs/evaluation.md for a policy in Python: a server behind pipes."""
+
+from __future__ import annotations
+
+import os
+import struct
+import sys
+from collections.abc import Callable
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from engram.errors import Error
+
+_HELLO, _TASK, _REQUEST, _CHUNKS, _FAILED = 1, 2, 3, 4, 5
+_MAGIC, _VERSION = 0x4D474E45, 1
+_RGB = 1
+
+Policy = Callable[[dict[str, Any]], "list[npt.NDArray[np.float32]]"]
+
+
+class _Reader:
+    """Takes values from the body of a message, one after another."""
+
+    def __init__(self, body: bytes) -> None:
+        self._body = body
+        self._at = 0
+
+    def array(self, kind: str, *shape: int) -> npt.NDArray[Any]:
+        dtype = np.dtype(kind)
+        count = int(np.prod(shape))
+        values = np.frombuffer(self._body, dtype, count, self._at).reshape(shape)
+        self._at += count * dtype.itemsize
+        return values
+
+    def number(self) -> int:
+        return int(self.array("<u4", 1)[0])
+
+    def text(self) -> str:
+        size = self.number()
+        self._at += size
+        return self._body[self._at - size : self._at].decode()
+
+    @property
+    def at_end(self) -> bool:
+        return self._at == len(self._body)
+
+
+class Bridge:
+    """Answers the requests of a simulator until its input ends.
+
+    Args:
+        make_policy: Makes the policy for actions of that many numbers.
+    """
+
+    def __init__(self, make_policy: Callable[[int], Policy]) -> None:
+        self._make_policy = make_policy
+        self._policy: Policy | None = None
+        self._hello = dict.fromkeys(_HELLO_FIELDS, 0)
+        self._task = ""
+        self._row = 0  # numbers of a row of objects or state
+
+    def run(self, source: BinaryIO, sink: BinaryIO) -> int:
+        """Returns the exit code."""
+
+        def send(kind: int, body: bytes) -> None:
+            sink.write(struct.pack("<II", kind, len(body)) + body)
+            sink.flush()
+
+        while len(head := source.read(8)) == 8:
+            kind, size = struct.unpack("<II", head)
+            message = _Reader(source.read(size))
+            try:
+                answer = self._answer(kind, message)
+            except Error as error:
+                send(_FAILED, str(error).encode())
+                return 1
+            if answer is not None:
+                send(*answer)
+        return 0
+
+    def close(self) -> None:
+        """Ends the policy, if it has an end."""
+        close = getattr(self._policy, "close", None)
+        if close is not None:
+            close()
+
+    def _answer(self, kind: int, message: _Reader) -> tuple[int, bytes] | None:
+        if kind == _HELLO:
+            self._hello = {name: message.number() for name in _HELLO_FIELDS}
+            self._policy = self._make_policy(self._hello["action"])
+            return _HELLO, struct.pack("<II", _MAGIC, _VERSION)
+        if kind == _TASK:
+            self._task, self._row = message.text(), message.number()
+            return None
+        assert kind == _REQUEST
+        assert self._policy is not None
+        chunks = self._policy(self._observation(message))
+        parts = [struct.pack("<I", len(chunks))]
+        for chunk in chunks:
+            parts += [struct.pack("<3I", 2, *chunk.shape), chunk.astype("<f4").tobytes()]
+        return _CHUNKS, b"".join(parts)
+
+    def _observation(self, message: _Reader) -> dict[str, Any]:
+        """A request as an observation of engram.evaluate."""
+        count, hello = message.number(), self._hello
+        seen: dict[str, Any] = {"env_id": self._task, "worker": 0, "rgb": None, "state": None}
+        for name in ("slot", "episode", "step"):
+            seen[name] = message.array("<i4", count)
+        seen["first"] = message.array("u1", count)
+        seen["instruction"] = [message.text() for _ in range(count)]
+        seen["proprio"] = message.array("<f4", count, hello["proprio"])
+        if hello["observes"] == _RGB:
+            shape = (hello["height"], hello["width"], hello["channels"])
+            seen["rgb"] = message.array("u1", count, *shape)
+        if self._row:
+            seen["state"] = message.array("<f4", count, self._row)
+        if not message.at_end:
+            seen["seed"] = message.array("<u8", count)
+        return seen
+
+
+_HELLO_FIELDS = (
+    "magic", "version", "observes", "height", "width", "channels", "proprio", "action", "max_slots",
+)  # fmt: skip
+
+
+def serve_pipes(make_policy: Callable[[int], Policy]) -> int:
+    """Answers over standard input and output; whatever prints writes to standard error."""
+    sink = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    bridge = Bridge(make_policy)
+    try:
+        return bridge.run(sys.stdin.buffer, sink)
+    finally:
+        bridge.close()

@@ -1,0 +1,1 @@
+"""Clients: one connection for each episode in progress."""
