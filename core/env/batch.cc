@@ -9,7 +9,7 @@
 #include "core/base/ieee_scope.h"
 #include "core/base/processors.h"
 #include "core/contact/contact_step.h"
-#include "core/robot/lane_kernel.h"
+#include "core/robot/few_robots.h"
 #include "core/scene/model_cache.h"
 
 namespace engram {
@@ -25,7 +25,7 @@ constexpr int kProprioDim = 7;
 constexpr int kTcpPoseDim = 7;
 
 int lanes_of(const BatchOptions& options) {
-  return options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
+  return options.lanes > 0 ? options.lanes : lane_kernel_for(options.num_envs).lanes;
 }
 
 // Environments that workers do not share: whole blocks of lanes, since part of a block takes the
