@@ -38,8 +38,9 @@ class ContactBodies {
   // second order.
   void move_links(const JointsOf<V>& q) {
     time_ += dt_;
+    if (links_ == 0) return;
     for (int i = 0; i < kRobotJoints; ++i) moved_[i] = q[i] - begin_q_[i];
-    if (links_ != 0) bend_links();
+    bend_links();
   }
 
  protected:

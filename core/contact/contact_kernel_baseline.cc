@@ -1,14 +1,16 @@
-// Kernels for every processor: two lanes, and one for comparisons; and the choice of a kernel.
+// Kernels for every processor: one lane and two; and the choice of a kernel.
 #include "core/contact/contact_kernel.h"
 #include "core/contact/contact_kernel_body.h"
 
 namespace engram {
 namespace {
 
-constexpr ContactKernel kScalar = make_contact_kernel<double>();
+constexpr ContactKernel kSingle = make_contact_kernel<double>();
 constexpr ContactKernel kKernel = make_contact_kernel<simd::Double>();
 
 }  // namespace
+
+const ContactKernel& baseline_single_contact_kernel() { return kSingle; }
 
 const ContactKernel& contact_kernel(int lanes) {
   switch (lanes) {
@@ -19,7 +21,7 @@ const ContactKernel& contact_kernel(int lanes) {
     case 2:
       return kKernel;
     default:
-      return kScalar;
+      return lane_kernel(kMostLanes) != nullptr ? *avx512_single_contact_kernel() : kSingle;
   }
 }
 

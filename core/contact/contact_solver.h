@@ -28,11 +28,11 @@ class ContactSolver : public ContactBodies<V> {
     }
   }
 
-  void solve_bodies(JointsOf<V>& velocity, bool last) {
+  ENGRAM_INLINE void solve_bodies(JointsOf<V>& velocity, bool last) {
     solve_list(PatchLists::kMoving, velocity, last);
     solve_list(PatchLists::kFixed, velocity, last);
   }
-  void solve_links(int joint, JointsOf<V>& velocity, bool last) {
+  ENGRAM_INLINE void solve_links(int joint, JointsOf<V>& velocity, bool last) {
     solve_list(PatchLists::kLinks + joint, velocity, last);
   }
 
@@ -45,6 +45,7 @@ class ContactSolver : public ContactBodies<V> {
   using Bodies::frames_;
   using Bodies::gather;
   using Bodies::inv_mass_;
+  using Bodies::lanes_;
   using Bodies::link_difference;
   using Bodies::motion_of;
   using Bodies::moved_;
@@ -54,7 +55,15 @@ class ContactSolver : public ContactBodies<V> {
   using typename Bodies::Motion;
   using typename Bodies::Vec;
 
-  void solve_list(int list, JointsOf<V>& velocity, bool last) {
+  // Most lists are empty. The copy leaves the caller's velocities in registers.
+  ENGRAM_INLINE void solve_list(int list, JointsOf<V>& velocity, bool last) {
+    if (lanes_.lists.size[list] == 0) return;
+    JointsOf<V> changed = velocity;
+    solve_patches(list, changed, last);
+    velocity = changed;
+  }
+
+  [[gnu::noinline]] void solve_patches(int list, JointsOf<V>& velocity, bool last) {
     this->for_each_patch(list, [&](PatchLanes<V>& patch, const PatchMembers& members) {
       solve_any(patch, members, velocity, last);
     });

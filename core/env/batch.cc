@@ -9,7 +9,7 @@
 #include "core/base/ieee_scope.h"
 #include "core/base/processors.h"
 #include "core/contact/contact_step.h"
-#include "core/robot/lane_kernel.h"
+#include "core/robot/few_robots.h"
 #include "core/scene/model_cache.h"
 
 namespace engram {
@@ -25,7 +25,7 @@ constexpr int kProprioDim = 7;
 constexpr int kTcpPoseDim = 7;
 
 int lanes_of(const BatchOptions& options) {
-  return options.lanes > 0 ? options.lanes : widest_lane_kernel().lanes;
+  return options.lanes > 0 ? options.lanes : lane_kernel_for(options.num_envs).lanes;
 }
 
 // Environments that workers do not share: whole blocks of lanes, since part of a block takes the
@@ -44,12 +44,18 @@ int chosen_chunk(const BatchOptions& options) {
   return std::max(lanes, chunk - chunk % lanes);
 }
 
+// One for each environment, or for each picture.
+int most_threads(const BatchOptions& options) {
+  if (!observes_pictures(options.obs_mode)) return options.num_envs;
+  return options.num_envs * std::max(1, static_cast<int>(options.images.cameras.size()));
+}
+
 BatchOptions checked(BatchOptions options) {
   check_ranges(options);
   if (options.threads == 0) {
     options.threads = std::min(available_processors(), kMaxThreads);
   }
-  options.threads = std::min(options.threads, options.num_envs);
+  options.threads = std::min(options.threads, most_threads(options));
   if (options.chunk == 0) options.chunk = chosen_chunk(options);
   return options;
 }
@@ -185,6 +191,7 @@ void Batch::add_images() {
   images_ = std::make_unique<ImageBatch>(
       *model_, task_->document(), options_.images, kinds, renderers_, options_.image_options,
       num_envs(), options_.threads, options_.auto_reset == AutoReset::kSameStep);
+  draws_apart_ = options_.threads > num_envs();
 }
 
 void Batch::add_objects() {
@@ -335,6 +342,7 @@ void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> c
       step_range(worker, {first, env}, moves(first) ? actions.data() : nullptr);
     }
   });
+  draw_apart();
 }
 
 void Batch::step_no_action() {
@@ -345,6 +353,20 @@ void Batch::step_no_action() {
 void Batch::step_all(const float* actions) {
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     step_range(worker, {begin, end}, actions);
+  });
+  draw_apart();
+}
+
+// Environments that stand still are drawn again.
+void Batch::draw_apart() {
+  if (!draws_apart_) return;
+  pool_.run(num_envs() * images_->cameras(), 1, [&](int worker, int begin, int end) {
+    if (clock_ != nullptr) clock(worker)->start();
+    for (int picture = begin; picture < end; ++picture) {
+      images_->render_camera(worker, state_, picture / images_->cameras(),
+                             picture % images_->cameras());
+    }
+    mark(clock(worker), StepPart::kRender);
   });
 }
 
@@ -361,7 +383,7 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
       if (options_.auto_reset != AutoReset::kOff) {
         reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
         mark(clock(worker), StepPart::kReset);
-        render_observation(worker, env);
+        if (!draws_apart_) render_observation(worker, env);
       } else {
         reward_[env] = 0;
         if (images_) images_->repeat(env);
@@ -435,7 +457,7 @@ void Batch::finish_steps(int worker, Range envs) {
   compute_rewards(envs);
   for (int env = envs.begin; env < envs.end; ++env) {
     mark(time, StepPart::kTask);
-    render_observation(worker, env);
+    if (!draws_apart_) render_observation(worker, env);
     finish_step(worker, env);
   }
   mark(time, StepPart::kTask);
@@ -490,6 +512,7 @@ void Batch::finish_step(int worker, int env) {
   if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return;
   // The new episode's outputs replace the old ones, except for reward and endings of this step.
   outputs_.copy_row_to(final_outputs_, env);
+  if (draws_apart_) render_observation(worker, env);
   if (images_) images_->keep_final(env);
   if (objects_) objects_->keep_final(env);
   final_mask_[static_cast<std::size_t>(env)] = 1;
@@ -501,7 +524,7 @@ void Batch::finish_step(int worker, int env) {
   terminated_[env] = flags[0];
   truncated_[env] = flags[1];
   unstable_[env] = flags[2];
-  render_observation(worker, env);
+  if (!draws_apart_) render_observation(worker, env);
 }
 
 void Batch::draw_into(const ImageTargets& now, const ImageTargets& finals) {

@@ -3,8 +3,7 @@
 // advanced in every iteration (PhysX's temporal Gauss-Seidel). docs/physics.md has the equations.
 #pragma once
 
-#include "core/math/simd.h"
-#include "core/robot/robot_params.h"
+#include "core/robot/joint_rows.h"
 
 namespace engram {
 inline namespace ENGRAM_ISA {
@@ -25,50 +24,6 @@ constexpr int kRightFinger = kArmJoints + 1;
 // Stiffness of a joint's drive, N m/rad, N/m: none for the arm in velocity mode.
 ENGRAM_INLINE double drive_stiffness(const RobotParams& params, bool velocity_mode, int joint) {
   return velocity_mode && joint < kArmJoints ? 0.0 : params.drive.stiffness;
-}
-
-// Rows may be longer than the joints are many: a single robot's are whole vectors so, and have
-// zeros at their ends.
-template <class V>
-constexpr int kJointRow = simd::kLanesOf<V> == 1 ? kRobotJoints + 1 : kRobotJoints;
-template <class V>
-struct JointsOf {
-  V at[kJointRow<V>] = {};
-  V& operator[](int i) { return at[i]; }
-  const V& operator[](int i) const { return at[i]; }
-  const V* begin() const { return at; }
-  const V* end() const { return at + kJointRow<V>; }
-};
-
-// row += scale * other
-template <class V>
-ENGRAM_INLINE void add_scaled(JointsOf<V>& row, V scale, const JointsOf<V>& other) {
-  for (int i = 0; i < kJointRow<V>; ++i) row[i] += scale * other[i];
-}
-
-template <class V>
-struct JointMatrixOf {
-  JointsOf<V> row[kRobotJoints];
-  JointsOf<V>& operator[](int i) { return row[i]; }
-  const JointsOf<V>& operator[](int i) const { return row[i]; }
-  const JointsOf<V>* begin() const { return row; }
-  const JointsOf<V>* end() const { return row + kRobotJoints; }
-};
-
-// Gauss-Jordan elimination of a symmetric positive definite matrix, which needs no pivoting.
-template <class V>
-ENGRAM_INLINE void invert(JointMatrixOf<V>& m) {
-  for (int k = 0; k < kRobotJoints; ++k) {
-    const V pivot = 1.0 / m[k][k];
-    m[k][k] = simd::broadcast<V>(1);
-    for (int i = 0; i < kJointRow<V>; ++i) m[k][i] *= pivot;
-    for (int i = 0; i < kRobotJoints; ++i) {
-      if (i == k) continue;
-      const V factor = -m[i][k];
-      m[i][k] = V{};
-      add_scaled(m[i], factor, m[k]);
-    }
-  }
 }
 
 // Contacts of a robot that touches nothing.
@@ -111,7 +66,6 @@ struct JointSolver {
   // Limits of joints are compliant; known once a joint comes to its limit.
   JointsOf<V> limit_mass;
   bool limit_known[kRobotJoints] = {};
-  bool limited = false;
 
   ENGRAM_INLINE void prepare(const RobotParams& params) {
     dt = params.timestep / kSolverIterations;
@@ -142,28 +96,26 @@ struct JointSolver {
     const double max_impulse = params.drive.limit * params.timestep;
     JointsOf<V> velocity = begin_v;
     drive_impulse = lower_impulse = upper_impulse = {};
-    limited = false;
     for (bool& known : limit_known) known = false;
     for (int iteration = 0; iteration < kSolverIterations; ++iteration) {
       contacts.solve_bodies(velocity, false);
       contacts.move_bodies();
       solve_tendon(velocity);
-      for (int i = 0; i < kRobotJoints; ++i) {
-        const V target_impulse = drive_gain[i] * (drive_bias[i] - stiffness[i] * end_q[i]);
-        solve_drive(max_impulse, i, target_impulse, velocity);
-        solve_limits(params, frames, i, velocity, false);
-        contacts.solve_links(i, velocity, false);
-      }
+      for_each_joint([&](auto joint) ENGRAM_INLINE_LAMBDA {
+        solve_drive(max_impulse, joint, velocity);
+        solve_limits(params, frames, joint, velocity, false);
+        contacts.solve_links(joint, velocity, false);
+      });
       integrate(params, velocity);
       contacts.move_links(end_q);
     }
     // The velocity iteration: overlaps push no more, and nothing moves.
     contacts.solve_bodies(velocity, true);
     solve_tendon(velocity);
-    for (int i = 0; i < kRobotJoints; ++i) {
-      solve_limits(params, frames, i, velocity, true);
-      contacts.solve_links(i, velocity, true);
-    }
+    for_each_joint([&](auto joint) ENGRAM_INLINE_LAMBDA {
+      solve_limits(params, frames, joint, velocity, true);
+      contacts.solve_links(joint, velocity, true);
+    });
     for (int i = 0; i < kRobotJoints; ++i) {
       end_v[i] = simd::clamp(velocity[i], -kMaxJointVelocity, kMaxJointVelocity);
     }
@@ -171,10 +123,10 @@ struct JointSolver {
 
   // Fingers stop at their limits; joints of the arm do not.
   ENGRAM_INLINE void integrate(const RobotParams& params, const JointsOf<V>& velocity) {
-    for (int i = 0; i < kRobotJoints; ++i) end_q[i] += dt * velocity[i];
-    for (int i = kArmJoints; i < kRobotJoints; ++i) {
-      end_q[i] = simd::clamp(end_q[i], params.lower[i], params.upper[i]);
-    }
+    for_each_joint([&](auto i) ENGRAM_INLINE_LAMBDA {
+      end_q[i] += dt * velocity[i];
+      if (i >= kArmJoints) end_q[i] = simd::clamp(end_q[i], params.lower[i], params.upper[i]);
+    });
   }
 
   // An undamped spring on the mean of both fingers' errors, taken implicitly for each finger alone.
@@ -184,31 +136,49 @@ struct JointSolver {
     add_scaled(velocity, error, tendon_response);
   }
 
-  ENGRAM_INLINE void solve_drive(double max_impulse, int i, V target_impulse,
-                                 JointsOf<V>& velocity) {
-    const V unclamped = drive_impulse[i] + (target_impulse - implicit_damping[i] * velocity[i]);
-    const V impulse = simd::clamp(unclamped, -max_impulse, max_impulse);
-    add_scaled(velocity, impulse - drive_impulse[i], inv_mass[i]);
+  // The velocities of all joints but one wait for that one: what is not on the way from a velocity
+  // to the next one's decides nothing, so the limit of the drive is a branch.
+  ENGRAM_INLINE void solve_drive(double max_impulse, int i, JointsOf<V>& velocity) {
+    const V target_impulse = drive_gain[i] * (drive_bias[i] - stiffness[i] * end_q[i]);
+    const V before = drive_impulse[i];
+    V impulse = before + (target_impulse - implicit_damping[i] * velocity[i]);
+    if (simd::any(simd::abs(impulse) > max_impulse)) [[unlikely]] {
+      impulse = simd::clamp(impulse, -max_impulse, max_impulse);
+    }
+    add_scaled(velocity, impulse - before, inv_mass[i]);
     drive_impulse[i] = impulse;
   }
 
-  // A joint goes no faster than to its limit; a limit that it leaves lets go of it.
+  // A joint goes no faster than to its limit. All lanes together decide whether limits are solved;
+  // the result is each lane's own.
   template <class Frames>
   ENGRAM_INLINE void solve_limits(const RobotParams& params, const Frames& frames, int i,
                                   JointsOf<V>& velocity, bool last) {
-    const V speed = velocity[i];
     const V above = end_q[i] - params.lower[i];
     const V below = params.upper[i] - end_q[i];
-    const auto at_lower = simd::logical_or(above < 0.0, above + dt * speed < 0.0);
-    const auto at_upper = simd::logical_or(below < 0.0, below - dt * speed < 0.0);
-    // All lanes together decide whether limits are solved; the result is each lane's own.
-    if (!limited && !simd::any(simd::logical_or(at_lower, at_upper))) [[likely]]
+    const V way = dt * velocity[i];
+    if (!limit_known[i] && !simd::any(simd::min(above, below) < simd::abs(way))) [[likely]]
       return;
-    limited = true;
+    const auto at_lower = simd::logical_or(above < 0.0, above + way < 0.0);
+    const auto at_upper = simd::logical_or(below < 0.0, below - way < 0.0);
     if (!limit_known[i]) {
-      limit_known[i] = true;
-      limit_mass[i] = 1.0 / (inv_mass[i][i] + frames.joint_compliance(i, inv_mass));
+      if (!simd::any(simd::logical_or(at_lower, at_upper))) return;
+      find_limit_mass(frames, i);
     }
+    add_scaled(velocity, limit_impulse(i, velocity[i], above, below, at_lower, at_upper, last),
+               inv_mass[i]);
+  }
+
+  template <class Frames>
+  [[gnu::noinline, gnu::cold]] void find_limit_mass(const Frames& frames, int i) {
+    limit_known[i] = true;
+    limit_mass[i] = 1.0 / (inv_mass[i][i] + frames.joint_compliance(i, inv_mass));
+  }
+
+  // Change of the impulse of a joint's limits. A limit that the joint leaves lets go of it.
+  template <class Mask>
+  ENGRAM_INLINE V limit_impulse(int i, V speed, V above, V below, Mask at_lower, Mask at_upper,
+                                bool last) {
     const V mass = limit_mass[i];
     const V overlap_rate = simd::broadcast<V>(kOverlapShare * inv_dt);
     const V lower_goal = above < 0.0 ? (last ? speed : -above * overlap_rate) : -above * inv_dt;
@@ -225,9 +195,9 @@ struct JointSolver {
                         ? upper_impulse[i]
                         : (at_upper ? upper_pushed : (opens ? upper_impulse[i] : upper_released));
     const V change = (lower - lower_impulse[i]) + (upper - upper_impulse[i]);
-    add_scaled(velocity, change, inv_mass[i]);
     lower_impulse[i] = lower;
     upper_impulse[i] = upper;
+    return change;
   }
 };
 

@@ -1,19 +1,22 @@
-// Kernels for every processor: two lanes, and one for comparisons; and the choice of a kernel.
+// Kernels for every processor: one lane and two; and the choice of a kernel.
+#include "core/robot/few_robots.h"
 #include "core/robot/lane_kernel.h"
 #include "core/robot/lane_kernel_body.h"
 
 namespace engram {
 namespace {
 
-constexpr LaneKernel kScalar = make_lane_kernel<double>(InstructionSet::kBaseline);
+constexpr LaneKernel kSingle = make_lane_kernel<double>(InstructionSet::kBaseline);
 constexpr LaneKernel kKernel = make_lane_kernel<simd::Double>(InstructionSet::kBaseline);
 
 }  // namespace
 
+const LaneKernel& baseline_single_kernel() { return kSingle; }
+
 const LaneKernel* lane_kernel(int lanes) {
   switch (lanes) {
     case 1:
-      return &kScalar;
+      return lane_kernel(kMostLanes) != nullptr ? avx512_single_kernel() : &kSingle;
     case 2:
       return &kKernel;
     case 4:
@@ -28,6 +31,12 @@ const LaneKernel* lane_kernel(int lanes) {
 const LaneKernel& widest_lane_kernel() {
   int lanes = kMostLanes;
   while (lane_kernel(lanes) == nullptr) lanes /= 2;
+  return *lane_kernel(lanes);
+}
+
+const LaneKernel& lane_kernel_for(int robots) {
+  int lanes = widest_lane_kernel().lanes;
+  while (lanes / 2 >= robots) lanes /= 2;
   return *lane_kernel(lanes);
 }
 

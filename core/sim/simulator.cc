@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/contact/contact_kernel.h"
+#include "core/robot/few_robots.h"
 #include "core/robot/joint_solver.h"
 #include "core/robot/lane_block.h"
 #include "core/scene/approach.h"
@@ -16,8 +17,8 @@
 namespace engram {
 namespace {
 
-const LaneKernel& choose_kernel(int lanes) {
-  if (lanes == 0) return widest_lane_kernel();
+const LaneKernel& choose_kernel(int lanes, int num_envs) {
+  if (lanes == 0) return lane_kernel_for(num_envs);
   const LaneKernel* kernel = lane_kernel(lanes);
   if (kernel != nullptr) return *kernel;
   std::string allowed = "0";
@@ -152,7 +153,7 @@ Simulator::Simulator(const PhysicsModel& model, const SimulatorOptions& options,
                      int num_envs)
     : model_(model),
       options_(options),
-      kernel_(choose_kernel(options.lanes)),
+      kernel_(choose_kernel(options.lanes, num_envs)),
       contact_kernel_(contact_kernel(kernel_.lanes)),
       clearances_(at(num_envs)) {
   workspaces_.reserve(at(workers));

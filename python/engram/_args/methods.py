@@ -10,6 +10,7 @@ import numpy as np
 from engram._args.values import constants_json, integer, nearest, pin_list, seed_value
 from engram.errors import InvalidArgumentError, UnknownIdError
 
+_FLOAT32 = np.dtype(np.float32)
 _RESET_OPTIONS = ("reset_mask", "pins", "constants")
 
 
@@ -37,6 +38,13 @@ def real_array(name: str, value: Any) -> np.ndarray:
 
 def checked_actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Anything array-like as contiguous float32."""
+    if (
+        type(actions) is np.ndarray
+        and actions.dtype is _FLOAT32
+        and actions.shape == shape
+        and actions.flags.carray
+    ):
+        return actions
     array = real_array("actions", actions)
     if array.shape != shape:
         raise InvalidArgumentError(f"actions: shape {array.shape} given, {shape} needed")

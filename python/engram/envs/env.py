@@ -11,9 +11,9 @@ from engram._args import options as option_args
 from engram._args.keywords import check_single
 from engram._args.methods import checked_actions
 from engram.envs.compat import ObsT
-from engram.envs.spaces import take
+from engram.envs.copies import Copier
 from engram.envs.spec import spec_of
-from engram.envs.vector_env import VectorEnv
+from engram.envs.vector_env import ENDED, VectorEnv
 from engram.envs.window import Window
 from engram.errors import BadStateError
 
@@ -54,8 +54,15 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         self.batch: VectorEnv[ObsT] = VectorEnv(
             id, 1, obs_mode=obs_mode, autoreset_mode="DISABLED", **given
         )
+        self._observe = Copier()(_first(self.batch._observation))
+        self._info = self.batch._infos.row_reader(0)
+        views = self.batch._views
+        self._reward, self._terminated, self._truncated = (
+            views[name].item for name in ("reward", "terminated", "truncated")
+        )
         self.observation_space = self.batch.single_observation_space
         self.action_space: Any = self.batch.single_action_space
+        self._action_shape = self.action_space.shape
         self.spec = spec_of(self._arguments, {"obs_mode": "state"})
         if self.render_mode == "human":
             self._window = Window(str(self), self.batch._render[1:], self.metadata["render_fps"])
@@ -70,22 +77,18 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
 
     def step(self, action: Any) -> tuple[ObsT, float, bool, bool, dict[str, Any]]:
         """One control step (0.05 s). action: (action_dim,). See ``VectorEnv.step``."""
-        if self.batch._refuses_ended and self.batch._ended[0]:
+        array = checked_actions(action, self._action_shape)
+        try:
+            self.batch._batch.step(array[np.newaxis])
+        except BadStateError as error:
+            if not ENDED.search(str(error)):
+                raise
             raise BadStateError(
                 "the episode has ended; reset first, or make the environment with "
                 'after_end="continue"'
-            )
-        array = checked_actions(action, self.action_space.shape)
-        self.batch.step(array[np.newaxis])
-        views = self.batch._views
+            ) from None
         observation, info = self._outputs()
-        return (
-            observation,
-            float(views["reward"][0]),
-            bool(views["terminated"][0]),
-            bool(views["truncated"][0]),
-            info,
-        )
+        return observation, self._reward(), self._terminated(), self._truncated(), info
 
     def act(self, policy: Policy = "oracle") -> np.ndarray:
         """An action for the next step, (action_dim,). See ``VectorEnv.act``."""
@@ -158,12 +161,14 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         """Observation and infos; shows a picture in the window, if there is one."""
         if self._window is not None:
             self._window.show(self.batch.frame(0))
-        return take(self.batch._observation, 0), self.batch._infos.row(0)
+        return self._observe(), self._info()
 
 
-def _first(values: dict[str, Any]) -> dict[str, Any]:
-    """The only row of each array."""
-    return {name: value[0] for name, value in values.items()}
+def _first(value: Any) -> Any:
+    """The only row of an array, or of nested dicts of arrays."""
+    if isinstance(value, dict):
+        return {name: _first(part) for name, part in value.items()}
+    return value[0]
 
 
 def _remake(arguments: dict[str, Any]) -> Env[Any]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+import functools
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
 
 from engram import _core
 from engram.envs.compat import GYMNASIUM_1
+from engram.envs.copies import same
 from engram.envs.groups import CONSTANT, TaskGroup
 from engram.envs.spaces import Layout, take
 
@@ -25,6 +27,7 @@ class Infos:
     """The infos of a batch: its outputs beside observations, rewards and endings.
 
     Attributes:
+        language: Whether they have instructions.
         views: Columns by name, views of engram's own buffers.
         final_views: Columns of episodes that have just ended; empty unless batches reset in the
             same step.
@@ -36,6 +39,7 @@ class Infos:
         outputs: dict[str, np.ndarray],
         layout: Layout,
         *,
+        all_envs: np.ndarray,
         without: Collection[str],
         same_step: bool,
         exported: Callable[[Any], Callable[[], Any]],
@@ -43,13 +47,22 @@ class Infos:
         group: TaskGroup,
     ) -> None:
         self._batch = batch
-        self._language = language
+        self.language = language
         self._tasks = group.names
         self._known = group.known()
         left_out = {*_RETURNED, *layout.keys, *without}
         names = [name for name in outputs if name not in left_out]
         self.views = {name: _read_only(outputs[name]) for name in names}
         self._columns = _columns(self.views, exported)
+        self._all_envs = all_envs
+        # Infos of a step in which nothing is missing, and what is to be copied into them.
+        self._usual: dict[str, Any] = {}
+        for name, mask, view, _ in self._columns:
+            self._usual.update({name: view, mask: self._known.get(name, all_envs)})
+        if self._tasks is not None:
+            self._usual.update({"task": self._tasks, "_task": all_envs})
+        self._copied = [] if exported is same else [(name, get) for name, _, _, get in self._columns]
+        self._sometimes = language or not _SOMETIMES.isdisjoint(names)
         # Infos hold the array, so that new instructions go into a new one.
         self._instructions = np.full(batch.num_envs, "", dtype=object)
         self.final_views: dict[str, np.ndarray] = {}
@@ -64,9 +77,9 @@ class Infos:
             self.final_views = {name: _read_only(finals[name]) for name in names}
             self._final_columns = _columns(self.final_views, exported)
 
-    def refresh_instructions(self, indices: Iterable[int]) -> None:
+    def refresh_instructions(self, indices: Sequence[int] | np.ndarray) -> None:
         """Updates the instructions of environments that have begun an episode, if needed."""
-        if not self._language:
+        if not self.language or not len(indices):
             return
         fresh = self._instructions.copy()
         for i in indices:
@@ -75,20 +88,32 @@ class Infos:
 
     def columns(self, which: np.ndarray) -> dict[str, Any]:
         """The whole batch's: every name beside a mask of the environments that it holds for."""
+        if which is self._all_envs and not self._sometimes:
+            info = self._usual.copy()
+            for name, copied in self._copied:
+                info[name] = copied()
+            return info
         return self._masked(self._columns, self._instructions, which)
 
     def row(self, index: int) -> dict[str, Any]:
         """One environment's: scalars and copies."""
         return self._row(self.views, self._instructions, index)
 
+    def row_reader(self, index: int) -> Callable[[], dict[str, Any]]:
+        """Makes a function that returns ``row(index)``, for one who reads it in every step."""
+        if self._sometimes:
+            return functools.partial(self.row, index)
+        parts = [(name, _reader(view, index)) for name, view in self.views.items()]
+        return lambda: {name: read() for name, read in parts}
+
     def finals(self) -> dict[str, Any] | None:
         """Last observations and infos of the episodes that have just ended (same-step mode).
 
         None if there are none. Instructions are those of the new episodes afterwards.
         """
-        ended = np.flatnonzero(self._final_mask)
-        if not ended.size:
+        if not np.count_nonzero(self._final_mask):
             return None
+        ended = np.flatnonzero(self._final_mask)
         which = self._final_mask.copy()
         instructions = self._instructions
         self.refresh_instructions(ended)
@@ -116,7 +141,7 @@ class Infos:
             info[mask] = holds & _is_known(view) if name in _SOMETIMES else holds
         if self._tasks is not None:
             info["task"], info["_task"] = self._tasks, which
-        if self._language:
+        if self.language:
             info["language_instruction"] = _read_only(instructions)
             info["_language_instruction"] = which
         return info
@@ -132,7 +157,7 @@ class Infos:
         }
         if self._tasks is not None:
             info["task"] = self._tasks[index]
-        if self._language:
+        if self.language:
             info["language_instruction"] = instructions[index]
         return info
 
@@ -152,6 +177,15 @@ def _read_only(array: np.ndarray) -> np.ndarray:
 
 def _is_known(view: np.ndarray) -> np.ndarray:
     return ~np.isnan(view).reshape(len(view), -1).all(axis=1)
+
+
+def _reader(view: np.ndarray, index: int) -> Callable[[], Any]:
+    """Makes a function that returns one environment's value."""
+    if view.ndim > 1:
+        copy: Callable[[], Any] = view[index].copy
+        return copy
+    # The item of a bool array is a bool.
+    return functools.partial(view.item if view.dtype == np.bool_ else view.__getitem__, index)
 
 
 def _scalar(value: Any) -> Any:

@@ -6,6 +6,7 @@ import atexit
 import contextlib
 import functools
 import json
+import re
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Generic
@@ -50,6 +51,9 @@ if TYPE_CHECKING:
         Rules,
         TaskDescription,
     )
+
+# In the library's message about a step of an environment whose episode has ended.
+ENDED = re.compile(r"the episode of environment \d+ has ended")
 
 _open_batches: weakref.WeakSet[VectorEnv[Any]] = weakref.WeakSet()
 
@@ -220,10 +224,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         self._batch = _core.Batch(self.task_id if shares is None else shares, options)
         self._out = OutputArrays(self._batch, {} if out is None else out)
         self._seed = options.seed
-        self._refuses_ended = (
-            self.autoreset_mode is AutoresetMode.DISABLED
-            and self._arguments["after_end"] == "refuse"
-        )
+        self._same_step = self.autoreset_mode is AutoresetMode.SAME_STEP
         self._started = False
         exported = Copier() if copy else same
         self._open(obs_mode, exported, bool(privileged), bool(language_in_info))
@@ -261,20 +262,20 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         self._action_shape = (self.num_envs, batch.action_dim)
         self._observation = self._layout.views(self._views)
         self._observe = self._exported_observation(exported)
-        self._rewards_and_endings = [
+        self._reward, self._terminated, self._truncated = (
             self._out.getter(name) if name in self._out else exported(self._views[name])
             for name in ("reward", "terminated", "truncated")
-        ]
+        )
         self._ones = np.ones(self.num_envs, np.bool_)
         self._ones.flags.writeable = False
-        self._ended = np.zeros(self.num_envs, np.bool_)
         outputs = self.description["outputs"]
         self._infos = Infos(
             batch,
             self._views,
             self._layout,
+            all_envs=self._ones,
             without=() if privileged else [o["name"] for o in outputs if o["privileged"]],
-            same_step=self.autoreset_mode is AutoresetMode.SAME_STEP,
+            same_step=self._same_step,
             exported=exported,
             language=language,
             group=self._group,
@@ -387,7 +388,11 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         Actions are copied. Until ``step_wait`` returns, views change and must not be read, and
         other calls are refused with BadStateError.
         """
-        self._batch.step_async(self._checked_actions(actions))
+        try:
+            self._batch.step_async(methods.checked_actions(actions, self._action_shape))
+        except BadStateError as error:
+            self._name_ended(error)
+            raise
 
     def step_wait(
         self, **_: Any
@@ -554,47 +559,39 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
 
     # --- internals ---
 
-    def _checked_actions(self, actions: Any) -> np.ndarray:
-        """Actions as contiguous float32, checked."""
-        if self._refuses_ended and self._ended.any():
-            indices = ", ".join(map(str, np.flatnonzero(self._ended)[:10]))
-            more = ", ..." if self._ended.sum() > 10 else ""
-            raise BadStateError(
-                f"episodes of environments {indices}{more} have ended: reset them, with "
-                'options={"reset_mask": terminated | truncated}, or make the batch with '
-                'after_end="hold" or "continue"'
-            )
-        if (
-            type(actions) is np.ndarray
-            and actions.dtype == np.float32
-            and actions.shape == self._action_shape
-            and actions.flags.c_contiguous
-            and actions.flags.aligned
-        ):
-            return actions
-        return methods.checked_actions(actions, self._action_shape)
-
     def _advance(self, actions: Any) -> None:
         """A step without results: views have them."""
-        self._batch.step(self._checked_actions(actions))
+        try:
+            self._batch.step(methods.checked_actions(actions, self._action_shape))
+        except BadStateError as error:
+            self._name_ended(error)
+            raise
+
+    def _name_ended(self, error: BadStateError) -> None:
+        """Raises the error of episodes that have ended, if it is one, with all their indices."""
+        if not ENDED.search(str(error)):
+            return
+        ended = np.flatnonzero(self._views["terminated"] | self._views["truncated"])
+        indices = ", ".join(map(str, ended[:10])) + (", ..." if len(ended) > 10 else "")
+        raise BadStateError(
+            f"episodes of environments {indices} have ended: reset them, with "
+            'options={"reset_mask": terminated | truncated}, or make the batch with '
+            'after_end="hold" or "continue"'
+        ) from None
 
     def _outputs(self, which: np.ndarray) -> tuple[ObsT, dict[str, Any]]:
         """Observations and infos."""
-        if self._refuses_ended:
-            self._ended = self._views["terminated"] | self._views["truncated"]
         return self._observe(), self._infos.columns(which)
 
     def _results(self) -> tuple[ObsT, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        finals = self._infos.finals() if self.autoreset_mode is AutoresetMode.SAME_STEP else None
-        if finals is None:
-            began = np.flatnonzero(self._views["elapsed_steps"] == 0)
-            if began.size:
-                self._infos.refresh_instructions(began)
-        observation, info = self._outputs(self._ones)
+        infos = self._infos
+        finals = infos.finals() if self._same_step else None
+        if finals is None and infos.language:
+            infos.refresh_instructions(np.flatnonzero(self._views["elapsed_steps"] == 0))
+        observation, info = self._observe(), infos.columns(self._ones)
         if finals is not None:
             info.update(finals)
-        reward, terminated, truncated = (export() for export in self._rewards_and_endings)
-        return observation, reward, terminated, truncated, info
+        return observation, self._reward(), self._terminated(), self._truncated(), info
 
 
 def _remake(arguments: dict[str, Any]) -> VectorEnv[Any]:

@@ -133,8 +133,11 @@ std::vector<Environment> environments(int count, std::uint64_t seed = 3) {
 // A block of lanes of one width, used again and again.
 class Lanes {
  public:
-  explicit Lanes(int width)
-      : robots_(*lane_kernel(width)), contacts_(width, kBodies, kBodies, base_position()) {}
+  explicit Lanes(int width) : Lanes(contact_kernel(width)) {}
+  explicit Lanes(const ContactKernel& kernel)
+      : kernel_(kernel),
+        robots_(*lane_kernel(kernel.lanes)),
+        contacts_(kernel.lanes, kBodies, kBodies, base_position()) {}
 
   int width() const { return robots_.lanes(); }
 
@@ -150,8 +153,8 @@ class Lanes {
         patches.back().push_back(contacts_.add_patch(lane, spec));
       }
     }
-    contact_kernel(width()).substep(model().robot_model(), model().robot_params(), false,
-                                    robots_.rows(), contacts_.finish());
+    kernel_.substep(model().robot_model(), model().robot_params(), false, robots_.rows(),
+                    contacts_.finish());
     std::vector<Result> results;
     for (int lane = 0; lane < width(); ++lane) {
       const auto i = static_cast<std::size_t>(lane);
@@ -197,12 +200,13 @@ class Lanes {
     return result;
   }
 
+  const ContactKernel& kernel_;
   LaneBlock robots_;
   ContactBlock contacts_;
 };
 
 std::vector<Result> alone(const std::vector<Environment>& environments) {
-  Lanes lane(1);
+  Lanes lane(baseline_single_contact_kernel());
   std::vector<Result> results;
   for (const Environment& environment : environments) {
     results.push_back(lane.step({&environment}).front());
@@ -217,7 +221,7 @@ bool same(const Result& a, const Result& b) {
 TEST_CASE("Environments in contact give the same bits in lanes of every width", "[contact]") {
   const std::vector<Environment> all = environments(512);
   const std::vector<Result> expected = alone(all);
-  for (const int width : {2, 4, 8}) {
+  for (const int width : {1, 2, 4, 8}) {
     if (lane_kernel(width) == nullptr) continue;
     CAPTURE(width);
     Lanes lanes(width);
@@ -320,6 +324,7 @@ TEST_CASE("Kernels exist for the widths that robots have", "[contact]") {
   for (const int width : {1, 2, 4, 8}) {
     if (lane_kernel(width) != nullptr) CHECK(contact_kernel(width).lanes == width);
   }
+  CHECK(baseline_single_contact_kernel().lanes == 1);
 }
 
 }  // namespace

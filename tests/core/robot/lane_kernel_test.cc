@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "core/robot/few_robots.h"
 #include "core/robot/lane_block.h"
 #include "tests/core/robot/robot_fixture.h"
 
@@ -53,10 +54,10 @@ TEST_CASE("Lanes of every width give the same bits", "[physics]") {
     return rows[LaneRows::kEndQ + kArmJoints] >= physics().robot_params().upper[kArmJoints];
   };
   CHECK(std::count_if(alone.begin(), alone.end(), at_limit) > 100);
-  for (const int lanes : {2, 4, 8}) {
-    const LaneKernel* kernel = lane_kernel(lanes);
+  for (const LaneKernel* kernel :
+       {&baseline_single_kernel(), lane_kernel(2), lane_kernel(4), lane_kernel(8)}) {
     if (kernel == nullptr) continue;
-    CAPTURE(lanes);
+    CAPTURE(kernel->lanes);
     const auto beside = run(*kernel, robots);
     int different = 0;
     for (std::size_t i = 0; i < robots.size(); ++i) {
@@ -97,6 +98,16 @@ TEST_CASE("The widest kernel is of the best instruction set here", "[physics]") 
   CHECK(lane_kernel(widest.lanes) == &widest);
   CHECK(lane_kernel(3) == nullptr);
   CHECK(lane_kernel(2)->instruction_set == InstructionSet::kBaseline);
+  CHECK(is_available(lane_kernel(1)->instruction_set));
+}
+
+TEST_CASE("Few robots get a kernel that they fill", "[physics]") {
+  const int widest = widest_lane_kernel().lanes;
+  CHECK(lane_kernel_for(1).lanes == 1);
+  CHECK(lane_kernel_for(2).lanes == 2);
+  CHECK(lane_kernel_for(3).lanes == std::min(widest, 4));
+  CHECK(lane_kernel_for(5).lanes == std::min(widest, 8));
+  CHECK(lane_kernel_for(1000).lanes == widest);
 }
 
 }  // namespace

@@ -1,0 +1,16 @@
+// Kernels for few robots: no wider than they fill, and those of one lane.
+#pragma once
+
+#include "core/robot/lane_kernel.h"
+
+namespace engram {
+
+// The widest that the processor has and so many robots fill, but for less than half of it.
+const LaneKernel& lane_kernel_for(int robots);
+
+// Of one lane. AVX-512 has one as well, for its many registers, or null where this library was
+// built without it.
+const LaneKernel& baseline_single_kernel();
+const LaneKernel* avx512_single_kernel();
+
+}  // namespace engram
