@@ -10,6 +10,7 @@ import numpy as np
 from engram import _core
 from engram._args.methods import kind_of
 from engram._args.values import text_keys
+from engram.envs.spaces import Layout
 from engram.errors import InvalidArgumentError
 
 
@@ -42,6 +43,25 @@ class OutputArrays:
             return lambda: array
         pair = [turn[name] for turn in self._turns]
         return lambda: pair[self._batch.output_turn]
+
+    def observation(
+        self, layout: Layout, whole: Any, exported: Callable[[Any], Callable[[], Any]]
+    ) -> Callable[[], Any]:
+        """A function that returns the observation, with the user's arrays where there are any.
+
+        Args:
+            layout: Of the observation.
+            whole: Views of it.
+            exported: Makes a function that returns a view, or a copy of it.
+        """
+        own = [key for key in layout.keys if key in self]
+        if own and isinstance(whole, dict):
+            parts = {
+                key: self.getter(key) if key in own else exported(view)
+                for key, view in whole.items()
+            }
+            return lambda: {key: part() for key, part in parts.items()}
+        return self.getter(own[0]) if own else exported(whole)
 
 
 def _writable(batch: _core.Batch, name: str, value: Any) -> np.ndarray:

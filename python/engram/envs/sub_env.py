@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+import functools
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from engram.errors import UnknownIdError
+from engram._args import methods
+from engram.errors import InvalidArgumentError, UnknownIdError
 
 if TYPE_CHECKING:
     import gymnasium
     import numpy as np
 
     from engram import _core
+    from engram.envs.groups import TaskGroup
     from engram.typing import TaskDescription
 
 
@@ -135,3 +138,52 @@ class SubEnv:
     def set_wrapper_attr(self, name: str, value: Any) -> None:
         """Sets the attribute."""
         setattr(self, name, value)
+
+
+class SubEnvMixin:
+    """Tasks and environments of ``VectorEnv``, which provides these attributes."""
+
+    _batch: _core.Batch
+    _group: TaskGroup
+    num_envs: int
+
+    @property
+    def task_ids(self) -> tuple[str, ...]:
+        """Ids of the tasks; the info "task_index" of several counts in them."""
+        return self._group.ids
+
+    def task_of(self, index: int) -> TaskDescription:
+        """Description of one environment's task."""
+        task: TaskDescription = self._group.of(methods.batch_index(index, self.num_envs))
+        return task
+
+    @property
+    def instructions(self) -> list[str]:
+        """Instructions of the running episodes, in English, one text per environment."""
+        return [self._batch.instruction(i) for i in range(self.num_envs)]
+
+    @functools.cached_property
+    def envs(self) -> list[SubEnv]:
+        """One object per environment, for code that handles environments individually."""
+        batch = cast("Batch", self)
+        return [SubEnv(batch, i) for i in range(self.num_envs)]
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Calls a method of, or gets an attribute from, each of ``envs``."""
+        values = [getattr(env, name) for env in self.envs]
+        return tuple(value(*args, **kwargs) if callable(value) else value for value in values)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of each of ``envs``; ``SubEnv`` lists them."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Sets an attribute on each of ``envs``: a list or tuple of N values, or one for all."""
+        if not isinstance(values, (list, tuple)):
+            values = [values] * self.num_envs
+        if len(values) != self.num_envs:
+            raise InvalidArgumentError(
+                f"values of {name}: {len(values)} given, {self.num_envs} needed"
+            )
+        for env, value in zip(self.envs, values):
+            setattr(env, name, value)

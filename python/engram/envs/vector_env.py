@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import functools
 import json
 import re
 import weakref
@@ -34,7 +33,7 @@ from engram.envs.output_arrays import OutputArrays
 from engram.envs.queries import QueryMixin
 from engram.envs.spaces import Layout, action_spaces
 from engram.envs.spec import spec_of
-from engram.envs.sub_env import SubEnv
+from engram.envs.sub_env import SubEnvMixin
 from engram.errors import BadStateError, InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -65,7 +64,7 @@ def _close_all() -> None:
         env.close()
 
 
-class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
+class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
     """A batch of environments, stepped in lockstep on all cores, of one task or several.
 
     N stands for the number of environments. ``reset`` and ``step`` return copies. With
@@ -261,7 +260,7 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         )
         self._action_shape = (self.num_envs, batch.action_dim)
         self._observation = self._layout.views(self._views)
-        self._observe = self._exported_observation(exported)
+        self._observe = self._out.observation(self._layout, self._observation, exported)
         self._reward, self._terminated, self._truncated = (
             self._out.getter(name) if name in self._out else exported(self._views[name])
             for name in ("reward", "terminated", "truncated")
@@ -283,19 +282,6 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         # Gymnasium 0.29 reads these.
         self.is_vector_env = True
         self.viewer = None
-
-    def _exported_observation(self, exported: Callable[[Any], Callable[[], Any]]) -> Any:
-        """A function that returns the observation: arrays of the user's, where there are any."""
-        out, whole = self._out, self._observation
-        if isinstance(whole, dict) and any(key in out for key in self._layout.keys):
-            parts = {
-                key: out.getter(key) if key in out else exported(view)
-                for key, view in whole.items()
-            }
-            return lambda: {key: part() for key, part in parts.items()}
-        if not isinstance(whole, dict) and self._layout.keys and "observation" in out:
-            return out.getter("observation")
-        return exported(whole)
 
     # --- running ---
 
@@ -466,48 +452,6 @@ class VectorEnv(QueryMixin, VectorBase[ObsT], Generic[ObsT]):
         self._started = True
         self._infos.refresh_instructions(range(self.num_envs))
         return self._outputs(self._ones)
-
-    # --- tasks, and sub-environments of Gymnasium ---
-
-    @property
-    def task_ids(self) -> tuple[str, ...]:
-        """Ids of the tasks; the info "task_index" of several counts in them."""
-        return self._group.ids
-
-    def task_of(self, index: int) -> TaskDescription:
-        """Description of one environment's task."""
-        task: TaskDescription = self._group.of(methods.batch_index(index, self.num_envs))
-        return task
-
-    @property
-    def instructions(self) -> list[str]:
-        """Instructions of the running episodes, in English, one text per environment."""
-        return [self._batch.instruction(i) for i in range(self.num_envs)]
-
-    @functools.cached_property
-    def envs(self) -> list[SubEnv]:
-        """One object per environment, for code that handles environments individually."""
-        return [SubEnv(self, i) for i in range(self.num_envs)]
-
-    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Calls a method of, or gets an attribute from, each of ``envs``."""
-        values = [getattr(env, name) for env in self.envs]
-        return tuple(value(*args, **kwargs) if callable(value) else value for value in values)
-
-    def get_attr(self, name: str) -> tuple[Any, ...]:
-        """An attribute of each of ``envs``; ``SubEnv`` lists them."""
-        return self.call(name)
-
-    def set_attr(self, name: str, values: Any) -> None:
-        """Sets an attribute on each of ``envs``: a list or tuple of N values, or one for all."""
-        if not isinstance(values, (list, tuple)):
-            values = [values] * self.num_envs
-        if len(values) != self.num_envs:
-            raise InvalidArgumentError(
-                f"values of {name}: {len(values)} given, {self.num_envs} needed"
-            )
-        for env, value in zip(self.envs, values):
-            setattr(env, name, value)
 
     # --- state, end ---
 
