@@ -55,7 +55,9 @@ class Infos:
         self._usual: dict[str, Any] = {}
         for name, mask, view, _ in self._columns:
             self._usual.update({name: view, mask: all_envs})
-        self._copied = [] if exported is same else [(name, get) for name, _, _, get in self._columns]
+        self._copied = (
+            [] if exported is same else [(name, get) for name, _, _, get in self._columns]
+        )
         self._sometimes = language or not _SOMETIMES.isdisjoint(names)
         # Infos hold the array, so that new instructions go into a new one.
         self._instructions = np.full(batch.num_envs, "", dtype=object)
