@@ -33,7 +33,7 @@ engram=build/release/engram
   echo '```'
   $engram doctor
   echo '```'
-  for suite in overhead physics "physics --policy oracle" scaling memory objects reset create render; do
+  for suite in overhead "overhead --num-envs 1" physics "physics --policy oracle" scaling memory objects reset create render; do
     echo
     echo "\`engram bench $suite\`"
     echo

@@ -84,6 +84,21 @@ def test_privileged_infos_are_opt_in(make, id):
     )
 
 
+@pytest.mark.parametrize("copies", [True, False])
+def test_a_changed_info_changes_no_later_one(make, copies):
+    env = make(copy=copies, num_envs=2)
+    env.reset(seed=0)
+    info = env.step(env.act("zero"))[-1]
+    names = list(info)
+    info["elapsed_steps"] = "mine"
+    del info["success"]
+    later = env.step(env.act("zero"))[-1]
+    assert list(later) == names
+    np.testing.assert_array_equal(later["elapsed_steps"], [2, 2])
+    assert later["_elapsed_steps"].all()
+    assert (later["elapsed_steps"] is env.step(env.act("zero"))[-1]["elapsed_steps"]) != copies
+
+
 def test_final_infos_do_not_reveal_the_answer(make):
     env = make(num_envs=2, autoreset_mode="SAME_STEP")
     env.reset(seed=0)
