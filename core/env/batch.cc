@@ -44,21 +44,12 @@ int chosen_chunk(const BatchOptions& options) {
   return std::max(lanes, chunk - chunk % lanes);
 }
 
-// One for each environment, or for each picture.
-int most_threads(const BatchOptions& options) {
-  if (!observes_pictures(options.obs_mode)) return options.num_envs;
-  return options.num_envs * std::max(1, static_cast<int>(options.images.cameras.size()));
-}
-
-// Threads that have no environment draw what one of the cameras sees, once all have moved.
-bool draws_apart(const BatchOptions& options) { return options.threads > options.num_envs; }
-
 BatchOptions checked(BatchOptions options) {
   check_ranges(options);
   if (options.threads == 0) {
     options.threads = std::min(available_processors(), kMaxThreads);
   }
-  options.threads = std::min(options.threads, most_threads(options));
+  options.threads = std::min(options.threads, options.num_envs);
   if (options.chunk == 0) options.chunk = chosen_chunk(options);
   return options;
 }
@@ -321,7 +312,6 @@ void Batch::step(std::span<const float> actions) {
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     step_range(worker, {begin, end}, actions.data());
   });
-  draw_apart();
 }
 
 void Batch::step_no_action() {
@@ -329,20 +319,6 @@ void Batch::step_no_action() {
   if (options_.after_end == AfterEnd::kRefuse) refuse_ended();
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     step_range(worker, {begin, end}, nullptr);
-  });
-  draw_apart();
-}
-
-// Environments that stand still are drawn again.
-void Batch::draw_apart() {
-  if (!draws_apart(options_)) return;
-  pool_.run(num_envs() * images_->cameras(), 1, [&](int worker, int begin, int end) {
-    if (clock_ != nullptr) clock(worker)->start();
-    for (int picture = begin; picture < end; ++picture) {
-      images_->render_camera(worker, state_, picture / images_->cameras(),
-                             picture % images_->cameras());
-    }
-    mark(clock(worker), StepPart::kRender);
   });
 }
 
@@ -359,7 +335,7 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
       if (options_.auto_reset != AutoReset::kOff) {
         reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
         mark(clock(worker), StepPart::kReset);
-        if (!draws_apart(options_)) render_observation(worker, env);
+        render_observation(worker, env);
       } else {
         reward_[env] = 0;
       }
@@ -431,7 +407,7 @@ void Batch::finish_steps(int worker, Range envs) {
   compute_rewards(envs);
   for (int env = envs.begin; env < envs.end; ++env) {
     mark(time, StepPart::kTask);
-    if (!draws_apart(options_)) render_observation(worker, env);
+    render_observation(worker, env);
     finish_step(worker, env);
   }
   mark(time, StepPart::kTask);
@@ -486,7 +462,6 @@ void Batch::finish_step(int worker, int env) {
   if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return;
   // The new episode's outputs replace the old ones, except for reward and endings of this step.
   outputs_.copy_row_to(final_outputs_, env);
-  if (draws_apart(options_)) render_observation(worker, env);
   if (images_) images_->keep_final(env);
   if (objects_) objects_->keep_final(env);
   final_mask_[static_cast<std::size_t>(env)] = 1;
@@ -498,7 +473,7 @@ void Batch::finish_step(int worker, int env) {
   terminated_[env] = flags[0];
   truncated_[env] = flags[1];
   unstable_[env] = flags[2];
-  if (!draws_apart(options_)) render_observation(worker, env);
+  render_observation(worker, env);
 }
 
 void Batch::render_observation(int worker, int env) {

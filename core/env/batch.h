@@ -150,7 +150,6 @@ class Batch {
   void finish_step(int worker, int env);
   bool outputs_finite(int env) const;
   void render_observation(int worker, int env);
-  void draw_apart();
   StepClock::Worker* clock(int worker) const {
     return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
   }
