@@ -32,7 +32,8 @@ int lanes_of(const BatchOptions& options) {
 // time of all of it. With pictures, which take longer, half a block pays for another thread.
 int chosen_unit(const BatchOptions& options) {
   const int lanes = lanes_of(options);
-  return observes_pictures(options.obs_mode) ? (lanes + 1) / 2 : lanes;
+  const bool halves = observes_pictures(options.obs_mode) && options.threads > 1;
+  return halves ? (lanes + 1) / 2 : lanes;
 }
 
 // Several claims per worker, since some environments take longer than others; several environments
