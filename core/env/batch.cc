@@ -32,7 +32,8 @@ int lanes_of(const BatchOptions& options) {
 // time of all of it. With pictures, which take longer, half a block pays for another thread.
 int chosen_unit(const BatchOptions& options) {
   const int lanes = lanes_of(options);
-  return observes_pictures(options.obs_mode) ? (lanes + 1) / 2 : lanes;
+  const bool halves = observes_pictures(options.obs_mode) && options.threads > 1;
+  return halves ? (lanes + 1) / 2 : lanes;
 }
 
 // Several claims per worker, since some environments take longer than others; several environments
@@ -44,18 +45,12 @@ int chosen_chunk(const BatchOptions& options) {
   return std::max(lanes, chunk - chunk % lanes);
 }
 
-// One for each environment, or for each picture.
-int most_threads(const BatchOptions& options) {
-  if (!observes_pictures(options.obs_mode)) return options.num_envs;
-  return options.num_envs * std::max(1, static_cast<int>(options.images.cameras.size()));
-}
-
 BatchOptions checked(BatchOptions options) {
   check_ranges(options);
   if (options.threads == 0) {
     options.threads = std::min(available_processors(), kMaxThreads);
   }
-  options.threads = std::min(options.threads, most_threads(options));
+  options.threads = std::min(options.threads, options.num_envs);
   if (options.chunk == 0) options.chunk = chosen_chunk(options);
   return options;
 }
@@ -191,7 +186,6 @@ void Batch::add_images() {
   images_ = std::make_unique<ImageBatch>(
       *model_, task_->document(), options_.images, kinds, renderers_, options_.image_options,
       num_envs(), options_.threads, options_.auto_reset == AutoReset::kSameStep);
-  draws_apart_ = options_.threads > num_envs();
 }
 
 void Batch::add_objects() {
@@ -342,7 +336,6 @@ void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> c
       step_range(worker, {first, env}, moves(first) ? actions.data() : nullptr);
     }
   });
-  draw_apart();
 }
 
 void Batch::step_no_action() {
@@ -353,20 +346,6 @@ void Batch::step_no_action() {
 void Batch::step_all(const float* actions) {
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     step_range(worker, {begin, end}, actions);
-  });
-  draw_apart();
-}
-
-// Environments that stand still are drawn again.
-void Batch::draw_apart() {
-  if (!draws_apart_) return;
-  pool_.run(num_envs() * images_->cameras(), 1, [&](int worker, int begin, int end) {
-    if (clock_ != nullptr) clock(worker)->start();
-    for (int picture = begin; picture < end; ++picture) {
-      images_->render_camera(worker, state_, picture / images_->cameras(),
-                             picture % images_->cameras());
-    }
-    mark(clock(worker), StepPart::kRender);
   });
 }
 
@@ -383,7 +362,7 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
       if (options_.auto_reset != AutoReset::kOff) {
         reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
         mark(clock(worker), StepPart::kReset);
-        if (!draws_apart_) render_observation(worker, env);
+        render_observation(worker, env);
       } else {
         reward_[env] = 0;
         if (images_) images_->repeat(env);
@@ -457,7 +436,7 @@ void Batch::finish_steps(int worker, Range envs) {
   compute_rewards(envs);
   for (int env = envs.begin; env < envs.end; ++env) {
     mark(time, StepPart::kTask);
-    if (!draws_apart_) render_observation(worker, env);
+    render_observation(worker, env);
     finish_step(worker, env);
   }
   mark(time, StepPart::kTask);
@@ -512,7 +491,6 @@ void Batch::finish_step(int worker, int env) {
   if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return;
   // The new episode's outputs replace the old ones, except for reward and endings of this step.
   outputs_.copy_row_to(final_outputs_, env);
-  if (draws_apart_) render_observation(worker, env);
   if (images_) images_->keep_final(env);
   if (objects_) objects_->keep_final(env);
   final_mask_[static_cast<std::size_t>(env)] = 1;
@@ -524,15 +502,7 @@ void Batch::finish_step(int worker, int env) {
   terminated_[env] = flags[0];
   truncated_[env] = flags[1];
   unstable_[env] = flags[2];
-  if (!draws_apart_) render_observation(worker, env);
-}
-
-void Batch::draw_into(const ImageTargets& now, const ImageTargets& finals) {
-  if (images_) images_->draw_into(now, finals);
-}
-
-void Batch::turn_to(const ImageTargets& now) {
-  if (images_) images_->turn_to(now);
+  render_observation(worker, env);
 }
 
 void Batch::render_observation(int worker, int env) {

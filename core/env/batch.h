@@ -182,7 +182,6 @@ class Batch {
   void copy_outputs(Range envs) const {
     if (copies_ != nullptr) copies_->copy(envs, final_mask_.data());
   }
-  void draw_apart();
   StepClock::Worker* clock(int worker) const {
     return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
   }
@@ -228,8 +227,6 @@ class Batch {
   const OutputCopies* copies_ = nullptr;
   StepClock* clock_ = nullptr;
   bool started_ = false;  // a first reset has been made
-  // Threads that have no environment draw what one of the cameras sees, once all have moved.
-  bool draws_apart_ = false;
   std::atomic<std::uint64_t> unstable_count_ = 0;
 };
 

@@ -78,7 +78,6 @@ BatchGroup::BatchGroup(std::vector<std::unique_ptr<Batch>> batches, int threads)
           require_alike(*parts.front().batch, *batches[i]);
           parts[i].first = num_envs_;
           parts[i].owned = std::move(batches[i]);
-          parts[i].batch->draws_apart_ = false;  // other batches have work for all threads
           num_envs_ += parts[i].batch->num_envs();
           const auto workers = static_cast<std::size_t>(parts[i].batch->options().threads);
           parts[i].busy = std::make_unique<std::atomic<bool>[]>(workers);

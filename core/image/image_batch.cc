@@ -94,7 +94,7 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
   if (kinds.segmentation) segmentation_ = Pictures<std::int16_t>(cells, num_envs, keeps_finals);
 }
 
-std::span<const RenderImage> ImageBatch::requests_for(int worker, int env) {
+void ImageBatch::render(int worker, const State& state, int env) {
   std::vector<RenderImage>& requests = requests_[static_cast<std::size_t>(worker)];
   for (std::size_t camera = 0; camera < requests.size(); ++camera) {
     RenderImage& request = requests[camera];
@@ -102,16 +102,7 @@ std::span<const RenderImage> ImageBatch::requests_for(int worker, int env) {
     if (depth_.size() > 0) request.depth_mm = depth_.of(env) + camera;
     if (segmentation_.size() > 0) request.segment_id = segmentation_.of(env) + camera;
   }
-  return requests;
-}
-
-void ImageBatch::render(int worker, const State& state, int env) {
-  source_->render(worker, views_.view(worker, state, env), requests_for(worker, env));
-}
-
-void ImageBatch::render_camera(int worker, const State& state, int env, int camera) {
-  source_->render(worker, views_.view(worker, state, env),
-                  requests_for(worker, env).subspan(static_cast<std::size_t>(camera), 1));
+  source_->render(worker, views_.view(worker, state, env), requests);
 }
 
 void ImageBatch::keep_final(int env) {

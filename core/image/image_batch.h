@@ -67,19 +67,14 @@ class ImageBatch {
   void draw_into(const ImageTargets& now, const ImageTargets& finals);
   void turn_to(const ImageTargets& now);
 
-  int cameras() const { return static_cast<int>(requests_.front().size()); }
-  // Draws one environment as it is now, or what one of the cameras sees of it.
+  // Draws one environment as it is now.
   void render(int worker, const State& state, int env);
-  void render_camera(int worker, const State& state, int env, int camera);
   // Keeps the present image as the one at the episode's end.
   void keep_final(int env);
   // Leaves one environment as it was in the step before.
   void repeat(int env);
 
  private:
-  // The worker's requests, with the environment's pictures as their targets.
-  std::span<const RenderImage> requests_for(int worker, int env);
-
   SceneViews views_;
   std::unique_ptr<ImageSource> source_;
   std::vector<std::vector<RenderImage>> requests_;  // one per worker

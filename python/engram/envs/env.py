@@ -62,7 +62,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         )
         self.observation_space = self.batch.single_observation_space
         self.action_space: Any = self.batch.single_action_space
-        self._action_shape = self.action_space.shape
+        self._action_shape = self.batch._action_shape[1:]
         self.spec = spec_of(self._arguments, {"obs_mode": "state"})
         if self.render_mode == "human":
             self._window = Window(str(self), self.batch._render[1:], self.metadata["render_fps"])

@@ -96,33 +96,6 @@ TEST_CASE("Images are the same bytes for any threads, chunks, batch size and slo
   }
 }
 
-TEST_CASE("Threads without an environment draw cameras, and the bytes stay the same", "[render]") {
-  for (const AutoReset mode : {AutoReset::kNextStep, AutoReset::kSameStep, AutoReset::kOff}) {
-    for (const int num_envs : {1, 3}) {
-      MakeOptions options{rgb_options(num_envs)};
-      options.auto_reset = mode;
-      options.max_episode_steps = 5;
-      options.after_end = AfterEnd::kHold;
-      const auto one = make(kId, options);
-      options.threads = 8;
-      const auto several = make(kId, options);
-      CHECK(several->options().threads == std::min(2 * num_envs, 8));
-      one->reset();
-      several->reset();
-      int different = 0;
-      for (int i = 0; i < 12; ++i) {
-        test::step(*one, Policy::kOracle);
-        test::step(*several, Policy::kOracle);
-        different += all_images(*one) != all_images(*several);
-        const auto finals = one->final_images().rgb;
-        different += !std::equal(finals.begin(), finals.end(), several->final_images().rgb.begin());
-      }
-      INFO("environments: " << num_envs);
-      CHECK(different == 0);
-    }
-  }
-}
-
 TEST_CASE("A partial reset redraws only what it resets", "[render]") {
   const auto env = make(kId, rgb_options(3));
   env->reset();
